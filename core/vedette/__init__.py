@@ -1,0 +1,38 @@
+"""Vedette: compose target trackers from small parts, and prove that the parts are right."""
+
+from vedette import fields
+from vedette.errors import ConfigError, InputError, PluginError, Problem, ScanRefused, VedetteError
+from vedette.plugin import plugin
+from vedette.roles import Associator, Component, Estimator, Lifecycle, MotionModel, Sensor, Source
+from vedette.space import Array, Axis, Space, SpaceError
+from vedette.types import Detections, Gaussian, Innovation, Pose, Recording, Scan, Track, Trajectory
+
+__all__ = [
+    "Array",
+    "Associator",
+    "Axis",
+    "Component",
+    "ConfigError",
+    "Detections",
+    "Estimator",
+    "Gaussian",
+    "Innovation",
+    "InputError",
+    "Lifecycle",
+    "MotionModel",
+    "PluginError",
+    "Pose",
+    "Problem",
+    "Recording",
+    "Scan",
+    "ScanRefused",
+    "Sensor",
+    "Source",
+    "Space",
+    "SpaceError",
+    "Track",
+    "Trajectory",
+    "VedetteError",
+    "fields",
+    "plugin",
+]

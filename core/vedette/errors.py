@@ -1,0 +1,42 @@
+"""What can go wrong, said once: each error names the place, what is wrong there and what would be right."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from attrs import frozen
+
+
+@frozen
+class Problem:
+    """Something in a config or an input that was not used: where it stands, and what is wrong with it."""
+
+    place: str
+    text: str
+
+    def __str__(self) -> str:
+        return f"{self.place}: {self.text}" if self.place else self.text
+
+
+class VedetteError(Exception):
+    """The base of all errors that are the user's to mend; a command prints them without a traceback."""
+
+
+class ConfigError(VedetteError, ValueError):
+    """A config that cannot be built: all its problems at once."""
+
+    def __init__(self, problems: Iterable[Problem]) -> None:
+        self.problems = tuple(problems)
+        super().__init__("\n".join(map(str, self.problems)))
+
+
+class InputError(VedetteError, ValueError):
+    """An input that is unusable as a whole: a missing file, a wrong header, another format."""
+
+
+class ScanRefused(VedetteError, ValueError):
+    """A scan that the tracker did not take; the tracker is as it was before."""
+
+
+class PluginError(VedetteError):
+    """A plugin that breaks the contract: a kind that is taken, a class that is incomplete."""

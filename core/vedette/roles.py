@@ -1,0 +1,224 @@
+"""The contract: four roles, three supporting ones, and their laws.
+
+A component is a final frozen attrs class that holds parameters only and names its `kind`. Its methods are pure functions of
+arrays with any leading batch axes `*b`; randomness comes through the Generator handed in. A result that does not depend on
+the state may lack the batch axes: it broadcasts. Time steps `dt` are in s and never negative.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from typing import Any, ClassVar, Generic, TypeVar
+
+import numpy as np
+
+from vedette.kernels.derivative import numerical_jacobian
+from vedette.space import Array, Space
+from vedette.types import Detections, Gaussian, Innovation, Pose, Recording
+
+CONTRACT = 1
+"""The version of this page. A plugin module may state `VEDETTE_CONTRACT = 1`; the registry refuses another."""
+
+B = TypeVar("B")
+"""An estimator's belief: attrs values, tuples and arrays, every array leading with (*b, t)."""
+
+
+class Component(ABC):
+    """Anything that a config names by its `kind`."""
+
+    kind: ClassVar[str]
+
+
+class MotionModel(Component):
+    """How a state moves, x' = f(x, dt) + w, w ~ N(0, Q(x, dt)), over its own axes only.
+
+    Laws: move(x, 0) = x. noise is symmetric, PSD, and 0 at dt = 0. jacobian is the derivative of move.
+    If divisible, two steps make one: F(a+b) = F(b) F(a), Q(a+b) = F(b) Q(a) F(b)' + Q(b).
+    """
+
+    divisible: ClassVar[bool] = False
+    linear: ClassVar[bool] = False
+
+    @property
+    @abstractmethod
+    def state(self) -> Space:
+        """The axes that this model owns."""
+
+    @property
+    def carried(self) -> Space:
+        """The part of `state` that has no variance and is moved by rules: a heading, a last position."""
+        return Space()
+
+    @abstractmethod
+    def move(self, x: Array, dt: float) -> Array:
+        """(*b, n) -> (*b, n)"""
+
+    def jacobian(self, x: Array, dt: float) -> Array:
+        """(*b, n) -> (*b, n, n) or (n, n)"""
+        return numerical_jacobian(lambda y: self.move(y, dt), x, self.state.difference)
+
+    @abstractmethod
+    def noise(self, x: Array, dt: float) -> Array:
+        """(*b, n) -> (*b, n, n) or (n, n)"""
+
+    def settle(self, own: Gaussian, combined: Gaussian) -> Gaussian:
+        """Re-express a belief whose frame turns with its target; called before each predict with dt > 0."""
+        return own
+
+
+class Sensor(Component):
+    """How a state is seen, z = h(x) + v, v ~ N(0, R(x)), over the state axes that it looks at.
+
+    Laws: noise is positive definite. jacobian is the derivative of measure, residuals unwrapped. 0 <= detects <= 1.
+    `x` (*b, n) holds the axes of `looks_at` in their order, whatever else the estimator carries.
+    """
+
+    linear: ClassVar[bool] = False
+
+    @property
+    @abstractmethod
+    def looks_at(self) -> Space: ...
+
+    @property
+    @abstractmethod
+    def measurement(self) -> Space: ...
+
+    @abstractmethod
+    def measure(self, x: Array) -> Array:
+        """(*b, n) -> (*b, m)"""
+
+    def jacobian(self, x: Array) -> Array:
+        """(*b, n) -> (*b, m, n) or (m, n)"""
+        return numerical_jacobian(self.measure, x, self.measurement.difference)
+
+    @abstractmethod
+    def noise(self, x: Array) -> Array:
+        """(*b, n) -> (*b, m, m) or (m, m)"""
+
+    @abstractmethod
+    def detects(self, x: Array) -> Array:
+        """Detection probability (*b, n) -> (*b) or ()"""
+
+    @abstractmethod
+    def clutter(self, z: Array) -> Array:
+        """Clutter density per scan in 1 / volume of the measurement space, (*b, k, m) -> (*b, k) or ()"""
+
+    def invert(self, z: Array, noise: Array | None = None) -> Gaussian:
+        """What one return alone says about `looks_at`: (*b, m) -> mean (*b, n), cov (*b, n, n). Starts tracks."""
+        raise NotImplementedError(f"one return of {self.kind!r} does not give a position, so it cannot start a track")
+
+    def at(self, pose: Pose) -> Sensor:
+        """The same sensor standing at `pose`."""
+        raise NotImplementedError(f"sensor {self.kind!r} cannot be placed on a moving platform")
+
+
+class Associator(Component):
+    """Which return belongs to which track, as probabilities.
+
+    Laws: rows sum to 1. A score of -inf gets weight 0. A constant added to a row, or a permutation of tracks or
+    returns, changes nothing. If exclusive, no return is claimed more than once in total.
+    """
+
+    exclusive: ClassVar[bool] = False
+
+    @abstractmethod
+    def associate(self, scores: Array, evidence: Array | None) -> Array:
+        """Log scores (*b, t, 1+k), column 0 the miss, and evidence (*b, 1, k) -> weights (*b, t, 1+k)"""
+
+
+class Estimator(Component, Generic[B]):
+    """A belief about the state of each track, and how time and returns change it. It owns its motion.
+
+    Laws: if exact_when_linear, it equals conditioning the joint Gaussian. Every covariance stays symmetric positive
+    definite by construction. A scan without returns is k = 0.
+    """
+
+    exact_when_linear: ClassVar[bool] = False
+
+    @property
+    @abstractmethod
+    def state(self) -> Space:
+        """The axes of `moments`."""
+
+    @property
+    def carried(self) -> Space:
+        """The part of `state` without variance."""
+        return Space()
+
+    @abstractmethod
+    def start(self, prior: Gaussian, axes: Space, rng: np.random.Generator) -> B:
+        """A belief from a Gaussian over `axes`, which hold at least those of `state`."""
+
+    @abstractmethod
+    def predict(self, belief: B, dt: float, rng: np.random.Generator, combined: Gaussian | None = None) -> B:
+        """The belief `dt` later; dt == 0 returns it as it is. `combined`: the estimate of an enclosing mixture."""
+
+    @abstractmethod
+    def innovate(self, belief: B, sensor: Sensor, seen: Detections, p_gate: float) -> Innovation:
+        """What a scan says about the predicted belief. Does not gate; P_D enters here."""
+
+    @abstractmethod
+    def absorb(self, belief: B, innovation: Innovation, weights: Array) -> B:
+        """The posterior under association weights (*b, t, 1+k)."""
+
+    @abstractmethod
+    def moments(self, belief: B) -> Gaussian:
+        """Mean and covariance over `state`."""
+
+    def mode_prob(self, belief: B) -> Array | None:
+        """(*b, t, r) for a mixture of modes, else None."""
+        return None
+
+
+class Lifecycle(Component):
+    """When tracks begin, count as real, and end; judged on existence probabilities and on what was associated.
+
+    Memory: whatever it keeps per track, attrs values, tuples and arrays, every array leading with (*b, t).
+    """
+
+    @abstractmethod
+    def newborn(self, count: int) -> tuple[Any, Array]:
+        """Memory and existence (count,) of tracks that start now."""
+
+    @abstractmethod
+    def survive(self, existence: Array, dt: float) -> Array:
+        """Existence (*b, t) that is expected `dt` later."""
+
+    @abstractmethod
+    def review(self, memory: Any, existence: Array, hit: Array, expected: Array) -> tuple[Any, Array, Array]:
+        """After a scan: memory, confirmed (*b, t), alive (*b, t).
+
+        hit (*b, t): probability that a return was the track's; expected (*b, t): its detection probability there.
+        """
+
+    @abstractmethod
+    def starts(self, sensor: str, claimed: Array) -> Array:
+        """Which returns of a scan start tracks, (k,) bool; `claimed` (k,): probability that a track explains it."""
+
+    @abstractmethod
+    def prior(self, seen: Gaussian, looks_at: Space, state: Space) -> Gaussian:
+        """The prior (t, n) over `state` of tracks that start at what was seen (t, s) of `looks_at`."""
+
+    def given(self, state: Space, recording: Recording) -> Gaussian | None:
+        """Tracks that are there before the first scan, a prior (t, n) over `state`; None: none are."""
+        return None
+
+
+class Source(Component):
+    """Where scans come from: a recording, a simulated scene."""
+
+    @abstractmethod
+    def open(self, sensors: Mapping[str, Sensor], rng: np.random.Generator) -> Recording:
+        """All scans for the tracker's sensors. What is unreadable as a whole raises InputError; bad parts are refused."""
+
+
+ROLES: dict[str, type[Component]] = {
+    "motion": MotionModel,
+    "sensor": Sensor,
+    "associator": Associator,
+    "estimator": Estimator,
+    "lifecycle": Lifecycle,
+    "source": Source,
+}
+"""Role names as commands and messages use them."""

@@ -1,0 +1,138 @@
+"""The values that flow through a tracker: frozen, batch axes first, tracks next.
+
+Shapes: `*b` any batch axes (runs), `t` tracks, `k` returns, `n` state axes, `m` measured axes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from attrs import frozen
+
+from vedette.errors import Problem
+from vedette.space import Array, Space
+
+
+@frozen(eq=False)
+class Gaussian:
+    """Mean (*b, t, n) and covariance (*b, t, n, n)."""
+
+    mean: Array
+    cov: Array
+
+
+@frozen(eq=False)
+class Detections:
+    """What one sensor reported in one scan.
+
+    z         (*b, k, m)   over the sensor's measurement space
+    valid     (*b, k)      False pads a batch whose runs have unlike counts
+    evidence  (*b, k)      log-likelihood ratio target : clutter of the detection stage, given that it reported
+    noise     (*b, k, m, m) a return's own covariance; else the sensor's holds
+    """
+
+    z: Array
+    valid: np.ndarray[Any, np.dtype[np.bool_]]
+    evidence: Array | None = None
+    noise: Array | None = None
+
+    @classmethod
+    def of(cls, z: Any, axes: int | None = None) -> Detections:
+        """All returns of one scan, each valid: `z` (k, m), or [] with the number of `axes` given."""
+        values = np.asarray(z, dtype=float)
+        if values.size == 0 and axes is not None:
+            values = values.reshape(0, axes)
+        return cls(values, np.ones(values.shape[:-1], dtype=bool))
+
+
+@frozen(eq=False)
+class Pose:
+    """Where a sensor's platform is: position (*b, d) in m, velocity (*b, d) in m/s, heading (*b) in rad.
+
+    The heading turns the measured bearings: measured = true - heading. 0 for a north-stabilised sensor.
+    """
+
+    position: Array
+    velocity: Array | None = None
+    heading: float | Array = 0.0
+
+
+@frozen(eq=False)
+class Scan:
+    """One look of one sensor: time in s, the sensor's name in the tracker, what it saw, where it stood."""
+
+    time: float
+    sensor: str
+    detections: Detections
+    pose: Pose | None = None
+
+
+@frozen(eq=False)
+class Innovation:
+    """What a scan says about predicted tracks, before anything is associated.
+
+    loglik      (*b, t, 1+k)  column 0: log(1 - P_D P_G); column i: log P_D + log p(z_i | track)
+    distance    (*b, t, k)    squared Mahalanobis distance, the least over modes (union gate)
+    log_volume  (*b, t)       log sqrt|S|, the largest over modes
+    nis         (*b, t, k)    squared distance expected over modes given the return: its mean is m on matched truth
+    detail      what the estimator that made it needs to absorb it
+    """
+
+    loglik: Array
+    distance: Array
+    log_volume: Array
+    nis: Array
+    detail: Any
+
+
+@frozen(eq=False)
+class Trajectory:
+    """Where one true object was: times (s,) in s, states (s, n) over `space`. Linear in between."""
+
+    name: str
+    space: Space
+    times: Array
+    states: Array
+
+    def at(self, time: float) -> Array | None:
+        """State (n,) at `time`, or None outside the recorded span."""
+        if not self.times[0] <= time <= self.times[-1]:
+            return None
+        i = int(np.clip(np.searchsorted(self.times, time) - 1, 0, max(len(self.times) - 2, 0)))
+        j = min(i + 1, len(self.times) - 1)
+        gap = self.times[j] - self.times[i]
+        part = 0.0 if gap == 0 else (time - self.times[i]) / gap
+        return self.space.displace(self.states[i], part * self.space.difference(self.states[j], self.states[i]))
+
+
+@frozen(eq=False)
+class Track:
+    """One track's history in one run: `id` belongs to its tracker. `s` is the number of scans it lived.
+
+    times (s,) s, mean (s, n), cov (s, n, n), confirmed (s,), existence (s,), mode_prob (s, r) or None,
+    weights: per scan (1+k,), column 0 the miss; nis (s,) the weighted squared distance, hit (s,) = 1 - weights[0]
+    """
+
+    id: int
+    space: Space
+    times: Array
+    mean: Array
+    cov: Array
+    confirmed: np.ndarray[Any, np.dtype[np.bool_]]
+    existence: Array
+    mode_prob: Array | None
+    weights: tuple[Array, ...]
+    nis: Array
+    hit: Array
+
+
+@frozen(eq=False)
+class Recording:
+    """What a source delivers: scans in time order, the truth if it is known, and what was refused on the way."""
+
+    scans: tuple[Scan, ...]
+    truth: tuple[Trajectory, ...] = ()
+    refused: tuple[Problem, ...] = ()
+    notes: Mapping[str, str] = {}

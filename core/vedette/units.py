@@ -1,0 +1,49 @@
+"""Units that a config may write after a number, and the SI units that components hold.
+
+>>> in_unit("90 deg", "rad")
+1.5707963267948966
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+_SI = {
+    "m": {"m": 1.0, "km": 1e3, "NM": 1852.0, "ft": 0.3048},
+    "s": {"s": 1.0, "ms": 1e-3, "min": 60.0, "h": 3600.0},
+    "m/s": {"m/s": 1.0, "km/h": 1 / 3.6, "kn": 1852 / 3600},
+    "m/s^2": {"m/s^2": 1.0, "g": 9.80665},
+    "rad": {"rad": 1.0, "mrad": 1e-3, "deg": math.pi / 180},
+    "rad/s": {"rad/s": 1.0, "deg/s": math.pi / 180},
+}
+
+
+def say(value: float, unit: str = "1") -> str:
+    """A number as a message shows it, with its unit unless that is 1."""
+    number = f"{value:.6g}"
+    return number if unit in ("1", "") else f"{number} {unit}"
+
+
+def in_unit(value: Any, unit: str, largest: float = math.inf, name: str = "") -> float:
+    """`value`, a number or a string like "1.5 deg", in `unit`; ValueError says what would be right."""
+    where = f"{name}: " if name else ""
+    known = _SI.get(unit, {unit: 1.0})
+    factor = 1.0
+    given = value
+    if isinstance(value, str):
+        value, _, written = value.strip().partition(" ")
+        if written and written not in known:
+            raise ValueError(f"{where}must be in {' or '.join(known)}, got {given!r}")
+        factor = known.get(written, 1.0)
+    try:
+        if isinstance(value, bool) or np.ndim(value):
+            raise TypeError
+        number = factor * float(value)
+    except (TypeError, ValueError):
+        raise ValueError(f"{where}must be a number{f' in {unit}' if unit != '1' else ''}, got {given!r}") from None
+    if not abs(number) <= largest:  # also False for NaN
+        raise ValueError(f"{where}must be a finite number of at most {largest:g}, got {given!r}")
+    return number
