@@ -1,6 +1,6 @@
 """Vedette: compose target trackers from small parts, and prove that the parts are right."""
 
-from vedette import fields
+from vedette import fields, kernels
 from vedette.errors import ConfigError, InputError, PluginError, Problem, ScanRefused, VedetteError
 from vedette.plugin import plugin
 from vedette.roles import Associator, Component, Estimator, Lifecycle, MotionModel, Sensor, Source
@@ -34,5 +34,6 @@ __all__ = [
     "Trajectory",
     "VedetteError",
     "fields",
+    "kernels",
     "plugin",
 ]

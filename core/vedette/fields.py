@@ -8,6 +8,9 @@
 Traceback (most recent call last):
     ...
 ValueError: sigma_accel: must be > 0, got -3 m/s^2
+
+`field.metadata["read"]` turns a raw value into the parameter or raises ValueError without the name: what a config walks.
+A default of None makes a parameter optional: it may then be None.
 """
 
 from __future__ import annotations
@@ -16,7 +19,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from attrs import NOTHING, Attribute, cmp_using, field
+from attrs import NOTHING, Converter, Factory, cmp_using, field
 
 from vedette.space import Array
 from vedette.units import in_unit, say
@@ -24,24 +27,38 @@ from vedette.units import in_unit, say
 ABSURD = 1e15
 """No physical quantity of a tracker is larger: beyond it squares of squares overflow."""
 
+_LIMITS: dict[str, tuple[str, Callable[[float, float], bool]]] = {
+    "above": (">", lambda value, bound: value > bound),
+    "at_least": (">=", lambda value, bound: value >= bound),
+    "below": ("<", lambda value, bound: value < bound),
+    "at_most": ("<=", lambda value, bound: value <= bound),
+}
 
-def _bounds(unit: str, **limits: float | None) -> tuple[Callable[[float], str | None], dict[str, Any]]:
-    tests: dict[str, tuple[str, Callable[[float, float], bool]]] = {
-        "above": ("> {}", lambda v, b: v > b),
-        "at_least": (">= {}", lambda v, b: v >= b),
-        "below": ("< {}", lambda v, b: v < b),
-        "at_most": ("<= {}", lambda v, b: v <= b),
-    }
-    active = [
-        (tests[name][0].format(say(bound)), tests[name][1], bound) for name, bound in limits.items() if bound is not None
-    ]
 
-    def complain(value: float) -> str | None:
-        if not all(test(value, bound) for _, test, bound in active):
-            return f"must be {' and '.join(text for text, _, _ in active)}, got {say(value, unit)}"
-        return None
+def _field(read: Callable[[Any], Any], default: Any, unit: str, doc: str, eq: Any = None, **more: Any) -> Any:
+    """An attrs field whose every value goes through `read`."""
 
-    return complain, {name: bound for name, bound in limits.items() if bound is not None}
+    def read_optional(value: Any) -> Any:
+        return None if value is None and default is None else read(value)
+
+    def convert(value: Any, attribute: Any) -> Any:
+        try:
+            return read_optional(value)
+        except ValueError as error:
+            raise ValueError(f"{attribute.name}: {error}") from None
+
+    return field(
+        default=default,
+        converter=Converter(convert, takes_field=True),
+        eq=eq,
+        metadata={"unit": unit, "doc": doc, "read": read_optional, **more},
+    )
+
+
+def _within(value: float, unit: str, limits: Mapping[str, float]) -> None:
+    if not all(_LIMITS[name][1](value, bound) for name, bound in limits.items()):
+        text = " and ".join(f"{_LIMITS[name][0]} {say(bound)}" for name, bound in limits.items())
+        raise ValueError(f"must be {text}, got {say(value, unit)}")
 
 
 def quantity(
@@ -55,18 +72,15 @@ def quantity(
     at_most: float | None = None,
 ) -> Any:
     """A number in `unit` within bounds; a config may write it with a unit of the same kind: "1.5 deg"."""
-    complain, limits = _bounds(unit, above=above, at_least=at_least, below=below, at_most=at_most)
+    bounds = {"above": above, "at_least": at_least, "below": below, "at_most": at_most}
+    limits = {name: bound for name, bound in bounds.items() if bound is not None}
 
-    def convert(value: Any) -> float:
-        return in_unit(value, unit, ABSURD)
+    def read(value: Any) -> float:
+        number = in_unit(value, unit, ABSURD)
+        _within(number, unit, limits)
+        return number
 
-    def validate(_: object, attribute: Attribute[Any], value: float) -> None:
-        if problem := complain(value):
-            raise ValueError(f"{attribute.name}: {problem}")
-
-    return field(
-        default=default, converter=convert, validator=validate, metadata={"unit": unit, "doc": doc, "limits": limits}
-    )
+    return _field(read, default, unit, doc, limits=limits)
 
 
 def probability(doc: str, *, default: Any = NOTHING, **limits: float) -> Any:
@@ -76,52 +90,60 @@ def probability(doc: str, *, default: Any = NOTHING, **limits: float) -> Any:
 
 def integer(doc: str, *, default: Any = NOTHING, at_least: int = 0, at_most: int = 10**9) -> Any:
     """A whole number within bounds."""
+    limits = {"at_least": at_least, "at_most": at_most}
 
-    def convert(value: Any) -> int:
+    def read(value: Any) -> int:
         number = in_unit(value, "1", ABSURD)
         if number != int(number):
             raise ValueError(f"must be a whole number, got {say(number)}")
+        _within(number, "1", limits)
         return int(number)
 
-    complain, limits = _bounds("1", at_least=at_least, at_most=at_most)
-
-    def validate(_: object, attribute: Attribute[Any], value: int) -> None:
-        if problem := complain(value):
-            raise ValueError(f"{attribute.name}: {problem}")
-
-    return field(
-        default=default, converter=convert, validator=validate, metadata={"unit": "1", "doc": doc, "limits": limits}
-    )
+    return _field(read, default, "1", doc, limits=limits)
 
 
 def choice(doc: str, options: Sequence[str], *, default: Any = NOTHING) -> Any:
     """One of a few words."""
 
-    def validate(_: object, attribute: Attribute[Any], value: object) -> None:
+    def read(value: Any) -> str:
         if value not in options:
-            raise ValueError(f"{attribute.name}: must be one of {', '.join(map(repr, options))}, got {value!r}")
+            raise ValueError(f"must be one of {', '.join(map(repr, options))}, got {value!r}")
+        return str(value)
 
-    return field(default=default, validator=validate, metadata={"unit": "", "doc": doc, "options": tuple(options)})
+    return _field(read, default, "", doc, options=tuple(options))
 
 
 def text(doc: str, *, default: Any = NOTHING) -> Any:
     """A string: a path, a column's name."""
 
-    def validate(_: object, attribute: Attribute[Any], value: object) -> None:
-        if value is not None and not isinstance(value, str):
-            raise ValueError(f"{attribute.name}: must be a string, got {value!r}")
+    def read(value: Any) -> str:
+        if not isinstance(value, str):
+            raise ValueError(f"must be a string, got {value!r}")
+        return value
 
-    return field(default=default, validator=validate, metadata={"unit": "", "doc": doc})
+    return _field(read, default, "", doc)
+
+
+def words(doc: str, *, default: Any = NOTHING) -> Any:
+    """A list of strings."""
+
+    def read(value: Any) -> tuple[str, ...]:
+        if isinstance(value, str) or not isinstance(value, Sequence) or not all(isinstance(item, str) for item in value):
+            raise ValueError(f"must be a list of strings, got {value!r}")
+        return tuple(value)
+
+    return _field(read, default, "", doc)
 
 
 def flag(doc: str, *, default: Any = NOTHING) -> Any:
     """True or false."""
 
-    def validate(_: object, attribute: Attribute[Any], value: object) -> None:
+    def read(value: Any) -> bool:
         if not isinstance(value, bool):
-            raise ValueError(f"{attribute.name}: must be true or false, got {value!r}")
+            raise ValueError(f"must be true or false, got {value!r}")
+        return value
 
-    return field(default=default, validator=validate, metadata={"unit": "", "doc": doc})
+    return _field(read, default, "", doc)
 
 
 def array(
@@ -134,7 +156,7 @@ def array(
 ) -> Any:
     """Numbers in `unit` with `ndim` axes, read-only; `check` returns what is wrong with them, or None."""
 
-    def convert(value: Any) -> Array:
+    def read(value: Any) -> Array:
         try:
             numbers = np.array(value, dtype=float)
         except (TypeError, ValueError):
@@ -142,47 +164,36 @@ def array(
         if numbers.ndim != ndim:
             raise ValueError(f"must have {ndim} axes, got {numbers.ndim}: {value!r}")
         if not np.all(np.abs(numbers) <= ABSURD):  # also False for NaN
-            raise ValueError(f"must be finite numbers, got {value!r}")
+            raise ValueError(f"must be finite numbers of at most {ABSURD:g}, got {value!r}")
+        if check is not None and (problem := check(numbers)):
+            raise ValueError(problem)
         numbers.flags.writeable = False
         return numbers
 
-    def validate(_: object, attribute: Attribute[Any], value: Array) -> None:
-        if check is not None and (problem := check(value)):
-            raise ValueError(f"{attribute.name}: {problem}")
-
-    return field(
-        default=default,
-        converter=convert,
-        validator=validate,
-        eq=cmp_using(eq=np.array_equal),
-        metadata={"unit": unit, "doc": doc},
-    )
+    return _field(read, default, unit, doc, eq=cmp_using(eq=np.array_equal), ndim=ndim)
 
 
-def part(doc: str, *, default: Any = NOTHING, factory: Callable[[], Any] | None = None) -> Any:
-    """Another component, a tuple or a table of them: the annotation says which role."""
-    metadata = {"unit": "", "doc": doc}
-    if factory is not None:
-        return field(factory=factory, metadata=metadata)
-    return field(default=default, metadata=metadata)
+def table(doc: str, *, unit: str = "1", pairs: bool = False) -> Any:
+    """Names to numbers in `unit`, empty by default; with `pairs`, names to [mean, standard deviation >= 0]."""
 
+    def one(key: str, item: Any) -> Any:
+        if not pairs:
+            return in_unit(item, unit, ABSURD, key)
+        if isinstance(item, str) or not isinstance(item, Sequence) or len(item) != 2:
+            raise ValueError(f"{key}: must be [mean, standard deviation], got {item!r}")
+        mean, deviation = (in_unit(number, "1", ABSURD, key) for number in item)
+        if deviation < 0:
+            raise ValueError(f"{key}: the standard deviation must be >= 0, got {say(deviation)}")
+        return mean, deviation
 
-def table(doc: str, *, unit: str = "1", default: Any = NOTHING, pairs: bool = False) -> Any:
-    """Names to numbers in `unit`; with `pairs`, names to [mean, standard deviation >= 0]."""
-
-    def convert(value: Any) -> dict[str, Any]:
+    def read(value: Any) -> dict[str, Any]:
         if not isinstance(value, Mapping):
             raise ValueError(f"must be a table of names, got {value!r}")
-        read = _pair if pairs else (lambda key, item: in_unit(item, unit, ABSURD, key))
-        return {str(key): read(str(key), item) for key, item in value.items()}
+        return {str(key): one(str(key), item) for key, item in value.items()}
 
-    return field(default=default, converter=convert, metadata={"unit": unit, "doc": doc, "pairs": pairs})
+    return _field(read, Factory(dict), unit, doc, pairs=pairs)
 
 
-def _pair(key: str, item: Any) -> tuple[float, float]:
-    if not isinstance(item, Sequence) or isinstance(item, str) or len(item) != 2:
-        raise ValueError(f"{key}: must be [mean, standard deviation], got {item!r}")
-    mean, deviation = (in_unit(number, "1", ABSURD, key) for number in item)
-    if deviation < 0:
-        raise ValueError(f"{key}: the standard deviation must be >= 0, got {say(deviation)}")
-    return mean, deviation
+def part(doc: str, *, default: Any = NOTHING) -> Any:
+    """Another component, a tuple or a table of them: the annotation says of which role. Or a plain attrs class."""
+    return field(default=default, metadata={"unit": "", "doc": doc})

@@ -146,6 +146,10 @@ class Estimator(Component, Generic[B]):
         """The part of `state` without variance."""
         return Space()
 
+    def refuses(self, sensor: Sensor) -> str | None:
+        """Why this estimator cannot work with a sensor beyond axes that it lacks, or None."""
+        return None
+
     @abstractmethod
     def start(self, prior: Gaussian, axes: Space, rng: np.random.Generator) -> B:
         """A belief from a Gaussian over `axes`, which hold at least those of `state`."""

@@ -3,6 +3,14 @@
 from collections.abc import Iterable
 
 import vedette
+from vedette_standard.associators.global_nearest import GlobalNearest
+from vedette_standard.associators.jpda import Jpda
+from vedette_standard.associators.nearest import Nearest
+from vedette_standard.associators.pda import Pda
+from vedette_standard.estimators.extended import ExtendedKalman
+from vedette_standard.estimators.imm import Imm
+from vedette_standard.estimators.kalman import Kalman
+from vedette_standard.estimators.unscented import UnscentedKalman
 from vedette_standard.motion.constant_velocity import ConstantVelocity
 from vedette_standard.sensors.cartesian_position import CartesianPosition
 
@@ -12,4 +20,9 @@ VEDETTE_CONTRACT = 1
 @vedette.plugin
 def vedette_components() -> Iterable[type[vedette.Component]]:
     """Everything in this package."""
-    return [ConstantVelocity, CartesianPosition]
+    return [
+        *(ConstantVelocity,),
+        *(CartesianPosition,),
+        *(Kalman, ExtendedKalman, UnscentedKalman, Imm),
+        *(Nearest, GlobalNearest, Pda, Jpda),
+    ]

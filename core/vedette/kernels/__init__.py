@@ -1,0 +1,30 @@
+"""The inner loops of every Gaussian filter, behind one set of signatures: batch-leading, double precision, pure.
+
+They trust their input. Covariances stay symmetric positive semi-definite by construction, not by repair.
+"""
+
+from vedette.kernels.derivative import numerical_jacobian
+from vedette.kernels.reference import (
+    imm_mix,
+    innovate,
+    innovate_points,
+    log_sum,
+    mixture,
+    moments,
+    propagate,
+    safe_log,
+    sigma_points,
+)
+
+__all__ = [
+    "imm_mix",
+    "innovate",
+    "innovate_points",
+    "log_sum",
+    "mixture",
+    "moments",
+    "numerical_jacobian",
+    "propagate",
+    "safe_log",
+    "sigma_points",
+]

@@ -1,0 +1,159 @@
+"""The kernels in numpy: the fallback where nothing is compiled, and the oracle for what is.
+
+Shapes: `*b` batch axes, `t` tracks (or any further batch axis), `k` returns, `n` state, `m` measured, `r` modes, `s` points.
+An axis written `1|k` has one entry for all returns where they share a noise, else one each.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vedette.space import Array
+
+_TINY = float(np.finfo(float).tiny)
+_LOG_2PI = float(np.log(2.0 * np.pi))
+
+
+def safe_log(p: Array) -> Array:
+    """log p of probabilities and densities, no less than log of the smallest normal number: about -708."""
+    return np.log(np.maximum(p, _TINY))
+
+
+def log_sum(a: Array, axis: int = -1) -> Array:
+    """log sum exp(a) over `axis`; -inf where every term is."""
+    top = np.max(a, axis=axis, keepdims=True)
+    top = np.where(np.isfinite(top), top, 0.0)
+    with np.errstate(divide="ignore"):
+        total: Array = np.log(np.sum(np.exp(a - top), axis=axis)) + np.squeeze(top, axis)
+    return total
+
+
+def _symmetric(a: Array) -> Array:
+    """The mean of `a` and its transpose: takes out what rounding left of asymmetry."""
+    return 0.5 * (a + np.swapaxes(a, -1, -2))
+
+
+def propagate(P: Array, F: Array, Q: Array) -> Array:
+    """F P F' + Q: (*b, n, n)"""
+    return _symmetric(F @ P @ np.swapaxes(F, -1, -2) + Q)
+
+
+def _invert(S: Array) -> tuple[Array, Array]:
+    """Inverse (*b, m, m) and log determinant (*b) of positive definite S; by LDL' for m <= 2, where LAPACK calls dominate."""
+    m = S.shape[-1]
+    if m == 1:
+        return 1.0 / S, np.log(S[..., 0, 0])
+    if m == 2:
+        d1 = S[..., 0, 0]
+        slope = S[..., 1, 0] / d1
+        d2 = S[..., 1, 1] - slope * S[..., 1, 0]
+        inverse = np.empty_like(S)
+        inverse[..., 1, 1] = 1.0 / d2
+        inverse[..., 0, 1] = inverse[..., 1, 0] = -slope / d2
+        inverse[..., 0, 0] = 1.0 / d1 + slope * slope / d2
+        return inverse, np.log(d1) + np.log(d2)
+    root = np.linalg.inv(np.linalg.cholesky(S))
+    log_det = -2.0 * np.sum(np.log(np.diagonal(root, axis1=-2, axis2=-1)), axis=-1)
+    return np.swapaxes(root, -1, -2) @ root, log_det
+
+
+def _each(rows: Array, matrix: Array) -> Array:
+    """rows (*b, k, m) times matrix (*b, 1|k, m, p): (*b, k, p), in one product where the matrix is shared."""
+    if matrix.shape[-3] == 1:
+        product: Array = rows @ matrix[..., 0, :, :]
+        return product
+    product = (rows[..., None, :] @ matrix)[..., 0, :]
+    return product
+
+
+def _score(nu: Array, S: Array) -> tuple[Array, Array, Array, Array]:
+    """nu (*b, k, m), S (*b, 1|k, m, m) -> inverse of S, log N(nu; 0, S), squared distance, half log determinant."""
+    inverse, log_det = _invert(S)
+    distance = np.sum(_each(nu, inverse) * nu, axis=-1)
+    loglik = -0.5 * (distance + log_det + S.shape[-1] * _LOG_2PI)
+    return inverse, loglik, distance, 0.5 * log_det
+
+
+def innovate(P: Array, nu: Array, H: Array, R: Array) -> tuple[Array, Array, Array, Array, Array]:
+    """What returns say about predicted tracks, z = H x + v.
+
+    P (*b, t, n, n), nu (*b, t, k, m), H (*b, t, m, n) or (m, n), R (*b, t, 1|k, m, m) ->
+    log N(nu; 0, S) (*b, t, k), squared distance (*b, t, k), log sqrt|S| (*b, t, 1|k), the mean's shift (*b, t, k, n),
+    and the posterior covariance (*b, t, 1|k, n, n) in Joseph's form.
+    """
+    cross = P @ np.swapaxes(H, -1, -2)
+    S = _symmetric(H @ cross)[..., None, :, :] + R
+    inverse, loglik, distance, log_volume = _score(nu, S)
+    gain = cross[..., None, :, :] @ inverse
+    shift = _each(nu, np.swapaxes(gain, -1, -2))
+    keep = np.eye(P.shape[-1]) - gain @ H[..., None, :, :]
+    post = keep @ P[..., None, :, :] @ np.swapaxes(keep, -1, -2) + gain @ R @ np.swapaxes(gain, -1, -2)
+    return loglik, distance, log_volume, shift, _symmetric(post)
+
+
+def sigma_points(P: Array, kappa: float) -> tuple[Array, Array]:
+    """Offsets (*b, 2n+1, n) from the mean and weights (2n+1,) that have mean 0 and covariance P (*b, n, n).
+
+    Julier and Uhlmann's symmetric set. kappa >= 0 keeps every weight positive, so every moment taken with it is PSD.
+    """
+    n = P.shape[-1]
+    root = np.swapaxes(np.linalg.cholesky((n + kappa) * P), -1, -2)
+    offsets = np.concatenate([np.zeros((*P.shape[:-2], 1, n)), root, -root], axis=-2)
+    weights = np.full(2 * n + 1, 0.5 / (n + kappa))
+    weights[0] = kappa / (n + kappa)
+    return offsets, weights
+
+
+def innovate_points(
+    dx: Array, dz: Array, weights: Array, nu: Array, R: Array
+) -> tuple[Array, Array, Array, Array, Array]:
+    """`innovate` where points stand for the model: dx (*b, t, s, n) and dz (*b, t, s, m) differences from their means.
+
+    The posterior covariance is the points' own after the gain, sum w (dx - K dz)(dx - K dz)' + K R K': PSD as they are.
+    """
+    weighted = np.swapaxes(dz * weights[:, None], -1, -2)
+    S = _symmetric(weighted @ dz)[..., None, :, :] + R
+    inverse, loglik, distance, log_volume = _score(nu, S)
+    gain_t = inverse @ (weighted @ dx)[..., None, :, :]
+    shift = _each(nu, gain_t)
+    left = dx[..., None, :, :] - dz[..., None, :, :] @ gain_t
+    post = np.swapaxes(left * weights[:, None], -1, -2) @ left + np.swapaxes(gain_t, -1, -2) @ R @ gain_t
+    return loglik, distance, log_volume, shift, _symmetric(post)
+
+
+def mixture(P: Array, shift: Array, post: Array, weights: Array) -> tuple[Array, Array]:
+    """Moments of a track's hypotheses: nothing seen (weight 0, covariance P) or return i (weight i, shift i, post).
+
+    P (*b, t, n, n), shift (*b, t, k, n), post (*b, t, 1|k, n, n), weights (*b, t, 1+k) -> shift of the mean (*b, t, n) and
+    covariance (*b, t, n, n), the spread of the means included.
+    """
+    miss, w = weights[..., :1], weights[..., 1:]
+    mean: Array = (w[..., None, :] @ shift)[..., 0, :]
+    apart = shift - mean[..., None, :]
+    spread = np.swapaxes(apart * w[..., None], -1, -2) @ apart + miss[..., None] * (mean[..., :, None] * mean[..., None, :])
+    if post.shape[-3] == 1:
+        within = np.sum(w, axis=-1)[..., None, None] * post[..., 0, :, :]
+    else:
+        within = np.sum(w[..., None, None] * post, axis=-3)
+    return mean, _symmetric(miss[..., None] * P + within + spread)
+
+
+def moments(weights: Array, xs: Array, Ps: Array) -> tuple[Array, Array]:
+    """Mean and covariance of Gaussian mixtures: weights (*b, q, r), xs (*b, r, n), Ps (*b, r, n, n) -> (*b, q, n), (*b, q, n, n)"""
+    n = xs.shape[-1]
+    mean = weights @ xs
+    apart = xs[..., None, :, :] - mean[..., None, :]
+    spread = np.swapaxes(apart * weights[..., None], -1, -2) @ apart
+    within = (weights @ Ps.reshape(*Ps.shape[:-2], n * n)).reshape(spread.shape)
+    return mean, _symmetric(within + spread)
+
+
+def imm_mix(log_prob: Array, log_transition: Array, xs: Array, Ps: Array) -> tuple[Array, Array, Array]:
+    """Interaction of the IMM: log_prob (*b, r), log_transition (r, r), xs (*b, r, n), Ps (*b, r, n, n) ->
+    predicted log_prob c (*b, r), and the mixed mean and covariance that each mode starts from."""
+    joint = np.swapaxes(log_prob[..., :, None] + log_transition, -1, -2)  # (*b, to, from)
+    predicted = log_sum(joint)
+    # A mode that cannot be reached starts from the whole mixture: any prior is as good, but it must be one.
+    reached = np.isfinite(predicted)[..., None]
+    mixing = np.exp(np.where(reached, joint - np.where(reached, predicted[..., None], 0.0), log_prob[..., None, :]))
+    return predicted, *moments(mixing, xs, Ps)

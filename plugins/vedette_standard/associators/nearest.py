@@ -1,0 +1,27 @@
+"""Nearest neighbour."""
+
+from __future__ import annotations
+
+from typing import ClassVar, final
+
+import numpy as np
+from attrs import frozen
+
+from vedette import Array, Associator
+
+
+@final
+@frozen
+class Nearest(Associator):
+    """Each track takes its best return, or a miss where that scores higher, whatever the other tracks take.
+
+    Bar-Shalom, Li, Multitarget-Multisensor Tracking, 1995, section 3.2.
+    """
+
+    kind: ClassVar[str] = "nearest"
+
+    def associate(self, scores: Array, evidence: Array | None) -> Array:
+        """(*b, t, 1+k) -> (*b, t, 1+k), one 1 in each row"""
+        weights = np.zeros_like(scores)
+        np.put_along_axis(weights, np.argmax(scores, axis=-1)[..., None], 1.0, axis=-1)
+        return weights

@@ -1,0 +1,28 @@
+"""Probabilistic data association."""
+
+from __future__ import annotations
+
+from typing import ClassVar, final
+
+import numpy as np
+from attrs import frozen
+
+from vedette import Array, Associator
+
+
+@final
+@frozen
+class Pda(Associator):
+    """Every return of the gate is the track's with its posterior probability, each track on its own.
+
+    weights = exp(scores) / sum exp(scores). Exact for one target among uniform clutter.
+    Bar-Shalom, Tse, Tracking in a Cluttered Environment with Probabilistic Data Association, Automatica 11, 1975.
+    """
+
+    kind: ClassVar[str] = "pda"
+
+    def associate(self, scores: Array, evidence: Array | None) -> Array:
+        """(*b, t, 1+k) -> (*b, t, 1+k)"""
+        likely = np.exp(scores - np.max(scores, axis=-1, keepdims=True))
+        likely /= np.sum(likely, axis=-1, keepdims=True)
+        return likely

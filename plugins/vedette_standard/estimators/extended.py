@@ -1,0 +1,39 @@
+"""The extended Kalman filter."""
+
+from __future__ import annotations
+
+from typing import ClassVar, final
+
+import numpy as np
+from attrs import frozen
+
+from vedette import Detections, Gaussian, Innovation, MotionModel, Sensor, fields, kernels
+from vedette.gaussian import GaussianFilter, linearised
+
+
+@final
+@frozen
+class ExtendedKalman(GaussianFilter):
+    """Linearises motion and sensor at the current mean; the posterior covariance in Joseph's form.
+
+    P- = F P F' + Q, S = H P- H' + R, K = P- H' S^-1, P+ = (I - K H) P- (I - K H)' + K R K'.
+    Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, section 10.3.
+    """
+
+    kind: ClassVar[str] = "ekf"
+    exact_when_linear: ClassVar[bool] = True
+
+    motion: MotionModel = fields.part("how the target moves")
+
+    def predict(self, belief: Gaussian, dt: float, rng: np.random.Generator, combined: Gaussian | None = None) -> Gaussian:
+        """The belief `dt` s later."""
+        if dt == 0:
+            return belief
+        belief = self.motion.settle(belief, belief if combined is None else combined)
+        x = belief.mean
+        cov = kernels.propagate(belief.cov, self.motion.jacobian(x, dt), self.motion.noise(x, dt))
+        return Gaussian(self.motion.move(x, dt), cov)
+
+    def innovate(self, belief: Gaussian, sensor: Sensor, seen: Detections, p_gate: float) -> Innovation:
+        """Every return against every track, linearised at its mean."""
+        return linearised(belief, self.state, sensor, seen, p_gate)

@@ -1,0 +1,179 @@
+"""The interacting multiple model estimator over any estimators, with unlike states and unlike kinds."""
+
+from __future__ import annotations
+
+from functools import reduce
+from typing import Any, ClassVar, final
+
+import numpy as np
+from attrs import Factory, field, frozen
+
+from vedette import Array, Detections, Estimator, Gaussian, Innovation, Sensor, Space, fields, kernels
+from vedette_standard.estimators.transitions import Transition, rates_problem, transition_problem
+
+
+@frozen(eq=False)
+class Modes:
+    """One belief a mode, and the log probabilities of the modes (*b, t, r)."""
+
+    beliefs: tuple[Any, ...]
+    log_prob: Array
+
+
+@frozen(eq=False)
+class ModeHypotheses:
+    """Each mode's innovation, and the log posterior probability of the modes (*b, t, 1+k, r) under each hypothesis."""
+
+    innovations: tuple[Innovation, ...]
+    log_share: Array
+
+
+def _state(self: Imm) -> Space:
+    return reduce(Space.union, (mode.state for mode in self.modes), Space())
+
+
+def _carried(self: Imm) -> Space:
+    """An axis is carried where every mode that has it carries it: then its variance is 0 in the mixture too."""
+    free = {name for mode in self.modes for name in mode.state.names if name not in mode.carried}
+    return Space(tuple(axis for axis in self.state.axes if axis.name not in free))
+
+
+@final
+@frozen
+class Imm(Estimator[Modes]):
+    """A bank of estimators whose modes switch by a Markov chain; they mix before each prediction.
+
+    Mixing: c_j = sum_i p_ij mu_i, mu_i|j = p_ij mu_i / c_j, moments with the spread of the means. A track's score for a
+    return i is log sum_j c_j l_ji; given the association weights W_i, the joint posterior of mode j and hypothesis i is
+    W_i c_j l_ji / sum_j' c_j' l_j'i. So it is the textbook's IMM-PDAF under PDA, and as exact under any other associator.
+    Modes may have unlike states: an axis that a mode lacks has there the mean and standard deviation stated in `absent`,
+    0 and 0 unless it says otherwise (a constant-velocity target does not turn). At dt = 0 nothing switches.
+    Blom, Bar-Shalom, The Interacting Multiple Model Algorithm, IEEE Trans. Automatic Control 33, 1988.
+    """
+
+    kind: ClassVar[str] = "imm"
+
+    modes: tuple[Estimator[Any], ...] = fields.part("the estimators, one a mode")
+    transition: Array | None = fields.array(
+        "1", "probability of each next mode (column) given the mode (row)", ndim=2, default=None, check=transition_problem
+    )
+    interval: float | None = fields.quantity(
+        "s", "time for which `transition` holds; default: for each scan, whatever its length", default=None, above=0
+    )
+    rates: Array | None = fields.array(
+        "1/s", "switching rates from mode (row) to mode (column), instead of `transition`", ndim=2, default=None,
+        check=rates_problem,
+    )  # fmt: skip
+    initial: Array | None = fields.array("1", "mode probabilities of a new track; default: equal", ndim=1, default=None)
+    absent: dict[str, tuple[float, float]] = fields.table(
+        "axis to [mean, standard deviation] in the modes that lack it", pairs=True
+    )
+    state: Space = field(init=False, repr=False, eq=False, default=Factory(_state, takes_self=True))
+    carried: Space = field(init=False, repr=False, eq=False, default=Factory(_carried, takes_self=True))
+    _switch: Transition = field(init=False, repr=False, eq=False)
+
+    @_switch.default
+    def _transition(self) -> Transition:
+        r = len(self.modes)
+        if r == 0:
+            raise ValueError("modes: must hold at least one estimator, got none")
+        if (self.transition is None) == (self.rates is None):
+            raise ValueError("transition: give either `transition` or `rates`")
+        for name, matrix in (("transition", self.transition), ("rates", self.rates), ("initial", self.initial)):
+            if matrix is not None and len(matrix) != r:
+                raise ValueError(f"{name}: must have one row for each of the {r} modes, got {len(matrix)}")
+        if self.initial is not None and (np.any(self.initial <= 0) or abs(self.initial.sum() - 1) > 1e-6):
+            raise ValueError(f"initial: must be probabilities > 0 that sum to 1, got {self.initial.tolist()}")
+        for name in self.absent:
+            if name not in self.state:
+                raise ValueError(f"absent.{name}: no mode has this axis; the modes' axes are {self.state}")
+        if self.rates is not None:
+            if self.interval is not None:
+                raise ValueError("interval: goes with `transition`, not with `rates`")
+            return Transition(None, self.rates)
+        assert self.transition is not None
+        if self.interval is None:
+            return Transition.per_scan(self.transition)
+        return Transition.per_interval(self.transition, self.interval)
+
+    def refuses(self, sensor: Sensor) -> str | None:
+        """What any mode refuses."""
+        return next((reason for mode in self.modes if (reason := mode.refuses(sensor))), None)
+
+    def start(self, prior: Gaussian, axes: Space, rng: np.random.Generator) -> Modes:
+        """Every mode from the same prior, with the `initial` mode probabilities."""
+        r = len(self.modes)
+        initial = np.full(r, 1.0 / r) if self.initial is None else self.initial
+        log_prob = np.broadcast_to(np.log(initial), (*prior.mean.shape[:-1], r))
+        return Modes(tuple(mode.start(prior, axes, rng) for mode in self.modes), log_prob)
+
+    def predict(self, belief: Modes, dt: float, rng: np.random.Generator, combined: Gaussian | None = None) -> Modes:
+        """Mix, then predict every mode."""
+        if dt == 0:
+            return belief
+        origin, apart, covs = self._stack(belief)
+        log_prob, means, covs_mixed = kernels.imm_mix(belief.log_prob, self._switch.log(dt), apart, covs)
+        if combined is None:
+            combined = self._combine(belief.log_prob, origin, apart, covs)
+        beliefs = []
+        for j, mode in enumerate(self.modes):
+            mixed = Gaussian(self.state.displace(origin, means[..., j, :]), covs_mixed[..., j, :, :])
+            own = self.state.locate(mode.state)
+            seen = Gaussian(combined.mean[..., own], combined.cov[..., own, :][..., own])
+            beliefs.append(mode.predict(mode.start(mixed, self.state, rng), dt, rng, seen))
+        return Modes(tuple(beliefs), log_prob)
+
+    def innovate(self, belief: Modes, sensor: Sensor, seen: Detections, p_gate: float) -> Innovation:
+        """The modes' likelihoods weighted by their predicted probabilities; a miss is a hypothesis like any other."""
+        parts = tuple(mode.innovate(own, sensor, seen, p_gate) for mode, own in zip(self.modes, belief.beliefs, strict=True))
+        joint = np.stack([part.loglik for part in parts], axis=-1) + belief.log_prob[..., None, :]
+        loglik = kernels.log_sum(joint)
+        share = joint - loglik[..., None]
+        distances = np.stack([part.nis for part in parts], axis=-1)
+        return Innovation(
+            loglik,
+            reduce(np.minimum, (part.distance for part in parts)),
+            reduce(np.maximum, (part.log_volume for part in parts)),
+            np.sum(np.exp(share[..., 1:, :]) * distances, axis=-1),
+            ModeHypotheses(parts, share),
+        )
+
+    def absorb(self, belief: Modes, innovation: Innovation, weights: Array) -> Modes:
+        """Split the track's weights among the modes, and let each absorb its own."""
+        detail: ModeHypotheses = innovation.detail
+        with np.errstate(divide="ignore"):
+            joint = np.log(weights)[..., None] + detail.log_share
+        log_prob = kernels.log_sum(joint, axis=-2)
+        possible = np.isfinite(log_prob)[..., None, :]  # a mode that cannot be keeps the track's weights
+        own = np.where(possible, np.exp(joint - np.where(possible, log_prob[..., None, :], 0.0)), weights[..., None])
+        beliefs = tuple(
+            mode.absorb(part, inner, own[..., j])
+            for j, (mode, part, inner) in enumerate(zip(self.modes, belief.beliefs, detail.innovations, strict=True))
+        )
+        return Modes(beliefs, log_prob - kernels.log_sum(log_prob)[..., None])
+
+    def moments(self, belief: Modes) -> Gaussian:
+        """Mean and covariance of the mixture over all modes' axes, the spread of the means included."""
+        return self._combine(belief.log_prob, *self._stack(belief))
+
+    def mode_prob(self, belief: Modes) -> Array:
+        """(*b, t, r)"""
+        return np.exp(belief.log_prob)
+
+    def _stack(self, belief: Modes) -> tuple[Array, Array, Array]:
+        """All modes over the common axes: an origin (*b, t, n), means from there (*b, t, r, n), covariances (*b, t, r, n, n)."""
+        n, shape = len(self.state), belief.log_prob.shape
+        means, covs = np.empty((*shape, n)), np.zeros((*shape, n, n))
+        default = [self.absent.get(axis.name, (0.0, 0.0)) for axis in self.state.axes]
+        means[:] = [mean for mean, _ in default]
+        covs[..., range(n), range(n)] = [deviation**2 for _, deviation in default]
+        for j, (mode, part) in enumerate(zip(self.modes, belief.beliefs, strict=True)):
+            own, moments = self.state.locate(mode.state), mode.moments(part)
+            means[..., j, own] = moments.mean
+            covs[..., j, np.array(own)[:, None], own] = moments.cov
+        origin = means[..., 0, :]
+        return origin, self.state.difference(means, origin[..., None, :]), covs
+
+    def _combine(self, log_prob: Array, origin: Array, apart: Array, covs: Array) -> Gaussian:
+        mean, cov = kernels.moments(np.exp(log_prob)[..., None, :], apart, covs)
+        return Gaussian(self.state.displace(origin, mean[..., 0, :]), cov[..., 0, :, :])

@@ -1,0 +1,46 @@
+"""The Kalman filter."""
+
+from __future__ import annotations
+
+from typing import ClassVar, final
+
+import numpy as np
+from attrs import frozen
+
+from vedette import Detections, Gaussian, Innovation, MotionModel, Sensor, fields, kernels
+from vedette.gaussian import GaussianFilter, linearised
+
+
+@final
+@frozen
+class Kalman(GaussianFilter):
+    """Exact for linear models with Gaussian noise, and for nothing else: it refuses models that do not say they are linear.
+
+    x- = F x, P- = F P F' + Q, S = H P- H' + R, K = P- H' S^-1, P+ = (I - K H) P- (I - K H)' + K R K'.
+    Kalman, A New Approach to Linear Filtering and Prediction Problems, J. Basic Engineering 82, 1960.
+    """
+
+    kind: ClassVar[str] = "kalman"
+    exact_when_linear: ClassVar[bool] = True
+
+    motion: MotionModel = fields.part("how the target moves; a linear model")
+
+    def __attrs_post_init__(self) -> None:
+        if not self.motion.linear:
+            raise ValueError(f"motion {self.motion.kind!r} is not linear: use the estimator 'ekf' or 'ukf' with it")
+
+    def refuses(self, sensor: Sensor) -> str | None:
+        """Sensors that are not linear."""
+        return None if sensor.linear else f"it is not linear: use the estimator 'ekf' or 'ukf' with {sensor.kind!r}"
+
+    def predict(self, belief: Gaussian, dt: float, rng: np.random.Generator, combined: Gaussian | None = None) -> Gaussian:
+        """The belief `dt` s later."""
+        if dt == 0:
+            return belief
+        F = self.motion.jacobian(belief.mean, dt)
+        cov = kernels.propagate(belief.cov, F, self.motion.noise(belief.mean, dt))
+        return Gaussian((F @ belief.mean[..., None])[..., 0], cov)
+
+    def innovate(self, belief: Gaussian, sensor: Sensor, seen: Detections, p_gate: float) -> Innovation:
+        """Every return against every track."""
+        return linearised(belief, self.state, sensor, seen, p_gate)

@@ -1,0 +1,73 @@
+"""How the modes of an IMM switch: per scan, per stated interval, or by rates."""
+
+from __future__ import annotations
+
+import numpy as np
+from attrs import frozen
+
+from vedette import Array
+
+
+def transition_problem(matrix: Array) -> str | None:
+    """What keeps `matrix` from being a transition matrix, or None."""
+    if matrix.shape[0] != matrix.shape[1]:
+        return f"must be square, got {matrix.shape[0]} x {matrix.shape[1]}"
+    if np.any(matrix < 0):
+        return f"probabilities must be >= 0, got {matrix.min():g}"
+    for i, total in enumerate(matrix.sum(axis=1)):
+        if abs(total - 1) > 1e-6:
+            return f"each row must sum to 1, row {i} sums to {total:g}"
+    return None
+
+
+def rates_problem(matrix: Array) -> str | None:
+    """What keeps `matrix` from being switching rates per second, or None."""
+    if matrix.shape[0] != matrix.shape[1]:
+        return f"must be square, got {matrix.shape[0]} x {matrix.shape[1]}"
+    off = matrix - np.diag(np.diag(matrix))
+    if np.any(off < 0):
+        return f"rates from one mode to another must be >= 0 per s, got {off.min():g}"
+    if np.any(np.abs(matrix.sum(axis=1)) > 1e-9 * (1 + np.abs(matrix).max())):
+        return (
+            f"each row must sum to 0: the diagonal is minus the sum of the rest, got rows that sum to {matrix.sum(axis=1)}"
+        )
+    return None
+
+
+@frozen(eq=False)
+class Transition:
+    """Log transition probabilities over any time step: exp(rates * dt), or one matrix for every scan."""
+
+    fixed: Array | None
+    rates: Array | None
+
+    @classmethod
+    def per_scan(cls, matrix: Array) -> Transition:
+        """The same matrix whatever the time between scans."""
+        with np.errstate(divide="ignore"):
+            return cls(np.log(matrix), None)
+
+    @classmethod
+    def per_interval(cls, matrix: Array, interval: float) -> Transition:
+        """Scaled to dt through the matrix' generator; ValueError where it has none."""
+        from scipy.linalg import logm
+
+        generator = np.asarray(logm(matrix)) / interval
+        real = np.real(generator)
+        off = real - np.diag(np.diag(real))
+        if np.abs(np.imag(generator)).max() * interval > 1e-9 or not np.all(off * interval >= -1e-12):
+            raise ValueError(
+                "interval: this transition matrix has no generator, so it cannot be scaled to other time steps; "
+                "leave `interval` out (it then holds per scan) or give `rates`"
+            )
+        return cls(None, np.maximum(off, 0) + np.diag(np.diag(real)))
+
+    def log(self, dt: float) -> Array:
+        """log P(mode in the column `dt` s later | mode in the row) (r, r)"""
+        if self.rates is None:
+            assert self.fixed is not None
+            return self.fixed
+        from scipy.linalg import expm
+
+        with np.errstate(divide="ignore"):
+            return np.log(np.maximum(expm(self.rates * dt), 0.0))
