@@ -4,7 +4,7 @@ from vedette import fields, kernels
 from vedette.errors import ConfigError, InputError, PluginError, Problem, ScanRefused, VedetteError
 from vedette.plugin import plugin
 from vedette.roles import Associator, Component, Estimator, Lifecycle, MotionModel, Sensor, Source
-from vedette.space import Array, Axis, Space, SpaceError
+from vedette.space import Array, Axis, Mask, Space, SpaceError
 from vedette.types import Detections, Gaussian, Innovation, Pose, Recording, Scan, Track, Trajectory
 
 __all__ = [
@@ -19,6 +19,7 @@ __all__ = [
     "Innovation",
     "InputError",
     "Lifecycle",
+    "Mask",
     "MotionModel",
     "PluginError",
     "Pose",

@@ -14,7 +14,7 @@ from typing import Any, ClassVar, Generic, TypeVar
 import numpy as np
 
 from vedette.kernels.derivative import numerical_jacobian
-from vedette.space import Array, Space
+from vedette.space import Array, Mask, Space
 from vedette.types import Detections, Gaussian, Innovation, Pose, Recording
 
 CONTRACT = 1
@@ -190,15 +190,15 @@ class Lifecycle(Component):
         """Existence (*b, t) that is expected `dt` later."""
 
     @abstractmethod
-    def review(self, memory: Any, existence: Array, hit: Array, expected: Array) -> tuple[Any, Array, Array]:
+    def review(self, memory: Any, existence: Array, hit: Array, expected: Array) -> tuple[Any, Mask, Mask]:
         """After a scan: memory, confirmed (*b, t), alive (*b, t).
 
         hit (*b, t): probability that a return was the track's; expected (*b, t): its detection probability there.
         """
 
     @abstractmethod
-    def starts(self, sensor: str, claimed: Array) -> Array:
-        """Which returns of a scan start tracks, (k,) bool; `claimed` (k,): probability that a track explains it."""
+    def starts(self, sensor: str, claimed: Array) -> Mask:
+        """Which returns of a scan start tracks, (k,); `claimed` (k,): probability that a track explains it."""
 
     @abstractmethod
     def prior(self, seen: Gaussian, looks_at: Space, state: Space) -> Gaussian:

@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.floating[Any]]
 """Real numbers in double precision, any shape; a docstring says which."""
+Mask = NDArray[np.bool_]
+"""Truth values, any shape."""
 
 
 class SpaceError(ValueError):

@@ -12,7 +12,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette.errors import Problem
-from vedette.space import Array, Space
+from vedette.space import Array, Mask, Space
 
 
 @frozen(eq=False)
@@ -34,7 +34,7 @@ class Detections:
     """
 
     z: Array
-    valid: np.ndarray[Any, np.dtype[np.bool_]]
+    valid: Mask
     evidence: Array | None = None
     noise: Array | None = None
 
@@ -120,7 +120,7 @@ class Track:
     times: Array
     mean: Array
     cov: Array
-    confirmed: np.ndarray[Any, np.dtype[np.bool_]]
+    confirmed: Mask
     existence: Array
     mode_prob: Array | None
     weights: tuple[Array, ...]

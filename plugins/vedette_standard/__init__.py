@@ -11,6 +11,9 @@ from vedette_standard.estimators.extended import ExtendedKalman
 from vedette_standard.estimators.imm import Imm
 from vedette_standard.estimators.kalman import Kalman
 from vedette_standard.estimators.unscented import UnscentedKalman
+from vedette_standard.lifecycles.existence import Existence
+from vedette_standard.lifecycles.m_of_n import MOfN
+from vedette_standard.lifecycles.single_target import SingleTarget
 from vedette_standard.motion.constant_velocity import ConstantVelocity
 from vedette_standard.sensors.cartesian_position import CartesianPosition
 
@@ -25,4 +28,5 @@ def vedette_components() -> Iterable[type[vedette.Component]]:
         *(CartesianPosition,),
         *(Kalman, ExtendedKalman, UnscentedKalman, Imm),
         *(Nearest, GlobalNearest, Pda, Jpda),
+        *(SingleTarget, MOfN, Existence),
     ]

@@ -23,6 +23,6 @@ class Pda(Associator):
 
     def associate(self, scores: Array, evidence: Array | None) -> Array:
         """(*b, t, 1+k) -> (*b, t, 1+k)"""
-        likely = np.exp(scores - np.max(scores, axis=-1, keepdims=True))
+        likely: Array = np.exp(scores - np.max(scores, axis=-1, keepdims=True))
         likely /= np.sum(likely, axis=-1, keepdims=True)
         return likely

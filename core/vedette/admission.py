@@ -1,0 +1,102 @@
+"""Where a scan enters the tracker: the only check of data, so that nothing behind it needs one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from typing import Any
+
+import numpy as np
+from attrs import evolve
+
+from vedette.errors import Problem
+from vedette.fields import ABSURD
+from vedette.roles import Sensor
+from vedette.space import Array, Mask
+from vedette.types import Detections, Pose, Scan
+
+
+def flaws(scan: Scan, sensors: Mapping[str, Sensor], since: float) -> list[Problem]:
+    """What is wrong with a scan for a tracker at time `since` in s; nothing if it can be taken."""
+    if scan.sensor not in sensors:
+        return [Problem("sensor", f"must be one of {', '.join(map(repr, sensors))}, got {scan.sensor!r}")]
+    found = []
+    if not abs(scan.time) <= ABSURD:
+        found.append(Problem("time", f"must be a finite number of s, got {scan.time}"))
+    elif scan.time < since:
+        found.append(
+            Problem("time", f"must not go back: {scan.time:.6f} s is {since - scan.time:.6g} s before the last scan")
+        )
+    if scan.pose is not None:
+        found += _pose_flaws(scan.pose)
+    return found + _return_flaws(scan.detections, len(sensors[scan.sensor].measurement))
+
+
+def without_bad_returns(scan: Scan) -> tuple[Scan, list[Problem]]:
+    """The scan without returns that are not finite or whose noise is no covariance, and what was wrong with them."""
+    seen = scan.detections
+    if seen.valid.shape != seen.z.shape[:-1]:
+        return scan, []
+    bad = ~_good(seen)
+    if not bad.any():
+        return scan, []
+    problems = [Problem(f"return {i}", _complaint(seen, i)) for i in np.flatnonzero(bad)]
+    kept = Detections(
+        seen.z[~bad],
+        seen.valid[~bad],
+        None if seen.evidence is None else seen.evidence[~bad],
+        None if seen.noise is None else seen.noise[~bad],
+    )
+    return evolve(scan, detections=kept), problems
+
+
+def _pose_flaws(pose: Pose) -> list[Problem]:
+    parts = {"position": pose.position, "velocity": pose.velocity, "heading": pose.heading}
+    return [
+        Problem(f"pose.{name}", f"must be finite numbers, got {np.asarray(value).tolist()}")
+        for name, value in parts.items()
+        if value is not None and not np.all(np.abs(value) <= ABSURD)
+    ]
+
+
+def _return_flaws(seen: Detections, m: int) -> list[Problem]:
+    if seen.z.ndim < 2 or seen.z.shape[-1] != m:
+        return [Problem("z", f"must have shape (..., returns, {m}), got {seen.z.shape}")]
+    for name, part, shape in (
+        ("valid", seen.valid, seen.z.shape[:-1]),
+        ("evidence", seen.evidence, seen.z.shape[:-1]),
+        ("noise", seen.noise, (*seen.z.shape, m)),
+    ):
+        if part is not None and part.shape != shape:
+            return [Problem(name, f"must have shape {shape} as `z` has {seen.z.shape}, got {part.shape}")]
+    good = _good(seen)
+    if good.all():
+        return []
+    return [Problem(f"return {list(map(int, i))}", _complaint(seen, tuple(i))) for i in np.argwhere(~good)]
+
+
+def _good(seen: Detections) -> Mask:
+    """Which returns (*b, k) can be used; padding is never looked at."""
+    good: Mask = np.all(np.abs(seen.z) <= ABSURD, axis=-1)
+    if seen.evidence is not None:
+        good &= np.isfinite(seen.evidence)
+    if seen.noise is not None:
+        good &= _is_covariance(seen.noise)
+    return good | ~seen.valid
+
+
+def _is_covariance(noise: Array) -> Mask:
+    finite: Mask = np.all(np.abs(noise) <= ABSURD, axis=(-1, -2))
+    safe = np.where(finite[..., None, None], noise, np.eye(noise.shape[-1]))
+    skew = np.max(np.abs(safe - np.swapaxes(safe, -1, -2)), axis=(-1, -2))
+    usable: Mask = (skew <= 1e-9 * np.max(np.abs(safe), axis=(-1, -2))) & (np.linalg.eigvalsh(safe)[..., 0] > 0)
+    return finite & usable
+
+
+def _complaint(seen: Detections, i: Any) -> str:
+    if not np.all(np.abs(seen.z[i]) <= ABSURD):
+        return f"must be finite numbers, got {seen.z[i].tolist()}"
+    if seen.evidence is not None and not np.isfinite(seen.evidence[i]):
+        return f"its evidence must be a finite number, got {seen.evidence[i]}"
+    assert seen.noise is not None
+    return f"its noise must be symmetric and positive definite, got {seen.noise[i].tolist()}"

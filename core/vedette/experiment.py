@@ -1,0 +1,97 @@
+"""A tracker, the scans it is to run on, and how the result is judged: what one config file describes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from time import process_time
+from typing import final
+
+import numpy as np
+from attrs import frozen
+
+from vedette import fields
+from vedette.admission import without_bad_returns
+from vedette.errors import ConfigError, Problem, ScanRefused
+from vedette.history import History
+from vedette.metrics import Judge
+from vedette.roles import Source
+from vedette.tracker import State, Tracker
+from vedette.types import Recording, Scan, Track
+
+Progress = Callable[[Sequence[Scan]], Iterable[Scan]]
+
+
+@frozen(eq=False)
+class Result:
+    """What came of a run: tracks that were ever confirmed, in the order of their ids.
+
+    `begun` counts all tracks, tentative ones included; `scans` those taken; `refused` holds what was not, and why;
+    `seconds` is the CPU time of the tracker alone.
+    """
+
+    tracks: tuple[Track, ...]
+    recording: Recording
+    scans: tuple[Scan, ...]
+    refused: tuple[Problem, ...]
+    begun: int
+    seconds: float
+    interrupted: bool
+
+
+@final
+@frozen
+class Experiment:
+    """One config: a tracker, its source, and the judge of its result against the truth."""
+
+    tracker: Tracker = fields.part("what turns scans into tracks")
+    source: Source | None = fields.part("where the scans come from", default=None)
+    judge: Judge = fields.part("how tracks are held against the truth", default=Judge())
+    title: str = fields.text("one line that says what this is", default="")
+    seed: int = fields.integer("of everything random", default=0)
+
+    def run(self, *, strict: bool = False, progress: Progress = iter) -> Result:
+        """Run the tracker over all scans.
+
+        A scan or a return that the tracker cannot take is left out and told in `refused`; with `strict` it raises
+        ScanRefused. `progress` wraps the scans, to show how far the run is. Ctrl-C ends the run and keeps what is done.
+        """
+        if self.source is None:
+            raise ConfigError([Problem("source", "is missing: there are no scans to run on")])
+        for_source, for_tracker = np.random.default_rng(self.seed).spawn(2)
+        recording = self.source.open(self.tracker.sensors, for_source)
+        if strict and recording.refused:
+            raise ScanRefused(str(recording.refused[0]))
+        try:
+            given = self.tracker.lifecycle.given(self.tracker.state, recording)
+        except ValueError as error:
+            raise ConfigError([Problem("", str(error))]) from None
+        begin = recording.scans[0].time if given is not None and recording.scans else -np.inf
+        state = self.tracker.start(given, begin, for_tracker)
+        history = History(self.tracker)
+        refused, taken, seconds, interrupted = list(recording.refused), [], 0.0, False
+        try:
+            for i, scan in enumerate(progress(recording.scans)):
+                before = process_time()
+                after, problems = self._step(state, scan, strict)
+                seconds += process_time() - before
+                refused += [Problem(f"scan {i}, {problem.place}", problem.text) for problem in problems]
+                if after is not None:
+                    state = after
+                    taken.append(scan)
+                    history.add(state)
+        except KeyboardInterrupt:
+            interrupted = True
+        return Result(history.tracks(), recording, tuple(taken), tuple(refused), state.born, seconds, interrupted)
+
+    def _step(self, state: State, scan: Scan, strict: bool) -> tuple[State | None, list[Problem]]:
+        """The next state, None if the scan is refused as a whole, and what was left out."""
+        try:
+            return self.tracker.step(state, scan), []
+        except ScanRefused:
+            if strict:
+                raise
+        kept, problems = without_bad_returns(scan)
+        try:
+            return self.tracker.step(state, kept), problems
+        except ScanRefused as error:
+            return None, [Problem("left out whole", str(error))]

@@ -1,0 +1,41 @@
+"""Taking and joining tracks in the beliefs of any estimator: attrs values, tuples and arrays that lead with (*b, t)."""
+
+from __future__ import annotations
+
+from typing import Any, TypeVar
+
+import attrs
+import numpy as np
+
+T = TypeVar("T")
+
+
+def take(tree: T, index: Any, axis: int) -> T:
+    """The entries `index` (an integer or boolean array) of the tracks' axis of every array."""
+    if isinstance(tree, np.ndarray):
+        return tree[(slice(None),) * axis + (index,)]  # type: ignore[return-value]
+    return _rebuild(tree, [take(part, index, axis) for part in _parts(tree)])
+
+
+def join(first: T, second: T, axis: int) -> T:
+    """The tracks of `first`, then those of `second`."""
+    if isinstance(first, np.ndarray):
+        return np.concatenate([first, second], axis=axis)  # type: ignore[return-value]
+    pairs = zip(_parts(first), _parts(second), strict=True)
+    return _rebuild(first, [join(one, other, axis) for one, other in pairs])
+
+
+def _parts(tree: Any) -> list[Any]:
+    if tree is None:
+        return []
+    if isinstance(tree, tuple):
+        return list(tree)
+    return [getattr(tree, field.name) for field in attrs.fields(type(tree))]
+
+
+def _rebuild(tree: T, parts: list[Any]) -> T:
+    if tree is None:
+        return tree
+    if isinstance(tree, tuple):
+        return tuple(parts)  # type: ignore[return-value]
+    return type(tree)(*parts)

@@ -1,0 +1,34 @@
+"""What lifecycles that start tracks by themselves share."""
+
+from __future__ import annotations
+
+import numpy as np
+from attrs import frozen
+
+from vedette import Array, Gaussian, Lifecycle, Mask, Space, fields
+
+
+@frozen
+class Automatic(Lifecycle):
+    """Starts a track at every return that no track explains, with its axes beyond the sensor's spread around 0."""
+
+    spread: dict[str, float] = fields.table("state axis that sensors do not see to its standard deviation in new tracks")
+    sensors: tuple[str, ...] = fields.words("sensors whose returns may start tracks; default: all", default=())
+    claimed: float = fields.probability("a return that tracks explain more probably starts none", default=0.5, above=0)
+
+    def starts(self, sensor: str, claimed: Array) -> Mask:
+        """(k,) -> (k,)"""
+        return (claimed < self.claimed) & (not self.sensors or sensor in self.sensors)
+
+    def prior(self, seen: Gaussian, looks_at: Space, state: Space) -> Gaussian:
+        """What was seen, and `spread` on the other axes, uncorrelated."""
+        lacking = [name for name in state.names if name not in looks_at and name not in self.spread]
+        if lacking:
+            raise ValueError(f"spread: must state the standard deviation of {', '.join(map(repr, lacking))} in new tracks")
+        t, n = len(seen.mean), len(state)
+        own = state.locate(looks_at)
+        mean, cov = np.zeros((t, n)), np.zeros((t, n, n))
+        cov[:, range(n), range(n)] = [self.spread.get(name, 0.0) ** 2 for name in state.names]
+        mean[:, own] = seen.mean
+        cov[:, np.array(own)[:, None], own] = seen.cov
+        return Gaussian(mean, cov)

@@ -1,0 +1,67 @@
+"""Confirmation by M hits in N looks."""
+
+from __future__ import annotations
+
+from typing import ClassVar, final
+
+import numpy as np
+from attrs import frozen
+from numpy.typing import NDArray
+
+from vedette import Array, Mask, fields
+from vedette_standard.lifecycles.automatic import Automatic
+
+
+@frozen(eq=False)
+class Looks:
+    """hits (*b, t): one bit a look, the latest lowest; looks (*b, t): how many there were; confirmed (*b, t)."""
+
+    hits: NDArray[np.int64]
+    looks: NDArray[np.int64]
+    confirmed: Mask
+
+
+@final
+@frozen
+class MOfN(Automatic):
+    """A track counts as real after `hits` detections in its last `looks` looks, and ends after `misses` looks without one.
+
+    A look is a scan in which the sensor should see the track with a probability of at least `worth`; a detection is a
+    probability above 1/2 that a return was the track's. A tentative track ends as soon as `looks` looks have too few hits.
+    Bar-Shalom, Li, Multitarget-Multisensor Tracking, 1995, section 3.3.
+    """
+
+    kind: ClassVar[str] = "m_of_n"
+
+    hits: int = fields.integer("M, detections that confirm a track", default=3, at_least=1, at_most=60)
+    looks: int = fields.integer("N, looks in which they must fall", default=5, at_least=1, at_most=60)
+    misses: int = fields.integer(
+        "looks in a row without a detection that end a confirmed track", default=5, at_least=1, at_most=60
+    )
+    worth: float = fields.probability("least detection probability for a scan to count as a look", default=0.1)
+
+    def __attrs_post_init__(self) -> None:
+        if self.hits > self.looks:
+            raise ValueError(f"hits: must be <= looks, {self.looks}, got {self.hits}")
+
+    def newborn(self, count: int) -> tuple[Looks, Array]:
+        """Tracks with one look and one hit, which confirms where `hits` is 1; existence 1."""
+        once = np.ones(count, dtype=np.int64)
+        return Looks(once, once, np.full(count, self.hits == 1)), np.ones(count)
+
+    def survive(self, existence: Array, dt: float) -> Array:
+        """Unchanged."""
+        return existence
+
+    def review(self, memory: Looks, existence: Array, hit: Array, expected: Array) -> tuple[Looks, Mask, Mask]:
+        """Count the look, confirm and end."""
+        detected = hit > 0.5
+        looked = detected | (expected >= self.worth)
+        hits = np.where(looked, (memory.hits << 1 | detected) & (1 << 60) - 1, memory.hits)
+        looks = memory.looks + looked
+        recent = np.bitwise_count(hits & (1 << self.looks) - 1)
+        confirmed = memory.confirmed | (recent >= self.hits)
+        coasting = (hits & (1 << self.misses) - 1 == 0) & (looks >= self.misses)
+        too_few = looks - recent > self.looks - self.hits
+        alive = np.where(confirmed, ~coasting, ~too_few)
+        return Looks(hits, looks, confirmed), confirmed, alive
