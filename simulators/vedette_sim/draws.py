@@ -1,0 +1,178 @@
+"""Trajectories drawn from motion models, in lock-step over any batch axes: the loop is over time alone.
+
+Each draw is a pure function of its standard noise (`follow`, `switch`, `follow_modes`) under one that fetches the noise
+from a generator (`draw_states`, `draw_jump_markov`). To give each run a generator of its own, stack the noise of the runs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import reduce
+from typing import Any
+
+import numpy as np
+
+from vedette import Array, MotionModel, Space
+
+Modes = np.ndarray[Any, np.dtype[np.intp]]
+"""Which model of a list is at work, counted from 0."""
+
+
+def factor(cov: Array) -> Array:
+    """Lower triangular L (*b, n, n) with L L' = cov (*b, n, n): Cholesky's, which also takes singular covariances.
+
+    A pivot that rounding alone explains counts as zero, and its column with it, so an axis without noise gets none at all.
+    ValueError if `cov` is not symmetric positive semi-definite.
+    """
+    n = cov.shape[-1]
+    scale = np.diagonal(cov, axis1=-2, axis2=-1)
+    lower = np.zeros(cov.shape)
+    for j in range(n):
+        column = cov[..., j:, j] - (lower[..., j:, :j] @ lower[..., j, :j, None])[..., 0]
+        free = column[..., 0] > 8 * n * np.finfo(float).eps * scale[..., j]
+        root = np.sqrt(np.where(free, column[..., 0], 1.0))
+        lower[..., j:, j] = np.where(free[..., None], column / root[..., None], 0.0)
+    spread = np.sqrt(np.maximum(scale, 0.0))
+    left = np.abs(lower @ np.swapaxes(lower, -1, -2) - cov)
+    if not np.all(left <= 1e-6 * spread[..., :, None] * spread[..., None, :]):
+        raise ValueError(f"covariance: must be symmetric positive semi-definite, got {cov}")
+    return lower
+
+
+def draw_gaussian(mean: Array, cov: Array, rng: np.random.Generator, size: tuple[int, ...] = ()) -> Array:
+    """Draws from N(mean, cov): mean (*b, n), cov (*b, n, n), singular or not -> (*size, *b, n)"""
+    return mean + _coloured(cov, rng.standard_normal((*size, *np.shape(mean))))
+
+
+def _coloured(cov: Array, standard: Array) -> Array:
+    return (factor(cov) @ standard[..., None])[..., 0]
+
+
+def _steps(times: Array) -> list[float]:
+    times = np.asarray(times, dtype=float)
+    if times.ndim != 1 or not len(times) or not np.all(np.isfinite(times)) or np.any(np.diff(times) < 0):
+        raise ValueError(f"times: must be finite numbers in s, at least one, never going back, got {times}")
+    return [float(step) for step in np.diff(times)]
+
+
+def _over(state: Space, x0: Array, batch: tuple[int, ...]) -> Array:
+    x0 = np.asarray(x0, dtype=float)
+    if x0.shape[-1:] != (len(state),):
+        raise ValueError(f"x0: must have the {len(state)} axes {state}, got shape {x0.shape}")
+    return np.broadcast_to(x0, (*batch, len(state)))
+
+
+def _step(model: MotionModel, x: Array, dt: float, standard: Array) -> Array:
+    return model.state.displace(model.move(x, dt), _coloured(model.noise(x, dt), standard))
+
+
+def follow(model: MotionModel, x0: Array, times: Array, standard: Array) -> Array:
+    """The trajectory that starts at x0 (*b, n) and meets the standard normal noise (*b, s-1, n): (*b, s, n)
+
+    x' = f(x, dt) + L w with L L' = Q(x, dt); `times` (s,) in s.
+    """
+    steps = _steps(times)
+    if standard.shape[-2:] != (len(steps), len(model.state)):
+        raise ValueError(f"standard: must end in {(len(steps), len(model.state))}, got shape {standard.shape}")
+    x = model.state.canonical(_over(model.state, x0, standard.shape[:-2]))
+    states = np.empty((*x.shape[:-1], len(steps) + 1, x.shape[-1]))
+    states[..., 0, :] = x
+    for k, dt in enumerate(steps):
+        states[..., k + 1, :] = x = _step(model, x, dt, standard[..., k, :])
+    return states
+
+
+def draw_states(model: MotionModel, x0: Array, times: Array, rng: np.random.Generator, size: tuple[int, ...] = ()) -> Array:
+    """Trajectories of `model` from x0 (*b, n) at `times` (s,) in s: (*size, *b, s, n). x0 is the state at the first time."""
+    shape = (*size, *np.shape(x0)[:-1], max(len(times) - 1, 0), len(model.state))
+    return follow(model, x0, times, rng.standard_normal(shape))
+
+
+def union_state(models: Sequence[MotionModel]) -> Space:
+    """All axes that any of `models` has, in the order in which they first appear."""
+    return reduce(Space.union, (model.state for model in models), Space())
+
+
+def common_state(models: Sequence[MotionModel]) -> Space:
+    """The axes that all of `models` have, in the first one's order."""
+    return Space(tuple(axis for axis in union_state(models).axes if all(axis.name in model.state for model in models)))
+
+
+def switch(transition: Array, mode0: Modes | int, times: Array, uniform: Array) -> Modes:
+    """A Markov chain under uniform noise (*b, s-1) in [0, 1): modes (*b, s).
+
+    `transition` (r, r) holds for every step of `times` (s,) that takes time: row the mode, column the next. Over a step of
+    0 s nothing switches, as in the IMM estimator.
+    """
+    transition = np.asarray(transition, dtype=float)
+    r = transition.shape[0]
+    if transition.shape != (r, r) or np.any(transition < 0) or not np.all(np.abs(transition.sum(axis=-1) - 1) < 1e-6):
+        raise ValueError(f"transition: must be square with rows of probabilities that sum to 1, got {transition.tolist()}")
+    if not np.all((np.asarray(mode0) >= 0) & (np.asarray(mode0) < r)):
+        raise ValueError(f"mode0: must be one of the {r} modes, 0 to {r - 1}, got {mode0}")
+    below = np.cumsum(transition, axis=-1)[:, :-1]
+    modes = np.empty((*uniform.shape[:-1], uniform.shape[-1] + 1), dtype=np.intp)
+    modes[..., 0] = mode0
+    for k, dt in enumerate(_steps(times)):
+        mode = modes[..., k]
+        modes[..., k + 1] = mode if dt == 0 else np.sum(uniform[..., k, None] >= below[mode], axis=-1)
+    return modes
+
+
+def follow_modes(
+    models: Sequence[MotionModel], modes: Modes, x0: Array, times: Array, standard: Array, fresh: Array
+) -> Array:
+    """The trajectory over `union_state(models)`, u axes, under modes (*b, s) and standard normal noise (*b, s-1, u).
+
+    modes[k] moves the state from times[k-1] to times[k]; modes[0] only says which axes of x0 (*b, u) count. An axis that the
+    last model lacked starts at `fresh` (*b, s-1, u). Result (*b, s, u), NaN on the axes that the mode of the time lacks.
+    """
+    space = union_state(models)
+    own = [np.array(space.locate(model.state), dtype=np.intp) for model in models]
+    lacks = np.ones((len(models), len(space)), dtype=bool)
+    for j, axes in enumerate(own):
+        lacks[j, axes] = False
+    x = np.where(lacks[modes[..., 0]], np.nan, space.canonical(_over(space, x0, modes.shape[:-1])))
+    states = np.empty((*modes.shape, len(space)))
+    states[..., 0, :] = x
+    for k, dt in enumerate(_steps(times)):
+        x = np.where(np.isnan(x), fresh[..., k, :], x)
+        after = np.full(x.shape, np.nan)
+        for j, model in enumerate(models):
+            rows = modes[..., k + 1] == j
+            if np.any(rows):
+                part = np.full((int(np.sum(rows)), len(space)), np.nan)
+                part[:, own[j]] = _step(model, x[rows][:, own[j]], dt, standard[..., k, :][rows][:, own[j]])
+                after[rows] = part
+        states[..., k + 1, :] = x = after
+    return states
+
+
+def draw_jump_markov(
+    models: Sequence[MotionModel],
+    transition: Array,
+    x0: Array,
+    mode0: Modes | int,
+    times: Array,
+    rng: np.random.Generator,
+    size: tuple[int, ...] = (),
+    starts: Mapping[str, tuple[float, float]] | None = None,
+) -> tuple[Modes, Array]:
+    """Trajectories that switch between `models` by a Markov chain: modes (*size, *b, s), states (*size, *b, s, u).
+
+    x0 (*b, u) over `union_state(models)`, mode0 () or (*b). Shared axes are carried over by their names; an axis that the
+    last model lacked starts from [mean, standard deviation] of `starts`. `switch` says more of `transition`, `follow_modes`
+    of the states.
+    """
+    space, starts = union_state(models), starts or {}
+    if len(transition) != len(models):
+        raise ValueError(f"transition: must have one row for each of the {len(models)} models, got {len(transition)}")
+    come_and_go = [name for name in space.names if name not in common_state(models)]
+    if missing := [name for name in come_and_go if name not in starts]:
+        raise ValueError(f"starts: must give [mean, standard deviation] of {', '.join(missing)}, which not all models have")
+    shape = (*size, *np.shape(x0)[:-1], max(len(times) - 1, 0))
+    modes = switch(transition, mode0, times, rng.random(shape))
+    standard = rng.standard_normal((*shape, len(space)))
+    mean, deviation = np.array([starts.get(name, (0.0, 0.0)) for name in space.names]).T
+    fresh = mean + deviation * rng.standard_normal((*shape, len(space)))
+    return modes, follow_modes(models, modes, x0, times, standard, fresh)

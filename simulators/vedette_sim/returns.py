@@ -1,0 +1,134 @@
+"""What a sensor reports of objects, drawn from its own model: detections, noise, clutter."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import final
+
+import numpy as np
+from attrs import frozen
+
+from vedette import Array, Detections, Sensor, Space, fields
+from vedette.space import Mask
+from vedette_sim.draws import factor
+
+_MOST = 1e6
+"""More clutter than this in a scan is a mistake in a unit, not a scene."""
+
+
+@final
+@frozen
+class Bounds:
+    """From where to where on one axis of a measurement space."""
+
+    low: float = fields.quantity("1", "least value, in the axis' own unit")
+    high: float = fields.quantity("1", "greatest value, in the axis' own unit")
+
+    def __attrs_post_init__(self) -> None:
+        if not self.low < self.high:
+            raise ValueError(f"high: must be > low = {self.low:.6g}, got {self.high:.6g}")
+
+
+def returns(sensor: Sensor, x: Array, uniform: Array, standard: Array) -> tuple[Array, Mask]:
+    """What `sensor` measures of objects x (*b, t, n) over `looks_at`, and which of them it detects: z (*b, t, m), (*b, t).
+
+    z = h(x) + L w, wrapped, with L L' = R(x) and standard normal w (*b, t, m); an object is detected if its uniform number
+    (*b, t) in [0, 1) is below P_D(x).
+    """
+    noise = (factor(sensor.noise(x)) @ standard[..., None])[..., 0]
+    return sensor.measurement.displace(sensor.measure(x), noise), uniform < sensor.detects(x)
+
+
+def corners(measurement: Space, region: Mapping[str, Bounds]) -> tuple[Array, Array]:
+    """The box that `region` names: lows (m,) and highs (m,). An axis that wraps may be left out: it is the whole circle.
+
+    ValueError if an axis is missing or unknown, or if a range is longer than the period.
+    """
+    if unknown := [name for name in region if name not in measurement]:
+        raise ValueError(f"{unknown[0]}: is not measured; the measured axes are {measurement}")
+    box = []
+    for axis in measurement.axes:
+        if axis.name in region:
+            low, high = region[axis.name].low, region[axis.name].high
+            if axis.period is not None and high - low > axis.period * (1 + 1e-12):
+                raise ValueError(f"{axis.name}: must span at most {axis.period:.6g} {axis.unit}, got {high - low:.6g}")
+        elif axis.period is not None:
+            low, high = -0.5 * axis.period, 0.5 * axis.period
+        else:
+            raise ValueError(f"{axis.name}: must have a low and a high; the measured axes are {measurement}")
+        box.append((low, high))
+    lows, highs = np.array(box).T
+    return lows, highs
+
+
+def _densities(sensor: Sensor, z: Array) -> Array:
+    density = np.broadcast_to(sensor.clutter(sensor.measurement.canonical(z)), z.shape[:-1])
+    if not np.all((density >= 0) & np.isfinite(density)):
+        raise ValueError(f"{sensor.kind}: its clutter density must be finite and >= 0, got {np.min(density):.6g}")
+    return density
+
+
+def _ceiling(sensor: Sensor, lows: Array, highs: Array) -> float:
+    """A bound of the clutter density in the box: its greatest value on a grid, a quarter more where it varies."""
+    m = len(lows)
+    sides = np.meshgrid(*np.linspace(lows, highs, max(3, int(4096 ** (1 / m))), axis=-1), indexing="ij")
+    density = _densities(sensor, np.stack(sides, axis=-1).reshape(-1, m))
+    top = float(np.max(density))
+    return top if np.min(density) == top else 1.25 * top
+
+
+def draw_clutter(
+    sensor: Sensor, region: Mapping[str, Bounds], rng: np.random.Generator, size: tuple[int, ...] = ()
+) -> tuple[Array, Mask]:
+    """False returns in `region`: a Poisson process with the density that `sensor` states: z (*size, k, m), valid (*size, k).
+
+    Exact for any density: candidates of a uniform process are kept with probability density / bound (thinning). The bound
+    comes from a grid; a candidate above it, as at a narrow peak, is a ValueError rather than a wrong draw.
+    Lewis, Shedler, Simulation of nonhomogeneous Poisson processes by thinning, Naval Research Logistics 26, 1979.
+    """
+    lows, highs = corners(sensor.measurement, region)
+    bound, volume = _ceiling(sensor, lows, highs), float(np.prod(highs - lows))
+    if bound * volume > _MOST:
+        raise ValueError(
+            f"{sensor.kind}: {bound * volume:.3g} false returns a scan; check the density's unit and the region"
+        )
+    counts = np.asarray(rng.poisson(bound * volume, size))
+    k = int(np.max(counts, initial=0))
+    z = lows + (highs - lows) * rng.random((*size, k, len(lows)))
+    density = _densities(sensor, z)
+    if np.any(density > bound):
+        raise ValueError(f"{sensor.kind}: its clutter density peaks too sharply for this region; state a smaller one")
+    kept = (np.arange(k) < counts[..., None]) & (rng.random((*size, k)) * bound < density)
+    return sensor.measurement.canonical(z), kept
+
+
+def shuffled(z: Array, valid: Mask, rng: np.random.Generator) -> Detections:
+    """The valid ones of z (*b, k, m) in random order, first; what pads the shorter runs is 0."""
+    key = np.where(valid, rng.random(valid.shape), 2.0)
+    order = np.argsort(key, axis=-1, kind="stable")[..., : int(np.max(np.sum(valid, axis=-1), initial=0))]
+    valid = np.take_along_axis(valid, order, axis=-1)
+    z = np.take_along_axis(z, order[..., None], axis=-2)
+    return Detections(np.where(valid[..., None], z, 0.0), valid)
+
+
+def draw_detections(
+    sensor: Sensor,
+    x: Array,
+    rng: np.random.Generator,
+    region: Mapping[str, Bounds] | None = None,
+    alive: Mask | None = None,
+) -> Detections:
+    """One scan of objects x (*b, t, n) over the sensor's `looks_at`, in random order: z (*b, k, m), valid (*b, k).
+
+    With `region`, clutter lies in it (see `draw_clutter`); without, there is none. `alive` (*b, t) masks objects out.
+    """
+    if x.shape[-1] != len(sensor.looks_at):
+        raise ValueError(f"x: must have the {len(sensor.looks_at)} axes {sensor.looks_at}, got shape {x.shape}")
+    shape = x.shape[:-1]
+    z, valid = returns(sensor, x, rng.random(shape), rng.standard_normal((*shape, len(sensor.measurement))))
+    if alive is not None:
+        valid = valid & alive
+    if region is not None:
+        false, kept = draw_clutter(sensor, region, rng, shape[:-1])
+        z, valid = np.concatenate([z, false], axis=-2), np.concatenate([valid, kept], axis=-1)
+    return shuffled(z, valid, rng)

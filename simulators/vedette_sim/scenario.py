@@ -1,0 +1,229 @@
+"""A simulated scene as a source of scans, with its truth."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from typing import ClassVar, final
+
+import numpy as np
+from attrs import Factory, frozen
+
+from vedette import (
+    Array,
+    ConfigError,
+    MotionModel,
+    Pose,
+    Problem,
+    Recording,
+    Scan,
+    Sensor,
+    Source,
+    Space,
+    Trajectory,
+    fields,
+)
+from vedette_sim.draws import common_state, draw_jump_markov, union_state
+from vedette_sim.returns import Bounds, corners, draw_clutter, returns, shuffled
+from vedette_sim.ships import PLANE, Ship
+
+_MOST_SCANS = 1_000_000
+"""A sensor with more is a mistake in a unit."""
+
+
+@final
+@frozen
+class Drawn:
+    """An object whose trajectory is a random draw of motion models; with several, they switch at each scan time.
+
+    The first of `models` rules when it appears, at a state drawn from `start`. An axis that a switch brings anew starts
+    from the same [mean, standard deviation]. The truth holds the axes that all models have.
+    """
+
+    models: tuple[MotionModel, ...] = fields.part("how it moves; several models take turns")
+    start: dict[str, tuple[float, float]] = fields.table("axis to [mean, standard deviation] at the start", pairs=True)
+    transition: Array = fields.array(
+        "1", "probability of each next model (column) given the model (row), at each scan time", ndim=2, default=((1.0,),)
+    )
+    appears: float = fields.quantity("s", "time of its first state", default=0.0, at_least=0)
+    disappears: float | None = fields.quantity("s", "time after which it is gone; default: it stays", default=None)
+
+    def __attrs_post_init__(self) -> None:
+        if not self.models:
+            raise ValueError("models: must hold at least one motion model, got none")
+        space, r, matrix = union_state(self.models), len(self.models), self.transition
+        if matrix.shape != (r, r) or np.any(matrix < 0) or np.any(np.abs(matrix.sum(axis=1) - 1) > 1e-6):
+            raise ValueError(
+                f"transition: must be {r} x {r} with rows of probabilities that sum to 1, got {matrix.tolist()}"
+            )
+        if sorted(self.start) != sorted(space.names):
+            raise ValueError(f"start: must give the axes {', '.join(space.names)}, got {', '.join(self.start) or 'none'}")
+        if self.disappears is not None and self.disappears <= self.appears:
+            raise ValueError(f"disappears: must be after it appears at {self.appears:.6g} s, got {self.disappears:.6g} s")
+
+    def draw(self, times: Array, rng: np.random.Generator) -> Array:
+        """A trajectory at `times` (s,) in s over the axes that all models have: (s, n)"""
+        space = union_state(self.models)
+        mean, deviation = np.array([self.start[name] for name in space.names]).T
+        x0 = mean + deviation * rng.standard_normal(len(space))
+        _, states = draw_jump_markov(self.models, self.transition, x0, 0, times, rng, starts=self.start)
+        return states[:, space.locate(common_state(self.models))]
+
+
+@final
+@frozen
+class Look:
+    """When one sensor looks, and where it sees clutter. The sensor's name in the tracker is the look's name."""
+
+    interval: float = fields.quantity("s", "time from scan to scan", above=0)
+    first: float = fields.quantity("s", "time of the first scan", default=0.0, at_least=0)
+    jitter: float = fields.quantity("s", "each scan comes early or late by up to this, uniformly", default=0.0, at_least=0)
+    clutter: Mapping[str, Bounds] | None = fields.part(
+        "where false returns fall: measured axis to low and high; an axis that wraps may be left out; default: no clutter",
+        default=None,
+    )
+
+    def __attrs_post_init__(self) -> None:
+        if self.jitter >= 0.5 * self.interval:
+            raise ValueError(f"jitter: must be < half the interval of {self.interval:.6g} s, got {self.jitter:.6g} s")
+
+    def times(self, duration: float, rng: np.random.Generator) -> Array:
+        """Scan times (s,) in s from 0 to `duration`, in order."""
+        nominal = np.arange(self.first, duration * (1 + 1e-12), self.interval)
+        return np.clip(nominal + self.jitter * rng.uniform(-1.0, 1.0, len(nominal)), 0.0, duration)
+
+
+@final
+@frozen
+class Simulation(Source):
+    """A scene of ships and of randomly moving objects, seen by sensors that draw from their own model.
+
+    z = h(x) + v for every object that is detected, and Poisson clutter with the density that the sensor states. So the truth
+    matches a tracker that has the same sensors; `sensors` gives the scene others, for a study of mismatch.
+
+    Every object, every sensor, and every sensor's view of every object has a random stream of its own, found by name:
+    another ship changes neither the paths nor the returns of the others, and no clutter.
+    """
+
+    kind: ClassVar[str] = "simulation"
+
+    duration: float = fields.quantity("s", "length of the scene, from 0", above=0)
+    looks: Mapping[str, Look] = fields.part("sensor name to when it looks")
+    ships: Mapping[str, Ship] = fields.part("name to an object that goes by legs", default=Factory(dict))
+    drawn: Mapping[str, Drawn] = fields.part("name to an object that moves at random", default=Factory(dict))
+    ownship: Ship | None = fields.part("what carries the sensors; default: they stand still where they are", default=None)
+    sensors: Mapping[str, Sensor] = fields.part("the scene's sensor where it is not the tracker's", default=Factory(dict))
+
+    def __attrs_post_init__(self) -> None:
+        if not self.looks:
+            raise ValueError("looks: must hold at least one sensor's look, got none")
+        for name, look in self.looks.items():
+            if self.duration / look.interval > _MOST_SCANS:
+                raise ValueError(f"looks.{name}.interval: makes more than {_MOST_SCANS} scans of {self.duration:.6g} s")
+        for table, objects in (("ships", self.ships), ("drawn", self.drawn)):
+            for name, each in objects.items():
+                if each.appears >= self.duration:
+                    raise ValueError(f"{table}.{name}.appears: must be before the end at {self.duration:.6g} s")
+        if both := [name for name in self.drawn if name in self.ships]:
+            raise ValueError(f"drawn.{both[0]}: a ship has this name too")
+        for name in self.sensors:
+            if name not in self.looks:
+                raise ValueError(f"sensors.{name}: never looks; there are looks of {', '.join(self.looks)}")
+        if self.ownship is not None and (self.ownship.appears > 0 or self.ownship.disappears is not None):
+            raise ValueError("ownship: must be there all the time, without `appears` and `disappears`")
+
+    def open(self, sensors: Mapping[str, Sensor], rng: np.random.Generator) -> Recording:
+        """All scans in time order and the truth, which holds every scan time. ConfigError if scene and sensors disagree."""
+        root = int(rng.integers(2**63))
+        world = {**sensors, **self.sensors}
+        self._check_sensors(sensors, world)
+        times = {name: look.times(self.duration, _stream(root, "look", name)) for name, look in self.looks.items()}
+        truth = tuple(self._truth(root, np.concatenate(list(times.values()))))
+        self._check_axes(world, truth)
+        scans = [scan for name in self.looks for scan in self._scans(root, name, world[name], times[name], truth)]
+        return Recording(tuple(sorted(scans, key=lambda scan: scan.time)), truth)
+
+    def _check_sensors(self, sensors: Mapping[str, Sensor], world: Mapping[str, Sensor]) -> None:
+        problems = []
+        for name, look in self.looks.items():
+            if name not in world:
+                problems.append(Problem(f"looks.{name}", f"there is no such sensor; there are {', '.join(world) or 'none'}"))
+                continue
+            space = world[name].measurement
+            if name in sensors and sensors[name].measurement != space:
+                text = f"must measure what the tracker's does, {sensors[name].measurement}, got {space}"
+                problems.append(Problem(f"sensors.{name}", text))
+            if look.clutter is not None:
+                try:
+                    corners(space, look.clutter)
+                except ValueError as error:
+                    problems.append(Problem(f"looks.{name}.clutter", str(error)))
+        if problems:
+            raise ConfigError(problems)
+
+    def _check_axes(self, world: Mapping[str, Sensor], truth: tuple[Trajectory, ...]) -> None:
+        problems = [
+            Problem(f"looks.{name}", f"it looks at {world[name].looks_at}, but {each.name!r} has only {each.space}")
+            for name in self.looks
+            for each in truth
+            if any(axis not in each.space.axes for axis in world[name].looks_at.axes)
+        ]
+        if problems:
+            raise ConfigError(problems)
+
+    def _truth(self, root: int, scan_times: Array) -> Iterator[Trajectory]:
+        """Every object at the times of its life: when it appears, at each scan, when it goes."""
+        objects: dict[str, Ship | Drawn] = {**self.ships, **self.drawn}
+        for name, each in objects.items():
+            last = self.duration if each.disappears is None else min(each.disappears, self.duration)
+            inside = scan_times[(scan_times > each.appears) & (scan_times < last)]
+            times = np.unique([each.appears, *inside, last])
+            if isinstance(each, Ship):
+                yield Trajectory(name, PLANE, times, each.states(times))
+            else:
+                yield Trajectory(name, common_state(each.models), times, each.draw(times, _stream(root, "path", name)))
+
+    def _scans(self, root: int, name: str, sensor: Sensor, times: Array, truth: tuple[Trajectory, ...]) -> Iterator[Scan]:
+        """All looks of one sensor."""
+        m, clutter = len(sensor.measurement), self.looks[name].clutter
+        views = [_stream(root, "view", name, each.name) for each in truth]
+        uniform = np.array([view.random(len(times)) for view in views]).reshape(len(truth), -1)
+        standard = np.array([view.standard_normal((len(times), m)) for view in views]).reshape(len(truth), -1, m)
+        false, order = _stream(root, "clutter", name), _stream(root, "order", name)
+        for i, time in enumerate(times.tolist()):
+            pose = self._pose(time)
+            here = [j for j, each in enumerate(truth) if each.times[0] <= time <= each.times[-1]]
+            x = np.array([_state(truth[j], time, sensor.looks_at) for j in here]).reshape(len(here), len(sensor.looks_at))
+            with _blamed_on(f"looks.{name}"):
+                placed = sensor if pose is None else sensor.at(pose)
+                z, seen = returns(placed, x, uniform[here, i], standard[here, i])
+                if clutter is not None:
+                    more, kept = draw_clutter(placed, clutter, false)
+                    z, seen = np.concatenate([z, more]), np.concatenate([seen, kept])
+            yield Scan(time, name, shuffled(z, seen, order), pose)
+
+    def _pose(self, time: float) -> Pose | None:
+        if self.ownship is None:
+            return None
+        state = self.ownship.states(np.array(time))
+        return Pose(state[:2], state[2:], float(self.ownship.heading(np.array(time))))
+
+
+def _state(path: Trajectory, time: float, axes: Space) -> Array:
+    """The state of `path` over `axes` at one of its own times."""
+    state: Array = path.states[np.searchsorted(path.times, time), path.space.locate(axes)]
+    return state
+
+
+def _stream(root: int, *names: str) -> np.random.Generator:
+    """The random stream of a named part of the scene, independent of all others."""
+    return np.random.default_rng([root, *"\0".join(names).encode()])
+
+
+@contextmanager
+def _blamed_on(place: str) -> Iterator[None]:
+    """Say which part of the config caused a complaint."""
+    try:
+        yield
+    except (ValueError, NotImplementedError) as error:
+        raise ConfigError([Problem(place, str(error))]) from error

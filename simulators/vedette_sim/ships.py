@@ -1,0 +1,117 @@
+"""Trajectories laid out leg by leg, in closed form: no time step, so no integration error."""
+
+from __future__ import annotations
+
+from typing import final
+
+import numpy as np
+from attrs import Factory, field, frozen
+
+from vedette import Array, Space, fields
+
+PLANE = Space.of(x="m", y="m", vx="m/s", vy="m/s")
+"""The axes of a ship's state."""
+
+_TAKES: dict[str, tuple[tuple[str, ...], ...]] = {
+    "straight": (("seconds",),),
+    "turn": (("seconds", "rate"), ("seconds", "lateral_accel")),
+    "accelerate": (("seconds", "accel"),),
+    "stop": (("decel",),),
+}
+
+
+@final
+@frozen
+class Leg:
+    """One manoeuvre: `straight` keeps course and speed, `turn` the speed, `accelerate` and `stop` the course.
+
+    Each takes what it needs and nothing else: straight seconds; turn seconds and either rate or lateral_accel;
+    accelerate seconds and accel; stop decel, and lasts until the ship rests.
+    """
+
+    do: str = fields.choice("the manoeuvre", tuple(_TAKES))
+    seconds: float | None = fields.quantity("s", "how long it lasts", default=None, above=0)
+    rate: float | None = fields.quantity("rad/s", "turn rate, positive from +x towards +y", default=None)
+    lateral_accel: float | None = fields.quantity(
+        "m/s^2", "acceleration across the course, positive from +x towards +y: rate = lateral_accel / speed", default=None
+    )
+    accel: float | None = fields.quantity("m/s^2", "acceleration along the course, negative to slow down", default=None)
+    decel: float | None = fields.quantity("m/s^2", "how hard it brakes to rest", default=None, above=0)
+
+    def __attrs_post_init__(self) -> None:
+        given = [name for name in ("seconds", "rate", "lateral_accel", "accel", "decel") if getattr(self, name) is not None]
+        if all(sorted(given) != sorted(takes) for takes in _TAKES[self.do]):
+            right = ", or ".join(" and ".join(takes) for takes in _TAKES[self.do])
+            raise ValueError(f"do: {self.do!r} takes {right}; got {' and '.join(given) or 'none of these'}")
+
+
+def _lay(ship: Ship) -> Array:
+    """One row for each leg and one for what follows the last: begin in s, x, y, course, speed, turn rate, acceleration."""
+    begin, (x, y), course, speed = ship.appears, ship.start, ship.course, ship.speed
+    rows = []
+    for i, leg in enumerate(ship.legs):
+        rate, accel = leg.rate or 0.0, leg.accel or 0.0
+        if leg.lateral_accel is not None:
+            if speed == 0:
+                raise ValueError(f"legs.{i}.lateral_accel: the ship rests there, and a turn needs speed")
+            rate = leg.lateral_accel / speed
+        if leg.decel is not None:
+            accel = -leg.decel
+        seconds = speed / leg.decel if leg.decel is not None else (leg.seconds or 0.0)
+        after = 0.0 if leg.do == "stop" else speed + accel * seconds
+        if after < 0:
+            raise ValueError(
+                f"legs.{i}.accel: takes the speed from {speed:.6g} to {after:.6g} m/s; to rest, use do = 'stop'"
+            )
+        rows.append([begin, x, y, course, speed, rate, accel])
+        _, x, y, *_ = _move(np.array(rows[-1]), np.asarray(begin + seconds))
+        begin, course, speed = begin + seconds, course + rate * seconds, after
+    return np.array([*rows, [begin, x, y, course, speed, 0.0, 0.0]])
+
+
+def _move(legs: Array, times: Array) -> tuple[Array, Array, Array, Array, Array]:
+    """Legs (*s, 7), each at its time (*s) in s: the times, x, y, course and speed there, (*s) each.
+
+    An arc's chord is its length times sinc of half the turn, and points half the turn from the first course; without turn it
+    is the straight line.
+    """
+    begin, x, y, course, speed, rate, accel = np.moveaxis(legs, -1, 0)
+    t = times - begin
+    chord = (speed + 0.5 * accel * t) * t * np.sinc(0.5 * rate * t / np.pi)
+    along = course + 0.5 * rate * t
+    return times, x + chord * np.cos(along), y + chord * np.sin(along), course + rate * t, speed + accel * t
+
+
+@final
+@frozen
+class Ship:
+    """Something that moves by legs: it appears at `start`, goes through `legs`, and then keeps its course and speed."""
+
+    start: Array = fields.array(
+        "m", "position [x, y] where it appears", ndim=1, check=lambda v: None if len(v) == 2 else f"must be [x, y], got {v}"
+    )
+    course: float = fields.quantity("rad", "first course, from the +x axis towards +y", default=0.0)
+    speed: float = fields.quantity("m/s", "first speed", default=0.0, at_least=0)
+    legs: tuple[Leg, ...] = fields.part("manoeuvres, one after the other", default=())
+    appears: float = fields.quantity("s", "time of its first leg", default=0.0, at_least=0)
+    disappears: float | None = fields.quantity("s", "time after which it is gone; default: it stays", default=None)
+    _legs: Array = field(init=False, repr=False, eq=False, default=Factory(_lay, takes_self=True))
+
+    def __attrs_post_init__(self) -> None:
+        if self.disappears is not None and self.disappears <= self.appears:
+            raise ValueError(f"disappears: must be after it appears at {self.appears:.6g} s, got {self.disappears:.6g} s")
+
+    def states(self, times: Array) -> Array:
+        """x, y, vx, vy at `times` (*s) in s, none before it appears: (*s, 4)"""
+        _, x, y, course, speed = self._at(times)
+        return np.stack([x, y, speed * np.cos(course), speed * np.sin(course)], axis=-1)
+
+    def heading(self, times: Array) -> Array:
+        """Course in rad at `times` (*s), also at rest; not wrapped: (*s)"""
+        return self._at(times)[3]
+
+    def _at(self, times: Array) -> tuple[Array, Array, Array, Array, Array]:
+        times = np.asarray(times, dtype=float)
+        if not np.all((times >= self.appears) & np.isfinite(times)):
+            raise ValueError(f"times: must be finite and no earlier than it appears at {self.appears:.6g} s, got {times}")
+        return _move(self._legs[np.searchsorted(self._legs[:, 0], times, side="right") - 1], times)
