@@ -1,40 +1,89 @@
-"""Vedette: compose target trackers from small parts, and prove that the parts are right."""
+"""Vedette: compose target trackers from small parts, and prove that the parts are right.
 
-from vedette import fields, kernels
-from vedette.errors import ConfigError, InputError, PluginError, Problem, ScanRefused, VedetteError
-from vedette.plugin import plugin
-from vedette.roles import Associator, Component, Estimator, Lifecycle, MotionModel, Sensor, Source
-from vedette.space import Array, Axis, Mask, Space, SpaceError
-from vedette.types import Detections, Gaussian, Innovation, Pose, Recording, Scan, Track, Trajectory
+>>> import vedette
+>>> tracker = vedette.build({
+...     "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 0.5}},
+...     "sensors": {"radar": {"kind": "cartesian_position", "sigma": 5.0}},
+...     "associator": {"kind": "gnn"},
+...     "lifecycle": {"kind": "m_of_n", "spread": {"vx": 10.0, "vy": 10.0}},
+... })
+>>> state = tracker.start(seed=1)
+>>> for time in (0.0, 1.0, 2.0):
+...     scan = vedette.Scan(time, "radar", vedette.Detections.of([[100.0 + 8.0 * time, 50.0]]))
+...     state = tracker.step(state, scan)
+>>> tracker.estimate(state).mean.round(0).tolist(), state.confirmed.tolist()
+([[116.0, 50.0, 8.0, 0.0]], [True])
 
-__all__ = [
-    "Array",
-    "Associator",
-    "Axis",
-    "Component",
-    "ConfigError",
-    "Detections",
-    "Estimator",
-    "Gaussian",
-    "Innovation",
-    "InputError",
-    "Lifecycle",
-    "Mask",
-    "MotionModel",
-    "PluginError",
-    "Pose",
-    "Problem",
-    "Recording",
-    "Scan",
-    "ScanRefused",
-    "Sensor",
-    "Source",
-    "Space",
-    "SpaceError",
-    "Track",
-    "Trajectory",
-    "VedetteError",
-    "fields",
-    "kernels",
-    "plugin",
-]
+Names are imported when they are first used, so that `import vedette` costs nothing.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from vedette import fields as fields
+    from vedette import kernels as kernels
+    from vedette.config import build as build
+    from vedette.config import load as load
+    from vedette.config import to_config as to_config
+    from vedette.errors import ConfigError as ConfigError
+    from vedette.errors import InputError as InputError
+    from vedette.errors import PluginError as PluginError
+    from vedette.errors import Problem as Problem
+    from vedette.errors import ScanRefused as ScanRefused
+    from vedette.errors import VedetteError as VedetteError
+    from vedette.experiment import Experiment as Experiment
+    from vedette.experiment import Result as Result
+    from vedette.gate import Gate as Gate
+    from vedette.metrics import Judge as Judge
+    from vedette.hooks import plugin as plugin
+    from vedette.registry import Registry as Registry
+    from vedette.roles import Associator as Associator
+    from vedette.roles import Component as Component
+    from vedette.roles import Estimator as Estimator
+    from vedette.roles import Lifecycle as Lifecycle
+    from vedette.roles import MotionModel as MotionModel
+    from vedette.roles import Sensor as Sensor
+    from vedette.roles import Source as Source
+    from vedette.space import Array as Array
+    from vedette.space import Axis as Axis
+    from vedette.space import Mask as Mask
+    from vedette.space import Space as Space
+    from vedette.space import SpaceError as SpaceError
+    from vedette.tracker import Tracker as Tracker
+    from vedette.types import Detections as Detections
+    from vedette.types import Gaussian as Gaussian
+    from vedette.types import Innovation as Innovation
+    from vedette.types import Pose as Pose
+    from vedette.types import Recording as Recording
+    from vedette.types import Scan as Scan
+    from vedette.types import Track as Track
+    from vedette.types import Trajectory as Trajectory
+
+_HOMES = {
+    "config": ("build", "load", "to_config"),
+    "errors": ("ConfigError", "InputError", "PluginError", "Problem", "ScanRefused", "VedetteError"),
+    "experiment": ("Experiment", "Result"),
+    "gate": ("Gate",),
+    "hooks": ("plugin",),
+    "metrics": ("Judge",),
+    "registry": ("Registry",),
+    "roles": ("Associator", "Component", "Estimator", "Lifecycle", "MotionModel", "Sensor", "Source"),
+    "space": ("Array", "Axis", "Mask", "Space", "SpaceError"),
+    "tracker": ("Tracker",),
+    "types": ("Detections", "Gaussian", "Innovation", "Pose", "Recording", "Scan", "Track", "Trajectory"),
+}
+_HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
+
+
+def __getattr__(name: str) -> Any:
+    if name in ("fields", "kernels"):
+        return import_module(f"vedette.{name}")
+    if name not in _HOME_OF:
+        raise AttributeError(f"module 'vedette' has no attribute {name!r}")
+    value = globals()[name] = getattr(import_module(f"vedette.{_HOME_OF[name]}"), name)
+    return value
+
+
+def __dir__() -> list[str]:
+    return ["fields", "kernels", *_HOME_OF]

@@ -40,7 +40,8 @@ class Gate:
         loglik, distance = innovation.loglik, innovation.distance
         inside = (distance <= threshold) & seen.valid[..., None, :]
         if self.clutter == "sensor":
-            log_density = kernels.safe_log(sensor.clutter(seen.z))[..., None, :]
+            density = np.broadcast_to(sensor.clutter(seen.z), seen.valid.shape)
+            log_density = kernels.safe_log(density)[..., None, :]
         else:
             log_density = self._sample_density(inside, innovation.log_volume, len(sensor.measurement), threshold)
         gain = loglik[..., 1:] - log_density
