@@ -135,6 +135,17 @@ def words(doc: str, *, default: Any = NOTHING) -> Any:
     return _field(read, default, "", doc)
 
 
+def names(doc: str) -> Any:
+    """A table of names to strings, empty by default."""
+
+    def read(value: Any) -> dict[str, str]:
+        if not isinstance(value, Mapping) or not all(isinstance(item, str) for item in value.values()):
+            raise ValueError(f"must be a table of names to strings, got {value!r}")
+        return {str(key): item for key, item in value.items()}
+
+    return _field(read, Factory(dict), "", doc)
+
+
 def flag(doc: str, *, default: Any = NOTHING) -> Any:
     """True or false."""
 
