@@ -35,8 +35,8 @@ if TYPE_CHECKING:
     from vedette.experiment import Experiment as Experiment
     from vedette.experiment import Result as Result
     from vedette.gate import Gate as Gate
-    from vedette.metrics import Judge as Judge
     from vedette.hooks import plugin as plugin
+    from vedette.metrics import Judge as Judge
     from vedette.registry import Registry as Registry
     from vedette.roles import Associator as Associator
     from vedette.roles import Component as Component
