@@ -85,7 +85,9 @@ def quantity(
 
 def probability(doc: str, *, default: Any = NOTHING, **limits: float) -> Any:
     """A number in [0, 1], or in the narrower `limits` of `quantity`."""
-    return quantity("1", doc, default=default, **({"at_least": 0.0, "at_most": 1.0} | limits))
+    wide = {} if "above" in limits else {"at_least": 0.0}
+    wide |= {} if "below" in limits else {"at_most": 1.0}
+    return quantity("1", doc, default=default, **(wide | limits))
 
 
 def integer(doc: str, *, default: Any = NOTHING, at_least: int = 0, at_most: int = 10**9) -> Any:

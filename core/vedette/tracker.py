@@ -124,6 +124,8 @@ class Tracker:
         sensor, seen = self.sensors[scan.sensor], scan.detections
         if scan.pose is not None:
             sensor = sensor.at(scan.pose)
+        if not seen.valid.all():  # so that nothing in the padding can reach a sum, not even as 0 * nan
+            seen = evolve(seen, z=np.where(seen.valid[..., None], seen.z, 0.0))
         estimator, dt = self.estimator, scan.time - state.time if np.isfinite(state.time) else 0.0
         belief = estimator.predict(state.belief, dt, state.rng)
         existence = self.lifecycle.survive(state.existence, dt)
