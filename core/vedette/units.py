@@ -21,6 +21,11 @@ _SI = {
 }
 
 
+def spellings(unit: str) -> tuple[str, ...]:
+    """What a config may write after a number for a parameter in `unit`; nothing after a pure number."""
+    return () if unit in ("1", "") else tuple(_SI.get(unit, (unit,)))
+
+
 def say(value: float, unit: str = "1") -> str:
     """A number as a message shows it, with its unit unless that is 1."""
     number = f"{value:.6g}"
@@ -36,13 +41,14 @@ def in_unit(value: Any, unit: str, largest: float = math.inf, name: str = "") ->
     if isinstance(value, str):
         value, _, written = value.strip().partition(" ")
         if written and written not in known:
-            raise ValueError(f"{where}must be in {' or '.join(known)}, got {given!r}")
+            right = "a number without a unit" if unit == "1" else f"in {' or '.join(known)}"
+            raise ValueError(f"{where}must be {right}, got {given!r}")
         factor = known.get(written, 1.0)
     try:
         if isinstance(value, bool) or np.ndim(value):
             raise TypeError
         number = factor * float(value)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise ValueError(f"{where}must be a number{f' in {unit}' if unit != '1' else ''}, got {given!r}") from None
     if not abs(number) <= largest:  # also False for NaN
         raise ValueError(f"{where}must be a finite number of at most {largest:g}, got {given!r}")

@@ -1,0 +1,80 @@
+"""From a config to a tracker and back. The classes are the schema; all problems are told at once, with their paths.
+
+>>> import vedette
+>>> vedette.build({
+...     "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": -3}},
+...     "sensors": {"radar": {"kind": "cartesian_position", "sigma": "5 kg"}},
+...     "associator": {"kind": "pdaf"},
+...     "lifecycle": {"kind": "m_of_n", "spread": {"vx": 10, "vy": 10}},
+... })
+Traceback (most recent call last):
+    ...
+vedette.errors.ConfigError: estimator.motion.sigma_accel: must be > 0, got -3 m/s^2
+sensors.radar.sigma: must be in m or km or NM or ft, got '5 kg'
+associator.kind: unknown kind 'pdaf'; did you mean 'pda'? installed: global_nearest, jpda, nearest, pda
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from vedette.configfile import check_size, read_file
+from vedette.errors import ConfigError, Problem
+from vedette.experiment import Experiment
+from vedette.overrides import apply_overrides
+from vedette.parameters import parameters, plain
+from vedette.registry import Registry
+from vedette.tracker import Tracker
+from vedette.walker import Walker, told
+
+__all__ = ["apply_overrides", "build", "load", "to_config"]
+
+Config = Mapping[str, Any] | str | Path
+"""A table, with ready objects in it or without, or the path to a TOML, YAML or JSON file."""
+
+INLINE = "tracker"
+"""The part of an experiment whose parameters stand at the config's top level, beside the experiment's own."""
+
+
+def build(config: Config, registry: Registry | None = None) -> Tracker:
+    """The tracker that a config describes. An experiment's config is checked as a whole, its tracker returned.
+
+    ConfigError holds every problem with its path. `registry` defaults to all that is installed.
+    """
+    return load(config, registry).tracker
+
+
+def load(config: Config, registry: Registry | None = None, overrides: Iterable[str] = ()) -> Experiment:
+    """The experiment that a config describes, after `overrides` such as "estimator.modes[1].motion.sigma_accel=0.2".
+
+    ConfigError holds every problem with its path. `registry` defaults to all that is installed.
+    """
+    given: Any = read_file(config) if isinstance(config, str | Path) else config
+    if not isinstance(given, Mapping):
+        raise ConfigError([Problem("", f"a config must be a table, or the path to a file, got {told(given)}")])
+    registry = Registry.installed() if registry is None else registry
+    given = apply_overrides(given, overrides, registry)
+    check_size(given)
+    walker = Walker(registry)
+    experiment = _experiment(walker, {name: value for name, value in given.items() if name != "$schema"})
+    if walker.problems or not isinstance(experiment, Experiment):
+        raise ConfigError(walker.problems)
+    return experiment
+
+
+def to_config(value: Any) -> dict[str, Any]:
+    """A config, of plain numbers, strings, lists and tables, that builds the equal of a tracker, experiment or component."""
+    config: dict[str, Any] = plain(value)
+    return config.pop(INLINE) | config if isinstance(value, Experiment) else config
+
+
+def _experiment(walker: Walker, given: Mapping[str, Any]) -> Any:
+    inner = parameters(Tracker)
+    outer = parameters(Experiment)
+    known = [parameter.name for parameter in (*inner, *outer) if parameter.name != INLINE]
+    meant = walker.check_names(given, known, "", "a config")
+    tracker = walker.construct(Tracker, inner, given, "", meant)
+    own = {name: value for name, value in given.items() if name != INLINE}
+    return walker.construct(Experiment, outer, {**own, INLINE: tracker}, "", meant)

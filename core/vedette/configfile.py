@@ -1,0 +1,138 @@
+"""Reads a config file as plain data. Data is never code: nothing in a file can run or refer to anything."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from vedette.errors import ConfigError, Problem
+
+DEEPEST = 32
+"""Tables and lists inside each other; no tracker needs more."""
+
+LARGEST = 10_000_000
+"""Bytes of a file, and values of a config: more is a recording, or an attack by repeated references."""
+
+
+def read_file(path: str | Path) -> dict[str, Any]:
+    """The table in a TOML, YAML or JSON file, told apart by the file's ending; ConfigError with the path and the cure."""
+    readers = {".toml": _toml, ".yaml": _yaml, ".yml": _yaml, ".json": _json}
+    path = Path(path)
+    place = str(path)
+    reader = readers.get(path.suffix.lower())
+    if reader is None:
+        raise _refusal(place, f"must end in {', '.join(readers)}: the ending tells the format")
+    text = _text(path)
+    try:
+        data = reader(text)
+    except ImportError:
+        cure = "pip install 'vedette[yaml]', or write the config as TOML or JSON"
+        raise _refusal(place, f"reading YAML needs pyyaml: {cure}") from None
+    except RecursionError:
+        raise _refusal(place, f"is nested deeper than {DEEPEST} levels") from None
+    except ValueError as error:
+        raise _refusal(place, f"is not well-formed {path.suffix[1:].upper()}: {error}") from None
+    if not isinstance(data, dict):
+        raise _refusal(place, f"must hold a table of names, got {type(data).__name__}")
+    return data
+
+
+def _text(path: Path) -> str:
+    place = str(path)
+    try:
+        if path.is_dir():
+            raise _refusal(place, "is a folder; name the file in it")
+        if path.stat().st_size > LARGEST:
+            raise _refusal(place, f"is larger than {LARGEST} bytes: this is no config")
+        text = path.read_text(encoding="utf-8-sig")
+    except FileNotFoundError:
+        raise _refusal(place, "there is no such file") from None
+    except OSError as error:
+        raise _refusal(place, f"cannot be read: {error.strerror or error}") from None
+    except UnicodeDecodeError as error:
+        raise _refusal(place, f"is not UTF-8 text: {error.reason} at byte {error.start}") from None
+    if not text.strip():
+        raise _refusal(place, "the file is empty")
+    return text
+
+
+def check_size(config: Mapping[str, Any]) -> None:
+    """Refuse, with the first name of the path, what is nested too deep (or in itself) or holds too many values."""
+    known: dict[int, tuple[int, int]] = {}
+    total = 0
+    for name, value in config.items():
+        height, size = _extent(value, DEEPEST, known)
+        if height > DEEPEST:
+            raise _refusal(str(name), f"is nested deeper than {DEEPEST} levels")
+        total += size
+        if total > LARGEST:
+            raise _refusal(str(name), f"holds more than {LARGEST} values")
+
+
+def _extent(value: Any, room: int, known: dict[int, tuple[int, int]]) -> tuple[int, int]:
+    """Levels and number of values of plain data. Levels are right up to `room`, and more than it beyond.
+
+    A part that is referred to again is not counted anew, so that repeated references cost no time.
+    """
+    if not isinstance(value, Mapping | list | tuple):
+        return 0, 1
+    if room == 0:
+        return 1, 1
+    if id(value) not in known:
+        parts = value.values() if isinstance(value, Mapping) else value
+        extents = [_extent(part, room - 1, known) for part in parts]
+        known[id(value)] = 1 + max((e[0] for e in extents), default=0), 1 + sum(e[1] for e in extents)
+    return known[id(value)]
+
+
+def _refusal(place: str, text: str) -> ConfigError:
+    return ConfigError([Problem(place, text)])
+
+
+def _toml(text: str) -> Any:
+    import tomllib
+
+    return tomllib.loads(text)
+
+
+def _json(text: str) -> Any:
+    import json
+
+    def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        table = dict(pairs)
+        if len(table) < len(pairs):
+            names = [name for name, _ in pairs]
+            raise ValueError(f"{next(name for name in names if names.count(name) > 1)!r} stands twice in one table")
+        return table
+
+    return json.loads(text, object_pairs_hook=once)
+
+
+def _yaml(text: str) -> Any:
+    import yaml  # type: ignore[import-untyped]
+
+    loader = yaml.SafeLoader(text)
+    try:
+        node = loader.get_single_node()
+        _once_each(node, yaml.MappingNode, set())
+        return loader.construct_document(node)
+    except yaml.YAMLError as error:
+        raise ValueError(" ".join(str(error).split())) from None
+    finally:
+        loader.dispose()
+
+
+def _once_each(node: Any, mapping: Any, seen: set[int]) -> None:
+    """Refuse a name that stands twice in one table; `seen` keeps repeated references from being walked again."""
+    if id(node) in seen or not isinstance(getattr(node, "value", None), list):
+        return
+    seen.add(id(node))
+    if isinstance(node, mapping):
+        names = [name.value for name, _ in node.value if isinstance(name.value, str)]
+        for i, name in enumerate(names):
+            if name in names[:i]:
+                raise ValueError(f"{name!r} stands twice in one table, {node.start_mark}".replace("\n", " "))
+    for part in node.value:
+        for child in part if isinstance(part, tuple) else (part,):
+            _once_each(child, mapping, seen)

@@ -1,0 +1,126 @@
+"""Changes to a config from outside, `path.to.key=value`, before it is built."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from attrs import frozen
+
+from vedette.errors import ConfigError, Problem
+from vedette.registry import Registry, did_you_mean, nearest
+from vedette.walker import LONGEST, below, told
+
+_STEP = re.compile(r'(?:^|\.)(?:(?P<name>[A-Za-z0-9_-]+)|"(?P<quoted>[^"]*)")|\[(?P<index>\d+)\]')
+
+Path = tuple[str | int, ...]
+
+
+def apply_overrides(config: Mapping[str, Any], overrides: Iterable[str], registry: Registry | None = None) -> dict[str, Any]:
+    """A plain config with each `path.to.key=value` or `path.to.list[0].key=value` set, in order; the given one stays.
+
+    A value is read as TOML writes it, and a bare word as a string. A table on the way that is not there is made. A new
+    `kind` drops what the old kind took and the new one does not, but nothing that an earlier override has set.
+    ConfigError tells every override that cannot be applied.
+    """
+    registry = Registry.installed() if registry is None else registry
+    changed: Any = dict(config)
+    problems: list[Problem] = []
+    done: list[Path] = []
+    for override in overrides:
+        try:
+            path, value = _parse(override)
+            beside = {p[len(path) - 1] for p in done if p[: len(path) - 1] == path[:-1] and len(p) >= len(path)}
+            changed = _Change(path, value, registry, frozenset(beside)).of(changed, 0)
+            done.append(path)
+        except ValueError as error:
+            problems.append(Problem(f"--set {override}"[:LONGEST], str(error)))
+    if problems:
+        raise ConfigError(problems)
+    return dict(changed)
+
+
+@frozen
+class _Change:
+    """One override; `kept` are the names in its table that earlier overrides have set."""
+
+    path: Path
+    value: Any
+    registry: Registry
+    kept: frozenset[str | int]
+
+    def of(self, given: Any, depth: int) -> Any:
+        """`given`, which stands `depth` steps down the path, with the change inside; ValueError if the path is wrong."""
+        if depth == len(self.path):
+            return self.value
+        step = self.path[depth]
+        if isinstance(step, int):
+            return self._in_list(given, step, depth)
+        if not isinstance(given, Mapping):
+            raise ValueError(f"{self._place(depth)} is {told(given)}, so there is no {step!r} in it")
+        if step not in given:
+            self._check_new(given, step, depth)
+        if step == "kind" and depth == len(self.path) - 1 and isinstance(self.value, str):
+            given = self._fit(given, self.value)
+        return {**given, step: self.of(given.get(step, {}), depth + 1)}
+
+    def _in_list(self, given: Any, index: int, depth: int) -> list[Any]:
+        if not isinstance(given, list | tuple):
+            raise ValueError(f"{self._place(depth)} is {told(given)}, not a list: there is no [{index}] in it")
+        if index >= len(given):
+            last = f"[0] to [{len(given) - 1}]" if given else "nothing"
+            raise ValueError(f"{self._place(depth)} has {last}, there is no [{index}] in it")
+        return [*given[:index], self.of(given[index], depth + 1), *given[index + 1 :]]
+
+    def _check_new(self, given: Mapping[str, Any], step: str, depth: int) -> None:
+        """Refuse to go through a table that is not there if it looks like a typing error. Its kind may make it."""
+        ahead = self.path[depth + 1 :]
+        if ahead and isinstance(ahead[0], int):
+            raise ValueError(f"there is no list {self._place(depth + 1)};{did_you_mean(step, given)}".rstrip(";"))
+        if ahead and ahead != ("kind",) and nearest(step, given):
+            raise ValueError(f"there is no {self._place(depth + 1)};{did_you_mean(step, given)}")
+
+    def _fit(self, table: Mapping[str, Any], kind: str) -> Mapping[str, Any]:
+        """The table without what its old kind takes and the new one does not."""
+        old = [entry for entry in self.registry if entry.kind == table.get("kind")]
+        roles = [entry.role for entry in old]
+        new = [entry for entry in self.registry if entry.kind == kind and (entry.role in roles or not roles)]
+        if not new or kind == table.get("kind"):
+            return table
+        taken = {parameter.name for entry in new for parameter in entry.parameters} | self.kept
+        lost = {parameter.name for entry in old for parameter in entry.parameters} - taken
+        return {name: value for name, value in table.items() if name not in lost}
+
+    def _place(self, depth: int) -> str:
+        place = ""
+        for step in self.path[:depth]:
+            place = below(place, step) if isinstance(step, str) else f"{place}[{step}]"
+        return place or "the config"
+
+
+def _parse(override: str) -> tuple[Path, Any]:
+    path: list[str | int] = []
+    rest = override.strip()
+    end = 0
+    while found := _STEP.match(rest, end):
+        name = found["quoted"] if found["name"] is None else found["name"]
+        path.append(int(found["index"]) if found["index"] else name)
+        end = found.end()
+    text = rest[end:].lstrip()
+    if not path or not text.startswith("="):
+        raise ValueError("must be written path.to.key=value, with [0] for the first of a list")
+    return tuple(path), _value(text[1:].strip())
+
+
+def _value(text: str) -> Any:
+    import tomllib
+
+    try:
+        document = tomllib.loads(f"value = {text}")
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        if text[:1] in ("[", "{", '"', "'"):
+            raise ValueError(f"the value is not well-formed TOML: {error}") from None
+        return text
+    value = document["value"]
+    return value if len(document) == 1 and isinstance(value, bool | int | float | str | list | dict) else text

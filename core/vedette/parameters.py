@@ -1,0 +1,227 @@
+"""What a class says about its parameters, read from its attrs fields and annotations: the only schema there is.
+
+The registry lists it, configs are built and written by it, and the JSON Schema is made of it.
+"""
+
+from __future__ import annotations
+
+import types
+from collections.abc import Iterable, Mapping
+from pathlib import PurePath
+from typing import Any, Union, get_args, get_origin, get_type_hints
+
+import attrs
+import numpy as np
+from attrs import frozen
+
+from vedette.roles import ROLES, Component
+
+
+@frozen
+class Leaf:
+    """A value that the field's own converter and validator judge."""
+
+    hint: Any
+
+
+@frozen
+class Part:
+    """A component of a role, named by its kind; `base` is the role's class, or a narrower one."""
+
+    role: str
+    base: type[Component]
+
+
+@frozen
+class Table:
+    """A plain attrs class: a table of its parameters."""
+
+    cls: type
+
+
+@frozen
+class Many:
+    """A list."""
+
+    item: Shape
+
+
+@frozen
+class Names:
+    """A table whose names are the user's own."""
+
+    item: Shape
+
+
+@frozen
+class Maybe:
+    """The item, or nothing."""
+
+    item: Shape
+
+
+Shape = Leaf | Part | Table | Many | Names | Maybe
+
+
+@frozen
+class Parameter:
+    """One parameter of a class: `name` as a config writes it, and the shape of what it takes."""
+
+    name: str
+    shape: Shape
+    field: attrs.Attribute[Any]
+
+    @property
+    def required(self) -> bool:
+        """Whether a config must give it."""
+        return self.field.default is attrs.NOTHING
+
+    @property
+    def default(self) -> Any:
+        """The default value; NOTHING if it is required, or made from other parameters."""
+        default: Any = self.field.default
+        if isinstance(default, attrs.Factory):  # type: ignore[arg-type]  # attrs types this class as a function
+            return attrs.NOTHING if default.takes_self else default.factory()
+        return default
+
+    @property
+    def unit(self) -> str:
+        """SI unit, "1" for a pure number, "" for what is not a number."""
+        return str(self.field.metadata.get("unit", ""))
+
+    @property
+    def meaning(self) -> str:
+        """Its sentence, with the unit where there is one."""
+        doc = str(self.field.metadata.get("doc", ""))
+        return f"{doc}, in {self.unit}" if self.unit not in ("", "1") else doc
+
+    def describe(self) -> dict[str, Any]:
+        """All about it as plain data, for listings: name, type, unit, doc, required; default, limits, options if any."""
+        metadata = self.field.metadata
+        return {
+            "name": self.name,
+            "type": in_words(self.shape),
+            "unit": self.unit,
+            "doc": str(metadata.get("doc", "")),
+            "required": self.required,
+            **({} if self.default is attrs.NOTHING else {"default": plain(self.default)}),
+            **{key: plain(metadata[key]) for key in ("limits", "options") if metadata.get(key)},
+        }
+
+
+def role_of(cls: type) -> str | None:
+    """The name of the role that a class plays: that of the first of its bases that is one."""
+    names = {base: name for name, base in ROLES.items()}
+    return next((names[base] for base in cls.__mro__ if base in names), None)
+
+
+def parameters(cls: type) -> tuple[Parameter, ...]:
+    """What a config may write for an attrs class, in order; TypeError if the class does not say it clearly."""
+    try:
+        hints = get_type_hints(cls)
+    except Exception as error:
+        raise TypeError(f"its annotations cannot be resolved: {error}") from error
+    return tuple(_parameter(field, hints.get(field.name, Any)) for field in attrs.fields(cls) if field.init)
+
+
+def _parameter(field: attrs.Attribute[Any], hint: Any) -> Parameter:
+    try:
+        shape = shape_of(hint)
+    except TypeError as error:
+        raise TypeError(f"{field.name}: {error}") from None
+    if not holds_parts(shape) and field.converter is None and field.validator is None:
+        raise TypeError(f"{field.name}: nothing checks what a config says; declare it through vedette.fields")
+    return Parameter(field.alias or field.name, shape, field)
+
+
+def shape_of(hint: Any) -> Shape:
+    """What a config writes where a field is annotated with `hint`; TypeError for parts in places that it cannot fill."""
+    origin, arguments = get_origin(hint), get_args(hint)
+    if origin in (Union, types.UnionType) and len(arguments) == 2 and types.NoneType in arguments:
+        return Maybe(shape_of(next(argument for argument in arguments if argument is not types.NoneType)))
+    if origin is tuple and len(arguments) == 2 and arguments[1] is Ellipsis:
+        return Many(shape_of(arguments[0]))
+    if origin in (dict, Mapping) and arguments[0] is str:
+        return Names(shape_of(arguments[1]))
+    cls = origin or hint
+    if isinstance(cls, type) and issubclass(cls, Component):
+        role = role_of(cls)
+        if role is None:
+            raise TypeError(f"{cls.__name__} plays none of the roles {', '.join(ROLES)}")
+        return Part(role, cls)
+    if isinstance(cls, type) and attrs.has(cls):
+        return Table(cls)
+    if any(holds_parts(shape_of(argument)) for argument in arguments):
+        raise TypeError(f"a config cannot fill {hint}: use X, X | None, tuple[X, ...] or dict[str, X]")
+    return Leaf(hint)
+
+
+def holds_parts(shape: Shape) -> bool:
+    """Whether a config is walked into it; else the field's own converter and validator take it whole."""
+    if isinstance(shape, Many | Names | Maybe):
+        return holds_parts(shape.item)
+    return isinstance(shape, Part | Table)
+
+
+def tables(own: Iterable[Parameter]) -> list[type]:
+    """Every plain attrs class that some parameters lead to, each once; TypeError if one is not clear."""
+    found: list[type] = []
+    todo = [_table_of(parameter.shape) for parameter in own]
+    while todo:
+        cls = todo.pop()
+        if cls is not None and cls not in found:
+            found.append(cls)
+            try:
+                todo += [_table_of(parameter.shape) for parameter in parameters(cls)]
+            except TypeError as error:
+                raise TypeError(f"{cls.__name__}: {error}") from error
+    return found
+
+
+def _table_of(shape: Shape) -> type | None:
+    if isinstance(shape, Many | Names | Maybe):
+        return _table_of(shape.item)
+    return shape.cls if isinstance(shape, Table) else None
+
+
+_LEAVES: dict[Any, str] = {float: "number", int: "whole number", bool: "true or false", str: "text", Any: "value"}
+
+
+def in_words(shape: Shape) -> str:
+    """A shape as a listing shows it."""
+    match shape:
+        case Part(role, _):
+            return role
+        case Table(cls):
+            return f"table {cls.__name__}"
+        case Many(item):
+            return f"list of {in_words(item)}"
+        case Names(item):
+            return f"names to {in_words(item)}"
+        case Maybe(item):
+            return f"{in_words(item)} or nothing"
+        case Leaf(hint) if get_origin(hint) is tuple:
+            return f"[{', '.join(in_words(shape_of(argument)) for argument in get_args(hint))}]"
+        case Leaf(hint) if get_origin(hint) is np.ndarray:
+            return "array"
+        case Leaf(hint):
+            return _LEAVES.get(hint, str(getattr(hint, "__name__", hint)))
+
+
+def plain(value: Any) -> Any:
+    """`value` as numbers, strings, lists and tables; components and attrs values as tables that build their equal."""
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    if value is None or isinstance(value, bool | int | float | str):
+        return value
+    if isinstance(value, PurePath):
+        return str(value)
+    if isinstance(value, Mapping):
+        return {key: plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(item) for item in value]
+    if not attrs.has(type(value)):
+        raise TypeError(f"a config cannot hold a {type(value).__name__}: {value!r}")
+    kind = {"kind": value.kind} if isinstance(value, Component) else {}
+    values = [(parameter, getattr(value, parameter.field.name)) for parameter in parameters(type(value))]
+    return kind | {p.name: plain(item) for p, item in values if not (item is None and p.field.default is None)}

@@ -1,0 +1,198 @@
+"""Walks plain data and an attrs class together, builds the object, and collects every problem with its path."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from typing import Any, TypeVar
+
+import attrs
+from attrs import field, frozen
+
+from vedette.errors import ConfigError, Problem, VedetteError
+from vedette.parameters import Leaf, Many, Maybe, Names, Parameter, Part, Shape, Table, holds_parts, in_words, parameters
+from vedette.registry import Registry, did_you_mean, nearest
+
+T = TypeVar("T")
+
+LONGEST = 400
+"""Characters of a message that a reader can still take in; a matrix quoted whole may have more."""
+
+
+class _Failed:
+    """Stands where a value could not be built: its problem is already told."""
+
+
+FAILED = _Failed()
+
+_SIMPLE = re.compile(r"[A-Za-z0-9_-]+")
+
+
+def below(place: str, name: str) -> str:
+    """The path of `name` in the table at `place`."""
+    written = name if _SIMPLE.fullmatch(name) else f'"{name}"'
+    return f"{place}.{written}" if place else written
+
+
+def told(given: Any) -> str:
+    """What was given, in a few words."""
+    if given is None:
+        return "nothing"
+    if isinstance(given, Mapping):
+        return "a table"
+    if isinstance(given, list | tuple):
+        return f"a list of {len(given)}"
+    if isinstance(given, bool | int | float | str):
+        return repr(given)
+    return f"a {type(given).__name__}"
+
+
+@frozen
+class Walker:
+    """One walk: what is installed, and the problems found so far."""
+
+    registry: Registry
+    problems: list[Problem] = field(factory=list, init=False)
+
+    def fail(self, place: str, text: str) -> _Failed:
+        """Note a problem."""
+        short = text if len(text) <= LONGEST else f"{text[:LONGEST]} ..."
+        self.problems.append(Problem(place, short))
+        return FAILED
+
+    def check_names(self, given: Mapping[str, Any], known: Iterable[str], place: str, what: str) -> set[str]:
+        """Note every name that is not known. Returns the known names that they were probably meant to be."""
+        known = list(known)
+        absent = [name for name in known if name not in given]
+        meant = set()
+        for name in given:
+            if not isinstance(name, str):
+                self.fail(place, f"names must be strings, got {name!r}")
+            elif name not in known:
+                meant.add(nearest(name, absent) or "")
+                question = did_you_mean(name, absent) or did_you_mean(name, known)
+                self.fail(below(place, name), f"unknown;{question} {what} takes {', '.join(known)}")
+        return meant
+
+    def construct(
+        self, cls: type[T], own: Iterable[Parameter], given: Mapping[str, Any], place: str, meant: set[str]
+    ) -> T | _Failed:
+        """Build a class from what `given` says about its parameters; no word on missing ones that are in `meant`."""
+        own = list(own)
+        values: dict[str, Any] = {}
+        failed = False
+        for parameter in own:
+            if parameter.name in given:
+                value = self._value(parameter, given[parameter.name], below(place, parameter.name))
+                failed |= value is FAILED
+                values[parameter.name] = value
+            elif parameter.required:
+                failed = True
+                if parameter.name not in meant:
+                    self.fail(below(place, parameter.name), f"missing: {parameter.meaning}".rstrip(": "))
+        if failed:
+            return FAILED
+        try:
+            return cls(**values)
+        except ConfigError as error:
+            for problem in error.problems:
+                self._place(f"{problem}", place, values)
+        except (ValueError, TypeError, ArithmeticError, VedetteError) as error:
+            self._place(str(error), place, values)
+        return FAILED
+
+    def _place(self, text: str, place: str, names: Mapping[str, Any]) -> None:
+        """Note what a class said about itself: `name: ...` or `name.part[0]: ...` about one of `names`, else about all."""
+        found = re.match(r"(\w+)((?:\.[\w-]+|\[\d+\])*): ", text)
+        if found and found[1] in names:
+            self.fail(below(place, found[1]) + found[2], text[found.end() :])
+        else:
+            self.fail(place, text)
+
+    def _value(self, parameter: Parameter, given: Any, place: str) -> Any:
+        if holds_parts(parameter.shape):
+            return self._shaped(parameter.shape, given, place)
+        name = parameter.field.name
+        try:
+            value = _converted(parameter.field, given)
+        except (ValueError, TypeError, ArithmeticError) as error:
+            return self._reject(str(error).removeprefix(f"{name}: "), given, place)
+        if parameter.field.validator is not None:
+            try:
+                parameter.field.validator(None, parameter.field, value)
+            except AttributeError:
+                return given  # it reads other fields of the instance: construction runs it again
+            except (ValueError, TypeError, ArithmeticError) as error:
+                return self._reject(str(error).removeprefix(f"{name}: "), given, place)
+        return given
+
+    def _reject(self, text: str, given: Any, place: str) -> _Failed:
+        """Note a leaf's problem; where it is about one name of a table, at that name."""
+        name, colon, rest = text.partition(": ")
+        if colon and isinstance(given, Mapping) and name in given:
+            return self.fail(below(place, name), rest)
+        return self.fail(place, text)
+
+    def _shaped(self, shape: Shape, given: Any, place: str) -> Any:
+        if given is FAILED:
+            return FAILED
+        match shape:
+            case Maybe(item):
+                return None if given is None else self._shaped(item, given, place)
+            case Part():
+                return self._part(shape, given, place)
+            case Table(cls):
+                return self._table(cls, given, place)
+            case Many(item):
+                if not isinstance(given, list | tuple):
+                    return self.fail(place, f"must be a {in_words(shape)}, got {told(given)}")
+                items = [self._shaped(item, value, f"{place}[{i}]") for i, value in enumerate(given)]
+                return FAILED if any(item is FAILED for item in items) else tuple(items)
+            case Names(item):
+                if not isinstance(given, Mapping):
+                    return self.fail(place, f"must be a table of {in_words(shape)}, got {told(given)}")
+                named = {str(name): self._shaped(item, value, below(place, str(name))) for name, value in given.items()}
+                return FAILED if any(value is FAILED for value in named.values()) else named
+            case Leaf():
+                raise AssertionError(f"{place}: a leaf is its field's own affair")
+
+    def _table(self, cls: type, given: Any, place: str) -> Any:
+        if isinstance(given, cls):
+            return given
+        own = parameters(cls)
+        known = [parameter.name for parameter in own]
+        if not isinstance(given, Mapping):
+            return self.fail(place, f"must be a table of {', '.join(known)}, got {told(given)}")
+        return self.construct(cls, own, given, place, self.check_names(given, known, place, cls.__name__))
+
+    def _part(self, shape: Part, given: Any, place: str) -> Any:
+        if isinstance(given, shape.base):
+            return given
+        candidates = [entry for entry in self.registry.of_role(shape.role) if issubclass(entry.cls, shape.base)]
+        right = " or ".join(repr(entry.kind) for entry in candidates) or f"a {shape.role}, and none is installed"
+        if not isinstance(given, Mapping):
+            return self.fail(place, f"must be a table whose kind is {right}, got {told(given)}")
+        at_kind = below(place, "kind")
+        if "kind" not in given:
+            typo = nearest("kind", [name for name in given if isinstance(name, str)])
+            if typo is not None:
+                return self.fail(below(place, typo), "unknown; did you mean 'kind'?")
+            return self.fail(at_kind, f"missing: must be {right}")
+        kind = given["kind"]
+        if not isinstance(kind, str):
+            return self.fail(at_kind, f"must be {right}, got {told(kind)}")
+        entry = next((entry for entry in candidates if entry.kind == kind), None)
+        if entry is None:
+            return self.fail(at_kind, self.registry.unknown(kind, candidates))
+        known = ["kind", *(parameter.name for parameter in entry.parameters)]
+        meant = self.check_names(given, known, place, repr(kind))
+        return self.construct(entry.cls, entry.parameters, given, place, meant)
+
+
+def _converted(attribute: attrs.Attribute[Any], given: Any) -> Any:
+    """What the field's converter makes of a value."""
+    convert: Any = attribute.converter
+    if convert is None:
+        return given
+    takes_more = isinstance(convert, attrs.Converter)
+    return convert(given, None, attribute) if takes_more else convert(given)
