@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from typing import Any
 
 import numpy as np
 from attrs import frozen
@@ -43,8 +42,7 @@ class GaussianFilter(Estimator[Gaussian]):
         own = axes.locate(self.state)
         cov = prior.cov[..., own, :][..., own]
         if len(self.carried):
-            still = self.state.locate(self.carried)
-            cov[..., still, :] = cov[..., still] = 0.0
+            cov = without_variance(cov, self.state.locate(self.carried))
         return Gaussian(prior.mean[..., own], cov)
 
     def absorb(self, belief: Gaussian, innovation: Innovation, weights: Array) -> Gaussian:
@@ -55,6 +53,13 @@ class GaussianFilter(Estimator[Gaussian]):
 
     def moments(self, belief: Gaussian) -> Gaussian:
         return belief
+
+
+def without_variance(cov: Array, axes: list[int]) -> Array:
+    """Covariances (*b, n, n) with zeros in the rows and columns of `axes`, as carried axes have."""
+    keep = np.ones(cov.shape[-1])
+    keep[axes] = 0.0
+    return cov * (keep[:, None] * keep)
 
 
 def linearised(belief: Gaussian, state: Space, sensor: Sensor, seen: Detections, p_gate: float) -> Innovation:

@@ -12,10 +12,12 @@ from vedette.space import Array
 def numerical_jacobian(function: Callable[[Array], Array], x: Array, difference: Callable[[Array, Array], Array]) -> Array:
     """Central differences of `function` (*b, n) -> (*b, m): (*b, m, n), truncation error O(step^2).
 
-    `difference(a, b)` subtracts results, the short way round where they wrap.
+    `difference(a, b)` subtracts results, the short way round where they wrap. The step grows with sqrt |x|: one that grew
+    with |x| would reach past a target near its sensor in map coordinates, a fixed one would drown in their rounding.
     """
     n = x.shape[-1]
-    step = np.cbrt(np.finfo(float).eps) * np.maximum(1.0, np.abs(x))
+    step = np.cbrt(np.finfo(float).eps) * np.sqrt(np.maximum(1.0, np.abs(x)))
     moves = step[..., None, :] * np.eye(n)
-    slope = difference(function(x[..., None, :] + moves), function(x[..., None, :] - moves))
-    return np.swapaxes(slope / (2.0 * step[..., :, None]), -1, -2)
+    ahead, behind = x[..., None, :] + moves, x[..., None, :] - moves
+    width = np.diagonal(ahead - behind, axis1=-2, axis2=-1)  # what the step is after rounding
+    return np.swapaxes(difference(function(ahead), function(behind)) / width[..., :, None], -1, -2)

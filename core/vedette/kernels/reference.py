@@ -15,12 +15,12 @@ _LOG_2PI = float(np.log(2.0 * np.pi))
 
 
 def safe_log(p: Array) -> Array:
-    """log p of probabilities and densities, no less than log of the smallest normal number: about -708."""
+    """The logarithm of probabilities and densities, no less than log of the smallest normal number: about -708."""
     return np.log(np.maximum(p, _TINY))
 
 
 def log_sum(a: Array, axis: int = -1) -> Array:
-    """log sum exp(a) over `axis`; -inf where every term is."""
+    """The logarithm of sum exp(a) over `axis`; -inf where every term is."""
     top = np.max(a, axis=axis, keepdims=True)
     top = np.where(np.isfinite(top), top, 0.0)
     with np.errstate(divide="ignore"):
@@ -39,7 +39,7 @@ def propagate(P: Array, F: Array, Q: Array) -> Array:
 
 
 def _invert(S: Array) -> tuple[Array, Array]:
-    """Inverse (*b, m, m) and log determinant (*b) of positive definite S; by LDL' for m <= 2, where LAPACK calls dominate."""
+    """Inverse (*b, m, m) and log determinant (*b) of a positive definite S; by LDL' for m <= 2, as LAPACK calls cost more."""
     m = S.shape[-1]
     if m == 1:
         return 1.0 / S, np.log(S[..., 0, 0])
@@ -58,16 +58,14 @@ def _invert(S: Array) -> tuple[Array, Array]:
 
 
 def _each(rows: Array, matrix: Array) -> Array:
-    """rows (*b, k, m) times matrix (*b, 1|k, m, p): (*b, k, p), in one product where the matrix is shared."""
-    if matrix.shape[-3] == 1:
-        product: Array = rows @ matrix[..., 0, :, :]
-        return product
-    product = (rows[..., None, :] @ matrix)[..., 0, :]
+    """Rows (*b, k, m) times matrix (*b, 1|k, m, p): (*b, k, p), in one product where the matrix is shared."""
+    shared = matrix.shape[-3] == 1
+    product: Array = rows @ matrix[..., 0, :, :] if shared else (rows[..., None, :] @ matrix)[..., 0, :]
     return product
 
 
 def _score(nu: Array, S: Array) -> tuple[Array, Array, Array, Array]:
-    """nu (*b, k, m), S (*b, 1|k, m, m) -> inverse of S, log N(nu; 0, S), squared distance, half log determinant."""
+    """Of residuals nu (*b, k, m): inverse of S (*b, 1|k, m, m), log N(nu; 0, S), squared distance, half log determinant."""
     inverse, log_det = _invert(S)
     distance = np.sum(_each(nu, inverse) * nu, axis=-1)
     loglik = -0.5 * (distance + log_det + S.shape[-1] * _LOG_2PI)
@@ -91,22 +89,34 @@ def innovate(P: Array, nu: Array, H: Array, R: Array) -> tuple[Array, Array, Arr
     return loglik, distance, log_volume, shift, _symmetric(post)
 
 
+def _root(P: Array) -> Array:
+    """L (*b, n, n), lower triangular, with L L' = P; where P is singular, its columns without variance are 0."""
+    try:
+        return np.linalg.cholesky(P)
+    except np.linalg.LinAlgError:  # some of P are only semidefinite: an axis is known exactly
+        L = np.zeros_like(P)
+    for j in range(P.shape[-1]):
+        column = P[..., j:, j] - (L[..., j:, :j] @ L[..., j, :j, None])[..., 0]
+        pivot = column[..., :1]
+        free = pivot > 1e-14 * P[..., j, j, None]
+        L[..., j:, j] = np.where(free, column / np.sqrt(np.where(free, pivot, 1.0)), 0.0)
+    return L
+
+
 def sigma_points(P: Array, kappa: float) -> tuple[Array, Array]:
     """Offsets (*b, 2n+1, n) from the mean and weights (2n+1,) that have mean 0 and covariance P (*b, n, n).
 
     Julier and Uhlmann's symmetric set. kappa >= 0 keeps every weight positive, so every moment taken with it is PSD.
     """
     n = P.shape[-1]
-    root = np.swapaxes(np.linalg.cholesky((n + kappa) * P), -1, -2)
+    root = np.swapaxes(_root((n + kappa) * P), -1, -2)
     offsets = np.concatenate([np.zeros((*P.shape[:-2], 1, n)), root, -root], axis=-2)
     weights = np.full(2 * n + 1, 0.5 / (n + kappa))
     weights[0] = kappa / (n + kappa)
     return offsets, weights
 
 
-def innovate_points(
-    dx: Array, dz: Array, weights: Array, nu: Array, R: Array
-) -> tuple[Array, Array, Array, Array, Array]:
+def innovate_points(dx: Array, dz: Array, weights: Array, nu: Array, R: Array) -> tuple[Array, Array, Array, Array, Array]:
     """`innovate` where points stand for the model: dx (*b, t, s, n) and dz (*b, t, s, m) differences from their means.
 
     The posterior covariance is the points' own after the gain, sum w (dx - K dz)(dx - K dz)' + K R K': PSD as they are.
@@ -139,7 +149,10 @@ def mixture(P: Array, shift: Array, post: Array, weights: Array) -> tuple[Array,
 
 
 def moments(weights: Array, xs: Array, Ps: Array) -> tuple[Array, Array]:
-    """Mean and covariance of Gaussian mixtures: weights (*b, q, r), xs (*b, r, n), Ps (*b, r, n, n) -> (*b, q, n), (*b, q, n, n)"""
+    """Mean (*b, q, n) and covariance (*b, q, n, n) of q Gaussian mixtures of the same r parts.
+
+    weights (*b, q, r), xs (*b, r, n), Ps (*b, r, n, n)
+    """
     n = xs.shape[-1]
     mean = weights @ xs
     apart = xs[..., None, :, :] - mean[..., None, :]
@@ -149,8 +162,10 @@ def moments(weights: Array, xs: Array, Ps: Array) -> tuple[Array, Array]:
 
 
 def imm_mix(log_prob: Array, log_transition: Array, xs: Array, Ps: Array) -> tuple[Array, Array, Array]:
-    """Interaction of the IMM: log_prob (*b, r), log_transition (r, r), xs (*b, r, n), Ps (*b, r, n, n) ->
-    predicted log_prob c (*b, r), and the mixed mean and covariance that each mode starts from."""
+    """Interaction of the IMM: predicted log_prob c (*b, r), and the mean and covariance that each mode starts from.
+
+    log_prob (*b, r), log_transition (r, r) from row to column, xs (*b, r, n), Ps (*b, r, n, n)
+    """
     joint = np.swapaxes(log_prob[..., :, None] + log_transition, -1, -2)  # (*b, to, from)
     predicted = log_sum(joint)
     # A mode that cannot be reached starts from the whole mixture: any prior is as good, but it must be one.

@@ -27,8 +27,10 @@ class GlobalNearest(Associator):
         from scipy.optimize import linear_sum_assignment
 
         t, k = scores.shape[-2], scores.shape[-1] - 1
+        # A miss that cannot be is dear but finite: two tracks that must be seen may have one return between them.
+        miss = np.maximum(scores[..., :1], np.max(scores, axis=-1, keepdims=True) - 1e6)
         gain = np.full((*scores.shape[:-1], k + t), -np.inf)
-        gain[..., :k] = scores[..., 1:] - scores[..., :1]
+        gain[..., :k] = scores[..., 1:] - miss
         gain[..., range(t), range(k, k + t)] = 0.0
         weights = np.zeros_like(scores)
         for run in np.ndindex(scores.shape[:-2]):

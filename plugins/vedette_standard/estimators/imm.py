@@ -9,6 +9,7 @@ import numpy as np
 from attrs import Factory, field, frozen
 
 from vedette import Array, Detections, Estimator, Gaussian, Innovation, Sensor, Space, fields, kernels
+from vedette.gaussian import without_variance
 from vedette_standard.estimators.transitions import Transition, rates_problem, transition_problem
 
 
@@ -104,7 +105,7 @@ class Imm(Estimator[Modes]):
         """Every mode from the same prior, with the `initial` mode probabilities."""
         r = len(self.modes)
         initial = np.full(r, 1.0 / r) if self.initial is None else self.initial
-        log_prob = np.broadcast_to(np.log(initial), (*prior.mean.shape[:-1], r))
+        log_prob = np.broadcast_to(np.log(initial / initial.sum()), (*prior.mean.shape[:-1], r))
         return Modes(tuple(mode.start(prior, axes, rng) for mode in self.modes), log_prob)
 
     def predict(self, belief: Modes, dt: float, rng: np.random.Generator, combined: Gaussian | None = None) -> Modes:
@@ -161,7 +162,7 @@ class Imm(Estimator[Modes]):
         return np.exp(belief.log_prob)
 
     def _stack(self, belief: Modes) -> tuple[Array, Array, Array]:
-        """All modes over the common axes: an origin (*b, t, n), means from there (*b, t, r, n), covariances (*b, t, r, n, n)."""
+        """All modes over `state`: an origin (*b, t, n), means from there (*b, t, r, n), covariances (*b, t, r, n, n)."""
         n, shape = len(self.state), belief.log_prob.shape
         means, covs = np.empty((*shape, n)), np.zeros((*shape, n, n))
         default = [self.absent.get(axis.name, (0.0, 0.0)) for axis in self.state.axes]
@@ -176,4 +177,6 @@ class Imm(Estimator[Modes]):
 
     def _combine(self, log_prob: Array, origin: Array, apart: Array, covs: Array) -> Gaussian:
         mean, cov = kernels.moments(np.exp(log_prob)[..., None, :], apart, covs)
+        if len(self.carried):
+            cov = without_variance(cov, self.state.locate(self.carried))
         return Gaussian(self.state.displace(origin, mean[..., 0, :]), cov[..., 0, :, :])

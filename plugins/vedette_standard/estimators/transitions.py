@@ -45,25 +45,26 @@ class Transition:
     def per_scan(cls, matrix: Array) -> Transition:
         """The same matrix whatever the time between scans."""
         with np.errstate(divide="ignore"):
-            return cls(np.log(matrix), None)
+            return cls(np.log(matrix / matrix.sum(axis=1, keepdims=True)), None)
 
     @classmethod
     def per_interval(cls, matrix: Array, interval: float) -> Transition:
         """Scaled to dt through the matrix' generator; ValueError where it has none."""
         from scipy.linalg import logm
 
-        generator = np.asarray(logm(matrix)) / interval
-        real = np.real(generator)
-        off = real - np.diag(np.diag(real))
-        if np.abs(np.imag(generator)).max() * interval > 1e-9 or not np.all(off * interval >= -1e-12):
+        singular = np.abs(np.linalg.eigvals(matrix)).min() < 1e-12
+        step = np.full_like(matrix, np.nan) if singular else np.asarray(logm(matrix))
+        off = np.real(step) - np.diag(np.diag(np.real(step)))
+        if np.abs(np.imag(step)).max() > 1e-9 or not np.all(off >= -1e-12):  # also where it is NaN
             raise ValueError(
                 "interval: this transition matrix has no generator, so it cannot be scaled to other time steps; "
                 "leave `interval` out (it then holds per scan) or give `rates`"
             )
-        return cls(None, np.maximum(off, 0) + np.diag(np.diag(real)))
+        rates = np.maximum(off, 0) / interval
+        return cls(None, rates - np.diag(rates.sum(axis=1)))
 
     def log(self, dt: float) -> Array:
-        """log P(mode in the column `dt` s later | mode in the row) (r, r)"""
+        """The logarithm of P(mode in the column `dt` s later | mode in the row) (r, r)"""
         if self.rates is None:
             assert self.fixed is not None
             return self.fixed

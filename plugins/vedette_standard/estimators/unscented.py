@@ -27,20 +27,21 @@ class UnscentedKalman(GaussianFilter):
     motion: MotionModel = fields.part("how the target moves")
     kappa: float = fields.quantity("1", "weight of the central point, times n + kappa", default=1.0, at_least=0)
 
-    def _points(self, belief: Gaussian) -> tuple[Array, Array]:
-        """Points (*b, t, s, n) and weights (s,); carried axes have no variance and the same value in every point."""
+    def _offsets(self, belief: Gaussian) -> tuple[Array, Array]:
+        """Offsets from the mean (*b, t, s, n) and weights (s,); carried axes have no variance: their offsets are 0."""
         free = [i for i, axis in enumerate(self.state.axes) if axis.name not in self.carried]
         spread, weights = kernels.sigma_points(belief.cov[..., free, :][..., free], self.kappa)
         offsets = np.zeros((*spread.shape[:-1], len(self.state)))
         offsets[..., free] = spread
-        return self.state.displace(belief.mean[..., None, :], offsets), weights
+        return offsets, weights
 
     def predict(self, belief: Gaussian, dt: float, rng: np.random.Generator, combined: Gaussian | None = None) -> Gaussian:
         """The belief `dt` s later; the noise is taken at the mean."""
         if dt == 0:
             return belief
         belief = self.motion.settle(belief, belief if combined is None else combined)
-        points, weights = self._points(belief)
+        offsets, weights = self._offsets(belief)
+        points = self.state.displace(belief.mean[..., None, :], offsets)
         mean, apart = self.state.mean(self.motion.move(points, dt), weights)
         spread = np.swapaxes(apart * weights[:, None], -1, -2) @ apart
         return Gaussian(mean, 0.5 * (spread + np.swapaxes(spread, -1, -2)) + self.motion.noise(belief.mean, dt))
@@ -48,9 +49,9 @@ class UnscentedKalman(GaussianFilter):
     def innovate(self, belief: Gaussian, sensor: Sensor, seen: Detections, p_gate: float) -> Innovation:
         """Every return against every track, by the moments of the points' measurements."""
         where = self.state.locate(sensor.looks_at)
-        points, weights = self._points(belief)
+        dx, weights = self._offsets(belief)
+        points = self.state.displace(belief.mean[..., None, :], dx)
         expected, dz = sensor.measurement.mean(sensor.measure(points[..., where]), weights)
-        dx = self.state.difference(points, belief.mean[..., None, :])
         nu = residuals(sensor, seen, expected)
         x = belief.mean[..., where]
         return joined(sensor, x, p_gate, kernels.innovate_points(dx, dz, weights, nu, noise_of(sensor, seen, x)))
