@@ -14,8 +14,14 @@ from vedette_standard.estimators.unscented import UnscentedKalman
 from vedette_standard.lifecycles.existence import Existence
 from vedette_standard.lifecycles.m_of_n import MOfN
 from vedette_standard.lifecycles.single_target import SingleTarget
+from vedette_standard.motion.constant_acceleration import ConstantAcceleration
 from vedette_standard.motion.constant_velocity import ConstantVelocity
+from vedette_standard.motion.coordinated_turn import CoordinatedTurn
+from vedette_standard.motion.known_turn import KnownTurn
+from vedette_standard.motion.singer import Singer
 from vedette_standard.sensors.cartesian_position import CartesianPosition
+from vedette_standard.sensors.polar_position import PolarPosition
+from vedette_standard.sensors.range_bearing import RangeBearing
 
 VEDETTE_CONTRACT = 1
 
@@ -24,8 +30,8 @@ VEDETTE_CONTRACT = 1
 def vedette_components() -> Iterable[type[vedette.Component]]:
     """Everything in this package."""
     return [
-        *(ConstantVelocity,),
-        *(CartesianPosition,),
+        *(ConstantVelocity, ConstantAcceleration, Singer, KnownTurn, CoordinatedTurn),
+        *(CartesianPosition, RangeBearing, PolarPosition),
         *(Kalman, ExtendedKalman, UnscentedKalman, Imm),
         *(Nearest, GlobalNearest, Pda, Jpda),
         *(SingleTarget, MOfN, Existence),

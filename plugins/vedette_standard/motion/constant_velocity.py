@@ -8,7 +8,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, MotionModel, Space, fields
-from vedette_standard.motion.blocks import planar
+from vedette_standard.motion.blocks import POSITION_VELOCITY, planar, white_acceleration
 
 
 @final
@@ -28,7 +28,7 @@ class ConstantVelocity(MotionModel):
 
     @property
     def state(self) -> Space:
-        return Space.of(x="m", y="m", vx="m/s", vy="m/s")
+        return POSITION_VELOCITY
 
     def move(self, x: Array, dt: float) -> Array:
         """(*b, 4) -> (*b, 4)"""
@@ -40,5 +40,4 @@ class ConstantVelocity(MotionModel):
 
     def noise(self, x: Array, dt: float) -> Array:
         """(4, 4)"""
-        q = self.sigma_accel**2
-        return planar(q * np.array([[dt**3 / 3, dt**2 / 2], [dt**2 / 2, dt]]))
+        return white_acceleration(self.sigma_accel, dt)

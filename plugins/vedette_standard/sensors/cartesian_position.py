@@ -8,6 +8,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Gaussian, Pose, Sensor, Space, fields
+from vedette_standard.sensors.station import POSITION
 
 
 @final
@@ -24,11 +25,11 @@ class CartesianPosition(Sensor):
 
     @property
     def looks_at(self) -> Space:
-        return Space.of(x="m", y="m")
+        return POSITION
 
     @property
     def measurement(self) -> Space:
-        return Space.of(x="m", y="m")
+        return POSITION
 
     def measure(self, x: Array) -> Array:
         """(*b, 2) -> (*b, 2)"""

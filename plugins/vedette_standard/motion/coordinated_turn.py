@@ -1,0 +1,76 @@
+"""A coordinated turn whose rate is estimated."""
+
+from __future__ import annotations
+
+from typing import ClassVar, final
+
+import numpy as np
+from attrs import frozen
+
+from vedette import Array, MotionModel, Space, fields
+from vedette_standard.motion.blocks import white_acceleration
+from vedette_standard.motion.turning import Turn
+
+_STATE = Space.of(x="m", y="m", vx="m/s", vy="m/s", turn_rate="rad/s")
+
+
+@final
+@frozen
+class CoordinatedTurn(MotionModel):
+    """Speed and turn rate stay, but for white noise: the target runs along an arc, moved exactly.
+
+    With h = turn_rate T / 2 and u = (vx, vy) turned by h: (x, y) += T sin(h)/h u, for the chord of an arc points along its
+    middle, and (vx, vy) = u turned by h once more. The position's derivative by turn_rate is T^2/2 ((cos(h) - sin(h)/h)/h u
+    + sin(h)/h J u), J = [0 -1; 1 0].
+    Q is that of constant velocity over x, y, vx, vy and sigma_turn_rate^2 T for the rate, whatever the state: the noise of
+    the velocity is not turned within a step, nor does that of the rate reach the position, so steps do not divide.
+    Both deviations are what is gained in 1 s, of velocity and of turn rate; they grow with the square root of time.
+    Li, Jilkov, Survey of Maneuvering Target Tracking, Part I: Dynamic Models, IEEE T-AES 39, 2003.
+    """
+
+    kind: ClassVar[str] = "coordinated_turn"
+
+    sigma_accel: float = fields.quantity("m/s^2", "standard deviation of the velocity gained in 1 s, per axis", above=0)
+    sigma_turn_rate: float = fields.quantity("rad/s^2", "standard deviation of the turn rate gained in 1 s", above=0)
+
+    @property
+    def state(self) -> Space:
+        return _STATE
+
+    def move(self, x: Array, dt: float) -> Array:
+        """(*b, 5) -> (*b, 5)"""
+        turn = Turn.by(x[..., 4] * dt)
+        ux, uy = turn.halfway(x[..., 2], x[..., 3])
+        chord = dt * turn.sinc
+        moved = x.copy()
+        moved[..., 0] += chord * ux
+        moved[..., 1] += chord * uy
+        moved[..., 2], moved[..., 3] = turn.halfway(ux, uy)
+        return moved
+
+    def jacobian(self, x: Array, dt: float) -> Array:
+        """(*b, 5) -> (*b, 5, 5)"""
+        turn = Turn.by(x[..., 4] * dt)
+        ux, uy = turn.halfway(x[..., 2], x[..., 3])
+        vx, vy = turn.halfway(ux, uy)
+        stretch = turn.half * turn.rho
+        F = np.zeros((*x.shape, 5))
+        F[..., 0, 0] = F[..., 1, 1] = F[..., 4, 4] = 1.0
+        F[..., 0, 2] = F[..., 1, 3] = dt * turn.along
+        F[..., 1, 2] = dt * turn.across
+        F[..., 0, 3] = -F[..., 1, 2]
+        F[..., 2, 2] = F[..., 3, 3] = turn.cos_angle
+        F[..., 3, 2] = turn.sin_angle
+        F[..., 2, 3] = -F[..., 3, 2]
+        F[..., 0, 4] = dt**2 / 2 * (stretch * ux - turn.sinc * uy)
+        F[..., 1, 4] = dt**2 / 2 * (stretch * uy + turn.sinc * ux)
+        F[..., 2, 4] = -dt * vy
+        F[..., 3, 4] = dt * vx
+        return F
+
+    def noise(self, x: Array, dt: float) -> Array:
+        """(5, 5)"""
+        Q = np.zeros((5, 5))
+        Q[:4, :4] = white_acceleration(self.sigma_accel, dt)
+        Q[4, 4] = self.sigma_turn_rate**2 * dt
+        return Q

@@ -1,0 +1,91 @@
+"""A radar that reports positions in the plane, with the error of a radar."""
+
+from __future__ import annotations
+
+from typing import ClassVar, final
+
+import numpy as np
+from attrs import field, frozen
+
+from vedette import Array, Gaussian, Pose, Sensor, Space, fields
+from vedette_standard.sensors.station import POSITION, covers, offsets, standing
+
+_NEAR = 1e-6
+"""Distance in m within which the direction fades out of the noise."""
+
+
+@final
+@frozen
+class PolarPosition(Sensor):
+    """z = position + v in the tracker's own frame, but v is what errors of range and bearing make of it at the target.
+
+    v ~ N(0, T diag(sigma_range^2, (r^2 + sigma_range^2) sigma_bearing^2) T' + sigma_extent^2 I), T the rotation to the
+    target's direction from the radar, r its distance; r^2 + sigma_range^2 is the mean square of the measured range. Over the
+    radar itself there is no direction: the noise is the mean over all.
+    The reported returns are taken as they are; noise is evaluated at the state, which is known better than one return.
+    Lerro, Bar-Shalom, Tracking with Debiased Consistent Converted Measurements versus EKF, IEEE T-AES 29, 1993.
+    """
+
+    kind: ClassVar[str] = "polar_position"
+    linear: ClassVar[bool] = True
+
+    sigma_range: float = fields.quantity("m", "standard deviation along the line of sight", above=0)
+    sigma_bearing: float = fields.quantity("rad", "standard deviation of the bearing", above=0, at_most=1)
+    sigma_extent: float = fields.quantity(
+        "m", "standard deviation per axis of where on the target it is seen", default=0.0, at_least=0
+    )
+    detection_probability: float = fields.probability("probability that a target in view gives a return", default=1.0)
+    max_range: float | None = fields.quantity("m", "nothing farther is detected; none: no limit", default=None, above=0)
+    clutter_density: float = fields.quantity("1/m^2", "false returns per scan and area", default=0.0, at_least=0)
+    x: float = fields.quantity("m", "where the radar stands; a scan's own pose replaces it", default=0.0)
+    y: float = fields.quantity("m", "where the radar stands; a scan's own pose replaces it", default=0.0)
+    _pose: Pose = field(init=False, repr=False, eq=False)
+
+    @_pose.default
+    def _fixed(self) -> Pose:
+        return Pose(np.array([self.x, self.y]))
+
+    @property
+    def looks_at(self) -> Space:
+        return POSITION
+
+    @property
+    def measurement(self) -> Space:
+        return POSITION
+
+    def measure(self, x: Array) -> Array:
+        """(*b, 2) -> (*b, 2)"""
+        return x
+
+    def jacobian(self, x: Array) -> Array:
+        """(2, 2)"""
+        return np.eye(2)
+
+    def noise(self, x: Array) -> Array:
+        """(*b, 2) -> (*b, 2, 2)"""
+        dx, dy = offsets(x, self._pose)
+        xx, yy, square = dx * dx + 0.5 * _NEAR**2, dy * dy + 0.5 * _NEAR**2, dx * dx + dy * dy + _NEAR**2
+        along = self.sigma_range**2
+        across = (square + along) * self.sigma_bearing**2
+        R = np.empty((*dx.shape, 2, 2))
+        R[..., 0, 0] = (along * xx + across * yy) / square + self.sigma_extent**2
+        R[..., 1, 1] = (along * yy + across * xx) / square + self.sigma_extent**2
+        R[..., 0, 1] = R[..., 1, 0] = (along - across) * dx * dy / square
+        return R
+
+    def detects(self, x: Array) -> Array:
+        """(*b, 2) -> (*b), or () if no range limits it"""
+        return covers(self.detection_probability, 0.0, self.max_range, x, self._pose)
+
+    def clutter(self, z: Array) -> Array:
+        """()"""
+        return np.asarray(self.clutter_density)
+
+    def invert(self, z: Array, noise: Array | None = None) -> Gaussian:
+        """(*b, 2) -> (*b, 2), (*b, 2, 2), with the noise where the return lies."""
+        cov = self.noise(z) if noise is None else noise
+        return Gaussian(z, np.broadcast_to(cov, (*z.shape, 2)))
+
+    def at(self, pose: Pose) -> Sensor:
+        """The same radar on a platform at `pose`, which may lead with batch axes: they are the first of the states' own."""
+        return standing(self, pose)

@@ -1,0 +1,122 @@
+"""A radar that reports range and bearing."""
+
+from __future__ import annotations
+
+import math
+from typing import ClassVar, final
+
+import numpy as np
+from attrs import field, frozen
+
+from vedette import Array, Gaussian, Pose, Sensor, Space, fields
+from vedette_standard.sensors.station import POSITION, covers, leading, offsets, standing
+
+_POLAR = Space.of(range="m", bearing="rad mod 2pi")
+_NEAR = 1e-3
+"""Distance in m below which the derivative no longer grows."""
+
+
+@final
+@frozen
+class RangeBearing(Sensor):
+    """z = (r, b) + v, v ~ N(0, diag(sigma_range^2, sigma_bearing^2)), of a target in the plane as seen from the radar.
+
+    With (dx, dy) = position - (x, y): r = sqrt(dx^2 + dy^2), b = atan2(dy, dx) - heading, from +x towards +y.
+    Over the radar itself the bearing is that of +x and the derivative 0: such a return says nothing about the position.
+    Clutter is uniform over the area from `min_range` to `max_range`, hence of density n r / (pi (max^2 - min^2)) in z.
+    Mo, Song, Zhou, Sun, Bar-Shalom, Unbiased Converted Measurements for Tracking, IEEE T-AES 34, 1998 (for `invert`).
+    """
+
+    kind: ClassVar[str] = "range_bearing"
+
+    sigma_range: float = fields.quantity("m", "standard deviation of the range", above=0)
+    sigma_bearing: float = fields.quantity("rad", "standard deviation of the bearing", above=0, at_most=1)
+    detection_probability: float = fields.probability("probability that a target in view gives a return", default=1.0)
+    min_range: float = fields.quantity("m", "nothing nearer is detected", default=0.0, at_least=0)
+    max_range: float | None = fields.quantity("m", "nothing farther is detected; none: no limit", default=None, above=0)
+    clutter_per_scan: float = fields.quantity("1", "expected number of false returns per scan", default=0.0, at_least=0)
+    x: float = fields.quantity("m", "where the radar stands; a scan's own pose replaces it", default=0.0)
+    y: float = fields.quantity("m", "where the radar stands; a scan's own pose replaces it", default=0.0)
+    heading: float = fields.quantity("rad", "direction of bearing 0; a scan's own pose replaces it", default=0.0)
+    _pose: Pose = field(init=False, repr=False, eq=False)
+
+    @_pose.default
+    def _fixed(self) -> Pose:
+        return Pose(np.array([self.x, self.y]), heading=self.heading)
+
+    def __attrs_post_init__(self) -> None:
+        if self.max_range is None and self.clutter_per_scan > 0:
+            raise ValueError("clutter_per_scan: needs max_range, which says over what area the false returns spread")
+        if self.max_range is not None and self.max_range <= self.min_range:
+            raise ValueError(f"max_range: must be > min_range, {self.min_range:g} m, got {self.max_range:g} m")
+
+    @property
+    def looks_at(self) -> Space:
+        return POSITION
+
+    @property
+    def measurement(self) -> Space:
+        return _POLAR
+
+    def measure(self, x: Array) -> Array:
+        """(*b, 2) -> (*b, 2)"""
+        dx, dy = offsets(x, self._pose)
+        z = np.empty((*dx.shape, 2))
+        z[..., 0] = np.hypot(dx, dy)
+        z[..., 1] = np.arctan2(dy, dx) - leading(self._pose.heading, dx.ndim)
+        return _POLAR.canonical(z)
+
+    def jacobian(self, x: Array) -> Array:
+        """(*b, 2) -> (*b, 2, 2); within 1 mm of the radar that of a target 1 mm away, times the distance in mm."""
+        dx, dy = offsets(x, self._pose)
+        r = np.maximum(np.hypot(dx, dy), _NEAR)
+        H = np.empty((*dx.shape, 2, 2))
+        H[..., 0, 0] = dx / r
+        H[..., 0, 1] = dy / r
+        H[..., 1, 0] = -H[..., 0, 1] / r
+        H[..., 1, 1] = H[..., 0, 0] / r
+        return H
+
+    def noise(self, x: Array) -> Array:
+        """(2, 2)"""
+        return np.diag([self.sigma_range**2, self.sigma_bearing**2])
+
+    def detects(self, x: Array) -> Array:
+        """(*b, 2) -> (*b), or () if no range limits it"""
+        return covers(self.detection_probability, self.min_range, self.max_range, x, self._pose)
+
+    def clutter(self, z: Array) -> Array:
+        """(*b, k, 2) -> (*b, k) in 1/(m rad), or () if there is none; beyond the area's edge, by noise, as at the edge."""
+        if self.max_range is None or self.clutter_per_scan == 0:
+            return np.asarray(0.0)
+        area = math.pi * (self.max_range**2 - self.min_range**2)
+        return self.clutter_per_scan / area * np.clip(z[..., 0], self.min_range, self.max_range)
+
+    def invert(self, z: Array, noise: Array | None = None) -> Gaussian:
+        """(*b, 2) -> (*b, 2), (*b, 2, 2): the position without bias, and its covariance to first order.
+
+        Noise shortens a converted return: E cos(error) = exp(-s^2/2) for a bearing deviation s, so the mean is divided by
+        it. The covariance is J R J', and (sigma_range s)^2 more across, without which a return at range 0 had none there.
+        """
+        R = self.noise(z) if noise is None else noise
+        r, angle = z[..., 0], z[..., 1] + leading(self._pose.heading, z.ndim - 1)
+        cos, sin = np.cos(angle), np.sin(angle)
+        stretch = r * np.exp(0.5 * R[..., 1, 1])
+        position = self._pose.position
+        mean = np.empty((*angle.shape, 2))
+        mean[..., 0] = leading(position[..., 0], angle.ndim) + stretch * cos
+        mean[..., 1] = leading(position[..., 1], angle.ndim) + stretch * sin
+        J = np.empty((*angle.shape, 2, 2))
+        J[..., 0, 0], J[..., 0, 1] = cos, -r * sin
+        J[..., 1, 0], J[..., 1, 1] = sin, r * cos
+        cov = J @ R @ np.swapaxes(J, -1, -2)
+        across = R[..., 0, 0] * R[..., 1, 1]
+        cov[..., 0, 0] += across * sin * sin
+        cov[..., 1, 1] += across * cos * cos
+        cov[..., 0, 1] -= across * sin * cos
+        cov[..., 1, 0] -= across * sin * cos
+        return Gaussian(mean, cov)
+
+    def at(self, pose: Pose) -> Sensor:
+        """The same radar on a platform at `pose`, which may lead with batch axes: they are the first of the states' own."""
+        return standing(self, pose)
