@@ -1,0 +1,290 @@
+"""Whether a filter's covariance is the size of its errors: statistics, their bands, and verdicts in words.
+
+Pure functions of arrays. `r` runs, `s` scans, `n` state axes, `m` measured axes, `*b` any batch axes. A verdict's figure is
+scaled so that 1 (a covariance's scale) or 0 (a mean, a correlation) is expected; its `alpha` is the false-alarm probability
+of that one test. docs/metrics.md says which figure may be asserted when.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from attrs import frozen
+
+from vedette.space import Array, Mask
+
+
+@frozen
+class Verdict:
+    """A figure against the band [low, high], which that of a right filter leaves with probability `alpha` at most.
+
+    `error` is the figure's standard error where runs tell it; `text` says what follows, in words.
+    """
+
+    name: str
+    figure: float
+    low: float
+    high: float
+    alpha: float
+    text: str
+    error: float | None = None
+
+    @property
+    def inside(self) -> bool:
+        """Whether the figure lies in its band."""
+        return self.low <= self.figure <= self.high
+
+
+@frozen
+class Estimate:
+    """A mean over runs and its standard error, None where there is one run only."""
+
+    value: float
+    error: float | None
+
+
+@frozen
+class Credibility:
+    """How far covariances are from the errors, in dB: 0 is right, 3 a factor of 2.
+
+    `index` counts both directions; `inclination` is > 0 where covariances are too small, < 0 where they are too large.
+    """
+
+    index: float
+    inclination: float
+
+
+def whiten(vector: Array, cov: Array) -> Array:
+    """L^-1 v with cov = L L': (*b, n), (*b, n, n) -> (*b, n). Axes without variance give 0.
+
+    On matched truth the result is N(0, I). ValueError if `cov` is not positive definite on the other axes.
+    """
+    variance = np.diagonal(cov, axis1=-2, axis2=-1)
+    if not np.all(variance >= 0):  # also False for NaN
+        raise ValueError(f"cov: variances must be >= 0, got {np.min(variance):.6g}")
+    free = variance > 0
+    scale = np.where(free, np.sqrt(variance), 1.0)
+    correlation = cov / (scale[..., :, None] * scale[..., None, :])
+    correlation[..., range(cov.shape[-1]), range(cov.shape[-1])] = 1.0
+    try:
+        root = np.linalg.cholesky(correlation)
+    except np.linalg.LinAlgError:
+        raise ValueError("cov: must be positive definite on its axes of variance > 0") from None
+    scaled = np.where(free, vector, 0.0) / scale
+    white: Array = np.linalg.solve(root, scaled[..., None])[..., 0]
+    return white
+
+
+def nees(error: Array, cov: Array) -> Array:
+    """Normalised estimation error squared e' P^-1 e: (*b, n), (*b, n, n) -> (*b). Axes without variance are skipped.
+
+    The same of an innovation and its covariance is the NIS. Chi-square with `free_axes(cov)` degrees of freedom where the
+    filter is linear, Gaussian and right.
+    """
+    squares: Array = np.sum(whiten(error, cov) ** 2, axis=-1)
+    return squares
+
+
+def free_axes(cov: Array) -> Array:
+    """How many axes have variance: (*b, n, n) -> (*b)"""
+    count: Array = np.sum(np.diagonal(cov, axis1=-2, axis2=-1) > 0, axis=-1, dtype=float)
+    return count
+
+
+def gate_truncation(axes: Array | int, gate_probability: float) -> Array:
+    """Mean NIS of returns inside a gate, over that of all: P(chi2_{m+2} < g) / P(chi2_m < g), `axes` m any shape.
+
+    As x f_m(x) = m f_{m+2}(x), the mean of chi2_m below g is m P(chi2_{m+2} < g) / P(chi2_m < g).
+    """
+    from scipy.special import gammainc, gammaincinv
+
+    half = np.asarray(axes) / 2.0
+    factor: Array = gammainc(half + 1.0, gammaincinv(half, gate_probability)) / gate_probability
+    return factor
+
+
+def pooled_nis(nis: Array, hit: Array, axes: Array | int, gate_probability: float = 1.0) -> Array:
+    """Sum of the weighted NIS over what is expected of it: 1 on matched truth. (*b, s) -> (*b), NaN where all is missed.
+
+    nis (*b, s) is sum_i w_i nis_i over a scan's returns, hit (*b, s) is sum_i w_i, and `axes` (s,) or one number are the
+    measured axes. As w_i is the probability that return i is the target's, both sums are expectations over which return it
+    is: their ratio needs no choice of a return. Chi-square holds only where all weights are 0 or 1 by knowledge.
+    """
+    expected = np.sum(hit * axes * gate_truncation(axes, gate_probability), axis=-1)
+    total = np.sum(nis, axis=-1)
+    ratio: Array = np.divide(total, expected, out=np.full(np.shape(total), np.nan), where=expected > 0)
+    return ratio
+
+
+def autocorrelation(innovation: Array, cov: Array, lags: int, valid: Mask | None = None) -> tuple[Array, Array]:
+    """Autocorrelation (lags,) at lag 1 ... lags of innovations (*b, s, m), and the number (lags,) of products in each.
+
+    rho_l = sum u_k'u_{k+l} / sqrt(sum u_k'u_k sum u_{k+l}'u_{k+l}), u whitened by `cov` (*b, s, m, m), over the pairs of
+    scans that both have a return (`valid` (*b, s)). White innovations: mean 0, variance 1 / number, whatever their scale.
+    Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, section 5.4.2.
+    """
+    u = whiten(innovation, cov)
+    if not 0 < lags < u.shape[-2]:
+        raise ValueError(f"lags: must be > 0 and < {u.shape[-2]}, the number of scans, got {lags}")
+    known = np.ones(u.shape[:-1], dtype=bool) if valid is None else np.broadcast_to(valid, u.shape[:-1])
+    rho, count = np.empty(lags), np.empty(lags)
+    for lag in range(1, lags + 1):
+        pair = (known[..., :-lag] & known[..., lag:])[..., None]
+        first, second = np.where(pair, u[..., :-lag, :], 0.0), np.where(pair, u[..., lag:, :], 0.0)
+        count[lag - 1] = np.count_nonzero(pair) * u.shape[-1]
+        power = np.sqrt(np.sum(first**2) * np.sum(second**2))
+        rho[lag - 1] = np.sum(first * second) / power if power > 0 else 0.0
+    return rho, count
+
+
+def normalised_error(error: Array, cov: Array) -> Array:
+    """Each axis' error over its own standard deviation: (*b, n), (*b, n, n) -> (*b, n), 0 on axes without variance."""
+    variance = np.diagonal(cov, axis1=-2, axis2=-1)
+    return np.where(variance > 0, error, 0.0) / np.sqrt(np.where(variance > 0, variance, 1.0))
+
+
+def noncredibility(error: Array, cov: Array) -> Credibility:
+    """The noncredibility and inclination indices, 10 mean |log10 rho| and 10 mean log10 rho, in dB.
+
+    rho = e' P^-1 e / e' S^-1 e with S the mean square error matrix over the runs: error (*b, r, n), cov (*b, r, n, n).
+    S comes from the same runs, so `index` of a right filter is above 0 by about 3.5 sqrt(2 / r).
+    Li, Zhao, Measuring Estimator's Credibility: Noncredibility Index, Int. Conf. on Information Fusion, 2006.
+    """
+    error = np.where(np.diagonal(cov, axis1=-2, axis2=-1) > 0, error, 0.0)
+    runs, n = error.shape[-2:]
+    if runs <= n:
+        raise ValueError(f"error: needs more runs than axes ({n}), got {runs}")
+    square = (np.swapaxes(error, -1, -2) @ error / runs)[..., None, :, :]
+    decibel = 10.0 * np.log10(nees(error, cov) / nees(error, square))
+    return Credibility(float(np.mean(np.abs(decibel))), float(np.mean(decibel)))
+
+
+def mean_over_runs(values: Array) -> Estimate:
+    """The mean of one value a run (r,), the runs independent, with its standard error."""
+    runs = np.asarray(values, dtype=float)
+    if runs.ndim != 1 or not len(runs) or not np.all(np.isfinite(runs)):
+        raise ValueError(f"values: must be one finite number a run, got shape {runs.shape} with {_bad(runs)} not finite")
+    error = float(np.std(runs, ddof=1) / np.sqrt(len(runs))) if len(runs) > 1 else None
+    return Estimate(float(np.mean(runs)), error)
+
+
+def chi_square_band(dof: float, alpha: float) -> tuple[float, float]:
+    """Two-sided band of a chi-square sum with `dof` degrees of freedom in total, over `dof`: around 1.
+
+    For the average of N values of n degrees each, dof = N n. The half-width is about z sqrt(2 / dof).
+    """
+    from scipy.special import gammainccinv, gammaincinv
+
+    if not (dof > 0 and 0 < alpha < 1):
+        raise ValueError(f"dof: must be > 0, and alpha in (0, 1), got {dof} and {alpha}")
+    return float(gammaincinv(dof / 2, alpha / 2)) * 2 / dof, float(gammainccinv(dof / 2, alpha / 2)) * 2 / dof
+
+
+def chi_square_verdict(name: str, values: Array, dof: Array | float, alpha: float) -> Verdict:
+    """Average of independent chi-square values over their degrees of freedom `dof` (one number, or one a value).
+
+    For the NEES of a linear-Gaussian filter at one time over runs, or its NIS over runs and scans; not for NEES pooled over
+    time, whose values depend on one another.
+    """
+    values = np.asarray(values, dtype=float)
+    if not values.size or not np.all(np.isfinite(values)):
+        raise ValueError(f"values: must be finite numbers, got {values.size} with {_bad(values)} not finite")
+    total = float(np.sum(np.broadcast_to(dof, values.shape)))
+    low, high = chi_square_band(total, alpha)
+    figure = float(np.sum(values)) / total
+    return Verdict(name, figure, low, high, alpha, f"{name}: {_scale(figure, low, high)}")
+
+
+def run_mean_verdict(name: str, values: Array, low: float, high: float, alpha: float) -> Verdict:
+    """Whether one value a run (r,), scaled to 1, contradicts that its mean lies in the equivalence band [low, high].
+
+    The band is widened by Student's quantile of the standard error, so a filter whose mean is in it alarms with
+    probability alpha at most (the mean of runs taken as normal: have 100 runs and more where alpha is small).
+    """
+    mean, reach = _mean_and_reach(values, alpha)
+    return _run_mean(name, mean, low - reach, high + reach, alpha, (low, high))
+
+
+def equivalence_verdict(name: str, values: Array, low: float, high: float, alpha: float) -> Verdict:
+    """Whether one value a run (r,), scaled to 1, proves that its mean lies in the equivalence band [low, high].
+
+    The band is narrowed by Student's quantile of the standard error: a filter whose mean is outside of it passes with
+    probability alpha at most. Too few runs narrow it to nothing (low > high): never inside, and the text says so.
+    """
+    mean, reach = _mean_and_reach(values, alpha)
+    if low + reach <= high - reach:
+        return _run_mean(name, mean, low + reach, high - reach, alpha, (low, high))
+    text = f"{name}: {mean.value:.3g} with a standard error of {mean.error:.2g}: too few runs to tell {low:g} from {high:g}"
+    return Verdict(name, mean.value, low + reach, high - reach, alpha, text, mean.error)
+
+
+def whiteness_verdict(innovation: Array, cov: Array, lags: int, alpha: float, valid: Mask | None = None) -> Verdict:
+    """The autocorrelation of innovations that stands out most, of those at lag 1 ... lags; shapes as `autocorrelation`."""
+    from scipy.special import ndtri
+
+    rho, count = autocorrelation(innovation, cov, lags, valid)
+    if not count.all():
+        raise ValueError(f"valid: no two scans {1 + int(np.argmin(count))} apart both have a return")
+    worst = int(np.argmax(np.abs(rho) * np.sqrt(count)))
+    reach = float(-ndtri(alpha / lags / 2) / np.sqrt(count[worst]))
+    figure = float(rho[worst])
+    kind = "are white" if abs(figure) <= reach else "are not white"
+    text = f"innovations {kind}: correlation {figure:.3g} at lag {worst + 1}, band {-reach:.2g} to {reach:.2g}"
+    return Verdict("whiteness", figure, -reach, reach, alpha, text)
+
+
+def bias_verdict(error: Array, cov: Array, axes: tuple[str, ...], alpha: float) -> Verdict:
+    """The mean error, in standard deviations, of the axis where it stands out most; error (r, n), cov (r, n, n).
+
+    Judged by Student's t with the errors' own spread, so a covariance of the wrong size alone raises no alarm here.
+    """
+    free = np.flatnonzero(np.any(np.diagonal(cov, axis1=-2, axis2=-1) > 0, axis=tuple(range(cov.ndim - 2))))
+    if not len(free):
+        raise ValueError("cov: no axis has variance")
+    relative = normalised_error(error, cov)[:, free]
+    means, reach = zip(*(_mean_and_reach(column, alpha / len(free)) for column in relative.T), strict=True)
+    worst = int(np.argmax([abs(mean.value) / max(limit, 1e-300) for mean, limit in zip(means, reach, strict=True)]))
+    mean, limit = means[worst], reach[worst]
+    kind = "unbiased" if abs(mean.value) <= limit else "biased"
+    size = f"{mean.value:.3g} standard deviations (standard error {mean.error:.2g})"
+    text = f"{kind}: the mean error of {axes[free[worst]]} is {size}"
+    return Verdict("bias", mean.value, -limit, limit, alpha, text, mean.error)
+
+
+def calibration_verdicts(error: Array, cov: Array, axes: tuple[str, ...], alpha: float) -> tuple[Verdict, ...]:
+    """Each axis' mean squared error over its variance, at one time over runs; error (r, n), cov (r, n, n).
+
+    Chi-square with r degrees of freedom where the filter is linear and Gaussian; `alpha` is shared among the axes. Axes
+    without variance are left out.
+    """
+    squares = normalised_error(error, cov) ** 2
+    free = np.flatnonzero(np.any(np.diagonal(cov, axis1=-2, axis2=-1) > 0, axis=tuple(range(cov.ndim - 2))))
+    return tuple(chi_square_verdict(f"variance of {axes[i]}", squares[:, i], 1.0, alpha / len(free)) for i in free)
+
+
+def _bad(values: Array) -> int:
+    return int(np.count_nonzero(~np.isfinite(values)))
+
+
+def _mean_and_reach(values: Array, alpha: float) -> tuple[Estimate, float]:
+    """The mean over runs, and how far the true one may be from it, two-sided."""
+    from scipy.special import stdtrit
+
+    mean = mean_over_runs(values)
+    if mean.error is None:
+        raise ValueError("values: needs at least 2 runs, got 1")
+    return mean, float(-stdtrit(len(values) - 1, alpha / 2)) * mean.error
+
+
+def _run_mean(name: str, mean: Estimate, low: float, high: float, alpha: float, band: tuple[float, float]) -> Verdict:
+    words = _scale(mean.value, low, high)
+    text = f"{name}: {words} (standard error {mean.error:.2g}, equivalence band {band[0]:g} to {band[1]:g})"
+    return Verdict(name, mean.value, low, high, alpha, text, mean.error)
+
+
+def _scale(figure: float, low: float, high: float) -> str:
+    """In words: what a squared error of `figure` times what the covariance says means for the covariance."""
+    within = f"{figure:.3g} of what is expected, band {low:.3g} to {high:.3g}"
+    if low <= figure <= high:
+        return within
+    off = f"{figure:.2g} times too small" if figure > 1 else f"{1 / max(figure, 1e-300):.2g} times too large"
+    return f"{within}: the covariance is {off}"

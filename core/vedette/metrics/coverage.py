@@ -1,0 +1,64 @@
+"""Which track stands for which true object, scan by scan, and what follows for losses and switches."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vedette.space import Array, Mask
+
+Indices = NDArray[np.integer[Any]]
+NONE = -1
+"""The covering track of a truth that none covers."""
+
+
+def covering(distance: Sequence[Array], present: Sequence[Indices], tracks: int, radius: float) -> Indices:
+    """The track that covers each truth at each scan, (s, j), NONE where none does.
+
+    Per scan: `distance` (j, t) in m, infinite for a truth that is not there, and which of the `tracks` its columns are,
+    `present` (t,). A track covers at most one truth. First, a truth keeps the track that covered it last, if that has
+    covered no other since and is still within `radius` in m. Then as many as possible of the rest are paired within
+    `radius`, at the least sum of distances. This is the matching of the CLEAR measures:
+    Bernardin, Stiefelhagen, Evaluating Multiple Object Tracking Performance, EURASIP J. Image and Video Processing, 2008.
+    """
+    truths = len(distance[0]) if distance else 0
+    cover = np.full((len(distance), truths), NONE)
+    last, owner = np.full(truths, NONE), np.full(tracks, NONE)
+    every = np.arange(truths)
+    for s, (apart, columns) in enumerate(zip(distance, present, strict=True)):
+        if not columns.size or not truths:
+            continue
+        within = apart <= radius
+        keeps = (columns[None, :] == last[:, None]) & (owner[columns] == every[:, None]) & within
+        free = ~(keeps.any(axis=1)[:, None] | keeps.any(axis=0))
+        chosen = keeps | _nearest(apart, within & free)
+        rows, picked = np.nonzero(chosen)
+        cover[s, rows] = last[rows] = columns[picked]
+        owner[columns[picked]] = rows
+    return cover
+
+
+def switches(cover: Indices) -> int:
+    """How often one truth's covering track (s,) is another than the one that covered it last."""
+    return int(np.count_nonzero(np.diff(cover[cover != NONE])))
+
+
+def is_lost(covered: Mask, scans: int) -> bool:
+    """Whether an object, there in the scans of `covered` (s,), was never found, or was later left for `scans` in a row."""
+    found = np.flatnonzero(covered)
+    return not found.size or int(np.max(np.diff(found, append=len(covered)))) > scans
+
+
+def _nearest(apart: Array, allowed: Mask) -> Mask:
+    """The one-to-one pairs among those `allowed` (j, t): as many as can be, then at the least sum of distances."""
+    from scipy.optimize import linear_sum_assignment
+
+    chosen = np.zeros(allowed.shape, dtype=bool)
+    if allowed.any():
+        beyond = (1.0 + np.max(apart[allowed])) * (1 + min(allowed.shape))
+        rows, columns = linear_sum_assignment(np.where(allowed, apart, beyond))
+        chosen[rows, columns] = allowed[rows, columns]
+    return chosen

@@ -1,0 +1,132 @@
+"""Tracks and truth laid side by side at the scans of one run."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from attrs import frozen
+
+from vedette.errors import InputError
+from vedette.metrics.coverage import Indices
+from vedette.space import Array, Mask, Space, SpaceError
+from vedette.types import Track, Trajectory
+
+
+@frozen(eq=False)
+class Entries:
+    """What confirmed tracks were after the scans, over some of their axes: `e` entries, by scan, then by track.
+
+    scan (e,) and track (e,) index the scans and the tracks; mean (e, n), cov (e, n, n), nis (e,), hit (e,),
+    mode_prob (e, r) or None
+    """
+
+    scan: Indices
+    track: Indices
+    mean: Array
+    cov: Array
+    nis: Array
+    hit: Array
+    mode_prob: Array | None
+
+
+def confirmed_entries(tracks: Sequence[Track], times: Array, space: Space) -> Entries:
+    """The confirmed part of the histories of `tracks` over `space`, at scans of the non-decreasing `times` (s,) in s."""
+    n = len(space)
+    own = [track.space.locate(space) for track in tracks]
+    scan = np.concatenate([np.zeros(0, dtype=np.intp), *(_scan_of(track, times) for track in tracks)])
+    number = np.repeat(np.arange(len(tracks)), [len(track.times) for track in tracks])
+    confirmed = np.concatenate([np.zeros(0, dtype=bool), *(track.confirmed for track in tracks)])
+    kept = np.flatnonzero(confirmed)
+    kept = kept[np.argsort(scan[kept], kind="stable")]
+    covs = (track.cov[:, part][:, :, part] for track, part in zip(tracks, own, strict=True))
+    modes = [track.mode_prob for track in tracks if track.mode_prob is not None]
+    return Entries(
+        scan=scan[kept],
+        track=number[kept],
+        mean=np.concatenate([np.zeros((0, n)), *(track.mean[:, part] for track, part in zip(tracks, own, strict=True))])[
+            kept
+        ],
+        cov=np.concatenate([np.zeros((0, n, n)), *covs])[kept],
+        nis=np.concatenate([np.zeros(0), *(track.nis for track in tracks)])[kept],
+        hit=np.concatenate([np.zeros(0), *(track.hit for track in tracks)])[kept],
+        mode_prob=np.concatenate(modes)[kept] if modes and len(modes) == len(tracks) else None,
+    )
+
+
+def _scan_of(track: Track, times: Array) -> Indices:
+    """After which scan each entry of a history (s,) stands.
+
+    Several scans may share a time. A track that starts then has the last of them, any other the first.
+    """
+    first = np.searchsorted(times, track.times, "left")
+    after = np.searchsorted(times, track.times, "right")
+    if np.any(first == after):
+        time = track.times[np.argmax(first == after)]
+        raise InputError(f"tracks: track {track.id} has an entry at {time:.6f} s, when there is no scan")
+    begin = np.searchsorted(track.times, track.times, "left")
+    number = np.searchsorted(track.times, track.times, "right") - begin
+    start = np.where(begin == 0, after - number, first)
+    return start + np.arange(len(track.times)) - begin
+
+
+@frozen(eq=False)
+class Truth:
+    """True objects at the scans: states (s, j, n) over the axes that they all have, alive (s, j)."""
+
+    space: Space
+    states: Array
+    alive: Mask
+
+    @property
+    def known(self) -> Mask:
+        """Scans (s,) between the first and the last at which any object is recorded."""
+        some = np.flatnonzero(self.alive.any(axis=1))
+        inside = np.zeros(len(self.alive), dtype=bool)
+        if some.size:
+            inside[some[0] : some[-1] + 1] = True
+        return inside
+
+
+def truth_at(truth: Sequence[Trajectory], times: Array, space: Space | None) -> Truth:
+    """The true states at `times` (s,) over the axes that all trajectories share, and the tracks' `space` if there is one.
+
+    InputError where two state one axis differently, or where no position is shared.
+    """
+    if not truth:
+        return Truth(Space(), np.zeros((len(times), 0, 0)), np.zeros((len(times), 0), dtype=bool))
+    shared = truth[0].space if space is None else space
+    for trajectory in truth:
+        try:
+            shared.union(trajectory.space)
+        except SpaceError as error:
+            raise InputError(f"truth {trajectory.name!r}: {error}") from None
+        shared = Space(tuple(axis for axis in shared.axes if axis.name in trajectory.space))
+    if not positions(shared):
+        raise InputError(f"truth {truth[0].name!r}: must have a position axis x, y or z of the tracks, has {truth[0].space}")
+    states, alive = zip(*(_sample(trajectory, times, shared) for trajectory in truth), strict=True)
+    return Truth(shared, np.stack(states, axis=1), np.stack(alive, axis=1))
+
+
+def positions(space: Space) -> list[int]:
+    """Where the position axes stand that `space` has."""
+    return [i for i, name in enumerate(space.names) if name in ("x", "y", "z")]
+
+
+def velocities(space: Space) -> list[int]:
+    """Where the velocity axes stand that `space` has."""
+    return [i for i, name in enumerate(space.names) if name in ("vx", "vy", "vz")]
+
+
+def _sample(trajectory: Trajectory, times: Array, space: Space) -> tuple[Array, Mask]:
+    """`trajectory.at` of all times at once: states (s, n) over `space`, and where there is one (s,)."""
+    known = trajectory.times
+    states = trajectory.states[:, trajectory.space.locate(space)]
+    if not len(known):
+        return np.zeros((len(times), len(space))), np.zeros(len(times), dtype=bool)
+    i = np.clip(np.searchsorted(known, times) - 1, 0, max(len(known) - 2, 0))
+    j = np.minimum(i + 1, len(known) - 1)
+    gap = known[j] - known[i]
+    part = np.clip(np.divide(times - known[i], gap, out=np.zeros(len(times)), where=gap > 0), 0.0, 1.0)
+    step = part[:, None] * space.difference(states[j], states[i])
+    return space.displace(states[i], step), (known[0] <= times) & (times <= known[-1])
