@@ -53,7 +53,7 @@ def _lay(ship: Ship) -> Array:
         rate, accel = leg.rate or 0.0, leg.accel or 0.0
         if leg.lateral_accel is not None:
             if speed == 0:
-                raise ValueError(f"legs.{i}.lateral_accel: the ship rests there, and a turn needs speed")
+                raise ValueError(f"legs[{i}].lateral_accel: the ship rests there, and a turn needs speed")
             rate = leg.lateral_accel / speed
         if leg.decel is not None:
             accel = -leg.decel
@@ -61,7 +61,7 @@ def _lay(ship: Ship) -> Array:
         after = 0.0 if leg.do == "stop" else speed + accel * seconds
         if after < 0:
             raise ValueError(
-                f"legs.{i}.accel: takes the speed from {speed:.6g} to {after:.6g} m/s; to rest, use do = 'stop'"
+                f"legs[{i}].accel: takes the speed from {speed:.6g} to {after:.6g} m/s; to rest, use do = 'stop'"
             )
         rows.append([begin, x, y, course, speed, rate, accel])
         _, x, y, *_ = _move(np.array(rows[-1]), np.asarray(begin + seconds))
