@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 
 import vedette
-from vedette_sim.draws import (
+from vedette.draws import (
     common_state,
     draw_gaussian,
     draw_jump_markov,
@@ -14,7 +14,7 @@ from vedette_sim.draws import (
     switch,
     union_state,
 )
-from vedette_sim.returns import Bounds, draw_clutter, draw_detections, returns
+from vedette.returns import Bounds, draw_clutter, draw_detections, returns
 from vedette_sim.scenario import Drawn, Look, Simulation
 from vedette_sim.ships import Leg, Ship
 

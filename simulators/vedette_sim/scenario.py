@@ -23,8 +23,8 @@ from vedette import (
     Trajectory,
     fields,
 )
-from vedette_sim.draws import common_state, draw_jump_markov, union_state
-from vedette_sim.returns import Bounds, corners, draw_clutter, returns, shuffled
+from vedette.draws import common_state, draw_jump_markov, union_state
+from vedette.returns import Bounds, corners, draw_clutter, returns, shuffled
 from vedette_sim.ships import PLANE, Ship
 
 _MOST_SCANS = 1_000_000

@@ -8,9 +8,11 @@ from typing import final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Detections, Sensor, Space, fields
-from vedette.space import Mask
-from vedette_sim.draws import factor
+from vedette import fields
+from vedette.draws import factor
+from vedette.roles import Sensor
+from vedette.space import Array, Mask, Space
+from vedette.types import Detections
 
 _MOST = 1e6
 """More clutter than this in a scan is a mistake in a unit, not a scene."""

@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from vedette import Array, MotionModel, Space
+from vedette.roles import MotionModel
+from vedette.space import Array, Space
 
 Modes = np.ndarray[Any, np.dtype[np.intp]]
 """Which model of a list is at work, counted from 0."""
