@@ -662,7 +662,7 @@ clutter = { x = { low = -500, high = 500 }, y = { low = -500, high = 500 } }
 start = [100, -200]
 course = "45 deg"
 speed = "10 kn"
-legs = [{ do = "straight", seconds = 20 }, { do = "turn", seconds = 30, lateral_accel = "0.02 g" }, { do = "stop", decel = 0.1 }]
+legs = [{ do = "straight", seconds = 20 }, { do = "turn", seconds = 30, rate = "1 deg/s" }, { do = "stop", decel = 0.1 }]
 [source.drawn.boat]
 models = [{ kind = "constant_velocity", sigma_accel = 0.1 }, { kind = "constant_velocity", sigma_accel = 2 }]
 transition = [[0.9, 0.1], [0.3, 0.7]]
