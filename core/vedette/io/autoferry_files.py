@@ -1,0 +1,94 @@
+"""The files of the Autoferry benchmark: lists in JSON, with returns and positions written in several ways."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vedette.errors import InputError, Problem
+from vedette.io.json_values import number, parse, short, vector
+from vedette.space import Space
+from vedette.types import Trajectory
+
+PUBLISHER = (
+    "the Autoferry sensor fusion benchmark (Helgesen, Vasstein, Brekke, Stahl, Ocean Engineering 252, 2022, 111152). "
+    "Format: a folder with scenarioN_detections.json and scenarioN_groundTruth.json"
+)
+
+STATE = Space.of(x="m", y="m", vx="m/s", vy="m/s")
+
+HALF_BASE = 0.5
+"""s. Velocities are differences over twice this: over one sample of 0.04 s the position's jitter alone makes 0.7 m/s."""
+
+
+def entries(path: Path) -> Iterator[tuple[str, Any]]:
+    """What a file lists, each with its place."""
+    try:
+        text = path.read_text(encoding="utf-8", errors="replace")
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}. Wanted: {PUBLISHER}") from None
+    if not text.strip():
+        raise InputError(f"{path}: is empty. Wanted: {PUBLISHER}")
+    try:
+        found = parse(text)
+    except ValueError as error:
+        raise InputError(f"{path}: {error}") from None
+    if not isinstance(found, list):
+        raise InputError(f"{path}: must be a list, got {short(found)}. Wanted: {PUBLISHER}")
+    return ((f"{path.name}[{i}]", entry) for i, entry in enumerate(found))
+
+
+def returns(measurement: Any) -> list[tuple[Any, ...]]:
+    """The returns of a lidar or radar as they stand, (north, east) each: [] for none, [n, e] for one, else
+    [[n, n, ...], [e, e, ...]], norths before easts.
+    """
+    if measurement == []:
+        return []
+    if isinstance(measurement, list) and len(measurement) == 2:
+        north, east = measurement
+        if not isinstance(north, list) and not isinstance(east, list):
+            return [(north, east)]
+        if isinstance(north, list) and isinstance(east, list) and len(north) == len(east):
+            return list(zip(north, east, strict=True))
+    raise ValueError(f"measurement must be [], [n, e] or [[n, n, ...], [e, e, ...]], got {short(measurement)}")
+
+
+def bearings(measurement: Any) -> list[tuple[Any, ...]]:
+    """The returns of a camera as they stand: a list of bearings, of which one alone may stand bare."""
+    return [(bearing,) for bearing in (measurement if isinstance(measurement, list) else [measurement])]
+
+
+def truth(path: Path, refused: list[Problem]) -> tuple[Trajectory, ...]:
+    """The boats in the order of their ids: each time counts once, although the file repeats it for each detection."""
+    positions: dict[int, dict[float, tuple[float, float]]] = {}
+    for place, entry in entries(path):
+        for j, sample in enumerate(entry if isinstance(entry, list) else [entry]):
+            try:
+                if not isinstance(sample, dict) or not isinstance(sample.get("targetID"), int):
+                    raise ValueError(f"must be an object with targetID, position and time, got {short(sample)}")
+                time = number(sample.get("time"), "time")
+                north, east, _ = vector(sample.get("position"), "position", 3)
+                if positions.setdefault(sample["targetID"], {}).setdefault(time, (north, east)) != (north, east):
+                    raise ValueError(f"boat {sample['targetID']} is elsewhere at {time!r} s in an earlier entry")
+            except ValueError as error:
+                refused.append(Problem(f"{place}[{j}]", str(error)))
+    known = {target: at for target, at in sorted(positions.items()) if len(at) > 1}
+    refused += [
+        Problem(path.name, f"boat {target} has a position at one time only, which gives no velocity")
+        for target in sorted(positions)
+        if target not in known
+    ]
+    return tuple(_trajectory(f"boat {target}", at) for target, at in known.items())
+
+
+def _trajectory(name: str, at: Mapping[float, tuple[float, float]]) -> Trajectory:
+    """States from positions, velocities by differences over one second, or what of it lies in the record."""
+    times = np.array(sorted(at))
+    places = np.array([at[time] for time in times])
+    before = np.maximum(times - HALF_BASE, times[0])
+    after = np.minimum(times + HALF_BASE, times[-1])
+    moved = [np.interp(after, times, column) - np.interp(before, times, column) for column in places.T]
+    return Trajectory(name, STATE, times, np.column_stack([places, np.transpose(moved) / (after - before)[:, None]]))

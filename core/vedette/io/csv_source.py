@@ -1,0 +1,103 @@
+"""Recordings in CSV files with named columns."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar, final
+
+import numpy as np
+from attrs import frozen
+
+from vedette import fields
+from vedette.errors import InputError, Problem
+from vedette.io.csv_returns import DetectionColumns, Look, Reading
+from vedette.io.csv_truth import Platform, PlatformColumns, TruthColumns
+from vedette.io.gaps import fill_gaps
+from vedette.io.reading import Sample, detections, find, polar
+from vedette.roles import Sensor, Source
+from vedette.types import Recording, Scan
+
+
+@final
+@frozen
+class CsvSource(Source):
+    """Detections from a CSV file with a header line, optionally with files of the truth and of the platform's positions.
+
+    x and y become range and bearing where the tracker's sensor measures these and the platform is given. A row whose
+    measured cells are all empty says that its scan holds no return. Bad rows are refused, one by one.
+    """
+
+    kind: ClassVar[str] = "csv"
+
+    detections: DetectionColumns = fields.part("the returns")
+    path: str = fields.text("folder of the recording, or its one file", default="")
+    about: str = fields.text("what the recording is and who published it, told to those who lack it", default="")
+    truth: TruthColumns | None = fields.part("the true states, if they are known", default=None)
+    platform: PlatformColumns | None = fields.part("the sensors' platform, if it moves", default=None)
+    delimiter: str = fields.choice("between columns", [",", ";", "\t", "|"], default=",")
+
+    def __attrs_post_init__(self) -> None:
+        if self.platform is not None and self.platform.scan and not self.detections.scan:
+            raise ValueError("platform.scan: needs the detections' `scan` column too")
+
+    def open(self, sensors: Mapping[str, Sensor], rng: np.random.Generator) -> Recording:
+        """All scans in time order, those of one time in the tracker's order of sensors.
+
+        InputError for a file that is missing, empty, lacks a column or has no good row. ConfigError for columns that
+        are not what the sensors measure.
+        """
+        readings = self.detections.readings(sensors, self.platform is not None)
+        named = [table.file for table in self._tables() if table.file]
+        in_folder = self.detections.file != ""
+        given = find(self.path, self._wanted(), named if in_folder else ())
+        folder, path = (given, given / self.detections.file) if in_folder else (given.parent, given)
+        refused: list[Problem] = []
+        notes = {"recording": self.about} if self.about else {}
+        platform = None
+        if self.platform is not None:
+            file = folder / self.platform.file if self.platform.file else path
+            platform = self.platform.read(file, self.delimiter, refused)
+        looks = self.detections.read(path, readings, self.delimiter, refused, notes)
+        scans = []
+        for name, reading in readings.items():
+            own = [_scan(name, look, reading, platform, refused) for look in looks[name]]
+            placed = [scan for scan in own if scan is not None]
+            if name in self.detections.periods:
+                filled = fill_gaps(placed, self.detections.periods[name])
+                notes[f"scans of {name} without returns supposed in gaps"] = str(len(filled) - len(placed))
+                placed = filled
+            scans += placed
+        if not scans:
+            first = f"; the first problem: {refused[0]}" if refused else ""
+            raise InputError(f"{path}: holds no usable scan of {', '.join(readings)}{first}")
+        truth = () if self.truth is None else self.truth.read(folder, self.delimiter, refused)
+        return Recording(tuple(sorted(scans, key=lambda scan: scan.time)), truth, tuple(dict.fromkeys(refused)), notes)
+
+    def _tables(self) -> list[DetectionColumns | TruthColumns | PlatformColumns]:
+        optional = (self.truth, self.platform)
+        return [self.detections, *(table for table in optional if table is not None)]
+
+    def _wanted(self) -> str:
+        """What a user who lacks the recording must get hold of, and in which format."""
+        files: dict[str, list[str]] = {}
+        for table in self._tables():
+            titles = [*table.wanted().values(), *table.columns.values()]
+            files.setdefault(table.file or self.detections.file or "a file", []).extend(titles)
+        listed = [f"{name} with columns {', '.join(dict.fromkeys(titles))}" for name, titles in files.items()]
+        return f"{self.about or 'a recording'}. Format: CSV, {'; '.join(listed)}"
+
+
+def _scan(name: str, look: Sample[Look], reading: Reading, platform: Platform | None, refused: list[Problem]) -> Scan | None:
+    """A scan with its pose; None, and refused, where the platform moves and is not known."""
+    pose = None
+    if platform is not None:
+        pose = platform.pose(look.value.scan, look.time)
+        if pose is None:
+            refused.append(Problem(look.place, f"the recording does not say where the platform was at {look.time!r} s"))
+            return None
+    values = np.array(look.value.returns).reshape(-1, len(reading.read)).T
+    found = dict(zip(reading.read.names, values, strict=True))
+    if reading.relative and pose is not None:
+        x, y = pose.position
+        found = polar(found["x"] - x, found["y"] - y, float(pose.heading))
+    return Scan(look.time, name, detections(found, reading.measured), pose)

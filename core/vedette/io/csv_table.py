@@ -1,0 +1,121 @@
+"""Rows of a CSV file with a header line, by column name, one at a time."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+from attrs import frozen
+
+from vedette.errors import ConfigError, InputError, Problem
+from vedette.fields import ABSURD
+from vedette.io.reading import lines
+from vedette.space import Axis, Space
+from vedette.units import in_unit
+
+
+@frozen
+class Row:
+    """One line: where it stands, and the cells that were asked for, stripped, by the name in the config."""
+
+    place: str
+    cells: Mapping[str, str]
+
+
+@frozen
+class Number:
+    """A column of numbers: its `name` in the config, its title in the file, and what makes SI units of it."""
+
+    name: str
+    title: str
+    factor: float
+
+    def of(self, row: Row) -> float:
+        """The row's number; ValueError if it is none or is beyond all reason."""
+        cell = row.cells[self.name]
+        try:
+            number = float(cell)
+        except ValueError:
+            raise ValueError(f"{self.title} must be a number, got {cell!r}") from None
+        if not abs(number) * self.factor <= ABSURD:  # also False for NaN
+            raise ValueError(f"{self.title} must be a finite number of at most {ABSURD:g}, got {cell!r}")
+        return number * self.factor
+
+
+def chosen(columns: Mapping[str, str], known: Space, place: str) -> Space:
+    """The axes of `known` that `columns` names, in their standard order; ConfigError at `place` for others."""
+    problems = [
+        Problem(f"{place}.columns.{name}", f"unknown axis; those are {', '.join(known.names)}")
+        for name in columns
+        if name not in known
+    ]
+    if problems:
+        raise ConfigError(problems)
+    return Space(tuple(axis for axis in known.axes if axis.name in columns))
+
+
+def numbers(axes: Space, time: str, columns: Mapping[str, str], units: Mapping[str, str], place: str) -> dict[str, Number]:
+    """A column of numbers for each axis, and for the time unless its title is empty.
+
+    `units` may name the unit that a column is in. ConfigError if it is unknown, or for a column that is not read.
+    """
+    named = [Axis("time", "s"), *axes.axes] if time else list(axes.axes)
+    known = [axis.name for axis in named]
+    problems = [
+        Problem(f"{place}.units.{name}", f"no such column is read; those are {', '.join(known)}")
+        for name in units
+        if name not in known
+    ]
+    found = {}
+    for axis in named:
+        name, title = ("time", time) if axis.name == "time" else (f"columns.{axis.name}", columns[axis.name])
+        try:
+            found[axis.name] = Number(name, title, in_unit(f"1 {units.get(axis.name, axis.unit)}", axis.unit))
+        except ValueError as error:
+            problems.append(Problem(f"{place}.units.{axis.name}", str(error)))
+    if problems:
+        raise ConfigError(problems)
+    return found
+
+
+def rows(path: Path, wanted: Mapping[str, str], place: str, delimiter: str, refused: list[Problem]) -> Iterator[Row]:
+    """The rows of a file, blank lines left out; those of another length than the header's are added to `refused`.
+
+    wanted: name in the config -> title of the column; `place` is the config's table that names them, for messages. Each
+    line is a row by itself, so a stray quotation mark costs one row. InputError: no file, no rows, a header that lacks a
+    column or has it twice.
+    """
+    given = lines(path)
+    header = _cells(next(given)[1], delimiter)
+    if header is None:
+        raise InputError(f"{path}:1: the header has a quotation mark that is not closed")
+    for name, title in wanted.items():
+        if header.count(title) != 1:
+            there = "no column" if title not in header else "more than one column"
+            raise InputError(
+                f"{path}:1: there is {there} {title!r}, which {place}.{name} asks for; the columns are {', '.join(header)}"
+            )
+    where = {name: header.index(title) for name, title in wanted.items()}
+    empty = True
+    for number, line in given:
+        if not line.strip():
+            continue
+        empty = False
+        cells = _cells(line, delimiter)
+        line_place = f"{path.name}:{number}"
+        if cells is None:
+            refused.append(Problem(line_place, "a quotation mark is not closed"))
+        elif len(cells) != len(header):
+            refused.append(Problem(line_place, f"must have {len(header)} columns as the header has, got {len(cells)}"))
+        else:
+            yield Row(line_place, {name: cells[i] for name, i in where.items()})
+    if empty:
+        raise InputError(f"{path}: has a header and no rows")
+
+
+def _cells(line: str, delimiter: str) -> list[str] | None:
+    try:
+        return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True, strict=True))]
+    except (csv.Error, StopIteration):
+        return None

@@ -1,0 +1,69 @@
+"""Recordings in Vedette's own format."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar, final
+
+import numpy as np
+from attrs import evolve, frozen
+
+from vedette import fields
+from vedette.errors import InputError
+from vedette.io.jsonl import read_recording
+from vedette.io.reading import find
+from vedette.roles import Sensor, Source
+from vedette.space import Space
+from vedette.types import Recording, Scan
+
+
+@final
+@frozen
+class JsonLinesSource(Source):
+    """A recording in Vedette's JSON-lines format: a header, true states, scans of several sensors, empty ones too.
+
+    Scans of sensors that the tracker lacks are left out and counted in the notes.
+    """
+
+    kind: ClassVar[str] = "jsonl"
+
+    path: str = fields.text("the file", default="")
+    about: str = fields.text("what the recording is and who published it, told to those who lack it", default="")
+
+    def open(self, sensors: Mapping[str, Sensor], rng: np.random.Generator) -> Recording:
+        """The scans in time order.
+
+        InputError if the file is missing or empty, its header is no good, its axes are not what the tracker's sensors
+        measure, or no scan can be used.
+        """
+        path = find(self.path, f"{self.about or 'a recording'}. Format: Vedette's JSON lines")
+        recording, spaces = read_recording(path)
+        for name in spaces:
+            if name in sensors and set(spaces[name].axes) != set(sensors[name].measurement.axes):
+                measured = sensors[name].measurement
+                raise InputError(f"{path}:1: sensor {name!r} gives {spaces[name]}, and the tracker's measures {measured}")
+        kept = tuple(
+            _over(sensors[scan.sensor].measurement, scan, spaces[scan.sensor])
+            for scan in recording.scans
+            if scan.sensor in sensors
+        )
+        if not kept:
+            first = f"; the first problem: {recording.refused[0]}" if recording.refused else ""
+            names = ", ".join(map(repr, spaces)) or "no sensor"
+            raise InputError(f"{path}: holds no usable scan of {', '.join(map(repr, sensors))}, but of {names}{first}")
+        notes = dict(recording.notes)
+        for name in spaces:
+            if name not in sensors:
+                count = sum(scan.sensor == name for scan in recording.scans)
+                notes[f"scans of {name!r}, which the tracker lacks"] = str(count)
+        return evolve(recording, scans=kept, notes=notes)
+
+
+def _over(measured: Space, scan: Scan, written: Space) -> Scan:
+    """The scan with its axes in the order that the sensor measures them."""
+    if written == measured:
+        return scan
+    where = written.locate(measured)
+    seen = scan.detections
+    noise = None if seen.noise is None else seen.noise[:, where][:, :, where]
+    return evolve(scan, detections=evolve(seen, z=seen.z[:, where], noise=noise))

@@ -1,0 +1,167 @@
+"""Tracks to CSV for spreadsheets and plotting, and to JSON lines that read back to the last bit."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import combinations_with_replacement
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vedette.errors import InputError
+from vedette.io.atomic import whole_file
+from vedette.io.json_values import number, parse, short
+from vedette.io.jsonl import line, space_of, units
+from vedette.io.reading import lines
+from vedette.space import Array, Space
+from vedette.types import Track
+
+FORMAT = "vedette tracks"
+VERSION = 1
+
+
+def write_tracks_csv(path: Path, tracks: Sequence[Track], space: Space) -> None:
+    """One row a track and scan, tracks as given; docs/formats.md lists the columns. Equal tracks give equal bytes.
+
+    `space` is the state space of all tracks; the header needs it where there are none. A number that is not finite is an
+    empty cell. ValueError, and no file, for a track over another space or with other modes than the first.
+    """
+    modes = _modes(tracks, space)
+    pairs = list(combinations_with_replacement(range(len(space)), 2))
+    names = space.names
+    header = ["track", "time", *names, *(f"sd_{name}" for name in names)]
+    header += [f"cov_{names[i]}_{names[j]}" for i, j in pairs]
+    header += ["confirmed", "existence", "hit", "nis", *(f"mode_{i + 1}" for i in range(modes))]
+    with whole_file(path) as file:
+        file.write(",".join(header) + "\n")
+        for track in tracks:
+            deviations = np.sqrt(np.maximum(np.diagonal(track.cov, axis1=-2, axis2=-1), 0.0))
+            triangle = track.cov[:, [i for i, _ in pairs], [j for _, j in pairs]]
+            judged = np.column_stack([track.existence, track.hit, track.nis])
+            judged = judged if track.mode_prob is None else np.hstack([judged, track.mode_prob])
+            estimates = np.column_stack([track.times, track.mean, deviations, triangle])
+            for estimate, confirmed, rest in zip(_cells(estimates), track.confirmed, _cells(judged), strict=True):
+                file.write(",".join([str(track.id), *estimate, "1" if confirmed else "0", *rest]) + "\n")
+
+
+def write_tracks_jsonl(path: Path, tracks: Sequence[Track], space: Space) -> None:
+    """All that is known of the tracks, one line a track and scan, as `read_tracks` reads it. Equal tracks, equal bytes.
+
+    A number that is not finite is null. ValueError, and no file, as in `write_tracks_csv`.
+    """
+    _modes(tracks, space)
+    with whole_file(path) as file:
+        file.write(line({"format": FORMAT, "version": VERSION, "axes": units(space)}))
+        for track in tracks:
+            for i, time in enumerate(track.times.tolist()):
+                found = {
+                    "track": track.id,
+                    "time": time,
+                    "mean": _nulled(track.mean[i]),
+                    "cov": _nulled(track.cov[i]),
+                    "confirmed": bool(track.confirmed[i]),
+                    "existence": _nulled(track.existence[i]),
+                    "hit": _nulled(track.hit[i]),
+                    "nis": _nulled(track.nis[i]),
+                    "weights": _nulled(track.weights[i]),
+                }
+                modes = {} if track.mode_prob is None else {"mode_prob": _nulled(track.mode_prob[i])}
+                file.write(line(found | modes))
+
+
+def read_tracks(path: Path) -> tuple[Track, ...]:
+    """The tracks that `write_tracks_jsonl` wrote, in its order, null as NaN. InputError names the first line that is bad."""
+    given = lines(path)
+    space = None
+    told: dict[int, list[dict[str, Any]]] = {}
+    for place, text in given:
+        try:
+            if space is None:
+                space = _header(parse(text))
+                continue
+            fields = _fields(parse(text), len(space))
+            rows = told.setdefault(fields.pop("track"), [])
+            if rows and np.shape(rows[0]["mode_prob"]) != np.shape(fields["mode_prob"]):
+                raise ValueError("mode_prob must have as many modes as in the lines before")
+            rows.append(fields)
+        except ValueError as error:
+            raise InputError(f"{path}:{place}: {error}") from None
+    assert space is not None, "a file without lines is refused by its reader"
+    return tuple(_track(identity, space, rows) for identity, rows in told.items())
+
+
+def _header(given: Any) -> Space:
+    if not isinstance(given, dict) or (given.get("format"), given.get("version")) != (FORMAT, VERSION):
+        expected = f'{{"format": "{FORMAT}", "version": {VERSION}, ...}}'
+        raise ValueError(f"the first line must be a header {expected}, got {short(given)}")
+    return space_of(given.get("axes"), "axes")
+
+
+def _modes(tracks: Sequence[Track], space: Space) -> int:
+    counts = [0 if track.mode_prob is None else track.mode_prob.shape[1] for track in tracks]
+    for track, count in zip(tracks, counts, strict=True):
+        if track.space != space or count != counts[0]:
+            raise ValueError(f"track {track.id} is over {track.space} with {count} modes, not {space} with {counts[0]}")
+    return counts[0] if counts else 0
+
+
+def _cells(numbers: Array) -> list[list[str]]:
+    return [[repr(number) if np.isfinite(number) else "" for number in row] for row in numbers.tolist()]
+
+
+def _nulled(numbers: Array) -> Any:
+    """As lists of floats, None where a number is not finite."""
+    if np.isfinite(numbers).all():
+        return numbers.tolist()
+    holed = numbers.astype(object)
+    holed[~np.isfinite(numbers)] = None
+    return holed.tolist()
+
+
+def _fields(given: Any, n: int) -> dict[str, Any]:
+    """One line's values as arrays; ValueError if it is not a line of a tracks file over n axes."""
+    if not isinstance(given, dict):
+        raise ValueError(f"must be an object, got {short(given)}")
+    if type(given.get("track")) is not int or type(given.get("confirmed")) is not bool:
+        raise ValueError(f"track must be a whole number, and confirmed true or false, got {short(given)}")
+    shapes = {"mean": (n,), "cov": (n, n), "existence": (), "hit": (), "nis": (), "weights": (None,), "mode_prob": (None,)}
+    found = {"track": given["track"], "confirmed": given["confirmed"], "times": number(given.get("time"), "time")}
+    known = ("track", "time", "confirmed", *shapes)
+    for name in given:
+        if name not in known:
+            raise ValueError(f"unknown field {name!r}; known are {', '.join(known)}")
+    for name, shape in shapes.items():
+        absent = name == "mode_prob" and name not in given
+        found[name] = None if absent else _array(given.get(name), shape, name)
+    return found
+
+
+def _array(value: Any, shape: tuple[int | None, ...], what: str) -> Array:
+    try:
+        found = np.array(_numbers(value), dtype=float)
+    except (TypeError, ValueError):
+        raise ValueError(f"{what} must be numbers or null, got {short(value)}") from None
+    if len(shape) != found.ndim or any(want not in (None, got) for want, got in zip(shape, found.shape, strict=True)):
+        raise ValueError(f"{what} must have {len(shape)} dimensions {shape}, got {short(value)}")
+    return found
+
+
+def _numbers(value: Any) -> Any:
+    if isinstance(value, list):
+        return [_numbers(item) for item in value]
+    if isinstance(value, bool | str | dict):
+        raise TypeError
+    return np.nan if value is None else value
+
+
+def _track(identity: int, space: Space, rows: list[dict[str, Any]]) -> Track:
+    columns = {name: np.array([row[name] for row in rows]) for name in rows[0] if name not in ("weights", "mode_prob")}
+    modes = None if rows[0]["mode_prob"] is None else np.array([row["mode_prob"] for row in rows])
+    return Track(
+        id=identity,
+        space=space,
+        mode_prob=modes,
+        weights=tuple(row["weights"] for row in rows),
+        **columns,
+    )
