@@ -116,7 +116,7 @@ def _yaml(text: str) -> Any:
     try:
         node = loader.get_single_node()
         _once_each(node, yaml.MappingNode, set())
-        return loader.construct_document(node)
+        return None if node is None else loader.construct_document(node)
     except yaml.YAMLError as error:
         raise ValueError(" ".join(str(error).split())) from None
     finally:

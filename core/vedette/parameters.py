@@ -100,7 +100,7 @@ class Parameter:
         metadata = self.field.metadata
         return {
             "name": self.name,
-            "type": in_words(self.shape),
+            "type": in_words(self.shape, metadata.get("ndim")),
             "unit": self.unit,
             "doc": str(metadata.get("doc", "")),
             "required": self.required,
@@ -185,10 +185,11 @@ def _table_of(shape: Shape) -> type | None:
 
 
 _LEAVES: dict[Any, str] = {float: "number", int: "whole number", bool: "true or false", str: "text", Any: "value"}
+_ARRAYS = {1: "list of number", 2: "matrix"}
 
 
-def in_words(shape: Shape) -> str:
-    """A shape as a listing shows it."""
+def in_words(shape: Shape, ndim: int | None = None) -> str:
+    """A shape as a listing shows it; `ndim` is known of arrays."""
     match shape:
         case Part(role, _):
             return role
@@ -199,11 +200,11 @@ def in_words(shape: Shape) -> str:
         case Names(item):
             return f"names to {in_words(item)}"
         case Maybe(item):
-            return f"{in_words(item)} or nothing"
+            return f"{in_words(item, ndim)} or nothing"
         case Leaf(hint) if get_origin(hint) is tuple:
             return f"[{', '.join(in_words(shape_of(argument)) for argument in get_args(hint))}]"
         case Leaf(hint) if get_origin(hint) is np.ndarray:
-            return "array"
+            return _ARRAYS.get(ndim or 0, "array")
         case Leaf(hint):
             return _LEAVES.get(hint, str(getattr(hint, "__name__", hint)))
 

@@ -153,7 +153,9 @@ def nearest(given: str, known: Iterable[str]) -> str | None:
     """The known name that `given` was probably meant to be, or None."""
     from difflib import get_close_matches
 
-    return next(iter(get_close_matches(given, list(known), n=1)), None)
+    known = list(known)
+    near = get_close_matches(given, known, n=1) or [name for name in known if name.startswith(f"{given}_")]
+    return next(iter(near), None)
 
 
 def did_you_mean(given: str, known: Iterable[str]) -> str:

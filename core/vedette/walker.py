@@ -95,17 +95,19 @@ class Walker:
         try:
             return cls(**values)
         except ConfigError as error:
-            for problem in error.problems:
-                self._place(f"{problem}", place, values)
+            complaints = [str(problem) for problem in error.problems]
         except (ValueError, TypeError, ArithmeticError, VedetteError) as error:
-            self._place(str(error), place, values)
+            complaints = [str(error)]
+        names = {parameter.field.name: parameter.name for parameter in own}
+        for complaint in complaints:
+            self._complain(complaint, place, names)
         return FAILED
 
-    def _place(self, text: str, place: str, names: Mapping[str, Any]) -> None:
-        """Note what a class said about itself: `name: ...` or `name.part[0]: ...` about one of `names`, else about all."""
+    def _complain(self, text: str, place: str, names: Mapping[str, str]) -> None:
+        """Note what a class said about itself: `name: ...` or `name.part[0]: ...` about a parameter, else about it all."""
         found = re.match(r"(\w+)((?:\.[\w-]+|\[\d+\])*): ", text)
         if found and found[1] in names:
-            self.fail(below(place, found[1]) + found[2], text[found.end() :])
+            self.fail(below(place, names[found[1]]) + found[2], text[found.end() :])
         else:
             self.fail(place, text)
 
@@ -151,6 +153,7 @@ class Walker:
             case Names(item):
                 if not isinstance(given, Mapping):
                     return self.fail(place, f"must be a table of {in_words(shape)}, got {told(given)}")
+                self.check_names(given, (name for name in given if isinstance(name, str)), place, "it")
                 named = {str(name): self._shaped(item, value, below(place, str(name))) for name, value in given.items()}
                 return FAILED if any(value is FAILED for value in named.values()) else named
             case Leaf():

@@ -1,0 +1,299 @@
+"""Wrong configs: each is refused with the place, what is wrong there, and nothing else."""
+
+from __future__ import annotations
+
+import copy
+import os
+import re
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+import pytest
+from attrs import frozen
+
+from vedette import Array, ConfigError, Registry, Sensor, Space
+from vedette.config import build, load
+
+
+@frozen
+class Sonar(Sensor):
+    """Sees how deep a target is."""
+
+    kind: ClassVar[str] = "sonar"
+
+    @property
+    def looks_at(self) -> Space:
+        return Space.of(x="m", depth="m")
+
+    @property
+    def measurement(self) -> Space:
+        return Space.of(depth="m")
+
+    def measure(self, x: Array) -> Array:
+        return x[..., 1:]
+
+    def noise(self, x: Array) -> Array:
+        return np.eye(1)
+
+    def detects(self, x: Array) -> Array:
+        return np.ones(x.shape[:-1])
+
+    def clutter(self, z: Array) -> Array:
+        return np.zeros(())
+
+
+@pytest.fixture(scope="module")
+def registry() -> Registry:
+    return Registry.installed()
+
+
+def good() -> dict[str, Any]:
+    return {
+        "title": "harbour",
+        "seed": 3,
+        "estimator": {
+            "kind": "imm",
+            "modes": [
+                {"kind": "ekf", "motion": {"kind": "constant_velocity", "sigma_accel": 0.05}},
+                {"kind": "ekf", "motion": {"kind": "coordinated_turn", "sigma_accel": 0.2, "sigma_turn_rate": 0.01}},
+            ],
+            "transition": [[0.95, 0.05], [0.05, 0.95]],
+        },
+        "sensors": {"radar": {"kind": "range_bearing", "sigma_range": 10.0, "sigma_bearing": 0.01, "max_range": 1e4}},
+        "gate": {"probability": 0.99},
+        "associator": {"kind": "pda"},
+        "lifecycle": {"kind": "m_of_n", "spread": {"vx": 10, "vy": 10, "turn_rate": 0.01}},
+        "judge": {"cover_radius": 60},
+    }
+
+
+def deep(levels: int) -> Any:
+    value: Any = {"kind": "constant_velocity", "sigma_accel": 1}
+    for _ in range(levels):
+        value = {"kind": "imm", "modes": [value], "transition": [[1]]}
+    return value
+
+
+def endless() -> dict[str, Any]:
+    table: dict[str, Any] = {"kind": "ekf"}
+    table["motion"] = table
+    return table
+
+
+DELETE = object()
+ACCEL = "estimator.modes[1].motion.sigma_accel"
+
+# One change to the good config: where, the value put there, the path told, a piece of the message.
+WRONG: list[tuple[str, Any, str, str]] = [
+    # kinds
+    ("estimator.kind", "imn", "estimator.kind", "unknown kind 'imn'; did you mean 'imm'? installed: ekf"),
+    ("estimator.kind", "pda", "estimator.kind", "unknown kind 'pda'; it is a kind of associator"),
+    ("estimator.kind", 3, "estimator.kind", "must be 'ekf' or 'imm'"),
+    ("estimator.kind", DELETE, "estimator.kind", "missing: must be 'ekf' or"),
+    ("estimator.modes[0].motion.kind", "warp", "estimator.modes[0].motion.kind", "unknown kind 'warp'; installed: "),
+    ("sensors.radar.kind", "polar", "sensors.radar.kind", "unknown kind 'polar'; did you mean 'polar_position'?"),
+    # names
+    ("estimater", {}, "estimater", "unknown; did you mean 'estimator'?"),
+    ("tracker", {}, "tracker", "unknown; a config takes estimator, sensors"),
+    ("estimator.modes[1].motion.sigma_acel", 1, "estimator.modes[1].motion.sigma_acel", "did you mean 'sigma_accel'?"),
+    ("gate.probabilty", 0.9, "gate.probabilty", "unknown; did you mean 'probability'? Gate takes probability, clutter"),
+    ("associator.sigma", 3, "associator.sigma", "unknown; 'pda' takes kind"),
+    ("sensors.radar.sigma_bearing", DELETE, "sensors.radar.sigma_bearing", "missing: "),
+    ("estimator", DELETE, "estimator", "missing: "),
+    ("sensors", DELETE, "sensors", "missing: "),
+    # numbers
+    (ACCEL, -3, ACCEL, "must be > 0, got -3 m/s^2"),
+    (ACCEL, 0, ACCEL, "must be > 0, got 0 m/s^2"),
+    (ACCEL, "3 kg", ACCEL, "must be in m/s^2 or g, got '3 kg'"),
+    (ACCEL, "-3 g", ACCEL, "must be > 0, got -29.42 m/s^2"),
+    (ACCEL, "fast", ACCEL, "must be a number in m/s^2, got 'fast'"),
+    (ACCEL, float("nan"), ACCEL, "must be a finite number of at most 1e+15, got nan"),
+    (ACCEL, "nan", ACCEL, "must be a finite number"),
+    (ACCEL, float("inf"), ACCEL, "must be a finite number"),
+    (ACCEL, 1e300, ACCEL, "must be a finite number of at most 1e+15, got 1e+300"),
+    (ACCEL, 10**400, ACCEL, "must be a number in m/s^2"),
+    (ACCEL, True, ACCEL, "must be a number in m/s^2, got True"),
+    (ACCEL, None, ACCEL, "must be a number in m/s^2, got None"),
+    (ACCEL, [1, 2], ACCEL, "must be a number in m/s^2, got [1, 2]"),
+    (ACCEL, {"mean": 1}, ACCEL, "must be a number in m/s^2, got {'mean': 1}"),
+    ("sensors.radar.sigma_range", "10 s", "sensors.radar.sigma_range", "must be in m or km or NM or ft, got '10 s'"),
+    ("gate.probability", 1.5, "gate.probability", "must be > 0 and < 1, got 1.5"),
+    ("gate.probability", 99, "gate.probability", "must be > 0 and < 1, got 99"),
+    ("gate.clutter", "sensr", "gate.clutter", "must be one of 'sensor', 'nonparametric', got 'sensr'"),
+    ("seed", -1, "seed", "must be >= 0 and <= 1e+09, got -1"),
+    ("seed", 1.5, "seed", "must be a whole number, got 1.5"),
+    ("title", 3, "title", "must be a string, got 3"),
+    ("lifecycle.hits", 0, "lifecycle.hits", "must be >= 1"),
+    # shapes
+    ("estimator", "imm", "estimator", "must be a table whose kind is 'ekf' or 'imm'"),
+    ("estimator", [], "estimator", "got a list of 0"),
+    ("estimator.modes", {"kind": "ekf"}, "estimator.modes", "must be a list of estimator, got a table"),
+    ("estimator.modes", [], "estimator.modes", "must hold at least one"),
+    ("estimator.modes[0]", 7, "estimator.modes[0]", "must be a table whose kind is"),
+    ("sensors", [{"kind": "range_bearing"}], "sensors", "must be a table of names to sensor, got a list of 1"),
+    ("sensors.radar", None, "sensors.radar", "must be a table whose kind is"),
+    ("gate", 0.99, "gate", "must be a table of probability, clutter, got 0.99"),
+    ("judge", "strict", "judge", "must be a table of "),
+    ("lifecycle.spread", [10, 10], "lifecycle.spread", "must be a table of names, got [10, 10]"),
+    ("lifecycle.spread", {"vx": 10, "vy": "fast", "turn_rate": 0.01}, "lifecycle.spread.vy", "must be a number, got 'fast'"),
+    ("estimator.absent", {"turn_rate": [0]}, "estimator.absent.turn_rate", "must be [mean, standard deviation], got [0]"),
+    ("estimator.absent", {"turn_rate": [0, -1]}, "estimator.absent.turn_rate", "must be >= 0, got -1"),
+    # matrices
+    ("estimator.transition", [[0.95, 0.05], [0.05]], "estimator.transition", "rows of one length"),
+    ("estimator.transition", [0.95, 0.05], "estimator.transition", "must have 2 axes, got 1"),
+    ("estimator.transition", [[0.9, 0.05], [0.05, 0.95]], "estimator.transition", "sum to 1"),
+    ("estimator.transition", [[1.1, -0.1], [0.05, 0.95]], "estimator.transition", "must be >= 0, got -0.1"),
+    ("estimator.transition", [[float("nan"), 1], [0, 1]], "estimator.transition", "must be finite numbers"),
+    ("estimator.transition", [["a", "b"], ["c", "d"]], "estimator.transition", "must be numbers"),
+    ("estimator.transition", [[1]], "estimator.transition", "one row for each of the 2 modes, got 1"),
+    # rules across parts
+    ("estimator", {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 1}}, "sensors.radar", "linear"),
+    ("estimator.modes[0].kind", "kalman", "sensors.radar", "linear"),
+    # nesting
+    ("estimator", deep(20), "estimator", "is nested deeper than 32 levels"),
+    ("estimator", endless(), "estimator", "is nested deeper than 32 levels"),
+]
+
+
+def changed(where: str, value: Any) -> dict[str, Any]:
+    config = copy.deepcopy(good())
+    *steps, last = [int(step) if step.isdigit() else step for step in re.findall(r"\w+", where)]
+    place: Any = config
+    for step in steps:
+        place = place[step]
+    if value is DELETE:
+        del place[last]
+    else:
+        place[last] = value
+    return config
+
+
+def test_the_good_config_is_good(registry: Registry) -> None:
+    load(good(), registry)
+
+
+@pytest.mark.parametrize(("where", "value", "path", "piece"), WRONG, ids=range(len(WRONG)))
+def test_a_wrong_config_is_refused_at_its_place(registry: Registry, where: str, value: Any, path: str, piece: str) -> None:
+    with pytest.raises(ConfigError) as caught:
+        build(changed(where, value), registry)
+    (problem,) = caught.value.problems
+    assert problem.place == path, problem
+    assert piece in problem.text, problem
+    assert "\n" not in problem.text
+
+
+def test_a_sensor_that_looks_at_axes_the_model_lacks_is_told_with_both_lists(registry: Registry) -> None:
+    config = changed("sensors.sonar", {"kind": "sonar"})
+    with pytest.raises(ConfigError) as caught:
+        build(config, Registry((*registry, *Registry.of(Sonar))))
+    (problem,) = caught.value.problems
+    assert problem.place == "sensors.sonar"
+    assert "(x [m], depth [m])" in problem.text
+    assert "(x [m], y [m], vx [m/s], vy [m/s], turn_rate [rad/s])" in problem.text
+
+
+def test_all_problems_are_told_at_once_in_the_order_of_the_config(registry: Registry) -> None:
+    config = good()
+    config["estimator"]["modes"][1]["motion"]["sigma_accel"] = -3
+    config["estimator"]["transitoin"] = config["estimator"].pop("transition")
+    config["sensors"]["radar"]["sigma_range"] = "wide"
+    config["lifecycel"] = config.pop("lifecycle")
+    config["seed"] = "three"
+    with pytest.raises(ConfigError) as caught:
+        load(config, registry)
+    assert [problem.place for problem in caught.value.problems] == [
+        "lifecycel",
+        "estimator.transitoin",
+        "estimator.modes[1].motion.sigma_accel",
+        "sensors.radar.sigma_range",
+        "seed",
+    ]
+    assert str(caught.value).count("\n") == 4
+
+
+@pytest.mark.parametrize("config", [[], 3, None, ["estimator"]])
+def test_a_config_that_is_no_table_is_refused(registry: Registry, config: Any) -> None:
+    with pytest.raises(ConfigError, match="a config must be a table, or the path to a file"):
+        build(config, registry)
+
+
+def test_an_empty_table_lacks_everything_that_is_required(registry: Registry) -> None:
+    with pytest.raises(ConfigError) as caught:
+        build({}, registry)
+    assert [problem.place for problem in caught.value.problems] == ["estimator", "sensors", "associator", "lifecycle"]
+
+
+FILES: list[tuple[str, bytes, str]] = [
+    ("empty.toml", b"", "the file is empty"),
+    ("blank.json", b" \n\n", "the file is empty"),
+    ("empty.yaml", b"", "the file is empty"),
+    ("comment.yaml", b"# nothing\n", "must hold a table of names, got NoneType"),
+    ("cut.toml", b'[estimator]\nkind = "im', "is not well-formed TOML: "),
+    ("cut.json", b'{"estimator": {"kind": "imm", "modes": [', "is not well-formed JSON: "),
+    ("cut.yaml", b"estimator: {kind: imm, modes: [", "is not well-formed YAML: "),
+    ("twice.toml", b"seed = 1\nseed = 2\n", "is not well-formed TOML: Cannot overwrite a value"),
+    ("twice.json", b'{"a": {"seed": 1, "x": 2, "seed": 2}}', "is not well-formed JSON: 'seed' stands twice in one table"),
+    ("twice.yaml", b"a:\n  seed: 1\n  x: 2\n  seed: 2\n", "is not well-formed YAML: 'seed' stands twice in one table"),
+    ("list.json", b"[1, 2]", "must hold a table of names, got list"),
+    ("latin.toml", 'title = "caf\xe9"'.encode("latin-1"), "is not UTF-8 text: "),
+    ("binary.json", b"\x00\x01\x02", "is not well-formed JSON: "),
+    (
+        "code.yaml",
+        b"seed: !!python/object/apply:os.getcwd []\n",
+        "is not well-formed YAML: could not determine a constructor",
+    ),
+    ("deep.json", b'{"a": ' + b"[" * 100_000 + b"]" * 100_000 + b"}", "is nested deeper than 32 levels"),
+    ("deep.toml", b"a = " + b"[" * 100_000 + b"]" * 100_000, "is nested deeper than 32 levels"),
+    ("deep.yaml", b"a: " + b"[" * 5_000 + b"]" * 5_000, "is nested deeper than 32 levels"),
+    ("large.json", b'{"a": "' + b"x" * 10_000_001 + b'"}', "is larger than 10000000 bytes: this is no config"),
+    ("config.ini", b"seed = 1\n", "must end in .toml, .yaml, .yml, .json: the ending tells the format"),
+    ("config", b"seed = 1\n", "must end in .toml"),
+]
+
+
+@pytest.mark.parametrize(("name", "content", "piece"), FILES, ids=[name for name, _, _ in FILES])
+def test_a_wrong_file_is_refused_by_its_path(
+    tmp_path: Path, registry: Registry, name: str, content: bytes, piece: str
+) -> None:
+    if name.endswith("yaml"):
+        pytest.importorskip("yaml")
+    path = tmp_path / name
+    path.write_bytes(content)
+    with pytest.raises(ConfigError) as caught:
+        load(path, registry)
+    (problem,) = caught.value.problems
+    assert problem.place == str(path)
+    assert problem.text.startswith(piece)
+    assert "\n" not in problem.text
+
+
+def test_a_file_that_is_not_there_and_a_folder_are_refused(tmp_path: Path, registry: Registry) -> None:
+    with pytest.raises(ConfigError, match=r"nowhere.toml: there is no such file$"):
+        load(tmp_path / "nowhere.toml", registry)
+    (tmp_path / "folder.toml").mkdir()
+    with pytest.raises(ConfigError, match=r"folder.toml: is a folder; name the file in it$"):
+        load(str(tmp_path / "folder.toml"), registry)
+    with pytest.raises(ConfigError, match=r"cannot be read: "):
+        load(f"{'x' * 5000}.toml", registry)
+    with pytest.raises(ConfigError, match=r"must end in .toml"):
+        load('seed = 1\ntitle = "text in place of a path"', registry)
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may read every file")
+def test_a_file_that_may_not_be_read_is_refused(tmp_path: Path, registry: Registry) -> None:
+    path = tmp_path / "secret.toml"
+    path.write_text("seed = 1\n")
+    path.chmod(0)
+    with pytest.raises(ConfigError, match=r"secret.toml: cannot be read: Permission denied"):
+        load(path, registry)
+
+
+def test_repeated_references_do_not_blow_up(tmp_path: Path, registry: Registry) -> None:
+    pytest.importorskip("yaml")
+    lines = ["a0: &a0 [1, 1, 1, 1, 1, 1, 1, 1, 1, 1]"]
+    lines += [f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 10)}]" for i in range(1, 12)]
+    path = tmp_path / "bomb.yaml"
+    path.write_text("\n".join(lines))
+    with pytest.raises(ConfigError, match=r"^a\d+: holds more than 10000000 values$"):
+        load(path, registry)
