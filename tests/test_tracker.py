@@ -6,6 +6,7 @@ from attrs import evolve
 
 from vedette import Detections, Gate, Gaussian, Pose, Recording, Scan, ScanRefused, Tracker
 from vedette.history import History
+from vedette.lockstep import run_together
 from vedette_standard.associators.global_nearest import GlobalNearest
 from vedette_standard.associators.jpda import Jpda
 from vedette_standard.associators.pda import Pda
@@ -250,3 +251,17 @@ def test_histories_hold_what_each_scan_left():
 def test_what_cannot_work_is_refused_when_it_is_built(wrong, message):
     with pytest.raises(ValueError, match=message):
         wrong()
+
+
+def test_run_together_collects_what_each_step_left():
+    tracker = compose(SingleTarget(), estimator=imm())
+    rng = np.random.default_rng(8)
+    given = Gaussian(rng.normal(0, 10, (5, 1, 4)), np.broadcast_to(25.0 * np.eye(4), (5, 1, 4, 4)))
+    scans = [Scan(float(k), "radar", Detections(rng.normal(0, 9, (5, 3, 2)), rng.random((5, 3)) < 0.7)) for k in range(6)]
+    runs, state = run_together(tracker, given, 0.0, scans), tracker.start(given, 0.0)
+    for k, scan in enumerate(scans):
+        state = tracker.step(state, scan)
+        np.testing.assert_array_equal(runs.mean[:, k], tracker.estimate(state).mean[:, 0])
+        np.testing.assert_array_equal(runs.cov[:, k], tracker.estimate(state).cov[:, 0])
+        np.testing.assert_array_equal(runs.mode_prob[:, k], tracker.estimator.mode_prob(state.belief)[:, 0])
+        np.testing.assert_array_equal(runs.nis[:, k], state.nis[:, 0])
