@@ -84,7 +84,7 @@ class TruthScore:
 
 @frozen
 class Score:
-    """The figures of one run, as docs/metrics.md defines them. None where one does not exist: without truth, without tracks."""
+    """The figures of one run, as docs/metrics.md defines them; None where one does not exist, as without truth or tracks."""
 
     scans: int
     tracks: int
@@ -110,5 +110,5 @@ class Score:
     truths: tuple[TruthScore, ...] = ()
 
     def figures(self) -> dict[str, Any]:
-        """Plain numbers, lists and tables by name, as JSON takes them."""
-        return attrs.asdict(self, retain_collection_types=False)
+        """Plain numbers, tuples and tables by name, as JSON takes them; nothing is NaN."""
+        return attrs.asdict(self)
