@@ -18,6 +18,7 @@ _SI = {
     "m/s^2": {"m/s^2": 1.0, "g": 9.80665},
     "rad": {"rad": 1.0, "mrad": 1e-3, "deg": math.pi / 180},
     "rad/s": {"rad/s": 1.0, "deg/s": math.pi / 180},
+    "rad/s^2": {"rad/s^2": 1.0, "deg/s^2": math.pi / 180},
 }
 
 
