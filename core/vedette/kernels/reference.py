@@ -39,7 +39,7 @@ def propagate(P: Array, F: Array, Q: Array) -> Array:
 
 
 def _invert(S: Array) -> tuple[Array, Array]:
-    """Inverse (*b, m, m) and log determinant (*b) of a positive definite S; by LDL' for m <= 2, as LAPACK calls cost more."""
+    """Inverse (*b, m, m) and log determinant (*b) of a positive definite S; by LDL' for m <= 2, as LAPACK costs more."""
     m = S.shape[-1]
     if m == 1:
         return 1.0 / S, np.log(S[..., 0, 0])
