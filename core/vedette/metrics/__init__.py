@@ -4,11 +4,13 @@ from vedette.metrics.coverage import covering, is_lost, switches
 from vedette.metrics.errors import rmse, rmse_over_runs
 from vedette.metrics.gospa import Gospa, distances, gospa, ospa
 from vedette.metrics.judgement import judge
+from vedette.metrics.matching import Match, match
 from vedette.metrics.score import Judge, Score, TruthScore
 
 __all__ = [
     "Gospa",
     "Judge",
+    "Match",
     "Score",
     "TruthScore",
     "covering",
@@ -16,6 +18,7 @@ __all__ = [
     "gospa",
     "is_lost",
     "judge",
+    "match",
     "ospa",
     "rmse",
     "rmse_over_runs",
