@@ -25,8 +25,8 @@ Progress = Callable[[Sequence[Scan]], Iterable[Scan]]
 class Result:
     """What came of a run: tracks that were ever confirmed, in the order of their ids.
 
-    `begun` counts all tracks, tentative ones included; `scans` those taken; `refused` holds what was not, and why;
-    `seconds` is the CPU time of the tracker alone.
+    `begun` counts all tracks, tentative ones included; `scans` holds those taken, without their bad returns; `refused` holds
+    what was not taken, and why; `seconds` is the CPU time of the tracker alone.
     """
 
     tracks: tuple[Track, ...]
@@ -72,26 +72,26 @@ class Experiment:
         try:
             for i, scan in enumerate(progress(recording.scans)):
                 before = process_time()
-                after, problems = self._step(state, scan, strict)
+                after, kept, problems = self._step(state, scan, strict)
                 seconds += process_time() - before
                 refused += [Problem(f"scan {i}, {problem.place}", problem.text) for problem in problems]
                 if after is not None:
                     state = after
-                    taken.append(scan)
+                    taken.append(kept)
                     history.add(state)
         except KeyboardInterrupt:
             interrupted = True
         return Result(history.tracks(), recording, tuple(taken), tuple(refused), state.born, seconds, interrupted)
 
-    def _step(self, state: State, scan: Scan, strict: bool) -> tuple[State | None, list[Problem]]:
-        """The next state, None if the scan is refused as a whole, and what was left out."""
+    def _step(self, state: State, scan: Scan, strict: bool) -> tuple[State | None, Scan, list[Problem]]:
+        """The next state, None if the scan is refused as a whole; the scan without bad returns; what was left out."""
         try:
-            return self.tracker.step(state, scan), []
-        except ScanRefused:
+            return self.tracker.step(state, scan), scan, []
+        except ScanRefused as error:
             if strict:
-                raise
+                raise ScanRefused(f"scan of {scan.sensor!r} at {scan.time:.6f} s: {error}") from None
         kept, problems = without_bad_returns(scan)
         try:
-            return self.tracker.step(state, kept), problems
+            return self.tracker.step(state, kept), kept, problems
         except ScanRefused as error:
-            return None, [Problem("left out whole", str(error))]
+            return None, kept, [Problem("left out whole", str(error))]
