@@ -182,6 +182,55 @@ def test_written_back_for_any_values(low: float, corners: Any, rates: Any, words
     assert walk(json.loads(json.dumps(to_config(band)))) == band
 
 
+STRAIGHT = {"kind": "constant_velocity", "sigma_accel": 0.1}
+TURNING = {"kind": "coordinated_turn", "sigma_accel": 0.1, "sigma_turn_rate": "1 deg/s^2"}
+SHIP = {
+    "start": [0, 100],
+    "speed": "10 kn",
+    "legs": [{"do": "turn", "seconds": 60, "rate": 0.01}, {"do": "stop", "decel": 1}],
+}
+
+# What installed components need beside required numbers, and shapes that deserve to be written back.
+EXAMPLES: dict[tuple[str, str], dict[str, Any]] = {
+    ("estimator", "ekf"): {"motion": TURNING},
+    ("estimator", "ukf"): {"motion": STRAIGHT, "kappa": 2},
+    ("estimator", "kalman"): {"motion": STRAIGHT},
+    ("estimator", "imm"): {
+        "modes": [{"kind": "ekf", "motion": STRAIGHT}, {"kind": "ukf", "motion": TURNING}],
+        "rates": [[-0.1, 0.1], [0.2, -0.2]],
+        "initial": [0.25, 0.75],
+        "absent": {"turn_rate": [0, "0.01"]},
+    },
+    ("lifecycle", "m_of_n"): {"spread": {"vx": 3.5}, "sensors": ["radar"], "hits": 2, "looks": 4},
+    ("source", "autoferry"): {"scenario": 2, "sensors": ["radar"], "lag": {"radar": "1.7 s"}},
+    ("source", "csv"): {
+        "path": "somewhere",
+        "detections": {"time": "t", "columns": {"x": "north", "y": "east"}, "units": {"x": "km"}},
+        "truth": {"file": "truth.csv", "time": "t", "columns": {"x": "north", "y": "east"}},
+    },
+    ("source", "simulation"): {
+        "duration": "1 h",
+        "looks": {"radar": {"interval": 3}},
+        "ships": {"ferry": SHIP},
+        "drawn": {"buoy": {"models": [STRAIGHT], "start": {"x": [0, 1], "y": [0, 1], "vx": [0, 1], "vy": [0, 1]}}},
+        "sensors": {"radar": {"kind": "cartesian_position", "sigma": 3}},
+    },
+}
+
+
+def test_every_installed_component_is_written_back(registry: Registry) -> None:
+    for entry in registry:
+        if entry.distribution == "vedette":
+            needed = {parameter.name: 0.5 for parameter in entry.parameters if parameter.required}
+            config = {**needed, **EXAMPLES.get((entry.role, entry.kind), {})}
+            walker = Walker(registry)
+            first = walker.construct(entry.cls, entry.parameters, config, entry.kind, set())
+            assert walker.problems == [], "give the kind an example above"
+            written = json.loads(json.dumps(to_config(first)))
+            assert written.pop("kind") == entry.kind
+            assert walker.construct(entry.cls, entry.parameters, written, entry.kind, set()) == first
+
+
 def test_what_no_config_can_hold_is_refused() -> None:
     with pytest.raises(TypeError, match="cannot hold a Generator"):
         plain({"rng": np.random.default_rng(0)})

@@ -4,14 +4,15 @@
 >>> vedette.build({
 ...     "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": -3}},
 ...     "sensors": {"radar": {"kind": "cartesian_position", "sigma": "5 kg"}},
-...     "associator": {"kind": "pdaf"},
+...     "associator": {"kind": "pda"},
 ...     "lifecycle": {"kind": "m_of_n", "spread": {"vx": 10, "vy": 10}},
+...     "gate": {"probabilty": 0.9},
 ... })
 Traceback (most recent call last):
     ...
 vedette.errors.ConfigError: estimator.motion.sigma_accel: must be > 0, got -3 m/s^2
 sensors.radar.sigma: must be in m or km or NM or ft, got '5 kg'
-associator.kind: unknown kind 'pdaf'; did you mean 'pda'? installed: global_nearest, jpda, nearest, pda
+gate.probabilty: unknown; did you mean 'probability'? Gate takes probability, clutter
 """
 
 from __future__ import annotations
