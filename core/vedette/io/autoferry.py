@@ -36,9 +36,9 @@ class AutoferrySource(Source):
     the bearing. Velocities of the truth are differences of its positions over one second.
 
     `lag` is how long before its time stamp a sensor saw the scene: it is subtracted from the stamps. The ferry's position
-    is the one of the stamp all the same. The returns are published relative to it, so only it restores the absolute
-    position that the recorder had formed; with the ferry's position `lag` earlier, a radar lag of 1.7 s moves the returns
-    up to 0.6 m farther from the true boats, and fixed structures spread by 5 % more.
+    is the one of the stamp all the same: the recorder formed absolute positions and wrote them relative to it, so only it
+    restores them. Measured with a radar lag of 1.7 s: the ferry's earlier position would take the returns 0.2 to 0.6 m
+    farther from the boats where the ferry moves (scenarios 2 and 5), and spread fixed structures by 5 % more (13 and 16).
     """
 
     kind: ClassVar[str] = "autoferry"

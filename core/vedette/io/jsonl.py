@@ -74,6 +74,8 @@ def read_recording(path: Path) -> tuple[Recording, dict[str, Space]]:
     scans: dict[str, list[Sample[tuple[int, Scan]]]] = {name: [] for name in header.sensors}
     states: dict[str, list[Sample[list[float]]]] = {name: [] for name in header.truth}
     for i, text in given:
+        if not text.strip():
+            continue
         place = f"{path.name}:{i}"
         try:
             entry = parse(text)
@@ -150,7 +152,7 @@ def space_of(axes: Any, what: str) -> Space:
         raise ValueError(f"{what} must be axis names to units, got {short(axes)}")
     try:
         return Space.of(**axes)
-    except SpaceError as error:
+    except (SpaceError, TypeError) as error:  # TypeError: an axis named as the parameter of `of` that holds the class
         raise ValueError(f"{what}: {error}") from None
 
 
@@ -163,7 +165,7 @@ def _check_fields(given: Mapping[str, Any], known: tuple[str, ...], what: str = 
 def _state(given: Mapping[str, Any], truth: Mapping[str, Space]) -> tuple[str, float, list[float]]:
     _check_fields(given, STATE_FIELDS)
     name = given["truth"]
-    if name not in truth:
+    if not isinstance(name, str) or name not in truth:
         raise ValueError(f"truth must be one of the header's, {', '.join(map(repr, truth))}, got {short(name)}")
     return name, number(given.get("time"), "time"), vector(given.get("state"), "state", len(truth[name]))
 

@@ -76,6 +76,8 @@ def read_tracks(path: Path) -> tuple[Track, ...]:
     space = None
     told: dict[int, list[dict[str, Any]]] = {}
     for place, text in given:
+        if not text.strip():
+            continue
         try:
             if space is None:
                 space = _header(parse(text))
@@ -87,7 +89,8 @@ def read_tracks(path: Path) -> tuple[Track, ...]:
             rows.append(fields)
         except ValueError as error:
             raise InputError(f"{path}:{place}: {error}") from None
-    assert space is not None, "a file without lines is refused by its reader"
+    if space is None:
+        raise InputError(f"{path}: is empty")
     return tuple(_track(identity, space, rows) for identity, rows in told.items())
 
 
@@ -110,13 +113,11 @@ def _cells(numbers: Array) -> list[list[str]]:
     return [[repr(number) if np.isfinite(number) else "" for number in row] for row in numbers.tolist()]
 
 
-def _nulled(numbers: Array) -> Any:
-    """As lists of floats, None where a number is not finite."""
-    if np.isfinite(numbers).all():
-        return numbers.tolist()
-    holed = numbers.astype(object)
-    holed[~np.isfinite(numbers)] = None
-    return holed.tolist()
+def _nulled(numbers: Any) -> Any:
+    """As floats or lists of them, None where a number is not finite."""
+    if isinstance(numbers, float):
+        return float(numbers) if np.isfinite(numbers) else None
+    return [_nulled(part) for part in numbers]
 
 
 def _fields(given: Any, n: int) -> dict[str, Any]:
@@ -143,7 +144,8 @@ def _array(value: Any, shape: tuple[int | None, ...], what: str) -> Array:
     except (TypeError, ValueError):
         raise ValueError(f"{what} must be numbers or null, got {short(value)}") from None
     if len(shape) != found.ndim or any(want not in (None, got) for want, got in zip(shape, found.shape, strict=True)):
-        raise ValueError(f"{what} must have {len(shape)} dimensions {shape}, got {short(value)}")
+        wanted = "(any,)" if None in shape else str(shape)
+        raise ValueError(f"{what} must have shape {wanted}, got {short(value)}")
     return found
 
 

@@ -1,0 +1,383 @@
+"""Recordings in CSV: what is read, and what each fault costs."""
+
+import math
+import os
+from itertools import combinations, pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from attrs import evolve
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import vedette
+from vedette.errors import ConfigError, InputError
+from vedette.io import CsvSource
+from vedette.io.csv_returns import DetectionColumns
+from vedette.io.csv_truth import PlatformColumns, TruthColumns
+from vedette.io.gaps import fill_gaps
+from vedette.io.reading import Sample, in_time_order
+from vedette.types import Detections, Pose, Scan
+from vedette_standard.sensors.cartesian_position import CartesianPosition
+from vedette_standard.sensors.range_bearing import RangeBearing
+
+RNG = np.random.default_rng(0)
+PLANE = {"radar": CartesianPosition(sigma=1.0)}
+POLAR = {"radar": RangeBearing(sigma_range=1.0, sigma_bearing=0.01)}
+XY = {"x": "north", "y": "east"}
+NUMBERS = st.floats(-1e15, 1e15)
+
+
+def opened(folder, text, sensors=PLANE, truth=None, platform=None, **columns):
+    (folder / "d.csv").write_text(text, encoding="utf-8")
+    detections = DetectionColumns(**({"time": "t", "columns": XY} | columns))
+    return CsvSource(detections, str(folder / "d.csv"), truth=truth, platform=platform).open(sensors, RNG)
+
+
+def shown(recording):
+    """Each scan's time and returns, as lists."""
+    return [(scan.time, scan.detections.z.tolist()) for scan in recording.scans]
+
+
+def told(recording):
+    return [str(problem) for problem in recording.refused]
+
+
+def test_rows_of_one_time_are_a_scan_and_a_blank_row_is_an_empty_one(tmp_path):
+    recording = opened(tmp_path, "t,north,east,power\n1.5,1,2,9\n1.5,3,4,9\n1.7,,,\n\n4.25,-5e1, 6 ,9\n")
+    assert shown(recording) == [(1.5, [[1, 2], [3, 4]]), (1.7, []), (4.25, [[-50, 6]])]
+    assert recording.scans[1].detections.z.shape == (0, 2)
+    assert recording.refused == ()
+
+
+def test_a_scan_column_groups_rows_wherever_they_stand(tmp_path):
+    text = "t;n;north;east\n1;a;1;1\n1;b;2;2\n1;a;3;3\n"
+    (tmp_path / "d.csv").write_text(text)
+    detections = DetectionColumns(time="t", columns=XY, scan="n")
+    recording = CsvSource(detections, str(tmp_path / "d.csv"), delimiter=";").open(PLANE, RNG)
+    assert shown(recording) == [(1, [[1, 1], [3, 3]]), (1, [[2, 2]])]
+
+
+def test_sensors_of_one_file_are_told_apart_and_merged_in_time(tmp_path):
+    text = "t,who,north,east,rho,brg\n2,far,,,100,350\n1,near,1,2,,\n2,near,3,4,,\n1.5,other,0,0,0,0\n"
+    sensors = {"near": PLANE["radar"], "far": POLAR["radar"]}
+    columns = XY | {"range": "rho", "bearing": "brg"}
+    units = {"range": "km", "bearing": "deg", "time": "min"}
+    recording = opened(tmp_path, text, sensors, columns=columns, units=units, sensor_column="who")
+    assert [(scan.time, scan.sensor) for scan in recording.scans] == [(60, "near"), (120, "near"), (120, "far")]
+    np.testing.assert_allclose(recording.scans[2].detections.z, [[100e3, math.radians(-10)]], rtol=1e-12)
+    assert dict(recording.notes) == {"rows of 'other', which the tracker lacks": "1"}
+
+
+@settings(max_examples=60, deadline=None)
+@given(rows=st.lists(st.tuples(st.integers(0, 8), NUMBERS, NUMBERS), min_size=1, max_size=12))
+def test_numbers_come_back_to_the_last_bit(tmp_path_factory, rows):
+    rows.sort(key=lambda row: row[0])
+    text = "t,north,east\n" + "".join(f"{t},{x!r},{y!r}\n" for t, x, y in rows)
+    recording = opened(tmp_path_factory.mktemp("csv"), text)
+    assert [scan.time for scan in recording.scans] == sorted({t for t, _, _ in rows})
+    z = np.concatenate([scan.detections.z for scan in recording.scans])
+    assert z.tobytes() == np.array([row[1:] for row in rows]).tobytes()
+
+
+def test_truth_of_several_objects_with_units(tmp_path):
+    (tmp_path / "truth.csv").write_text("s,id,n,e,hdg\n0,b,1,2,270\n1,b,3,4,90\n0,a,5,6,0\n1,a,nan,8,0\n")
+    columns = {"y": "e", "x": "n", "heading": "hdg"}
+    truth = TruthColumns(file="truth.csv", time="s", columns=columns, units={"heading": "deg"}, object="id")
+    recording = opened(tmp_path, "t,north,east\n0,0,0\n", truth=truth)
+    assert [true.name for true in recording.truth] == ["b", "a"]
+    b, a = recording.truth
+    assert b.space.names == ("x", "y", "heading")
+    np.testing.assert_allclose(b.states, [[1, 2, -math.pi / 2], [3, 4, math.pi / 2]])
+    assert a.times.tolist() == [0]
+    assert told(recording) == ["truth.csv:5: n must be a finite number of at most 1e+15, got 'nan'"]
+
+
+def test_platform_by_scan(tmp_path):
+    (tmp_path / "own.csv").write_text("k,pn,pe,vn,ve,hdg\n7,10,20,1,2,90\n8,11,22,1,2,90\n8,0,0,0,0,0\n")
+    columns = {"x": "pn", "y": "pe", "vx": "vn", "vy": "ve", "heading": "hdg"}
+    platform = PlatformColumns(columns, {"heading": "deg"}, file="own.csv", scan="k")
+    recording = opened(tmp_path, "t,k,north,east\n1,7,1,1\n2,8,2,2\n3,9,3,3\n", platform=platform, scan="k")
+    assert [scan.time for scan in recording.scans] == [1, 2]
+    pose = recording.scans[1].pose
+    assert (pose.position.tolist(), pose.velocity.tolist()) == ([11, 22], [1, 2])
+    assert pose.heading == pytest.approx(math.pi / 2)
+    assert told(recording) == [
+        "own.csv:4: the platform stood elsewhere in an earlier row of scan '8'",
+        "d.csv:4: the recording does not say where the platform was at 3.0 s",
+    ]
+
+
+def test_platform_at_times_of_its_own_and_positions_turned_into_range_and_bearing(tmp_path):
+    (tmp_path / "own.csv").write_text("s,pn,pe,hdg\n0,0,0,350\n10,100,50,10\n")
+    platform = PlatformColumns({"x": "pn", "y": "pe", "heading": "hdg"}, {"heading": "deg"}, file="own.csv", time="s")
+    recording = opened(tmp_path, "t,north,east\n5,53,29\n11,1,1\n", POLAR, platform=platform)
+    (scan,) = recording.scans
+    assert scan.pose.position.tolist() == [50, 25]
+    assert scan.pose.heading == pytest.approx(0, abs=1e-15)
+    np.testing.assert_allclose(scan.detections.z, [[5, math.atan2(4, 3)]])
+    placed = POLAR["radar"].at(scan.pose)
+    np.testing.assert_allclose(placed.measure(np.array([[53.0, 29.0]])), scan.detections.z)
+    assert told(recording) == ["d.csv:3: the recording does not say where the platform was at 11.0 s"]
+
+
+def test_a_time_far_ahead_costs_one_row_not_the_rest(tmp_path):
+    text = "t,north,east\n1,1,1\n9e9,2,2\n2,3,3\n1.5,4,4\n2,5,5\n3,6,6\n"
+    recording = opened(tmp_path, text)
+    assert shown(recording) == [(1, [[1, 1]]), (2, [[3, 3], [5, 5]]), (3, [[6, 6]])]
+    assert told(recording) == [
+        "d.csv:3: time 9000000000.0 s is out of order: it stands after 1.0 s and before 2.0 s",
+        "d.csv:5: time 1.5 s is out of order: it stands after 2.0 s and before 2.0 s",
+    ]
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.lists(st.integers(0, 6), max_size=9))
+def test_as_few_times_as_possible_are_refused_and_the_later_ones(times):
+    samples = [Sample(str(i), float(t), None) for i, t in enumerate(times)]
+    refused = []
+    kept = [int(sample.place) for sample in in_time_order(samples, refused)]
+    in_order = [
+        chosen
+        for k in range(len(times) + 1)
+        for chosen in combinations(range(len(times)), k)
+        if all(times[i] <= times[j] for i, j in pairwise(chosen))
+    ]
+    longest = max(len(chosen) for chosen in in_order)
+    assert tuple(kept) in in_order
+    assert len(kept) == longest
+    assert sorted(kept + [int(problem.place) for problem in refused]) == list(range(len(times)))
+
+
+def test_of_two_times_that_disagree_the_later_row_is_refused():
+    kept = in_time_order([Sample(str(i), t, None) for i, t in enumerate([1.0, 2.0, 3.0, 2.5, 4.0])], [])
+    assert [sample.place for sample in kept] == ["0", "1", "2", "4"]
+
+
+BAD_ROWS = {
+    "not a number": ("2,x,0", "north must be a number, got 'x'"),
+    "one cell of two": ("2,,0", "north must be a number, got ''"),
+    "NaN": ("2,nan,0", "north must be a finite number of at most 1e+15, got 'nan'"),
+    "infinite": ("2,0,-inf", "east must be a finite number"),
+    "absurd": ("2,0,1e16", "east must be a finite number of at most 1e+15, got '1e16'"),
+    "no time": (",0,0", "t must be a number, got ''"),
+    "time NaN": ("nan,0,0", "t must be a finite number"),
+    "short": ("2,0", "must have 3 columns as the header has, got 2"),
+    "long": ("2,0,0,0", "must have 3 columns as the header has, got 4"),
+    "quote": ('2,"0,0', "a quotation mark is not closed"),
+    "back": ("0.5,0,0", "time 0.5 s is out of order: it stands after 1.0 s and before 3.0 s"),
+    "not text": ("2,\x00,\xff", "north must be a number"),
+}
+
+
+@pytest.mark.parametrize(("row", "text"), BAD_ROWS.values(), ids=BAD_ROWS)
+def test_a_bad_row_is_refused_by_itself(tmp_path, row, text):
+    good = "t,north,east\n1,1,1\n{}3,3,3\n"
+    (tmp_path / "d.csv").write_bytes(good.format(row + "\n").encode("latin-1"))
+    recording = CsvSource(DetectionColumns(time="t", columns=XY), str(tmp_path / "d.csv")).open(PLANE, RNG)
+    assert shown(recording) == shown(opened(tmp_path, good.format("")))
+    (problem,) = recording.refused
+    assert problem.place == "d.csv:3"
+    assert text in problem.text
+
+
+def test_rows_of_a_scan_at_another_time_are_refused(tmp_path):
+    recording = opened(tmp_path, "t,n,north,east\n1,7,1,1\n1,7,2,2\n5,7,3,3\n", scan="n")
+    assert shown(recording) == [(1, [[1, 1], [2, 2]])]
+    assert told(recording) == ["d.csv:4: time 5.0 s is not that of scan '7' elsewhere, 1.0 s"]
+
+
+BAD_FILES = {
+    "empty": ("", "d.csv: is empty"),
+    "header only": ("t,north,east\n", "d.csv: has a header and no rows"),
+    "no header": ("1,2,3\n4,5,6\n", "no column 't', which source.detections.time asks for; the columns are 1, 2, 3"),
+    "a column lacks": ("t,north\n1,2\n", "no column 'east', which source.detections.columns.y asks for"),
+    "a column twice": ("t,north,east,east\n1,2,3,4\n", "more than one column 'east'"),
+    "another delimiter": ("t;north;east\n1;2;3\n", "no column 't'"),
+    "header's quote": ('"t,north,east\n1,2,3\n', "d.csv:1: the header has a quotation mark that is not closed"),
+    "no good row": ("t,north,east\n1,2,x\n", "holds no usable scan of radar; the first problem: d.csv:2: east must be"),
+}
+
+
+@pytest.mark.parametrize(("content", "text"), BAD_FILES.values(), ids=BAD_FILES)
+def test_a_file_that_is_no_good_as_a_whole(tmp_path, content, text):
+    with pytest.raises(InputError) as caught:
+        opened(tmp_path, content)
+    assert text in str(caught.value)
+
+
+BAD_COLUMNS = {
+    "axis not named": ({"columns": {"x": "north"}}, "sensor 'radar' measures (x [m], y [m]): name a column for y"),
+    "axis not measured": ({"columns": XY | {"z": "up"}}, "source.detections.columns.z: no sensor measures it"),
+    "unknown unit": ({"units": {"x": "furlong"}}, "source.detections.units.x: must be in m or km or NM or ft"),
+    "unit of the wrong kind": ({"units": {"time": "m"}}, "source.detections.units.time: must be in s or ms"),
+    "unit of no column": ({"units": {"range": "km"}}, "source.detections.units.range: no such column is read"),
+    "unknown sensor": ({"sensor": "sonar"}, "source.detections.sensor: the tracker has no sensor 'sonar', only 'radar'"),
+    "period of no sensor": ({"periods": {"sonar": 2}}, "source.detections.periods: the tracker has no sensor 'sonar'"),
+}
+
+
+@pytest.mark.parametrize(("columns", "text"), BAD_COLUMNS.values(), ids=BAD_COLUMNS)
+def test_columns_that_do_not_fit_the_tracker(tmp_path, columns, text):
+    with pytest.raises(ConfigError) as caught:
+        opened(tmp_path, "t,north,east\n1,2,3\n", **columns)
+    assert text in str(caught.value)
+
+
+def test_which_of_two_sensors_must_be_said(tmp_path):
+    with pytest.raises(ConfigError, match=r"source\.detections\.sensor: missing: which .* is it, 'a', 'b'\?"):
+        opened(tmp_path, "t,north,east\n1,2,3\n", {"a": PLANE["radar"], "b": PLANE["radar"]})
+
+
+def test_positions_do_not_become_bearings_without_a_platform(tmp_path):
+    with pytest.raises(ConfigError, match=r"measures \(range .* name a column for range, bearing"):
+        opened(tmp_path, "t,north,east\n1,2,3\n", POLAR)
+
+
+BAD_PARAMETERS = {
+    "two ways to the sensor": (lambda: DetectionColumns("t", XY, sensor="a", sensor_column="b"), "sensor: give either"),
+    "period": (lambda: DetectionColumns("t", XY, periods={"radar": 0}), "periods.radar: must be > 0, got 0 s"),
+    "neither scan nor time": (lambda: PlatformColumns(XY), "scan: give exactly one of `scan` and `time`"),
+    "scan and time": (lambda: PlatformColumns(XY, scan="k", time="t"), "time: give exactly one"),
+    "half a velocity": (lambda: PlatformColumns(XY | {"vx": "v"}, scan="k"), "columns: must also name a column for vy"),
+    "no position": (lambda: PlatformColumns({"x": "n"}, scan="k"), "columns: must also name a column for y"),
+    "a column that is no string": (lambda: DetectionColumns("t", {"x": 3}), "columns: must be a table of names to strings"),
+    "platform's scan alone": (
+        lambda: CsvSource(DetectionColumns("t", XY), platform=PlatformColumns(XY, scan="k")),
+        "platform.scan: needs the detections' `scan` column",
+    ),
+}
+
+
+@pytest.mark.parametrize(("make", "text"), BAD_PARAMETERS.values(), ids=BAD_PARAMETERS)
+def test_parameters_that_contradict_each_other(make, text):
+    with pytest.raises(ValueError) as caught:  # noqa: PT011  # the text is what is tested
+        make()
+    assert text in str(caught.value)
+
+
+def test_axes_that_no_truth_has(tmp_path):
+    truth = TruthColumns(file="d.csv", time="t", columns={"height": "h"})
+    with pytest.raises(ConfigError, match=r"source\.truth\.columns\.height: unknown axis; those are x, y, vx"):
+        opened(tmp_path, "t,north,east\n1,2,3\n", truth=truth)
+
+
+def test_without_the_recording_the_error_says_what_it_is(tmp_path):
+    detections = DetectionColumns(time="t", columns=XY, file="d.csv")
+    truth = TruthColumns(file="truth.csv", time="s", columns={"x": "n", "y": "e"})
+    about = "harbour radar, published by the pilots"
+    wanted = f"{about}. Format: CSV, d.csv with columns t, north, east; truth.csv with columns s, n, e"
+    for path, error, start in (
+        ("", ConfigError, "source.path: is not given"),
+        (str(tmp_path / "none"), ConfigError, "source.path: there is no file or folder"),
+        (str(tmp_path), InputError, f"{tmp_path / 'd.csv'}: there is no such file"),
+    ):
+        with pytest.raises(error) as caught:
+            CsvSource(detections, path, about, truth).open(PLANE, RNG)
+        assert str(caught.value).startswith(start)
+        assert str(caught.value).endswith(f"Wanted: {wanted}")
+
+
+def test_a_folder_is_no_csv_file(tmp_path):
+    with pytest.raises(InputError, match="cannot be read: Is a directory"):
+        CsvSource(DetectionColumns(time="t", columns=XY), str(tmp_path)).open(PLANE, RNG)
+
+
+def test_a_config_fills_the_tables(tmp_path):
+    (tmp_path / "d.csv").write_text("t,north,east\n1,2,3\n")
+    config = {
+        "source": {
+            "kind": "csv",
+            "path": str(tmp_path / "d.csv"),
+            "detections": {"time": "t", "columns": XY, "units": {"x": "km"}, "periods": {"radar": "2 s"}},
+            "truth": {"file": "d.csv", "time": "t", "columns": {"x": "north", "y": "east"}},
+        },
+        "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 1}},
+        "sensors": {"radar": {"kind": "cartesian_position", "sigma": 1}},
+        "associator": {"kind": "pda"},
+        "lifecycle": {"kind": "m_of_n", "spread": {"vx": 1, "vy": 1}},
+    }
+    experiment = vedette.load(config)
+    assert shown(experiment.source.open(experiment.tracker.sensors, RNG)) == [(1, [[2000, 3]])]
+    assert vedette.load(vedette.to_config(experiment)).source == experiment.source
+
+
+def scan_at(time, pose=None):
+    return Scan(time, "radar", Detections.of([[1.0, 2.0]]), pose)
+
+
+@pytest.mark.parametrize(
+    ("times", "filled"),
+    [
+        ([0, 2, 4.1], []),
+        ([0, 4, 6], [2]),
+        ([0, 6.3], [2.1, 4.2]),
+        ([0, 5], []),  # two and a half periods: no whole number fits
+        ([0, 1], []),
+        ([0, 1e9], []),  # a pause, not half a billion scans
+    ],
+)
+def test_gaps_of_whole_periods_hold_empty_scans(times, filled):
+    scans = fill_gaps([scan_at(float(time)) for time in times], 2.0)
+    assert [scan.time for scan in scans if len(scan.detections.z) == 0] == pytest.approx(filled)
+    assert [scan.time for scan in scans if len(scan.detections.z)] == times
+    assert all(scan.detections.z.shape[1] == 2 for scan in scans)
+    assert [scan.time for scan in scans] == sorted(scan.time for scan in scans)
+
+
+def test_supposed_scans_stand_between_the_poses_the_short_way_round():
+    first = Pose(np.array([0.0, 0.0]), np.array([1.0, 0.0]), 3.0)
+    second = Pose(np.array([8.0, 4.0]), np.array([3.0, 0.0]), -3.0)
+    _, between, _ = fill_gaps([scan_at(0.0, first), scan_at(4.0, second)], 2.0)
+    assert (between.pose.position.tolist(), between.pose.velocity.tolist()) == ([4, 2], [2, 0])
+    assert abs(between.pose.heading) == pytest.approx(math.pi)
+
+
+def test_supposed_scans_are_noted(tmp_path):
+    recording = opened(tmp_path, "t,north,east\n0,1,1\n5,1,1\n", periods={"radar": 2.5})
+    assert [scan.time for scan in recording.scans] == [0, 2.5, 5]
+    assert dict(recording.notes) == {"scans of radar without returns supposed in gaps": "1"}
+
+
+@pytest.fixture(scope="module")
+def joyride():
+    folder = Path(os.environ.get("VEDETTE_DATA", "")) / "joyride"
+    if "VEDETTE_DATA" not in os.environ or not folder.is_dir():
+        pytest.skip("VEDETTE_DATA names no folder with the joyride recording (NTNU)")
+    detections = DetectionColumns(
+        time="time_unix_s", columns={"x": "north_m", "y": "east_m"}, file="joyride_measurements.csv", scan="scan"
+    )
+    truth = TruthColumns(
+        file="joyride_truth.csv",
+        time="time_unix_s",
+        columns={"x": "tgt_north", "y": "tgt_east", "vx": "tgt_vnorth", "vy": "tgt_veast"},
+    )
+    platform = PlatformColumns({"x": "own_north", "y": "own_east"}, file="joyride_truth.csv", scan="scan")
+    return lambda sensors, periods: CsvSource(
+        evolve(detections, periods=periods), str(folder), truth=truth, platform=platform
+    ).open(sensors, RNG)
+
+
+def test_joyride_is_read_whole(joyride):
+    recording = joyride(PLANE, {})
+    (boat,) = recording.truth
+    assert recording.refused == ()
+    assert (len(recording.scans), sum(len(scan.detections.z) for scan in recording.scans)) == (238, 432)
+    assert all(scan.pose is not None for scan in recording.scans)
+    near = [np.hypot(*(scan.detections.z - boat.at(scan.time)[:2]).T).min() < 60 for scan in recording.scans]
+    assert np.mean(near) == pytest.approx(0.81, abs=0.005)
+
+
+def test_joyride_lost_seventeen_empty_scans(joyride):
+    recording = joyride(PLANE, {"radar": 2.51})
+    assert sum(len(scan.detections.z) == 0 for scan in recording.scans) == 17
+    steps = np.diff([scan.time for scan in recording.scans])
+    assert np.all(np.abs(steps - 2.51) < 0.1 * 2.51)
+
+
+def test_joyride_seen_in_polar_coordinates_is_the_same(joyride):
+    for flat, polar in zip(joyride(PLANE, {}).scans, joyride(POLAR, {}).scans, strict=True):
+        r, b = polar.detections.z.T
+        positions = polar.pose.position + np.stack([r * np.cos(b), r * np.sin(b)], axis=-1)
+        np.testing.assert_allclose(positions, flat.detections.z, rtol=0, atol=1e-6)
