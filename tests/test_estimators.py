@@ -91,18 +91,22 @@ def short_cov(rng, n):
     return a @ a.T + np.eye(n) / 4
 
 
-def random_problem(seed):
-    """A linear model, three sensors, and scans (dt, sensor, z or None): some at one time, some missed."""
+def random_problem(seed, spread=0):
+    """A linear model, three sensors, and scans (dt, sensor, z or None): some at one time, some missed.
+
+    The sensors' deviations differ by up to 2^spread to either side, and the prior knows as little as the worst of them.
+    """
     rng = np.random.default_rng(seed)
     n = int(rng.integers(2, 5))
     motion = Linear(short(rng, n, n) / 2, short_cov(rng, n))
-    sensors = [Looking(short(rng, m, n), short_cov(rng, m)) for m in (1, 2, 3)]
+    scale = 4.0 ** rng.integers(-spread, spread + 1, size=3)
+    sensors = [Looking(short(rng, m, n), scale[m - 1] * short_cov(rng, m)) for m in (1, 2, 3)]
     scans = []
     for _ in range(7):
         sensor = sensors[rng.integers(3)]
         z = None if rng.random() < 0.25 else 4 * short(rng, len(sensor.H))
         scans.append((float(rng.choice([0.0, 0.5, 1.0])), sensor, z))
-    return motion, Gaussian(short(rng, 1, n), short_cov(rng, n)[None]), scans
+    return motion, Gaussian(short(rng, 1, n), 4.0**spread * short_cov(rng, n)[None]), scans
 
 
 def run(estimator, prior, scans):
@@ -171,20 +175,22 @@ def condition(motion, prior, scans):
     return np.array(mean, float), np.array(cov, float), loglik
 
 
-def check_exact(kind, seed):
-    motion, prior, scans = random_problem(seed)
+def check_exact(kind, seed, spread=0):
+    motion, prior, scans = random_problem(seed, spread)
     mean, cov, loglik = condition(motion, prior, scans)
     found, total = run(kind(motion), prior, scans)
-    np.testing.assert_allclose(found.mean[0], mean, rtol=1e-9, atol=1e-9)
-    np.testing.assert_allclose(found.cov[0], cov, rtol=1e-9, atol=1e-9)
+    deviation = np.sqrt(np.diag(cov))
+    np.testing.assert_allclose((found.mean[0] - mean) / deviation, 0, atol=1e-9)
+    np.testing.assert_allclose((found.cov[0] - cov) / np.outer(deviation, deviation), 0, atol=1e-9)
     np.testing.assert_allclose(total, loglik, rtol=1e-9, atol=1e-9)
     np.testing.assert_array_equal(found.cov, np.swapaxes(found.cov, -1, -2))
 
 
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize("kind", ALL)
-def test_equals_exact_conditioning_of_the_joint_gaussian(kind, seed):
-    check_exact(kind, seed)
+@pytest.mark.parametrize("spread", [0, 5])
+def test_equals_exact_conditioning_of_the_joint_gaussian(kind, seed, spread):
+    check_exact(kind, seed, spread)
 
 
 REAL_MIXTURE, REAL_PROPAGATE = kernels.mixture, kernels.propagate
