@@ -22,6 +22,10 @@ class GlobalNearest(Associator):
     kind: ClassVar[str] = "gnn"
     exclusive: ClassVar[bool] = True
 
+    @property
+    def solves(self) -> str:
+        return "best"
+
     def associate(self, scores: Array, evidence: Array | None) -> Array:
         """(*b, t, 1+k) -> (*b, t, 1+k), one 1 in each row"""
         from scipy.optimize import linear_sum_assignment

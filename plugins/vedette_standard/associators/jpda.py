@@ -33,6 +33,10 @@ class Jpda(Associator):
     tolerance: float = fields.quantity("1", "largest relative change of a message at which to stop", default=1e-9, above=0)
     sweeps: int = fields.integer("most sweeps of belief propagation", default=1000, at_least=1)
 
+    @property
+    def solves(self) -> str:
+        return "marginals" if self.exact >= 4 else ""
+
     def associate(self, scores: Array, evidence: Array | None) -> Array:
         """(*b, t, 1+k) -> (*b, t, 1+k)"""
         # A miss that cannot be is given a finite score: its weight is still 0, unless nothing else is left.
@@ -99,7 +103,8 @@ def _propagated(gain: Array, tolerance: float, sweeps: int) -> tuple[Array, Arra
     IEEE Trans. Aerospace and Electronic Systems 50, 2014.
     """
     ratio = np.exp(np.minimum(gain, 700.0))
-    to_track = np.ones_like(ratio)
+    # From the scarcer side: all returns free to take, or all tracks.
+    to_track = np.ones_like(ratio) if len(ratio) <= ratio.shape[1] else 1.0 / (1.0 + _others(ratio, -2))
     for _ in range(sweeps):
         # Sums without one's own term are taken as such: total - own would lose the small ones to rounding.
         to_return = ratio / (1.0 + _others(ratio * to_track, -1))

@@ -20,6 +20,10 @@ class Nearest(Associator):
 
     kind: ClassVar[str] = "nearest"
 
+    @property
+    def solves(self) -> str:
+        return "best"
+
     def associate(self, scores: Array, evidence: Array | None) -> Array:
         """(*b, t, 1+k) -> (*b, t, 1+k), one 1 in each row"""
         weights = np.zeros_like(scores)

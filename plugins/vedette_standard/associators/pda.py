@@ -21,6 +21,10 @@ class Pda(Associator):
 
     kind: ClassVar[str] = "pda"
 
+    @property
+    def solves(self) -> str:
+        return "marginals"
+
     def associate(self, scores: Array, evidence: Array | None) -> Array:
         """(*b, t, 1+k) -> (*b, t, 1+k)"""
         likely: Array = np.exp(scores - np.max(scores, axis=-1, keepdims=True))
