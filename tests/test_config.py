@@ -201,6 +201,12 @@ EXAMPLES: dict[tuple[str, str], dict[str, Any]] = {
         "initial": [0.25, 0.75],
         "absent": {"turn_rate": [0, "0.01"]},
     },
+    **{
+        ("detector", f"{name}_conversion"): {
+            "sensors": {"radar": {"kind": "range_bearing", "sigma_range": 3, "sigma_bearing": 0.01}}
+        }
+        for name in ("naive", "debiased", "unbiased", "modified_unbiased")
+    },
     ("lifecycle", "m_of_n"): {"spread": {"vx": 3.5}, "sensors": ["radar"], "hits": 2, "looks": 4},
     ("source", "autoferry"): {"scenario": 2, "sensors": ["radar"], "lag": {"radar": "1.7 s"}},
     ("source", "csv"): {

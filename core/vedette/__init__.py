@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from vedette.registry import Registry as Registry
     from vedette.roles import Associator as Associator
     from vedette.roles import Component as Component
+    from vedette.roles import Detector as Detector
     from vedette.roles import Estimator as Estimator
     from vedette.roles import Lifecycle as Lifecycle
     from vedette.roles import MotionModel as MotionModel
@@ -68,7 +69,7 @@ _HOMES = {
     "hooks": ("plugin",),
     "metrics": ("Judge",),
     "registry": ("Registry",),
-    "roles": ("Associator", "Component", "Estimator", "Lifecycle", "MotionModel", "Sensor", "Source"),
+    "roles": ("Associator", "Component", "Detector", "Estimator", "Lifecycle", "MotionModel", "Sensor", "Source"),
     "space": ("Array", "Axis", "Mask", "Space", "SpaceError"),
     "tracker": ("Tracker",),
     "types": ("Detections", "Gaussian", "Innovation", "Pose", "Recording", "Scan", "Track", "Trajectory"),

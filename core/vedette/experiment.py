@@ -7,14 +7,15 @@ from time import process_time
 from typing import final
 
 import numpy as np
-from attrs import frozen
+from attrs import Factory, frozen
 
 from vedette import fields
 from vedette.admission import without_bad_returns
+from vedette.detection import check_detectors, detect_all, raw_sensors
 from vedette.errors import ConfigError, Problem, ScanRefused
 from vedette.history import History
 from vedette.metrics import Judge
-from vedette.roles import Source
+from vedette.roles import Detector, Source
 from vedette.tracker import State, Tracker
 from vedette.types import Recording, Scan, Track
 
@@ -45,9 +46,15 @@ class Experiment:
 
     tracker: Tracker = fields.part("what turns scans into tracks")
     source: Source | None = fields.part("where the scans come from", default=None)
+    detectors: dict[str, Detector] = fields.part(
+        "tracker's sensor to what makes its scans of raw ones; default: its scans come as they are", default=Factory(dict)
+    )
     judge: Judge = fields.part("how tracks are held against the truth", default=Judge())
     title: str = fields.text("one line that says what this is", default="")
     seed: int = fields.integer("of everything random", default=0)
+
+    def __attrs_post_init__(self) -> None:
+        check_detectors(self.detectors, self.tracker.sensors)
 
     def run(self, *, strict: bool = False, progress: Progress = iter) -> Result:
         """Run the tracker over all scans.
@@ -58,19 +65,20 @@ class Experiment:
         if self.source is None:
             raise ConfigError([Problem("source", "is missing: there are no scans to run on")])
         for_source, for_tracker = np.random.default_rng(self.seed).spawn(2)
-        recording = self.source.open(self.tracker.sensors, for_source)
+        recording = self.source.open(raw_sensors(self.detectors, self.tracker.sensors), for_source)
         if strict and recording.refused:
             raise ScanRefused(str(recording.refused[0]))
         try:
             given = self.tracker.lifecycle.given(self.tracker.state, recording)
         except ValueError as error:
             raise ConfigError([Problem("", str(error))]) from None
-        begin = recording.scans[0].time if given is not None and recording.scans else -np.inf
+        scans, problems = detect_all(recording.scans, self.detectors, strict=strict)
+        begin = scans[0].time if given is not None and scans else -np.inf
         state = self.tracker.start(given, begin, for_tracker)
         history = History(self.tracker)
-        refused, taken, seconds, interrupted = list(recording.refused), [], 0.0, False
+        refused, taken, seconds, interrupted = [*recording.refused, *problems], [], 0.0, False
         try:
-            for i, scan in enumerate(progress(recording.scans)):
+            for i, scan in enumerate(progress(scans)):
                 before = process_time()
                 after, kept, problems = self._step(state, scan, strict)
                 seconds += process_time() - before

@@ -1,4 +1,4 @@
-"""The contract: four roles, three supporting ones, and their laws.
+"""The contract: four roles, five supporting ones, and their laws.
 
 A component is a final frozen attrs class that holds parameters only and names its `kind`. Its methods are pure functions of
 arrays with any leading batch axes `*b`; randomness comes through the Generator handed in. A result that does not depend on
@@ -15,7 +15,7 @@ import numpy as np
 
 from vedette.kernels.derivative import numerical_jacobian
 from vedette.space import Array, Mask, Space
-from vedette.types import Detections, Gaussian, Innovation, Pose, Recording
+from vedette.types import Detections, Gaussian, Innovation, Pose, Recording, Scan
 
 CONTRACT = 1
 """The version of this page. A plugin module may state `VEDETTE_CONTRACT = 1`; the registry refuses another."""
@@ -122,6 +122,11 @@ class Associator(Component):
 
     exclusive: ClassVar[bool] = False
 
+    @property
+    def solves(self) -> str:
+        """What it finds exactly up to 4 tracks and 4 returns: the "marginals" or the "best" of all associations, or ""."""
+        return ""
+
     @abstractmethod
     def associate(self, scores: Array, evidence: Array | None) -> Array:
         """Log scores (*b, t, 1+k), column 0 the miss, and evidence (*b, 1, k) -> weights (*b, t, 1+k)"""
@@ -209,6 +214,28 @@ class Lifecycle(Component):
         return None
 
 
+class Detector(Component):
+    """What stands between raw returns and the tracker: it makes the scan of one of the tracker's sensors from what its own
+    sensors reported at the same moment. A conversion of coordinates, a fusion of several sensors.
+
+    Laws: what it makes is over `measurement`, finite, each noise positive definite; padding changes nothing.
+    """
+
+    @property
+    @abstractmethod
+    def sensors(self) -> Mapping[str, Sensor]:
+        """The sensors whose scans it takes, by the names that the scans bear."""
+
+    @property
+    @abstractmethod
+    def measurement(self) -> Space:
+        """The space of what it makes: that of the tracker's sensor whose scans these are."""
+
+    @abstractmethod
+    def detect(self, scans: Mapping[str, Scan]) -> Detections:
+        """The scans of one moment, by sensor, those that came -> (*b, k, m)"""
+
+
 class Source(Component):
     """Where scans come from: a recording, a simulated scene."""
 
@@ -223,6 +250,7 @@ ROLES: dict[str, type[Component]] = {
     "associator": Associator,
     "estimator": Estimator,
     "lifecycle": Lifecycle,
+    "detector": Detector,
     "source": Source,
 }
 """Role names as commands and messages use them."""

@@ -7,6 +7,10 @@ from vedette_standard.associators.global_nearest import GlobalNearest
 from vedette_standard.associators.jpda import Jpda
 from vedette_standard.associators.nearest import Nearest
 from vedette_standard.associators.pda import Pda
+from vedette_standard.detectors.debiased_conversion import DebiasedConversion
+from vedette_standard.detectors.modified_unbiased_conversion import ModifiedUnbiasedConversion
+from vedette_standard.detectors.naive_conversion import NaiveConversion
+from vedette_standard.detectors.unbiased_conversion import UnbiasedConversion
 from vedette_standard.estimators.extended import ExtendedKalman
 from vedette_standard.estimators.imm import Imm
 from vedette_standard.estimators.kalman import Kalman
@@ -34,5 +38,6 @@ def vedette_components() -> Iterable[type[vedette.Component]]:
         *(CartesianPosition, RangeBearing, PolarPosition),
         *(Kalman, ExtendedKalman, UnscentedKalman, Imm),
         *(Nearest, GlobalNearest, Pda, Jpda),
+        *(NaiveConversion, DebiasedConversion, UnbiasedConversion, ModifiedUnbiasedConversion),
         *(SingleTarget, MOfN, Existence),
     ]

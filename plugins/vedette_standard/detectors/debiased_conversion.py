@@ -1,0 +1,33 @@
+"""Polar returns as positions, their expected bias taken off."""
+
+from __future__ import annotations
+
+from typing import ClassVar, final
+
+import numpy as np
+from attrs import frozen
+
+from vedette import Array
+from vedette_standard.detectors.polar import PolarConversion
+
+
+@final
+@frozen
+class DebiasedConversion(PolarConversion):
+    """The naive position less the bias that is expected of it, averaged over where the target may be given the return.
+
+    With s = sigma_bearing^2 and q = sigma_range^2: factor 1 - exp(-s) + exp(-s/2), and the variances
+    along = exp(-2s) [r^2 (cosh 2s - cosh s) + q (2 cosh 2s - cosh s)], across the same with sinh.
+    cosh 2s - cosh s = 2 sinh(3s/2) sinh(s/2), so that nothing cancels where s is small.
+    Lerro, Bar-Shalom, Tracking with Debiased Consistent Converted Measurements versus EKF, IEEE T-AES 29, 1993.
+    """
+
+    kind: ClassVar[str] = "debiased_conversion"
+
+    def moments(self, r: Array, range_variance: Array, bearing_variance: Array) -> tuple[Array, Array, Array]:
+        """(*b) each"""
+        s, q = bearing_variance, range_variance
+        even, odd = 2 * np.sinh(1.5 * s) * np.sinh(0.5 * s), 2 * np.cosh(1.5 * s) * np.sinh(0.5 * s)
+        along = np.exp(-2 * s) * (r**2 * even + q * (even + np.cosh(2 * s)))
+        across = np.exp(-2 * s) * (r**2 * odd + q * (odd + np.sinh(2 * s)))
+        return np.exp(-0.5 * s) - np.expm1(-s), along, across

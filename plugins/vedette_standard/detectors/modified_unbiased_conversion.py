@@ -1,0 +1,31 @@
+"""Polar returns as the positions that are expected given them."""
+
+from __future__ import annotations
+
+from typing import ClassVar, final
+
+import numpy as np
+from attrs import frozen
+
+from vedette import Array
+from vedette_standard.detectors.polar import PolarConversion
+
+
+@final
+@frozen
+class ModifiedUnbiasedConversion(PolarConversion):
+    """The naive position times E cos(bearing error) = exp(-s/2): the mean position given the return, with its covariance.
+
+    s = sigma_bearing^2, q = sigma_range^2: along = r^2 (1 - exp(-s))^2 / 2 + q (1 + exp(-2s))/2,
+    across = (r^2 + q)(1 - exp(-2s))/2. Without bias given the return; given where the target is, at r, it is short by
+    r (1 - exp(-s)), which an error that is taken given the return must not be blamed for.
+    Duan, Han, Li, Comments on "Unbiased Converted Measurements for Tracking", IEEE T-AES 40, 2004.
+    """
+
+    kind: ClassVar[str] = "modified_unbiased_conversion"
+
+    def moments(self, r: Array, range_variance: Array, bearing_variance: Array) -> tuple[Array, Array, Array]:
+        """(*b) each"""
+        s, q = bearing_variance, range_variance
+        gone = np.expm1(-2 * s)
+        return np.exp(-0.5 * s), 0.5 * (r * np.expm1(-s)) ** 2 + q * (1 + 0.5 * gone), -0.5 * (r**2 + q) * gone

@@ -1,0 +1,56 @@
+"""What the conversions from polar returns to positions share: they differ in how they answer the error of the bearing."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Mapping
+
+import numpy as np
+from attrs import frozen
+
+from vedette import Array, Detections, Detector, Pose, Scan, Space, fields
+from vedette_standard.sensors.range_bearing import RangeBearing
+from vedette_standard.sensors.station import POSITION, leading
+
+
+@frozen
+class PolarConversion(Detector):
+    """Makes a position with its own covariance of each return of one radar; whether returns are valid stays as it is.
+
+    z = factor * r (cos b, sin b) from where the radar stands, R = T [along cross; cross across] T' with T the
+    rotation to the line of sight and cross = r cov(r, b).
+    """
+
+    sensors: dict[str, RangeBearing] = fields.part("the one radar, under the name that its scans bear")
+
+    def __attrs_post_init__(self) -> None:
+        if len(self.sensors) != 1:
+            raise ValueError(f"sensors: must hold one radar, got {len(self.sensors)}")
+
+    @property
+    def measurement(self) -> Space:
+        return POSITION
+
+    @abstractmethod
+    def moments(self, r: Array, range_variance: Array, bearing_variance: Array) -> tuple[Array, Array, Array]:
+        """What the range r (*b) in m is multiplied with, and the variances along and across the line of sight, (*b) each."""
+
+    def detect(self, scans: Mapping[str, Scan]) -> Detections:
+        """(*b, k, 2) of range and bearing -> (*b, k, 2) of x and y, and noise (*b, k, 2, 2)"""
+        ((name, radar),) = self.sensors.items()
+        seen, pose = scans[name].detections, scans[name].pose
+        if pose is None:
+            pose = Pose(np.array([radar.x, radar.y]), heading=radar.heading)
+        R = radar.noise(seen.z) if seen.noise is None else seen.noise
+        r, angle = seen.z[..., 0], seen.z[..., 1] + leading(pose.heading, seen.z.ndim - 1)
+        factor, along, across = self.moments(r, R[..., 0, 0], R[..., 1, 1])
+        cross = r * R[..., 0, 1]
+        cos, sin = np.cos(angle), np.sin(angle)
+        z = np.empty(seen.z.shape)
+        z[..., 0] = leading(pose.position[..., 0], r.ndim) + factor * r * cos
+        z[..., 1] = leading(pose.position[..., 1], r.ndim) + factor * r * sin
+        noise = np.empty((*z.shape, 2))
+        noise[..., 0, 0] = along * cos**2 - 2 * cross * sin * cos + across * sin**2
+        noise[..., 1, 1] = along * sin**2 + 2 * cross * sin * cos + across * cos**2
+        noise[..., 0, 1] = noise[..., 1, 0] = (along - across) * sin * cos + cross * (cos**2 - sin**2)
+        return Detections(z, seen.valid, seen.evidence, noise)

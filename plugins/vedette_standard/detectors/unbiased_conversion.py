@@ -1,0 +1,31 @@
+"""Polar returns as positions without bias."""
+
+from __future__ import annotations
+
+from typing import ClassVar, final
+
+import numpy as np
+from attrs import frozen
+
+from vedette import Array
+from vedette_standard.detectors.polar import PolarConversion
+
+
+@final
+@frozen
+class UnbiasedConversion(PolarConversion):
+    """The naive position divided by E cos(bearing error) = exp(-s/2): without bias given where the target is.
+
+    Covariance given the return, s = sigma_bearing^2, q = sigma_range^2:
+    along = (exp(s) - 2) r^2 + (r^2 + q)(1 + exp(-2s))/2, across = (r^2 + q)(1 - exp(-2s))/2.
+    Mo, Song, Zhou, Sun, Bar-Shalom, Unbiased Converted Measurements for Tracking, IEEE T-AES 34, 1998.
+    """
+
+    kind: ClassVar[str] = "unbiased_conversion"
+
+    def moments(self, r: Array, range_variance: Array, bearing_variance: Array) -> tuple[Array, Array, Array]:
+        """(*b) each"""
+        s, q = bearing_variance, range_variance
+        gone = np.expm1(-2 * s)
+        along = r**2 * (np.expm1(s) + 0.5 * gone) + q * (1 + 0.5 * gone)
+        return np.exp(0.5 * s), along, -0.5 * (r**2 + q) * gone
