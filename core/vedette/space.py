@@ -87,12 +87,16 @@ class Space:
         return tuple(self._index)
 
     def locate(self, part: Space) -> list[int]:
-        """Where the axes of `part` stand in this space; SpaceError, with both lists, if one is missing."""
+        """Where the axes of `part` stand in this space; SpaceError, with both lists, if one is missing or another here."""
         index = self._index
         try:
-            return [index[axis.name] for axis in part.axes]
+            where = [index[axis.name] for axis in part.axes]
         except KeyError as missing:
             raise SpaceError(f"axis {missing.args[0]!r} of {part} is not among {self}") from None
+        for i, axis in zip(where, part.axes, strict=True):
+            if self.axes[i] != axis:
+                raise SpaceError(f"axis {axis} of {part} is {self.axes[i]} among {self}")
+        return where
 
     def union(self, other: Space) -> Space:
         """The axes of both, this space's first; SpaceError if they state one axis differently."""
@@ -106,8 +110,10 @@ class Space:
         if self._wraps:
             x = x.copy()
             for i, period in self._wraps:
-                # Subtracting whole turns leaves a value that is already inside untouched, to the last bit.
-                x[..., i] -= period * np.floor(x[..., i] / period + 0.5)
+                # No whole turn is subtracted from a value that is already inside: it stays as it is, to the last bit.
+                half = period / 2
+                near = x[..., i] - period * np.rint(x[..., i] / period)
+                x[..., i] = np.where(near < half, np.maximum(near, -half), -half)
         return x
 
     def difference(self, a: Array, b: Array) -> Array:

@@ -93,28 +93,25 @@ class RangeBearing(Sensor):
         return self.clutter_per_scan / area * np.clip(z[..., 0], self.min_range, self.max_range)
 
     def invert(self, z: Array, noise: Array | None = None) -> Gaussian:
-        """(*b, 2) -> (*b, 2), (*b, 2, 2): the position without bias, and its covariance to first order.
+        """(*b, 2) -> (*b, 2), (*b, 2, 2): the position without bias.
 
-        Noise shortens a converted return: E cos(error) = exp(-s^2/2) for a bearing deviation s, so the mean is divided by
-        it. The covariance is J R J', and (sigma_range s)^2 more across, without which a return at range 0 had none there.
+        An error e of the bearing, of variance s, shortens the converted position on average by E cos(e) = exp(-s/2): the
+        mean is divided by that. Its covariance for independent errors is then (r^2 + sigma_range^2) cosh(s) - r^2 along the
+        line of sight and (r^2 + sigma_range^2) sinh(s) across: J R J' to first order, and definite at r = 0 too.
         """
         R = self.noise(z) if noise is None else noise
-        r, angle = z[..., 0], z[..., 1] + leading(self._pose.heading, z.ndim - 1)
+        r, angle, s = z[..., 0], z[..., 1] + leading(self._pose.heading, z.ndim - 1), R[..., 1, 1]
         cos, sin = np.cos(angle), np.sin(angle)
-        stretch = r * np.exp(0.5 * R[..., 1, 1])
-        position = self._pose.position
         mean = np.empty((*angle.shape, 2))
-        mean[..., 0] = leading(position[..., 0], angle.ndim) + stretch * cos
-        mean[..., 1] = leading(position[..., 1], angle.ndim) + stretch * sin
-        J = np.empty((*angle.shape, 2, 2))
-        J[..., 0, 0], J[..., 0, 1] = cos, -r * sin
-        J[..., 1, 0], J[..., 1, 1] = sin, r * cos
-        cov = J @ R @ np.swapaxes(J, -1, -2)
-        across = R[..., 0, 0] * R[..., 1, 1]
-        cov[..., 0, 0] += across * sin * sin
-        cov[..., 1, 1] += across * cos * cos
-        cov[..., 0, 1] -= across * sin * cos
-        cov[..., 1, 0] -= across * sin * cos
+        mean[..., 0] = leading(self._pose.position[..., 0], angle.ndim) + r * np.exp(s / 2) * cos
+        mean[..., 1] = leading(self._pose.position[..., 1], angle.ndim) + r * np.exp(s / 2) * sin
+        along = R[..., 0, 0] * np.cosh(s) + r * r * 2 * np.sinh(s / 2) ** 2
+        across = (r * r + R[..., 0, 0]) * np.sinh(s)
+        mixed = r * R[..., 0, 1]
+        cov = np.empty((*angle.shape, 2, 2))
+        cov[..., 0, 0] = along * cos * cos + across * sin * sin - 2 * mixed * sin * cos
+        cov[..., 1, 1] = along * sin * sin + across * cos * cos + 2 * mixed * sin * cos
+        cov[..., 0, 1] = cov[..., 1, 0] = (along - across) * sin * cos + mixed * (cos * cos - sin * sin)
         return Gaussian(mean, cov)
 
     def at(self, pose: Pose) -> Sensor:
