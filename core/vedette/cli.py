@@ -1,0 +1,112 @@
+"""The command `vedette`: what it takes, and how it ends. docs/command-line.md describes it.
+
+Exit codes: 0 done; 2 wrong use, config or input, told without a traceback; 130 interrupted; 141 the reader went away.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from argparse import Action, ArgumentParser, Namespace
+from collections.abc import Sequence
+from typing import Any
+
+from vedette.errors import VedetteError
+
+DONE, WRONG, INTERRUPTED, CLOSED = 0, 2, 130, 141
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command and return its exit code. SystemExit only from argparse: for --help, --version and wrong use."""
+    parsed = _parser().parse_args(arguments)
+    try:
+        code = _command(parsed)
+        sys.stdout.flush()
+    except VedetteError as error:
+        return complain(str(error))
+    except BrokenPipeError:
+        _forget_stdout()
+        return CLOSED
+    except OSError as error:
+        where = f"{error.filename}: " if error.filename else ""
+        return complain(f"{where}{error.strerror or error}")
+    except KeyboardInterrupt:
+        print("vedette: interrupted", file=sys.stderr)
+        return INTERRUPTED
+    return code
+
+
+def complain(text: str) -> int:
+    """Tell what is wrong, each line by itself, and return the exit code that says so."""
+    for line in text.splitlines() or ["unknown error"]:
+        print(f"vedette: error: {line}", file=sys.stderr)
+    return WRONG
+
+
+def _command(parsed: Namespace) -> int:
+    """Commands are imported when they are asked for: help comes at once, and each needs only its own."""
+    if parsed.command == "run":
+        from vedette.commands import run
+
+        return run.run(parsed)
+    if parsed.command == "components":
+        from vedette.commands import components
+
+        return components.run(parsed)
+    from vedette.commands import schema
+
+    return schema.run(parsed)
+
+
+def _forget_stdout() -> None:
+    """Whoever read our output went away, as `| head` does: nothing more can be told, and nothing is wrong."""
+    try:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except (OSError, ValueError):
+        return
+
+
+class _Version(Action):
+    """Looks the version up only when it is asked for."""
+
+    def __call__(self, parser: ArgumentParser, *_: Any) -> None:
+        from importlib.metadata import version
+
+        print(f"vedette {version('vedette')}")
+        parser.exit()
+
+
+def _parser() -> ArgumentParser:
+    parser = ArgumentParser("vedette", description="Compose target trackers from small parts and run them.")
+    parser.add_argument("--version", action=_Version, nargs=0, help="show the version and end")
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+
+    run = commands.add_parser("run", help="run a tracker on a recording or a simulated scene", description=_RUN)
+    run.add_argument("config", metavar="CONFIG", help="a TOML, YAML or JSON file that describes tracker and source")
+    run.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        dest="overrides",
+        metavar="PATH.TO.KEY=VALUE",
+        help="change the config, as in source.path=data or estimator.modes[1].motion.sigma_accel=0.2; may be repeated",
+    )
+    run.add_argument("--out", metavar="DIR", help="folder for the results; default: out/ and the config's name")
+    run.add_argument("--seed", metavar="N", help="of everything random; the same as --set seed=N")
+    run.add_argument("--json", action="store_true", help="end standard output with one line of JSON: the figures")
+    run.add_argument("--strict", action="store_true", help="stop at the first scan or return that cannot be taken")
+
+    components = commands.add_parser("components", help="list what is installed", description=_COMPONENTS)
+    components.add_argument("role", nargs="?", metavar="ROLE", help="only this role: motion, sensor, ...")
+    components.add_argument("--json", action="store_true", help="as one JSON object")
+
+    commands.add_parser("schema", help="print the JSON Schema of configs", description=_SCHEMA)
+    return parser
+
+
+_RUN = (
+    "Run a tracker over all scans of its source, judge the tracks where the truth is known, and write tracks, recording, "
+    "config, summary and pictures into a folder. Ctrl-C ends the run and keeps what is done."
+)
+_COMPONENTS = "List installed components with their distributions, parameters, units, bounds and defaults."
+_SCHEMA = "Print the JSON Schema of all that is installed, for editors that complete and check a config."

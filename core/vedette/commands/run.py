@@ -1,0 +1,70 @@
+"""`vedette run`: from a config to tracks, figures and pictures."""
+
+from __future__ import annotations
+
+import json
+import sys
+from argparse import Namespace
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from importlib.util import find_spec
+from pathlib import Path
+
+from vedette.config import load
+from vedette.experiment import Experiment, Progress, Result
+from vedette.metrics import judge
+from vedette.report.figures import figures, timings
+from vedette.report.files import check_folder, write_files, write_pictures
+from vedette.report.summary import summary
+from vedette.types import Scan
+
+
+def run(arguments: Namespace) -> int:
+    """Run, write, tell; 130 if Ctrl-C ended it early, with what was done written all the same."""
+    overrides = [*arguments.overrides, *([] if arguments.seed is None else [f"seed={arguments.seed}"])]
+    experiment = load(arguments.config, overrides=overrides)
+    folder = Path(arguments.out) if arguments.out else Path("out") / Path(arguments.config).stem
+    check_folder(folder)
+    with _progress() as progress:
+        result = experiment.run(strict=arguments.strict, progress=progress)
+    score = judge(result.tracks, result.recording.truth, result.scans, experiment.judge, experiment.tracker.gate.probability)
+    found = figures(experiment, result, score)
+    text = summary(experiment, result, score)
+    written = write_files(folder, experiment, result, found, text)
+    written += _pictures(folder, experiment, result)
+    took = timings(result)
+    print(text)
+    if took["seconds_per_scan"] is not None:
+        print(f"{1e3 * took['seconds_per_scan']:.3g} ms a scan")
+    print(f"{folder}: {', '.join(written)}")
+    if arguments.json:
+        print(json.dumps(found | took))
+    return 130 if result.interrupted else 0
+
+
+def _pictures(folder: Path, experiment: Experiment, result: Result) -> list[str]:
+    if find_spec("matplotlib") is None:
+        print("vedette: no pictures without matplotlib: pip install 'vedette[report]'", file=sys.stderr)
+        return []
+    return write_pictures(folder, experiment, result)
+
+
+@contextmanager
+def _progress() -> Iterator[Progress]:
+    """What shows how far the run is: a bar on standard error where that is a terminal and rich is installed."""
+    if not sys.stderr.isatty():
+        yield iter
+        return
+    try:
+        from rich.console import Console
+        from rich.progress import Progress as Bar
+    except ImportError:
+        yield _told
+        return
+    with Bar(console=Console(stderr=True), transient=True) as bar:
+        yield lambda scans: bar.track(scans, description="tracking")
+
+
+def _told(scans: Sequence[Scan]) -> Iterable[Scan]:
+    print(f"tracking over {len(scans):,} scans", file=sys.stderr)
+    return scans

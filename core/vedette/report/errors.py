@@ -1,0 +1,141 @@
+"""The picture of errors: how far off the tracks are, whether their covariances say so, and which mode they are in."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vedette.experiment import Experiment, Result
+from vedette.report import canvas
+from vedette.report.traces import Normalised, Trace, band, innovations, mode_names, position_nees, traces
+from vedette.space import Array, Mask
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_MOST = 6
+"""True objects with a row of their own; the others count in the NEES all the same."""
+
+_GAP = "#f6c8c0"
+
+
+def errors(experiment: Experiment, result: Result) -> Figure:
+    """Errors against time, a row for each true object; then NEES and NIS against their bands. 1200 px wide."""
+    followed = traces(experiment, result)
+    shown, begin = followed[:_MOST], result.scans[0].time if result.scans else 0.0
+    end = max(result.scans[-1].time - begin, 1e-9) if result.scans else 1.0
+    made = canvas.figure(height=max(9.0, 2.2 * (len(shown) + 1) + 1.4) if shown else 6.0)
+    grid = made.add_gridspec(len(shown) + 1, 6)
+    modes = next((track.mode_prob.shape[1] for track in result.tracks if track.mode_prob is not None), 0)
+    width = 2 if modes else 3
+    for i, trace in enumerate(shown):
+        times = trace.times - begin
+        left, middle = made.add_subplot(grid[i, :width]), made.add_subplot(grid[i, width : 2 * width])
+        _show_error(left, times, trace, trace.error, trace.sigma)
+        _show_error(middle, times, trace, trace.speed_error, trace.speed_sigma)
+        left.set_ylabel("position error [m]")
+        left.set_title(trace.name, loc="left", fontsize=11, style="italic", pad=4)
+        middle.set_ylabel("velocity error [m/s]")
+        if trace.modes is not None:
+            _show_modes(made.add_subplot(grid[i, 2 * width :]), times, trace.modes)
+    seen = innovations(experiment, result)
+    if followed:
+        axes = sum(name in result.recording.truth[0].space for name in ("x", "y", "z"))
+        _show_normalised(made.add_subplot(grid[-1, :3]), position_nees(followed, axes), begin, "NEES of the position")
+        _show_normalised(made.add_subplot(grid[-1, 3:]), seen, begin, "NIS")
+    else:
+        _show_normalised(made.add_subplot(grid[-1, :]), seen, begin, "NIS")
+    for each in made.axes:
+        canvas.plain(each)
+        each.set_xlim(-0.01 * end, 1.01 * end)
+    for each in made.axes[-2:]:
+        each.set_xlabel("time since the first scan [s]")
+    more = (
+        f"   ·   {len(followed) - len(shown)} more true objects are in the NEES only" if len(followed) > len(shown) else ""
+    )
+    facts = "lines and dots have the colours of the tracks in the other picture" + more
+    canvas.head(made, f"Errors: {experiment.title}" if experiment.title else "Errors", facts)
+    _explain(made, mode_names(experiment, modes) if shown else (), bool(shown))
+    return made
+
+
+def _show_error(axes: Axes, times: Array, trace: Trace, error: Array, sigma: Array) -> None:
+    """An error (s,), two standard deviations of it by the filter's own account, and where there was no track."""
+    axes.fill_between(times, 0.0, 2.0 * sigma, color=canvas.FAINT, linewidth=0, zorder=1)
+    _shade(axes, times, ~trace.covered)
+    for track in np.unique(trace.track[trace.covered]).tolist():
+        own = np.where(trace.track == track, error, np.nan)
+        axes.plot(times, own, ".-", color=canvas.colour(track), linewidth=1.2, markersize=2.5, zorder=3)
+    if np.isfinite(error).any():
+        axes.set_ylim(0.0, 1.1 * max(float(np.nanmax(error)), float(np.nanquantile(2.0 * sigma, 0.9))))
+    else:
+        axes.set_yticks([])
+        axes.text(0.5, 0.5, "unknown" if trace.covered.any() else "no track", transform=axes.transAxes, ha="center")
+
+
+def _shade(axes: Axes, times: Array, where: Mask) -> None:
+    """A background where something holds, half way to the neighbouring scans."""
+    edges = np.concatenate([times[:1], 0.5 * (times[1:] + times[:-1]), times[-1:]])
+    starts = np.flatnonzero(np.diff(np.concatenate([[False], where, [False]]).astype(int)))
+    for first, after in starts.reshape(-1, 2).tolist():
+        axes.axvspan(edges[first], edges[after], color=_GAP, linewidth=0, zorder=0)
+
+
+def _show_modes(axes: Axes, times: Array, modes: Array) -> None:
+    """Mode probabilities (s, r) stacked to 1; nothing where they are NaN."""
+    top = np.cumsum(modes, axis=1)
+    for k in range(modes.shape[1]):
+        bottom = top[:, k - 1] if k else np.zeros(len(times))
+        axes.fill_between(times, bottom, top[:, k], color=canvas.MODES[k % len(canvas.MODES)], linewidth=0, zorder=1)
+    axes.set_ylim(0.0, 1.0)
+    axes.set_ylabel("mode probability")
+
+
+def _show_normalised(axes: Axes, seen: Normalised, begin: float, name: str) -> None:
+    """Normalised squared errors on a scale of decades, over the band of chi-square."""
+    if not len(seen.value):
+        axes.text(0.5, 0.5, f"no {name}", transform=axes.transAxes, ha="center")
+        axes.set(xticks=[], yticks=[])
+        return
+    for count in np.unique(seen.axes).tolist():
+        low, high = band(count)
+        axes.axhspan(low, high, color=canvas.FAINT, linewidth=0, zorder=0)
+        axes.axhline(count, color=canvas.SOFT, linewidth=1.0, linestyle="--", zorder=1)
+    shades = [canvas.colour(track) for track in seen.track.tolist()]
+    axes.scatter(seen.times - begin, np.maximum(seen.value, 1e-3), s=7, c=shades, linewidths=0, zorder=3)
+    axes.set_yscale("log")
+    axes.set_ylabel(name)
+    inside = seen.inside() or 0.0
+    words = f"mean {np.mean(seen.value):.3g}, expected {np.mean(seen.axes):.3g}; {100 * inside:.0f} % in the 95 % band"
+    axes.set_title(words, loc="left", fontsize=10, color=canvas.SOFT, pad=4)
+
+
+def _explain(made: Figure, modes: tuple[str, ...], errors_shown: bool) -> None:
+    """One legend for all panels."""
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    about = [
+        (Line2D([], [], color=canvas.colour(0), marker=".", linewidth=1.2), "length of the error"),
+        (Patch(color=canvas.FAINT), "2 standard deviations by the filter's own covariance"),
+        (Patch(color=_GAP), "no track covers it"),
+    ]
+    both = [
+        (Patch(color=canvas.FAINT), "95 % band of chi-square"),
+        (Line2D([], [], color=canvas.SOFT, linestyle="--"), "expected mean"),
+    ]
+    if errors_shown:
+        both = [(both[0][0], "in NEES, NIS: 95 % band of chi-square"), both[1]]
+    areas = [(Patch(color=canvas.MODES[k % len(canvas.MODES)]), f"mode {name}") for k, name in enumerate(modes)]
+    entries = [*(about if errors_shown else []), *both, *areas]
+    made.legend(
+        [handle for handle, _ in entries],
+        [text for _, text in entries],
+        loc="outside lower center",
+        ncols=3,
+        frameon=False,
+        fontsize=10,
+        labelcolor=canvas.INK,
+    )

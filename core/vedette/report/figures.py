@@ -1,0 +1,53 @@
+"""The figures of a run as plain data: one JSON object. docs/command-line.md lists its keys."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from vedette.experiment import Experiment, Result
+from vedette.metrics import Score
+
+FIRST = 20
+"""How many refused things the figures name."""
+
+
+def figures(experiment: Experiment, result: Result, score: Score) -> dict[str, Any]:
+    """What is equal in every run of one config and seed: the score, and how it came about. None where one does not exist."""
+    found = {
+        "title": experiment.title,
+        "seed": experiment.seed,
+        "interrupted": result.interrupted,
+        "scans_taken": len(result.scans),
+        "returns": sum(int(np.count_nonzero(scan.detections.valid)) for scan in result.scans),
+        "refused": len(result.refused),
+        "first_refused": [str(problem) for problem in result.refused[:FIRST]],
+        "notes": dict(result.recording.notes),
+        "begun": result.begun,
+        **score.figures(),
+    }
+    return {name: _finite(value) for name, value in found.items()}
+
+
+def timings(result: Result) -> dict[str, Any]:
+    """What differs from run to run."""
+    each = result.seconds / len(result.scans) if result.scans else None
+    return {"seconds": result.seconds, "seconds_per_scan": each}
+
+
+def count(number: int, what: str) -> str:
+    """A number of things in words."""
+    return f"{number:,} {what}" if number == 1 else f"{number:,} {what}s"
+
+
+def _finite(value: Any) -> Any:
+    """The value with None for what JSON cannot say."""
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    if isinstance(value, list | tuple):
+        return [_finite(item) for item in value]
+    if isinstance(value, dict):
+        return {name: _finite(item) for name, item in value.items()}
+    return value

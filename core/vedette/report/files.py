@@ -1,0 +1,55 @@
+"""The files that a run leaves. All but the pictures are equal, byte for byte, for equal configs and seeds."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from vedette.config import to_config
+from vedette.errors import ConfigError, Problem
+from vedette.experiment import Experiment, Result
+from vedette.io import write_recording, write_tracks_csv, write_tracks_jsonl
+from vedette.io.atomic import whole_file
+from vedette.types import Recording
+
+
+def check_folder(folder: Path) -> None:
+    """ConfigError if results cannot be written into `folder`. Makes nothing."""
+    import os
+
+    existing = folder
+    while not existing.exists() and existing != existing.parent:
+        existing = existing.parent
+    if not existing.is_dir():
+        raise ConfigError([Problem("--out", f"{str(existing)!r} is a file, and results need a folder")])
+    if not os.access(existing, os.W_OK | os.X_OK):
+        raise ConfigError([Problem("--out", f"the folder {str(existing)!r} cannot be written to")])
+
+
+def write_files(folder: Path, experiment: Experiment, result: Result, figures: Mapping[str, Any], text: str) -> list[str]:
+    """Write all but pictures; returns the names of the files."""
+    folder.mkdir(parents=True, exist_ok=True)
+    space, sensors = experiment.tracker.state, experiment.tracker.sensors
+    write_tracks_csv(folder / "tracks.csv", result.tracks, space)
+    write_tracks_jsonl(folder / "tracks.jsonl", result.tracks, space)
+    taken = Recording(result.scans, result.recording.truth, (), result.recording.notes)
+    write_recording(folder / "recording.jsonl", taken, {name: sensor.measurement for name, sensor in sensors.items()})
+    for name, data in (("config.json", to_config(experiment)), ("summary.json", figures)):
+        with whole_file(folder / name) as file:
+            file.write(json.dumps(data, indent=2) + "\n")
+    with whole_file(folder / "summary.txt") as file:
+        file.write(text)
+    return ["tracks.csv", "tracks.jsonl", "recording.jsonl", "config.json", "summary.json", "summary.txt"]
+
+
+def write_pictures(folder: Path, experiment: Experiment, result: Result) -> list[str]:
+    """Draw and write the pictures, for which matplotlib must be installed; returns their names."""
+    from vedette.report import canvas
+    from vedette.report.errors import errors
+    from vedette.report.picture import picture
+
+    for name, drawn in (("picture.png", picture), ("errors.png", errors)):
+        canvas.save(drawn(experiment, result), folder / name)
+    return ["picture.png", "errors.png"]

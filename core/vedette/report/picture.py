@@ -1,0 +1,180 @@
+"""The picture of a run: truth, returns, tracks with their covariances, platforms."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vedette.experiment import Experiment, Result
+from vedette.report import canvas
+from vedette.report.figures import count
+from vedette.report.plane import Plane, returns, stands
+from vedette.space import Array
+from vedette.types import Track, Trajectory
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+ELLIPSE = -2.0 * np.log(0.05)
+"""Squared Mahalanobis distance that holds 95 % of a Gaussian in the plane."""
+
+_ELLIPSES = 14
+"""How many ellipses the longest track gets; the others as often."""
+
+_LABELS = 60
+"""More ids than this hide the picture: the longest tracks get theirs."""
+
+_SHAPE = 1.44
+"""Width of the map over its height, as title and legend leave it."""
+
+_REACH = 0.1
+"""How far returns stretch the map on each side, as a part of the paths' size."""
+
+_MARKS = (("o", 2.6), ("+", 4.5), ("x", 3.5), ("^", 3.2), ("s", 2.4))
+
+
+def picture(experiment: Experiment, result: Result) -> Figure:
+    """A run as a map: 1200 x 900 px, one scale for both axes."""
+    tracker = experiment.tracker
+    plane = Plane.of(tracker.state, result.recording)
+    made = canvas.figure()
+    axes = made.add_subplot()
+    canvas.plain(axes)
+    spots = returns(result.scans, tracker.sensors, plane)
+    truth = [path for path in result.recording.truth if plane.within(path.space)]
+    platforms = stands(result.scans, tracker.sensors, plane)
+    _show_returns(axes, spots)
+    _show_tracks(axes, result.tracks, plane)
+    _show_truth(axes, truth, plane)
+    _show_platforms(axes, platforms)
+    paths = [plane.points(path.space, path.states) for path in truth] + platforms
+    paths += [plane.points(track.space, track.mean[track.confirmed]) for track in result.tracks]
+    outside = _frame(axes, paths, [spot for spot in spots.values() if spot is not None])
+    axes.set(xlabel=plane.labels[0], ylabel=plane.labels[1])
+    canvas.head(made, experiment.title or "Tracks", _facts(result, spots, outside))
+    made.legend(loc="outside lower center", ncols=3, frameon=False, fontsize=10, labelcolor=canvas.INK)
+    return made
+
+
+def _facts(result: Result, spots: dict[str, Array | None], outside: int) -> str:
+    span = result.scans[-1].time - result.scans[0].time if result.scans else 0.0
+    facts = [f"{count(len(result.scans), 'scan')} over {span:,.0f} s", count(len(result.tracks), "confirmed track")]
+    if result.recording.truth:
+        facts.append(count(len(result.recording.truth), "true object"))
+    if outside:
+        facts.append(f"{count(outside, 'return')} outside the picture")
+    facts += [f"{name}: one return gives no position, not drawn" for name, spot in spots.items() if spot is None]
+    return "   ·   ".join(facts)
+
+
+def _show_returns(axes: Axes, spots: dict[str, Array | None]) -> None:
+    for i, (name, spot) in enumerate(spots.items()):
+        if spot is not None and len(spot):
+            mark, size = _MARKS[i % len(_MARKS)]
+            alpha = float(np.clip(25.0 / np.sqrt(len(spot)), 0.2, 0.7))
+            x, y = spot.T
+            axes.plot(x, y, mark, color="#808080", markersize=size, markeredgewidth=0.6, alpha=alpha, zorder=1)
+            axes.plot([], [], mark, color="#808080", markersize=size + 1.5, label=f"returns of {name} ({len(spot):,})")
+
+
+def _show_truth(axes: Axes, truth: Sequence[Trajectory], plane: Plane) -> None:
+    for i, path in enumerate(truth):
+        x, y = plane.points(path.space, path.states).T
+        axes.plot(x, y, color=canvas.INK, linewidth=0.9, zorder=4, label=None if i else "truth, its name at the end")
+        axes.plot(x[-1:], y[-1:], "s", color=canvas.INK, markersize=3.5, zorder=4)
+        _write(axes, path.name, (x[-1], y[-1]), (6, -11), color=canvas.INK, style="italic")
+
+
+def _show_tracks(axes: Axes, tracks: Sequence[Track], plane: Plane) -> None:
+    from matplotlib.collections import LineCollection
+
+    every = max((track.times[-1] - track.times[0] for track in tracks), default=0.0) / _ELLIPSES
+    by_length = sorted(tracks, key=lambda track: len(track.times), reverse=True)
+    named = {track.id for track in by_length[:_LABELS]}
+    for i, track in enumerate(tracks):
+        shade = canvas.colour(i)
+        points = plane.points(track.space, track.mean)
+        sure = np.where(track.confirmed[:, None], points, np.nan)
+        axes.plot(*points.T, color=shade, linewidth=0.8, linestyle=(0, (1, 2)), zorder=2)
+        axes.plot(*sure.T, color=shade, linewidth=3.0, alpha=0.85, zorder=3, solid_capstyle="round")
+        chosen = _spread(track, every)
+        rings = ellipses(points[chosen], plane.covariances(track.space, track.cov[chosen]))
+        axes.add_collection(LineCollection(list(rings), colors=shade, linewidths=0.9, alpha=0.9, zorder=3), autolim=False)
+        if track.id in named:
+            first = int(np.argmax(track.confirmed))
+            _write(axes, str(track.id), (points[first, 0], points[first, 1]), (4, 5), color=shade, weight="bold")
+    if tracks:
+        axes.plot([], [], color=canvas.colour(0), linewidth=3.0, label="track, its number at the start")
+        axes.plot([], [], color=canvas.colour(0), linewidth=0.8, linestyle=(0, (1, 2)), label="not confirmed")
+        axes.plot([], [], "o", color=canvas.colour(0), fillstyle="none", markersize=9, label="95 % of its covariance")
+
+
+def _spread(track: Track, every: float) -> list[int]:
+    """Confirmed scans at least `every` s apart."""
+    chosen: list[int] = []
+    for i in np.flatnonzero(track.confirmed):
+        if not chosen or track.times[i] - track.times[chosen[-1]] >= max(every, 1e-9):
+            chosen.append(int(i))
+    return chosen
+
+
+def ellipses(mean: Array, cov: Array, corners: int = 48) -> Array:
+    """The lines that hold 95 % of Gaussians in the plane: (t, 2), (t, 2, 2) -> (t, corners, 2)"""
+    angle = np.linspace(0.0, 2.0 * np.pi, corners)
+    circle = np.sqrt(ELLIPSE) * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    size, axis = np.linalg.eigh(cov)
+    root = axis * np.sqrt(np.maximum(size, 0.0))[..., None, :]
+    rings: Array = mean[..., None, :] + circle @ np.swapaxes(root, -1, -2)
+    return rings
+
+
+def _show_platforms(axes: Axes, platforms: Sequence[Array]) -> None:
+    for i, path in enumerate(platforms):
+        moves = len(path) > 1 and bool(np.ptp(path, axis=0).max() > 0)
+        label = "platform of the sensors" if i == 0 else None
+        x, y = path.T
+        if moves:
+            axes.plot(x, y, color=canvas.INK, linewidth=1.2, linestyle=(0, (6, 3)), zorder=4)
+        axes.plot(x[-1:], y[-1:], "^", label=label, color="#ffd23f", markeredgecolor=canvas.INK, markersize=11, zorder=6)
+
+
+def _write(axes: Axes, text: str, at: tuple[float, float], offset: tuple[int, int], **font: str) -> None:
+    """A word beside a point, readable over whatever lies there; left out where the picture does not reach."""
+    from matplotlib.patheffects import withStroke
+
+    axes.annotate(
+        text,
+        at,
+        xytext=offset,
+        textcoords="offset points",
+        fontsize=10,
+        zorder=7,
+        annotation_clip=True,
+        path_effects=[withStroke(linewidth=2.5, foreground="white")],
+        **font,  # type: ignore[arg-type]  # matplotlib types each of its properties apart
+    )
+
+
+def _frame(axes: Axes, paths: Sequence[Array], spots: Sequence[Array]) -> int:
+    """Set the limits around all paths, and returns near them; returns how many returns lie outside.
+
+    Returns may stretch the frame by a fraction of the paths' size only: clutter far away must not shrink all else.
+    """
+    axes.set_aspect("equal", adjustable="box")
+    known = np.concatenate([np.zeros((0, 2)), *paths])
+    seen = np.concatenate([np.zeros((0, 2)), *spots])
+    if not len(known):
+        known = np.median(seen, axis=0, keepdims=True) if len(seen) else np.zeros((1, 2))
+    low, high = known.min(axis=0), known.max(axis=0)
+    size = max(float(np.max(high - low)), 1.0)
+    if len(seen):
+        edge, reach = (seen.min(axis=0), seen.max(axis=0)), _REACH * size
+        low, high = np.minimum(low, np.maximum(edge[0], low - reach)), np.maximum(high, np.minimum(edge[1], high + reach))
+    span = np.maximum(high - low, 1e-9)
+    span = 1.06 * np.maximum(span, [_SHAPE * span[1], span[0] / _SHAPE])
+    low, high = 0.5 * (low + high - span), 0.5 * (low + high + span)
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
+    return int(np.count_nonzero(np.any((seen < low) | (seen > high), axis=-1)))

@@ -1,0 +1,101 @@
+"""Which two axes a picture shows, and how returns get there."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from attrs import frozen
+
+from vedette.roles import Sensor
+from vedette.space import Array, Axis, Space
+from vedette.types import Recording, Scan
+
+NORTH_EAST = "x north, y east"
+"""What a recording's note `frame` says where its x axis points north and its y axis east."""
+
+
+@frozen
+class Plane:
+    """The axis that a picture shows from left to right, and the one from bottom to top, with their labels."""
+
+    axes: tuple[Axis, Axis]
+    labels: tuple[str, str]
+
+    @classmethod
+    def of(cls, space: Space, recording: Recording) -> Plane:
+        """The axes x and y where there are both, else the first two; a map with north up where the recording is one."""
+        chosen = [axis for axis in space.axes if axis.name in ("x", "y")]
+        if len(chosen) < 2:
+            chosen = list(space.axes[:2])
+        if len(chosen) < 2:
+            raise ValueError(f"a picture needs two axes, the tracks have {space}")
+        first, second = chosen
+        if recording.notes.get("frame") == NORTH_EAST:
+            return cls((second, first), (f"east, {second.name} [{second.unit}]", f"north, {first.name} [{first.unit}]"))
+        return cls((first, second), (f"{first.name} [{first.unit}]", f"{second.name} [{second.unit}]"))
+
+    @property
+    def space(self) -> Space:
+        """The two axes."""
+        return Space(self.axes)
+
+    def within(self, space: Space) -> bool:
+        """Whether values over `space` can be shown."""
+        return all(axis in space.axes for axis in self.axes)
+
+    def points(self, space: Space, values: Array) -> Array:
+        """(*b, n) over `space` -> (*b, 2)"""
+        return values[..., space.locate(self.space)]
+
+    def covariances(self, space: Space, cov: Array) -> Array:
+        """(*b, n, n) over `space` -> (*b, 2, 2)"""
+        where = space.locate(self.space)
+        return cov[..., where, :][..., :, where]
+
+    def platform(self, position: Array) -> Array:
+        """Positions (*b, d) in x, y order -> (*b, 2)"""
+        return position[..., [("x", "y").index(axis.name) for axis in self.axes]]
+
+    @property
+    def is_ground(self) -> bool:
+        """Whether platforms can be shown: they stand on the ground."""
+        return self.space.names in (("x", "y"), ("y", "x"))
+
+
+def returns(scans: Sequence[Scan], sensors: Mapping[str, Sensor], plane: Plane) -> dict[str, Array | None]:
+    """Where each sensor's returns lie (k, 2), by its name; None if one return alone gives no position."""
+    found: dict[str, Array | None] = {}
+    for name, sensor in sensors.items():
+        own = [scan for scan in scans if scan.sensor == name]
+        try:
+            spots = [_spots(scan, sensor, plane) for scan in own] if plane.within(sensor.looks_at) else None
+        except NotImplementedError:
+            spots = None
+        found[name] = None if spots is None else np.concatenate([np.zeros((0, 2)), *spots])
+    return found
+
+
+def _spots(scan: Scan, sensor: Sensor, plane: Plane) -> Array:
+    placed = sensor if scan.pose is None else sensor.at(scan.pose)
+    seen, valid = scan.detections, scan.detections.valid
+    spot = placed.invert(seen.z[valid], None if seen.noise is None else seen.noise[valid])
+    return plane.points(sensor.looks_at, spot.mean)
+
+
+def stands(scans: Sequence[Scan], sensors: Mapping[str, Sensor], plane: Plane) -> list[Array]:
+    """Where the platforms of sensors that looked were (s, 2): one that brought poses, and where others stand still.
+
+    A sensor that stands still says where by its parameters `x` and `y`, if it has them.
+    """
+    if not plane.is_ground:
+        return []
+    moving = [scan.pose.position[:2] for scan in scans if scan.pose is not None]
+    looked = {scan.sensor: scan.pose is not None for scan in scans}
+    still: dict[tuple[float, float], None] = {}
+    for name, sensor in sensors.items():
+        spot = getattr(sensor, "x", None), getattr(sensor, "y", None)
+        if looked.get(name) is False and isinstance(spot[0], float) and isinstance(spot[1], float):
+            still[spot[0], spot[1]] = None
+    paths = [np.array(moving)] if moving else []
+    return [plane.platform(path) for path in (*paths, *(np.array([spot]) for spot in still))]

@@ -1,0 +1,167 @@
+"""The summary of a run, for people: what was read, what was tracked, how good it is, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from textwrap import wrap
+
+import numpy as np
+
+from vedette.consistency import chi_square_band
+from vedette.experiment import Experiment, Result
+from vedette.metrics import Score
+from vedette.report.figures import count
+from vedette.report.traces import BAND, Normalised, band, innovations, mode_names, position_nees, traces
+
+FIRST = 5
+"""How many refused things the summary names."""
+
+FACTOR = 2.0
+"""A mean NEES of one run that is off by less than this factor says nothing against the covariance: see docs/metrics.md."""
+
+_TEXT, _WIDE = 21, 118
+"""Where texts begin and where they end, in characters."""
+
+
+def summary(experiment: Experiment, result: Result, score: Score) -> str:
+    """Lines of text, the same in every run of one config and seed."""
+    title = experiment.title or "Run"
+    lines = [title, "=" * len(title), "", *_rows(_read(result)), *_refused(result)]
+    lines += _rows([("tracks", f"{score.tracks:,} confirmed of {result.begun:,} begun")])
+    if score.coverage is not None:
+        radius = f"a track within {experiment.judge.cover_radius:g} m covers an object"
+        lines += ["", f"Against the truth: {radius}; {count(score.scans, 'scan')} judged"]
+        lines += [*_rows(_against_truth(experiment, score)), "", *_objects(score)]
+    lines += ["", "Are the covariances as large as the errors?", *_rows(_consistency(experiment, result, score))]
+    return "\n".join(lines) + "\n"
+
+
+def _rows(pairs: Iterable[tuple[str, str]]) -> list[str]:
+    """A name and its text in a line each, or in more where the text is long."""
+    lines = []
+    for name, text in pairs:
+        lines += wrap(text, _WIDE, initial_indent=f"  {name:<{_TEXT - 2}}", subsequent_indent=" " * _TEXT)
+    return lines
+
+
+def _read(result: Result) -> Iterator[tuple[str, str]]:
+    sensors = list(dict.fromkeys(scan.sensor for scan in result.scans))
+    for name in sensors:
+        own = [scan for scan in result.scans if scan.sensor == name]
+        returns = sum(int(np.count_nonzero(scan.detections.valid)) for scan in own)
+        yield name, f"{count(len(own), 'scan')}, {count(returns, 'return')}"
+    if result.scans:
+        first, last = result.scans[0].time, result.scans[-1].time
+        yield "time", f"{first:.3f} s to {last:.3f} s: {last - first:.6g} s"
+    else:
+        yield "scans", "none was taken"
+    if result.recording.truth:
+        yield "truth", ", ".join(path.name for path in result.recording.truth)
+    for name, note in result.recording.notes.items():
+        yield ("note", f"{name}: {note}")
+    if result.interrupted:
+        yield "interrupted", f"after {count(len(result.scans), 'scan')}; the recording has {len(result.recording.scans):,}"
+
+
+def _refused(result: Result) -> list[str]:
+    if not result.refused:
+        return []
+    told = [("refused", f"{count(len(result.refused), 'part')} of the input left out:")]
+    told += [("", str(problem)) for problem in result.refused[:FIRST]]
+    more = len(result.refused) - FIRST
+    return _rows([*told, ("", f"and {more:,} more")] if more > 0 else told)
+
+
+def _against_truth(experiment: Experiment, score: Score) -> Iterator[tuple[str, str]]:
+    judge = experiment.judge
+    offset = "" if not np.any(judge.offset) else f", the known offset {_vector(judge.offset.tolist())} m removed"
+    yield "coverage", f"{_percent(score.coverage)} of the scans in which an object was there"
+    yield "position error", _maybe(score.position_rmse_m, "m RMSE while covered") + offset
+    if score.bias_m is not None:
+        yield "bias", f"{_vector(score.bias_m)} m"
+    if score.velocity_rmse_mps is not None:
+        yield "velocity error", f"{score.velocity_rmse_mps:.3g} m/s RMSE while covered"
+    yield "identity switches", f"{score.id_switches}"
+    yield "lost", f"{_percent(score.lost)} of the objects"
+    yield "first covered", _maybe(score.confirmed_after_s, "s after an object's first scan, on average")
+    near = "" if judge.near is None else f" within {judge.near:g} m of an object"
+    yield "false tracks", f"{_maybe(score.false_tracks, 'at a time')}{near}"
+    how = f"cut-off {judge.gospa_cutoff:g} m, order {judge.gospa_order:g}"
+    yield "GOSPA", f"{_maybe(score.gospa_m, 'm')} a scan, {how}"
+    if judge.far is not None:
+        yield "", f"of tracks within {judge.far:g} m of an object; {_maybe(score.gospa_all_m, 'm')} with all"
+    yield "OSPA", f"{_maybe(score.ospa_m, 'm')} a scan"
+
+
+def _objects(score: Score) -> list[str]:
+    head = ("object", "scans", "coverage", "RMSE [m]", "switches", "lost", "first covered [s]")
+    rows = [
+        (
+            fate.name,
+            f"{fate.scans:,}",
+            _percent(fate.coverage),
+            _maybe(fate.position_rmse_m),
+            f"{fate.id_switches}",
+            {True: "yes", False: "no", None: "-"}[fate.lost],
+            _maybe(fate.confirmed_after_s),
+        )
+        for fate in score.truths
+    ]
+    widths = [max(len(row[i]) for row in (head, *rows)) for i in range(len(head))]
+    return ["  " + "  ".join([row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])]) for row in (head, *rows)]
+
+
+def _consistency(experiment: Experiment, result: Result, score: Score) -> Iterator[tuple[str, str]]:
+    if score.anees is not None:
+        axes = sum(name in result.recording.truth[0].space for name in ("x", "y", "z"))
+        seen = position_nees(traces(experiment, result), axes)
+        yield "NEES", f"{score.anees:.3g} on average, {axes} expected for the position; {_inside(seen)}"
+        yield "", _nees_in_words(score.anees / axes)
+    seen = innovations(experiment, result)
+    if score.nis is not None and len(seen.value):
+        yield "NIS", f"{score.nis:.3g} of what is expected; {_inside(seen)}"
+        yield "", _nis_in_words(score.nis, float(np.sum(seen.axes)))
+    if score.anees is None and score.nis is None:
+        yield "", "nothing to judge by: no confirmed track"
+    if score.mode_prob is not None:
+        names = mode_names(experiment, len(score.mode_prob))
+        yield "modes", ", ".join(f"{name} {share:.2f}" for name, share in zip(names, score.mode_prob, strict=True))
+
+
+def _inside(seen: Normalised) -> str:
+    part = seen.inside()
+    if part is None:
+        return "none at a single scan"
+    bands = ", ".join(f"{low:.3g} to {high:.3g}" for low, high in map(band, np.unique(seen.axes).tolist()))
+    return f"{_percent(part)} of {len(seen.value):,} within {bands}, {_percent(1 - BAND)} expected"
+
+
+def _nees_in_words(ratio: float) -> str:
+    """One run's NEES depend on one another, so only a gross ratio says something."""
+    if ratio > FACTOR:
+        return f"the covariance is {ratio:.2g} times too small for the errors: the filter is too sure of itself"
+    if ratio < 1 / FACTOR:
+        return f"the covariance is {1 / ratio:.2g} times too large for the errors: the filter is too careful"
+    return f"the covariance fits the errors to within a factor of {FACTOR:g}, which is all that one run can tell"
+
+
+def _nis_in_words(ratio: float, axes: float) -> str:
+    """The band is that of a right linear filter whose returns are known to be its own."""
+    low, high = chi_square_band(axes, BAND)
+    words = f"its {_percent(1 - BAND)} band is {low:.3g} to {high:.3g} where returns are known to be the target's"
+    if low <= ratio <= high:
+        return f"{words}: the innovations are as large as the models say"
+    size = f"{ratio:.2g} times larger" if ratio > high else f"{1 / ratio:.2g} times smaller"
+    return f"{words}: the squared innovations are {size} than the models say"
+
+
+def _percent(part: float | None) -> str:
+    return "-" if part is None else f"{100 * part:.3g} %"
+
+
+def _maybe(value: float | None, unit: str = "") -> str:
+    return "-" if value is None else f"{value:.3g} {unit}".rstrip()
+
+
+def _vector(values: Sequence[float]) -> str:
+    return f"({', '.join(f'{value:.3g}' for value in values)})"

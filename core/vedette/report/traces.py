@@ -1,0 +1,152 @@
+"""Errors and their normalised squares against time: what the picture of errors and the summary's verdicts show."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from attrs import frozen
+
+from vedette.consistency import chi_square_band, nees
+from vedette.experiment import Experiment, Result
+from vedette.metrics.coverage import NONE, Indices
+from vedette.metrics.histories import positions, velocities
+from vedette.metrics.matching import Match, match
+from vedette.parameters import plain
+from vedette.space import Array, Mask
+
+BAND = 0.05
+"""A right filter's normalised squared error leaves the band that is shown in this part of the scans."""
+
+
+@frozen(eq=False)
+class Trace:
+    """How one true object was followed at the `s` judged scans while it was there.
+
+    times (s,) s; track (s,) indexes the result's tracks, NONE where none covers it, and there all else is NaN.
+    error (s,) m and speed_error (s,) m/s are lengths; sigma (s,) and speed_sigma (s,) what the filter itself expects of
+    their root mean square; nees (s,) that of the position; modes (s, r) the mode probabilities, None without modes.
+    """
+
+    name: str
+    times: Array
+    track: Indices
+    error: Array
+    sigma: Array
+    speed_error: Array
+    speed_sigma: Array
+    nees: Array
+    modes: Array | None
+
+    @property
+    def covered(self) -> Mask:
+        """Where a track covers it (s,)."""
+        covered: Mask = self.track != NONE
+        return covered
+
+
+@frozen(eq=False)
+class Normalised:
+    """Squared errors over their own covariances, one for each `e` entry: times (e,), track (e,), value (e,), axes (e,)."""
+
+    times: Array
+    track: Indices
+    value: Array
+    axes: Indices
+
+    def inside(self) -> float | None:
+        """The part of the values in the band of chi-square; None if there is none."""
+        if not len(self.value):
+            return None
+        within = np.zeros(len(self.value), dtype=bool)
+        for axes in np.unique(self.axes).tolist():
+            low, high = band(axes)
+            within |= (self.axes == axes) & (low <= self.value) & (self.value <= high)
+        return float(np.mean(within))
+
+
+def band(axes: int) -> tuple[float, float]:
+    """The chi-square band of one normalised squared error over `axes` axes."""
+    low, high = chi_square_band(axes, BAND)
+    return axes * low, axes * high
+
+
+def traces(experiment: Experiment, result: Result) -> tuple[Trace, ...]:
+    """A trace for each true object, in the order of the recording; none where the tracks' positions are unknown."""
+    found = match(result.tracks, result.recording.truth, result.scans, experiment.judge)
+    if not found.scans.size:
+        return ()
+    times = np.array([result.scans[i].time for i in found.scans])
+    return tuple(_trace(found, j, path.name, times) for j, path in enumerate(result.recording.truth))
+
+
+def _trace(found: Match, j: int, name: str, times: Array) -> Trace:
+    pairs, space = found.pairs(), found.truth.space
+    own = pairs.truth == j
+    error, cov = pairs.error[own], found.entries.cov[pairs.entry[own]]
+    spot, speed = positions(space), velocities(space)
+
+    def spread(values: Array) -> Array:
+        """Values of the covered scans (q, ..) among all scans (s, ..)."""
+        everywhere = np.full((len(times), *np.shape(values)[1:]), np.nan)
+        everywhere[pairs.scan[own]] = values
+        return everywhere[alive]
+
+    alive = found.truth.alive[:, j]
+    modes, unknown = found.entries.mode_prob, np.full(len(error), np.nan)
+    return Trace(
+        name=name,
+        times=times[alive],
+        track=found.cover[alive, j],
+        error=spread(np.linalg.norm(error[:, spot], axis=-1)),
+        sigma=spread(_sigma(cov, spot)),
+        speed_error=spread(np.linalg.norm(error[:, speed], axis=-1) if speed else unknown),
+        speed_sigma=spread(_sigma(cov, speed) if speed else unknown),
+        nees=spread(_nees(error[:, spot], cov[:, spot][:, :, spot])),
+        modes=None if modes is None else spread(modes[pairs.entry[own]]),
+    )
+
+
+def _sigma(cov: Array, part: list[int]) -> Array:
+    """Root of the trace over some axes: (q, n, n) -> (q,)"""
+    sigma: Array = np.sqrt(np.sum(np.diagonal(cov, axis1=-2, axis2=-1)[:, part], axis=-1))
+    return sigma
+
+
+def _nees(error: Array, cov: Array) -> Array:
+    try:
+        return nees(error, cov)
+    except ValueError:  # a covariance is singular: then there is none
+        return np.full(len(error), np.nan)
+
+
+def position_nees(found: Sequence[Trace], axes: int) -> Normalised:
+    """The NEES of all traces together, over the `axes` of a position."""
+    kept = [trace.covered & np.isfinite(trace.nees) for trace in found]
+    empty = np.zeros(0)
+    count = int(sum(np.count_nonzero(mask) for mask in kept))
+    return Normalised(
+        np.concatenate([empty, *(trace.times[mask] for trace, mask in zip(found, kept, strict=True))]),
+        np.concatenate([empty, *(trace.track[mask] for trace, mask in zip(found, kept, strict=True))]).astype(np.intp),
+        np.concatenate([empty, *(trace.nees[mask] for trace, mask in zip(found, kept, strict=True))]),
+        np.full(count, axes),
+    )
+
+
+def innovations(experiment: Experiment, result: Result) -> Normalised:
+    """The NIS of confirmed tracks where a return was more probably theirs than not, given that one was."""
+    found = match(result.tracks, (), result.scans, experiment.judge).entries
+    measured = np.array([scan.detections.z.shape[-1] for scan in result.scans], dtype=np.intp)
+    times = np.array([scan.time for scan in result.scans])
+    chosen = np.isin(found.scan, experiment.judge.choose(result.scans)) & (found.nis > 0) & (found.hit > 0.5)
+    scan = found.scan[chosen]
+    return Normalised(times[scan], found.track[chosen], found.nis[chosen] / found.hit[chosen], measured[scan])
+
+
+def mode_names(experiment: Experiment, count: int) -> tuple[str, ...]:
+    """What to call the `count` modes of the estimator: their motions, numbered where these are alike."""
+    given = plain(experiment.tracker.estimator).get("modes", [])
+    plain_names = [mode.get("motion", mode)["kind"] for mode in given]
+    if len(plain_names) != count:
+        return tuple(f"mode {i + 1}" for i in range(count))
+    return tuple(name if plain_names.count(name) == 1 else f"{name} ({i + 1})" for i, name in enumerate(plain_names))
