@@ -94,8 +94,8 @@ class Space:
         except KeyError as missing:
             raise SpaceError(f"axis {missing.args[0]!r} of {part} is not among {self}") from None
         for i, axis in zip(where, part.axes, strict=True):
-            if self.axes[i] != axis:
-                raise SpaceError(f"axis {axis} of {part} is {self.axes[i]} among {self}")
+            if (here := self.axes[i]).unit != axis.unit or here.period != axis.period:
+                raise SpaceError(f"axis {axis} of {part} is {here} among {self}")
         return where
 
     def union(self, other: Space) -> Space:
