@@ -12,7 +12,7 @@ from vedette import fields
 from vedette.errors import ConfigError, InputError, Problem
 from vedette.io.autoferry_files import PUBLISHER, bearings, entries, returns, truth
 from vedette.io.json_values import number, short, vector
-from vedette.io.reading import detections, find, polar
+from vedette.io.reading import NORTH_EAST, detections, find, polar
 from vedette.roles import Sensor, Source
 from vedette.space import Space
 from vedette.types import Pose, Recording, Scan
@@ -79,7 +79,7 @@ class AutoferrySource(Source):
             raise InputError(f"{path}: holds no usable scan of {', '.join(measured)}{first}")
         scans.sort(key=lambda scan: scan.time)
         boats = truth(folder / names[1], refused)
-        return Recording(tuple(scans), boats, tuple(refused))
+        return Recording(tuple(scans), boats, tuple(refused), {"frame": NORTH_EAST})
 
     def _measured(self, sensors: Mapping[str, Sensor]) -> dict[str, Space]:
         """The axes that each used sensor measures; ConfigError if the tracker lacks one or it measures others."""

@@ -13,7 +13,7 @@ from vedette.errors import InputError, Problem
 from vedette.io.csv_returns import DetectionColumns, Look, Reading
 from vedette.io.csv_truth import Platform, PlatformColumns, TruthColumns
 from vedette.io.gaps import fill_gaps
-from vedette.io.reading import Sample, detections, find, polar
+from vedette.io.reading import FRAMES, NORTH_EAST, Sample, detections, find, polar
 from vedette.roles import Sensor, Source
 from vedette.types import Recording, Scan
 
@@ -34,6 +34,7 @@ class CsvSource(Source):
     about: str = fields.text("what the recording is and who published it, told to those who lack it", default="")
     truth: TruthColumns | None = fields.part("the true states, if they are known", default=None)
     platform: PlatformColumns | None = fields.part("the sensors' platform, if it moves", default=None)
+    frame: str = fields.choice("where the axes point", FRAMES, default=FRAMES[0])
     delimiter: str = fields.choice("between columns", [",", ";", "\t", "|"], default=",")
 
     def __attrs_post_init__(self) -> None:
@@ -53,6 +54,8 @@ class CsvSource(Source):
         folder, path = (given, given / self.detections.file) if in_folder else (given.parent, given)
         refused: list[Problem] = []
         notes = {"recording": self.about} if self.about else {}
+        if self.frame == NORTH_EAST:
+            notes["frame"] = self.frame
         platform = None
         if self.platform is not None:
             file = folder / self.platform.file if self.platform.file else path

@@ -16,6 +16,10 @@ from vedette.types import Detections
 
 V = TypeVar("V")
 
+NORTH_EAST = "x north, y east"
+FRAMES = ("x east, y north", NORTH_EAST)
+"""Where the axes of the plane may point. A recording's note `frame` says so where it is not the first: maps turn by it."""
+
 
 def find(path: str, wanted: str, files: Sequence[str] = ()) -> Path:
     """Where a config's `source.path` points: a folder that holds `files`, or one file if there are none.

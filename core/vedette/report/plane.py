@@ -7,12 +7,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from attrs import frozen
 
+from vedette.io.reading import NORTH_EAST
 from vedette.roles import Sensor
 from vedette.space import Array, Axis, Space
 from vedette.types import Recording, Scan
-
-NORTH_EAST = "x north, y east"
-"""What a recording's note `frame` says where its x axis points north and its y axis east."""
 
 
 @frozen
