@@ -268,6 +268,11 @@ def innovate_without_likelihood(P, nu, H, R):
     return 0 * nu[..., 0] - 5.0, *REAL["innovate"](P, nu, H, R)[1:]
 
 
+def innovate_with_evidence_counted_twice(P, nu, H, R):
+    loglik, *rest = REAL["innovate"](P, nu, H, R)
+    return 2 * loglik, *rest
+
+
 def absorb_by_track(self, belief, innovation, weights):
     """Every mode with the track's weights, as if the modes did not differ in which return they believe."""
     detail = innovation.detail
@@ -292,6 +297,7 @@ MUTANTS = [
     (kernels, "mixture", mixture_without_spread),
     (kernels, "moments", moments_without_spread),
     (kernels, "innovate", innovate_without_likelihood),
+    (kernels, "innovate", innovate_with_evidence_counted_twice),
     (Imm, "absorb", absorb_by_track),
 ]
 
@@ -417,6 +423,14 @@ def test_one_mode_is_its_estimator_and_single_modes_nest_without_a_trace():
         single = step(modes[0], single, FILTERED, detections, 1.5)[-1]
     np.testing.assert_allclose(only.moments(filtered).mean, single.mean, rtol=1e-10)
     np.testing.assert_allclose(only.moments(filtered).cov, single.cov, rtol=1e-10, atol=1e-10)
+
+
+def test_a_nested_imm_starts_each_prediction_from_its_initial_probabilities():
+    """The outer one mixes through means and covariances alone."""
+    belief = run(NESTED, start(NESTED, 1), FILTERED, scene(FILTERED))
+    inner = NESTED.modes[0]
+    assert not np.allclose(inner.mode_prob(belief.beliefs[0]), 0.5, atol=0.02)
+    np.testing.assert_allclose(inner.mode_prob(NESTED.predict(belief, 1.0, RNG).beliefs[0]), [[0.5, 0.5]], rtol=1e-12)
 
 
 def test_an_axis_that_a_mode_lacks_is_there_as_declared():
