@@ -46,6 +46,7 @@ if TYPE_CHECKING:
     from vedette.roles import MotionModel as MotionModel
     from vedette.roles import Sensor as Sensor
     from vedette.roles import Source as Source
+    from vedette.roles import Study as Study
     from vedette.space import Array as Array
     from vedette.space import Axis as Axis
     from vedette.space import Mask as Mask
@@ -69,7 +70,7 @@ _HOMES = {
     "hooks": ("plugin",),
     "metrics": ("Judge",),
     "registry": ("Registry",),
-    "roles": ("Associator", "Component", "Detector", "Estimator", "Lifecycle", "MotionModel", "Sensor", "Source"),
+    "roles": ("Associator", "Component", "Detector", "Estimator", "Lifecycle", "MotionModel", "Sensor", "Source", "Study"),
     "space": ("Array", "Axis", "Mask", "Space", "SpaceError"),
     "tracker": ("Tracker",),
     "types": ("Detections", "Gaussian", "Innovation", "Pose", "Recording", "Scan", "Track", "Trajectory"),

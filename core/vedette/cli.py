@@ -53,6 +53,10 @@ def _command(parsed: Namespace) -> int:
         from vedette.commands import components
 
         return components.run(parsed)
+    if parsed.command == "reproduce":
+        from vedette.commands import reproduce
+
+        return reproduce.run(parsed)
     from vedette.commands import schema
 
     return schema.run(parsed)
@@ -96,6 +100,13 @@ def _parser() -> ArgumentParser:
     run.add_argument("--json", action="store_true", help="end standard output with one line of JSON: the figures")
     run.add_argument("--strict", action="store_true", help="stop at the first scan or return that cannot be taken")
 
+    reproduce = commands.add_parser("reproduce", help="run a published study anew", description=_REPRODUCE)
+    reproduce.add_argument("paper", metavar="PAPER", help="the study: vts, target-oriented, bayes-risk, or a plugin's")
+    reproduce.add_argument("--runs", metavar="N", help="Monte-Carlo runs; default: as many as a full study takes")
+    reproduce.add_argument("--seed", metavar="N", help="of everything random; default: 1")
+    reproduce.add_argument("--out", metavar="DIR", help="folder for tables and figures; default: they are not written")
+    reproduce.add_argument("--json", action="store_true", help="end standard output with one line of JSON")
+
     components = commands.add_parser("components", help="list what is installed", description=_COMPONENTS)
     components.add_argument("role", nargs="?", metavar="ROLE", help="only this role: motion, sensor, ...")
     components.add_argument("--json", action="store_true", help="as one JSON object")
@@ -107,6 +118,10 @@ def _parser() -> ArgumentParser:
 _RUN = (
     "Run a tracker over all scans of its source, judge the tracks where the truth is known, and write tracks, recording, "
     "config, summary and pictures into a folder. Ctrl-C ends the run and keeps what is done."
+)
+_REPRODUCE = (
+    "Run the whole study of a paper and print its tables, published figures beside measured ones, with a verdict on each "
+    "claim: reproduced, not reproduced, or not testable, and why. Exits 0 whatever the verdicts."
 )
 _COMPONENTS = "List installed components with their distributions, parameters, units, bounds and defaults."
 _SCHEMA = "Print the JSON Schema of all that is installed, for editors that complete and check a config."

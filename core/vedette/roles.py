@@ -15,6 +15,7 @@ import numpy as np
 
 from vedette.kernels.derivative import numerical_jacobian
 from vedette.space import Array, Mask, Space
+from vedette.studies import Progress, StudyResult
 from vedette.types import Detections, Gaussian, Innovation, Pose, Recording, Scan
 
 CONTRACT = 1
@@ -244,6 +245,23 @@ class Source(Component):
         """All scans for the tracker's sensors. What is unreadable as a whole raises InputError; bad parts are refused."""
 
 
+class Study(Component):
+    """A published study, run anew: its scenario, its filters by their configs, its figures, and what becomes of its claims.
+
+    Laws: the same runs and seed give the same result, to the last bit.
+    """
+
+    title: ClassVar[str]
+    """The paper."""
+
+    usual_runs: ClassVar[int]
+    """How many Monte-Carlo runs a full study takes."""
+
+    @abstractmethod
+    def run(self, runs: int, seed: int, progress: Progress) -> StudyResult:
+        """The whole study; `progress` wraps its loops."""
+
+
 ROLES: dict[str, type[Component]] = {
     "motion": MotionModel,
     "sensor": Sensor,
@@ -252,5 +270,6 @@ ROLES: dict[str, type[Component]] = {
     "lifecycle": Lifecycle,
     "detector": Detector,
     "source": Source,
+    "study": Study,
 }
 """Role names as commands and messages use them."""

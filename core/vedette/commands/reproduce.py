@@ -1,0 +1,96 @@
+"""`vedette reproduce`: a published study, run anew."""
+
+from __future__ import annotations
+
+import json
+import sys
+from argparse import Namespace
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from importlib.util import find_spec
+from pathlib import Path
+from time import process_time
+from typing import Any
+
+from vedette.errors import ConfigError, Problem
+from vedette.io.atomic import whole_file
+from vedette.registry import Registry
+from vedette.report.files import check_folder
+from vedette.report.study import data, draw, text
+from vedette.roles import Study
+from vedette.studies import Progress, StudyResult
+
+
+def run(arguments: Namespace) -> int:
+    """Run the study, print its tables and verdicts, write them and the figures; 0 whatever the verdicts."""
+    study = _study(arguments.paper)
+    runs, seed = _whole("--runs", arguments.runs, study.usual_runs, 2), _whole("--seed", arguments.seed, 1, 0)
+    folder = None if arguments.out is None else Path(arguments.out)
+    if folder is not None:
+        check_folder(folder)
+    before = process_time()
+    with _progress() as progress:
+        result = study.run(runs, seed, progress)
+    seconds = process_time() - before
+    print(text(result))
+    print(f"{seconds:.1f} s of CPU time")
+    if folder is not None:
+        print(f"{folder}: {', '.join(_write(folder, result))}")
+    if arguments.json:
+        print(json.dumps(data(result) | {"cpu_seconds": seconds}))
+    return 0
+
+
+def _study(name: str) -> Study:
+    """The study of a paper, whose name may be written with hyphens; it has no parameters, so its class alone makes it."""
+    made = Registry.installed().get("study", name.replace("-", "_")).cls()
+    assert isinstance(made, Study)
+    return made
+
+
+def _whole(option: str, given: str | None, default: int, least: int) -> int:
+    """A whole number of the command line; ConfigError if it is none, or too small."""
+    if given is None:
+        return default
+    try:
+        number = int(given)
+    except ValueError:
+        number = least - 1
+    if number < least:
+        raise ConfigError([Problem(option, f"must be a whole number of at least {least}, got {given!r}")])
+    return number
+
+
+def _write(folder: Path, result: StudyResult) -> list[str]:
+    """Text, JSON and, where matplotlib is installed, the figures; returns the names of the files."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, content in (("study.txt", text(result)), ("study.json", json.dumps(data(result), indent=2))):
+        with whole_file(folder / name) as file:
+            file.write(content + "\n")
+    written = ["study.txt", "study.json"]
+    if find_spec("matplotlib") is None:
+        print("vedette: no pictures without matplotlib: pip install 'vedette[report]'", file=sys.stderr)
+        return written
+    from vedette.report import canvas
+
+    for chart in result.charts:
+        canvas.save(draw(chart), folder / f"{chart.name}.png")
+        written.append(f"{chart.name}.png")
+    return written
+
+
+@contextmanager
+def _progress() -> Iterator[Progress]:
+    """A bar on standard error where that is a terminal and rich is installed."""
+    if not sys.stderr.isatty() or find_spec("rich") is None:
+        yield lambda items, about: items
+        return
+    from rich.console import Console
+    from rich.progress import Progress as Bar
+
+    with Bar(console=Console(stderr=True), transient=True) as bar:
+
+        def track(items: Sequence[Any], about: str) -> Iterable[Any]:
+            return bar.track(items, description=about)
+
+        yield track

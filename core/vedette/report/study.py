@@ -1,0 +1,104 @@
+"""A study's result for people and for programs: text, JSON, and its figures."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from textwrap import wrap
+from typing import TYPE_CHECKING, Any
+
+import attrs
+import numpy as np
+
+from vedette.report import canvas
+from vedette.studies import Cell, Chart, Panel, StudyResult, Table
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_WIDTH = 118
+_LOOKS: dict[str, dict[str, Any]] = {
+    "line": {"linewidth": 1.5},
+    "dashed": {"linewidth": 1.5, "linestyle": (0, (5, 2))},
+    "dots": {"linestyle": "none", "marker": ".", "markersize": 3.0, "alpha": 0.6},
+}
+
+
+def text(result: StudyResult) -> str:
+    """Tables and verdicts, published figures beside measured ones."""
+    lines = [result.title, f"{result.runs:,} runs, seed {result.seed}; +- is one Monte-Carlo standard error"]
+    for table in result.tables:
+        lines += ["", table.title, *wrap(table.note, _WIDTH), *_rows(table)]
+    lines += ["", "What the paper claims"]
+    for claim in result.claims:
+        lines += wrap(f"{claim.verdict.upper()}: {claim.text}", _WIDTH, initial_indent="* ", subsequent_indent="  ")
+        lines += wrap(claim.why, _WIDTH, initial_indent="  ", subsequent_indent="  ")
+    return "\n".join(lines)
+
+
+def _rows(table: Table) -> Iterator[str]:
+    """The table, right-aligned: one line for each row, and one more under it where the paper printed figures."""
+    lines: list[tuple[str, ...]] = [("", *table.columns)]
+    for label, cells in table.rows:
+        lines.append((label, *map(_measured, cells)))
+        if any(cell.published is not None for cell in cells):
+            lines.append(("  published", *("" if cell.published is None else f"{cell.published:g}" for cell in cells)))
+    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+    for first, *rest in lines:
+        yield "  ".join([first.ljust(widths[0]), *(part.rjust(width) for part, width in zip(rest, widths[1:], strict=True))])
+
+
+def _measured(cell: Cell) -> str:
+    if cell.measured is None:
+        return "-"
+    if cell.error is None or cell.error == 0:
+        return f"{cell.measured:.4g}"
+    places = int(np.clip(1 - np.floor(np.log10(cell.error)), 0, 6))
+    return f"{cell.measured:.{places}f} +- {cell.error:.{places}f}"
+
+
+def data(result: StudyResult) -> dict[str, Any]:
+    """All but the figures as plain data."""
+    return {
+        "title": result.title,
+        "runs": result.runs,
+        "seed": result.seed,
+        "tables": [
+            {
+                "title": table.title,
+                "note": table.note,
+                "rows": {
+                    label: dict(zip(table.columns, map(attrs.asdict, cells), strict=True)) for label, cells in table.rows
+                },
+            }
+            for table in result.tables
+        ],
+        "claims": [attrs.asdict(claim) for claim in result.claims],
+    }
+
+
+def draw(chart: Chart) -> Figure:
+    """The picture of a chart: panels side by side two by two, alone where it is one."""
+    count = len(chart.panels)
+    columns = 1 if count == 1 else 2
+    rows = -(-count // columns)
+    made = canvas.figure(height=9.0 if count == 1 else 1.0 + 3.4 * rows)
+    for i, panel in enumerate(chart.panels):
+        _draw_panel(made.add_subplot(rows, columns, i + 1), panel)
+    made.suptitle(chart.title, x=0.012, ha="left", fontsize=15, fontweight="bold", color=canvas.INK)
+    return made
+
+
+def _draw_panel(axes: Axes, panel: Panel) -> None:
+    canvas.plain(axes)
+    axes.set_title(panel.title, loc="left", fontsize=11, color=canvas.INK)
+    axes.set(xlabel=panel.across, ylabel=panel.upright)
+    if panel.equal:
+        axes.set_aspect("equal", adjustable="datalim")
+    if panel.log:
+        axes.set_yscale("log")
+    for i, curve in enumerate(panel.curves):
+        shade = "#808080" if curve.style == "dots" else canvas.colour(i if curve.colour is None else curve.colour)
+        axes.plot(curve.x, curve.y, color=shade, label=curve.label, **_LOOKS[curve.style])
+    if panel.curves:
+        axes.legend(frameon=False, fontsize=9, labelcolor=canvas.INK)

@@ -1,0 +1,94 @@
+"""The study of the paper on the radar of a vessel traffic service."""
+
+from __future__ import annotations
+
+from typing import ClassVar, final
+
+import numpy as np
+from attrs import frozen
+
+from vedette import Array, Detections, Experiment, Gaussian, Scan, Space, Study, load
+from vedette.consistency import nees
+from vedette.detection import detected, raw_sensors
+from vedette.lockstep import run_together
+from vedette.returns import returns
+from vedette.studies import Progress, StudyResult, over_axes, two_point
+from vedette_vts import outcome
+from vedette_vts.configs import FILTERS
+from vedette_vts.gating import watch
+from vedette_vts.outcome import Record, Scene
+
+PLANE = Space.of(x="m", y="m", vx="m/s", vy="m/s")
+REST = {"ax": (0.0, 0.5), "ay": (0.0, 0.5)}
+"""What two returns do not tell: axis to [mean, standard deviation]."""
+LOST = 200.0
+"""m; a run whose last error is larger lost its target."""
+
+
+@final
+@frozen
+class VtsStudy(Study):
+    """Four filters on one manoeuvring vessel: errors by leg, whether returns lie in the gate, and what Q has to do with it.
+
+    Kim, Kim, Lee, design of a manoeuvring target tracking algorithm for VTS (in Korean).
+    """
+
+    kind: ClassVar[str] = "vts"
+    title: ClassVar[str] = "Manoeuvring vessels seen by the radar of a vessel traffic service: IMM against single filters"
+    usual_runs: ClassVar[int] = 500
+
+    def run(self, runs: int, seed: int, progress: Progress) -> StudyResult:
+        """All filters on the same draws."""
+        experiments = {name: load(config) for name, config in FILTERS.items()}
+        scene = _draw(next(iter(experiments.values())), runs, np.random.default_rng(seed))
+        records = {name: _record(experiments[name], scene) for name in progress(list(FILTERS), "filters")}
+        tables = outcome.tables(scene, records)
+        return StudyResult(self.title, runs, seed, tables, outcome.claims(scene, records), outcome.charts(scene, records))
+
+
+def _draw(experiment: Experiment, runs: int, rng: np.random.Generator) -> Scene:
+    """The vessel's trajectory, and what the radar reports of it in each run."""
+    ((name, radar),) = raw_sensors(experiment.detectors, experiment.tracker.sensors).items()
+    assert experiment.source is not None
+    recording = experiment.source.open({name: radar}, rng)
+    times = np.array([scan.time for scan in recording.scans])
+    path = recording.truth[0]
+    truth = path.states[np.searchsorted(path.times, times)]
+    x = np.broadcast_to(truth[:, :2], (runs, len(truth), 2))
+    z, _ = returns(radar, x, rng.random(x.shape[:-1]), rng.standard_normal(x.shape))
+    valid = np.ones((runs, 1), dtype=bool)
+    raw = [Scan(float(time), name, Detections(z[:, [i]], valid)) for i, time in enumerate(times)]
+    return Scene(times, truth, tuple(detected(raw, experiment.detectors)))
+
+
+def _record(experiment: Experiment, scene: Scene) -> Record:
+    """One filter on one batch of runs; it starts from the first two returns, and its errors count from the third scan."""
+    tracker, scans = experiment.tracker, scene.scans[2:]
+    first, second = [Gaussian(scan.detections.z[:, 0], _noise(scan)) for scan in scene.scans[:2]]
+    prior = two_point(first, second, scene.times[1] - scene.times[0])
+    given = over_axes(prior, PLANE, tracker.state, REST)
+    (sensor,) = tracker.sensors.values()
+    free = watch(tracker.estimator, sensor, given, scene.times[1], scans)
+    gated = run_together(tracker, given, scene.times[1], scans)
+    axes = tracker.state.locate(PLANE)
+    error = free.mean[..., axes] - scene.truth[2:]
+    return Record(
+        squares=_squares(error),
+        distance=free.distance,
+        nis=free.nis,
+        nees=nees(error, free.cov[..., axes, :][..., axes]),
+        lost=np.sqrt(_squares(gated.mean[:, -1, axes] - scene.truth[-1])) > LOST,
+        path=free.mean[0][:, axes[:2]],
+        modes=None if free.mode_prob is None else np.mean(free.mode_prob, axis=0),
+    )
+
+
+def _squares(error: Array) -> Array:
+    """Squared distances (*b) of errors (*b, n) whose first two axes are the position."""
+    squared: Array = np.sum(error[..., :2] ** 2, axis=-1)
+    return squared
+
+
+def _noise(scan: Scan) -> Array:
+    assert scan.detections.noise is not None
+    return scan.detections.noise[:, 0]
