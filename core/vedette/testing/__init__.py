@@ -1,0 +1,55 @@
+"""The conformance kit: laws that every component must keep, and the consistency of whole trackers.
+
+The extra `vedette[testing]` brings what it needs. One line makes a pytest class with one test a law::
+
+    from vedette.testing import conformance
+
+    TestMyMotion = conformance(MyMotion)
+
+Names are imported when they are first used, so that the pytest plugin costs other projects' sessions nothing.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from vedette.testing.judging import Broken as Broken
+    from vedette.testing.judging import Closed as Closed
+    from vedette.testing.judging import Misuse as Misuse
+    from vedette.testing.kit import Outcome as Outcome
+    from vedette.testing.kit import conformance as conformance
+    from vedette.testing.kit import examine as examine
+    from vedette.testing.kit import laws_of as laws_of
+    from vedette.testing.law import FAST as FAST
+    from vedette.testing.law import NIGHTLY as NIGHTLY
+    from vedette.testing.law import Law as Law
+    from vedette.testing.law import Profile as Profile
+    from vedette.testing.trackers import Report as Report
+    from vedette.testing.trackers import assert_consistent as assert_consistent
+    from vedette.testing.trackers import consistency as consistency
+
+_HOMES = {
+    "judging": ("Broken", "Closed", "Misuse"),
+    "kit": ("Outcome", "conformance", "examine", "laws_of"),
+    "law": ("FAST", "NIGHTLY", "Law", "Profile"),
+    "trackers": ("Report", "assert_consistent", "consistency"),
+}
+_HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME_OF:
+        raise AttributeError(f"module 'vedette.testing' has no attribute {name!r}")
+    try:
+        home = import_module(f"vedette.testing.{_HOME_OF[name]}")
+    except ModuleNotFoundError as missing:
+        if missing.name not in ("hypothesis", "pytest"):
+            raise
+        raise ModuleNotFoundError(
+            f"vedette.testing needs {missing.name}: pip install 'vedette[testing]'", name=missing.name
+        ) from None
+    return getattr(home, name)
+
+
+def __dir__() -> list[str]:
+    return list(_HOME_OF)

@@ -1,0 +1,68 @@
+"""Statistical judgements of the laws. Each fails a right component with probability `alpha` at most, whatever the seed."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vedette.consistency import chi_square_band
+from vedette.space import Array
+from vedette.testing.judging import demand
+
+
+def judge_standard_normal(what: str, white: Array, alpha: float) -> None:
+    """Broken unless rows (r, n) look like N(0, I): mean, variance and correlation of every axis and pair."""
+    from scipy.special import ndtri
+
+    r, n = white.shape
+    if not n:
+        return
+    pairs = [(i, j) for i in range(n) for j in range(i)]
+    share = alpha / (2 * n + len(pairs))
+    reach = float(-ndtri(share / 2))
+    for i in range(n):
+        mean = float(np.mean(white[:, i]))
+        demand(
+            abs(mean) <= reach / np.sqrt(r),
+            f"{what}: draws are off by {mean:.3g} standard deviations along direction {i}, allowed {reach / np.sqrt(r):.2g}",
+        )
+        judge_scale(f"{what}, direction {i}", white[:, i] ** 2, 1.0, share)
+    for i, j in pairs:
+        # Fisher's transform: atanh of a correlation is nearly normal with variance 1 / (r - 3).
+        first, second = white[:, i], white[:, j]
+        found = float(np.mean(first * second) / np.sqrt(np.mean(first**2) * np.mean(second**2)))
+        limit = float(np.tanh(reach / np.sqrt(r - 3)))
+        demand(abs(found) <= limit, f"{what}: directions {j} and {i} correlate by {found:.3g}, allowed {limit:.2g}")
+
+
+def judge_scale(what: str, squares: Array, dof: float, alpha: float) -> None:
+    """Broken unless independent chi-square values (r,) of `dof` degrees average to `dof`."""
+    low, high = chi_square_band(dof * squares.size, alpha)
+    figure = float(np.mean(squares)) / dof
+    way = "small" if figure > 1 else "large"
+    factor = figure if figure > 1 else 1 / max(figure, 1e-300)
+    demand(
+        low <= figure <= high, f"{what}: the covariance is {factor:.3g} times too {way} (allowed {low:.3g} to {high:.3g})"
+    )
+
+
+def judge_run_means(what: str, values: Array, low: float, high: float, alpha: float) -> None:
+    """Broken if one value a run (r,), 1 expected, contradicts that its mean lies in [low, high]."""
+    from scipy.special import stdtrit
+
+    mean, error = float(np.mean(values)), float(np.std(values, ddof=1) / np.sqrt(len(values)))
+    reach = float(-stdtrit(len(values) - 1, alpha / 2)) * error
+    demand(
+        low - reach <= mean <= high + reach,
+        f"{what}: {mean:.3g} of what is expected (standard error {error:.2g}, equivalence band {low:g} to {high:g})",
+    )
+
+
+def judge_frequency(what: str, count: int, trials: int, probability: float, alpha: float) -> None:
+    """Broken if `count` successes contradict the probability of each trial; the binomial's exact tails."""
+    from scipy.special import bdtr, bdtrc
+
+    below = float(bdtr(count, trials, probability))
+    above = 1.0 if count == 0 else float(bdtrc(count - 1, trials, probability))
+    demand(
+        min(below, above) >= alpha / 2, f"{what}: happened {count} times in {trials}, stated probability {probability:.6g}"
+    )

@@ -1,0 +1,136 @@
+"""How laws judge: comparisons that say where they failed, by how much, and what was expected."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from vedette.errors import VedetteError
+from vedette.space import Array, Mask
+
+
+class Broken(AssertionError):
+    """A law does not hold."""
+
+
+class Closed(Exception):
+    """A law does not apply to this component, and why. No error: there is nothing to judge."""
+
+
+class Misuse(VedetteError, ValueError):
+    """The kit was asked for something that cannot be; the message names the cure."""
+
+
+def demand(holds: Any, otherwise: str) -> None:
+    """Broken, with a sentence, unless the condition holds."""
+    if not holds:
+        raise Broken(otherwise)
+
+
+def same(
+    what: str, got: Array | Mask, wanted: Array | Mask, tolerance: float = 1e-12, scale: Array | float | None = None
+) -> None:
+    """Broken unless `got` equals `wanted` within `tolerance` times the largest |wanted|, or `scale` where it is given.
+
+    NaN equals NaN: that a result is finite is a law of its own.
+    """
+    got, wanted = np.asarray(got, dtype=float), np.asarray(wanted, dtype=float)
+    demand(got.shape == wanted.shape, f"{what}: must have shape {wanted.shape}, got {got.shape}")
+    if not got.size:
+        return
+    if scale is None:
+        scale = max(float(np.max(np.abs(np.where(np.isfinite(wanted), wanted, 0.0)))), 1e-30)
+    with np.errstate(invalid="ignore"):
+        off = np.where(got == wanted, 0.0, np.abs(got - wanted)) / scale  # equal infinities are equal
+    off = np.where(np.isnan(got) & np.isnan(wanted), 0.0, np.where(np.isnan(off), np.inf, off))
+    worst = np.unravel_index(int(np.argmax(off)), off.shape)
+    place = f"{what}[{', '.join(map(str, worst))}]" if worst else what
+    demand(
+        off[worst] <= tolerance,
+        f"{place}: must be {wanted[worst]:.9g}, got {got[worst]:.9g} (off by {off[worst]:.2g}, allowed {tolerance:g})",
+    )
+
+
+def finite(what: str, values: Array) -> None:
+    """Broken unless every number is finite."""
+    demand(np.all(np.isfinite(values)), f"{what}: must be finite, got {_short(values)}")
+
+
+def covariance(what: str, cov: Array, definite: bool) -> None:
+    """Broken unless `cov` (*b, n, n) is finite, symmetric and positive (semi-)definite, judged as correlations.
+
+    So an axis in rad counts as much as one in m. Rounding is forgiven up to 1e-9 where it need not be definite.
+    """
+    finite(what, cov)
+    variance = np.diagonal(cov, axis1=-2, axis2=-1)
+    lowest = "> 0" if definite else ">= 0"
+    demand(
+        np.all(variance > 0 if definite else variance >= 0), f"{what}: variances must be {lowest}, got {_short(variance)}"
+    )
+    spread = np.sqrt(np.where(variance > 0, variance, 1.0))
+    correlation = cov / spread[..., :, None] / spread[..., None, :]
+    skew = np.max(np.abs(correlation - np.swapaxes(correlation, -1, -2)), initial=0.0)
+    demand(skew <= 1e-9, f"{what}: must be symmetric, differs from its transpose by {skew:.2g}")
+    if correlation.size:
+        least = float(np.min(np.linalg.eigvalsh(correlation)))
+        demand(
+            least > (0.0 if definite else -1e-9),
+            f"{what}: must be positive {'' if definite else 'semi-'}definite, its correlations have eigenvalue {least:.3g}",
+        )
+
+
+def frozen_copy(values: Array) -> Array:
+    """A read-only copy: a component that writes into its argument is told so by numpy."""
+    copy = np.array(values)
+    copy.flags.writeable = False
+    return copy
+
+
+def derivative(
+    function: Callable[[Array], Array], x: Array, difference: Callable[[Array, Array], Array], step: Array
+) -> tuple[Array, Array]:
+    """Derivative (m, n) of `function` (*b, n) -> (*b, m) at x (n,) by central differences of fourth order, and its doubt.
+
+    The doubt (m, n) is what halving the `step` (n,) changes: large at a kink, where no derivative exists.
+    """
+
+    def estimate(h: Array) -> Array:
+        moves = np.diag(h)
+        near = difference(function(x + moves), function(x - moves))
+        far = difference(function(x + 2 * moves), function(x - 2 * moves))
+        return ((8 * near - far) / (12 * h[:, None])).T
+
+    fine = estimate(step / 2)
+    return fine, np.abs(fine - estimate(step))
+
+
+def is_derivative(
+    function: Callable[[Array], Array],
+    difference: Callable[[Array, Array], Array],
+    stated: Array,
+    x: Array,
+    step: Array,
+    what: str = "jacobian",
+) -> None:
+    """Broken unless `stated` (m, n) is the derivative of `function` at x (n,); not judged where there is none.
+
+    Entries are compared in units of `step` (n,), the size of a typical change of each axis.
+    """
+    with np.errstate(all="ignore"):
+        slope, doubt = derivative(function, x, difference, 1e-2 * step)
+    smooth = np.isfinite(slope) & (doubt * step <= 1e-2 * np.max(np.abs(slope) * step, axis=-1, keepdims=True) + 1e-12)
+    rows = np.max(np.abs(np.where(smooth, slope, 0.0)) * step, axis=-1, keepdims=True)
+    off = np.abs(stated - slope) * step - 4 * doubt * step
+    allowed = 1e-6 * rows + 1e-11 * np.abs(function(x))[..., :, None] + 1e-300
+    bad = smooth & ~(off <= allowed)
+    if np.any(bad):
+        i, j = np.argwhere(bad)[0]
+        raise Broken(f"{what}[{i}, {j}]: must be the derivative {slope[i, j]:.9g}, got {stated[i, j]:.9g}")
+
+
+def _short(values: Array) -> str:
+    flat = np.asarray(values).ravel()
+    shown = ", ".join(f"{value:.6g}" for value in flat[:12])
+    return f"[{shown}{', ...' if flat.size > 12 else ''}]"

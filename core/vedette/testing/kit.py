@@ -1,0 +1,166 @@
+"""Laws tried on components: one law for a command, all of them as a pytest class."""
+
+from __future__ import annotations
+
+import inspect
+import zlib
+from collections.abc import Callable, Mapping
+from typing import Any, Literal
+
+import attrs
+import hypothesis
+import numpy as np
+import pytest
+from attrs import frozen
+from hypothesis import strategies as st
+from hypothesis.errors import HypothesisException, Unsatisfiable
+
+from vedette.parameters import role_of
+from vedette.registry import did_you_mean
+from vedette.roles import ROLES, Component
+from vedette.testing.judging import Closed, Misuse
+from vedette.testing.law import Law, Profile
+from vedette.testing.laws import associator, detector, estimator, lifecycle, motion, scene, sensor, source
+from vedette.testing.strategies import components
+
+Drawer = Callable[[Any, Profile], st.SearchStrategy[Any]]
+
+_ROLES: dict[str, tuple[tuple[Law, ...], Drawer]] = {
+    "motion": (motion.LAWS, motion.drawn),
+    "sensor": (sensor.LAWS, sensor.drawn),
+    "associator": (associator.LAWS, associator.drawn),
+    "estimator": (estimator.LAWS, scene.drawn),
+    "lifecycle": (lifecycle.LAWS, lifecycle.drawn),
+    "detector": (detector.LAWS, detector.drawn),
+    "source": (source.LAWS, source.drawn),
+}
+
+
+@frozen
+class Outcome:
+    """What came of one law: `text` is the smallest counterexample, or why there was nothing to judge.
+
+    `alpha` is the chance that a right component had to fail here.
+    """
+
+    law: Law
+    verdict: Literal["held", "failed", "skipped"]
+    text: str
+    examples: int
+    alpha: float
+
+
+def laws_of(cls: type[Component]) -> tuple[Law, ...]:
+    """The laws of a component's role; Misuse if it is no component, or not a complete one."""
+    if not (isinstance(cls, type) and issubclass(cls, Component)):
+        raise Misuse(f"{cls!r}: is not a component class; derive it from one of vedette's roles: {', '.join(ROLES)}")
+    role = role_of(cls)
+    if role is None or role not in _ROLES:
+        raise Misuse(f"{cls.__name__}: plays no role that has laws; derive it from one of {', '.join(_ROLES)}")
+    if missing := sorted(getattr(cls, "__abstractmethods__", ())):
+        raise Misuse(f"{cls.__name__}: is abstract: define {', '.join(missing)}, or give the kit a class that does")
+    if "__attrs_attrs__" not in vars(cls):
+        raise Misuse(f"{cls.__name__}: is not an attrs class: decorate it with @attrs.frozen")
+    return _ROLES[role][0]
+
+
+def examine(cls: type[Component], law: Law, drawn: st.SearchStrategy[Any], profile: Profile) -> Outcome:
+    """Try one law on components from the strategy `drawn`, which `components(cls)` infers."""
+    if law.needs and getattr(cls, law.needs, None) is False:
+        return Outcome(law, "skipped", f"it is not {law.needs.replace('_', ' ')}", 0, 0.0)
+    drawer = _ROLES[role_of(cls) or ""][1]
+    pairs = drawn.flatmap(lambda component: st.tuples(st.just(component), drawer(component, profile)))
+    tried: list[Any] = []
+    closed: list[str] = []
+
+    def attempt(pair: Any) -> None:
+        component, data = pair
+        tried[:] = [component, data, *(tried[2:] or [0])]
+        try:
+            if law.needs and not getattr(component, law.needs):
+                raise Closed(f"it is not {law.needs.replace('_', ' ')}")
+            law.check(component, data)
+        except Closed as reason:
+            closed.append(str(reason))
+        else:
+            tried[2] += 1
+
+    attempt.__name__ = attempt.__qualname__ = law.name
+    settings = hypothesis.settings(
+        max_examples=law.examples(profile),
+        database=None,
+        deadline=None,
+        report_multiple_bugs=False,
+        print_blob=False,
+        phases=[hypothesis.Phase.generate] + ([hypothesis.Phase.shrink] if law.effort == "exact" else []),
+        suppress_health_check=list(hypothesis.HealthCheck),
+        verbosity=hypothesis.Verbosity.quiet,
+    )
+    name = f"{cls.__qualname__}.{law.name}".encode()
+    run = hypothesis.seed(profile.seed * 2**32 + zlib.crc32(name))(settings(hypothesis.given(pairs)(attempt)))
+    alpha = profile.alpha * law.examples(profile) if law.effort == "statistical" else 0.0
+    try:
+        run()
+    except Unsatisfiable:
+        raise Misuse(
+            f"{cls.__name__}: none could be built from the values drawn; pass strategies for its parameters"
+        ) from None
+    except HypothesisException:
+        raise
+    except Exception as error:
+        what = str(error) if isinstance(error, AssertionError) else f"raised {type(error).__name__}: {error}"
+        return Outcome(law, "failed", f"{what}\n  with {say(tried[0])}\n  and {say(tried[1])}", tried[2] + 1, alpha)
+    if not tried[2]:
+        return Outcome(law, "skipped", closed[0], 0, 0.0)
+    return Outcome(law, "held", "", tried[2], alpha)
+
+
+def say(value: Any) -> str:
+    """A value as a counterexample shows it: arrays as lists, six digits."""
+    if isinstance(value, np.ndarray):
+        return np.array2string(value, separator=", ", precision=6, threshold=60).replace("\n", "")
+    if attrs.has(type(value)):
+        fields = [field for field in attrs.fields(type(value)) if field.repr]
+        parts = [f"{field.name}={say(getattr(value, field.name))}" for field in fields]
+        return f"{type(value).__name__}({', '.join(parts)})"
+    if isinstance(value, tuple | list):
+        return f"({', '.join(map(say, value))})"
+    return f"{value:.6g}" if isinstance(value, float) else repr(value)
+
+
+def conformance(cls: type[Component], *, known_failures: Mapping[str, str] | None = None, **strategies: Any) -> type:
+    """A pytest class with one test a law of the component's role.
+
+    `strategies` draw the parameters, in the shape of `hypothesis.strategies.builds`; where none is given, one is inferred
+    from the field's type, limits and unit. `known_failures` names laws that the component is known to break, with the
+    reason: a strict expected failure. A law that does not apply is skipped with its reason. Misuse says what to mend.
+    """
+    laws = laws_of(cls)
+    known = dict(known_failures or {})
+    names = [law.name for law in laws]
+    for name in known:
+        if name not in names:
+            role = role_of(cls)
+            hint = did_you_mean(name, names)
+            raise Misuse(f"known_failures: a {role} has no law {name!r};{hint} its laws are {', '.join(names)}")
+    drawn = components(cls, strategies)
+    tests = {f"test_{law.name}": _test(cls, law, drawn, known.get(law.name)) for law in laws}
+    frame = inspect.currentframe()
+    module = frame.f_back.f_globals.get("__name__", __name__) if frame and frame.f_back else __name__
+    return type(f"Test{cls.__name__}", (), {"__doc__": f"The laws of {cls.__name__}.", "__module__": module, **tests})
+
+
+def _test(cls: type[Component], law: Law, drawn: st.SearchStrategy[Any], known: str | None) -> Callable[..., None]:
+    def test(self: object, vedette_kit: Any) -> None:
+        outcome = vedette_kit.take(examine(cls, law, drawn, vedette_kit.profile))
+        if outcome.verdict == "skipped":
+            pytest.skip(outcome.text)
+        if outcome.verdict == "failed":
+            pytest.fail(f"{law.sentence}\n{outcome.text}\n  seed {vedette_kit.profile.seed}", pytrace=False)
+
+    test.__name__, test.__doc__ = f"test_{law.name}", law.sentence
+    if known is not None:
+        test = pytest.mark.xfail(reason=known, strict=True)(test)
+    if law.effort != "exact":
+        test = pytest.mark.statistical(test)
+    return test

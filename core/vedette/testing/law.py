@@ -1,0 +1,69 @@
+"""What a law is, how often it is tried, and what chance a right component has to break it."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from typing import Any, Literal
+
+from attrs import evolve, field, frozen
+
+from vedette.testing.judging import Misuse
+
+
+@frozen
+class Profile:
+    """How hard the kit looks.
+
+    `examples` of a law that is exact, `trials` of one that is statistical, each of `runs` runs; `steps` of the long run.
+    `alpha` is the probability that one statistical test fails a right component.
+    """
+
+    name: str
+    examples: int
+    trials: int
+    runs: int
+    steps: int
+    alpha: float = 1e-7
+    seed: int = 0
+
+    @classmethod
+    def named(cls, name: str, seed: int = 0) -> Profile:
+        """`fast` for every commit, `nightly` for a strong look."""
+        known = {profile.name: profile for profile in (FAST, NIGHTLY)}
+        if name not in known:
+            raise Misuse(f"profile: must be one of {', '.join(map(repr, known))}, got {name!r}")
+        return evolve(known[name], seed=seed)
+
+
+FAST = Profile("fast", examples=20, trials=2, runs=400, steps=10_000)
+NIGHTLY = Profile("nightly", examples=400, trials=10, runs=6000, steps=10_000)
+
+Effort = Literal["exact", "statistical", "long"]
+
+
+@frozen
+class Law:
+    """A sentence, and a function of a component and drawn data that raises Broken where the sentence is false.
+
+    `needs` names the attribute of the component without which the law is closed (`divisible`, `linear`). A `statistical`
+    law may fail a right component with the profile's alpha; a `long` one is tried once.
+    """
+
+    check: Callable[[Any, Any], None]
+    needs: str = ""
+    effort: Effort = "exact"
+    name: str = field(init=False)
+
+    @name.default
+    def _name(self) -> str:
+        return self.check.__name__
+
+    @property
+    def sentence(self) -> str:
+        """What the law says."""
+        return inspect.cleandoc(self.check.__doc__ or "").partition("\n")[0]
+
+    def examples(self, profile: Profile) -> int:
+        """How often it is tried."""
+        return {"exact": profile.examples, "statistical": profile.trials, "long": 1}[self.effort]

@@ -1,0 +1,158 @@
+"""Laws of associators."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+from attrs import frozen
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from vedette.roles import Associator
+from vedette.space import Array
+from vedette.testing.judging import Closed, demand, frozen_copy, same
+from vedette.testing.law import Law, Profile
+from vedette.testing.states import SEEDS
+
+
+@frozen(eq=False)
+class Scores:
+    """Log scores (2, t, 1+k) without ties, evidence (2, 1, k), and permutations of the tracks and of the returns."""
+
+    scores: Array
+    evidence: Array
+    tracks: NDArray[np.int64]
+    returns: NDArray[np.int64]
+
+
+def drawn(associator: Associator, profile: Profile) -> st.SearchStrategy[Scores]:
+    """What every law of an associator is given: up to 4 tracks and 4 returns, some forbidden."""
+    return st.builds(_scores, st.integers(1, 4), st.integers(0, 4), st.sampled_from([0.5, 3.0, 30.0]), SEEDS)
+
+
+def _scores(t: int, k: int, spread: float, seed: int) -> Scores:
+    rng = np.random.default_rng(seed)
+    scores = spread * rng.standard_normal((2, t, 1 + k))
+    scores[..., 1:][rng.random((2, t, k)) < 0.3] = -np.inf
+    evidence = rng.standard_normal((2, 1, k))
+    return Scores(frozen_copy(scores), frozen_copy(evidence), rng.permutation(t), rng.permutation(k))
+
+
+def _weights(associator: Associator, scores: Array, evidence: Array) -> Array:
+    weights = associator.associate(frozen_copy(scores), frozen_copy(evidence))
+    demand(weights.shape == scores.shape, f"weights: must have shape {scores.shape}, got {weights.shape}")
+    return weights
+
+
+def pure(associator: Associator, drawn: Scores) -> None:
+    """Calls leave their arguments and the associator as they were, and give the same again."""
+    first = np.array(associator.associate(drawn.scores, drawn.evidence))
+    associator.associate(drawn.scores[:, :1], drawn.evidence)
+    same("weights called again", associator.associate(drawn.scores, drawn.evidence), first, 0.0)
+
+
+def batches_as_it_loops(associator: Associator, drawn: Scores) -> None:
+    """A batch of runs gives what each run gives alone, whatever the number of batch axes."""
+    alone = [_weights(associator, scores, evidence) for scores, evidence in zip(drawn.scores, drawn.evidence, strict=True)]
+    same("weights", _weights(associator, drawn.scores, drawn.evidence), np.stack(alone))
+    same("weights", _weights(associator, drawn.scores[None], drawn.evidence[None]), np.stack(alone)[None])
+
+
+def rows_sum_to_one(associator: Associator, drawn: Scores) -> None:
+    """Weights are probabilities, and those of a track sum to one."""
+    weights = _weights(associator, drawn.scores, drawn.evidence)
+    demand(np.all(weights >= 0), f"weights: must be >= 0, got {weights.min():.6g}")
+    same("sum of a row", weights.sum(axis=-1), np.ones(weights.shape[:-1]), 1e-9)
+
+
+def forbidden_stays_forbidden(associator: Associator, drawn: Scores) -> None:
+    """A score of -inf gets the weight 0."""
+    weights = _weights(associator, drawn.scores, drawn.evidence)
+    forbidden = weights[np.isneginf(drawn.scores)]
+    demand(np.all(forbidden == 0), f"weights: must be 0 where the score is -inf, got {forbidden.max(initial=0.0):.6g}")
+
+
+def row_constants_change_nothing(associator: Associator, drawn: Scores) -> None:
+    """A constant added to a track's scores changes nothing: only their differences count."""
+    t = drawn.scores.shape[-2]
+    shifted = drawn.scores + np.linspace(-20.0, 45.0, t)[:, None]
+    weights = _weights(associator, drawn.scores, drawn.evidence)
+    same("weights", _weights(associator, shifted, drawn.evidence), weights, 1e-7, 1.0)
+
+
+def order_of_tracks_is_free(associator: Associator, drawn: Scores) -> None:
+    """Tracks in another order get their own weights."""
+    weights = _weights(associator, drawn.scores, drawn.evidence)
+    moved = _weights(associator, drawn.scores[:, drawn.tracks], drawn.evidence)
+    same("weights", moved, weights[:, drawn.tracks], 1e-7, 1.0)
+
+
+def order_of_returns_is_free(associator: Associator, drawn: Scores) -> None:
+    """Returns in another order get their own weights."""
+    weights = _weights(associator, drawn.scores, drawn.evidence)
+    columns = np.concatenate([[0], 1 + drawn.returns])
+    moved = _weights(associator, drawn.scores[..., columns], drawn.evidence[..., drawn.returns])
+    same("weights", moved, weights[..., columns], 1e-7, 1.0)
+
+
+def a_far_return_changes_nothing(associator: Associator, drawn: Scores) -> None:
+    """A return that is forbidden to all tracks, as padding is, changes no other weight."""
+    weights = _weights(associator, drawn.scores, drawn.evidence)
+    more = np.concatenate([drawn.scores, np.full((*drawn.scores.shape[:-1], 1), -np.inf)], axis=-1)
+    evidence = np.concatenate([drawn.evidence, np.zeros((2, 1, 1))], axis=-1)
+    same("weights", _weights(associator, more, evidence)[..., :-1], weights, 1e-9, 1.0)
+
+
+def no_returns_is_a_miss(associator: Associator, drawn: Scores) -> None:
+    """Without returns every track is missed for sure; without tracks nothing is wrong."""
+    alone = _weights(associator, drawn.scores[..., :1], drawn.evidence[..., :0])
+    same("weights of a miss", alone, np.ones(alone.shape), 1e-12)
+    _weights(associator, drawn.scores[:, :0], drawn.evidence)
+
+
+def each_return_is_claimed_once(associator: Associator, drawn: Scores) -> None:
+    """If exclusive: no return is claimed more than once in total."""
+    claimed = _weights(associator, drawn.scores, drawn.evidence)[..., 1:].sum(axis=-2)
+    worst = float(claimed.max(initial=0.0))
+    demand(worst <= 1 + 1e-9, f"weights: a return is claimed {worst:.6g} times in total, allowed 1")
+
+
+def equals_brute_force(associator: Associator, drawn: Scores) -> None:
+    """If exact: the weights are those of summing over, or searching, all associations one by one."""
+    if not associator.solves:
+        raise Closed("it is not exact")
+    weights = _weights(associator, drawn.scores, drawn.evidence)
+    wanted = np.stack([brute_force(scores, associator.exclusive, associator.solves == "best") for scores in drawn.scores])
+    same("weights", weights, wanted, 1e-7, 1.0)
+
+
+def brute_force(scores: Array, exclusive: bool, best: bool) -> Array:
+    """Weights (t, 1+k) from all associations of scores (t, 1+k): their marginals, or those of the best one alone."""
+    t, columns = scores.shape
+    choices = [
+        choice
+        for choice in product(range(columns), repeat=t)
+        if not exclusive or len(set(taken := [i for i in choice if i])) == len(taken)
+    ]
+    total = np.array([sum(scores[row, i] for row, i in enumerate(choice)) for choice in choices])
+    share = np.where(total == total.max(), 1.0, 0.0) if best else np.exp(total - total.max())
+    weights = np.zeros(scores.shape)
+    for choice, part in zip(choices, share / share.sum(), strict=True):
+        weights[range(t), choice] += part
+    return weights
+
+
+LAWS = (
+    Law(pure),
+    Law(batches_as_it_loops),
+    Law(rows_sum_to_one),
+    Law(forbidden_stays_forbidden),
+    Law(row_constants_change_nothing),
+    Law(order_of_tracks_is_free),
+    Law(order_of_returns_is_free),
+    Law(a_far_return_changes_nothing),
+    Law(no_returns_is_a_miss),
+    Law(each_return_is_claimed_once, needs="exclusive"),
+    Law(equals_brute_force),
+)

@@ -1,0 +1,119 @@
+"""Laws of estimators that take long: covariances that last, and errors that are as large as they say."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from attrs import evolve
+
+from vedette.consistency import nees
+from vedette.roles import Estimator
+from vedette.space import Space
+from vedette.testing.bands import judge_run_means, judge_scale
+from vedette.testing.judging import Closed, Misuse, covariance, demand, finite
+from vedette.testing.law import Law
+from vedette.testing.laws.scene import (
+    Scene,
+    free_axes,
+    holdable,
+    started,
+    sure,
+    without_carried,
+)
+from vedette.testing.truth import draw_truth, modes_of, motion_of
+from vedette.testing.watch import Watch
+from vedette.types import Detections, Gaussian
+
+EQUIVALENCE = (0.85, 1.15)
+"""Where an estimator that is not exact may have its mean NEES and NIS, as a share of what is expected."""
+
+
+def covariances_survive_a_long_run(estimator: Estimator[Any], drawn: Scene) -> None:
+    """Covariances stay symmetric and positive definite through thousands of ill-conditioned steps.
+
+    Noises of the measurement are 1e-6 to 1e6 times what the motion adds, and the prior is 1e6 times the larger.
+    """
+    rng = drawn.rng()
+    looks_at = Space(drawn.watch.looks_at.axes[:1])
+    started(estimator, drawn, rng)
+    i, n = estimator.state.locate(looks_at)[0], len(estimator.state)
+    mean = np.broadcast_to(drawn.prior.mean[0, :1], (13, 1, n))
+    tight = Gaussian(mean, np.broadcast_to(1e-12 * np.eye(n), (13, 1, n, n)))
+    added = estimator.moments(
+        estimator.predict(estimator.start(without_carried(estimator, tight), estimator.state, rng), 1.0, rng)
+    ).cov
+    noise = np.logspace(-6, 6, 13) * np.median(added[..., i, i])
+    wide = np.maximum(noise[:, None, None, None], added) * 1e6
+    cov = np.eye(n) * np.diagonal(wide, axis1=-2, axis2=-1)[..., None, :]
+    belief = estimator.start(without_carried(estimator, Gaussian(mean, cov)), estimator.state, rng)
+    watch = Watch(looks_at, np.eye(1))
+    R, valid = noise[:, None, None, None], np.ones((13, 1), dtype=bool)
+    for step in range(drawn.steps):
+        belief = estimator.predict(belief, 1.0, rng)
+        centre = estimator.moments(belief).mean[..., i : i + 1]
+        # Every third scan a second, almost equal look follows at once: nothing is left to learn, the subtraction is all.
+        for _ in range(2 if step % 3 == 0 else 1):
+            seen = Detections(centre, valid, noise=R)
+            innovation = estimator.innovate(belief, watch, seen, 1.0 - 1e-12)
+            belief = estimator.absorb(belief, innovation, sure(innovation.loglik, 1))
+        if step % 97 == 0 or step < 30:
+            _still_covariance(estimator, belief, step)
+    _still_covariance(estimator, belief, drawn.steps)
+
+
+def _still_covariance(estimator: Estimator[Any], belief: Any, step: int) -> None:
+    cov = estimator.moments(belief).cov
+    free = estimator.state.locate(free_axes(estimator))
+    finite(f"covariance after {step} steps", cov)
+    variance = np.diagonal(cov, axis1=-2, axis2=-1)[..., free]
+    demand(np.all(variance > 0), f"covariance after {step} steps: a variance is {variance.min():.3g}, must be > 0")
+    covariance(f"covariance after {step} steps", cov[..., free, :][..., free], definite=False)
+
+
+def nees_and_nis_fit_matched_truth(estimator: Estimator[Any], drawn: Scene) -> None:
+    """On truth drawn from its own models, errors are as large as the covariance says, and so are innovations.
+
+    Chi-square where it is exact and its motion linear; else the mean, one value a run, lies in a band of 15 %.
+    """
+    rng, state, runs, scans = drawn.rng(), estimator.state, drawn.runs, 12
+    motion = motion_of(estimator)
+    mean, cov = drawn.prior.mean[0, 0], drawn.prior.cov[0, 0]
+    started(estimator, drawn, rng)
+    if modes_of(estimator):
+        holdable(estimator, drawn.prior)
+    times = 0.2 * np.arange(scans + 1)
+    prior = Gaussian(mean, 0.04 * cov)
+    try:
+        truth = draw_truth(estimator, prior, times, rng, runs)
+    except Misuse as reason:
+        raise Closed(str(reason)) from None
+    n, m = len(state) - len(estimator.carried), len(drawn.watch.R)
+    where = state.locate(drawn.watch.looks_at)
+    watch = evolve(drawn.watch, R=0.04 * drawn.watch.R, probability=1.0)
+    root = np.linalg.cholesky(watch.R)
+    many = Gaussian(np.broadcast_to(prior.mean, (runs, 1, len(state))), np.broadcast_to(prior.cov, (runs, 1, *cov.shape)))
+    belief = estimator.start(many, state, rng)
+    errors, shocks = [], []
+    for scan in range(1, scans + 1):
+        belief = estimator.predict(belief, float(times[scan] - times[scan - 1]), rng)
+        z = watch.measure(truth[:, scan, where]) + rng.standard_normal((runs, m)) @ root.T
+        seen = Detections(watch.measurement.canonical(z)[:, None], np.ones((runs, 1), dtype=bool))
+        innovation = estimator.innovate(belief, watch, seen, 1.0 - 1e-12)
+        shocks.append(innovation.nis[:, 0, 0])
+        belief = estimator.absorb(belief, innovation, sure(innovation.loglik, 1))
+        found = estimator.moments(belief)
+        errors.append(nees(state.difference(truth[:, scan], found.mean[:, 0]), found.cov[:, 0]))
+    if estimator.exact_when_linear and motion is not None and motion.linear:
+        judge_scale("NIS", np.array(shocks).ravel(), m, drawn.alpha / 2)
+        for values in (errors[0], errors[-1]):
+            judge_scale("NEES", values, n, drawn.alpha / 4)
+    else:
+        judge_run_means("NIS", np.mean(shocks, axis=0) / m, *EQUIVALENCE, drawn.alpha / 2)
+        judge_run_means("NEES", np.mean(errors, axis=0) / n, *EQUIVALENCE, drawn.alpha / 2)
+
+
+LAWS = (
+    Law(covariances_survive_a_long_run, effort="long"),
+    Law(nees_and_nis_fit_matched_truth, effort="statistical"),
+)

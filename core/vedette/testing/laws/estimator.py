@@ -1,0 +1,194 @@
+"""Laws of estimators: point filters, mixtures, particles; tried with the kit's own linear sensor."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from vedette import trees
+from vedette.roles import Estimator
+from vedette.space import Axis, Space
+from vedette.testing.judging import Closed, demand, frozen_copy, same
+from vedette.testing.law import Law
+from vedette.testing.laws import credible, exact, mixture
+from vedette.testing.laws.scene import (
+    P_GATE,
+    Scene,
+    after_scan,
+    alike,
+    holdable,
+    innovation_of,
+    mixture_moments,
+    predicted,
+    soft,
+    started,
+    sure,
+)
+from vedette.testing.truth import modes_of
+from vedette.testing.watch import Watch
+from vedette.types import Detections, Gaussian
+
+
+def pure(estimator: Estimator[Any], drawn: Scene) -> None:
+    """With equal generators calls give the same again, and leave beliefs and returns as they were."""
+    first: dict[str, Any] = {}
+    for _ in range(2):
+        rng = drawn.rng()
+        start = started(estimator, drawn, rng)
+        before = estimator.moments(start)
+        kept = Gaussian(np.array(before.mean), np.array(before.cov))
+        belief = estimator.predict(start, drawn.dt, rng)
+        innovation = innovation_of(estimator, belief, drawn)
+        after = estimator.absorb(belief, innovation, frozen_copy(soft(innovation.loglik, drawn.seed)))
+        same("start after predict: mean", estimator.moments(start).mean, kept.mean, 0.0)
+        same("start after predict: cov", estimator.moments(start).cov, kept.cov, 0.0)
+        moments = estimator.moments(after)
+        found = {"loglik": innovation.loglik, "mean": moments.mean, "cov": moments.cov}
+        for name, value in found.items():
+            same(f"{name} again", value, first.setdefault(name, np.array(value)), 0.0)
+
+
+def batches_as_it_loops(estimator: Estimator[Any], drawn: Scene) -> None:
+    """Runs and tracks in one batch give what each gives alone."""
+    whole = predicted(estimator, drawn, drawn.rng())
+    innovation = innovation_of(estimator, whole, drawn)
+    weights = soft(innovation.loglik, drawn.seed)
+    after = estimator.moments(estimator.absorb(whole, innovation, weights))
+    for run in range(2):
+        seen = Detections(drawn.seen.z[run], drawn.seen.valid[run])
+        for track in range(2):
+            prior = Gaussian(drawn.prior.mean[run, track : track + 1], drawn.prior.cov[run, track : track + 1])
+            rng = drawn.rng()
+            belief = estimator.predict(estimator.start(prior, estimator.state, rng), drawn.dt, rng)
+            alone = estimator.innovate(belief, drawn.watch, seen, P_GATE)
+            chosen = weights[run, track : track + 1]
+            wanted = estimator.moments(estimator.absorb(belief, alone, chosen))
+            scale = np.abs(alone.loglik) + 1.0
+            same("log-likelihood", innovation.loglik[run, track : track + 1], alone.loglik, 1e-10, scale)
+            alike(estimator, Gaussian(after.mean[run, track : track + 1], after.cov[run, track : track + 1]), wanted, 1e-9)
+
+
+def tracks_come_and_go(estimator: Estimator[Any], drawn: Scene) -> None:
+    """A belief's tracks can be taken and joined: every array of it leads with the batch axes and the tracks."""
+    belief = predicted(estimator, drawn, drawn.rng())
+    wanted = estimator.moments(belief)
+    swapped = estimator.moments(trees.take(belief, np.array([1, 0]), 1))
+    same("mean of swapped tracks", swapped.mean, wanted.mean[:, ::-1])
+    same("cov of swapped tracks", swapped.cov, wanted.cov[:, ::-1])
+    one, other = (trees.take(belief, np.array([i]), 1) for i in (0, 1))
+    same("mean of joined tracks", estimator.moments(trees.join(one, other, 1)).mean, wanted.mean)
+
+
+def starts_at_its_prior(estimator: Estimator[Any], drawn: Scene) -> None:
+    """Just started, moments are the prior's, also where the prior has further axes in another order."""
+    own = estimator.state
+    more = Space((Axis("kit_more", "m"), *own.axes[::-1]))
+    where = more.locate(own)
+    mean = np.full((2, 2, len(more)), 3.0)
+    cov = np.broadcast_to(np.eye(len(more)), (2, 2, len(more), len(more))).copy()
+    mean[..., where] = drawn.prior.mean
+    cov[..., np.array(where)[:, None], where] = drawn.prior.cov
+    started(estimator, drawn, drawn.rng())
+    wide = estimator.start(Gaussian(frozen_copy(mean), frozen_copy(cov)), more, drawn.rng())
+    alike(estimator, wide, holdable(estimator, drawn.prior), 1e-9)
+
+
+def no_time_changes_nothing(estimator: Estimator[Any], drawn: Scene) -> None:
+    """A prediction over no time returns the belief as it is."""
+    belief = predicted(estimator, drawn, drawn.rng())
+    wanted = estimator.moments(belief)
+    again = estimator.predict(belief, 0.0, drawn.rng())
+    alike(estimator, again, wanted, 1e-12)
+    probability, before = estimator.mode_prob(again), estimator.mode_prob(belief)
+    if probability is not None and before is not None:
+        same("mode probabilities", probability, before, 1e-12, 1.0)
+
+
+def a_missed_scan_equals_prediction(estimator: Estimator[Any], drawn: Scene) -> None:
+    """Where detection does not depend on the state, a scan without returns says nothing."""
+    belief = predicted(estimator, drawn, drawn.rng())
+    none = Detections(drawn.seen.z[:, :0], drawn.seen.valid[:, :0])
+    innovation = estimator.innovate(belief, drawn.watch, none, P_GATE)
+    demand(
+        innovation.loglik.shape == (2, 2, 1),
+        f"loglik: of no returns must have shape (2, 2, 1), got {innovation.loglik.shape}",
+    )
+    after = estimator.absorb(belief, innovation, np.ones((2, 2, 1)))
+    alike(estimator, after, estimator.moments(belief), 1e-9)
+
+
+def returns_of_weight_zero_change_nothing(estimator: Estimator[Any], drawn: Scene) -> None:
+    """A return that is surely not the track's leaves it as a miss does."""
+    belief = predicted(estimator, drawn, drawn.rng())
+    alike(estimator, after_scan(estimator, belief, drawn.watch, drawn.seen, 0), estimator.moments(belief), 1e-9)
+
+
+def order_of_returns_is_free(estimator: Estimator[Any], drawn: Scene) -> None:
+    """Returns in another order, with their weights, give the same belief."""
+    belief = predicted(estimator, drawn, drawn.rng())
+    innovation = innovation_of(estimator, belief, drawn)
+    weights = soft(innovation.loglik, drawn.seed)
+    wanted = estimator.moments(estimator.absorb(belief, innovation, weights))
+    turned = estimator.innovate(belief, drawn.watch, Detections(drawn.seen.z[:, ::-1], drawn.seen.valid), P_GATE)
+    same("log-likelihood", turned.loglik[..., 1:], innovation.loglik[..., :0:-1], 1e-9, np.abs(innovation.loglik).max())
+    alike(estimator, estimator.absorb(belief, turned, weights[..., [0, 2, 1]]), wanted, 1e-9)
+
+
+def a_miss_has_its_probability(estimator: Estimator[Any], drawn: Scene) -> None:
+    """Column 0 is log(1 - P_D P_G): a return outside the gate is missed too."""
+    innovation = innovation_of(estimator, predicted(estimator, drawn, drawn.rng()), drawn)
+    wanted = np.log(1.0 - drawn.watch.probability * P_GATE)
+    same("loglik of a miss", innovation.loglik[..., 0], np.full((2, 2), wanted), 1e-9, 1.0)
+
+
+def return_likelihood_is_a_density(estimator: Estimator[Any], drawn: Scene) -> None:
+    """Over all measurements, the likelihood of a return integrates to the detection probability."""
+    belief = predicted(estimator, drawn, drawn.rng())
+    moments = estimator.moments(belief)
+    axis = drawn.watch.looks_at.axes[:1]
+    looks_at = Space(axis)
+    watch = Watch(looks_at, drawn.watch.R[:1, :1], drawn.watch.probability)
+    i = estimator.state.locate(looks_at)[0]
+    spread = np.sqrt(float(np.max(moments.cov[..., i, i])) + float(watch.R[0, 0]))
+    centres, period = moments.mean[..., i], axis[0].period
+    low, high = float(centres.min()) - 9 * spread, float(centres.max()) + 9 * spread
+    if period is not None and high - low > period:
+        raise Closed("the measured angle is too uncertain for an unwrapped integral")
+    cells = 4000 if modes_of(estimator) else 1500
+    grid = np.linspace(low, high, cells)
+    z = np.broadcast_to(looks_at.canonical(grid[:, None]), (2, cells, 1))
+    loglik = estimator.innovate(belief, watch, Detections(z, np.ones((2, cells), dtype=bool)), P_GATE).loglik[..., 1:]
+    narrow = float(np.sqrt(watch.R[0, 0]))
+    if (grid[1] - grid[0]) > 0.5 * narrow:
+        raise Closed("the tracks lie too far apart for one grid")
+    total = np.exp(loglik).sum(axis=-1) * (grid[1] - grid[0])
+    same("integral of a return's likelihood", total, np.full((2, 2), watch.probability), 1e-4, 1.0)
+
+
+def soft_weights_give_the_mixtures_moments(estimator: Estimator[Any], drawn: Scene) -> None:
+    """Under soft weights the belief has the moments of its hypotheses, the spread of their means included."""
+    belief = predicted(estimator, drawn, drawn.rng())
+    innovation = innovation_of(estimator, belief, drawn)
+    weights = soft(innovation.loglik, drawn.seed)
+    each = [estimator.moments(estimator.absorb(belief, innovation, sure(weights, i))) for i in range(3)]
+    wanted = mixture_moments(estimator.state, weights, each)
+    alike(estimator, estimator.absorb(belief, innovation, weights), wanted, 1e-8)
+
+
+LAWS = (
+    Law(pure),
+    Law(batches_as_it_loops),
+    Law(tracks_come_and_go),
+    Law(starts_at_its_prior),
+    Law(no_time_changes_nothing),
+    Law(a_missed_scan_equals_prediction),
+    Law(returns_of_weight_zero_change_nothing),
+    Law(order_of_returns_is_free),
+    Law(a_miss_has_its_probability),
+    Law(return_likelihood_is_a_density),
+    Law(soft_weights_give_the_mixtures_moments),
+    *exact.LAWS,
+    *credible.LAWS,
+    *mixture.LAWS,
+)

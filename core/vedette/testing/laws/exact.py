@@ -1,0 +1,87 @@
+"""Laws of estimators that are exact for linear models with Gaussian noise."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from vedette.roles import Estimator
+from vedette.space import Array
+from vedette.testing.judging import same
+from vedette.testing.law import Law
+from vedette.testing.laws.scene import (
+    P_GATE,
+    Scene,
+    after_scan,
+    alike,
+    linear_motion,
+    predicted,
+    started,
+    sure,
+)
+from vedette.types import Gaussian
+
+
+def equals_joint_conditioning(estimator: Estimator[Any], drawn: Scene) -> None:
+    """If exact when linear: two predictions and scans equal conditioning the joint Gaussian of states and returns."""
+    motion = linear_motion(estimator)
+    belief, state = started(estimator, drawn, drawn.rng()), estimator.state
+    own = motion.state.locate(state)
+    scans = ((drawn.dt, drawn.watch, drawn.seen), (drawn.later, drawn.other, drawn.others))
+    logs = []
+    for dt, watch, seen in scans:
+        belief = estimator.predict(belief, dt, drawn.rng())
+        innovation = estimator.innovate(belief, watch, seen, P_GATE)
+        logs.append(innovation.loglik[..., 1])
+        belief = estimator.absorb(belief, innovation, sure(innovation.loglik, 1))
+    found = estimator.moments(belief)
+    for b, t in np.ndindex(2, 2):
+        mean, cov = drawn.prior.mean[b, t], drawn.prior.cov[b, t]
+        n, zs, mean_z, cross, square = len(mean), np.zeros(0), np.zeros(0), np.zeros((len(mean), 0)), np.zeros((0, 0))
+        wanted_logs, before = [], 0.0
+        for dt, watch, seen in scans:
+            F = motion.jacobian(mean[own], dt)[np.ix_(own, own)] if own != list(range(n)) else motion.jacobian(mean, dt)
+            Q = motion.noise(mean, dt)
+            mean, cov, cross = F @ mean, F @ cov @ F.T + Q, F @ cross
+            H = np.zeros((len(watch.R), n))
+            H[:, state.locate(watch.looks_at)] = watch.H
+            corner = H @ cross
+            square = np.block([[square, corner.T], [corner, H @ cov @ H.T + watch.R]])
+            cross = np.concatenate([cross, cov @ H.T], axis=1)
+            zs, mean_z = np.concatenate([zs, seen.z[b, 0]]), np.concatenate([mean_z, H @ mean])
+            joint = _log_normal(zs - mean_z, square)
+            wanted_logs.append(joint - before + np.log(watch.probability))
+            before = joint
+        gain = np.linalg.solve(square, cross.T).T
+        wanted = Gaussian(mean + gain @ (zs - mean_z), cov - gain @ cross.T)
+        alike(estimator, Gaussian(found.mean[b, t], found.cov[b, t]), wanted, 1e-6)
+        same(
+            "log-likelihood of returns", np.array([log[b, t] for log in logs]), np.array(wanted_logs), 1e-7, 1 + abs(before)
+        )
+
+
+def _log_normal(x: Array, cov: Array) -> float:
+    root = np.linalg.cholesky(cov)
+    white = np.linalg.solve(root, x)
+    return float(-0.5 * white @ white - np.log(np.diagonal(root)).sum() - 0.5 * len(x) * np.log(2 * np.pi))
+
+
+def order_of_sensors_is_free(estimator: Estimator[Any], drawn: Scene) -> None:
+    """If exact when linear: two independent sensors at one time may report in any order."""
+    linear_motion(estimator)
+    belief = predicted(estimator, drawn, drawn.rng())
+    pairs = ((drawn.watch, drawn.seen), (drawn.other, drawn.others))
+    ends = []
+    for order in (pairs, pairs[::-1]):
+        after = belief
+        for watch, seen in order:
+            after = after_scan(estimator, estimator.predict(after, 0.0, drawn.rng()), watch, seen)
+        ends.append(estimator.moments(after))
+    alike(estimator, ends[1], ends[0], 1e-7)
+
+
+LAWS = (
+    Law(equals_joint_conditioning, needs="exact_when_linear"),
+    Law(order_of_sensors_is_free, needs="exact_when_linear"),
+)

@@ -1,0 +1,90 @@
+"""Laws of estimators that mix modes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from attrs import evolve
+
+from vedette.roles import Estimator
+from vedette.testing.judging import Closed, demand, same
+from vedette.testing.law import Law
+from vedette.testing.laws.scene import (
+    P_GATE,
+    Scene,
+    alike,
+    innovation_of,
+    mixture_moments,
+    predicted,
+    soft,
+    sure,
+)
+from vedette.testing.truth import chain_of, initial_of, modes_of
+from vedette.types import Gaussian
+
+
+def _like_modes(estimator: Estimator[Any]) -> tuple[Estimator[Any], ...]:
+    modes = modes_of(estimator)
+    if not modes:
+        raise Closed("it is no mixture of modes")
+    if any(mode.state != estimator.state for mode in modes):
+        raise Closed("its modes have unlike states")
+    return modes
+
+
+def modes_follow_their_chain(estimator: Estimator[Any], drawn: Scene) -> None:
+    """If a mixture: predicted mode probabilities are those of the Markov chain."""
+    modes = modes_of(estimator)
+    if not modes:
+        raise Closed("it is no mixture of modes")
+    found = estimator.mode_prob(predicted(estimator, drawn, drawn.rng()))
+    demand(found is not None, "mode_prob: must be the probabilities of the modes, got None")
+    wanted = initial_of(estimator) @ chain_of(estimator, drawn.dt)
+    same("mode probabilities", np.asarray(found), np.broadcast_to(wanted, (2, 2, len(modes))), 1e-9, 1.0)
+
+
+def first_scan_is_the_exact_mixture(estimator: Estimator[Any], drawn: Scene) -> None:
+    """If a mixture: up to the first scan nothing was merged, so modes and moments are Bayes' rule over the modes."""
+    modes = _like_modes(estimator)
+    belief = predicted(estimator, drawn, drawn.rng())
+    c = initial_of(estimator) @ chain_of(estimator, drawn.dt)
+    parts = [mode.predict(mode.start(drawn.prior, mode.state, drawn.rng()), drawn.dt, drawn.rng()) for mode in modes]
+    c_all = np.broadcast_to(c, (2, 2, len(modes)))
+    priors = [mode.moments(part) for mode, part in zip(modes, parts, strict=True)]
+    alike(estimator, belief, mixture_moments(estimator.state, c_all, priors), 1e-8, "predicted ")
+    innovations = [mode.innovate(part, drawn.watch, drawn.seen, P_GATE) for mode, part in zip(modes, parts, strict=True)]
+    likely = np.stack([innovation.loglik[..., 1] for innovation in innovations], axis=-1)
+    joint = c * np.exp(likely - likely.max(axis=-1, keepdims=True))
+    share = joint / joint.sum(axis=-1, keepdims=True)
+    innovation = innovation_of(estimator, belief, drawn)
+    total = np.log(joint.sum(axis=-1)) + likely.max(axis=-1)
+    same("log-likelihood of a return", innovation.loglik[..., 1], total, 1e-9, np.abs(total) + 1)
+    after = estimator.absorb(belief, innovation, sure(innovation.loglik, 1))
+    same("mode probabilities", np.asarray(estimator.mode_prob(after)), share, 1e-9, 1.0)
+    chosen = sure(innovations[0].loglik, 1)
+    updated = zip(modes, parts, innovations, strict=True)
+    ends = [mode.moments(mode.absorb(part, each, chosen)) for mode, part, each in updated]
+    alike(estimator, after, mixture_moments(estimator.state, share, ends), 1e-8, "updated ")
+
+
+def equal_modes_are_one(estimator: Estimator[Any], drawn: Scene) -> None:
+    """If a mixture: were all modes the same, it would be that mode through any number of scans."""
+    modes = modes_of(estimator)
+    if not modes:
+        raise Closed("it is no mixture of modes")
+    twins, one = evolve(estimator, modes=(modes[0],) * len(modes), absent={}), modes[0]  # type: ignore[misc]
+    own = estimator.state.locate(one.state)
+    prior = Gaussian(drawn.prior.mean[..., own], drawn.prior.cov[..., own, :][..., own])
+    ends = []
+    for each in (twins, one):
+        belief = each.start(prior, one.state, drawn.rng())
+        for dt in (drawn.dt, drawn.later):
+            belief = each.predict(belief, dt, drawn.rng())
+            innovation = each.innovate(belief, drawn.watch, drawn.seen, P_GATE)
+            belief = each.absorb(belief, innovation, soft(innovation.loglik, drawn.seed))
+        ends.append(each.moments(belief))
+    alike(one, ends[0], ends[1], 1e-7)
+
+
+LAWS = (Law(modes_follow_their_chain), Law(first_scan_is_the_exact_mixture), Law(equal_modes_are_one))

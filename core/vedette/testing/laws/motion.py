@@ -1,0 +1,189 @@
+"""Laws of motion models."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from attrs import frozen
+from hypothesis import strategies as st
+
+from vedette.draws import draw_states, factor
+from vedette.roles import MotionModel
+from vedette.space import Array
+from vedette.testing.bands import judge_standard_normal
+from vedette.testing.judging import Closed, covariance, demand, finite, frozen_copy, is_derivative, same
+from vedette.testing.law import Law, Profile
+from vedette.testing.laws import space as spaces
+from vedette.testing.states import SEEDS, STEPS, points, random_gaussian, steps_of
+from vedette.types import Gaussian
+
+
+@frozen(eq=False)
+class Moves:
+    """States x (3, n), steps over their axes (3, n), two time steps in s, and what statistical laws need."""
+
+    x: Array
+    step: Array
+    dt: float
+    later: float
+    seed: int
+    runs: int
+    alpha: float
+
+
+def drawn(model: MotionModel, profile: Profile) -> st.SearchStrategy[Moves]:
+    """What every law of a motion model is given."""
+    x, step = points(model.state, 3).map(frozen_copy), points(model.state, 3).map(frozen_copy)
+    return st.builds(Moves, x, step, STEPS, STEPS, SEEDS, st.just(profile.runs), st.just(profile.alpha))
+
+
+Method = Callable[[Array, float], Array]
+
+
+def _methods(model: MotionModel) -> dict[str, tuple[Method, int]]:
+    return {"move": (model.move, 1), "jacobian": (model.jacobian, 2), "noise": (model.noise, 2)}
+
+
+def _full(result: Array, x: Array, axes: int) -> Array:
+    """A result as (*b, n) or (*b, n, n), also where it left out the batch axes."""
+    n = x.shape[-1]
+    return np.broadcast_to(result, (*x.shape[:-1], *(n,) * axes))
+
+
+def pure(model: MotionModel, drawn: Moves) -> None:
+    """Calls leave their arguments and the model as they were, and give the same again."""
+    for name, (method, _) in _methods(model).items():
+        first = np.array(method(drawn.x, drawn.dt))
+        method(drawn.step, drawn.later)
+        same(f"{name} called again", method(drawn.x, drawn.dt), first, 0.0)
+
+
+def batches_as_it_loops(model: MotionModel, drawn: Moves) -> None:
+    """A batch of states gives what each state gives alone, whatever the number of batch axes."""
+    block = frozen_copy(np.stack([drawn.x, drawn.x[::-1]]))
+    for name, (method, axes) in _methods(model).items():
+        got = _full(method(block, drawn.dt), block, axes)
+        alone = np.stack([_full(method(x, drawn.dt), x, axes) for x in drawn.x])
+        same(name, got, np.stack([alone, alone[::-1]]))
+        none = method(drawn.x[:0], drawn.dt)
+        demand(none.size == 0 or none.ndim == axes, f"{name}: of no states must be empty, got shape {none.shape}")
+
+
+def gives_finite_numbers(model: MotionModel, drawn: Moves) -> None:
+    """Ordinary states and times give finite numbers."""
+    for name, (method, _) in _methods(model).items():
+        finite(name, method(drawn.x, drawn.dt))
+
+
+def zero_step_changes_nothing(model: MotionModel, drawn: Moves) -> None:
+    """A step of no time moves nothing and adds no noise."""
+    n = len(model.state)
+    same("move(x, 0)", model.move(drawn.x, 0.0), drawn.x)
+    same("noise(x, 0)", _full(model.noise(drawn.x, 0.0), drawn.x, 2), np.zeros((3, n, n)), 0.0)
+    same("jacobian(x, 0)", _full(model.jacobian(drawn.x, 0.0), drawn.x, 2), np.broadcast_to(np.eye(n), (3, n, n)), 1e-8)
+
+
+def noise_is_a_covariance(model: MotionModel, drawn: Moves) -> None:
+    """The noise is symmetric and positive semi-definite."""
+    covariance("noise", _full(model.noise(drawn.x, drawn.dt), drawn.x, 2), definite=False)
+
+
+def carried_axes_have_no_noise(model: MotionModel, drawn: Moves) -> None:
+    """An axis that is carried along gets no noise: it is moved by rules."""
+    if not len(model.carried):
+        raise Closed("it carries no axes")
+    where = model.state.locate(model.carried)
+    cov = model.noise(drawn.x, drawn.dt)
+    same("noise of carried axes", cov[..., where, :], np.zeros_like(cov[..., where, :]), 0.0)
+
+
+def jacobian_is_the_derivative(model: MotionModel, drawn: Moves) -> None:
+    """The jacobian is the derivative of move, the short way round where axes wrap."""
+    for x in drawn.x:
+        stated = _full(model.jacobian(x, drawn.dt), x, 2)
+        is_derivative(lambda y: model.move(y, drawn.dt), model.state.difference, stated, x, steps_of(model.state))
+
+
+def linear_as_declared(model: MotionModel, drawn: Moves) -> None:
+    """If linear: move(x) = F x with one F and one noise for all states."""
+    F = _full(model.jacobian(drawn.x, drawn.dt), drawn.x, 2)
+    Q = _full(model.noise(drawn.x, drawn.dt), drawn.x, 2)
+    same("jacobian elsewhere", F[1:], np.broadcast_to(F[0], F[1:].shape), 1e-9)
+    same("noise elsewhere", Q[1:], np.broadcast_to(Q[0], Q[1:].shape), 1e-9)
+    scale = np.abs(F[0]) @ np.abs(drawn.x[0]) + 1e-12
+    same("move", model.move(drawn.x[0], drawn.dt), F[0] @ drawn.x[0], 1e-9, scale)
+
+
+def two_steps_make_one(model: MotionModel, drawn: Moves) -> None:
+    """If divisible: F(a+b) = F(b) F(a) and Q(a+b) = F(b) Q(a) F(b)' + Q(b)."""
+    a, b = drawn.dt, drawn.later
+    for x in drawn.x:
+        between = model.move(x, a)
+        F = model.jacobian(between, b)
+        goal = model.move(x, a + b)
+        same("move(x, a + b)", model.move(between, b), goal, 1e-9, np.abs(goal).max() + np.abs(x).max() + 1e-9)
+        same("jacobian(x, a + b)", F @ model.jacobian(x, a), model.jacobian(x, a + b), 1e-6)
+        got, wanted = F @ model.noise(x, a) @ F.T + model.noise(between, b), model.noise(x, a + b)
+        spread = np.sqrt(np.abs(np.diagonal(wanted)))
+        same("noise(x, a + b)", got, wanted, 1e-6, np.maximum(spread[:, None] * spread, 1e-300))
+
+
+def noise_matches_draws(model: MotionModel, drawn: Moves) -> None:
+    """States drawn from the model, in two steps if it is divisible, spread around move(x) as noise says."""
+    rng, x = np.random.default_rng(drawn.seed), drawn.x[0]
+    times = np.array([0.0, 0.5, 1.0] if model.divisible and model.linear else [0.0, 1.0]) * drawn.dt
+    there = draw_states(model, x, times, rng, (20 * drawn.runs,))[:, -1]
+    error = model.state.difference(there, model.state.canonical(model.move(x, drawn.dt)))
+    root = factor(_full(model.noise(x, drawn.dt), x, 2))
+    free = np.diagonal(root) > 0
+    within = np.linalg.lstsq(root[:, free], error.T, rcond=None)[0].T
+    left = error - within @ root[:, free].T
+    spread = np.sqrt(np.sum(root**2, axis=-1))
+    same("what noise leaves out", left, np.zeros_like(left), 1e-5, np.where(spread > 0, spread, np.abs(x).max() + 1.0))
+    judge_standard_normal("noise", within, drawn.alpha)
+
+
+def settling_keeps_a_belief(model: MotionModel, drawn: Moves) -> None:
+    """Settling gives a belief over the same axes, with a covariance that is one."""
+    rng = np.random.default_rng(drawn.seed)
+    own = random_gaussian(model.state, rng, (2, 3))
+    if len(model.carried):
+        where = model.state.locate(model.carried)
+        own.cov[..., where, :] = 0.0
+        own.cov[..., :, where] = 0.0
+    own = Gaussian(frozen_copy(own.mean), frozen_copy(own.cov))
+    settled = model.settle(own, own)
+    demand(settled.mean.shape == own.mean.shape, f"settle: mean must have shape {own.mean.shape}, got {settled.mean.shape}")
+    finite("mean", settled.mean)
+    covariance("covariance", settled.cov, definite=False)
+
+
+def differences_undo_steps(model: MotionModel, drawn: Moves) -> None:
+    """In the state space, difference and displace are inverse."""
+    spaces.difference_undoes_displace(model.state, drawn.x, drawn.step)
+    spaces.plain_axes_do_not_wrap(model.state, drawn.x, drawn.step)
+
+
+def angles_wrap(model: MotionModel, drawn: Moves) -> None:
+    """In the state space, whole turns change nothing and wrapped axes are canonical."""
+    if all(axis.period is None for axis in model.state.axes):
+        raise Closed("no axis wraps")
+    spaces.wraps_are_canonical(model.state, drawn.x, drawn.step)
+
+
+LAWS = (
+    Law(pure),
+    Law(batches_as_it_loops),
+    Law(gives_finite_numbers),
+    Law(zero_step_changes_nothing),
+    Law(noise_is_a_covariance),
+    Law(carried_axes_have_no_noise),
+    Law(jacobian_is_the_derivative),
+    Law(linear_as_declared, needs="linear"),
+    Law(two_steps_make_one, needs="divisible"),
+    Law(noise_matches_draws, effort="statistical"),
+    Law(settling_keeps_a_belief),
+    Law(differences_undo_steps),
+    Law(angles_wrap),
+)

@@ -1,0 +1,164 @@
+"""What the laws of estimators are tried on, and what several of them do with it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from attrs import frozen
+from hypothesis import strategies as st
+
+from vedette.roles import Estimator, MotionModel
+from vedette.space import Array, Space
+from vedette.testing.judging import Closed, frozen_copy, same
+from vedette.testing.law import Profile
+from vedette.testing.states import SEEDS, random_covariance, random_gaussian, sizes
+from vedette.testing.truth import modes_of, motion_of
+from vedette.testing.watch import Watch
+from vedette.types import Detections, Gaussian, Innovation
+
+P_GATE = 0.98
+
+
+@frozen(eq=False)
+class Scene:
+    """Two runs of two tracks: a prior (2, 2, n), two sensors, two returns (2, 2, m) of each sensor, time steps in s."""
+
+    prior: Gaussian
+    watch: Watch
+    other: Watch
+    seen: Detections
+    others: Detections
+    dt: float
+    later: float
+    seed: int
+    runs: int
+    steps: int
+    alpha: float
+
+    def rng(self) -> np.random.Generator:
+        """A generator that always starts the same."""
+        return np.random.default_rng(self.seed)
+
+
+def drawn(estimator: Estimator[Any], profile: Profile) -> st.SearchStrategy[Scene]:
+    """What every law of an estimator is given."""
+    steps = st.sampled_from([0.1, 0.5, 1.0, 2.0])
+    fixed = st.just((profile.runs, profile.steps, profile.alpha))
+    return st.builds(_scene, st.just(estimator), steps, steps, st.sampled_from([0.5, 0.9, 1.0]), SEEDS, fixed)
+
+
+def free_axes(estimator: Estimator[Any]) -> Space:
+    return Space(tuple(axis for axis in estimator.state.axes if axis.name not in estimator.carried))
+
+
+def _scene(
+    estimator: Estimator[Any], dt: float, later: float, p_detect: float, seed: int, fixed: tuple[int, int, float]
+) -> Scene:
+    rng = np.random.default_rng(seed)
+    free, state = free_axes(estimator), estimator.state
+    prior = random_gaussian(state, rng, (2, 2))
+    if len(estimator.carried):
+        where = state.locate(estimator.carried)
+        prior.cov[..., where, :] = 0.0
+        prior.cov[..., :, where] = 0.0
+    watches = [_watch(free, rng, p_detect, mixed) for mixed in (False, True)]
+    returns = []
+    for watch in watches:
+        centre = watch.measure(prior.mean[:, :1, state.locate(watch.looks_at)])
+        spread = np.sqrt(np.diagonal(watch.R + watch.H @ np.diag((0.02 * sizes(watch.looks_at)) ** 2) @ watch.H.T))
+        z = watch.measurement.canonical(centre + spread * rng.standard_normal((2, 2, len(spread))))
+        returns.append(Detections(frozen_copy(z), np.ones((2, 2), dtype=bool)))
+    belief = Gaussian(frozen_copy(prior.mean), frozen_copy(prior.cov))
+    return Scene(belief, watches[0], watches[1], returns[0], returns[1], dt, later, seed, *fixed)
+
+
+def _watch(free: Space, rng: np.random.Generator, p_detect: float, mixed: bool) -> Watch:
+    """A sensor over one or two free axes, those of position where there are; or over a mix of two axes that do not wrap."""
+    plain = [axis for axis in free.axes if axis.period is None]
+    places = [axis for axis in plain if axis.unit == "m"] or plain or list(free.axes)
+    if mixed and len(plain) > 1:
+        chosen = [plain[i] for i in sorted(rng.choice(len(plain), 2, replace=False))]
+        size = sizes(Space(tuple(chosen)))
+        mix = rng.standard_normal((1, 2)) * size[0] / size
+        return Watch(Space(tuple(chosen)), np.array([[(0.02 * size[0]) ** 2]]), p_detect, mix=mix)
+    looks_at = Space(tuple(places[: int(rng.integers(1, 3))]))
+    return Watch(looks_at, random_covariance(looks_at, rng), p_detect)
+
+
+def started(estimator: Estimator[Any], scene: Scene, rng: np.random.Generator) -> Any:
+    for watch in (scene.watch, scene.other):
+        if (reason := estimator.refuses(watch)) is not None:
+            raise Closed(f"it refuses the kit's linear sensor: {reason}")
+    return estimator.start(scene.prior, estimator.state, rng)
+
+
+def predicted(estimator: Estimator[Any], scene: Scene, rng: np.random.Generator) -> Any:
+    return estimator.predict(started(estimator, scene, rng), scene.dt, rng)
+
+
+def innovation_of(estimator: Estimator[Any], belief: Any, scene: Scene) -> Innovation:
+    return estimator.innovate(belief, scene.watch, scene.seen, P_GATE)
+
+
+def sure(loglik: Array, column: int) -> Array:
+    """Weights (*b, t, 1+k) that are sure of one column."""
+    weights = np.zeros(loglik.shape)
+    weights[..., column] = 1.0
+    return weights
+
+
+def soft(loglik: Array, seed: int) -> Array:
+    """Weights (*b, t, 1+k) that are sure of nothing."""
+    weights: Array = np.random.default_rng(seed).random(loglik.shape) + 0.05
+    weights /= weights.sum(axis=-1, keepdims=True)
+    return weights
+
+
+def after_scan(estimator: Estimator[Any], belief: Any, watch: Watch, seen: Detections, column: int = 1) -> Any:
+    """The belief after a scan of which every track takes one return, or none (column 0), for sure."""
+    innovation = estimator.innovate(belief, watch, seen, P_GATE)
+    return estimator.absorb(belief, innovation, sure(innovation.loglik, column))
+
+
+def alike(estimator: Estimator[Any], got: Any, wanted: Gaussian, tolerance: float, what: str = "") -> None:
+    """Broken unless moments agree, judged against each axis' standard deviation."""
+    found = got if isinstance(got, Gaussian) else estimator.moments(got)
+    spread = np.sqrt(np.maximum(np.diagonal(wanted.cov, axis1=-2, axis2=-1), 1e-24)) + 1e-12 * np.abs(wanted.mean)
+    apart = estimator.state.difference(found.mean, wanted.mean)
+    same(f"{what}mean, in standard deviations", apart / spread, np.zeros(apart.shape), tolerance, 1.0)
+    outer = spread[..., :, None] * spread[..., None, :]
+    same(f"{what}covariance", found.cov, wanted.cov, tolerance, outer)
+
+
+def linear_motion(estimator: Estimator[Any]) -> MotionModel:
+    motion = motion_of(estimator)
+    if motion is None or not motion.linear:
+        raise Closed("it holds no linear `motion`" if motion is None else f"its motion {motion.kind!r} is not linear")
+    return motion
+
+
+def holdable(estimator: Estimator[Any], prior: Gaussian) -> Gaussian:
+    """The prior as an estimator can hold it: a mixture whose modes lack axes has there what it assumes of them."""
+    if any(mode.state != estimator.state for mode in modes_of(estimator)):
+        raise Closed("its modes have unlike states, so it cannot hold any prior")
+    return prior
+
+
+def without_carried(estimator: Estimator[Any], prior: Gaussian) -> Gaussian:
+    """The prior without variance on the axes that are carried."""
+    keep = np.ones(len(estimator.state))
+    keep[estimator.state.locate(estimator.carried)] = 0.0
+    return Gaussian(prior.mean, prior.cov * (keep[:, None] * keep))
+
+
+def mixture_moments(state: Space, weights: Array, each: list[Gaussian]) -> Gaussian:
+    """Moments of Gaussians under weights (*b, t, len(each)), written out."""
+    origin = each[0].mean
+    apart = [state.difference(one.mean, origin) for one in each]
+    mean = sum(weights[..., i, None] * apart[i] for i in range(len(each)))
+    cov = sum(
+        weights[..., i, None, None] * (one.cov + (apart[i] - mean)[..., :, None] * (apart[i] - mean)[..., None, :])
+        for i, one in enumerate(each)
+    )
+    return Gaussian(state.displace(origin, np.asarray(mean)), np.asarray(cov))

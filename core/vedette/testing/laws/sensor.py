@@ -1,0 +1,244 @@
+"""Laws of sensors."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from attrs import frozen
+from hypothesis import strategies as st
+
+from vedette.consistency import nees
+from vedette.draws import factor
+from vedette.gaussian import linearised
+from vedette.returns import returns
+from vedette.roles import Sensor
+from vedette.space import Array, Axis, Space
+from vedette.testing.bands import judge_frequency, judge_standard_normal
+from vedette.testing.judging import Closed, covariance, demand, finite, frozen_copy, is_derivative, same
+from vedette.testing.law import Law, Profile
+from vedette.testing.laws import space as spaces
+from vedette.testing.states import SEEDS, points, random_covariance, steps_of
+from vedette.types import Detections, Gaussian, Pose
+
+
+@frozen(eq=False)
+class Looks:
+    """States x (3, n), returns z (3, m), steps over the measured axes (3, m), and what statistical laws need."""
+
+    x: Array
+    z: Array
+    step: Array
+    seed: int
+    runs: int
+    alpha: float
+
+
+def drawn(sensor: Sensor, profile: Profile) -> st.SearchStrategy[Looks]:
+    """What every law of a sensor is given."""
+    x = points(sensor.looks_at, 3).map(frozen_copy)
+    z, step = points(sensor.measurement, 3).map(frozen_copy), points(sensor.measurement, 3).map(frozen_copy)
+    return st.builds(Looks, x, z, step, SEEDS, st.just(profile.runs), st.just(profile.alpha))
+
+
+Method = Callable[[Array], Array]
+
+
+def _methods(sensor: Sensor) -> dict[str, tuple[Method, tuple[int, ...]]]:
+    """Each method of a state, and the shape of its result beyond the batch axes."""
+    m, n = len(sensor.measurement), len(sensor.looks_at)
+    return {
+        "measure": (sensor.measure, (m,)),
+        "jacobian": (sensor.jacobian, (m, n)),
+        "noise": (sensor.noise, (m, m)),
+        "detects": (sensor.detects, ()),
+    }
+
+
+def _full(result: Array, x: Array, shape: tuple[int, ...]) -> Array:
+    return np.broadcast_to(result, (*x.shape[:-1], *shape))
+
+
+def _noise(sensor: Sensor, x: Array) -> Array:
+    m = len(sensor.measurement)
+    return _full(sensor.noise(x), x, (m, m))
+
+
+def pure(sensor: Sensor, drawn: Looks) -> None:
+    """Calls leave their arguments and the sensor as they were, and give the same again."""
+    for name, (method, _) in _methods(sensor).items():
+        first = np.array(method(drawn.x))
+        method(frozen_copy(drawn.x[::-1] + 1.0))
+        same(f"{name} called again", method(drawn.x), first, 0.0)
+    first = np.array(sensor.clutter(drawn.z))
+    same("clutter called again", sensor.clutter(drawn.z), first, 0.0)
+
+
+def batches_as_it_loops(sensor: Sensor, drawn: Looks) -> None:
+    """A batch of states gives what each state gives alone, whatever the number of batch axes."""
+    block = frozen_copy(np.stack([drawn.x, drawn.x[::-1]]))
+    for name, (method, shape) in _methods(sensor).items():
+        alone = np.stack([_full(method(x), x, shape) for x in drawn.x])
+        same(name, _full(method(block), block, shape), np.stack([alone, alone[::-1]]))
+        method(drawn.x[:0])
+    clutter = np.broadcast_to(sensor.clutter(drawn.z), (3,))
+    returns_twice = frozen_copy(np.stack([drawn.z, drawn.z[::-1]]))
+    same("clutter", np.broadcast_to(sensor.clutter(returns_twice), (2, 3)), np.stack([clutter, clutter[::-1]]))
+
+
+def gives_finite_numbers(sensor: Sensor, drawn: Looks) -> None:
+    """Ordinary states give finite measurements and detection probabilities."""
+    finite("measure", sensor.measure(drawn.x))
+    finite("noise", sensor.noise(drawn.x))
+    finite("detects", sensor.detects(drawn.x))
+
+
+def noise_is_positive_definite(sensor: Sensor, drawn: Looks) -> None:
+    """The noise is symmetric and positive definite."""
+    covariance("noise", _noise(sensor, drawn.x), definite=True)
+
+
+def jacobian_is_the_derivative(sensor: Sensor, drawn: Looks) -> None:
+    """The jacobian is the derivative of measure, the short way round where axes wrap."""
+    for x in drawn.x:
+        stated = sensor.jacobian(x)
+        is_derivative(sensor.measure, sensor.measurement.difference, stated, x, steps_of(sensor.looks_at))
+
+
+def linear_as_declared(sensor: Sensor, drawn: Looks) -> None:
+    """If linear: measure(x) = H x with one H for all states. The noise may still depend on the state."""
+    H = _full(sensor.jacobian(drawn.x), drawn.x, (len(sensor.measurement), len(sensor.looks_at)))
+    same("jacobian elsewhere", H[1:], np.broadcast_to(H[0], H[1:].shape), 1e-9)
+    same("measure", sensor.measure(drawn.x[0]), H[0] @ drawn.x[0], 1e-9, np.abs(H[0]) @ np.abs(drawn.x[0]) + 1e-12)
+
+
+def measurement_lies_in_its_domain(sensor: Sensor, drawn: Looks) -> None:
+    """What is measured is canonical: an angle is in [-period/2, period/2)."""
+    z = sensor.measure(drawn.x)
+    for i, axis in enumerate(sensor.measurement.axes):
+        if axis.period is not None:
+            inside = (z[..., i] >= -axis.period / 2) & (z[..., i] <= axis.period / 2)
+            demand(np.all(inside), f"{axis.name}: must be in [-period/2, period/2), got {z[..., i].tolist()}")
+
+
+def detection_is_a_probability(sensor: Sensor, drawn: Looks) -> None:
+    """The detection probability is between 0 and 1."""
+    p = np.asarray(sensor.detects(drawn.x))
+    demand(np.all((p >= 0) & (p <= 1)), f"detects: must be in [0, 1], got {p.tolist()}")
+
+
+def clutter_is_a_density(sensor: Sensor, drawn: Looks) -> None:
+    """The clutter density is finite and not negative."""
+    density = np.asarray(sensor.clutter(drawn.z))
+    demand(np.all((density >= 0) & np.isfinite(density)), f"clutter: must be finite and >= 0, got {density.tolist()}")
+
+
+def further_axes_change_nothing(sensor: Sensor, drawn: Looks) -> None:
+    """A filter with more axes than the sensor looks at, in another order, scores returns the same."""
+    own = sensor.looks_at
+    more = Space((Axis("kit_more", "m"), *own.axes[::-1], Axis("kit_last", "m/s")))
+    where = more.locate(own)
+    rng = np.random.default_rng(drawn.seed)
+    wide = random_covariance(more, rng, (3,))
+    mean = np.full((3, len(more)), 7.0)
+    mean[:, where] = drawn.x
+    seen = Detections.of(drawn.z)
+    with np.errstate(all="ignore"):
+        narrow = Gaussian(drawn.x, wide[:, where, :][..., where])
+        alone = linearised(narrow, own, sensor, seen, 0.99)
+        among = linearised(Gaussian(mean, wide), more, sensor, seen, 0.99)
+    size = np.where(np.isfinite(alone.loglik), np.abs(alone.loglik), 0.0) + 1.0
+    same("log-likelihood", among.loglik, alone.loglik, 1e-6, size)
+
+
+def returns_match_the_model(sensor: Sensor, drawn: Looks) -> None:
+    """Returns drawn from the sensor spread around measure as noise says, and come as often as detects says."""
+    rng, x, m = np.random.default_rng(drawn.seed), drawn.x[:1], len(sensor.measurement)
+    runs = 20 * drawn.runs
+    many = np.broadcast_to(x, (runs, *x.shape))
+    z, seen = returns(sensor, many, rng.random((runs, 1)), rng.standard_normal((runs, 1, m)))
+    root = factor(_noise(sensor, x)[0])
+    spread = np.sqrt(np.diagonal(root @ root.T))
+    periods = np.array([np.inf if axis.period is None else axis.period for axis in sensor.measurement.axes])
+    if np.all(spread < 0.07 * periods):  # else the noise itself wraps
+        error = sensor.measurement.difference(z[:, 0], sensor.measure(x[0]))
+        judge_standard_normal("noise", np.linalg.solve(root, error.T).T, drawn.alpha / 2)
+    probability = float(np.broadcast_to(sensor.detects(x), (1,))[0])
+    judge_frequency("detection", int(np.sum(seen)), runs, probability, drawn.alpha / 2)
+
+
+def inverts_what_it_measures(sensor: Sensor, drawn: Looks) -> None:
+    """What a return without error stands for is the state that was measured, give or take its own covariance."""
+    try:
+        found = sensor.invert(frozen_copy(sensor.measure(drawn.x)))
+    except NotImplementedError:
+        raise Closed("one return does not give a position") from None
+    n = len(sensor.looks_at)
+    demand(found.mean.shape == (3, n), f"invert: mean must have shape {(3, n)}, got {found.mean.shape}")
+    demand(found.cov.shape == (3, n, n), f"invert: cov must have shape {(3, n, n)}, got {found.cov.shape}")
+    covariance("invert", found.cov, definite=True)
+    apart = sensor.looks_at.difference(drawn.x, found.mean)
+    worst = float(np.max(nees(apart, found.cov)))
+    demand(worst <= 9.0, f"invert: the true state is {np.sqrt(worst):.3g} standard deviations off, allowed 3")
+
+
+def takes_a_returns_own_noise(sensor: Sensor, drawn: Looks) -> None:
+    """A return that brings its own noise is inverted with that, not with the sensor's."""
+    z, R = sensor.measure(drawn.x), _noise(sensor, drawn.x)
+    try:
+        usual = sensor.invert(frozen_copy(z), frozen_copy(R))
+        sharp = sensor.invert(frozen_copy(z), frozen_copy(R / 16))
+    except NotImplementedError:
+        raise Closed("one return does not give a position") from None
+    spread = [np.trace(found.cov, axis1=-2, axis2=-1) for found in (sharp, usual)]
+    demand(np.all(spread[0] < spread[1]), f"invert: a sharper return must leave less doubt, got {spread[0]} and {spread[1]}")
+
+
+def standing_elsewhere_keeps_the_axes(sensor: Sensor, drawn: Looks) -> None:
+    """Placed somewhere, it is a sensor over the same axes, and the one that was placed is as before."""
+    before = np.array(sensor.measure(drawn.x))
+    try:
+        there = sensor.at(Pose(np.array([120.0, -45.0]), np.array([3.0, 4.0]), 0.7))
+    except NotImplementedError:
+        raise Closed("it cannot be placed") from None
+    demand(there.measurement == sensor.measurement, f"at: measurement must be {sensor.measurement}, got {there.measurement}")
+    demand(there.looks_at == sensor.looks_at, f"at: looks_at must be {sensor.looks_at}, got {there.looks_at}")
+    pure(there, drawn)
+    jacobian_is_the_derivative(there, drawn)
+    same("measure after at", sensor.measure(drawn.x), before, 0.0)
+
+
+def differences_undo_steps(sensor: Sensor, drawn: Looks) -> None:
+    """In the measurement space, difference and displace are inverse."""
+    spaces.difference_undoes_displace(sensor.measurement, drawn.z, drawn.step)
+    spaces.plain_axes_do_not_wrap(sensor.measurement, drawn.z, drawn.step)
+
+
+def angles_wrap(sensor: Sensor, drawn: Looks) -> None:
+    """In the measurement space, angles in rad wrap, whole turns change nothing and wrapped axes are canonical."""
+    angles = [axis for axis in sensor.measurement.axes if axis.unit == "rad"]
+    if not angles and all(axis.period is None for axis in sensor.measurement.axes):
+        raise Closed("no axis wraps")
+    for axis in angles:
+        demand(axis.period is not None, f"{axis.name}: an angle in rad must have a period: 'rad mod 2pi'")
+    spaces.wraps_are_canonical(sensor.measurement, drawn.z, drawn.step)
+
+
+LAWS = (
+    Law(pure),
+    Law(batches_as_it_loops),
+    Law(gives_finite_numbers),
+    Law(noise_is_positive_definite),
+    Law(jacobian_is_the_derivative),
+    Law(linear_as_declared, needs="linear"),
+    Law(measurement_lies_in_its_domain),
+    Law(detection_is_a_probability),
+    Law(clutter_is_a_density),
+    Law(further_axes_change_nothing),
+    Law(returns_match_the_model, effort="statistical"),
+    Law(inverts_what_it_measures),
+    Law(takes_a_returns_own_noise),
+    Law(standing_elsewhere_keeps_the_axes),
+    Law(differences_undo_steps),
+    Law(angles_wrap),
+)

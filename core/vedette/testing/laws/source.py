@@ -1,0 +1,83 @@
+"""Laws of sources."""
+
+from __future__ import annotations
+
+import numpy as np
+from attrs import frozen
+from hypothesis import strategies as st
+
+from vedette.errors import ConfigError, InputError
+from vedette.registry import Registry
+from vedette.roles import Sensor, Source
+from vedette.testing.judging import Closed, demand, finite, same
+from vedette.testing.law import Law, Profile
+from vedette.testing.states import SEEDS
+from vedette.testing.strategies import SENSOR, components
+from vedette.types import Recording
+
+
+@frozen(eq=False)
+class Opened:
+    """The tracker's sensor, and the seed of everything random."""
+
+    sensor: Sensor
+    seed: int
+
+    def open(self, source: Source) -> Recording:
+        """All scans, drawn afresh from the seed; Closed if there is nothing to open where the source points."""
+        try:
+            return source.open({SENSOR: self.sensor}, np.random.default_rng(self.seed))
+        except (ConfigError, InputError) as refusal:
+            raise Closed(f"nothing to open: {refusal}") from None
+
+
+def drawn(source: Source, profile: Profile) -> st.SearchStrategy[Opened]:
+    """What every law of a source is given: one sensor named `radar`."""
+    sensor = Registry.installed().get("sensor", "cartesian_position")
+    return st.builds(Opened, components(sensor.cls), SEEDS)
+
+
+def the_seed_decides(source: Source, drawn: Opened) -> None:
+    """Opened again with an equal generator, it gives the same scans and the same truth."""
+    first, again = drawn.open(source), drawn.open(source)
+    demand(len(first.scans) == len(again.scans), f"scans: {len(first.scans)} at first, then {len(again.scans)}")
+    for one, other in zip(first.scans, again.scans, strict=True):
+        same("time again", np.array(other.time), np.array(one.time), 0.0)
+        same("returns again", other.detections.z, one.detections.z, 0.0)
+    for path, same_path in zip(first.truth, again.truth, strict=True):
+        same(f"truth of {path.name} again", same_path.states, path.states, 0.0)
+
+
+def scans_come_in_time_order(source: Source, drawn: Opened) -> None:
+    """No scan lies before the one that came before it."""
+    times = np.array([scan.time for scan in drawn.open(source).scans])
+    finite("times", times)
+    demand(np.all(np.diff(times) >= 0), "times: must not go back")
+
+
+def scans_are_the_sensors(source: Source, drawn: Opened) -> None:
+    """Scans name one of the tracker's sensors, and their returns are finite and over what it measures."""
+    m = len(drawn.sensor.measurement)
+    for scan in drawn.open(source).scans:
+        demand(scan.sensor == SENSOR, f"sensor: must be one of the tracker's, {SENSOR!r}, got {scan.sensor!r}")
+        z, valid = scan.detections.z, scan.detections.valid
+        demand(z.ndim == 2 and z.shape[-1] == m, f"returns: must have shape (k, {m}), got {z.shape}")
+        demand(valid.shape == z.shape[:-1], f"valid: must have shape {z.shape[:-1]}, got {valid.shape}")
+        finite("returns", z[valid])
+
+
+def truth_is_in_order(source: Source, drawn: Opened) -> None:
+    """Every trajectory has rising times, and canonical states over its own space."""
+    for path in drawn.open(source).truth:
+        demand(np.all(np.diff(path.times) > 0), f"{path.name}: times must rise")
+        wanted = (len(path.times), len(path.space))
+        demand(path.states.shape == wanted, f"{path.name}: states must have shape {wanted}, got {path.states.shape}")
+        same(f"{path.name}: states", path.states, path.space.canonical(path.states), 1e-12)
+
+
+LAWS = (
+    Law(the_seed_decides),
+    Law(scans_come_in_time_order),
+    Law(scans_are_the_sensors),
+    Law(truth_is_in_order),
+)

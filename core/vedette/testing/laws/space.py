@@ -1,0 +1,35 @@
+"""Laws of spaces: axes with units and periods."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vedette.space import Array, Space
+from vedette.testing.judging import demand, same
+
+
+def difference_undoes_displace(space: Space, x: Array, step: Array) -> None:
+    """A step of less than half a period is what the displaced point differs by."""
+    periods = np.array([np.inf if axis.period is None else axis.period for axis in space.axes])
+    short = np.clip(step, -0.49 * periods, 0.49 * periods)
+    same("difference", space.difference(space.displace(x, short), x), short, 1e-9, np.abs(x).max(initial=1.0))
+
+
+def wraps_are_canonical(space: Space, x: Array, step: Array) -> None:
+    """Whole turns change nothing, and every angle lies in [-period/2, period/2)."""
+    for i, axis in enumerate(space.axes):
+        if axis.period is None:
+            continue
+        turned = x + 0.0
+        turned[..., i] += axis.period * np.round(step[..., i])
+        there = space.canonical(turned)
+        inside = (there[..., i] >= -axis.period / 2) & (there[..., i] < axis.period / 2)
+        demand(np.all(inside), f"{axis.name}: must be in [-period/2, period/2), got {there[..., i].tolist()}")
+        apart = np.abs(there[..., i] - x[..., i])
+        same(f"{axis.name} after whole turns", np.minimum(apart, axis.period - apart), np.zeros(apart.shape), 1e-9, 1.0)
+
+
+def plain_axes_do_not_wrap(space: Space, x: Array, step: Array) -> None:
+    """An axis without a period is subtracted and added as it is."""
+    plain = [i for i, axis in enumerate(space.axes) if axis.period is None]
+    same("difference", space.difference(x + step, x)[..., plain], step[..., plain], 1e-9, np.abs(x).max(initial=1.0))

@@ -1,0 +1,55 @@
+"""States, time steps and Gaussians that laws are tried on: of usual size for the unit of each axis, and drawn small."""
+
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import strategies as st
+
+from vedette.space import Array, Axis, Space
+from vedette.types import Gaussian
+
+STATE_SIZES = {"m": 2000.0, "m/s": 30.0, "m/s^2": 3.0, "rad": np.pi, "rad/s": 0.2, "s": 10.0}
+"""How large a coordinate in a unit usually is."""
+
+SEEDS = st.integers(0, 2**32 - 1)
+STEPS = st.one_of(st.sampled_from([0.1, 1.0, 5.0]), st.floats(0.01, 10.0))
+"""Time steps in s."""
+
+
+def size(axis: Axis) -> float:
+    """How large a coordinate usually is, in the axis' unit."""
+    return STATE_SIZES.get(axis.unit, 3.0)
+
+
+def sizes(space: Space) -> Array:
+    """The usual size of every axis (n,)."""
+    return np.array([size(axis) for axis in space.axes])
+
+
+def steps_of(space: Space) -> Array:
+    """A typical small change of every axis (n,)."""
+    return 1e-2 * sizes(space)
+
+
+def points(space: Space, rows: int = 1) -> st.SearchStrategy[Array]:
+    """Canonical states (rows, n)."""
+    each = [
+        st.one_of(st.floats(-size(axis), size(axis)), st.sampled_from([0.0, size(axis) / 3, -size(axis) / 5]))
+        for axis in space.axes
+    ]
+    return st.tuples(*(each * rows)).map(lambda values: space.canonical(np.reshape(np.array(values), (rows, len(space)))))
+
+
+def random_covariance(space: Space, rng: np.random.Generator, batch: tuple[int, ...] = (), scale: float = 0.02) -> Array:
+    """Positive definite covariances (*batch, n, n), of deviations of about `scale` of each axis' usual size."""
+    n = len(space)
+    mix = np.eye(n) + 0.4 * rng.standard_normal((*batch, n, n)) / np.sqrt(max(n, 1))
+    root = scale * sizes(space)[:, None] * mix
+    cov: Array = root @ np.swapaxes(root, -1, -2)
+    return 0.5 * (cov + np.swapaxes(cov, -1, -2))
+
+
+def random_gaussian(space: Space, rng: np.random.Generator, batch: tuple[int, ...] = (), scale: float = 0.02) -> Gaussian:
+    """Beliefs around states of a quarter of the usual size: mean (*batch, n), cov (*batch, n, n)."""
+    mean = space.canonical(0.25 * sizes(space) * rng.standard_normal((*batch, len(space))))
+    return Gaussian(mean, random_covariance(space, rng, batch, scale))
