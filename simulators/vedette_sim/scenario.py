@@ -187,8 +187,8 @@ class Simulation(Source):
         """All looks of one sensor."""
         m, clutter = len(sensor.measurement), self.looks[name].clutter
         views = [_stream(root, "view", name, each.name) for each in truth]
-        uniform = np.array([view.random(len(times)) for view in views]).reshape(len(truth), -1)
-        standard = np.array([view.standard_normal((len(times), m)) for view in views]).reshape(len(truth), -1, m)
+        uniform = np.array([view.random(len(times)) for view in views]).reshape(len(truth), len(times))
+        standard = np.array([view.standard_normal((len(times), m)) for view in views]).reshape(len(truth), len(times), m)
         false, order = _stream(root, "clutter", name), _stream(root, "order", name)
         for i, time in enumerate(times.tolist()):
             pose = self._pose(time)
