@@ -112,13 +112,13 @@ def test_platform_by_scan(tmp_path):
 def test_platform_at_times_of_its_own_and_positions_turned_into_range_and_bearing(tmp_path):
     (tmp_path / "own.csv").write_text("s,pn,pe,hdg\n0,0,0,350\n10,100,50,10\n")
     platform = PlatformColumns({"x": "pn", "y": "pe", "heading": "hdg"}, {"heading": "deg"}, file="own.csv", time="s")
-    recording = opened(tmp_path, "t,north,east\n5,53,29\n11,1,1\n", POLAR, platform=platform)
+    recording = opened(tmp_path, "t,north,east\n7.5,78,41.5\n11,1,1\n", POLAR, platform=platform)
     (scan,) = recording.scans
-    assert scan.pose.position.tolist() == [50, 25]
-    assert scan.pose.heading == pytest.approx(0, abs=1e-15)
-    np.testing.assert_allclose(scan.detections.z, [[5, math.atan2(4, 3)]])
+    assert scan.pose.position.tolist() == [75, 37.5]
+    assert scan.pose.heading == pytest.approx(math.radians(5))
+    np.testing.assert_allclose(scan.detections.z, [[5, math.atan2(4, 3) - math.radians(5)]])
     placed = POLAR["radar"].at(scan.pose)
-    np.testing.assert_allclose(placed.measure(np.array([[53.0, 29.0]])), scan.detections.z)
+    np.testing.assert_allclose(placed.measure(np.array([[78.0, 41.5]])), scan.detections.z)
     assert told(recording) == ["d.csv:3: the recording does not say where the platform was at 11.0 s"]
 
 
@@ -315,7 +315,7 @@ def scan_at(time, pose=None):
         ([0, 6.3], [2.1, 4.2]),
         ([0, 5], []),  # two and a half periods: no whole number fits
         ([0, 1], []),
-        ([0, 1e9], []),  # a pause, not half a billion scans
+        ([0, 2004], []),  # a pause, not a thousand empty scans
     ],
 )
 def test_gaps_of_whole_periods_hold_empty_scans(times, filled):

@@ -151,12 +151,10 @@ def read(folder, *entries):
 
 def test_sensors_may_interleave_and_each_keeps_its_order(tmp_path):
     header = HEADER | {"sensors": {"radar": {"x": "m"}, "camera": {"x": "m"}}}
-    entries = [
-        {"time": t, "sensor": name, "z": [[float(i)]]}
-        for i, (t, name) in enumerate([(2.0, "radar"), (1.0, "camera"), (2.0, "camera"), (1.5, "radar"), (3.0, "radar")])
-    ]
+    told = [(1.0, "camera"), (2.0, "camera"), (2.0, "radar"), (1.5, "radar"), (3.0, "radar"), (2.5, "camera")]
+    entries = [{"time": time, "sensor": name, "z": [[float(i)]]} for i, (time, name) in enumerate(told)]
     recording = read(tmp_path, header, *entries)
-    assert [(scan.time, scan.detections.z[0, 0]) for scan in recording.scans] == [(1, 1), (2, 0), (2, 2), (3, 4)]
+    assert [(scan.time, scan.detections.z[0, 0]) for scan in recording.scans] == [(1, 0), (2, 1), (2, 2), (2.5, 5), (3, 4)]
     (problem,) = recording.refused
     assert str(problem) == "r.jsonl:5: time 1.5 s is out of order: it stands after 2.0 s and before 3.0 s"
 
