@@ -51,6 +51,12 @@ def test_rows_of_one_time_are_a_scan_and_a_blank_row_is_an_empty_one(tmp_path):
     assert recording.refused == ()
 
 
+def test_byte_order_mark_quotes_and_windows_line_ends(tmp_path):
+    (tmp_path / "d.csv").write_bytes(b'\xef\xbb\xbf"t", "north", "east"\r\n1, "2", 3\r\n')
+    recording = CsvSource(DetectionColumns(time="t", columns=XY), str(tmp_path / "d.csv")).open(PLANE, RNG)
+    assert (shown(recording), recording.refused) == ([(1, [[2, 3]])], ())
+
+
 def test_a_scan_column_groups_rows_wherever_they_stand(tmp_path):
     text = "t;n;north;east\n1;a;1;1\n1;b;2;2\n1;a;3;3\n"
     (tmp_path / "d.csv").write_text(text)
