@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,42 +24,42 @@ _GAP = "#f6c8c0"
 
 def errors(experiment: Experiment, result: Result) -> Figure:
     """Errors against time, a row for each true object; then NEES and NIS against their bands. 1200 px wide."""
-    followed = traces(experiment, result)
+    followed, seen = traces(experiment, result), innovations(experiment, result)
     shown, begin = followed[:_MOST], result.scans[0].time if result.scans else 0.0
-    end = max(result.scans[-1].time - begin, 1e-9) if result.scans else 1.0
+    modes = next((track.mode_prob.shape[1] for track in result.tracks if track.mode_prob is not None), 0)
     made = canvas.figure(height=max(9.0, 2.2 * (len(shown) + 1) + 1.4) if shown else 6.0)
     grid = made.add_gridspec(len(shown) + 1, 6)
-    modes = next((track.mode_prob.shape[1] for track in result.tracks if track.mode_prob is not None), 0)
     width = 2 if modes else 3
     for i, trace in enumerate(shown):
-        times = trace.times - begin
-        left, middle = made.add_subplot(grid[i, :width]), made.add_subplot(grid[i, width : 2 * width])
-        _show_error(left, times, trace, trace.error, trace.sigma)
-        _show_error(middle, times, trace, trace.speed_error, trace.speed_sigma)
-        left.set_ylabel("position error [m]")
-        left.set_title(trace.name, loc="left", fontsize=11, style="italic", pad=4)
-        middle.set_ylabel("velocity error [m/s]")
-        if trace.modes is not None:
-            _show_modes(made.add_subplot(grid[i, 2 * width :]), times, trace.modes)
-    seen = innovations(experiment, result)
+        places = [made.add_subplot(grid[i, k : k + width]) for k in range(0, 6, width)]
+        _show_object(places, trace, begin)
     if followed:
-        axes = sum(name in result.recording.truth[0].space for name in ("x", "y", "z"))
-        _show_normalised(made.add_subplot(grid[-1, :3]), position_nees(followed, axes), begin, "NEES of the position")
-        _show_normalised(made.add_subplot(grid[-1, 3:]), seen, begin, "NIS")
-    else:
-        _show_normalised(made.add_subplot(grid[-1, :]), seen, begin, "NIS")
+        _show_normalised(made.add_subplot(grid[-1, :3]), position_nees(followed), begin, "NEES of the position")
+    _show_normalised(made.add_subplot(grid[-1, 3 if followed else 0 :]), seen, begin, "NIS")
+    end = max(result.scans[-1].time - begin, 1e-9) if result.scans else 1.0
     for each in made.axes:
         canvas.plain(each)
         each.set_xlim(-0.01 * end, 1.01 * end)
     for each in made.axes[-2:]:
         each.set_xlabel("time since the first scan [s]")
-    more = (
-        f"   ·   {len(followed) - len(shown)} more true objects are in the NEES only" if len(followed) > len(shown) else ""
-    )
-    facts = "lines and dots have the colours of the tracks in the other picture" + more
+    facts = "lines and dots have the colours of the tracks in picture.png"
+    if len(followed) > len(shown):
+        facts += f"   ·   the first {len(shown)} of {len(followed)} true objects; NEES and NIS are of all"
     canvas.head(made, f"Errors: {experiment.title}" if experiment.title else "Errors", facts)
     _explain(made, mode_names(experiment, modes) if shown else (), bool(shown))
     return made
+
+
+def _show_object(places: Sequence[Axes], trace: Trace, begin: float) -> None:
+    """The row of one true object: its position error, velocity error, and with a third place the modes."""
+    times = trace.times - begin
+    _show_error(places[0], times, trace, trace.error, trace.sigma)
+    _show_error(places[1], times, trace, trace.speed_error, trace.speed_sigma)
+    places[0].set_title(trace.name, loc="left", fontsize=11, style="italic", pad=4)
+    places[0].set_ylabel("position error [m]")
+    places[1].set_ylabel("velocity error [m/s]")
+    if len(places) > 2:
+        _show_modes(places[2], times, trace.modes)
 
 
 def _show_error(axes: Axes, times: Array, trace: Trace, error: Array, sigma: Array) -> None:
@@ -83,10 +84,10 @@ def _shade(axes: Axes, times: Array, where: Mask) -> None:
         axes.axvspan(edges[first], edges[after], color=_GAP, linewidth=0, zorder=0)
 
 
-def _show_modes(axes: Axes, times: Array, modes: Array) -> None:
+def _show_modes(axes: Axes, times: Array, modes: Array | None) -> None:
     """Mode probabilities (s, r) stacked to 1; nothing where they are NaN."""
-    top = np.cumsum(modes, axis=1)
-    for k in range(modes.shape[1]):
+    top = np.zeros((len(times), 0)) if modes is None else np.cumsum(modes, axis=1)
+    for k in range(top.shape[1]):
         bottom = top[:, k - 1] if k else np.zeros(len(times))
         axes.fill_between(times, bottom, top[:, k], color=canvas.MODES[k % len(canvas.MODES)], linewidth=0, zorder=1)
     axes.set_ylim(0.0, 1.0)

@@ -50,6 +50,9 @@ def write_pictures(folder: Path, experiment: Experiment, result: Result) -> list
     from vedette.report.errors import errors
     from vedette.report.picture import picture
 
-    for name, drawn in (("picture.png", picture), ("errors.png", errors)):
-        canvas.save(drawn(experiment, result), folder / name)
-    return ["picture.png", "errors.png"]
+    drawings = {"picture.png": picture, "errors.png": errors}
+    if len(experiment.tracker.state) < 2:
+        del drawings["picture.png"]  # one axis makes no map
+    for name, drawing in drawings.items():
+        canvas.save(drawing(experiment, result), folder / name)
+    return list(drawings)

@@ -22,14 +22,10 @@ class Plane:
 
     @classmethod
     def of(cls, space: Space, recording: Recording) -> Plane:
-        """The axes x and y where there are both, else the first two; a map with north up where the recording is one."""
-        chosen = [axis for axis in space.axes if axis.name in ("x", "y")]
-        if len(chosen) < 2:
-            chosen = list(space.axes[:2])
-        if len(chosen) < 2:
-            raise ValueError(f"a picture needs two axes, the tracks have {space}")
-        first, second = chosen
-        if recording.notes.get("frame") == NORTH_EAST:
+        """The axes x and y where there are both, else the first two of `space`; north up where the recording knows it."""
+        ground = "x" in space and "y" in space
+        first, second = (space.axes[space.names.index(name)] for name in (("x", "y") if ground else space.names[:2]))
+        if ground and recording.notes.get("frame") == NORTH_EAST:
             return cls((second, first), (f"east, {second.name} [{second.unit}]", f"north, {first.name} [{first.unit}]"))
         return cls((first, second), (f"{first.name} [{first.unit}]", f"{second.name} [{second.unit}]"))
 

@@ -113,8 +113,8 @@ def _objects(score: Score) -> list[str]:
 
 def _consistency(experiment: Experiment, result: Result, score: Score) -> Iterator[tuple[str, str]]:
     if score.anees is not None:
-        axes = sum(name in result.recording.truth[0].space for name in ("x", "y", "z"))
-        seen = position_nees(traces(experiment, result), axes)
+        followed = traces(experiment, result)
+        axes, seen = followed[0].axes, position_nees(followed)
         yield "NEES", f"{score.anees:.3g} on average, {axes} expected for the position; {_inside(seen)}"
         yield "", _nees_in_words(score.anees / axes)
     seen = innovations(experiment, result)

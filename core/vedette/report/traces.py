@@ -11,7 +11,7 @@ from vedette.consistency import chi_square_band, nees
 from vedette.experiment import Experiment, Result
 from vedette.metrics.coverage import NONE, Indices
 from vedette.metrics.histories import positions, velocities
-from vedette.metrics.matching import Match, match
+from vedette.metrics.matching import Match, Pairs, match
 from vedette.parameters import plain
 from vedette.space import Array, Mask
 
@@ -25,7 +25,7 @@ class Trace:
 
     times (s,) s; track (s,) indexes the result's tracks, NONE where none covers it, and there all else is NaN.
     error (s,) m and speed_error (s,) m/s are lengths; sigma (s,) and speed_sigma (s,) what the filter itself expects of
-    their root mean square; nees (s,) that of the position; modes (s, r) the mode probabilities, None without modes.
+    their root mean square; nees (s,) that of the position over its `axes`; modes (s, r) the mode probabilities, if any.
     """
 
     name: str
@@ -36,6 +36,7 @@ class Trace:
     speed_error: Array
     speed_sigma: Array
     nees: Array
+    axes: int
     modes: Array | None
 
     @property
@@ -77,11 +78,12 @@ def traces(experiment: Experiment, result: Result) -> tuple[Trace, ...]:
     if not found.scans.size:
         return ()
     times = np.array([result.scans[i].time for i in found.scans])
-    return tuple(_trace(found, j, path.name, times) for j, path in enumerate(result.recording.truth))
+    pairs = found.pairs()
+    return tuple(_trace(found, pairs, j, path.name, times) for j, path in enumerate(result.recording.truth))
 
 
-def _trace(found: Match, j: int, name: str, times: Array) -> Trace:
-    pairs, space = found.pairs(), found.truth.space
+def _trace(found: Match, pairs: Pairs, j: int, name: str, times: Array) -> Trace:
+    space = found.truth.space
     own = pairs.truth == j
     error, cov = pairs.error[own], found.entries.cov[pairs.entry[own]]
     spot, speed = positions(space), velocities(space)
@@ -103,6 +105,7 @@ def _trace(found: Match, j: int, name: str, times: Array) -> Trace:
         speed_error=spread(np.linalg.norm(error[:, speed], axis=-1) if speed else unknown),
         speed_sigma=spread(_sigma(cov, speed) if speed else unknown),
         nees=spread(_nees(error[:, spot], cov[:, spot][:, :, spot])),
+        axes=len(spot),
         modes=None if modes is None else spread(modes[pairs.entry[own]]),
     )
 
@@ -120,16 +123,16 @@ def _nees(error: Array, cov: Array) -> Array:
         return np.full(len(error), np.nan)
 
 
-def position_nees(found: Sequence[Trace], axes: int) -> Normalised:
-    """The NEES of all traces together, over the `axes` of a position."""
+def position_nees(found: Sequence[Trace]) -> Normalised:
+    """The NEES of all traces together."""
     kept = [trace.covered & np.isfinite(trace.nees) for trace in found]
-    empty = np.zeros(0)
-    count = int(sum(np.count_nonzero(mask) for mask in kept))
+    pairs = list(zip(found, kept, strict=True))
+    none = np.zeros(0)
     return Normalised(
-        np.concatenate([empty, *(trace.times[mask] for trace, mask in zip(found, kept, strict=True))]),
-        np.concatenate([empty, *(trace.track[mask] for trace, mask in zip(found, kept, strict=True))]).astype(np.intp),
-        np.concatenate([empty, *(trace.nees[mask] for trace, mask in zip(found, kept, strict=True))]),
-        np.full(count, axes),
+        np.concatenate([none, *(trace.times[mask] for trace, mask in pairs)]),
+        np.concatenate([none, *(trace.track[mask] for trace, mask in pairs)]).astype(np.intp),
+        np.concatenate([none, *(trace.nees[mask] for trace, mask in pairs)]),
+        np.concatenate([none, *(np.full(np.count_nonzero(mask), trace.axes) for trace, mask in pairs)]).astype(np.intp),
     )
 
 
