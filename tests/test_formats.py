@@ -22,7 +22,7 @@ def examples(language):
     return re.findall(rf"```{language}\n(.*?)```", DOC, re.DOTALL)
 
 
-@pytest.mark.parametrize(("example", "source"), zip(examples("toml"), [CsvSource, AutoferrySource], strict=True))
+@pytest.mark.parametrize(("example", "source"), [*zip(examples("toml"), [CsvSource, AutoferrySource], strict=True)])
 def test_the_configs_build(example, source):
     assert isinstance(vedette.load(TRACKER | tomllib.loads(example)).source, source)
 
