@@ -9,6 +9,8 @@ from vedette.testing import conformance
 from vedette.testing.strategies import SENSOR
 from vedette_sim import Drawn, Look
 from vedette_standard.motion.constant_velocity import ConstantVelocity
+from vedette_standard.motion.coordinated_turn import CoordinatedTurn
+from vedette_standard.motion.gauss_markov import GaussMarkov
 
 DRAWN = Drawn(
     models=(ConstantVelocity(sigma_accel=0.5),),
@@ -21,7 +23,18 @@ SIMULATION = {
     "drawn": st.sampled_from([{}, {"boat": DRAWN}, {"boat": DRAWN, "other": DRAWN}]),
 }
 
-GIVEN = {("source", "simulation"): SIMULATION}
+SIDE_BY_SIDE = st.sampled_from(
+    [
+        (ConstantVelocity(0.5), ConstantVelocity(0.1, axes=("z",))),
+        (CoordinatedTurn(0.5, 0.02), GaussMarkov(("bias",), 0.02, 60.0, "rad")),
+    ]
+)
+
+GIVEN = {
+    ("source", "simulation"): SIMULATION,
+    ("motion", "gauss_markov"): {"axes": st.sampled_from([("b",), ("b", "c")])},
+    ("motion", "product"): {"models": SIDE_BY_SIDE},
+}
 """Strategies for what cannot be inferred."""
 
 NEED_FILES = {("source", "autoferry"), ("source", "csv"), ("source", "jsonl")}

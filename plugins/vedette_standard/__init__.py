@@ -19,10 +19,19 @@ from vedette_standard.lifecycles.existence import Existence
 from vedette_standard.lifecycles.m_of_n import MOfN
 from vedette_standard.lifecycles.single_target import SingleTarget
 from vedette_standard.motion.constant_acceleration import ConstantAcceleration
+from vedette_standard.motion.constant_acceleration_piecewise import ConstantAccelerationPiecewise
 from vedette_standard.motion.constant_velocity import ConstantVelocity
+from vedette_standard.motion.constant_velocity_piecewise import ConstantVelocityPiecewise
 from vedette_standard.motion.coordinated_turn import CoordinatedTurn
+from vedette_standard.motion.coordinated_turn_3d import CoordinatedTurn3d
+from vedette_standard.motion.curvilinear import Curvilinear
+from vedette_standard.motion.gauss_markov import GaussMarkov
 from vedette_standard.motion.known_turn import KnownTurn
+from vedette_standard.motion.ornstein_uhlenbeck import OrnsteinUhlenbeck
+from vedette_standard.motion.product import Product
+from vedette_standard.motion.random_walk import RandomWalk
 from vedette_standard.motion.singer import Singer
+from vedette_standard.motion.wiener_acceleration_piecewise import WienerAccelerationPiecewise
 from vedette_standard.sensors.cartesian_position import CartesianPosition
 from vedette_standard.sensors.polar_position import PolarPosition
 from vedette_standard.sensors.range_bearing import RangeBearing
@@ -35,6 +44,8 @@ def vedette_components() -> Iterable[type[vedette.Component]]:
     """Everything in this package."""
     return [
         *(ConstantVelocity, ConstantAcceleration, Singer, KnownTurn, CoordinatedTurn),
+        *(ConstantVelocityPiecewise, ConstantAccelerationPiecewise, WienerAccelerationPiecewise),
+        *(OrnsteinUhlenbeck, RandomWalk, GaussMarkov, CoordinatedTurn3d, Curvilinear, Product),
         *(CartesianPosition, RangeBearing, PolarPosition),
         *(Kalman, ExtendedKalman, UnscentedKalman, Imm),
         *(Nearest, GlobalNearest, Pda, Jpda),

@@ -8,7 +8,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, MotionModel, Space, fields
-from vedette_standard.motion.blocks import white_acceleration
+from vedette_standard.motion.blocks import over_axes, white_acceleration
 from vedette_standard.motion.turning import Turn
 
 _STATE = Space.of(x="m", y="m", vx="m/s", vy="m/s", turn_rate="rad/s")
@@ -71,6 +71,6 @@ class CoordinatedTurn(MotionModel):
     def noise(self, x: Array, dt: float) -> Array:
         """(5, 5)"""
         Q = np.zeros((5, 5))
-        Q[:4, :4] = white_acceleration(self.sigma_accel, dt)
+        Q[:4, :4] = over_axes(white_acceleration(self.sigma_accel, dt), 2)
         Q[4, 4] = self.sigma_turn_rate**2 * dt
         return Q

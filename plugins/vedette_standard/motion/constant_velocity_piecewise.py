@@ -1,0 +1,36 @@
+"""Nearly constant velocity under an acceleration that is held through each step."""
+
+from __future__ import annotations
+
+from typing import ClassVar, final
+
+import numpy as np
+from attrs import frozen
+
+from vedette import Array, fields
+from vedette_standard.motion.blocks import PerAxis, free_flight
+
+
+@final
+@frozen
+class ConstantVelocityPiecewise(PerAxis):
+    """Piecewise-constant white acceleration: per axis F = [1 T; 0 1], Q = sigma_accel^2 G G', G = [T^2/2; T].
+
+    The acceleration is drawn anew at every step and held through it, so `sigma_accel` means another thing at another step
+    length, and two steps do not make one: for scans that come at unlike intervals, use `constant_velocity`.
+    Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, section 6.3.2.
+    """
+
+    kind: ClassVar[str] = "constant_velocity_piecewise"
+    derivatives: ClassVar[int] = 2
+
+    sigma_accel: float = fields.quantity("m/s^2", "standard deviation of the acceleration held in a step, per axis", above=0)
+
+    def transition(self, dt: float) -> Array:
+        """(2, 2)"""
+        return free_flight(2, dt)
+
+    def covariance(self, dt: float) -> Array:
+        """(2, 2)"""
+        gain = self.sigma_accel * np.array([dt**2 / 2, dt])
+        return np.outer(gain, gain)

@@ -1,0 +1,107 @@
+"""A turn in space, in any plane, whose rate is estimated."""
+
+from __future__ import annotations
+
+import math
+from typing import ClassVar, final
+
+import numpy as np
+from attrs import frozen
+
+from vedette import Array, MotionModel, Space, fields
+from vedette_standard.motion.blocks import over_axes, white_acceleration
+
+_STATE = Space.of(
+    x="m", y="m", z="m", vx="m/s", vy="m/s", vz="m/s", turn_rate_x="rad/s", turn_rate_y="rad/s", turn_rate_z="rad/s"
+)
+_POWERS = np.arange(13)
+_SERIES = np.array([[(-1) ** k / math.factorial(2 * k + i) for k in range(13)] for i in (1, 2, 3)])
+"""Coefficients of A^(2k) in sin(A)/A, (1 - cos A)/A^2 and (A - sin A)/A^3; below A = 1 what is left out is under 1e-27."""
+
+
+def _shares(square: Array) -> Array:
+    """(3, *b): sin(A)/A, (1 - cos A)/A^2, (A - sin A)/A^3 of A^2 (*b)."""
+    small = square < 1.0
+    angle = np.sqrt(np.where(small, 1.0, square))
+    half = 2 * (np.sin(angle / 2) / angle) ** 2
+    closed = np.stack([np.sin(angle) / angle, half, (1 - np.sin(angle) / angle) / angle**2])
+    series = np.tensordot(_SERIES, np.where(small, square, 0.0) ** _POWERS.reshape(-1, *(1,) * square.ndim), 1)
+    return np.where(small, series, closed)
+
+
+def _slopes(square: Array, shares: Array) -> Array:
+    """(3, *b): the derivatives of `shares` by A, over A."""
+    small = square < 1.0
+    safe = np.where(small, 1.0, square)
+    closed = np.stack([1 - square * shares[1] - shares[0], shares[0] - 2 * shares[1], shares[1] - 3 * shares[2]]) / safe
+    powers = np.where(small, square, 0.0) ** _POWERS[:-1].reshape(-1, *(1,) * square.ndim)
+    series = np.tensordot(2 * _POWERS[1:] * _SERIES[:, 1:], powers, 1)
+    return np.where(small, series, closed)
+
+
+def _cross(w: Array) -> Array:
+    """The matrix (*b, 3, 3) of w x."""
+    K = np.zeros((*w.shape, 3))
+    K[..., 2, 1], K[..., 0, 2], K[..., 1, 0] = w[..., 0], w[..., 1], w[..., 2]
+    return K - np.swapaxes(K, -1, -2)
+
+
+@final
+@frozen
+class CoordinatedTurn3d(MotionModel):
+    """v' = W x v with a constant vector W of turn rates, but for white noise: the velocity turns about W, moved exactly.
+
+    With K = [W x] T and A = |W| T: v becomes (I + sin(A)/A K + (1 - cos A)/A^2 K^2) v, and the position gains
+    T (I + (1 - cos A)/A^2 K + (A - sin A)/A^3 K^2) v. With W upright it is the coordinated turn in the plane; the part of W
+    along v turns nothing and only wanders. Q is that of constant velocity over x to vz and sigma_turn_rate^2 T for the
+    rates, whatever the state, so steps do not divide.
+    Li, Jilkov, Survey of Maneuvering Target Tracking, Part I: Dynamic Models, IEEE T-AES 39, 2003.
+    """
+
+    kind: ClassVar[str] = "coordinated_turn_3d"
+
+    sigma_accel: float = fields.quantity("m/s^2", "standard deviation of the velocity gained in 1 s, per axis", above=0)
+    sigma_turn_rate: float = fields.quantity(
+        "rad/s^2", "standard deviation of the turn rate gained in 1 s, per axis", above=0
+    )
+
+    @property
+    def state(self) -> Space:
+        return _STATE
+
+    def move(self, x: Array, dt: float) -> Array:
+        """(*b, 9) -> (*b, 9)"""
+        w, v = x[..., 6:] * dt, x[..., 3:6]
+        a, b, c = _shares(np.sum(w * w, axis=-1))[..., None]
+        once = np.cross(w, v)
+        twice = np.cross(w, once)
+        moved = x.copy()
+        moved[..., :3] += dt * (v + b * once + c * twice)
+        moved[..., 3:6] += a * once + b * twice
+        return moved
+
+    def jacobian(self, x: Array, dt: float) -> Array:
+        """(*b, 9) -> (*b, 9, 9)"""
+        w, v = x[..., 6:] * dt, x[..., 3:6]
+        square = np.sum(w * w, axis=-1)
+        shares = _shares(square)
+        a, b, c = shares[..., None, None]
+        da, db, dc = _slopes(square, shares)[..., None, None]
+        K = _cross(w)
+        once, twice = np.cross(w, v)[..., None], np.cross(w, np.cross(w, v))[..., None]
+        turned, turned_twice = -_cross(v), -_cross(once[..., 0]) - K @ _cross(v)
+        along = w[..., None, :]
+        F = np.zeros((*x.shape, 9))
+        F[..., range(9), range(9)] = 1.0
+        F[..., :3, 3:6] = dt * (np.eye(3) + b * K + c * K @ K)
+        F[..., 3:6, 3:6] += a * K + b * K @ K
+        F[..., :3, 6:] = dt**2 * (b * turned + c * turned_twice + (db * once + dc * twice) @ along)
+        F[..., 3:6, 6:] = dt * (a * turned + b * turned_twice + (da * once + db * twice) @ along)
+        return F
+
+    def noise(self, x: Array, dt: float) -> Array:
+        """(9, 9)"""
+        Q = np.zeros((9, 9))
+        Q[:6, :6] = over_axes(white_acceleration(self.sigma_accel, dt), 3)
+        Q[6:, 6:] = self.sigma_turn_rate**2 * dt * np.eye(3)
+        return Q

@@ -1,0 +1,25 @@
+"""What the models share whose axes have no derivatives."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from vedette import Space
+from vedette_standard.motion.blocks import check_names
+
+UNITS = ("m", "m/s", "rad", "rad/s", "s", "1")
+"""Of what may drift: positions, and the biases of what sensors measure."""
+
+
+class _Drifting(Protocol):
+    @property
+    def axes(self) -> tuple[str, ...]: ...
+
+    @property
+    def unit(self) -> str: ...
+
+
+def drifting(model: _Drifting) -> Space:
+    """The state of a model that states its axes and their one unit. An angle does not wrap: it is a small difference."""
+    check_names("axes", model.axes)
+    return Space.of(**dict.fromkeys(model.axes, model.unit))

@@ -1,0 +1,45 @@
+"""Axes that wander and are drawn back to zero: biases."""
+
+from __future__ import annotations
+
+import math
+from typing import ClassVar, final
+
+import numpy as np
+from attrs import Factory, field, frozen
+
+from vedette import Array, MotionModel, Space, fields
+from vedette_standard.motion.drifting import UNITS, drifting
+
+
+@final
+@frozen
+class GaussMarkov(MotionModel):
+    """First-order Gauss-Markov process, which sampled is AR(1): x' = e x + w, e = exp(-T/tau), w ~ N(0, sigma^2 (1 - e^2)).
+
+    Each axis has the stationary standard deviation sigma and the autocorrelation exp(-|lag|/tau): a measurement's error that
+    is correlated over scans, as a state axis of its own beside the target's.
+    Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, section 8.2.
+    """
+
+    kind: ClassVar[str] = "gauss_markov"
+    divisible: ClassVar[bool] = True
+    linear: ClassVar[bool] = True
+
+    axes: tuple[str, ...] = fields.words("the axes that wander")
+    sigma: float = fields.quantity("1", "stationary standard deviation, in the axes' own unit", above=0)
+    tau: float = fields.quantity("s", "time after which a value is down to 1/e", above=0)
+    unit: str = fields.choice("the axes' unit", UNITS, default="m")
+    state: Space = field(init=False, repr=False, eq=False, default=Factory(drifting, takes_self=True))
+
+    def move(self, x: Array, dt: float) -> Array:
+        """(*b, n) -> (*b, n)"""
+        return x * math.exp(-dt / self.tau)
+
+    def jacobian(self, x: Array, dt: float) -> Array:
+        """(n, n)"""
+        return math.exp(-dt / self.tau) * np.eye(len(self.state))
+
+    def noise(self, x: Array, dt: float) -> Array:
+        """(n, n)"""
+        return -(self.sigma**2) * math.expm1(-2 * dt / self.tau) * np.eye(len(self.state))

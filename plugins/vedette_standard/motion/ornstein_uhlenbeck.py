@@ -1,0 +1,44 @@
+"""A velocity that is forgotten."""
+
+from __future__ import annotations
+
+import math
+from typing import ClassVar, final
+
+import numpy as np
+from attrs import frozen
+
+from vedette import Array, fields
+from vedette_standard.motion.blocks import PerAxis
+from vedette_standard.motion.forgetting import shares
+
+
+@final
+@frozen
+class OrnsteinUhlenbeck(PerAxis):
+    """Velocity v with v' = -v/tau + white noise, stationary standard deviation `sigma_speed`, exactly discretised.
+
+    Per axis, u = T/tau, e = exp(-u), a = (1-e)/u, c = (1-e^2)/(2u): F = [1 T a; 0 e],
+    Q = 2 sigma_speed^2 u [T^2 (1-2a+c)/u^2, T a^2/2; T a^2/2, c]. What mills about on one spot, or drifts to and fro:
+    the velocity's variance stays bounded, as it does not under constant velocity, which this is towards tau -> infinity.
+    Uhlenbeck, Ornstein, On the Theory of the Brownian Motion, Physical Review 36, 1930.
+    """
+
+    kind: ClassVar[str] = "ornstein_uhlenbeck"
+    divisible: ClassVar[bool] = True
+    derivatives: ClassVar[int] = 2
+
+    tau: float = fields.quantity("s", "time after which a velocity is down to 1/e", above=0)
+    sigma_speed: float = fields.quantity("m/s", "standard deviation of the velocity, per axis", above=0)
+
+    def transition(self, dt: float) -> Array:
+        """(2, 2)"""
+        u = dt / self.tau
+        return np.array([[1.0, dt * shares(u)[0]], [0.0, math.exp(-u)]])
+
+    def covariance(self, dt: float) -> Array:
+        """(2, 2)"""
+        u = dt / self.tau
+        a, _, c, velocity, *_ = shares(u)
+        q = 2 * self.sigma_speed**2 * u
+        return np.array([[q * dt**2 * velocity, q * dt * a * a / 2], [q * dt * a * a / 2, q * c]])

@@ -1,0 +1,79 @@
+"""Several models side by side."""
+
+from __future__ import annotations
+
+from functools import reduce
+from typing import ClassVar, final
+
+import numpy as np
+from attrs import Factory, field, frozen
+
+from vedette import Array, MotionModel, Space, fields
+
+
+def _state(self: Product) -> Space:
+    if not self.models:
+        raise ValueError("models: must hold at least one model, got none")
+    space = Space()
+    for i, model in enumerate(self.models):
+        if shared := [name for name in model.state.names if name in space]:
+            raise ValueError(f"models[{i}]: must own other axes than the models before it, got {', '.join(shared)} again")
+        if type(model).settle is not MotionModel.settle:
+            raise ValueError(f"models[{i}]: {model.kind!r} turns its frame with its target, so it can only stand alone")
+        space = space.union(model.state)
+    return space
+
+
+def _carried(self: Product) -> Space:
+    return reduce(Space.union, (model.carried for model in self.models), Space())
+
+
+@final
+@frozen
+class Product(MotionModel):
+    """Independent models over disjoint axes: f = (f_1, f_2, ..), F and Q block diagonal.
+
+    A planar model times one of `axes = ["z"]` moves in space; one times biases carries these along. It is linear
+    where all of them are, and divisible where all are.
+    Li, Jilkov, Survey of Maneuvering Target Tracking, Part I: Dynamic Models, IEEE T-AES 39, 2003.
+    """
+
+    kind: ClassVar[str] = "product"
+
+    models: tuple[MotionModel, ...] = fields.part("the models, over disjoint axes")
+    state: Space = field(init=False, repr=False, eq=False, default=Factory(_state, takes_self=True))
+    carried: Space = field(init=False, repr=False, eq=False, default=Factory(_carried, takes_self=True))
+
+    @property
+    def linear(self) -> bool:  # type: ignore[override]  # a class variable elsewhere: here it depends on the models
+        """Whether all models are."""
+        return all(model.linear for model in self.models)
+
+    @property
+    def divisible(self) -> bool:  # type: ignore[override]
+        """Whether all models are."""
+        return all(model.divisible for model in self.models)
+
+    def _parts(self) -> list[tuple[MotionModel, slice]]:
+        stops = np.cumsum([len(model.state) for model in self.models]).tolist()
+        return [(model, slice(stop - len(model.state), stop)) for model, stop in zip(self.models, stops, strict=True)]
+
+    def move(self, x: Array, dt: float) -> Array:
+        """(*b, n) -> (*b, n)"""
+        return np.concatenate([model.move(x[..., own], dt) for model, own in self._parts()], axis=-1)
+
+    def jacobian(self, x: Array, dt: float) -> Array:
+        """(*b, n) -> (*b, n, n), or (n, n) if no model's depends on the state"""
+        return _diagonal([(own, model.jacobian(x[..., own], dt)) for model, own in self._parts()], x.shape[-1])
+
+    def noise(self, x: Array, dt: float) -> Array:
+        """(*b, n) -> (*b, n, n), or (n, n) if no model's depends on the state"""
+        return _diagonal([(own, model.noise(x[..., own], dt)) for model, own in self._parts()], x.shape[-1])
+
+
+def _diagonal(blocks: list[tuple[slice, Array]], n: int) -> Array:
+    batch = np.broadcast_shapes(*(block.shape[:-2] for _, block in blocks))
+    whole = np.zeros((*batch, n, n))
+    for own, block in blocks:
+        whole[..., own, own] = block
+    return whole
