@@ -265,7 +265,7 @@ def test_parameters_that_contradict_each_other(make, text):
 
 def test_axes_that_no_truth_has(tmp_path):
     truth = TruthColumns(file="d.csv", time="t", columns={"height": "h"})
-    with pytest.raises(ConfigError, match=r"source\.truth\.columns\.height: unknown axis; those are x, y, vx"):
+    with pytest.raises(ConfigError, match=r"source\.truth\.columns\.height: unknown axis; those are x, y, z, vx"):
         opened(tmp_path, "t,north,east\n1,2,3\n", truth=truth)
 
 

@@ -28,8 +28,9 @@ NUMBERS = st.floats(-1e15, 1e15)  # subnormal numbers and -0.0 among them
 
 @st.composite
 def poses(draw):
-    velocity = draw(st.none() | arrays(float, 2, elements=NUMBERS))
-    return Pose(draw(arrays(float, 2, elements=NUMBERS)), velocity, draw(NUMBERS))
+    d = draw(st.sampled_from([2, 3]))
+    velocity = draw(st.none() | arrays(float, d, elements=NUMBERS))
+    return Pose(draw(arrays(float, d, elements=NUMBERS)), velocity, draw(NUMBERS))
 
 
 @st.composite
@@ -174,7 +175,9 @@ BAD_LINES = {
     "short noise": (GOOD | {"noise": []}, "noise must be a list with one entry a return, got []"),
     "evidence alone": (GOOD | {"evidence": 3.0}, "evidence must be a list with one entry a return, got 3.0"),
     "pose that is no object": (GOOD | {"pose": [0, 0]}, "pose must be an object with position, velocity, heading"),
-    "pose without position": (GOOD | {"pose": {}}, "pose.position must be a list of 2 numbers, got null"),
+    "pose without position": (GOOD | {"pose": {}}, "pose.position must be a list of numbers, got null"),
+    "pose on a line": (GOOD | {"pose": {"position": [0]}}, "pose.position must be a list of 2 or 3 numbers, got [0.0]"),
+    "flat velocity": (GOOD | {"pose": {"position": [0, 0, 0], "velocity": [0, 0]}}, "pose.velocity must be a list of 3"),
     "pose with more": (GOOD | {"pose": {"position": [0, 0], "roll": 1}}, "unknown field pose.'roll'"),
     "heading": (GOOD | {"pose": {"position": [0, 0], "heading": "N"}}, "pose.heading must be a finite number"),
     "unknown truth": ({"truth": "b", "time": 1.0, "state": [1.0]}, "truth must be one of the header's, 'a', got \"b\""),

@@ -15,7 +15,9 @@ from vedette.io.reading import Sample, in_time_order
 from vedette.space import Space
 from vedette.types import Pose, Trajectory
 
-STATE = Space.of(x="m", y="m", vx="m/s", vy="m/s", ax="m/s^2", ay="m/s^2", turn_rate="rad/s", heading="rad mod 2pi")
+STATE = Space.of(
+    x="m", y="m", z="m", vx="m/s", vy="m/s", vz="m/s", ax="m/s^2", ay="m/s^2", turn_rate="rad/s", heading="rad mod 2pi"
+)
 """The axes that a truth file may give."""
 
 POSE = Space.of(x="m", y="m", vx="m/s", vy="m/s", heading="rad mod 2pi")

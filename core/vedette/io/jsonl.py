@@ -217,8 +217,11 @@ def _pose(given: Any) -> Pose | None:
     if not isinstance(given, dict):
         raise ValueError(f"pose must be an object with {', '.join(POSE_FIELDS)}, got {short(given)}")
     _check_fields(given, POSE_FIELDS, "pose.")
-    position = vector(given.get("position"), "pose.position", 2)
-    velocity = None if given.get("velocity") is None else np.array(vector(given["velocity"], "pose.velocity", 2))
+    position = vector(given.get("position"), "pose.position")
+    if len(position) not in (2, 3):
+        raise ValueError(f"pose.position must be a list of 2 or 3 numbers, got {short(position)}")
+    moving = given.get("velocity") is not None
+    velocity = np.array(vector(given["velocity"], "pose.velocity", len(position))) if moving else None
     return Pose(np.array(position), velocity, number(given.get("heading", 0.0), "pose.heading"))
 
 
