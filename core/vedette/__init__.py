@@ -47,6 +47,8 @@ if TYPE_CHECKING:
     from vedette.roles import Sensor as Sensor
     from vedette.roles import Source as Source
     from vedette.roles import Study as Study
+    from vedette.smoothing import smooth as smooth
+    from vedette.smoothing import smoothed as smoothed
     from vedette.space import Array as Array
     from vedette.space import Axis as Axis
     from vedette.space import Mask as Mask
@@ -71,6 +73,7 @@ _HOMES = {
     "metrics": ("Judge",),
     "registry": ("Registry",),
     "roles": ("Associator", "Component", "Detector", "Estimator", "Lifecycle", "MotionModel", "Sensor", "Source", "Study"),
+    "smoothing": ("smooth", "smoothed"),
     "space": ("Array", "Axis", "Mask", "Space", "SpaceError"),
     "tracker": ("Tracker",),
     "types": ("Detections", "Gaussian", "Innovation", "Pose", "Recording", "Scan", "Track", "Trajectory"),

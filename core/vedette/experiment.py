@@ -27,7 +27,8 @@ class Result:
     """What came of a run: tracks that were ever confirmed, in the order of their ids.
 
     `begun` counts all tracks, tentative ones included; `scans` holds those taken, without their bad returns; `refused` holds
-    what was not taken, and why; `seconds` is the CPU time of the tracker alone.
+    what was not taken, and why; `seconds` is the CPU time of the tracker alone; `states` holds what each scan left, if
+    it was to be kept.
     """
 
     tracks: tuple[Track, ...]
@@ -37,6 +38,7 @@ class Result:
     begun: int
     seconds: float
     interrupted: bool
+    states: tuple[State, ...] = ()
 
 
 @final
@@ -56,11 +58,12 @@ class Experiment:
     def __attrs_post_init__(self) -> None:
         check_detectors(self.detectors, self.tracker.sensors)
 
-    def run(self, *, strict: bool = False, progress: Progress = iter) -> Result:
+    def run(self, *, strict: bool = False, progress: Progress = iter, keep_states: bool = False) -> Result:
         """Run the tracker over all scans.
 
         A scan or a return that the tracker cannot take is left out and told in `refused`; with `strict` it raises
-        ScanRefused. `progress` wraps the scans, to show how far the run is. Ctrl-C ends the run and keeps what is done.
+        ScanRefused. `progress` wraps the scans, to show how far the run is. `keep_states` leaves the states in the result,
+        for `vedette.smooth`. Ctrl-C ends the run and keeps what is done.
         """
         if self.source is None:
             raise ConfigError([Problem("source", "is missing: there are no scans to run on")])
@@ -77,6 +80,7 @@ class Experiment:
         state = self.tracker.start(given, begin, for_tracker)
         history = History(self.tracker)
         refused, taken, seconds, interrupted = [*recording.refused, *problems], [], 0.0, False
+        states: list[State] = []
         try:
             for i, scan in enumerate(progress(scans)):
                 before = process_time()
@@ -87,9 +91,13 @@ class Experiment:
                     state = after
                     taken.append(kept)
                     history.add(state)
+                    if keep_states:
+                        states.append(state)
         except KeyboardInterrupt:
             interrupted = True
-        return Result(history.tracks(), recording, tuple(taken), tuple(refused), state.born, seconds, interrupted)
+        return Result(
+            history.tracks(), recording, tuple(taken), tuple(refused), state.born, seconds, interrupted, tuple(states)
+        )
 
     def _step(self, state: State, scan: Scan, strict: bool) -> tuple[State | None, Scan, list[Problem]]:
         """The next state, None if the scan is refused as a whole; the scan without bad returns; what was left out."""

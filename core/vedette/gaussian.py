@@ -54,6 +54,17 @@ class GaussianFilter(Estimator[Gaussian]):
     def moments(self, belief: Gaussian) -> Gaussian:
         return belief
 
+    def cross(self, belief: Gaussian, dt: float) -> Array:
+        """P F', F the derivative of the motion at the mean; for filters that predict by it."""
+        keeps_its_frame(self.motion)
+        return belief.cov @ np.swapaxes(self.motion.jacobian(belief.mean, dt), -1, -2)
+
+
+def keeps_its_frame(motion: MotionModel) -> None:
+    """NotImplementedError if beliefs over this motion are re-expressed on the way: two moments have no common frame."""
+    if type(motion).settle is not MotionModel.settle:
+        raise NotImplementedError(f"motion {motion.kind!r} turns its frame from scan to scan")
+
 
 def without_variance(cov: Array, axes: list[int]) -> Array:
     """Covariances (*b, n, n) with zeros in the rows and columns of `axes`, as carried axes have."""

@@ -13,6 +13,7 @@ from typing import Any, ClassVar, Generic, TypeVar
 
 import numpy as np
 
+from vedette.kernels import backward
 from vedette.kernels.derivative import numerical_jacobian
 from vedette.space import Array, Mask, Space
 from vedette.studies import Progress, StudyResult
@@ -179,6 +180,23 @@ class Estimator(Component, Generic[B]):
     def mode_prob(self, belief: B) -> Array | None:
         """(*b, t, r) for a mixture of modes, else None."""
         return None
+
+    def cross(self, belief: B, dt: float) -> Array:
+        """Covariance (*b, t, n, n) of the state now (rows) and `dt` s later (columns), dt > 0. Smoothing asks for it."""
+        raise NotImplementedError(f"{self.kind!r} does not state how the state of one moment goes with that of another")
+
+    def retrace(self, belief: B, later: B, dt: float, rng: np.random.Generator) -> B:
+        """The belief of a moment by all scans, from `belief`, by the scans until then, and `later`, by all, `dt` s later.
+
+        dt == 0 returns `later`. This is the step of Rauch, Tung and Striebel on `moments`, `predict` and `cross`, exact
+        for linear models; a belief that is more than its moments needs its own.
+        """
+        if dt == 0:
+            return later
+        now, ahead, after = self.moments(belief), self.moments(self.predict(belief, dt, rng)), self.moments(later)
+        step = self.state.difference(after.mean, ahead.mean)
+        shift, cov = backward.retrace(now.cov, ahead.cov, self.cross(belief, dt), step, after.cov)
+        return self.start(Gaussian(self.state.displace(now.mean, shift), cov), self.state, rng)
 
 
 class Lifecycle(Component):

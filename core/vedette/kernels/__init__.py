@@ -3,6 +3,7 @@
 They trust their input. Covariances stay symmetric positive semi-definite by construction, not by repair.
 """
 
+from vedette.kernels.backward import retrace, unroot
 from vedette.kernels.derivative import numerical_jacobian
 from vedette.kernels.reference import (
     imm_mix,
@@ -12,6 +13,7 @@ from vedette.kernels.reference import (
     mixture,
     moments,
     propagate,
+    root,
     safe_log,
     sigma_points,
 )
@@ -25,6 +27,9 @@ __all__ = [
     "moments",
     "numerical_jacobian",
     "propagate",
+    "retrace",
+    "root",
     "safe_log",
     "sigma_points",
+    "unroot",
 ]

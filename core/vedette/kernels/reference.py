@@ -89,7 +89,7 @@ def innovate(P: Array, nu: Array, H: Array, R: Array) -> tuple[Array, Array, Arr
     return loglik, distance, log_volume, shift, _symmetric(post)
 
 
-def _root(P: Array) -> Array:
+def root(P: Array) -> Array:
     """L (*b, n, n), lower triangular, with L L' = P; where P is singular, its columns without variance are 0."""
     try:
         return np.linalg.cholesky(P)
@@ -109,8 +109,8 @@ def sigma_points(P: Array, kappa: float) -> tuple[Array, Array]:
     Julier and Uhlmann's symmetric set. kappa >= 0 keeps every weight positive, so every moment taken with it is PSD.
     """
     n = P.shape[-1]
-    root = np.swapaxes(_root((n + kappa) * P), -1, -2)
-    offsets = np.concatenate([np.zeros((*P.shape[:-2], 1, n)), root, -root], axis=-2)
+    spread = np.swapaxes(root((n + kappa) * P), -1, -2)
+    offsets = np.concatenate([np.zeros((*P.shape[:-2], 1, n)), spread, -spread], axis=-2)
     weights = np.full(2 * n + 1, 0.5 / (n + kappa))
     weights[0] = kappa / (n + kappa)
     return offsets, weights

@@ -11,6 +11,7 @@ from attrs import Factory, field, frozen
 from vedette import Array, Detections, Estimator, Gaussian, Innovation, Sensor, Space, fields, kernels
 from vedette.gaussian import without_variance
 from vedette_standard.estimators.transitions import Transition, rates_problem, transition_problem
+from vedette_standard.estimators.unmixing import carried_over, foreseen, future, share_of
 
 
 @frozen(eq=False)
@@ -160,6 +161,44 @@ class Imm(Estimator[Modes]):
     def mode_prob(self, belief: Modes) -> Array:
         """(*b, t, r)"""
         return np.exp(belief.log_prob)
+
+    def retrace(self, belief: Modes, later: Modes, dt: float, rng: np.random.Generator) -> Modes:
+        """The modes of a moment by all scans, each pair of a mode now and one `dt` s later weighed by Bayes' rule.
+
+        The formula is in `unmixing`. Exact for linear modes where the filter's own mixtures are; it mixes as the filter
+        does, so an axis that a mode lacks is taken as `absent` states. r modes cost r predictions and steps back of r
+        beliefs each. After Nadarajah, Tharmarasa, McDonald, Kirubarajan, IMM Forward Filtering and Backward Smoothing for
+        Maneuvering Target Tracking, IEEE Trans. Aerospace and Electronic Systems 48, 2012, with the likelihood of the
+        future integrated rather than taken at one point.
+        """
+        if dt == 0:
+            return later
+        origin, apart, covs = self._stack(belief)
+        each = Gaussian(self.state.displace(origin[..., None, :], apart), covs)
+        log_switch = self._switch.log(dt)
+        _, means, covs_mixed = kernels.imm_mix(belief.log_prob, log_switch, apart, covs)
+        gains, joint = [], []
+        for j, mode in enumerate(self.modes):
+            mixed = Gaussian(self.state.displace(origin, means[..., j, :]), covs_mixed[..., j, :, :])
+            forward = mode.moments(mode.predict(mode.start(mixed, self.state, rng), dt, rng))
+            seen = future(forward, mode.moments(later.beliefs[j]), mode.state)
+            own = mode.start(each, self.state, rng)
+            ahead, log_weight = foreseen(mode.moments(mode.predict(own, dt, rng)), forward.mean, seen, mode.state)
+            back = mode.moments(mode.retrace(own, mode.start(ahead, mode.state, rng), dt, rng))
+            gains.append(carried_over(each, self.state.locate(mode.state), back, self.state))
+            joint.append(later.log_prob[..., j, None] + share_of(belief.log_prob, log_switch[:, j] + log_weight))
+        log_joint = np.stack(joint, axis=-1)
+        log_prob = kernels.log_sum(log_joint)
+        possible = np.isfinite(log_prob)[..., None]  # a mode that cannot be goes on as it would without the future
+        share = np.exp(np.where(possible, log_joint - np.where(possible, log_prob[..., None], 0.0), log_switch))
+        shifts, smoothed = np.stack([gain[0] for gain in gains], axis=-2), np.stack([gain[1] for gain in gains], axis=-3)
+        steps, smoothed = kernels.moments(share[..., None, :], shifts, smoothed)
+        after = Gaussian(self.state.displace(each.mean, steps[..., 0, :]), smoothed[..., 0, :, :])
+        beliefs = tuple(
+            mode.start(Gaussian(after.mean[..., i, :], after.cov[..., i, :, :]), self.state, rng)
+            for i, mode in enumerate(self.modes)
+        )
+        return Modes(beliefs, log_prob - kernels.log_sum(log_prob)[..., None])
 
     def _stack(self, belief: Modes) -> tuple[Array, Array, Array]:
         """All modes over `state`: an origin (*b, t, n), means from there (*b, t, r, n), covariances (*b, t, r, n, n)."""

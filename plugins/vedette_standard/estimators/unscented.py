@@ -8,7 +8,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Detections, Gaussian, Innovation, MotionModel, Sensor, fields, kernels
-from vedette.gaussian import GaussianFilter, joined, noise_of, residuals
+from vedette.gaussian import GaussianFilter, joined, keeps_its_frame, noise_of, residuals
 
 
 @final
@@ -45,6 +45,14 @@ class UnscentedKalman(GaussianFilter):
         mean, apart = self.state.mean(self.motion.move(points, dt), weights)
         spread = np.swapaxes(apart * weights[:, None], -1, -2) @ apart
         return Gaussian(mean, 0.5 * (spread + np.swapaxes(spread, -1, -2)) + self.motion.noise(belief.mean, dt))
+
+    def cross(self, belief: Gaussian, dt: float) -> Array:
+        """Covariance of the points and of where they move: (*b, t, n, n)"""
+        keeps_its_frame(self.motion)
+        offsets, weights = self._offsets(belief)
+        points = self.state.displace(belief.mean[..., None, :], offsets)
+        _, apart = self.state.mean(self.motion.move(points, dt), weights)
+        return np.swapaxes(offsets * weights[:, None], -1, -2) @ apart
 
     def innovate(self, belief: Gaussian, sensor: Sensor, seen: Detections, p_gate: float) -> Innovation:
         """Every return against every track, by the moments of the points' measurements."""

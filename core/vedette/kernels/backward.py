@@ -1,0 +1,34 @@
+"""The kernel of smoothing: what is learnt of a later moment, carried back."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vedette.kernels.reference import root
+from vedette.space import Array
+
+
+def unroot(lower: Array, rows: Array) -> Array:
+    """X (*b, p, q) with X L = rows, for L = `lower` (*b, q, q) as `root` makes it; 0 where that has no variance."""
+    q = lower.shape[-1]
+    pivots = np.diagonal(lower, axis1=-2, axis2=-1)
+    whole = lower + np.where(pivots > 0, 0.0, 1.0)[..., None] * np.eye(q)
+    return np.swapaxes(np.linalg.solve(np.swapaxes(whole, -1, -2), np.swapaxes(rows, -1, -2)), -1, -2)
+
+
+def retrace(P: Array, ahead: Array, cross: Array, step: Array, later: Array) -> tuple[Array, Array]:
+    """What x, known as N(., P), gains from a y that was expected as N(., ahead) and is known as N(. + step, later).
+
+    P (*b, n, n), ahead and later (*b, q, q), cross (*b, n, q) the covariance of x and y, step (*b, q) -> the shift of
+    x's mean G step (*b, n) and its covariance D D' + G later G' (*b, n, n), where G = cross ahead^-1 and
+    D D' = P - G ahead G'. Both come of one root of the joint covariance [ahead, cross'; cross, P], so the result is PSD,
+    and what has no variance stays as it is.
+    """
+    q = ahead.shape[-1]
+    above = np.concatenate([ahead, np.swapaxes(cross, -1, -2)], axis=-1)
+    below = np.concatenate([cross, P], axis=-1)
+    joint = root(np.concatenate([above, below], axis=-2))
+    gain = unroot(joint[..., :q, :q], joint[..., q:, :q])
+    rest = joint[..., q:, q:]
+    cov = rest @ np.swapaxes(rest, -1, -2) + gain @ later @ np.swapaxes(gain, -1, -2)
+    return (gain @ step[..., None])[..., 0], 0.5 * (cov + np.swapaxes(cov, -1, -2))

@@ -1,0 +1,92 @@
+"""Smoothing: what later scans say about earlier moments. From a tracker's states to states that know more.
+
+A state keeps all but its belief: identities, existence, confirmation and association weights stay those of the filter.
+docs/smoothing.md says what is exact.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any
+
+import numpy as np
+from attrs import evolve
+
+from vedette import trees
+from vedette.errors import ConfigError, Problem
+from vedette.history import History
+from vedette.roles import Estimator
+from vedette.tracker import State, Tracker
+from vedette.types import Gaussian, Track
+
+
+def check_smoothing(tracker: Tracker) -> None:
+    """ConfigError if the tracker's estimator cannot smooth: told before a long run rather than after it."""
+    n = len(tracker.state)
+    rng = np.random.default_rng(0)
+    none = tracker.estimator.start(Gaussian(np.zeros((0, n)), np.zeros((0, n, n))), tracker.state, rng)
+    try:
+        tracker.estimator.retrace(none, none, 1.0, rng)
+    except NotImplementedError as error:
+        raise ConfigError([Problem("estimator", f"cannot smooth: {error}")]) from None
+
+
+def smooth(
+    tracker: Tracker, states: Iterable[State], lag: float = math.inf, seed: int | np.random.Generator = 0
+) -> tuple[Track, ...]:
+    """The tracks that were ever confirmed, each moment by the scans of up to `lag` s later; by all of them by default.
+
+    `states` are those of one run in the order of time, as `Experiment.run(keep_states=True)` leaves them in its result.
+    """
+    history = History(tracker)
+    for state in smoothed(tracker, states, lag, seed):
+        history.add(state)
+    return history.tracks()
+
+
+def smoothed(
+    tracker: Tracker, states: Iterable[State], lag: float = math.inf, seed: int | np.random.Generator = 0
+) -> Iterator[State]:
+    """The same states, in their order, with beliefs that use the scans of up to `lag` s later (fixed lag) or all.
+
+    It may be fed while the tracker runs: a state is given back as soon as a later one is out of its lag, or at the end.
+    Runs in lock-step are smoothed at once. ValueError: a lag that is negative or NaN, times that go backwards.
+    """
+    if not lag >= 0:
+        raise ValueError(f"lag: must be >= 0 s, got {lag:g} s")
+    rng = np.random.default_rng(seed)
+    window: list[State] = []
+    for state in states:
+        if window and state.time < window[-1].time:
+            raise ValueError(f"states: times must not go backwards, got {state.time:.6f} s after {window[-1].time:.6f} s")
+        due = sum(old.time + lag < state.time for old in window)
+        if due:
+            yield from _backwards(tracker.estimator, window, rng)[:due]
+            del window[:due]
+        window.append(state)
+    yield from _backwards(tracker.estimator, window, rng)
+
+
+def _backwards(estimator: Estimator[Any], states: Sequence[State], rng: np.random.Generator) -> list[State]:
+    """Every state by all of them."""
+    found: list[State] = []
+    for state in reversed(states):
+        found.append(_retraced(estimator, state, found[-1], rng) if found else state)
+    return found[::-1]
+
+
+def _retraced(estimator: Estimator[Any], state: State, later: State, rng: np.random.Generator) -> State:
+    """One step back. A track that ended before `later` keeps its belief: nothing more is known of it."""
+    axis = state.existence.ndim - 1
+    goes_on = np.isin(state.ids, later.ids)
+    if not goes_on.any():
+        return state
+    after = trees.take(later.belief, np.isin(later.ids, state.ids), axis)
+    dt = later.time - state.time
+    if goes_on.all():
+        return evolve(state, belief=estimator.retrace(state.belief, after, dt, rng))
+    back = estimator.retrace(trees.take(state.belief, goes_on, axis), after, dt, rng)
+    both = trees.join(back, trees.take(state.belief, ~goes_on, axis), axis)
+    order = np.argsort(np.concatenate([np.flatnonzero(goes_on), np.flatnonzero(~goes_on)]))
+    return evolve(state, belief=trees.take(both, order, axis))
