@@ -55,7 +55,8 @@ def picture(experiment: Experiment, result: Result) -> Figure:
     outside = _frame(axes, paths, [spot for spot in spots.values() if spot is not None])
     axes.set(xlabel=plane.labels[0], ylabel=plane.labels[1])
     canvas.head(made, experiment.title or "Tracks", _facts(result, spots, outside))
-    made.legend(loc="outside lower center", ncols=3, frameon=False, fontsize=10, labelcolor=canvas.INK)
+    if axes.get_legend_handles_labels()[0]:
+        made.legend(loc="outside lower center", ncols=3, frameon=False, fontsize=10, labelcolor=canvas.INK)
     return made
 
 

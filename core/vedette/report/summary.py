@@ -138,6 +138,8 @@ def _inside(seen: Normalised) -> str:
 
 def _nees_in_words(ratio: float) -> str:
     """One run's NEES depend on one another, so only a gross ratio says something."""
+    if ratio == 0:
+        return "no covariance to speak of, or no error"
     if ratio > FACTOR:
         return f"the covariance is {ratio:.2g} times too small for the errors: the filter is too sure of itself"
     if ratio < 1 / FACTOR:
