@@ -1,11 +1,9 @@
-"""Tracking vessels with the polar radar of a vessel traffic service: the paper's models, filters and study."""
+"""Tracking vessels with the polar radar of a vessel traffic service: the paper's filters and study."""
 
 from collections.abc import Iterable
 
 import vedette
 from vedette_vts.study import VtsStudy
-from vedette_vts.white_noise import DiscreteWhiteNoiseAcceleration
-from vedette_vts.wiener_process import DiscreteWienerProcessAcceleration
 
 VEDETTE_CONTRACT = 1
 
@@ -13,4 +11,4 @@ VEDETTE_CONTRACT = 1
 @vedette.plugin
 def vedette_components() -> Iterable[type[vedette.Component]]:
     """Everything in this package."""
-    return [DiscreteWhiteNoiseAcceleration, DiscreteWienerProcessAcceleration, VtsStudy]
+    return [VtsStudy]

@@ -48,11 +48,11 @@ def config(title: str, estimator: dict[str, Any], spread: dict[str, float]) -> d
 
 
 def _cv(sigma: float) -> dict[str, Any]:
-    return {"kind": "kalman", "motion": {"kind": "discrete_white_noise_acceleration", "sigma_accel": sigma}}
+    return {"kind": "kalman", "motion": {"kind": "constant_velocity_piecewise", "sigma_accel": sigma}}
 
 
 def _ca(sigma: float) -> dict[str, Any]:
-    return {"kind": "kalman", "motion": {"kind": "discrete_wiener_process_acceleration", "sigma_step": sigma}}
+    return {"kind": "kalman", "motion": {"kind": "wiener_acceleration_piecewise", "sigma_change": sigma}}
 
 
 def _imm(*modes: dict[str, Any]) -> dict[str, Any]:

@@ -1,0 +1,17 @@
+"""The target-oriented velocity: motion models with noise and turns along the velocity, and their paper's study."""
+
+from collections.abc import Iterable
+
+import vedette
+from vedette_target_oriented.certain import TargetOrientedCertain
+from vedette_target_oriented.consistent import TargetOriented
+from vedette_target_oriented.literal import TargetOrientedLiteral
+from vedette_target_oriented.study import TargetOrientedStudy
+
+VEDETTE_CONTRACT = 1
+
+
+@vedette.plugin
+def vedette_components() -> Iterable[type[vedette.Component]]:
+    """Everything in this package."""
+    return [TargetOriented, TargetOrientedLiteral, TargetOrientedCertain, TargetOrientedStudy]

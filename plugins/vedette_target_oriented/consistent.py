@@ -1,0 +1,87 @@
+"""The target-oriented model on plain Cartesian state."""
+
+from __future__ import annotations
+
+from typing import ClassVar, final
+
+import numpy as np
+from attrs import frozen
+
+from vedette import Array, MotionModel, Space, fields
+from vedette_target_oriented.along_velocity import chord, held_gain
+
+_STATE = Space.of(x="m", y="m", vx="m/s", vy="m/s")
+
+
+@final
+@frozen
+class TargetOriented(MotionModel):
+    """Acceleration noise along the target's own velocity and across it, and a known acceleration to its right that turns it.
+
+    Velocity v = vx + i vy, speed s, turns by d = -side_accel T/s; the position gains T A(d) v, A(d) = (exp(i d) - 1)/(i d).
+    The noise is an acceleration held for T: Q = G D G', G = [T^2/2; T], D = sigma_forward^2 f f' + sigma_side^2 (I - f f').
+    The derivative by v holds that of d as well, d' = -d v/s^2: i exp(i d) v d' of the velocity and T A'(d) v d' of the
+    position. So the covariance turns with the velocity and nothing is reset: the exact equal of the paper's model where
+    velocity and covariance are turned into the frame of the new velocity after each scan.
+    Below `slowest` there is no heading to speak of: turns are those at that speed, and D goes over to its mean over all
+    directions, reached at rest.
+    Yoon, Ko, a manoeuvring target tracking algorithm with a target-oriented velocity representation (in Korean).
+    """
+
+    kind: ClassVar[str] = "target_oriented"
+
+    sigma_forward: float = fields.quantity("m/s^2", "standard deviation of the acceleration along the velocity", above=0)
+    sigma_side: float = fields.quantity("m/s^2", "standard deviation of the acceleration across the velocity", above=0)
+    side_accel: float = fields.quantity(
+        "m/s^2", "known acceleration to the right of the velocity, which turns it", default=0.0
+    )
+    slowest: float = fields.quantity("m/s", "speed below which the heading counts less and less", default=1.0, above=0)
+
+    @property
+    def state(self) -> Space:
+        return _STATE
+
+    def _turn(self, x: Array, dt: float) -> tuple[Array, Array, Array]:
+        """Velocity (*b) as a complex number, its speed but at least `slowest` (*b), and the angle (*b) it turns by."""
+        v = x[..., 2] + 1j * x[..., 3]
+        speed = np.maximum(np.abs(v), self.slowest)
+        return v, speed, -self.side_accel * dt / speed
+
+    def move(self, x: Array, dt: float) -> Array:
+        """(*b, 4) -> (*b, 4)"""
+        v, _, angle = self._turn(x, dt)
+        step, after = dt * chord(angle)[0] * v, np.exp(1j * angle) * v
+        moved = x.copy()
+        moved[..., 0] += step.real
+        moved[..., 1] += step.imag
+        moved[..., 2], moved[..., 3] = after.real, after.imag
+        return moved
+
+    def jacobian(self, x: Array, dt: float) -> Array:
+        """(*b, 4) -> (*b, 4, 4)"""
+        v, speed, angle = self._turn(x, dt)
+        mean, slope = chord(angle)
+        turn = np.exp(1j * angle)
+        by_speed = np.where(np.abs(v) > self.slowest, -angle / speed**2, 0.0)
+        F = np.zeros((*x.shape, 4))
+        F[..., range(4), range(4)] = 1.0
+        for column, (unit, part) in enumerate(((1.0, v.real), (1j, v.imag)), start=2):
+            step = dt * (mean * unit + slope * v * by_speed * part)
+            after = turn * unit + 1j * turn * v * by_speed * part
+            F[..., 0, column], F[..., 1, column] = step.real, step.imag
+            F[..., 2, column], F[..., 3, column] = after.real, after.imag
+        return F
+
+    def noise(self, x: Array, dt: float) -> Array:
+        """(*b, 4) -> (*b, 4, 4)"""
+        _, speed, _ = self._turn(x, dt)
+        unit = x[..., 2:] / speed[..., None]
+        direction = unit[..., :, None] * unit[..., None, :]
+        known = np.minimum(np.sum(unit**2, axis=-1), 1.0)[..., None, None]
+        position, cross, velocity = held_gain(
+            direction + (1.0 - known) * 0.5 * np.eye(2), self.sigma_forward, self.sigma_side, dt
+        )
+        Q = np.empty((*x.shape, 4))
+        Q[..., :2, :2], Q[..., 2:, 2:] = position, velocity
+        Q[..., :2, 2:] = Q[..., 2:, :2] = cross
+        return Q

@@ -1,0 +1,88 @@
+"""The paper's frame: forward and side speed along a heading that the last two combined positions give."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+
+import numpy as np
+from attrs import evolve, frozen
+
+from vedette import Array, Gaussian, MotionModel, Space, fields
+from vedette_target_oriented.along_velocity import held_gain
+
+CARRIED = Space.of(heading="rad mod 2pi", last_x="m", last_y="m")
+STATE = Space(Space.of(x="m", y="m", v_forward="m/s", v_side="m/s").axes + CARRIED.axes)
+
+
+@frozen
+class Resetting(MotionModel):
+    """x, y, v_forward, v_side, the last to the right; heading and the last position are carried.
+
+    Before each step: heading = atan2 of the way from the last combined position to this one, and v_side is set anew; on no
+    way at all the heading stays. F = I + T [0 B; 0 0] with B = [cos sin; sin -cos] of the heading;
+    Q = G diag(sigma_forward^2, sigma_side^2) G', G = [B T^2/2; I T]. Left open is what the reset does to the covariance.
+    Yoon, Ko, a manoeuvring target tracking algorithm with a target-oriented velocity representation (in Korean).
+    """
+
+    sigma_forward: float = fields.quantity("m/s^2", "standard deviation of the forward acceleration", above=0)
+    sigma_side: float = fields.quantity("m/s^2", "standard deviation of the side acceleration", above=0)
+    side_speed: float = fields.quantity("m/s", "v_side after each scan: a turn to the right if positive", default=0.0)
+
+    @property
+    def state(self) -> Space:
+        return STATE
+
+    @property
+    def carried(self) -> Space:
+        return CARRIED
+
+    @abstractmethod
+    def reset(self, cov: Array) -> Array:
+        """The covariance (*b, 7, 7) once v_side is set."""
+
+    def move(self, x: Array, dt: float) -> Array:
+        """(*b, 7) -> (*b, 7)"""
+        moved = x.copy()
+        moved[..., :2] += dt * (basis(x[..., 4]) @ x[..., 2:4, None])[..., 0]
+        return moved
+
+    def jacobian(self, x: Array, dt: float) -> Array:
+        """(*b, 7) -> (*b, 7, 7)"""
+        F = np.zeros((*x.shape, 7))
+        F[..., range(7), range(7)] = 1.0
+        F[..., :2, 2:4] = dt * basis(x[..., 4])
+        way = F[..., :2, 2:4] @ x[..., 2:4, None]
+        F[..., 0, 4], F[..., 1, 4] = -way[..., 1, 0], way[..., 0, 0]
+        return F
+
+    def noise(self, x: Array, dt: float) -> Array:
+        """(*b, 7) -> (*b, 7, 7)"""
+        B = basis(x[..., 4])
+        forward = B[..., :, 0]
+        position, _, _ = held_gain(forward[..., :, None] * forward[..., None, :], self.sigma_forward, self.sigma_side, dt)
+        variance = np.array([self.sigma_forward, self.sigma_side]) ** 2
+        Q = np.zeros((*x.shape, 7))
+        Q[..., :2, :2] = position
+        Q[..., :2, 2:4] = B * variance * (dt**3 / 2)
+        Q[..., 2:4, :2] = np.swapaxes(Q[..., :2, 2:4], -1, -2)
+        Q[..., 2, 2], Q[..., 3, 3] = variance * dt**2
+        return Q
+
+    def settle(self, own: Gaussian, combined: Gaussian) -> Gaussian:
+        """Heading and last position from the combined estimate, v_side anew, and the covariance as `reset` leaves it."""
+        way = combined.mean[..., :2] - combined.mean[..., 5:7]
+        moved = np.any(way != 0, axis=-1)
+        mean = own.mean.copy()
+        mean[..., 3] = self.side_speed
+        mean[..., 4] = np.where(moved, np.arctan2(way[..., 1], way[..., 0]), combined.mean[..., 4])
+        mean[..., 5:7] = combined.mean[..., :2]
+        return evolve(own, mean=STATE.canonical(mean), cov=self.reset(own.cov))
+
+
+def basis(heading: Array) -> Array:
+    """Unit vectors forward and to the right as columns: (*b) -> (*b, 2, 2)"""
+    cos, sin = np.cos(heading), np.sin(heading)
+    B = np.empty((*heading.shape, 2, 2))
+    B[..., 0, 0], B[..., 0, 1] = cos, sin
+    B[..., 1, 0], B[..., 1, 1] = sin, -cos
+    return B

@@ -1,0 +1,88 @@
+"""The study of the paper on the target-oriented velocity."""
+
+from __future__ import annotations
+
+from typing import ClassVar, final
+
+import numpy as np
+from attrs import frozen
+
+from vedette import Array, Experiment, Gaussian, Scan, Space, Study, load
+from vedette.consistency import nees
+from vedette.lockstep import run_together
+from vedette.returns import Bounds, draw_detections
+from vedette.studies import Progress, StudyResult, over_axes, two_point
+from vedette_target_oriented import accelerations, outcome
+from vedette_target_oriented.configs import FILTERS
+from vedette_target_oriented.frames import cartesian, in_frame
+from vedette_target_oriented.outcome import Record, Scene
+
+PLANE = Space.of(x="m", y="m", vx="m/s", vy="m/s")
+REST = {"ax": (0.0, 10.0), "ay": (0.0, 10.0)}
+"""What two returns do not tell: axis to [mean, standard deviation]."""
+REACH = 1000.0
+"""m; clutter is drawn this far around the target on each axis: what is farther is outside every gate."""
+RUNS_PER_SEED = 25
+"""One trajectory of section 4.1 for so many Monte-Carlo runs of section 4.3, the paper has one for 1000."""
+
+
+@final
+@frozen
+class TargetOrientedStudy(Study):
+    """Section 4.1: accelerations along axes and along the velocity; section 4.3: five IMM-PDAFs on one turning aircraft.
+
+    Yoon, Ko, a manoeuvring target tracking algorithm with a target-oriented velocity representation (in Korean).
+    """
+
+    kind: ClassVar[str] = "target_oriented"
+    title: ClassVar[str] = "Target-oriented velocity in an IMM-PDAF, against Singer models and known turn rates"
+    usual_runs: ClassVar[int] = 1000
+
+    def run(self, runs: int, seed: int, progress: Progress) -> StudyResult:
+        """All filters on the same draws."""
+        first, second = np.random.default_rng(seed).spawn(2)
+        experiments = {name: load(config) for name, config in FILTERS.items()}
+        scene = _draw(next(iter(experiments.values())), runs, first)
+        records = {name: _record(experiments[name], scene) for name in progress(list(FILTERS), "filters")}
+        study = accelerations.study(max(2, runs // RUNS_PER_SEED), second)
+        tables = (*outcome.tables(records), *accelerations.tables(study))
+        charts = (*outcome.charts(scene, records), *accelerations.charts(study))
+        return StudyResult(self.title, runs, seed, tables, (*outcome.claims(records), *accelerations.claims(study)), charts)
+
+
+def _draw(experiment: Experiment, runs: int, rng: np.random.Generator) -> Scene:
+    """The aircraft's trajectory and what the radar sees in each run; the first two scans hold the target alone."""
+    assert experiment.source is not None
+    sensor = load(FILTERS["Singer"] | {"sensors": FILTERS["Singer"]["source"]["sensors"]}).tracker.sensors["radar"]
+    path = experiment.source.open(experiment.tracker.sensors, rng).truth[0]
+    scans = []
+    for i, (time, state) in enumerate(zip(path.times, path.states, strict=True)):
+        around = {name: Bounds(spot - REACH, spot + REACH) for name, spot in zip("xy", state[:2], strict=True)}
+        x = np.broadcast_to(state[:2], (runs, 1, 2))
+        scans.append(Scan(float(time), "radar", draw_detections(sensor, x, rng, around if i > 1 else None)))
+    return Scene(path.times, path.states, tuple(scans))
+
+
+def _record(experiment: Experiment, scene: Scene) -> Record:
+    """One filter on all runs; it starts from the first two returns."""
+    tracker = experiment.tracker
+    (sensor,) = tracker.sensors.values()
+    first, second = [sensor.invert(scan.detections.z[:, 0]) for scan in scene.scans[:2]]
+    prior = two_point(first, second, scene.times[1] - scene.times[0])
+    if "heading" in tracker.state:
+        given = in_frame(prior, first.mean[:, None, :])
+    else:
+        given = over_axes(prior, PLANE, tracker.state, REST)
+    runs = run_together(tracker, given, scene.times[1], scene.scans[2:])
+    estimate = cartesian(runs.space, Gaussian(runs.mean, runs.cov))
+    error = estimate.mean - scene.truth[2:]
+    assert runs.mode_prob is not None
+    return Record(
+        _squares(error), nees(error, estimate.cov), runs.nis, estimate.mean[0, :, :2], np.mean(runs.mode_prob, axis=0)
+    )
+
+
+def _squares(error: Array) -> Array:
+    """Squared distances (*b) of errors (*b, 4)."""
+    squared: Array = np.sum(error[..., :2] ** 2, axis=-1)
+    return squared
