@@ -98,6 +98,13 @@ def _parser() -> ArgumentParser:
     run.add_argument("--out", metavar="DIR", help="folder for the results; default: out/ and the config's name")
     run.add_argument("--seed", metavar="N", help="of everything random; the same as --set seed=N")
     run.add_argument("--json", action="store_true", help="end standard output with one line of JSON: the figures")
+    run.add_argument(
+        "--smooth",
+        nargs="?",
+        const="",
+        metavar="LAG",
+        help="also smooth: by all later scans, or by those of up to LAG later, as in --smooth '10 s'",
+    )
     run.add_argument("--strict", action="store_true", help="stop at the first scan or return that cannot be taken")
 
     reproduce = commands.add_parser("reproduce", help="run a published study anew", description=_REPRODUCE)

@@ -15,7 +15,9 @@ from vedette.experiment import Experiment, Progress, Result
 from vedette.metrics import judge
 from vedette.report.figures import figures, timings
 from vedette.report.files import check_folder, write_files, write_pictures
+from vedette.report.smoothed import read_lag, smooth_result, smoothed_figures, smoothed_summary, write_smoothed
 from vedette.report.summary import summary
+from vedette.smoothing import check_smoothing
 from vedette.types import Scan
 
 
@@ -25,12 +27,20 @@ def run(arguments: Namespace) -> int:
     experiment = load(arguments.config, overrides=overrides)
     folder = Path(arguments.out) if arguments.out else Path("out") / Path(arguments.config).stem
     check_folder(folder)
+    lag = None if arguments.smooth is None else read_lag(arguments.smooth)
+    if lag is not None:
+        check_smoothing(experiment.tracker)
     with _progress() as progress:
-        result = experiment.run(strict=arguments.strict, progress=progress)
+        result = experiment.run(strict=arguments.strict, progress=progress, keep_states=lag is not None)
     score = judge(result.tracks, result.recording.truth, result.scans, experiment.judge, experiment.tracker.gate.probability)
     found = figures(experiment, result, score)
     text = summary(experiment, result, score)
+    smoothed = None if lag is None else smooth_result(experiment, result, lag)
+    if smoothed is not None:
+        found, text = found | {"smoothed": smoothed_figures(smoothed)}, text + smoothed_summary(score, smoothed)
     written = write_files(folder, experiment, result, found, text)
+    if smoothed is not None:
+        written += write_smoothed(folder, experiment, smoothed)
     written += _pictures(folder, experiment, result)
     took = timings(result)
     print(text)

@@ -1,0 +1,85 @@
+"""What smoothing adds to a run's results: its tracks, and its figures beside the filter's."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+from attrs import evolve, frozen
+
+from vedette.errors import ConfigError, Problem
+from vedette.experiment import Experiment, Result
+from vedette.io import write_tracks_csv, write_tracks_jsonl
+from vedette.metrics import Score, judge
+from vedette.smoothing import smooth
+from vedette.types import Track
+from vedette.units import in_unit
+
+_COMPARED = (
+    ("position RMSE [m]", "position_rmse_m"),
+    ("velocity RMSE [m/s]", "velocity_rmse_mps"),
+    ("coverage", "coverage"),
+    ("GOSPA [m]", "gospa_m"),
+    ("NEES of the position", "anees"),
+)
+"""Figures that smoothing changes; identities, existence and NIS stay the filter's."""
+
+
+@frozen(eq=False)
+class Smoothed:
+    """Tracks that use the scans of up to `lag` s later, and their score."""
+
+    lag: float
+    tracks: tuple[Track, ...]
+    score: Score
+
+
+def read_lag(text: str) -> float:
+    """The lag in s that the command line names, "" for the whole recording; ConfigError says what would be right."""
+    if not text:
+        return math.inf
+    try:
+        lag = in_unit(text, "s")
+        if not 0 <= lag < math.inf:
+            raise ValueError(f"must be >= 0 s, got {text!r}")
+    except ValueError as error:
+        raise ConfigError([Problem("--smooth", str(error))]) from None
+    return lag
+
+
+def smooth_result(experiment: Experiment, result: Result, lag: float) -> Smoothed:
+    """Smooth a result whose states were kept, and judge it as the filter is judged."""
+    tracks = smooth(experiment.tracker, result.states, lag, experiment.seed)
+    found = evolve(result, tracks=tracks)
+    gate = experiment.tracker.gate.probability
+    score = judge(found.tracks, found.recording.truth, found.scans, experiment.judge, gate)
+    return Smoothed(lag, tracks, score)
+
+
+def write_smoothed(folder: Path, experiment: Experiment, smoothed: Smoothed) -> list[str]:
+    """Write the tracks beside the filter's; returns the names of the files."""
+    folder.mkdir(parents=True, exist_ok=True)
+    write_tracks_csv(folder / "smoothed.csv", smoothed.tracks, experiment.tracker.state)
+    write_tracks_jsonl(folder / "smoothed.jsonl", smoothed.tracks, experiment.tracker.state)
+    return ["smoothed.csv", "smoothed.jsonl"]
+
+
+def smoothed_figures(smoothed: Smoothed) -> dict[str, Any]:
+    """`lag_s`, null for the whole recording, and the figures that smoothing changes."""
+    lag = None if math.isinf(smoothed.lag) else smoothed.lag
+    return {"lag_s": lag, **{name: getattr(smoothed.score, name) for _, name in _COMPARED}}
+
+
+def smoothed_summary(filtered: Score, smoothed: Smoothed) -> str:
+    """Lines of text: what the filter and the smoother reach."""
+    later = "all later scans" if math.isinf(smoothed.lag) else f"the scans of up to {smoothed.lag:g} s later"
+    lines = ["", f"Smoothed by {later}"]
+    if filtered.coverage is None:
+        return "\n".join([*lines, "  no truth to hold it against"]) + "\n"
+    lines.append(f"  {'':<22}{'filtered':>10}{'smoothed':>10}")
+    for title, name in _COMPARED:
+        values = (getattr(score, name) for score in (filtered, smoothed.score))
+        told = "".join(f"{'-' if value is None else format(value, '.3g'):>10}" for value in values)
+        lines.append(f"  {title:<22}{told}")
+    return "\n".join(lines) + "\n"
