@@ -13,13 +13,17 @@ import attrs
 import numpy as np
 import pytest
 from attrs import frozen
-from hypothesis import given
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from hypothesis.errors import Unsatisfiable
 
 import vedette
 from vedette import Array, Associator, ConfigError, Estimator, Registry, Sensor, fields
 from vedette.config import build, load, to_config
 from vedette.parameters import parameters, plain
+from vedette.registry import Installed
+from vedette.testing.judging import Misuse
+from vedette.testing.strategies import components
 from vedette.walker import Walker
 
 
@@ -62,6 +66,8 @@ class Band(Associator):
     def __attrs_post_init__(self) -> None:
         if len(self.several) > 2:
             raise ValueError(f"several[2]: must be two at most, got {len(self.several)}")
+        if self._hidden > 100:
+            raise ValueError(f"_hidden: must be 100 at most, got {self._hidden}")
         if self.high > 1000:
             raise ValueError("the band is too high as a whole")
 
@@ -190,51 +196,80 @@ SHIP = {
     "legs": [{"do": "turn", "seconds": 60, "rate": 0.01}, {"do": "stop", "decel": 1}],
 }
 
-# What installed components need beside required numbers, and shapes that deserve to be written back.
-EXAMPLES: dict[tuple[str, str], dict[str, Any]] = {
-    ("estimator", "ekf"): {"motion": TURNING},
-    ("estimator", "ukf"): {"motion": STRAIGHT, "kappa": 2},
-    ("estimator", "kalman"): {"motion": STRAIGHT},
-    ("estimator", "imm"): {
-        "modes": [{"kind": "ekf", "motion": STRAIGHT}, {"kind": "ukf", "motion": TURNING}],
-        "rates": [[-0.1, 0.1], [0.2, -0.2]],
-        "initial": [0.25, 0.75],
-        "absent": {"turn_rate": [0, "0.01"]},
-    },
-    **{
-        ("detector", f"{name}_conversion"): {
-            "sensors": {"radar": {"kind": "range_bearing", "sigma_range": 3, "sigma_bearing": 0.01}}
-        }
-        for name in ("naive", "debiased", "unbiased", "modified_unbiased")
-    },
-    ("lifecycle", "m_of_n"): {"spread": {"vx": 3.5}, "sensors": ["radar"], "hits": 2, "looks": 4},
-    ("source", "autoferry"): {"scenario": 2, "sensors": ["radar"], "lag": {"radar": "1.7 s"}},
-    ("source", "csv"): {
-        "path": "somewhere",
-        "detections": {"time": "t", "columns": {"x": "north", "y": "east"}, "units": {"x": "km"}},
-        "truth": {"file": "truth.csv", "time": "t", "columns": {"x": "north", "y": "east"}},
-    },
-    ("source", "simulation"): {
-        "duration": "1 h",
-        "looks": {"radar": {"interval": 3}},
-        "ships": {"ferry": SHIP},
-        "drawn": {"buoy": {"models": [STRAIGHT], "start": {"x": [0, 1], "y": [0, 1], "vx": [0, 1], "vy": [0, 1]}}},
-        "sensors": {"radar": {"kind": "cartesian_position", "sigma": 3}},
-    },
-}
+# Kinds whose parameters the kit cannot guess, and some that deserve to be seen with all their parts.
+EXAMPLES: list[tuple[str, dict[str, Any]]] = [
+    (
+        "estimator",
+        {
+            "kind": "imm",
+            "modes": [{"kind": "ekf", "motion": STRAIGHT}, {"kind": "ukf", "motion": TURNING}],
+            "rates": [[-0.1, 0.1], [0.2, -0.2]],
+            "initial": [0.25, 0.75],
+            "absent": {"turn_rate": [0, "0.01"]},
+        },
+    ),
+    ("motion", {"kind": "gauss_markov", "axes": ["bias"], "sigma": 3, "tau": "2 min"}),
+    ("motion", {"kind": "product", "models": [STRAIGHT, {"kind": "gauss_markov", "axes": ["z"], "sigma": 3, "tau": 60}]}),
+    ("lifecycle", {"kind": "m_of_n", "spread": {"vx": 3.5}, "sensors": ["radar"], "hits": 2, "looks": 4}),
+    ("source", {"kind": "autoferry", "scenario": 2, "sensors": ["radar"], "lag": {"radar": "1.7 s"}}),
+    (
+        "source",
+        {
+            "kind": "csv",
+            "path": "somewhere",
+            "detections": {"time": "t", "columns": {"x": "north", "y": "east"}, "units": {"x": "km"}},
+            "truth": {"file": "truth.csv", "time": "t", "columns": {"x": "north", "y": "east"}},
+        },
+    ),
+    (
+        "source",
+        {
+            "kind": "simulation",
+            "duration": "1 h",
+            "looks": {"radar": {"interval": 3}},
+            "ships": {"ferry": SHIP},
+            "drawn": {"buoy": {"models": [STRAIGHT], "start": {"x": [0, 1], "y": [0, 1], "vx": [0, 1], "vy": [0, 1]}}},
+            "sensors": {"radar": {"kind": "cartesian_position", "sigma": 3}},
+        },
+    ),
+]
 
 
-def test_every_installed_component_is_written_back(registry: Registry) -> None:
-    for entry in registry:
-        if entry.distribution == "vedette":
-            needed = {parameter.name: 0.5 for parameter in entry.parameters if parameter.required}
-            config = {**needed, **EXAMPLES.get((entry.role, entry.kind), {})}
-            walker = Walker(registry)
-            first = walker.construct(entry.cls, entry.parameters, config, entry.kind, set())
-            assert walker.problems == [], "give the kind an example above"
-            written = json.loads(json.dumps(to_config(first)))
-            assert written.pop("kind") == entry.kind
-            assert walker.construct(entry.cls, entry.parameters, written, entry.kind, set()) == first
+def component(role: str, config: dict[str, Any], registry: Registry) -> Any:
+    """A component by itself."""
+    walker = Walker(registry)
+    entry = registry.get(role, config["kind"])
+    built = walker.construct(entry.cls, entry.parameters, config, role, set())
+    assert walker.problems == []
+    return built
+
+
+@pytest.mark.parametrize(("role", "config"), EXAMPLES, ids=[config["kind"] for _, config in EXAMPLES])
+def test_a_component_is_written_back(registry: Registry, role: str, config: dict[str, Any]) -> None:
+    first = component(role, config, registry)
+    assert component(role, json.loads(json.dumps(to_config(first))), registry) == first
+
+
+INSTALLED = Registry.installed()
+DRAWN = [entry for entry in INSTALLED if entry.kind not in {config["kind"] for _, config in EXAMPLES}]
+
+
+@pytest.mark.parametrize("entry", DRAWN, ids=[f"{entry.role}-{entry.kind}" for entry in DRAWN])
+def test_every_installed_component_is_written_back(entry: Installed) -> None:
+    try:
+        drawn = components(entry.cls)
+    except Misuse as why:
+        pytest.skip(str(why))
+
+    @settings(max_examples=20, deadline=None, suppress_health_check=list(HealthCheck))
+    @given(drawn)
+    def written_back(first: Any) -> None:
+        assert component(entry.role, json.loads(json.dumps(to_config(first))), INSTALLED) == first
+
+    try:
+        written_back()
+    except Unsatisfiable as why:
+        pytest.skip(f"the kit finds no parameters: {why}")
 
 
 def test_what_no_config_can_hold_is_refused() -> None:
@@ -273,6 +308,7 @@ def test_what_no_config_can_hold_is_refused() -> None:
             {"low": 1, "high": 2, "words": "xy", "hidden": 0.5},
             ["hidden: must be a whole number", "words: must be a list of"],
         ),
+        ({"low": 1, "high": 2, "hidden": 101}, ["hidden: must be 100 at most, got 101"]),
         ({"low": 1, "high": 2, "_hidden": 1}, ["_hidden: unknown; did you mean 'hidden'?"]),
     ],
 )
