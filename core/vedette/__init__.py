@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from vedette.roles import Component as Component
     from vedette.roles import Detector as Detector
     from vedette.roles import Estimator as Estimator
+    from vedette.roles import ImagingSensor as ImagingSensor
     from vedette.roles import Lifecycle as Lifecycle
     from vedette.roles import MotionModel as MotionModel
     from vedette.roles import Sensor as Sensor
@@ -56,6 +57,7 @@ if TYPE_CHECKING:
     from vedette.space import SpaceError as SpaceError
     from vedette.tracker import Tracker as Tracker
     from vedette.types import Detections as Detections
+    from vedette.types import Frame as Frame
     from vedette.types import Gaussian as Gaussian
     from vedette.types import Innovation as Innovation
     from vedette.types import Pose as Pose
@@ -72,11 +74,14 @@ _HOMES = {
     "hooks": ("plugin",),
     "metrics": ("Judge",),
     "registry": ("Registry",),
-    "roles": ("Associator", "Component", "Detector", "Estimator", "Lifecycle", "MotionModel", "Sensor", "Source", "Study"),
+    "roles": (
+        *("Associator", "Component", "Detector", "Estimator", "ImagingSensor", "Lifecycle", "MotionModel"),
+        *("Sensor", "Source", "Study"),
+    ),
     "smoothing": ("smooth", "smoothed"),
     "space": ("Array", "Axis", "Mask", "Space", "SpaceError"),
     "tracker": ("Tracker",),
-    "types": ("Detections", "Gaussian", "Innovation", "Pose", "Recording", "Scan", "Track", "Trajectory"),
+    "types": ("Detections", "Frame", "Gaussian", "Innovation", "Pose", "Recording", "Scan", "Track", "Trajectory"),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 

@@ -10,9 +10,9 @@ from attrs import evolve
 
 from vedette.errors import Problem
 from vedette.fields import ABSURD
-from vedette.roles import Sensor
+from vedette.roles import ImagingSensor, Sensor
 from vedette.space import Array, Mask
-from vedette.types import Detections, Pose, Scan
+from vedette.types import Detections, Frame, Pose, Scan
 
 
 def flaws(scan: Scan, sensors: Mapping[str, Sensor], since: float) -> list[Problem]:
@@ -28,7 +28,13 @@ def flaws(scan: Scan, sensors: Mapping[str, Sensor], since: float) -> list[Probl
         )
     if scan.pose is not None:
         found += _pose_flaws(scan.pose)
-    return found + _return_flaws(scan.detections, len(sensors[scan.sensor].measurement))
+    sensor = sensors[scan.sensor]
+    if isinstance(sensor, ImagingSensor) != (scan.frame is not None):
+        text = "must bring a frame, as it is a camera's" if scan.frame is None else f"{scan.sensor!r} is no camera"
+        return [*found, Problem("frame", text)]
+    if scan.frame is not None:
+        return found + _frame_flaws(scan.frame)
+    return found + _return_flaws(scan.detections, len(sensor.measurement))
 
 
 def without_bad_returns(scan: Scan) -> tuple[Scan, list[Problem]]:
@@ -56,6 +62,18 @@ def _pose_flaws(pose: Pose) -> list[Problem]:
         for name, value in parts.items()
         if value is not None and not np.all(np.abs(value) <= ABSURD)
     ]
+
+
+def _frame_flaws(frame: Frame) -> list[Problem]:
+    """A frame may have NaN pixels, which say nothing, but no infinite ones."""
+    pixels, corner = frame.pixels, frame.corner
+    if pixels.ndim < 2 or 0 in pixels.shape[-2:]:
+        return [Problem("frame", f"pixels must have shape (..., height, width), got {pixels.shape}")]
+    if np.any(np.abs(pixels) > ABSURD):
+        return [Problem("frame", f"pixels must be at most {ABSURD:g} in size, or NaN where they say nothing")]
+    if corner is not None and (corner.shape[-1:] != (2,) or not np.all(np.abs(corner) <= ABSURD)):
+        return [Problem("frame", f"corner must be finite with shape (..., 2), got {np.asarray(corner).tolist()}")]
+    return []
 
 
 def _return_flaws(seen: Detections, m: int) -> list[Problem]:

@@ -52,6 +52,13 @@ class Gate:
         scores[..., 1:] = np.where(inside, gain + kernels.safe_log(existence)[..., None], -np.inf)
         return scores
 
+    def frame_scores(self, innovation: Innovation, existence: Array, threshold: float) -> Array:
+        """Log scores (*b, t, 2) of a miss and of the frame, whose likelihood is relative to its background already."""
+        scores = innovation.loglik + kernels.safe_log(existence)[..., None]
+        scores[..., 0] = kernels.safe_log(1.0 - existence + existence * np.exp(innovation.loglik[..., 0]))
+        scores[..., 1:] = np.where(innovation.distance <= threshold, scores[..., 1:], -np.inf)
+        return scores
+
     def _sample_density(self, inside: Mask, log_volume: Array, m: int, threshold: float) -> Array:
         """Log of the number of returns in each gate over its volume (*b, t, 1)."""
         log_ball = 0.5 * m * math.log(math.pi * threshold) - math.lgamma(m / 2 + 1)

@@ -8,9 +8,9 @@ import numpy as np
 from attrs import frozen
 
 from vedette import kernels
-from vedette.roles import Estimator, MotionModel, Sensor
+from vedette.roles import Estimator, ImagingSensor, MotionModel, Sensor
 from vedette.space import Array, Space
-from vedette.types import Detections, Gaussian, Innovation
+from vedette.types import Detections, Frame, Gaussian, Innovation
 
 
 @frozen(eq=False)
@@ -49,6 +49,8 @@ class GaussianFilter(Estimator[Gaussian]):
         """Moments of the weighted hypotheses, the spread of their means included."""
         detail: Hypotheses = innovation.detail
         step, cov = kernels.mixture(belief.cov, detail.shift, detail.post, weights)
+        if len(self.carried):
+            cov = without_variance(cov, self.state.locate(self.carried))
         return Gaussian(self.state.displace(belief.mean, step), cov)
 
     def moments(self, belief: Gaussian) -> Gaussian:
@@ -73,8 +75,10 @@ def without_variance(cov: Array, axes: list[int]) -> Array:
     return cov * (keep[:, None] * keep)
 
 
-def linearised(belief: Gaussian, state: Space, sensor: Sensor, seen: Detections, p_gate: float) -> Innovation:
+def linearised(belief: Gaussian, state: Space, sensor: Sensor, seen: Detections | Frame, p_gate: float) -> Innovation:
     """Every return against every track, by the sensor's derivative at each track's mean."""
+    if isinstance(seen, Frame):
+        return imaged(belief, state, sensor, seen, p_gate)
     where = state.locate(sensor.looks_at)
     x = belief.mean[..., where]
     nu = residuals(sensor, seen, sensor.measure(x))
@@ -82,6 +86,61 @@ def linearised(belief: Gaussian, state: Space, sensor: Sensor, seen: Detections,
     H = np.zeros((*slope.shape[:-1], len(state)))
     H[..., where] = slope
     return joined(sensor, x, p_gate, kernels.innovate(belief.cov, nu, H, noise_of(sensor, seen, x)))
+
+
+def imaged(
+    belief: Gaussian, state: Space, sensor: Sensor, frame: Frame, p_gate: float, passes: int = 1, least: float = 0.0
+) -> Innovation:
+    """A frame against every track, as one return, linearised anew in each of up to `passes` passes.
+
+    With p = H x the apparent position, S = H P H', e how far the point of linearisation is from the expected one, and
+    q = g + J e: x+ = x- + P H' (I + J S)^-1 q, P+ in Joseph's form with the gain K = P H' (I + J S)^-1 J. No inverse of J is
+    taken, so a frame without information (J = 0) leaves the belief as it is. The squared distance is that of the sufficient
+    statistic J^-1 q, whose covariance is J^-1 + S: it has as many degrees of freedom as there are apparent axes, not pixels.
+    Passes end when no track's point moves by more than `least` standard deviations of the update.
+    """
+    assert isinstance(sensor, ImagingSensor)
+    where = state.locate(sensor.looks_at)
+    x, m = belief.mean[..., where], len(sensor.measurement)
+    slope = sensor.jacobian(x)
+    H = np.zeros((*slope.shape[:-1], len(state)))
+    H[..., where] = slope
+    cross = belief.cov @ np.swapaxes(H, -1, -2)
+    S = H @ cross
+    expected = sensor.measure(x)
+    at = sensor.seek(x, belief.cov[..., where, :][..., where], frame)
+    for _ in range(passes):
+        J, g, llr = sensor.information(x, frame, at)
+        e = sensor.measurement.difference(sensor.measure(at), expected)
+        Je = _times(J, e)
+        q = g + Je
+        shrink = np.linalg.inv(np.eye(m) + J @ S)
+        pull = _times(shrink, q)
+        shift = _times(cross, pull)
+        before, at = at, state.displace(belief.mean, shift)[..., where]
+        if np.max(np.abs(at - before), initial=0.0) <= least:
+            break
+    loglik = llr - np.sum((g + 0.5 * Je) * e, axis=-1) + 0.5 * np.sum(_times(S, pull) * q, axis=-1)
+    log_det = np.linalg.slogdet(np.eye(m) + J @ S)[1]
+    distance = np.sum(_times(np.linalg.pinv(J, hermitian=True), q) * pull, axis=-1)
+    gain = cross @ shrink
+    keep = np.eye(len(state)) - gain @ J @ H
+    post = keep @ belief.cov @ np.swapaxes(keep, -1, -2) + gain @ J @ np.swapaxes(gain, -1, -2)
+    shift[..., where] += sensor.learn(at, frame) - at
+    parts = (
+        (loglik - 0.5 * log_det)[..., None],
+        distance[..., None],
+        0.5 * (log_det - kernels.safe_log(np.linalg.det(J)))[..., None],
+        shift[..., None, :],
+        (0.5 * (post + np.swapaxes(post, -1, -2)))[..., None, :, :],
+    )
+    return joined(sensor, x, p_gate, parts)
+
+
+def _times(matrix: Array, vector: Array) -> Array:
+    """(*b, p, q) times (*b, q) -> (*b, p)"""
+    product: Array = (matrix @ vector[..., None])[..., 0]
+    return product
 
 
 def residuals(sensor: Sensor, seen: Detections, expected: Array) -> Array:

@@ -17,7 +17,7 @@ from vedette.kernels import backward
 from vedette.kernels.derivative import numerical_jacobian
 from vedette.space import Array, Mask, Space
 from vedette.studies import Progress, StudyResult
-from vedette.types import Detections, Gaussian, Innovation, Pose, Recording, Scan
+from vedette.types import Detections, Frame, Gaussian, Innovation, Pose, Recording, Scan
 
 CONTRACT = 1
 """The version of this page. A plugin module may state `VEDETTE_CONTRACT = 1`; the registry refuses another."""
@@ -115,6 +115,35 @@ class Sensor(Component):
         raise NotImplementedError(f"sensor {self.kind!r} cannot be placed on a moving platform")
 
 
+class ImagingSensor(Sensor):
+    """A camera. It gives no returns: of each frame it says what the pixels tell about where the target appears.
+
+    `measure` is the apparent position; `noise` that of one frame at best, the inverse of the information in a target that
+    looks as expected. `at` and the state `x` hold the axes of `looks_at`, for each track (*b, t, n).
+    Laws: J is symmetric PSD, and 0 where no pixel tells anything; g is the derivative of llr with respect to the apparent
+    position at `at`. learn changes nothing but axes that are carried.
+    """
+
+    @abstractmethod
+    def information(self, x: Array, frame: Frame, at: Array) -> tuple[Array, Array, Array]:
+        """Information J (*b, t, m, m), score g (*b, t, m) and log-likelihood ratio of target to background llr (*b, t).
+
+        `x` is where the target is expected, so where to look; `at` is where the image is linearised.
+        """
+
+    def seek(self, x: Array, cov: Array, frame: Frame) -> Array:
+        """Where to linearise first: (*b, t, n), cov (*b, t, n, n) -> (*b, t, n); where the target is expected."""
+        return x
+
+    def learn(self, x: Array, frame: Frame) -> Array:
+        """`x` after the frame (*b, t, n), its carried axes brought up to what the frame shows: amplitude, spread."""
+        return x
+
+    def clutter(self, z: Array) -> Array:
+        """1: the ratio that a frame gives is relative to its background already."""
+        return np.ones(())
+
+
 class Associator(Component):
     """Which return belongs to which track, as probabilities.
 
@@ -166,8 +195,8 @@ class Estimator(Component, Generic[B]):
         """The belief `dt` later; dt == 0 returns it as it is. `combined`: the estimate of an enclosing mixture."""
 
     @abstractmethod
-    def innovate(self, belief: B, sensor: Sensor, seen: Detections, p_gate: float) -> Innovation:
-        """What a scan says about the predicted belief. Does not gate; P_D enters here."""
+    def innovate(self, belief: B, sensor: Sensor, seen: Detections | Frame, p_gate: float) -> Innovation:
+        """What a scan says about the predicted belief; a frame is one return. Does not gate; P_D enters here."""
 
     @abstractmethod
     def absorb(self, belief: B, innovation: Innovation, weights: Array) -> B:

@@ -129,12 +129,20 @@ class Tracker:
         estimator, dt = self.estimator, scan.time - state.time if np.isfinite(state.time) else 0.0
         belief = estimator.predict(state.belief, dt, state.rng)
         existence = self.lifecycle.survive(state.existence, dt)
-        innovation = estimator.innovate(belief, sensor, seen, self.gate.probability)
-        scores = self.gate.scores(innovation, sensor, seen, existence, self._thresholds[scan.sensor])
-        evidence = None if seen.evidence is None else seen.evidence[..., None, :]
-        weights = self.associator.associate(scores, evidence)
+        looked = seen if scan.frame is None else scan.frame
+        innovation = estimator.innovate(belief, sensor, looked, self.gate.probability)
         miss = np.exp(innovation.loglik[..., 0])
-        hit, existence = self._existence(scores, weights, existence, miss)
+        threshold = self._thresholds[scan.sensor]
+        if scan.frame is None:
+            scores = self.gate.scores(innovation, sensor, seen, existence, threshold)
+            evidence = None if seen.evidence is None else seen.evidence[..., None, :]
+            weights = self.associator.associate(scores, evidence)
+            hit, existence = self._existence(scores, weights, existence, miss)
+        else:  # all tracks may see themselves in one frame, so each is associated as if it were alone
+            scores = self.gate.frame_scores(innovation, existence, threshold)[..., None, :]
+            alone = self.associator.associate(scores, None)
+            found, exists = self._existence(scores, alone, existence[..., None], miss[..., None])
+            weights, hit, existence = alone[..., 0, :], found[..., 0], exists[..., 0]
         memory, confirmed, alive = self.lifecycle.review(state.memory, existence, hit, (1.0 - miss) / self.gate.probability)
         after = State(
             time=scan.time,
@@ -151,6 +159,8 @@ class Tracker:
         )
         if not alive.all():
             after = _keep(after, alive)
+        if scan.frame is not None:
+            return after
         claimed = 1.0 - np.prod(1.0 - weights[..., 1:], axis=-2)
         starts = self.lifecycle.starts(scan.sensor, claimed) & seen.valid
         return self._begin(after, sensor, seen, starts) if starts.any() else after

@@ -48,6 +48,18 @@ class Detections:
 
 
 @frozen(eq=False)
+class Frame:
+    """One image of a camera: `pixels` (*b, h, w) in counts, row first; a NaN pixel is one that says nothing.
+
+    The pixel in column i and row j covers the unit square around x = i, y = j, in px; x points right and y down. `corner`
+    (*b, 2) or (2,): x and y of the first pixel where the image is a window of a larger one; else 0, 0.
+    """
+
+    pixels: Array
+    corner: Array | None = None
+
+
+@frozen(eq=False)
 class Pose:
     """Where a sensor's platform is: position (*b, d) in m, velocity (*b, d) in m/s, heading (*b) in rad.
 
@@ -61,12 +73,21 @@ class Pose:
 
 @frozen(eq=False)
 class Scan:
-    """One look of one sensor: time in s, the sensor's name in the tracker, what it saw, where it stood."""
+    """One look of one sensor: time in s, the sensor's name in the tracker, what it saw, where it stood.
+
+    A camera's scan brings a `frame`, and then no detections.
+    """
 
     time: float
     sensor: str
     detections: Detections
     pose: Pose | None = None
+    frame: Frame | None = None
+
+    @classmethod
+    def image(cls, time: float, sensor: str, frame: Frame) -> Scan:
+        """The scan of a camera."""
+        return cls(time, sensor, Detections.of([], 2), frame=frame)
 
 
 @frozen(eq=False)

@@ -7,7 +7,7 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Detections, Gaussian, Innovation, MotionModel, Sensor, fields, kernels
+from vedette import Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, fields, kernels
 from vedette.gaussian import GaussianFilter, linearised
 
 
@@ -34,6 +34,6 @@ class ExtendedKalman(GaussianFilter):
         cov = kernels.propagate(belief.cov, self.motion.jacobian(x, dt), self.motion.noise(x, dt))
         return Gaussian(self.motion.move(x, dt), cov)
 
-    def innovate(self, belief: Gaussian, sensor: Sensor, seen: Detections, p_gate: float) -> Innovation:
+    def innovate(self, belief: Gaussian, sensor: Sensor, seen: Detections | Frame, p_gate: float) -> Innovation:
         """Every return against every track, linearised at its mean."""
         return linearised(belief, self.state, sensor, seen, p_gate)

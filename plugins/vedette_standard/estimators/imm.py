@@ -8,7 +8,7 @@ from typing import Any, ClassVar, final
 import numpy as np
 from attrs import Factory, field, frozen
 
-from vedette import Array, Detections, Estimator, Gaussian, Innovation, Sensor, Space, fields, kernels
+from vedette import Array, Detections, Estimator, Frame, Gaussian, Innovation, Sensor, Space, fields, kernels
 from vedette.gaussian import without_variance
 from vedette_standard.estimators.transitions import Transition, rates_problem, transition_problem
 from vedette_standard.estimators.unmixing import carried_over, foreseen, future, share_of
@@ -125,7 +125,7 @@ class Imm(Estimator[Modes]):
             beliefs.append(mode.predict(mode.start(mixed, self.state, rng), dt, rng, seen))
         return Modes(tuple(beliefs), log_prob)
 
-    def innovate(self, belief: Modes, sensor: Sensor, seen: Detections, p_gate: float) -> Innovation:
+    def innovate(self, belief: Modes, sensor: Sensor, seen: Detections | Frame, p_gate: float) -> Innovation:
         """The modes' likelihoods weighted by their predicted probabilities; a miss is a hypothesis like any other."""
         parts = tuple(mode.innovate(own, sensor, seen, p_gate) for mode, own in zip(self.modes, belief.beliefs, strict=True))
         joint = np.stack([part.loglik for part in parts], axis=-1) + belief.log_prob[..., None, :]

@@ -7,7 +7,7 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Detections, Gaussian, Innovation, MotionModel, Sensor, fields, kernels
+from vedette import Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, fields, kernels
 from vedette.gaussian import GaussianFilter, linearised
 
 
@@ -41,6 +41,6 @@ class Kalman(GaussianFilter):
         cov = kernels.propagate(belief.cov, F, self.motion.noise(belief.mean, dt))
         return Gaussian((F @ belief.mean[..., None])[..., 0], cov)
 
-    def innovate(self, belief: Gaussian, sensor: Sensor, seen: Detections, p_gate: float) -> Innovation:
+    def innovate(self, belief: Gaussian, sensor: Sensor, seen: Detections | Frame, p_gate: float) -> Innovation:
         """Every return against every track."""
         return linearised(belief, self.state, sensor, seen, p_gate)

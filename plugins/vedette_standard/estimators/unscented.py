@@ -7,7 +7,7 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Detections, Gaussian, Innovation, MotionModel, Sensor, fields, kernels
+from vedette import Array, Detections, Frame, Gaussian, ImagingSensor, Innovation, MotionModel, Sensor, fields, kernels
 from vedette.gaussian import GaussianFilter, joined, keeps_its_frame, noise_of, residuals
 
 
@@ -26,6 +26,10 @@ class UnscentedKalman(GaussianFilter):
 
     motion: MotionModel = fields.part("how the target moves")
     kappa: float = fields.quantity("1", "weight of the central point, times n + kappa", default=1.0, at_least=0)
+
+    def refuses(self, sensor: Sensor) -> str | None:
+        """Cameras."""
+        return "it takes no frames: use the estimator 'ekf' or 'iterated_ekf'" if isinstance(sensor, ImagingSensor) else None
 
     def _offsets(self, belief: Gaussian) -> tuple[Array, Array]:
         """Offsets from the mean (*b, t, s, n) and weights (s,); carried axes have no variance: their offsets are 0."""
@@ -54,8 +58,9 @@ class UnscentedKalman(GaussianFilter):
         _, apart = self.state.mean(self.motion.move(points, dt), weights)
         return np.swapaxes(offsets * weights[:, None], -1, -2) @ apart
 
-    def innovate(self, belief: Gaussian, sensor: Sensor, seen: Detections, p_gate: float) -> Innovation:
+    def innovate(self, belief: Gaussian, sensor: Sensor, seen: Detections | Frame, p_gate: float) -> Innovation:
         """Every return against every track, by the moments of the points' measurements."""
+        assert isinstance(seen, Detections)
         where = self.state.locate(sensor.looks_at)
         dx, weights = self._offsets(belief)
         points = self.state.displace(belief.mean[..., None, :], dx)

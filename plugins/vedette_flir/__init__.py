@@ -1,0 +1,23 @@
+"""Tracking in infrared images, pixel by pixel: models of target and atmosphere, cameras, the filters that read them."""
+
+from collections.abc import Iterable
+
+import vedette
+from vedette_flir.estimators.iterated import IteratedKalman
+from vedette_flir.motion.atmospheric_wander import AtmosphericWander
+from vedette_flir.motion.carrying import Carrying
+from vedette_flir.motion.jittered_acceleration import JitteredAcceleration
+from vedette_flir.motion.jittered_wander import JitteredWander
+from vedette_flir.sensors.gaussian_spot import GaussianSpot
+
+VEDETTE_CONTRACT = 1
+
+
+@vedette.plugin
+def vedette_components() -> Iterable[type[vedette.Component]]:
+    """Everything in this package."""
+    return [
+        *(JitteredAcceleration, JitteredWander, AtmosphericWander, Carrying),
+        *(GaussianSpot,),
+        *(IteratedKalman,),
+    ]

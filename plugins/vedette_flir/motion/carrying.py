@@ -1,0 +1,74 @@
+"""A motion with further axes that no noise moves."""
+
+from __future__ import annotations
+
+from typing import ClassVar, final
+
+import numpy as np
+from attrs import Factory, field, frozen
+
+from vedette import Array, Gaussian, MotionModel, Space, fields
+
+
+def _carried(self: Carrying) -> Space:
+    own = self.motion.carried
+    return Space(own.axes + tuple(axis for axis in Space.of(**self.carries).axes if axis.name not in own))
+
+
+def _state(self: Carrying) -> Space:
+    if taken := [name for name in self.carries if name in self.motion.state]:
+        raise ValueError(f"carries.{taken[0]}: the motion {self.motion.kind!r} has this axis already: {self.motion.state}")
+    return Space(self.motion.state.axes + Space.of(**self.carries).axes)
+
+
+@final
+@frozen
+class Carrying(MotionModel):
+    """Another motion, and beside it axes that stay as they are until a sensor learns them: how a target looks in an image.
+
+    F = [F_motion 0; 0 I], Q = [Q_motion 0; 0 0].
+    """
+
+    kind: ClassVar[str] = "carrying"
+
+    motion: MotionModel = fields.part("how the target moves")
+    carries: dict[str, str] = fields.names('axis to its unit, as in amplitude = "count"')
+    state: Space = field(init=False, repr=False, eq=False, default=Factory(_state, takes_self=True))
+    carried: Space = field(init=False, repr=False, eq=False, default=Factory(_carried, takes_self=True))
+
+    @property
+    def divisible(self) -> bool:  # type: ignore[override]  # a class says it of itself; this one of its part
+        return self.motion.divisible
+
+    @property
+    def linear(self) -> bool:  # type: ignore[override]
+        return self.motion.linear
+
+    def _wide(self, own: Array, rest: float) -> Array:
+        """The motion's own matrix in the corner, `rest` on the other diagonal."""
+        n, size = len(self.motion.state), len(self.state)
+        whole = np.zeros((*own.shape[:-2], size, size))
+        whole[..., :n, :n] = own
+        whole[..., range(n, size), range(n, size)] = rest
+        return whole
+
+    def move(self, x: Array, dt: float) -> Array:
+        """(*b, n) -> (*b, n)"""
+        n = len(self.motion.state)
+        return np.concatenate([self.motion.move(x[..., :n], dt), x[..., n:]], axis=-1)
+
+    def jacobian(self, x: Array, dt: float) -> Array:
+        """(*b, n) -> (*b, n, n) or (n, n)"""
+        return self._wide(self.motion.jacobian(x[..., : len(self.motion.state)], dt), 1.0)
+
+    def noise(self, x: Array, dt: float) -> Array:
+        """(*b, n) -> (*b, n, n) or (n, n)"""
+        return self._wide(self.motion.noise(x[..., : len(self.motion.state)], dt), 0.0)
+
+    def settle(self, own: Gaussian, combined: Gaussian) -> Gaussian:
+        """The motion's part settled, the rest as it was."""
+        n = len(self.motion.state)
+        inner, whole = (Gaussian(part.mean[..., :n], part.cov[..., :n, :n]) for part in (own, combined))
+        settled = self.motion.settle(inner, whole)
+        mean = np.concatenate([settled.mean, own.mean[..., n:]], axis=-1)
+        return Gaussian(mean, self._wide(settled.cov, 0.0))

@@ -1,0 +1,61 @@
+"""What all cameras share: the target appears where the sum of its dynamics and its jitter is."""
+
+from __future__ import annotations
+
+import numpy as np
+from attrs import Factory, field, frozen
+
+from vedette import Array, ImagingSensor, Space, fields
+
+APPARENT = Space.of(x="px", y="px")
+APPEARANCE = {"amplitude": "count", "spread": "px", "background": "count"}
+
+
+def _looks_at(self: ApparentPosition) -> Space:
+    where = dict.fromkeys((*self.across, *self.down), "px")
+    if len(where) < len(self.across) + len(self.down) or not self.across or not self.down:
+        raise ValueError(f"across, down: must name at least one axis each, none twice, got {self.across}, {self.down}")
+    return Space.of(**where, **self.appearance())
+
+
+def _select(self: ApparentPosition) -> Array:
+    chosen = np.zeros((2, len(self.looks_at)))
+    chosen[0, : len(self.across)] = 1.0
+    chosen[1, len(self.across) : len(self.across) + len(self.down)] = 1.0
+    return chosen
+
+
+@frozen(kw_only=True)
+class ApparentPosition(ImagingSensor):
+    """A camera that sees a target at the sum of some of its axes, in px, and reads further axes for how it looks."""
+
+    across: tuple[str, ...] = fields.words("the axes whose sum is the apparent x, the column", default=("x",))
+    down: tuple[str, ...] = fields.words("the axes whose sum is the apparent y, the row", default=("y",))
+    detection_probability: float = fields.probability("probability that the target is to be seen in a frame", default=1.0)
+    looks_at: Space = field(init=False, repr=False, eq=False, default=Factory(_looks_at, takes_self=True))
+    _chosen: Array = field(init=False, repr=False, eq=False, default=Factory(_select, takes_self=True))
+
+    def appearance(self) -> dict[str, str]:
+        """Axis to unit of what it reads beyond the position."""
+        return APPEARANCE
+
+    @property
+    def measurement(self) -> Space:
+        return APPARENT
+
+    def measure(self, x: Array) -> Array:
+        """(*b, n) -> (*b, 2): where it appears"""
+        return x @ self._chosen.T
+
+    def jacobian(self, x: Array) -> Array:
+        """(2, n)"""
+        return self._chosen
+
+    def detects(self, x: Array) -> Array:
+        """()"""
+        return np.asarray(self.detection_probability)
+
+    def looks(self, x: Array) -> tuple[Array, ...]:
+        """The axes beyond the position (*b, n) -> (*b) each, in the order of `appearance`."""
+        first = len(self.across) + len(self.down)
+        return tuple(x[..., i] for i in range(first, x.shape[-1]))
