@@ -11,6 +11,7 @@ from vedette_sim import Drawn, Look
 from vedette_standard.motion.constant_velocity import ConstantVelocity
 from vedette_standard.motion.coordinated_turn import CoordinatedTurn
 from vedette_standard.motion.gauss_markov import GaussMarkov
+from vedette_standard.sensors.range_bearing import RangeBearing
 
 DRAWN = Drawn(
     models=(ConstantVelocity(sigma_accel=0.5),),
@@ -34,6 +35,13 @@ GIVEN = {
     ("source", "simulation"): SIMULATION,
     ("motion", "gauss_markov"): {"axes": st.sampled_from([("b",), ("b", "c")])},
     ("motion", "product"): {"models": SIDE_BY_SIDE},
+    ("sensor", "biased"): {
+        "of": st.builds(RangeBearing, st.floats(1.0, 50.0), st.floats(1e-3, 0.05)),
+        "add": st.sampled_from([{}, {"bearing": "turned"}, {"range": "long", "bearing": "turned"}]),
+        "offset": st.sampled_from([{}, {"x": "north", "y": "east"}]),
+        "lag": st.sampled_from(["", "late"]),
+        "spread": st.just({"turned": 0.05, "long": 5.0, "north": 10.0, "east": 10.0, "late": 1.0, "vx": 5.0, "vy": 5.0}),
+    },
 }
 """Strategies for what cannot be inferred."""
 

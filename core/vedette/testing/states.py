@@ -37,7 +37,8 @@ def points(space: Space, rows: int = 1) -> st.SearchStrategy[Array]:
         st.one_of(st.floats(-size(axis), size(axis)), st.sampled_from([0.0, size(axis) / 3, -size(axis) / 5]))
         for axis in space.axes
     ]
-    return st.tuples(*(each * rows)).map(lambda values: space.canonical(np.reshape(np.array(values), (rows, len(space)))))
+    plain = Space(space.axes)  # a space that wraps wrongly must not hide it in what is drawn
+    return st.tuples(*(each * rows)).map(lambda values: plain.canonical(np.reshape(np.array(values), (rows, len(space)))))
 
 
 def random_covariance(space: Space, rng: np.random.Generator, batch: tuple[int, ...] = (), scale: float = 0.02) -> Array:
