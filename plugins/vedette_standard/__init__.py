@@ -32,9 +32,15 @@ from vedette_standard.motion.product import Product
 from vedette_standard.motion.random_walk import RandomWalk
 from vedette_standard.motion.singer import Singer
 from vedette_standard.motion.wiener_acceleration_piecewise import WienerAccelerationPiecewise
+from vedette_standard.sensors.bearing_only import BearingOnly
+from vedette_standard.sensors.biased import Biased
 from vedette_standard.sensors.cartesian_position import CartesianPosition
 from vedette_standard.sensors.polar_position import PolarPosition
+from vedette_standard.sensors.position_velocity import PositionVelocity
 from vedette_standard.sensors.range_bearing import RangeBearing
+from vedette_standard.sensors.range_bearing_elevation import RangeBearingElevation
+from vedette_standard.sensors.range_bearing_rate import RangeBearingRate
+from vedette_standard.sensors.range_only import RangeOnly
 
 VEDETTE_CONTRACT = 1
 
@@ -46,7 +52,8 @@ def vedette_components() -> Iterable[type[vedette.Component]]:
         *(ConstantVelocity, ConstantAcceleration, Singer, KnownTurn, CoordinatedTurn),
         *(ConstantVelocityPiecewise, ConstantAccelerationPiecewise, WienerAccelerationPiecewise),
         *(OrnsteinUhlenbeck, RandomWalk, GaussMarkov, CoordinatedTurn3d, Curvilinear, Product),
-        *(CartesianPosition, RangeBearing, PolarPosition),
+        *(CartesianPosition, RangeBearing, PolarPosition, PositionVelocity),
+        *(BearingOnly, RangeOnly, RangeBearingRate, RangeBearingElevation, Biased),
         *(Kalman, ExtendedKalman, UnscentedKalman, Imm),
         *(Nearest, GlobalNearest, Pda, Jpda),
         *(NaiveConversion, DebiasedConversion, UnbiasedConversion, ModifiedUnbiasedConversion),

@@ -9,11 +9,10 @@ import numpy as np
 from attrs import field, frozen
 
 from vedette import Array, Gaussian, Pose, Sensor, Space, fields
-from vedette_standard.sensors.station import POSITION, covers, leading, offsets, standing
+from vedette_standard.sensors.geometry import polar_slope, ranges_and_bearings
+from vedette_standard.sensors.station import POSITION, covers, leading, standing
 
 _POLAR = Space.of(range="m", bearing="rad mod 2pi")
-_NEAR = 1e-3
-"""Distance in m below which the derivative no longer grows."""
 
 
 @final
@@ -60,22 +59,11 @@ class RangeBearing(Sensor):
 
     def measure(self, x: Array) -> Array:
         """(*b, 2) -> (*b, 2)"""
-        dx, dy = offsets(x, self._pose)
-        z = np.empty((*dx.shape, 2))
-        z[..., 0] = np.hypot(dx, dy)
-        z[..., 1] = np.arctan2(dy, dx) - leading(self._pose.heading, dx.ndim)
-        return _POLAR.canonical(z)
+        return _POLAR.canonical(ranges_and_bearings(x, self._pose))
 
     def jacobian(self, x: Array) -> Array:
         """(*b, 2) -> (*b, 2, 2); within 1 mm of the radar that of a target 1 mm away, times the distance in mm."""
-        dx, dy = offsets(x, self._pose)
-        r = np.maximum(np.hypot(dx, dy), _NEAR)
-        H = np.empty((*dx.shape, 2, 2))
-        H[..., 0, 0] = dx / r
-        H[..., 0, 1] = dy / r
-        H[..., 1, 0] = -H[..., 0, 1] / r
-        H[..., 1, 1] = H[..., 0, 0] / r
-        return H
+        return polar_slope(x, self._pose)
 
     def noise(self, x: Array) -> Array:
         """(2, 2)"""

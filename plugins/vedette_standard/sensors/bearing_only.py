@@ -1,0 +1,57 @@
+"""A sensor that reports directions: a camera, a passive sonar, a direction finder."""
+
+from __future__ import annotations
+
+from typing import ClassVar, final
+
+import numpy as np
+from attrs import frozen
+
+from vedette import Array, Space, fields
+from vedette_standard.sensors.geometry import polar_slope, ranges_and_bearings
+from vedette_standard.sensors.standing import CIRCLE, Standing
+from vedette_standard.sensors.station import POSITION
+
+_BEARING = Space.of(bearing="rad mod 2pi")
+
+
+@final
+@frozen
+class BearingOnly(Standing):
+    """z = b + v, v ~ N(0, sigma_bearing^2), b = atan2(dy, dx) - heading, from +x towards +y.
+
+    One bearing gives no position, so it starts no track; a place is observable once the platform manoeuvres against a
+    target that does not. Clutter is uniform over the circle.
+    Nardone, Aidala, Observability Criteria for Bearings-Only Target Motion Analysis, IEEE T-AES 17, 1981.
+    """
+
+    kind: ClassVar[str] = "bearing_only"
+
+    sigma_bearing: float = fields.quantity("rad", "standard deviation of the bearing", above=0, at_most=1)
+
+    @property
+    def looks_at(self) -> Space:
+        return POSITION
+
+    @property
+    def measurement(self) -> Space:
+        return _BEARING
+
+    def _unbounded(self) -> str:
+        return ""
+
+    def measure(self, x: Array) -> Array:
+        """(*b, 2) -> (*b, 1)"""
+        return _BEARING.canonical(ranges_and_bearings(x, self._pose)[..., 1:])
+
+    def jacobian(self, x: Array) -> Array:
+        """(*b, 2) -> (*b, 1, 2)"""
+        return polar_slope(x, self._pose)[..., 1:, :]
+
+    def noise(self, x: Array) -> Array:
+        """(1, 1)"""
+        return np.array([[self.sigma_bearing**2]])
+
+    def clutter(self, z: Array) -> Array:
+        """() in 1/rad"""
+        return np.asarray(self.clutter_per_scan / CIRCLE)

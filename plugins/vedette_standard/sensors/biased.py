@@ -1,0 +1,139 @@
+"""A sensor whose registration is off, by amounts that are part of the state."""
+
+from __future__ import annotations
+
+from typing import ClassVar, final
+
+import numpy as np
+from attrs import Factory, evolve, field, frozen
+
+from vedette import Array, Gaussian, Pose, Sensor, Space, fields
+from vedette.space import Axis
+
+
+def _looks_at(self: Biased) -> Space:
+    """The sensor's own axes, the velocities that a lag needs, then the biases."""
+    own, measured = self.of.looks_at, self.of.measurement
+    for name, table, known in (("add", self.add, measured), ("offset", self.offset, own)):
+        for axis in table:
+            if axis not in known:
+                raise ValueError(f"{name}.{axis}: must be one of {', '.join(known.names)}")
+    units = {axis.name: axis.unit for axis in (*own.axes, *measured.axes)}
+    named = [*((name, units[axis]) for table in (self.add, self.offset) for axis, name in table.items())]
+    named += [(self.lag, "s")] if self.lag else []
+    if len({name for name, _ in named}) < len(named) or any(name in own for name, _ in named):
+        raise ValueError(f"biases: each needs a state axis of its own, got {', '.join(name for name, _ in named)}")
+    moving = Space(tuple(Axis(f"v{axis.name}", "m/s") for axis in own.axes if axis.unit == "m")) if self.lag else Space()
+    return own.union(moving).union(Space(tuple(Axis(name, unit) for name, unit in named)))
+
+
+@final
+@frozen
+class Biased(Sensor):
+    """z = h(x + o - l v) + a + noise, with biases as state axes: a on what is measured, o on the place, a lag l.
+
+    A bearing that is turned, a range that is long, a position that lies too far north and east, a time stamp that is late.
+    The estimator's motion must own the biases' axes, as 'gauss_markov' or 'random_walk' in a 'product' does. Only what moves
+    the returns differently can be told apart: a turned bearing and an offset east need a target that changes its place.
+    Every track has its own estimate of the biases.
+    Lin, Bar-Shalom, Kirubarajan, Exact Multisensor Dynamic Bias Estimation with Local Tracks, IEEE T-AES 40, 2004.
+    """
+
+    kind: ClassVar[str] = "biased"
+
+    of: Sensor = fields.part("the sensor as it would be with perfect registration")
+    add: dict[str, str] = fields.names("measured axis to the state axis that is added to it")
+    offset: dict[str, str] = fields.names("state axis that is seen, such as x, to the state axis by which it is displaced")
+    lag: str = fields.text("state axis of the time by which the returns are late", default="")
+    spread: dict[str, float] = fields.table("bias to its standard deviation around 0 in a track that starts at a return")
+    looks_at: Space = field(init=False, repr=False, eq=False, default=Factory(_looks_at, takes_self=True))
+
+    @property
+    def linear(self) -> bool:  # type: ignore[override]  # a class variable elsewhere: here it depends on the sensor
+        """Whether the sensor is; a lag is multiplied by the velocity."""
+        return self.of.linear and not self.lag
+
+    @property
+    def measurement(self) -> Space:
+        return self.of.measurement
+
+    def _biases(self) -> Space:
+        return Space(self.looks_at.axes[len(self.looks_at) - len(self.add) - len(self.offset) - bool(self.lag) :])
+
+    def _moving(self) -> tuple[list[int], list[int]]:
+        """Where the places and their velocities stand, if there is a lag."""
+        places = [axis.name for axis in self.of.looks_at.axes if axis.unit == "m"] if self.lag else []
+        index = {name: i for i, name in enumerate(self.looks_at.names)}
+        return [index[name] for name in places], [index[f"v{name}"] for name in places]
+
+    def _apparent(self, x: Array) -> Array:
+        """What the sensor would have to see to report what it does, but for `add`: (*b, n) -> (*b, n of the sensor)."""
+        index = {name: i for i, name in enumerate(self.looks_at.names)}
+        seen = x[..., : len(self.of.looks_at)].copy()
+        for axis, name in self.offset.items():
+            seen[..., index[axis]] += x[..., index[name]]
+        if self.lag:
+            places, speeds = self._moving()
+            seen[..., places] -= x[..., index[self.lag], None] * x[..., speeds]
+        return seen
+
+    def measure(self, x: Array) -> Array:
+        """(*b, n) -> (*b, m)"""
+        z = self.of.measure(self._apparent(x))
+        step = np.zeros(z.shape)
+        for axis, name in self.add.items():
+            step[..., self.measurement.names.index(axis)] = x[..., self.looks_at.names.index(name)]
+        return self.measurement.displace(z, step)
+
+    def jacobian(self, x: Array) -> Array:
+        """(*b, n) -> (*b, m, n)"""
+        inner = self.of.jacobian(self._apparent(x))
+        H = np.zeros((*x.shape[:-1], len(self.measurement), len(self.looks_at)))
+        H[..., : len(self.of.looks_at)] = inner
+        index = {name: i for i, name in enumerate(self.looks_at.names)}
+        for axis, name in self.add.items():
+            H[..., self.measurement.names.index(axis), index[name]] = 1.0
+        for axis, name in self.offset.items():
+            H[..., index[name]] = inner[..., index[axis]]
+        if self.lag:
+            places, speeds = self._moving()
+            late = x[..., index[self.lag], None, None]
+            H[..., speeds] -= late * inner[..., places]
+            H[..., index[self.lag]] = -np.sum(inner[..., places] * x[..., None, speeds], axis=-1)
+        return H
+
+    def noise(self, x: Array) -> Array:
+        """(*b, n) -> (*b, m, m) or (m, m)"""
+        return self.of.noise(self._apparent(x))
+
+    def detects(self, x: Array) -> Array:
+        """(*b, n) -> (*b) or ()"""
+        return self.of.detects(self._apparent(x))
+
+    def clutter(self, z: Array) -> Array:
+        """(*b, k, m) -> (*b, k) or ()"""
+        return self.of.clutter(z)
+
+    def invert(self, z: Array, noise: Array | None = None) -> Gaussian:
+        """What a return says if biases are 0 +- `spread`: (*b, m) -> (*b, n), (*b, n, n); place and biases correlated."""
+        biases, seen = self._biases(), self.of.invert(z, noise)
+        lacking = [name for name in self.looks_at.names[len(self.of.looks_at) :] if name not in self.spread]
+        if lacking:
+            raise NotImplementedError(f"its `spread` does not state the standard deviation of {', '.join(lacking)}")
+        own, n = len(self.of.looks_at), len(self.looks_at)
+        mean, cov = np.zeros((*z.shape[:-1], n)), np.zeros((*z.shape[:-1], n, n))
+        mean[..., :own], cov[..., :own, :own] = seen.mean, seen.cov
+        prior = np.array([self.spread[name] ** 2 for name in self.looks_at.names[own:]])
+        H = self.jacobian(mean)
+        moves = np.zeros((*z.shape[:-1], own, n - own))
+        first = n - own - len(biases)
+        moves[..., first:] = -np.linalg.pinv(H[..., :own]) @ H[..., own + first :]
+        cov[..., :own, own:] = moves * prior
+        cov[..., own:, :own] = np.swapaxes(cov[..., :own, own:], -1, -2)
+        cov[..., :own, :own] += (moves * prior) @ np.swapaxes(moves, -1, -2)
+        cov[..., range(own, n), range(own, n)] = prior
+        return Gaussian(mean, cov)
+
+    def at(self, pose: Pose) -> Sensor:
+        """The same biases on the sensor standing at `pose`."""
+        return evolve(self, of=self.of.at(pose))

@@ -1,0 +1,121 @@
+"""A radar in space: range, bearing and elevation."""
+
+from __future__ import annotations
+
+import math
+from typing import ClassVar, final
+
+import numpy as np
+from attrs import frozen
+
+from vedette import Array, Gaussian, Space, fields
+from vedette_standard.sensors.geometry import NEAR
+from vedette_standard.sensors.standing import CIRCLE, Standing
+from vedette_standard.sensors.station import leading, offsets
+
+_STATE = Space.of(x="m", y="m", z="m")
+_SPHERICAL = Space.of(range="m", bearing="rad mod 2pi", elevation="rad mod 2pi")
+
+
+@final
+@frozen
+class RangeBearingElevation(Standing):
+    """z = (r, b, e) + v with independent errors, of a target in space: z is up, e = atan2(dz, sqrt(dx^2 + dy^2)).
+
+    A platform's pose may have two coordinates, then the radar stays at its own height, or three. Clutter is uniform over the
+    volume between two spheres, hence of density 3 n r^2 cos(e) / (4 pi (max^3 - min^3)) in z.
+    Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, section 10.4.
+    """
+
+    kind: ClassVar[str] = "range_bearing_elevation"
+
+    sigma_range: float = fields.quantity("m", "standard deviation of the range", above=0)
+    sigma_bearing: float = fields.quantity("rad", "standard deviation of the bearing", above=0, at_most=1)
+    sigma_elevation: float = fields.quantity("rad", "standard deviation of the elevation", above=0, at_most=1)
+    z: float = fields.quantity("m", "height at which the radar stands", default=0.0)
+
+    @property
+    def looks_at(self) -> Space:
+        return _STATE
+
+    @property
+    def measurement(self) -> Space:
+        return _SPHERICAL
+
+    def _height(self, axes: int) -> Array:
+        position = self._pose.position
+        return leading(position[..., 2], axes) if position.shape[-1] > 2 else np.asarray(self.z)
+
+    def _offsets(self, x: Array) -> tuple[Array, Array, Array, Array, Array]:
+        """dx, dy, dz, horizontal and slant distance, (*b) each."""
+        dx, dy = offsets(x[..., :2], self._pose)
+        dz = x[..., 2] - self._height(x.ndim - 1)
+        flat = np.hypot(dx, dy)
+        return dx, dy, dz, flat, np.hypot(flat, dz)
+
+    def measure(self, x: Array) -> Array:
+        """(*b, 3) -> (*b, 3)"""
+        dx, dy, dz, flat, r = self._offsets(x)
+        z = np.stack([r, np.arctan2(dy, dx) - leading(self._pose.heading, dx.ndim), np.arctan2(dz, flat)], axis=-1)
+        return _SPHERICAL.canonical(z)
+
+    def jacobian(self, x: Array) -> Array:
+        """(*b, 3) -> (*b, 3, 3); finite over the radar, and where a target stands straight above it."""
+        dx, dy, dz, flat, r = self._offsets(x)
+        flat, r = np.maximum(flat, NEAR), np.maximum(r, NEAR)
+        H = np.zeros((*x.shape, 3))
+        H[..., 0, 0], H[..., 0, 1], H[..., 0, 2] = dx / r, dy / r, dz / r
+        H[..., 1, 0], H[..., 1, 1] = -dy / flat**2, dx / flat**2
+        H[..., 2, 0], H[..., 2, 1] = -dx * dz / (flat * r**2), -dy * dz / (flat * r**2)
+        H[..., 2, 2] = flat / r**2
+        return H
+
+    def noise(self, x: Array) -> Array:
+        """(3, 3)"""
+        return np.diag([self.sigma_range**2, self.sigma_bearing**2, self.sigma_elevation**2])
+
+    def detects(self, x: Array) -> Array:
+        """(*b, 3) -> (*b), or () if no range limits it"""
+        if self.max_range is None and self.min_range == 0:
+            return np.asarray(self.detection_probability)
+        r = self._offsets(x)[-1]
+        inside = (r >= self.min_range) & (r <= (math.inf if self.max_range is None else self.max_range))
+        return np.where(inside, self.detection_probability, 0.0)
+
+    def clutter(self, z: Array) -> Array:
+        """(*b, k, 3) -> (*b, k) in 1/(m rad^2), or () if there is none"""
+        upright = np.maximum(np.cos(z[..., 2]), 0.0)
+        return self._clutter_within(z[..., 0], 3) * upright / (2 * CIRCLE)
+
+    def invert(self, z: Array, noise: Array | None = None) -> Gaussian:
+        """(*b, 3) -> (*b, 3), (*b, 3, 3): the position that the return names, with the mean square of its error.
+
+        The true range and angles lie around the reported ones with independent Gaussian errors; the moments of their sines
+        and cosines are exact, so the covariance is definite at any range and straight overhead.
+        """
+        R = np.broadcast_to(self.noise(z) if noise is None else noise, (*z.shape, 3))
+        r, b, e = z[..., 0], z[..., 1] + leading(self._pose.heading, z.ndim - 1), z[..., 2]
+        q, s, t = R[..., 0, 0], R[..., 1, 1], R[..., 2, 2]
+        named = np.stack([r * np.cos(b) * np.cos(e), r * np.sin(b) * np.cos(e), r * np.sin(e)], axis=-1)
+        short_b, short_e = np.exp(-0.5 * s), np.exp(-0.5 * t)
+        expected = named * np.stack([short_b * short_e, short_b * short_e, short_e], axis=-1)
+        cos_b, sin_b, mix_b = _squares(b, s)
+        cos_e, sin_e, mix_e = _squares(e, t)
+        second = np.empty((*z.shape, 3))
+        second[..., 0, 0], second[..., 1, 1], second[..., 2, 2] = cos_b * cos_e, sin_b * cos_e, sin_e
+        second[..., 0, 1] = second[..., 1, 0] = mix_b * cos_e
+        second[..., 0, 2] = second[..., 2, 0] = short_b * np.cos(b) * mix_e
+        second[..., 1, 2] = second[..., 2, 1] = short_b * np.sin(b) * mix_e
+        second *= (r * r + q)[..., None, None]
+        both = expected[..., :, None] * named[..., None, :]
+        cov = second - both - np.swapaxes(both, -1, -2) + named[..., :, None] * named[..., None, :]
+        x, y = self._pose.position[..., 0], self._pose.position[..., 1]
+        place = [leading(x, r.ndim), leading(y, r.ndim), self._height(r.ndim)]
+        return Gaussian(named + np.stack([np.broadcast_to(part, r.shape) for part in place], axis=-1), cov)
+
+
+def _squares(angle: Array, variance: Array) -> tuple[Array, Array, Array]:
+    """Means of cos^2, sin^2 and sin cos of a Gaussian angle, (*b) each."""
+    shrunk = np.exp(-2 * variance)
+    cosine = 0.5 * shrunk * np.cos(2 * angle)
+    return 0.5 + cosine, 0.5 - cosine, 0.5 * shrunk * np.sin(2 * angle)

@@ -1,0 +1,114 @@
+"""A Doppler radar: range, bearing and range rate."""
+
+from __future__ import annotations
+
+from typing import ClassVar, final
+
+import numpy as np
+from attrs import frozen
+
+from vedette import Array, Gaussian, Space, fields
+from vedette_standard.sensors.geometry import NEAR, polar_slope, ranges_and_bearings
+from vedette_standard.sensors.range_bearing import RangeBearing
+from vedette_standard.sensors.standing import CIRCLE, Standing
+from vedette_standard.sensors.station import leading, offsets
+
+_STATE = Space.of(x="m", y="m", vx="m/s", vy="m/s")
+_DOPPLER = Space.of(range="m", bearing="rad mod 2pi", range_rate="m/s")
+
+
+@final
+@frozen
+class RangeBearingRate(Standing):
+    """z = (r, b, r') + v with independent errors; r' is the target's velocity less the platform's, along the line of sight.
+
+    With d = position - platform: r = |d|, b = atan2(dy, dx) - heading, r' = d . (v - v_platform) / r. A pose without a
+    velocity stands still. Clutter is uniform over the area from `min_range` to `max_range`, and in rate up to `max_rate`
+    either way.
+    Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, section 10.3.
+    """
+
+    kind: ClassVar[str] = "range_bearing_rate"
+
+    sigma_range: float = fields.quantity("m", "standard deviation of the range", above=0)
+    sigma_bearing: float = fields.quantity("rad", "standard deviation of the bearing", above=0, at_most=1)
+    sigma_rate: float = fields.quantity("m/s", "standard deviation of the range rate", above=0)
+    max_rate: float | None = fields.quantity("m/s", "largest range rate of a false return", default=None, above=0)
+    crossing_speed: float = fields.quantity(
+        "m/s", "standard deviation of a new track's speed across the line of sight, which one return leaves open",
+        default=10.0, above=0,
+    )  # fmt: skip
+
+    @property
+    def looks_at(self) -> Space:
+        return _STATE
+
+    @property
+    def measurement(self) -> Space:
+        return _DOPPLER
+
+    def _unbounded(self) -> str:
+        if self.max_rate is None:
+            return "max_rate"
+        return "max_range" if self.max_range is None else ""
+
+    def _approach(self, x: Array) -> tuple[Array, Array, Array]:
+        """Unit vector to the target (*b, 2), the distance as a divisor (*b), and the relative velocity (*b, 2)."""
+        d = np.stack(offsets(x[..., :2], self._pose), axis=-1)
+        r = np.maximum(np.hypot(d[..., 0], d[..., 1]), NEAR)
+        own = self._platform_velocity(x.ndim - 1)
+        return d / r[..., None], r, x[..., 2:] - own
+
+    def _platform_velocity(self, axes: int) -> Array:
+        """Velocity of the platform, (2,) or to broadcast against states with `axes` batch axes."""
+        velocity = self._pose.velocity
+        if velocity is None:
+            return np.zeros(2)
+        return np.stack([leading(velocity[..., 0], axes), leading(velocity[..., 1], axes)], axis=-1)
+
+    def measure(self, x: Array) -> Array:
+        """(*b, 4) -> (*b, 3)"""
+        to_target, _, v = self._approach(x)
+        z = np.empty((*x.shape[:-1], 3))
+        z[..., :2] = ranges_and_bearings(x[..., :2], self._pose)
+        z[..., 2] = np.sum(to_target * v, axis=-1)
+        return _DOPPLER.canonical(z)
+
+    def jacobian(self, x: Array) -> Array:
+        """(*b, 4) -> (*b, 3, 4); within 1 mm of the radar that of a target 1 mm away, times the distance in mm."""
+        to_target, r, v = self._approach(x)
+        near = np.hypot(to_target[..., 0], to_target[..., 1])  # 1 but for the last millimetre
+        rate = np.sum(to_target * v, axis=-1)
+        H = np.zeros((*x.shape[:-1], 3, 4))
+        H[..., :2, :2] = polar_slope(x[..., :2], self._pose)
+        H[..., 2, :2] = (v - rate[..., None] * to_target) * (near / r)[..., None]
+        H[..., 2, 2:] = to_target
+        return H
+
+    def noise(self, x: Array) -> Array:
+        """(3, 3)"""
+        return np.diag([self.sigma_range**2, self.sigma_bearing**2, self.sigma_rate**2])
+
+    def clutter(self, z: Array) -> Array:
+        """(*b, k, 3) -> (*b, k) in 1/(m rad m/s), or () if there is none"""
+        if self.max_rate is None:
+            return np.asarray(0.0)
+        return self._clutter_within(z[..., 0], 2) / (CIRCLE * 2 * self.max_rate)
+
+    def invert(self, z: Array, noise: Array | None = None) -> Gaussian:
+        """(*b, 3) -> (*b, 4), (*b, 4, 4): the position without bias, the speed along the line of sight, any across it."""
+        R = np.broadcast_to(self.noise(z) if noise is None else noise, (*z.shape, 3))
+        polar = RangeBearing(self.sigma_range, self.sigma_bearing).at(self._pose).invert(z[..., :2], R[..., :2, :2])
+        angle = z[..., 1] + leading(self._pose.heading, z.ndim - 1)
+        along = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+        across = np.stack([-along[..., 1], along[..., 0]], axis=-1)
+        drift = np.sum(along * self._platform_velocity(z.ndim - 1), axis=-1)
+        outer = along[..., :, None] * along[..., None, :]
+        open_speed = self.crossing_speed**2 + z[..., 2] ** 2 * R[..., 1, 1]
+        mean, cov = np.empty((*z.shape[:-1], 4)), np.zeros((*z.shape[:-1], 4, 4))
+        mean[..., :2], mean[..., 2:] = polar.mean, (z[..., 2] + drift)[..., None] * along
+        cov[..., :2, :2] = polar.cov
+        cov[..., 2:, 2:] = R[..., 2, 2, None, None] * outer
+        cov[..., 2:, 2:] += open_speed[..., None, None] * across[..., :, None] * across[..., None, :]
+        cov[..., :2, 2:] = cov[..., 2:, :2] = R[..., 0, 2, None, None] * outer
+        return Gaussian(mean, cov)

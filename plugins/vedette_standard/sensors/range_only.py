@@ -1,0 +1,54 @@
+"""A sensor that reports distances: a ranging beacon, an active sonar with one hydrophone."""
+
+from __future__ import annotations
+
+from typing import ClassVar, final
+
+import numpy as np
+from attrs import frozen
+
+from vedette import Array, Space, fields
+from vedette_standard.sensors.geometry import polar_slope, ranges_and_bearings
+from vedette_standard.sensors.standing import Standing
+from vedette_standard.sensors.station import POSITION
+
+_RANGE = Space.of(range="m")
+
+
+@final
+@frozen
+class RangeOnly(Standing):
+    """z = r + v, v ~ N(0, sigma_range^2), r = sqrt(dx^2 + dy^2).
+
+    One range gives no position, so it starts no track. Clutter is uniform over the area from `min_range` to `max_range`,
+    hence of density 2 n r / (max^2 - min^2) in z.
+    Song, Observability of Target Tracking with Range-Only Measurements, IEEE J. Oceanic Engineering 24, 1999.
+    """
+
+    kind: ClassVar[str] = "range_only"
+
+    sigma_range: float = fields.quantity("m", "standard deviation of the range", above=0)
+
+    @property
+    def looks_at(self) -> Space:
+        return POSITION
+
+    @property
+    def measurement(self) -> Space:
+        return _RANGE
+
+    def measure(self, x: Array) -> Array:
+        """(*b, 2) -> (*b, 1)"""
+        return ranges_and_bearings(x, self._pose)[..., :1]
+
+    def jacobian(self, x: Array) -> Array:
+        """(*b, 2) -> (*b, 1, 2)"""
+        return polar_slope(x, self._pose)[..., :1, :]
+
+    def noise(self, x: Array) -> Array:
+        """(1, 1)"""
+        return np.array([[self.sigma_range**2]])
+
+    def clutter(self, z: Array) -> Array:
+        """(*b, k, 1) -> (*b, k) in 1/m, or () if there is none"""
+        return self._clutter_within(z[..., 0], 2)

@@ -1,0 +1,59 @@
+"""What the sensors share that stand at a place, fixed or on a platform, and see around them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from attrs import field, frozen
+
+from vedette import Array, Pose, Sensor, fields
+from vedette_standard.sensors.station import covers, standing
+
+CIRCLE = 2 * math.pi
+
+
+@frozen(kw_only=True)
+class Standing(Sensor):
+    """A sensor with a place, a direction, limits of range, and clutter that is uniform over what it covers."""
+
+    detection_probability: float = fields.probability("probability that a target in view gives a return", default=1.0)
+    min_range: float = fields.quantity("m", "nothing nearer is detected", default=0.0, at_least=0)
+    max_range: float | None = fields.quantity("m", "nothing farther is detected; none: no limit", default=None, above=0)
+    clutter_per_scan: float = fields.quantity("1", "expected number of false returns per scan", default=0.0, at_least=0)
+    x: float = fields.quantity("m", "where the sensor stands; a scan's own pose replaces it", default=0.0)
+    y: float = fields.quantity("m", "where the sensor stands; a scan's own pose replaces it", default=0.0)
+    heading: float = fields.quantity("rad", "direction of bearing 0; a scan's own pose replaces it", default=0.0)
+    _pose: Pose = field(init=False, repr=False, eq=False)
+
+    @_pose.default
+    def _fixed(self) -> Pose:
+        return Pose(np.array([self.x, self.y]), heading=self.heading)
+
+    def __attrs_post_init__(self) -> None:
+        if self.max_range is not None and self.max_range <= self.min_range:
+            raise ValueError(f"max_range: must be > min_range, {self.min_range:g} m, got {self.max_range:g} m")
+        if self.clutter_per_scan > 0 and (lacking := self._unbounded()):
+            raise ValueError(f"clutter_per_scan: needs {lacking}, which says over what the false returns spread")
+
+    def _unbounded(self) -> str:
+        """The parameter without which clutter has no density, or ""."""
+        return "max_range" if self.max_range is None else ""
+
+    def _clutter_within(self, r: Array, power: int) -> Array:
+        """False returns per m of range (*b) where they are uniform over area (power 2) or volume (3); 0 without clutter.
+
+        Beyond the limits, where noise may put a return, as at the limit.
+        """
+        if self.clutter_per_scan == 0 or self.max_range is None:
+            return np.asarray(0.0)
+        extent = (self.max_range**power - self.min_range**power) / power
+        return self.clutter_per_scan / extent * np.clip(r, self.min_range, self.max_range) ** (power - 1)
+
+    def detects(self, x: Array) -> Array:
+        """(*b, n) -> (*b), or () if no range limits it"""
+        return covers(self.detection_probability, self.min_range, self.max_range, x[..., :2], self._pose)
+
+    def at(self, pose: Pose) -> Sensor:
+        """The same on a platform at `pose`, which may lead with batch axes: they are the first of the states' own."""
+        return standing(self, pose)
