@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from vedette import ConfigError, load
+from vedette.schema import schema
 from vedette.units import in_unit, spellings
 
 PAGE = (Path(__file__).parents[1] / "docs" / "config.md").read_text(encoding="utf-8")
@@ -42,6 +43,13 @@ def test_its_errors_are_told_in_these_words(coast: Path) -> None:
     assert [line.partition(" installed")[0] for line in told] == sorted(
         line.partition(" installed")[0] for line in errors.splitlines()
     )
+
+
+def test_its_names_are_those_of_the_top_level() -> None:
+    rows = re.findall(r"^\| `(\S+)` \| .* \| (.*) \|$", PAGE, re.MULTILINE)
+    top = schema()
+    assert sorted(name for name, _ in rows) == sorted(top["properties"])
+    assert [name for name, needed in rows if needed == "yes"] == top["required"]
 
 
 def test_its_units_are_those_that_are_understood() -> None:

@@ -126,6 +126,8 @@ def test_a_new_kind_hides_no_mistake(registry: Registry) -> None:
     assert unknown["lifecycle"]["hits"] == 4
     set_before = apply_overrides(config(), ["lifecycle.hits=2", "lifecycle.kind=single_target"], registry)
     assert set_before["lifecycle"]["hits"] == 2
+    table = apply_overrides(config(), ["lifecycle={kind='m_of_n', hits=2}", "lifecycle.kind=single_target"], registry)
+    assert table["lifecycle"] == {"kind": "single_target"}
     elsewhere = apply_overrides(config(), ["estimator.kind=kalman", "lifecycle.kind=single_target"], registry)
     assert "hits" not in elsewhere["lifecycle"]
 

@@ -21,7 +21,7 @@ def apply_overrides(config: Mapping[str, Any], overrides: Iterable[str], registr
     """A plain config with each `path.to.key=value` or `path.to.list[0].key=value` set, in order; the given one stays.
 
     A value is read as TOML writes it, and a bare word as a string. A table on the way that is not there is made. A new
-    `kind` drops what the old kind took and the new one does not, but nothing that an earlier override has set.
+    `kind` drops what the old kind took and the new one does not, but nothing that an earlier override has set by its name.
     ConfigError tells every override that cannot be applied.
     """
     registry = Registry.installed() if registry is None else registry
@@ -86,7 +86,7 @@ class _Change:
         old = [entry for entry in self.registry if entry.kind == table.get("kind")]
         roles = [entry.role for entry in old]
         new = [entry for entry in self.registry if entry.kind == kind and (entry.role in roles or not roles)]
-        if not new or kind == table.get("kind"):
+        if not new:
             return table
         taken = {parameter.name for entry in new for parameter in entry.parameters} | self.kept
         lost = {parameter.name for entry in old for parameter in entry.parameters} - taken
