@@ -12,7 +12,7 @@
 ...     scan = vedette.Scan(time, "radar", vedette.Detections.of([[100.0 + 8.0 * time, 50.0]]))
 ...     state = tracker.step(state, scan)
 >>> tracker.estimate(state).mean.round(0).tolist(), state.confirmed.tolist()
-([[116.0, 50.0, 8.0, 0.0]], [True])
+([[115.0, 50.0, 7.0, 0.0]], [True])
 
 Names are imported when they are first used, so that `import vedette` costs nothing.
 """
