@@ -17,16 +17,17 @@ _TAKES: dict[str, tuple[tuple[str, ...], ...]] = {
     "turn": (("seconds", "rate"), ("seconds", "lateral_accel")),
     "accelerate": (("seconds", "accel"),),
     "stop": (("decel",),),
+    "push": (("seconds", "push"),),
 }
 
 
 @final
 @frozen
 class Leg:
-    """One manoeuvre: `straight` keeps course and speed, `turn` the speed, `accelerate` and `stop` the course.
+    """One manoeuvre: `straight` keeps course and speed, `turn` the speed, `accelerate` and `stop` the course, `push` none.
 
     Each takes what it needs and nothing else: straight seconds; turn seconds and either rate or lateral_accel;
-    accelerate seconds and accel; stop decel, and lasts until the ship rests.
+    accelerate seconds and accel; stop decel, and lasts until the ship rests; push seconds and push.
     """
 
     do: str = fields.choice("the manoeuvre", tuple(_TAKES))
@@ -37,16 +38,24 @@ class Leg:
     )
     accel: float | None = fields.quantity("m/s^2", "acceleration along the course, negative to slow down", default=None)
     decel: float | None = fields.quantity("m/s^2", "how hard it brakes to rest", default=None, above=0)
+    push: Array | None = fields.array(
+        "m/s^2", "acceleration [x, y] that stays as it is whatever the course", ndim=1, default=None,
+        check=lambda v: None if len(v) == 2 else f"must be [x, y], got {v}",
+    )  # fmt: skip
 
     def __attrs_post_init__(self) -> None:
-        given = [name for name in ("seconds", "rate", "lateral_accel", "accel", "decel") if getattr(self, name) is not None]
+        given = [
+            name
+            for name in ("seconds", "rate", "lateral_accel", "accel", "decel", "push")
+            if getattr(self, name) is not None
+        ]
         if all(sorted(given) != sorted(takes) for takes in _TAKES[self.do]):
             right = ", or ".join(" and ".join(takes) for takes in _TAKES[self.do])
             raise ValueError(f"do: {self.do!r} takes {right}; got {' and '.join(given) or 'none of these'}")
 
 
 def _lay(ship: Ship) -> Array:
-    """One row for each leg and one for what follows the last: begin in s, x, y, course, speed, turn rate, acceleration."""
+    """A row for each leg and one for what follows: begin in s, x, y, course, speed, turn rate, acceleration, push x, y."""
     begin, (x, y), course, speed = ship.appears, ship.start, ship.course, ship.speed
     rows = []
     for i, leg in enumerate(ship.legs):
@@ -63,23 +72,34 @@ def _lay(ship: Ship) -> Array:
             raise ValueError(
                 f"legs[{i}].accel: takes the speed from {speed:.6g} to {after:.6g} m/s; to rest, use do = 'stop'"
             )
-        rows.append([begin, x, y, course, speed, rate, accel])
-        _, x, y, *_ = _move(np.array(rows[-1]), np.asarray(begin + seconds))
+        push = (0.0, 0.0) if leg.push is None else leg.push
+        rows.append([begin, x, y, course, speed, rate, accel, *push])
+        _, x, y, pushed_course, pushed_speed = _move(np.array(rows[-1]), np.asarray(begin + seconds))
         begin, course, speed = begin + seconds, course + rate * seconds, after
-    return np.array([*rows, [begin, x, y, course, speed, 0.0, 0.0]])
+        if leg.push is not None:
+            course, speed = float(pushed_course), float(pushed_speed)
+    return np.array([*rows, [begin, x, y, course, speed, 0.0, 0.0, 0.0, 0.0]])
 
 
 def _move(legs: Array, times: Array) -> tuple[Array, Array, Array, Array, Array]:
-    """Legs (*s, 7), each at its time (*s) in s: the times, x, y, course and speed there, (*s) each.
+    """Legs (*s, 9), each at its time (*s) in s: the times, x, y, course and speed there, (*s) each.
 
     An arc's chord is its length times sinc of half the turn, and points half the turn from the first course; without turn it
     is the straight line.
     """
-    begin, x, y, course, speed, rate, accel = np.moveaxis(legs, -1, 0)
+    begin, x, y, course, speed, rate, accel, push_x, push_y = np.moveaxis(legs, -1, 0)
     t = times - begin
     chord = (speed + 0.5 * accel * t) * t * np.sinc(0.5 * rate * t / np.pi)
     along = course + 0.5 * rate * t
-    return times, x + chord * np.cos(along), y + chord * np.sin(along), course + rate * t, speed + accel * t
+    pushed = (push_x != 0) | (push_y != 0)
+    vx, vy = speed * np.cos(course) + push_x * t, speed * np.sin(course) + push_y * t
+    return (
+        times,
+        x + chord * np.cos(along) + 0.5 * push_x * t**2,
+        y + chord * np.sin(along) + 0.5 * push_y * t**2,
+        np.where(pushed, np.arctan2(vy, vx), course + rate * t),
+        np.where(pushed, np.hypot(vx, vy), speed + accel * t),
+    )
 
 
 @final

@@ -1,0 +1,22 @@
+"""Detection over several sensors by Bayes risk, weights from it, and their paper's study."""
+
+from collections.abc import Iterable
+
+import vedette
+from vedette_bayes_risk.associator import BayesRisk
+from vedette_bayes_risk.likelihood import CountLikelihoodDetection
+from vedette_bayes_risk.parallel import ParallelKalmanPrinted
+from vedette_bayes_risk.printed import BayesRiskPrinted
+from vedette_bayes_risk.study import BayesRiskStudy
+from vedette_bayes_risk.tail import BayesRiskDetection
+
+VEDETTE_CONTRACT = 1
+
+
+@vedette.plugin
+def vedette_components() -> Iterable[type[vedette.Component]]:
+    """Everything in this package."""
+    return [
+        *(BayesRiskDetection, BayesRiskPrinted, CountLikelihoodDetection),
+        *(BayesRisk, ParallelKalmanPrinted, BayesRiskStudy),
+    ]

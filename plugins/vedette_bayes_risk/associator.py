@@ -1,0 +1,35 @@
+"""Weights that come from the detection stage alone."""
+
+from __future__ import annotations
+
+from typing import ClassVar, final
+
+import numpy as np
+from attrs import frozen
+
+from vedette import Array, Associator
+
+
+@final
+@frozen
+class BayesRisk(Associator):
+    """Each return in the gate weighs exp(evidence) over their sum, wherever it lies there; with none, the track coasts.
+
+    The weights of a bank of parallel filters, one a return, whose mixture the estimator takes. Without evidence all weigh
+    the same. Where the returns fall is used by the gate only, so a PDA with a likelihood ratio as evidence knows more.
+    Kim, Choi, Ahn, Ko, on using Bayes risk for data association (in Korean), equation 6.
+    """
+
+    kind: ClassVar[str] = "bayes_risk"
+
+    def associate(self, scores: Array, evidence: Array | None) -> Array:
+        """(*b, t, 1+k), evidence (*b, 1, k) -> (*b, t, 1+k)"""
+        inside = np.isfinite(scores[..., 1:])
+        log = np.where(inside, 0.0 if evidence is None else evidence, -np.inf)
+        top = np.max(log, axis=-1, keepdims=True, initial=-np.inf)
+        found = np.isfinite(top)
+        likely = np.where(inside, np.exp(log - np.where(found, top, 0.0)), 0.0)
+        weights = np.zeros_like(scores)
+        weights[..., 1:] = likely / np.where(found, np.sum(likely, axis=-1, keepdims=True), 1.0)
+        weights[..., :1] = np.where(found, 0.0, 1.0)
+        return weights

@@ -1,0 +1,86 @@
+"""How many sensors confirm a return: probabilities of the count, under a false alarm and under a target."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from attrs import frozen
+
+from vedette import Array, Sensor
+
+_NODES = 48
+"""Of the quadrature over the base sensor's error: the counts' probabilities are right to 1e-9 with it."""
+
+
+@frozen(eq=False)
+class Confirmation:
+    """Of the sensors beside the base (n,): variance per axis in m^2, P_D, false returns in 1/m^2; base: its variance."""
+
+    base: float
+    variance: Array
+    p_detect: Array
+    density: Array
+
+    @classmethod
+    def of(cls, sensors: Mapping[str, Sensor], base: str) -> Confirmation:
+        """Read off the sensors, which must report positions in the plane with the same round noise everywhere."""
+        variance = {name: _variance(name, sensor) for name, sensor in sensors.items()}
+        others = [name for name in sensors if name != base]
+        origin = np.zeros((1, 2))
+        return cls(
+            variance[base],
+            np.array([variance[name] for name in others]),
+            np.array([float(np.max(sensors[name].detects(origin))) for name in others]),
+            np.array([float(np.max(sensors[name].clutter(origin))) for name in others]),
+        )
+
+    def false_alarm(self, threshold: float) -> Array:
+        """P_FA = 1 - exp(-density pi threshold^2): that a false return of a sensor confirms whatever stands there, (n,)"""
+        p: Array = -np.expm1(-self.density * np.pi * threshold**2)
+        return p
+
+    def miss(self, threshold: float) -> Array:
+        """P_M = 1 - P_D (1 - exp(-threshold^2 / (2 (v_base + v)))): that the target's return does not confirm, (n,)"""
+        p: Array = 1.0 + self.p_detect * np.expm1(-(threshold**2) / (2 * (self.base + self.variance)))
+        return p
+
+    def given_clutter(self, threshold: float) -> Array:
+        """p(k | H0) for k = 1 ... N, the base's false return counted always: k - 1 sensors happen to confirm it, (N,)"""
+        return number_of(self.false_alarm(threshold))
+
+    def given_target(self, threshold: float) -> Array:
+        """p(k | H1) for k = 1 ... N: k - 1 sensors confirm the target's return at the base, (N,)
+
+        All distances share the base's error e, so confirmations are independent only given e:
+        p_j(e) = P_D P(chi2_2(e^2/v_j) < threshold^2/v_j), averaged over e^2/(2 v_base), which is exponential.
+        """
+        from scipy.special import chndtr
+
+        nodes, weights = np.polynomial.laguerre.laggauss(_NODES)
+        square = 2 * self.base * nodes[:, None]
+        near = self.p_detect * chndtr(threshold**2 / self.variance, 2, square / self.variance)
+        confirmed = 1 - (1 - near) * (1 - self.false_alarm(threshold))
+        mean: Array = weights @ number_of(confirmed)
+        return mean / np.sum(mean)
+
+
+def _variance(name: str, sensor: Sensor) -> float:
+    """The variance per axis of a sensor whose noise is the same everywhere; ValueError if it is not such a sensor."""
+    if len(sensor.measurement) != 2 or sensor.measurement != sensor.looks_at:
+        raise ValueError(f"sensors.{name}: must report positions over two axes, got {sensor.measurement}")
+    here, there = (np.broadcast_to(sensor.noise(np.full((1, 2), at)), (1, 2, 2))[0] for at in (0.0, 1e4))
+    if not np.allclose(here, here[0, 0] * np.eye(2)) or not np.allclose(here, there):
+        raise ValueError(f"sensors.{name}: must have the same noise on both axes and everywhere, got {here.tolist()}")
+    return float(here[0, 0])
+
+
+def number_of(probabilities: Array) -> Array:
+    """How many of n independent events happen: (*b, n) -> probabilities of 0 ... n, (*b, n+1)"""
+    counts = np.ones((*probabilities.shape[:-1], 1))
+    for p in np.moveaxis(probabilities, -1, 0):
+        grown = np.zeros((*counts.shape[:-1], counts.shape[-1] + 1))
+        grown[..., :-1] = counts * (1 - p[..., None])
+        grown[..., 1:] += counts * p[..., None]
+        counts = grown
+    return counts

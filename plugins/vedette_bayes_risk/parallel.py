@@ -1,0 +1,46 @@
+"""The parallel filters' mixture as printed: without the spread of their means."""
+
+from __future__ import annotations
+
+from typing import ClassVar, final
+
+import numpy as np
+from attrs import frozen
+
+from vedette import Array, Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, fields, kernels
+from vedette.gaussian import GaussianFilter, Hypotheses, linearised
+
+
+@final
+@frozen
+class ParallelKalmanPrinted(GaussianFilter):
+    """One extended Kalman filter a return, x = sum w_i x_i and P = sum w_i P_i; kept to compare.
+
+    P lacks sum w_i (x_i - x)(x_i - x)': where returns compete, the filter is far too sure of itself. `kalman` and `ekf` with
+    the same associator have it.
+    Kim, Choi, Ahn, Ko, on using Bayes risk for data association (in Korean), equation 6.
+    """
+
+    kind: ClassVar[str] = "parallel_kalman_printed"
+
+    motion: MotionModel = fields.part("how the target moves")
+
+    def predict(self, belief: Gaussian, dt: float, rng: np.random.Generator, combined: Gaussian | None = None) -> Gaussian:
+        """The belief `dt` s later."""
+        if dt == 0:
+            return belief
+        belief = self.motion.settle(belief, belief if combined is None else combined)
+        x = belief.mean
+        cov = kernels.propagate(belief.cov, self.motion.jacobian(x, dt), self.motion.noise(x, dt))
+        return Gaussian(self.motion.move(x, dt), cov)
+
+    def innovate(self, belief: Gaussian, sensor: Sensor, seen: Detections | Frame, p_gate: float) -> Innovation:
+        """Every return against every track, linearised at its mean."""
+        return linearised(belief, self.state, sensor, seen, p_gate)
+
+    def absorb(self, belief: Gaussian, innovation: Innovation, weights: Array) -> Gaussian:
+        """Weighted mean of the means, weighted mean of the covariances."""
+        detail: Hypotheses = innovation.detail
+        step = (weights[..., None, 1:] @ detail.shift)[..., 0, :]
+        within = np.sum(weights[..., 1:, None, None] * detail.post, axis=-3)
+        return Gaussian(self.state.displace(belief.mean, step), weights[..., :1, None] * belief.cov + within)

@@ -1,0 +1,41 @@
+"""Returns weighed as the paper prints it."""
+
+from __future__ import annotations
+
+from typing import ClassVar, final
+
+import numpy as np
+from attrs import frozen
+
+from vedette import Array, fields
+from vedette_bayes_risk.fusion import DistributedDetection
+from vedette_bayes_risk.risk import Costs
+
+
+@final
+@frozen
+class BayesRiskPrinted(DistributedDetection):
+    """P_D(k) and P_F(k) summed over i <= k, which decides for a target where FEW sensors confirm; kept to compare.
+
+    p(k | H0) ~ C(N, k) P_FA^k, p(k | H1) ~ C(N, k) P_M^(N-k) (1 - P_M)^k over k = 1 ... N, with the means of P_FA and P_M
+    over the sensors. Printed too is P_FA = A_v/(lambda A_1), over 1 and with a unit; here it is 1 - exp(-lambda A_v).
+    Kim, Choi, Ahn, Ko, on using Bayes risk for data association (in Korean), equations 1 to 5.
+    """
+
+    kind: ClassVar[str] = "bayes_risk_printed"
+
+    costs: Costs = fields.part("what each decision costs", default=Costs())
+
+    def log_weights(self) -> Array:
+        """(N,)"""
+        from scipy.special import comb
+
+        count = len(self.sensors)
+        k = np.arange(1, count + 1)
+        p_false = float(np.mean(self.confirmation.false_alarm(self.threshold)))
+        p_miss = float(np.mean(self.confirmation.miss(self.threshold)))
+        shares = comb(count, k) * p_false**k, comb(count, k) * p_miss ** (count - k) * (1 - p_miss) ** k
+        if not all(np.sum(share) > 0 for share in shares):
+            raise ValueError("sensors: must have clutter and detect: without either, the printed probabilities are 0/0")
+        against, for_target = (np.minimum(np.cumsum(share / np.sum(share)), 1.0) for share in shares)
+        return self.costs.log_weights(for_target, against)

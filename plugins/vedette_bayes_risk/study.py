@@ -1,0 +1,123 @@
+"""The study of the paper on Bayes-risk detection."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import ClassVar, final
+
+import numpy as np
+from attrs import frozen
+
+from vedette import Array, Experiment, Mask, Scan, Space, Study, load
+from vedette.consistency import nees
+from vedette.detection import detected, raw_sensors
+from vedette.lockstep import run_together
+from vedette.returns import Bounds, draw_detections
+from vedette.studies import Progress, StudyResult, over_axes, two_point
+from vedette.types import Gaussian
+from vedette_bayes_risk import outcome
+from vedette_bayes_risk.configs import CONTESTED, FILTERS, SENSORS
+from vedette_bayes_risk.outcome import Contest, Record
+
+PLANE = Space.of(x="m", y="m", vx="m/s", vy="m/s")
+REST = {"ax": (0.0, 2.0), "ay": (0.0, 2.0)}
+REACH, DENSE_REACH = 1000.0, 300.0
+"""m; false returns are drawn this far around the target on each axis: those that are farther reach no gate."""
+LOST = 100.0
+"""m; where returns compete, a run with a larger error is lost and left out."""
+
+
+@final
+@frozen
+class BayesRiskStudy(Study):
+    """Seven sensors on one target: the proposed filter, an IMM with multi-sensor PDA, the printed forms in dense clutter.
+
+    Kim, Choi, Ahn, Ko, on using Bayes risk for data association (in Korean).
+    """
+
+    kind: ClassVar[str] = "bayes_risk"
+    title: ClassVar[str] = "Detection over seven sensors by Bayes risk, and parallel Kalman filters, against IMM/MSPDA"
+    usual_runs: ClassVar[int] = 1000
+
+    def run(self, runs: int, seed: int, progress: Progress) -> StudyResult:
+        """All filters of a part on the same draws."""
+        first, second = np.random.default_rng(seed).spawn(2)
+        experiments = {name: load(config) for name, config in (FILTERS | CONTESTED).items()}
+        jobs = progress([*FILTERS, *CONTESTED], "filters")
+        records: dict[str, Record] = {}
+        contests: dict[str, Contest] = {}
+        truth, times, scans = _draw(experiments["proposed"], runs, REACH, first)
+        for name in jobs:
+            if name == next(iter(CONTESTED)):
+                truth, times, scans = _draw(experiments[name], max(2, runs // 2), DENSE_REACH, second)
+            if name in FILTERS:
+                records[name] = _record(experiments[name], truth, times, scans)
+            else:
+                contests[name] = _contest(experiments[name], truth, times, scans)
+        tables = outcome.tables(records, contests, experiments)
+        claims = outcome.claims(records, contests)
+        return StudyResult(self.title, runs, seed, tables, claims, outcome.charts(truth, records))
+
+
+def _draw(
+    experiment: Experiment, runs: int, reach: float, rng: np.random.Generator
+) -> tuple[Array, Array, Sequence[Sequence[Scan]]]:
+    """The target's states (s, 4) and times (s,), and at each time all sensors' scans; the first two without clutter."""
+    sensors = raw_sensors(experiment.detectors, experiment.tracker.sensors)
+    assert experiment.source is not None
+    path = experiment.source.open(sensors, rng).truth[0]
+    moments = []
+    for i, (time, state) in enumerate(zip(path.times, path.states, strict=True)):
+        around = {name: Bounds(spot - reach, spot + reach) for name, spot in zip("xy", state[:2], strict=True)}
+        x = np.broadcast_to(state[:2], (runs, 1, 2))
+        moments.append(
+            [Scan(float(time), name, draw_detections(sensors[name], x, rng, around if i > 1 else None)) for name in SENSORS]
+        )
+    return path.states, path.times, moments
+
+
+def _prior(experiment: Experiment, moments: Sequence[Sequence[Scan]]) -> Gaussian:
+    """From the base sensor's first two returns, for all filters alike."""
+    base = next(iter(raw_sensors(experiment.detectors, experiment.tracker.sensors).values()))
+    spots = [base.invert(scans[0].detections.z[:, 0]) for scans in moments[:2]]
+    return over_axes(two_point(spots[0], spots[1], 1.0), PLANE, experiment.tracker.state, REST)
+
+
+def _scans(experiment: Experiment, moments: Sequence[Sequence[Scan]]) -> list[Scan]:
+    return list(detected((scan for scans in moments[2:] for scan in scans), experiment.detectors))
+
+
+def _record(experiment: Experiment, truth: Array, times: Array, moments: Sequence[Sequence[Scan]]) -> Record:
+    """One filter on all runs, judged after the last scan of each moment."""
+    tracker = experiment.tracker
+    runs = run_together(tracker, _prior(experiment, moments), times[1], _scans(experiment, moments))
+    last = np.flatnonzero(np.append(np.diff(runs.times) > 0, True))
+    axes = runs.space.locate(PLANE)
+    error = runs.mean[:, last][..., axes] - truth[2:]
+    modes = None if runs.mode_prob is None else np.mean(runs.mode_prob[:, last], axis=0)
+    return Record(
+        _squares(error), nees(error, runs.cov[:, last][..., axes, :][..., axes]), runs.mean[0, last][:, axes[:2]], modes
+    )
+
+
+def _contest(experiment: Experiment, truth: Array, times: Array, moments: Sequence[Sequence[Scan]]) -> Contest:
+    """One form in dense clutter: squared errors of position over their covariances, and where returns competed."""
+    tracker = experiment.tracker
+    state = tracker.start(_prior(experiment, moments), times[1])
+    error, size, rivals = [], [], []
+    for scan, true in zip(_scans(experiment, moments), truth[2:], strict=True):
+        state = tracker.step(state, scan)
+        estimate = tracker.estimate(state)
+        apart = estimate.mean[:, 0, :2] - true[:2]
+        error.append(np.sum(apart**2, axis=-1))
+        size.append(nees(apart, estimate.cov[:, 0, :2, :2]))
+        rivals.append(np.sum(state.weights[:, 0, 1:] > 0, axis=-1))
+    squares = np.stack(error, axis=1)
+    kept: Mask = np.max(squares, axis=1) < LOST**2
+    return Contest(np.stack(size, axis=1), np.stack(rivals, axis=1), kept)
+
+
+def _squares(error: Array) -> Array:
+    """Squared distances (*b) of errors (*b, 4)."""
+    squared: Array = np.sum(error[..., :2] ** 2, axis=-1)
+    return squared

@@ -1,0 +1,34 @@
+"""Returns weighed by the Bayes risk of believing in so many confirmations."""
+
+from __future__ import annotations
+
+from typing import ClassVar, final
+
+import numpy as np
+from attrs import frozen
+
+from vedette import Array, fields
+from vedette_bayes_risk.fusion import DistributedDetection
+from vedette_bayes_risk.risk import Costs
+
+
+@final
+@frozen
+class BayesRiskDetection(DistributedDetection):
+    """Decide for a target from k sensors on: P_D(k) = sum over i >= k of p(i | H1), P_F(k) the same of p(i | H0).
+
+    The weight is L(k) = sum over i <= k of 1/R(i). p(k | H1) takes account of the base's error, which all distances share,
+    and p(k | H0) of a false return of the base, which is counted always. It is a weight for the associator `bayes_risk`, no
+    likelihood ratio: for `pda` use `count_likelihood_detection`.
+    Kim, Choi, Ahn, Ko, on using Bayes risk for data association (in Korean), equations 1 to 5, corrected.
+    """
+
+    kind: ClassVar[str] = "bayes_risk_detection"
+
+    costs: Costs = fields.part("what each decision costs", default=Costs())
+
+    def log_weights(self) -> Array:
+        """(N,)"""
+        found = self.confirmation
+        tails = [np.cumsum(p[::-1])[::-1] for p in (found.given_target(self.threshold), found.given_clutter(self.threshold))]
+        return self.costs.log_weights(*(np.minimum(tail, 1.0) for tail in tails))
