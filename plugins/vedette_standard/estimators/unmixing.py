@@ -94,7 +94,7 @@ def _embedded(mean: Array, own: list[int], part: Array) -> Array:
 
 
 def share_of(log_prior: Array, log_weight: Array) -> Array:
-    """Logarithms (*b, r) of p(i | j, all), from priors mu_i and weights p_ij integral; the prior where no mode leads to j."""
+    """Logarithm of p(i | j, all) (*b, r), from mu_i and p_ij times the integral; mu_i where no mode leads to j."""
     joint = log_prior + log_weight
     total = kernels.log_sum(joint)[..., None]
     reached = np.isfinite(total)
