@@ -1,0 +1,164 @@
+"""Many runs of a tracker in one batch, on truth drawn from its own models and returns drawn from its own sensors."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from copy import deepcopy
+
+import numpy as np
+from attrs import evolve, field, frozen
+
+from vedette.registry import Registry
+from vedette.returns import returns
+from vedette.roles import Lifecycle, Sensor
+from vedette.space import Array, Mask
+from vedette.testing.judging import Misuse
+from vedette.testing.truth import draw_truth, motion_of
+from vedette.tracker import Tracker
+from vedette.types import Detections, Gaussian, Recording, Scan
+
+OPEN_GATE = 1.0 - 1e-9
+"""Without clutter the gate has nothing to keep out: open, it does not cut the tails that chi-square counts."""
+
+
+@frozen(eq=False)
+class Looks:
+    """One sensor's innovations in all runs: residual (r, s, m), its covariance (r, s, m, m), and whether detected (r, s)."""
+
+    residual: Array
+    cov: Array
+    seen: Mask
+
+
+@frozen(eq=False)
+class Runs:
+    """What came of the runs: errors (r, s, n) and covariances (r, s, n, n) at times (s,), estimates (r, s, n), and looks.
+
+    `exact` says whether chi-square holds for them, and `why` not.
+    """
+
+    tracker: Tracker
+    times: Array
+    error: Array
+    cov: Array
+    mean: Array
+    looks: Mapping[str, Looks] = field(repr=False)
+    exact: bool
+    why: str
+
+
+def prior_of(tracker: Tracker, given: Mapping[str, tuple[float, float]] | None) -> Gaussian:
+    """The target's prior, mean (n,) and cov (n, n): `given`, axis to [mean, standard deviation], or the lifecycle's own."""
+    names = tracker.state.names
+    if given is None:
+        try:
+            own = tracker.lifecycle.given(tracker.state, Recording(()))
+        except ValueError:
+            own = None
+        if own is None:
+            axes = ", ".join(f"{name!r}: (mean, deviation)" for name in names)
+            raise Misuse(f"prior: the tracker does not say where its target starts; give prior={{{axes}}}")
+        return Gaussian(own.mean[0], own.cov[0])
+    for name in given:
+        if name not in names:
+            raise Misuse(f"prior.{name}: the tracker has no such axis; its axes are {', '.join(names)}")
+    if missing := [name for name in names if name not in given and name not in tracker.estimator.carried]:
+        raise Misuse(f"prior: must give [mean, standard deviation] of {', '.join(missing)} too")
+    mean, deviation = np.array([given.get(name, (0.0, 0.0)) for name in names], dtype=float).T
+    return Gaussian(mean, np.diag(deviation**2))
+
+
+def why_not_exact(tracker: Tracker, prior: Gaussian) -> str:
+    """Why chi-square does not hold for the tracker's errors on matched truth; nothing if it does."""
+    estimator, motion = tracker.estimator, motion_of(tracker.estimator)
+    if not estimator.exact_when_linear or motion is None:
+        return f"the estimator {estimator.kind!r} is not exact"
+    if not motion.linear:
+        return f"the motion {motion.kind!r} is not linear"
+    for name, sensor in tracker.sensors.items():
+        x = prior.mean[tracker.state.locate(sensor.looks_at)]
+        other = x + 100.0 * (1 + np.arange(len(x)))
+        z = sensor.measure(x)
+        if not sensor.linear:
+            return f"the sensor {name!r} is not linear"
+        if not np.array_equal(sensor.noise(x), sensor.noise(other)):
+            return f"the noise of {name!r} depends on the state"
+        if float(sensor.detects(x)) != float(sensor.detects(other)):
+            return f"the detection probability of {name!r} depends on the state"
+        if np.any(np.asarray(sensor.clutter(z)) > 0):
+            return f"there is clutter on {name!r}"
+    return ""
+
+
+def play(tracker: Tracker, prior: Gaussian, times: Array, runs: int, rng: np.random.Generator) -> Runs:
+    """Run the tracker on `runs` targets in lock-step: each starts at times[0] from the prior, scans follow from times[1] on.
+
+    The target is given at the start and kept to the end, so that figures are of the filter, not of its lifecycle.
+    """
+    why = why_not_exact(tracker, prior)
+    clutter = any(
+        np.any(np.asarray(sensor.clutter(sensor.measure(_looked_at(tracker, sensor, prior.mean)))) > 0)
+        for sensor in tracker.sensors.values()
+    )
+    kept = Registry.installed().get("lifecycle", "single_target").cls()
+    assert isinstance(kept, Lifecycle)
+    gate = tracker.gate if clutter else evolve(tracker.gate, probability=OPEN_GATE, clutter="sensor")
+    tracker = evolve(tracker, lifecycle=kept, gate=gate)
+    truth = draw_truth(tracker.estimator, prior, times, rng, runs)
+    n = len(tracker.state)
+    many = Gaussian(np.broadcast_to(prior.mean, (runs, 1, n)), np.broadcast_to(prior.cov, (runs, 1, n, n)))
+    state = tracker.start(many, float(times[0]), rng)
+    means, covs = [], []
+    looks: dict[str, list[tuple[Array, Array, Mask]]] = {name: [] for name in tracker.sensors}
+    for k, time in enumerate(times[1:].tolist(), 1):
+        for name, sensor in tracker.sensors.items():
+            predicted = tracker.estimator.predict(state.belief, time - state.time, deepcopy(state.rng))
+            moments = tracker.estimator.moments(predicted)
+            x = _looked_at(tracker, sensor, truth[:, k])
+            z, seen = returns(sensor, x, rng.random(runs), rng.standard_normal((runs, len(sensor.measurement))))
+            residual, S = innovation(tracker, sensor, Gaussian(moments.mean[:, 0], moments.cov[:, 0]), z)
+            looks[name].append((residual, S, seen))
+            expected = sensor.measurement.displace(z, -residual)
+            scan = _scanned(tracker, sensor, name, time, z, seen, expected, S, rng if clutter else None)
+            state = tracker.step(state, scan)
+        estimate = tracker.estimate(state)
+        means.append(estimate.mean[:, 0])
+        covs.append(estimate.cov[:, 0])
+    mean, cov = np.stack(means, axis=1), np.stack(covs, axis=1)
+    gathered = {name: Looks(*(np.stack(part, axis=1) for part in zip(*rows, strict=True))) for name, rows in looks.items()}
+    error = tracker.state.difference(truth[:, 1:], mean)
+    return Runs(tracker, times[1:], error, cov, mean, gathered, not why, why)
+
+
+def _looked_at(tracker: Tracker, sensor: Sensor, x: Array) -> Array:
+    return x[..., tracker.state.locate(sensor.looks_at)]
+
+
+def innovation(tracker: Tracker, sensor: Sensor, predicted: Gaussian, z: Array) -> tuple[Array, Array]:
+    """A return z (*b, m) minus what was predicted of it, and the covariance of that (*b, m, m), linearised at the mean."""
+    where = tracker.state.locate(sensor.looks_at)
+    x, P = predicted.mean[..., where], predicted.cov[..., where, :][..., where]
+    H = sensor.jacobian(x)
+    S = H @ P @ np.swapaxes(H, -1, -2) + sensor.noise(x)
+    return sensor.measurement.difference(z, sensor.measure(x)), S
+
+
+def _scanned(
+    tracker: Tracker, sensor: Sensor, name: str, time: float, z: Array, seen: Mask, expected: Array, S: Array,
+    rng: np.random.Generator | None,
+) -> Scan:  # fmt: skip
+    """The scan of all runs: the target's return, and with a generator the clutter that could fall into any gate."""
+    if rng is None:
+        return Scan(time, name, Detections(z[:, None], seen[:, None]))
+    m, space = len(sensor.measurement), sensor.measurement
+    reach = 3.0 * np.sqrt(tracker.gate.threshold(m) * np.diagonal(S, axis1=-2, axis2=-1))
+    half = np.minimum(reach, [np.inf if axis.period is None else axis.period / 2 for axis in space.axes])
+    corners = np.stack([expected + half * np.array(signs) for signs in np.ndindex(*(2,) * m)], axis=1)
+    probes = np.concatenate([corners, expected[:, None]], axis=1)
+    bound = 1.3 * float(np.max(sensor.clutter(probes)))
+    counts = rng.poisson(bound * np.prod(2 * half, axis=-1))
+    k = int(counts.max(initial=0))
+    false = space.canonical(expected[:, None] + half[:, None] * rng.uniform(-1.0, 1.0, (len(z), k, m)))
+    density = np.broadcast_to(sensor.clutter(false), false.shape[:-1])
+    kept = (np.arange(k) < counts[:, None]) & (rng.random(false.shape[:-1]) * bound < density)
+    return Scan(time, name, Detections(np.concatenate([z[:, None], false], 1), np.concatenate([seen[:, None], kept], 1)))

@@ -1,0 +1,163 @@
+"""assert_consistent: right trackers pass, wrong ones are told what is wrong, and the seed repeats it.
+
+Every right tracker here is judged at a false-alarm rate of 1e-6 in all.
+"""
+
+import attrs
+import numpy as np
+import pytest
+from attrs import evolve
+
+import vedette
+from vedette import Gaussian
+from vedette.testing import Misuse, assert_consistent, consistency
+from vedette_standard.estimators.imm import Imm
+from vedette_standard.estimators.kalman import Kalman
+
+START = {"x": [0, 20], "y": [0, 20], "vx": [12, 2], "vy": [0, 2]}
+LINEAR = {
+    "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 0.5}},
+    "sensors": {"radar": {"kind": "cartesian_position", "sigma": 5.0}},
+    "associator": {"kind": "pda"},
+    "lifecycle": {"kind": "single_target", "start": START},
+}
+TURN = {"kind": "coordinated_turn", "sigma_accel": 0.2, "sigma_turn_rate": 0.01}
+IMM = LINEAR | {
+    "estimator": {
+        "kind": "imm",
+        "modes": [
+            {"kind": "ekf", "motion": {"kind": "constant_velocity", "sigma_accel": 0.05}},
+            {"kind": "ekf", "motion": TURN},
+        ],
+        "transition": [[0.95, 0.05], [0.05, 0.95]],
+    },
+    "lifecycle": {"kind": "single_target", "start": START | {"turn_rate": [0, 0.03]}},
+}
+SPARSE = {"kind": "cartesian_position", "sigma": 5.0, "detection_probability": 0.9}
+CLUTTERED = LINEAR | {"sensors": {"radar": SPARSE | {"clutter_density": 2e-5}}}
+RADAR = {"kind": "range_bearing", "sigma_range": 5.0, "sigma_bearing": 0.005}
+POLAR = LINEAR | {
+    "estimator": {"kind": "ekf", "motion": {"kind": "constant_velocity", "sigma_accel": 0.5}},
+    "sensors": {"radar": RADAR},
+    "lifecycle": {"kind": "single_target", "start": START | {"x": [1000, 20]}},
+}
+
+
+@pytest.mark.statistical(alpha=1e-6)
+@pytest.mark.parametrize(
+    ("config", "reason"),
+    [
+        (LINEAR, ""),
+        (LINEAR | {"sensors": {"radar": SPARSE}}, ""),
+        (LINEAR | {"sensors": {"radar": SPARSE, "lidar": {"kind": "cartesian_position", "sigma": 2.0}}}, ""),
+        (IMM, "the estimator 'imm' is not exact"),
+        (CLUTTERED, "there is clutter on 'radar'"),
+        (POLAR, "the sensor 'radar' is not linear"),
+    ],
+    ids=["kalman", "misses", "two sensors", "imm", "clutter", "polar"],
+)
+def test_a_right_tracker_passes_and_says_how_it_was_judged(config, reason):
+    report = assert_consistent(config, runs=200, scans=40, alpha=1e-6)
+    assert (report.exact, report.why) == (not reason, reason)
+    assert "consistent: 200 runs, seed 0" in report.text.splitlines()[0]
+
+
+@attrs.frozen
+class Sure(Kalman):
+    """Too sure of one axis after each scan, as of a certain number of standard deviations."""
+
+    kind = "test_sure"
+    factors: tuple = (1.0, 1.0, 1.0, 1.0)
+
+    def absorb(self, belief, innovation, weights):
+        after = Kalman.absorb(self, belief, innovation, weights)
+        scale = np.sqrt(self.factors)
+        return Gaussian(after.mean, after.cov * np.outer(scale, scale))
+
+
+def with_estimator(estimator):
+    tracker = vedette.build(LINEAR)
+    return evolve(tracker, estimator=estimator(tracker.estimator.motion))
+
+
+def test_a_covariance_that_is_too_small_is_told_with_its_size_and_time():
+    with pytest.raises(AssertionError, match=r"NEES at .*times too small (throughout|from \d+ s on)") as failure:
+        assert_consistent(with_estimator(lambda motion: Sure(motion, factors=(0.8,) * 4)), runs=200)
+    assert "NOT consistent" in str(failure.value)
+
+
+def test_the_direction_that_is_wrong_is_named():
+    report = consistency(with_estimator(lambda motion: Sure(motion, factors=(1.0, 0.5, 1.0, 1.0))), runs=200)
+    calibration = next(verdict for verdict in report.verdicts if verdict.name == "calibration")
+    assert not calibration.inside
+    assert "too small along y" in calibration.text or "too small along cross-track" in calibration.text
+
+
+@attrs.frozen
+class Pulled(Kalman):
+    """A prediction that drifts along x by 2 m a step."""
+
+    kind = "test_pulled"
+
+    def predict(self, belief, dt, rng, combined=None):
+        after = Kalman.predict(self, belief, dt, rng, combined)
+        return Gaussian(after.mean + np.array([2.0, 0, 0, 0]) * (dt > 0), after.cov)
+
+
+def test_a_bias_is_told():
+    report = consistency(with_estimator(Pulled), runs=200)
+    bias = next(verdict for verdict in report.verdicts if verdict.name == "bias")
+    assert not bias.inside
+    assert bias.text.startswith("biased: the mean error of")
+
+
+@attrs.frozen
+class Overconfident(Imm):
+    """Reports a third of its variance."""
+
+    kind = "test_overconfident"
+
+    def moments(self, belief):
+        found = Imm.moments(self, belief)
+        return Gaussian(found.mean, found.cov / 3)
+
+
+def test_a_wrong_mixture_fails_by_its_run_means():
+    tracker = vedette.build(IMM)
+    wrong = Overconfident(tracker.estimator.modes, transition=tracker.estimator.transition)
+    report = consistency(evolve(tracker, estimator=wrong), runs=200)
+    assert not next(verdict for verdict in report.verdicts if verdict.name.startswith("NEES")).inside
+    assert "times too small" in report.text
+
+
+def test_the_seed_repeats_a_report():
+    first, again, other = (consistency(LINEAR, runs=50, scans=12, seed=seed) for seed in (3, 3, 4))
+    assert np.array_equal(first.nees, again.nees)
+    assert not np.array_equal(first.nees, other.nees)
+
+
+def test_the_picture_is_drawn(tmp_path):
+    consistency(LINEAR, runs=50, scans=12).plot(tmp_path / "picture.png")
+    assert (tmp_path / "picture.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(
+    ("how", "words"),
+    [
+        ({"prior": {"z": (0, 1)}}, r"prior\.z: the tracker has no such axis; its axes are x, y, vx, vy"),
+        ({"prior": {"x": (0, 1)}}, r"prior: must give \[mean, standard deviation\] of y, vx, vy too"),
+        ({"runs": 10}, "runs: must be at least 30"),
+    ],
+)
+def test_misuse_is_told_in_one_line(how, words):
+    with pytest.raises(Misuse, match=words) as error:
+        consistency(LINEAR, **how)
+    assert "\n" not in str(error.value)
+
+
+def test_a_tracker_that_does_not_say_where_its_target_starts_needs_a_prior():
+    config = LINEAR | {"lifecycle": {"kind": "m_of_n", "spread": {"vx": 10.0, "vy": 10.0}}}
+    with pytest.raises(Misuse, match="does not say where its target starts; give prior="):
+        consistency(config)
+    prior = {name: tuple(pair) for name, pair in START.items()}
+    assert consistency(config, prior=prior, runs=60, scans=12).consistent
