@@ -146,6 +146,9 @@ WRONG: list[tuple[str, Any, str, str]] = [
     ("estimator.transition", [[1.1, -0.1], [0.05, 0.95]], "estimator.transition", "must be >= 0, got -0.1"),
     ("estimator.transition", [[float("nan"), 1], [0, 1]], "estimator.transition", "must be finite numbers"),
     ("estimator.transition", [["a", "b"], ["c", "d"]], "estimator.transition", "must be numbers"),
+    ("estimator.transition", [["1", "0"], ["0", "1"]], "estimator.transition", "must be numbers"),
+    ("estimator.transition", [[True, False], [0, 1]], "estimator.transition", "must be numbers"),
+    ("estimator.transition", [[10**400, 0], [0, 1]], "estimator.transition", "must be numbers"),
     ("estimator.transition", [[1]], "estimator.transition", "one row for each of the 2 modes, got 1"),
     # rules across parts
     ("estimator", {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 1}}, "sensors.radar", "linear"),

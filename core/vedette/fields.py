@@ -171,8 +171,10 @@ def array(
 
     def read(value: Any) -> Array:
         try:
+            if not _numeric(value):
+                raise TypeError
             numbers = np.array(value, dtype=float)
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             raise ValueError(f"must be numbers with {ndim} axes and rows of one length, got {value!r}") from None
         if numbers.ndim != ndim:
             raise ValueError(f"must have {ndim} axes, got {numbers.ndim}: {value!r}")
@@ -184,6 +186,13 @@ def array(
         return numbers
 
     return _field(read, default, unit, doc, eq=cmp_using(eq=np.array_equal), ndim=ndim)
+
+
+def _numeric(value: Any) -> bool:
+    """Whether nothing in nested lists is a truth value or a text, which numpy would take for numbers."""
+    if isinstance(value, list | tuple):
+        return all(map(_numeric, value))
+    return np.asarray(value).dtype.kind in "iufO"  # O: an integer too large for numpy, judged next
 
 
 def table(doc: str, *, unit: str = "1", pairs: bool = False) -> Any:
