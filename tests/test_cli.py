@@ -16,8 +16,8 @@ import pytest
 import vedette
 from vedette import metrics
 from vedette.cli import main
+from vedette.config.schema import schema
 from vedette.io import read_tracks
-from vedette.schema import schema
 
 DOCS = Path(__file__).parent.parent / "docs" / "command-line.md"
 

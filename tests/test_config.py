@@ -20,11 +20,11 @@ from hypothesis.errors import Unsatisfiable
 import vedette
 from vedette import Array, Associator, ConfigError, Estimator, Registry, Sensor, fields
 from vedette.config import build, load, to_config
+from vedette.config.walker import Walker
 from vedette.parameters import parameters, plain
 from vedette.registry import Installed
 from vedette.testing.judging import Misuse
 from vedette.testing.strategies import components
-from vedette.walker import Walker
 
 
 @frozen

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from vedette import ConfigError, load
-from vedette.schema import schema
+from vedette.config.schema import schema
 from vedette.units import in_unit, spellings
 
 PAGE = (Path(__file__).parents[1] / "docs" / "config.md").read_text(encoding="utf-8")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from argparse import Namespace
 
-from vedette.schema import schema
+from vedette.config.schema import schema
 
 
 def run(arguments: Namespace) -> int:

@@ -21,14 +21,14 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from vedette.configfile import check_size, read_file
+from vedette.config.files import check_size, read_file
+from vedette.config.overrides import apply_overrides
+from vedette.config.walker import Walker, told
 from vedette.errors import ConfigError, Problem
 from vedette.experiment import Experiment
-from vedette.overrides import apply_overrides
 from vedette.parameters import parameters, plain
 from vedette.registry import Registry
 from vedette.tracker import Tracker
-from vedette.walker import Walker, told
 
 __all__ = ["apply_overrides", "build", "load", "to_config"]
 
