@@ -1,6 +1,7 @@
 """The command `vedette`: what it takes, and how it ends. docs/command-line.md describes it.
 
-Exit codes: 0 done; 2 wrong use, config or input, told without a traceback; 130 interrupted; 141 the reader went away.
+Exit codes: 0 done; 1 a law was broken (`check`);
+2 wrong use, config or input, told without a traceback; 130 interrupted; 141 the reader went away.
 """
 
 from __future__ import annotations
@@ -57,6 +58,10 @@ def _command(parsed: Namespace) -> int:
         from vedette.commands import reproduce
 
         return reproduce.run(parsed)
+    if parsed.command == "check":
+        from vedette.commands import check
+
+        return check.run(parsed)
     from vedette.commands import schema
 
     return schema.run(parsed)
@@ -118,6 +123,11 @@ def _parser() -> ArgumentParser:
     components.add_argument("role", nargs="?", metavar="ROLE", help="only this role: motion, sensor, ...")
     components.add_argument("--json", action="store_true", help="as one JSON object")
 
+    check = commands.add_parser("check", help="try the laws of its role on a component", description=_CHECK)
+    check.add_argument("subject", metavar="KIND_OR_MODULE", help="an installed kind, a module, or module:Class")
+    check.add_argument("--profile", default="fast", choices=["fast", "nightly"], help="how hard to look; default: fast")
+    check.add_argument("--seed", metavar="N", type=int, default=0, help="of everything random; default: 0")
+
     commands.add_parser("schema", help="print the JSON Schema of configs", description=_SCHEMA)
     return parser
 
@@ -125,6 +135,10 @@ def _parser() -> ArgumentParser:
 _RUN = (
     "Run a tracker over all scans of its source, judge the tracks where the truth is known, and write tracks, recording, "
     "config, summary and pictures into a folder. Ctrl-C ends the run and keeps what is done."
+)
+_CHECK = (
+    "Try every law of its role on a component, with parameters drawn from what its fields say, and print which held, which "
+    "failed and on what, and which had nothing to judge. Exit code 1 if one failed. Needs vedette[testing]."
 )
 _REPRODUCE = (
     "Run the whole study of a paper and print its tables, published figures beside measured ones, with a verdict on each "

@@ -103,7 +103,7 @@ def examine(cls: type[Component], law: Law, drawn: st.SearchStrategy[Any], profi
         run()
     except Unsatisfiable:
         raise Misuse(
-            f"{cls.__name__}: none could be built from the values drawn; pass strategies for its parameters"
+            f"{cls.__name__}: none could be built from what was drawn; pass strategies for its parameters"
         ) from None
     except HypothesisException:
         raise

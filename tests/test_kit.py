@@ -1,0 +1,155 @@
+"""The kit itself: what it tells its users, what it skips, what it counts, and what `vedette check` prints."""
+
+import subprocess
+import sys
+
+import pytest
+from attrs import frozen
+from hypothesis import strategies as st
+
+from vedette import MotionModel, Space, fields
+from vedette.cli import main
+from vedette.testing import FAST, Misuse, conformance, examine, laws_of
+from vedette.testing.strategies import components
+from vedette_standard.associators.pda import Pda
+from vedette_standard.motion.constant_velocity import ConstantVelocity
+
+
+@frozen
+class NeedsText(MotionModel):
+    """A model that is drawn only if somebody says what its text is."""
+
+    kind = "test_needs_text"
+    text: str = fields.text("a file")
+
+    @property
+    def state(self):
+        return Space.of(x="m")
+
+    def move(self, x, dt):
+        return x
+
+    def noise(self, x, dt):
+        return dt * x[..., None] ** 2
+
+
+@frozen
+class Leaping(NeedsText):
+    """Wrong: it moves in no time."""
+
+    kind = "test_leaping"
+    text: str = fields.text("a file", default="")
+
+    def move(self, x, dt):
+        return x + 1.0
+
+
+@frozen
+class Incomplete(MotionModel):
+    """No move, no noise."""
+
+    @property
+    def state(self):
+        return Space.of(x="m")
+
+
+@pytest.mark.parametrize(
+    ("ask", "words"),
+    [
+        (lambda: conformance(ConstantVelocity, known_failures={"two_step_make_one": ""}), "mean 'two_steps_make_one'"),
+        (lambda: conformance(ConstantVelocity, sigma_acel=st.just(1.0)), "did you mean 'sigma_accel'"),
+        (lambda: conformance(ConstantVelocity, sigma_accel=1.0), r"must be a Hypothesis strategy, got 1.0: write st.just"),
+        (lambda: conformance(Incomplete), "is abstract: define move, noise"),
+        (lambda: conformance(MotionModel), "is abstract: define"),
+        (lambda: conformance(Space), "is not a component class"),
+        (lambda: conformance(NeedsText), r"NeedsText.text: no strategy can be inferred for it; pass one: text=st.just"),
+    ],
+)
+def test_misuse_is_told_in_one_line_that_names_the_cure(ask, words):
+    with pytest.raises(Misuse, match=words) as error:
+        ask()
+    assert "\n" not in str(error.value)
+
+
+def test_a_class_that_refuses_all_that_is_drawn_is_told():
+    law = laws_of(ConstantVelocity)[0]
+    with pytest.raises(Misuse, match="none could be built from what was drawn; pass strategies"):
+        examine(ConstantVelocity, law, components(ConstantVelocity, {"sigma_accel": st.just(-1.0)}), FAST)
+
+
+def test_without_hypothesis_the_import_names_the_cure():
+    code = "import sys; sys.modules['hypothesis'] = None\nfrom vedette.testing import conformance"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.stderr.splitlines()[-1].endswith("vedette.testing needs hypothesis: pip install 'vedette[testing]'")
+
+
+def test_a_law_that_has_nothing_to_judge_is_skipped_with_its_reason():
+    law = next(law for law in laws_of(Pda) if law.name == "each_return_is_claimed_once")
+    outcome = examine(Pda, law, components(Pda), FAST)
+    assert (outcome.verdict, outcome.text) == ("skipped", "it is not exclusive")
+
+
+def test_a_counterexample_is_small_and_says_what_was_wrong():
+    law = next(law for law in laws_of(Leaping) if law.name == "zero_step_changes_nothing")
+    outcome = examine(Leaping, law, components(Leaping), FAST)
+    assert outcome.verdict == "failed"
+    assert "move(x, 0)[0, 0]: must be 0, got 1" in outcome.text  # the smallest state is 0
+
+
+USER = '''
+from attrs import frozen
+from vedette import MotionModel, Space, fields
+from vedette.testing import conformance
+
+@frozen
+class Creeping(MotionModel):
+    kind = "test_creeping"
+    divisible = True
+    linear = True
+    speed: float = fields.quantity("m/s", "speed", above=0)
+    @property
+    def state(self): return Space.of(x="m")
+    def move(self, x, dt): return x + dt * self.speed
+    def noise(self, x, dt): return dt * 0.1 * (0 * x[..., None] + 1) ** 2
+
+TestCreeping = conformance(Creeping, known_failures={"linear_as_declared": "it drifts"})
+TestFine = conformance(Creeping, known_failures={"pure": "it is said"})
+'''
+
+
+def test_a_session_counts_its_budget_and_prints_its_seed(tmp_path):
+    (tmp_path / "test_user.py").write_text(USER)
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "--vedette-seed", "7", str(tmp_path)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path)
+    assert "2 statistical tests; a session of right subjects fails with probability 4e-07 at most" in done.stdout
+    assert "repeat with --vedette-profile fast --vedette-seed 7" in done.stdout
+    assert "1 xfailed" in done.stdout
+    assert "[XPASS(strict)] it is said" in done.stdout
+    assert "linear_as_declared" in done.stdout  # unexcused in the second class, with the seed that repeats it
+    assert "seed 7" in done.stdout
+
+
+def test_check_prints_a_table_and_fails_with_the_component(capsys):
+    assert main(["check", "pda"]) == 0
+    table = capsys.readouterr().out
+    assert all(law.name in table for law in laws_of(Pda))
+    assert "skipped it is not exclusive" in table
+    assert main(["check", "vedette_standard.motion.constant_velocity:ConstantVelocity"]) == 0
+
+
+def test_check_shows_the_counterexample_of_a_broken_law(capsys, monkeypatch, tmp_path):
+    (tmp_path / "creeping_plugin.py").write_text(USER)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    assert main(["check", "creeping_plugin:Creeping"]) == 1
+    out = capsys.readouterr().out
+    assert "linear_as_declared" in out
+    assert "with Creeping(speed=" in out
+
+
+@pytest.mark.parametrize(
+    ("subject", "words"),
+    [("pdaa", "did you mean 'pda'"), ("json", "has no component"), ("no_such.module", "neither an installed kind nor")],
+)
+def test_check_of_nothing_is_wrong_use(capsys, subject, words):
+    assert main(["check", subject]) == 2
+    assert words in capsys.readouterr().err
