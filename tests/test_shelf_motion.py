@@ -278,7 +278,7 @@ def test_a_curved_path_is_that_of_its_differential_equation(tangential, normal):
     expected = integrated(along_and_across, x, 6.0)
     np.testing.assert_allclose(CURVED.move(x, 6.0), expected, rtol=1e-6, atol=1e-4)
     with pytest.raises(AssertionError):
-        np.testing.assert_allclose(CURVED.move(x + [0, 0, 1e-2, 0, 0, 0], 6.0), expected, rtol=1e-6, atol=1e-4)
+        np.testing.assert_allclose(CURVED.move(x + np.eye(6)[2] * 1e-2, 6.0), expected, rtol=1e-6, atol=1e-4)
 
 
 def test_a_normal_acceleration_is_a_circle():

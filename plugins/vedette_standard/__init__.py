@@ -11,9 +11,15 @@ from vedette_standard.detectors.debiased_conversion import DebiasedConversion
 from vedette_standard.detectors.modified_unbiased_conversion import ModifiedUnbiasedConversion
 from vedette_standard.detectors.naive_conversion import NaiveConversion
 from vedette_standard.detectors.unbiased_conversion import UnbiasedConversion
+from vedette_standard.estimators.auxiliary import AuxiliaryParticles
+from vedette_standard.estimators.bootstrap import BootstrapParticles
+from vedette_standard.estimators.cubature import CubatureKalman
 from vedette_standard.estimators.extended import ExtendedKalman
+from vedette_standard.estimators.gaussian_sum import GaussianSum
 from vedette_standard.estimators.imm import Imm
+from vedette_standard.estimators.iterated import IteratedExtendedKalman
 from vedette_standard.estimators.kalman import Kalman
+from vedette_standard.estimators.square_root import SquareRootKalman
 from vedette_standard.estimators.unscented import UnscentedKalman
 from vedette_standard.lifecycles.existence import Existence
 from vedette_standard.lifecycles.m_of_n import MOfN
@@ -55,6 +61,8 @@ def vedette_components() -> Iterable[type[vedette.Component]]:
         *(CartesianPosition, RangeBearing, PolarPosition, PositionVelocity),
         *(BearingOnly, RangeOnly, RangeBearingRate, RangeBearingElevation, Biased),
         *(Kalman, ExtendedKalman, UnscentedKalman, Imm),
+        *(IteratedExtendedKalman, CubatureKalman, SquareRootKalman),
+        *(BootstrapParticles, AuxiliaryParticles, GaussianSum),
         *(Nearest, GlobalNearest, Pda, Jpda),
         *(NaiveConversion, DebiasedConversion, UnbiasedConversion, ModifiedUnbiasedConversion),
         *(SingleTarget, MOfN, Existence),

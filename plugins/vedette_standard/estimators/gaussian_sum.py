@@ -1,0 +1,100 @@
+"""The Gaussian-sum filter."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar, final
+
+import numpy as np
+from attrs import field, frozen
+
+from vedette import Array, Detections, Estimator, Frame, Gaussian, Innovation, Sensor, Space, fields
+from vedette_standard.estimators.imm import Imm, Modes
+
+
+@final
+@frozen
+class GaussianSum(Estimator[Modes]):
+    """A new track's prior is split into Gaussians, each with a filter of its own; their weights follow the likelihoods.
+
+    Along the direction d of the prior's greatest spread (or the regression on `axis`) the parts stand at x + a g_j d with
+    covariance P - a^2 d d', a^2 = `share`, g_j and the weights those of Gauss-Hermite quadrature: the sum has the prior's
+    mean and covariance, and all moments along d up to order 2 parts - 1. What a single linearisation cannot hold, such as
+    the unknown range behind a bearing, each part holds on its own stretch. It is an IMM whose modes never switch.
+    Alspach, Sorenson, Nonlinear Bayesian Estimation Using Gaussian Sum Approximations, IEEE T-AC 17, 1972.
+    """
+
+    kind: ClassVar[str] = "gaussian_sum"
+
+    each: Estimator[Any] = fields.part("the filter of every part")
+    parts: int = fields.integer("number of Gaussians", default=7, at_least=2, at_most=100)
+    share: float = fields.probability("part of the variance that lies between the Gaussians", default=0.8, above=0, below=1)
+    axis: str = fields.text("state axis to split along; default: where position is most uncertain", default="")
+    _bank: Imm = field(init=False, repr=False, eq=False)
+
+    @_bank.default
+    def _modes(self) -> Imm:
+        if self.axis and self.axis not in self.each.state:
+            raise ValueError(f"axis: must be one of {', '.join(self.each.state.names)}, got {self.axis!r}")
+        if self.axis in self.each.carried:
+            raise ValueError(f"axis: {self.axis!r} is carried, so it has no variance to split")
+        return Imm((self.each,) * self.parts, transition=np.eye(self.parts))
+
+    @property
+    def state(self) -> Space:
+        return self.each.state
+
+    @property
+    def carried(self) -> Space:
+        return self.each.carried
+
+    def refuses(self, sensor: Sensor) -> str | None:
+        """What its parts refuse."""
+        return self.each.refuses(sensor)
+
+    def start(self, prior: Gaussian, axes: Space, rng: np.random.Generator) -> Modes:
+        """The prior, split."""
+        own = axes.locate(self.state)
+        mean, cov = prior.mean[..., own], prior.cov[..., own, :][..., own]
+        nodes, weights = np.polynomial.hermite_e.hermegauss(self.parts)
+        step = np.sqrt(self.share) * self._direction(cov)
+        left = cov - step[..., :, None] * step[..., None, :]
+        beliefs = tuple(
+            self.each.start(Gaussian(self.state.displace(mean, node * step), left), self.state, rng) for node in nodes
+        )
+        return Modes(beliefs, np.broadcast_to(np.log(weights / np.sum(weights)), (*mean.shape[:-1], self.parts)))
+
+    def _direction(self, cov: Array) -> Array:
+        """One standard deviation along the direction to split, and what goes with it: (*b, t, n, n) -> (*b, t, n)"""
+        names = [self.axis] if self.axis else [axis.name for axis in self.state.axes if axis.unit == "m"]
+        where = [self.state.names.index(name) for name in names or self.state.names]
+        _, vectors = np.linalg.eigh(cov[..., where, :][..., where])
+        main = vectors[..., -1]
+        main = main * np.where(np.sum(main, axis=-1, keepdims=True) < 0, -1.0, 1.0)
+        regression = (cov[..., where] @ main[..., None])[..., 0]
+        variance = np.sum(main * regression[..., where], axis=-1, keepdims=True)
+        step: Array = regression / np.sqrt(np.where(variance > 0, variance, 1.0))
+        return step
+
+    def predict(self, belief: Modes, dt: float, rng: np.random.Generator, combined: Gaussian | None = None) -> Modes:
+        """Every part `dt` s later."""
+        return self._bank.predict(belief, dt, rng, combined)
+
+    def innovate(self, belief: Modes, sensor: Sensor, seen: Detections | Frame, p_gate: float) -> Innovation:
+        """The parts' likelihoods, weighted."""
+        return self._bank.innovate(belief, sensor, seen, p_gate)
+
+    def absorb(self, belief: Modes, innovation: Innovation, weights: Array) -> Modes:
+        """The track's weights split among the parts, each of which absorbs its own."""
+        return self._bank.absorb(belief, innovation, weights)
+
+    def moments(self, belief: Modes) -> Gaussian:
+        """Mean and covariance of the sum."""
+        return self._bank.moments(belief)
+
+    def mode_prob(self, belief: Modes) -> Array:
+        """Weights of the parts (*b, t, parts)"""
+        return self._bank.mode_prob(belief)
+
+    def retrace(self, belief: Modes, later: Modes, dt: float, rng: np.random.Generator) -> Modes:
+        """Every part by all scans."""
+        return self._bank.retrace(belief, later, dt, rng)

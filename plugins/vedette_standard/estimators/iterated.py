@@ -1,0 +1,80 @@
+"""The iterated extended Kalman filter."""
+
+from __future__ import annotations
+
+from typing import ClassVar, final
+
+import numpy as np
+from attrs import Factory, field, frozen
+
+from vedette import Array, Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, fields, kernels
+from vedette.gaussian import GaussianFilter, imaged, joined, noise_of
+from vedette_standard.estimators.extended import ExtendedKalman
+
+
+@final
+@frozen
+class IteratedExtendedKalman(GaussianFilter):
+    """Linearises the sensor anew at each return's own estimate, always against the prior: Gauss-Newton for its mode.
+
+    x_{i+1} = x- + K_i (z - h(x_i) - H_i (x- - x_i)), H_i and K_i at x_i, x_0 = x-. A pass that does not lower
+    |z - h(x)|^2_R + |x - x-|^2_P is not taken and ends the passes, so what is far off or singular cannot run away. The
+    likelihood and the covariance are those of the last linearisation; on a linear problem any number of passes is one. R
+    stays that at x-.
+    Bell, Cathey, The Iterated Kalman Filter Update as a Gauss-Newton Method, IEEE Trans. Automatic Control 38, 1993.
+    """
+
+    kind: ClassVar[str] = "iekf"
+    exact_when_linear: ClassVar[bool] = True
+
+    motion: MotionModel = fields.part("how the target moves")
+    passes: int = fields.integer("linearisations of each return", default=5, at_least=1, at_most=100)
+    _extended: ExtendedKalman = field(
+        init=False, repr=False, eq=False, default=Factory(lambda self: ExtendedKalman(self.motion), takes_self=True)
+    )
+
+    def predict(self, belief: Gaussian, dt: float, rng: np.random.Generator, combined: Gaussian | None = None) -> Gaussian:
+        """The belief `dt` s later, as the extended filter's."""
+        return self._extended.predict(belief, dt, rng, combined)
+
+    def innovate(self, belief: Gaussian, sensor: Sensor, seen: Detections | Frame, p_gate: float) -> Innovation:
+        """Every return against every track, each linearised where it says that the track is."""
+        if isinstance(seen, Frame):
+            return imaged(belief, self.state, sensor, seen, p_gate, self.passes)
+        where = self.state.locate(sensor.looks_at)
+        prior = belief.mean[..., None, :]
+        R = noise_of(sensor, seen, belief.mean[..., where])
+        x = np.broadcast_to(prior, (*belief.mean.shape[:-1], seen.z.shape[-2], len(self.state)))
+        H, nu = self._line(x, prior, sensor, seen, where)
+        step, price = np.zeros(x.shape), np.full(x.shape[:-1], np.inf)
+        for _ in range(self.passes - 1):
+            cross = belief.cov[..., None, :, :] @ np.swapaxes(H, -1, -2)
+            pull = np.linalg.solve(H @ cross + R, nu[..., None])
+            trial = (cross @ pull)[..., 0]
+            there = self.state.displace(prior, trial)
+            H_there, nu_there = self._line(there, prior, sensor, seen, where)
+            # Against the prior: |x - x-|^2_P is pull' H P H' pull. The residual at x is nu plus what H explains of it.
+            left = nu_there - (H_there @ trial[..., None])[..., 0]
+            cost = np.sum(left * np.linalg.solve(R, left[..., None])[..., 0], axis=-1)
+            cost += np.sum(pull * (H @ cross @ pull), axis=(-1, -2))
+            better = cost < price
+            if not better.any():
+                break
+            price = np.where(better, cost, price)
+            step = np.where(better[..., None], trial, step)
+            H = np.where(better[..., None, None], H_there, H)
+            nu = np.where(better[..., None], nu_there, nu)
+        folded = kernels.innovate(belief.cov[..., None, :, :], nu[..., None, :], H, R[..., None, :, :])
+        loglik, distance, log_volume, shift, post = folded
+        parts = (loglik[..., 0], distance[..., 0], log_volume[..., 0], shift[..., 0, :], post[..., 0, :, :])
+        return joined(sensor, belief.mean[..., where], p_gate, parts)
+
+    def _line(self, x: Array, prior: Array, sensor: Sensor, seen: Detections, where: list[int]) -> tuple[Array, Array]:
+        """Derivative (*b, t, k, m, n) at `x` (*b, t, k, n), and what the line through there makes of each return at the
+        prior: z - h(x) - H (x- - x), (*b, t, k, m).
+        """
+        slope = sensor.jacobian(x[..., where])
+        H = np.zeros((*x.shape[:-1], len(sensor.measurement), len(self.state)))
+        H[..., where] = slope
+        left = sensor.measurement.difference(seen.z[..., None, :, :], sensor.measure(x[..., where]))
+        return H, left - (H @ self.state.difference(prior, x)[..., None])[..., 0]
