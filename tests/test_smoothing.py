@@ -317,7 +317,11 @@ def test_runs_in_lock_step_are_those_runs_alone(estimator):
 
 
 def check_one_mode():
-    _, scans, prior = turning(np.random.default_rng(2), 5, 12)
+    """Two returns to either side of the target in each scan: either may be its own."""
+    _, scans, prior = turning(np.random.default_rng(2), 5, 8)
+    aside = np.array([[12.0, 0.03], [-12.0, -0.03]])
+    both = [Detections(scan.detections.z[:, :1] + aside, np.ones((5, 2), dtype=bool)) for scan in scans]
+    scans = [evolve(scan, detections=seen) for scan, seen in zip(scans, both, strict=True)]
     found = []
     for estimator in (ExtendedKalman(TURN), Imm((ExtendedKalman(TURN),), transition=[[1.0]])):
         tracker = tracker_of(estimator, {"radar": RADAR}, Pda())
@@ -333,7 +337,11 @@ def test_one_mode_is_that_modes_own_smoothing_in_clutter_too():
 
 
 def test_the_comparison_needs_the_wider_belief(monkeypatch):
-    monkeypatch.setattr(imm_module, "future", lambda *given: evolve(REAL["future"](*given), growth=np.ones(())))
+    monkeypatch.setattr(
+        imm_module,
+        "future",
+        lambda *given: evolve(REAL["future"](*given), growth=np.ones_like(REAL["future"](*given).growth)),
+    )
     with pytest.raises(AssertionError):
         check_one_mode()
 
