@@ -30,6 +30,13 @@ from vedette.testing.watch import Watch
 from vedette.types import Detections, Gaussian
 
 
+def _exact(estimator: Estimator[Any], scene: Scene, why: str) -> None:
+    """Closed, for the reason given, if the estimator draws its beliefs: another generator then predicts another one."""
+    one, other = (_predicted(estimator, scene, np.random.default_rng(scene.seed + i)) for i in range(2))
+    if np.any(estimator.moments(one).mean != estimator.moments(other).mean):
+        raise Closed(f"it draws its beliefs: {why}")
+
+
 def pure(estimator: Estimator[Any], drawn: Scene) -> None:
     """With equal generators calls give the same again, and leave beliefs and returns as they were."""
     first: dict[str, Any] = {}
@@ -168,6 +175,7 @@ def return_likelihood_is_a_density(estimator: Estimator[Any], drawn: Scene) -> N
 
 def soft_weights_give_the_mixtures_moments(estimator: Estimator[Any], drawn: Scene) -> None:
     """Under soft weights the belief has the moments of its hypotheses, the spread of their means included."""
+    _exact(estimator, drawn, "each hypothesis may be given its own")
     belief = predicted(estimator, drawn, drawn.rng())
     innovation = innovation_of(estimator, belief, drawn)
     weights = soft(innovation.loglik, drawn.seed)
