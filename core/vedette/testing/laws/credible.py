@@ -34,6 +34,7 @@ def covariances_survive_a_long_run(estimator: Estimator[Any], drawn: Scene) -> N
 
     Noises of the measurement are 1e-6 to 1e6 times what the motion adds, and the prior is 1e6 times the larger.
     """
+    not_if_it_draws(estimator, drawn, "none of its draws may lie where so sharp a return says")
     rng = drawn.rng()
     looks_at = Space(drawn.watch.looks_at.axes[:1])
     started(estimator, drawn, rng)

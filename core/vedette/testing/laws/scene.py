@@ -97,6 +97,13 @@ def predicted(estimator: Estimator[Any], scene: Scene, rng: np.random.Generator)
     return estimator.predict(started(estimator, scene, rng), scene.dt, rng)
 
 
+def not_if_it_draws(estimator: Estimator[Any], scene: Scene, why: str) -> None:
+    """Closed, for the reason given, if the estimator draws its beliefs: another generator then predicts another one."""
+    one, other = (predicted(estimator, scene, np.random.default_rng(scene.seed + i)) for i in range(2))
+    if np.any(estimator.moments(one).mean != estimator.moments(other).mean):
+        raise Closed(f"it draws its beliefs: {why}")
+
+
 def innovation_of(estimator: Estimator[Any], belief: Any, scene: Scene) -> Innovation:
     return estimator.innovate(belief, scene.watch, scene.seen, P_GATE)
 
