@@ -17,6 +17,7 @@ from vedette.testing.laws.scene import (
     Scene,
     free_axes,
     holdable,
+    not_if_it_draws,
     started,
     sure,
     without_carried,
