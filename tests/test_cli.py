@@ -452,6 +452,7 @@ def test_an_interrupted_run_keeps_what_is_done(acme, config, tmp_path, capsys, u
     assert "after 10 scans; the recording has 31" in (tmp_path / "results" / "summary.txt").read_text()
     times = np.concatenate([track.times for track in read_tracks(tmp_path / "results" / "tracks.jsonl")])
     assert times.max() == 18.0
+    assert (tmp_path / "results" / "recording.jsonl").read_text().count('"sensor"') == 10
 
 
 def test_an_interruption_elsewhere_ends_with_its_code(config, monkeypatch, capsys):

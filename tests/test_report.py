@@ -312,6 +312,22 @@ def test_a_trace_by_hand():
         assert np.isnan(values[[1, 3, 4]]).all()
 
 
+def test_errors_are_drawn_where_a_track_covers_and_gaps_are_shaded(scene):
+    experiment, done = scene
+    followed = traces(experiment, done)
+    made = errors(experiment, done)
+    assert not followed[1].covered.all()
+    for trace, axes in zip(followed, made.axes[::3], strict=False):
+        assert axes.get_title(loc="left") == trace.name
+        (line,) = drawn_lines(axes)
+        np.testing.assert_array_equal(line[:, 0], trace.times - done.scans[0].time)
+        np.testing.assert_array_equal(line[:, 1], trace.error)
+        gaps = np.count_nonzero(np.diff(np.concatenate([[True], trace.covered]).astype(int)) < 0)
+        assert len(axes.patches) == gaps
+    seen = made.axes[-1].collections[0].get_offsets()
+    np.testing.assert_allclose(seen[:, 1], innovations(experiment, done).value)
+
+
 def test_truth_without_velocity_leaves_its_error_unknown(scene):
     ground = Trajectory("buoy", Space.of(x="m", y="m"), np.array([0.0, 9.0]), np.zeros((2, 2)))
     done = result([track(range(5), np.zeros((5, 4)), np.eye(4))], [ground], range(5))
