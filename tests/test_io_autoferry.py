@@ -237,11 +237,11 @@ def test_truncated_truth(tmp_path):
 BAD_OPTIONS = {
     "sensor that the tracker lacks": (
         {"chosen": ["lidar"]},
-        "source.sensors: the tracker has no sensor 'lidar', only 'radar'",
+        "sensors: the tracker has no sensor 'lidar', only 'radar'",
     ),
     "no sensor in common": (
         {"sensors": {"sonar": PLANE["radar"]}},
-        "source.sensors: the recording has 'lidar', 'radar', 'infrared', 'electro_optical', the tracker 'sonar'",
+        "sensors: the recording has 'lidar', 'radar', 'infrared', 'electro_optical', the tracker 'sonar'",
     ),
     "sensor that measures something else": (
         {"sensors": {"infrared": PLANE["radar"]}},

@@ -197,8 +197,8 @@ def test_rows_of_a_scan_at_another_time_are_refused(tmp_path):
 BAD_FILES = {
     "empty": ("", "d.csv: is empty"),
     "header only": ("t,north,east\n", "d.csv: has a header and no rows"),
-    "no header": ("1,2,3\n4,5,6\n", "no column 't', which source.detections.time asks for; the columns are 1, 2, 3"),
-    "a column lacks": ("t,north\n1,2\n", "no column 'east', which source.detections.columns.y asks for"),
+    "no header": ("1,2,3\n4,5,6\n", "no column 't', which detections.time asks for; the columns are 1, 2, 3"),
+    "a column lacks": ("t,north\n1,2\n", "no column 'east', which detections.columns.y asks for"),
     "a column twice": ("t,north,east,east\n1,2,3,4\n", "more than one column 'east'"),
     "another delimiter": ("t;north;east\n1;2;3\n", "no column 't'"),
     "header's quote": ('"t,north,east\n1,2,3\n', "d.csv:1: the header has a quotation mark that is not closed"),
@@ -215,12 +215,12 @@ def test_a_file_that_is_no_good_as_a_whole(tmp_path, content, text):
 
 BAD_COLUMNS = {
     "axis not named": ({"columns": {"x": "north"}}, "sensor 'radar' measures (x [m], y [m]): name a column for y"),
-    "axis not measured": ({"columns": XY | {"z": "up"}}, "source.detections.columns.z: no sensor measures it"),
-    "unknown unit": ({"units": {"x": "furlong"}}, "source.detections.units.x: must be in m or km or NM or ft"),
-    "unit of the wrong kind": ({"units": {"time": "m"}}, "source.detections.units.time: must be in s or ms"),
-    "unit of no column": ({"units": {"range": "km"}}, "source.detections.units.range: no such column is read"),
-    "unknown sensor": ({"sensor": "sonar"}, "source.detections.sensor: the tracker has no sensor 'sonar', only 'radar'"),
-    "period of no sensor": ({"periods": {"sonar": 2}}, "source.detections.periods: the tracker has no sensor 'sonar'"),
+    "axis not measured": ({"columns": XY | {"z": "up"}}, "detections.columns.z: no sensor measures it"),
+    "unknown unit": ({"units": {"x": "furlong"}}, "detections.units.x: must be in m or km or NM or ft"),
+    "unit of the wrong kind": ({"units": {"time": "m"}}, "detections.units.time: must be in s or ms"),
+    "unit of no column": ({"units": {"range": "km"}}, "detections.units.range: no such column is read"),
+    "unknown sensor": ({"sensor": "sonar"}, "detections.sensor: the tracker has no sensor 'sonar', only 'radar'"),
+    "period of no sensor": ({"periods": {"sonar": 2}}, "detections.periods: the tracker has no sensor 'sonar'"),
 }
 
 
@@ -232,7 +232,7 @@ def test_columns_that_do_not_fit_the_tracker(tmp_path, columns, text):
 
 
 def test_which_of_two_sensors_must_be_said(tmp_path):
-    with pytest.raises(ConfigError, match=r"source\.detections\.sensor: missing: which .* is it, 'a', 'b'\?"):
+    with pytest.raises(ConfigError, match=r"detections\.sensor: missing: which .* is it, 'a', 'b'\?"):
         opened(tmp_path, "t,north,east\n1,2,3\n", {"a": PLANE["radar"], "b": PLANE["radar"]})
 
 
@@ -265,7 +265,7 @@ def test_parameters_that_contradict_each_other(make, text):
 
 def test_axes_that_no_truth_has(tmp_path):
     truth = TruthColumns(file="d.csv", time="t", columns={"height": "h"})
-    with pytest.raises(ConfigError, match=r"source\.truth\.columns\.height: unknown axis; those are x, y, z, vx"):
+    with pytest.raises(ConfigError, match=r"truth\.columns\.height: unknown axis; those are x, y, z, vx"):
         opened(tmp_path, "t,north,east\n1,2,3\n", truth=truth)
 
 
@@ -275,8 +275,8 @@ def test_without_the_recording_the_error_says_what_it_is(tmp_path):
     about = "harbour radar, published by the pilots"
     wanted = f"{about}. Format: CSV, d.csv with columns t, north, east; truth.csv with columns s, n, e"
     for path, error, start in (
-        ("", ConfigError, "source.path: is not given"),
-        (str(tmp_path / "none"), ConfigError, "source.path: there is no file or folder"),
+        ("", ConfigError, "path: is not given"),
+        (str(tmp_path / "none"), ConfigError, "path: there is no file or folder"),
         (str(tmp_path), InputError, f"{tmp_path / 'd.csv'}: there is no such file"),
     ):
         with pytest.raises(error) as caught:

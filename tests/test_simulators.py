@@ -9,6 +9,7 @@ import os
 import subprocess
 import sys
 import tomllib
+from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
@@ -811,3 +812,11 @@ def test_a_sensor_that_cannot_be_carried_is_refused_on_a_ship():
 
     with pytest.raises(ConfigError, match=r"looks.radar: .*cannot be placed on a moving platform"):
         scene(ownship=sim.Ship([0, 0])).open(SENSORS | {"radar": Mast()}, np.random.default_rng(0))
+
+
+def test_an_experiment_says_where_in_the_config_its_source_is_wrong():
+    with (Path(__file__).parent.parent / "examples" / "harbour.toml").open("rb") as file:
+        config = tomllib.load(file)
+    config["source"]["looks"]["lidar"] = {"interval": 1.0}
+    with pytest.raises(vedette.ConfigError, match=r"^source\.looks\.lidar: there is no such sensor; there are radar$"):
+        vedette.load(config).run()

@@ -29,6 +29,10 @@ class ConfigError(VedetteError, ValueError):
         self.problems = tuple(problems)
         super().__init__("\n".join(map(str, self.problems)))
 
+    def within(self, place: str) -> ConfigError:
+        """The same problems, of a part that stands at `place`."""
+        return ConfigError(Problem(f"{place}.{problem.place}", problem.text) for problem in self.problems)
+
 
 class InputError(VedetteError, ValueError):
     """An input that is unusable as a whole: a missing file, a wrong header, another format."""

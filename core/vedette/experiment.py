@@ -57,6 +57,9 @@ class Experiment:
 
     def __attrs_post_init__(self) -> None:
         check_detectors(self.detectors, self.tracker.sensors)
+        if self.judge.sensor is not None and self.judge.sensor not in self.tracker.sensors:
+            known = ", ".join(map(repr, self.tracker.sensors))
+            raise ValueError(f"judge.sensor: must be one of {known}, got {self.judge.sensor!r}")
 
     def run(self, *, strict: bool = False, progress: Progress = iter, keep_states: bool = False) -> Result:
         """Run the tracker over all scans.
@@ -68,7 +71,10 @@ class Experiment:
         if self.source is None:
             raise ConfigError([Problem("source", "is missing: there are no scans to run on")])
         for_source, for_tracker = np.random.default_rng(self.seed).spawn(2)
-        recording = self.source.open(raw_sensors(self.detectors, self.tracker.sensors), for_source)
+        try:
+            recording = self.source.open(raw_sensors(self.detectors, self.tracker.sensors), for_source)
+        except ConfigError as error:
+            raise error.within("source") from None
         if strict and recording.refused:
             raise ScanRefused(str(recording.refused[0]))
         try:

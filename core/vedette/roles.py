@@ -289,7 +289,10 @@ class Source(Component):
 
     @abstractmethod
     def open(self, sensors: Mapping[str, Sensor], rng: np.random.Generator) -> Recording:
-        """All scans for the tracker's sensors. What is unreadable as a whole raises InputError; bad parts are refused."""
+        """All scans for the tracker's sensors.
+
+        InputError for what is unreadable as a whole, ConfigError with places in this component; bad parts are refused.
+        """
 
 
 class Study(Component):

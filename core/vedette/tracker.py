@@ -39,6 +39,8 @@ class State:
 
 
 def _check_sensors(sensors: dict[str, Sensor], estimator: Estimator[Any]) -> None:
+    if not sensors:
+        raise ValueError("sensors: must hold at least one sensor, got none")
     for name, sensor in sensors.items():
         try:
             estimator.state.locate(sensor.looks_at)

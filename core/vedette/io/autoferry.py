@@ -86,11 +86,11 @@ class AutoferrySource(Source):
         named = self.sensors if self.sensors is not None else [name for name in OFFERED if name in sensors]
         absent = [name for name in named if name not in sensors]
         problems = [
-            Problem("source.sensors", f"the tracker has no sensor {name!r}, only {_quoted(sensors)}") for name in absent
+            Problem("sensors", f"the tracker has no sensor {name!r}, only {_quoted(sensors)}") for name in absent
         ]
         if not named:
             problems.append(
-                Problem("source.sensors", f"the recording has {_quoted(OFFERED)}, the tracker {_quoted(sensors)}")
+                Problem("sensors", f"the recording has {_quoted(OFFERED)}, the tracker {_quoted(sensors)}")
             )
         found = {name: sensors[name].measurement for name in named if name in sensors}
         for name, space in found.items():

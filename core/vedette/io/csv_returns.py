@@ -19,7 +19,7 @@ from vedette.space import Space, SpaceError
 
 POSITION = Space.of(x="m", y="m")
 POLAR = ("range", "bearing")
-PLACE = "source.detections"
+PLACE = "detections"
 
 
 @frozen

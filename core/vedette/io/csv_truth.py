@@ -45,7 +45,7 @@ class TruthColumns:
 
     def read(self, folder: Path, delimiter: str, refused: list[Problem]) -> tuple[Trajectory, ...]:
         """A trajectory for each object, in the order of their first rows."""
-        place = "source.truth"
+        place = "truth"
         space = chosen(self.columns, STATE, place)
         by_axis = numbers(space, self.time, self.columns, self.units, place)
         wanted = {column.name: column.title for column in by_axis.values()} | self.wanted()
@@ -95,7 +95,7 @@ class PlatformColumns:
 
     def read(self, path: Path, delimiter: str, refused: list[Problem]) -> Platform:
         """The platform's states; of two rows for one scan that disagree, the second is refused."""
-        place = "source.platform"
+        place = "platform"
         space = chosen(self.columns, POSE, place)
         by_axis = numbers(space, self.time, self.columns, self.units, place)
         wanted = {column.name: column.title for column in by_axis.values()} | self.wanted()

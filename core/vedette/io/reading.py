@@ -27,10 +27,10 @@ def find(path: str, wanted: str, files: Sequence[str] = ()) -> Path:
     ConfigError if it is missing or leads nowhere, InputError if a file is not there; both say what is `wanted`.
     """
     if not path:
-        raise ConfigError([Problem("source.path", f"is not given. Wanted: {wanted}")])
+        raise ConfigError([Problem("path", f"is not given. Wanted: {wanted}")])
     found = Path(path).expanduser()
     if not found.exists():
-        raise ConfigError([Problem("source.path", f"there is no file or folder {path!r}. Wanted: {wanted}")])
+        raise ConfigError([Problem("path", f"there is no file or folder {path!r}. Wanted: {wanted}")])
     for name in files:
         if not (found / name).is_file():
             raise InputError(f"{found / name}: there is no such file. Wanted: {wanted}")
