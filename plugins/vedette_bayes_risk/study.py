@@ -46,20 +46,20 @@ class BayesRiskStudy(Study):
         jobs = progress([*FILTERS, *CONTESTED], "filters")
         records: dict[str, Record] = {}
         contests: dict[str, Contest] = {}
-        truth, times, scans = _draw(experiments["proposed"], runs, REACH, first)
+        truth, times, scans = draw(experiments["proposed"], runs, REACH, first)
         for name in jobs:
             if name == next(iter(CONTESTED)):
-                truth, times, scans = _draw(experiments[name], max(2, runs // 2), DENSE_REACH, second)
+                truth, times, scans = draw(experiments[name], max(2, runs // 2), DENSE_REACH, second)
             if name in FILTERS:
-                records[name] = _record(experiments[name], truth, times, scans)
+                records[name] = record(experiments[name], truth, times, scans)
             else:
-                contests[name] = _contest(experiments[name], truth, times, scans)
+                contests[name] = contest(experiments[name], truth, times, scans)
         tables = outcome.tables(records, contests, experiments)
         claims = outcome.claims(records, contests)
         return StudyResult(self.title, runs, seed, tables, claims, outcome.charts(truth, records))
 
 
-def _draw(
+def draw(
     experiment: Experiment, runs: int, reach: float, rng: np.random.Generator
 ) -> tuple[Array, Array, Sequence[Sequence[Scan]]]:
     """The target's states (s, 4) and times (s,), and at each time all sensors' scans; the first two without clutter."""
@@ -87,7 +87,7 @@ def _scans(experiment: Experiment, moments: Sequence[Sequence[Scan]]) -> list[Sc
     return list(detected((scan for scans in moments[2:] for scan in scans), experiment.detectors))
 
 
-def _record(experiment: Experiment, truth: Array, times: Array, moments: Sequence[Sequence[Scan]]) -> Record:
+def record(experiment: Experiment, truth: Array, times: Array, moments: Sequence[Sequence[Scan]]) -> Record:
     """One filter on all runs, judged after the last scan of each moment."""
     tracker = experiment.tracker
     runs = run_together(tracker, _prior(experiment, moments), times[1], _scans(experiment, moments))
@@ -100,7 +100,7 @@ def _record(experiment: Experiment, truth: Array, times: Array, moments: Sequenc
     )
 
 
-def _contest(experiment: Experiment, truth: Array, times: Array, moments: Sequence[Sequence[Scan]]) -> Contest:
+def contest(experiment: Experiment, truth: Array, times: Array, moments: Sequence[Sequence[Scan]]) -> Contest:
     """One form in dense clutter: squared errors of position over their covariances, and where returns competed."""
     tracker = experiment.tracker
     state = tracker.start(_prior(experiment, moments), times[1])

@@ -42,15 +42,15 @@ class TargetOrientedStudy(Study):
         """All filters on the same draws."""
         first, second = np.random.default_rng(seed).spawn(2)
         experiments = {name: load(config) for name, config in FILTERS.items()}
-        scene = _draw(next(iter(experiments.values())), runs, first)
-        records = {name: _record(experiments[name], scene) for name in progress(list(FILTERS), "filters")}
+        scene = draw(next(iter(experiments.values())), runs, first)
+        records = {name: record(experiments[name], scene) for name in progress(list(FILTERS), "filters")}
         study = accelerations.study(max(2, runs // RUNS_PER_SEED), second)
         tables = (*outcome.tables(records), *accelerations.tables(study))
         charts = (*outcome.charts(scene, records), *accelerations.charts(study))
         return StudyResult(self.title, runs, seed, tables, (*outcome.claims(records), *accelerations.claims(study)), charts)
 
 
-def _draw(experiment: Experiment, runs: int, rng: np.random.Generator) -> Scene:
+def draw(experiment: Experiment, runs: int, rng: np.random.Generator) -> Scene:
     """The aircraft's trajectory and what the radar sees in each run; the first two scans hold the target alone."""
     assert experiment.source is not None
     sensor = load(FILTERS["Singer"] | {"sensors": FILTERS["Singer"]["source"]["sensors"]}).tracker.sensors["radar"]
@@ -63,7 +63,7 @@ def _draw(experiment: Experiment, runs: int, rng: np.random.Generator) -> Scene:
     return Scene(path.times, path.states, tuple(scans))
 
 
-def _record(experiment: Experiment, scene: Scene) -> Record:
+def record(experiment: Experiment, scene: Scene) -> Record:
     """One filter on all runs; it starts from the first two returns."""
     tracker = experiment.tracker
     (sensor,) = tracker.sensors.values()

@@ -40,13 +40,13 @@ class VtsStudy(Study):
     def run(self, runs: int, seed: int, progress: Progress) -> StudyResult:
         """All filters on the same draws."""
         experiments = {name: load(config) for name, config in FILTERS.items()}
-        scene = _draw(next(iter(experiments.values())), runs, np.random.default_rng(seed))
-        records = {name: _record(experiments[name], scene) for name in progress(list(FILTERS), "filters")}
+        scene = draw(next(iter(experiments.values())), runs, np.random.default_rng(seed))
+        records = {name: record(experiments[name], scene) for name in progress(list(FILTERS), "filters")}
         tables = outcome.tables(scene, records)
         return StudyResult(self.title, runs, seed, tables, outcome.claims(scene, records), outcome.charts(scene, records))
 
 
-def _draw(experiment: Experiment, runs: int, rng: np.random.Generator) -> Scene:
+def draw(experiment: Experiment, runs: int, rng: np.random.Generator) -> Scene:
     """The vessel's trajectory, and what the radar reports of it in each run."""
     ((name, radar),) = raw_sensors(experiment.detectors, experiment.tracker.sensors).items()
     assert experiment.source is not None
@@ -61,7 +61,7 @@ def _draw(experiment: Experiment, runs: int, rng: np.random.Generator) -> Scene:
     return Scene(times, truth, tuple(detected(raw, experiment.detectors)))
 
 
-def _record(experiment: Experiment, scene: Scene) -> Record:
+def record(experiment: Experiment, scene: Scene) -> Record:
     """One filter on one batch of runs; it starts from the first two returns, and its errors count from the third scan."""
     tracker, scans = experiment.tracker, scene.scans[2:]
     first, second = [Gaussian(scan.detections.z[:, 0], _noise(scan)) for scan in scene.scans[:2]]
