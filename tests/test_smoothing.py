@@ -21,9 +21,14 @@ from vedette.smoothing import check_smoothing, smooth, smoothed
 from vedette_standard.associators.pda import Pda
 from vedette_standard.estimators import imm as imm_module
 from vedette_standard.estimators import unmixing
+from vedette_standard.estimators.bootstrap import BootstrapParticles
+from vedette_standard.estimators.cubature import CubatureKalman
 from vedette_standard.estimators.extended import ExtendedKalman
+from vedette_standard.estimators.gaussian_sum import GaussianSum
 from vedette_standard.estimators.imm import Imm
+from vedette_standard.estimators.iterated import IteratedExtendedKalman
 from vedette_standard.estimators.kalman import Kalman
+from vedette_standard.estimators.square_root import SquareRootKalman
 from vedette_standard.estimators.unscented import UnscentedKalman
 from vedette_standard.lifecycles.m_of_n import MOfN
 from vedette_standard.lifecycles.single_target import SingleTarget
@@ -32,7 +37,7 @@ from vedette_standard.motion.coordinated_turn import CoordinatedTurn
 from vedette_standard.sensors.cartesian_position import CartesianPosition
 from vedette_standard.sensors.range_bearing import RangeBearing
 
-ALL = [Kalman, ExtendedKalman, UnscentedKalman]
+ALL = [Kalman, ExtendedKalman, UnscentedKalman, IteratedExtendedKalman, CubatureKalman, SquareRootKalman]
 RNG = np.random.default_rng(0)
 """Asked for by the signature; these estimators draw nothing."""
 
@@ -233,6 +238,24 @@ def test_the_comparison_finds_a_wrong_cross_covariance(monkeypatch, kind):
     monkeypatch.setattr(kind, "cross", lambda self, belief, dt: real(self, belief, 0.9 * dt))
     with pytest.raises(AssertionError):
         check_exact([kind])
+
+
+def test_a_gaussian_sum_is_the_mixture_of_its_parts_own_conditionals():
+    """Parts never switch: each is smoothed alone, and weighs what all scans leave it."""
+    motion, sensors, prior, scans = random_problem(6)
+    estimator = GaussianSum(Kalman(motion), parts=3)
+    tracker = tracker_of(estimator, sensors)
+    states = states_of(tracker, prior, scans)
+    found = estimates(tracker, smoothed(tracker, states))
+    start = states[0].belief
+    parts = [conditioned(motion, sensors, part, scans) for part in start.beliefs]
+    weights = estimator.mode_prob(states[-1].belief)[0]
+    means, covs = np.stack([part[0] for part in parts]), np.stack([part[1] for part in parts])
+    mean = np.einsum("q,qkn->kn", weights, means)
+    apart = means - mean
+    cov = np.einsum("q,qkab->kab", weights, covs + apart[..., :, None] * apart[..., None, :])
+    np.testing.assert_allclose(found[0][:, 0], mean, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(found[1][:, 0], cov, rtol=1e-8, atol=1e-9)
 
 
 def check_lag(lag, seeds=range(8)):
@@ -834,7 +857,9 @@ def test_what_cannot_be_smoothed_is_told_with_its_place():
     silent = tracker_of(Silent(Kalman(motion)), sensors)
     with pytest.raises(ConfigError, match="estimator: cannot smooth: 'test_silent' does not state how"):
         check_smoothing(silent)
-    for kind in (ExtendedKalman, UnscentedKalman):
+    with pytest.raises(ConfigError, match="estimator: cannot smooth: 'bootstrap"):
+        check_smoothing(tracker_of(BootstrapParticles(motion), sensors))
+    for kind in (ExtendedKalman, UnscentedKalman, SquareRootKalman):
         with pytest.raises(ConfigError, match="motion 'test_turning' turns its frame"):
             check_smoothing(tracker_of(kind(Turning(motion.A, motion.C)), sensors))
     tracker = tracker_of(Kalman(motion), sensors)

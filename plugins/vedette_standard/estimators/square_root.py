@@ -10,7 +10,7 @@ from attrs import frozen
 
 from vedette import Array, Detections, Estimator, Frame, Gaussian, Innovation, MotionModel, Sensor, Space, fields, kernels
 from vedette.draws import factor
-from vedette.gaussian import noise_of, residuals, without_variance
+from vedette.gaussian import keeps_its_frame, noise_of, residuals, without_variance
 from vedette.roles import ImagingSensor
 
 
@@ -79,6 +79,7 @@ class SquareRootKalman(Estimator[Root]):
 
     def cross(self, belief: Root, dt: float) -> Array:
         """P F': (*b, t, n, n)"""
+        keeps_its_frame(self.motion)
         return self.moments(belief).cov @ np.swapaxes(self.motion.jacobian(belief.mean, dt), -1, -2)
 
     def innovate(self, belief: Root, sensor: Sensor, seen: Detections | Frame, p_gate: float) -> Innovation:
