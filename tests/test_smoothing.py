@@ -3,6 +3,9 @@
 import itertools
 import json
 import math
+import os
+import runpy
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,6 +20,7 @@ from vedette.draws import draw_jump_markov, draw_states
 from vedette.errors import ConfigError
 from vedette.io import read_tracks
 from vedette.kernels import backward
+from vedette.report.smoothed import smooth_result
 from vedette.smoothing import check_smoothing, smooth, smoothed
 from vedette_standard.associators.pda import Pda
 from vedette_standard.estimators import imm as imm_module
@@ -924,3 +928,33 @@ def test_the_command_refuses_a_wrong_lag_before_it_writes(tmp_path, capsys, lag)
     assert main(["run", str(config(tmp_path)), "--out", str(tmp_path / "out"), f"--smooth={lag}"]) == 2
     assert "--smooth: must be" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+def test_the_example_runs_and_each_later_scan_helps(capsys):
+    runpy.run_path(str(Path(__file__).parent.parent / "examples" / "smooth.py"))
+    told = [float(line.split("RMSE")[1].split()[0]) for line in capsys.readouterr().out.splitlines()]
+    assert len(told) == 3
+    assert told[0] > told[1] > told[2]
+
+
+def test_on_recorded_radar_data_smoothing_lowers_the_error():
+    """joyride, one given target, as docs/smoothing.md tells it."""
+    folder = Path(os.environ.get("VEDETTE_DATA", "")) / "joyride"
+    if "VEDETTE_DATA" not in os.environ or not folder.is_dir():
+        pytest.skip("needs the recording joyride in the folder that VEDETTE_DATA names")
+    experiment = vedette.load(
+        Path(__file__).parent.parent / "examples" / "joyride.toml",
+        overrides=[
+            f"source.path={folder}",
+            "lifecycle.kind=single_target",
+            "lifecycle.offset.x=10.0",
+            "judge.last_scan=211",
+            "judge.offset=[-4.0, 8.0]",
+        ],
+    )
+    result = experiment.run(keep_states=True)
+    found = smooth_result(experiment, result, math.inf).score
+    before = smooth_result(experiment, result, 0.0).score
+    assert before.position_rmse_m < 21.0
+    assert found.position_rmse_m < 18.0
+    assert found.velocity_rmse_mps < 0.7 * before.velocity_rmse_mps
