@@ -4,11 +4,15 @@ from collections.abc import Iterable
 
 import vedette
 from vedette_flir.estimators.iterated import IteratedKalman
+from vedette_flir.estimators.template import TemplateFilter
 from vedette_flir.motion.atmospheric_wander import AtmosphericWander
 from vedette_flir.motion.carrying import Carrying
+from vedette_flir.motion.image_velocity import ImageVelocity
 from vedette_flir.motion.jittered_acceleration import JitteredAcceleration
 from vedette_flir.motion.jittered_wander import JitteredWander
+from vedette_flir.sensors.box_centroid import BoxCentroid
 from vedette_flir.sensors.gaussian_spot import GaussianSpot
+from vedette_flir.sources.video import VideoSource
 
 VEDETTE_CONTRACT = 1
 
@@ -17,7 +21,8 @@ VEDETTE_CONTRACT = 1
 def vedette_components() -> Iterable[type[vedette.Component]]:
     """Everything in this package."""
     return [
-        *(JitteredAcceleration, JitteredWander, AtmosphericWander, Carrying),
-        *(GaussianSpot,),
-        *(IteratedKalman,),
+        *(JitteredAcceleration, JitteredWander, AtmosphericWander, ImageVelocity, Carrying),
+        *(GaussianSpot, BoxCentroid),
+        *(IteratedKalman, TemplateFilter),
+        *(VideoSource,),
     ]

@@ -9,6 +9,7 @@ import numpy as np
 
 from vedette.experiment import Experiment, Result
 from vedette.metrics import Score
+from vedette.metrics.pixels import pixel_figures
 
 FIRST = 20
 """How many refused things the figures name."""
@@ -27,6 +28,7 @@ def figures(experiment: Experiment, result: Result, score: Score) -> dict[str, A
         "notes": dict(result.recording.notes),
         "begun": result.begun,
         **score.figures(),
+        **pixel_figures(result.tracks, result.recording.truth),
     }
     return {name: _finite(value) for name, value in found.items()}
 
@@ -34,7 +36,8 @@ def figures(experiment: Experiment, result: Result, score: Score) -> dict[str, A
 def timings(result: Result) -> dict[str, Any]:
     """What differs from run to run."""
     each = result.seconds / len(result.scans) if result.scans else None
-    return {"seconds": result.seconds, "seconds_per_scan": each}
+    frames = any(scan.frame is not None for scan in result.scans)
+    return {"seconds": result.seconds, "seconds_per_scan": each} | ({"ms_per_frame": 1e3 * (each or 0.0)} if frames else {})
 
 
 def count(number: int, what: str) -> str:

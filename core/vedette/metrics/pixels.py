@@ -1,0 +1,44 @@
+"""Figures of one target followed through images, in px."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from vedette.types import Track, Trajectory
+
+NEAR = 10.0
+"""px; an estimate this near to the truth has the target."""
+
+LAST = 10
+"""Frames at the end; a target is lost if all of them are farther off than NEAR, or than its box."""
+
+
+def pixel_figures(tracks: Sequence[Track], truth: Sequence[Trajectory]) -> dict[str, Any]:
+    """The first track against the one true object at the frames of both; nothing where it is not tracked in px.
+
+    within_10px: part of the frames; centre_error_median_px and centre_error_p90_px; lost: 1 if all of the last 10 frames are
+    farther off than 10 px and than the longer side of the true box, else 0.
+    """
+    if len(truth) != 1 or not tracks:
+        return {}
+    track, path = tracks[0], truth[0]
+    axes = [axis for axis in track.space.axes if axis.name in ("x", "y")]
+    if [axis.unit for axis in axes] != ["px", "px"] or any(axis not in path.space.axes for axis in axes):
+        return {}
+    states = [(i, state) for i, time in enumerate(track.times) if (state := path.at(float(time))) is not None]
+    if not states:
+        return {}
+    found = track.mean[[i for i, _ in states]][:, [track.space.names.index(name) for name in ("x", "y")]]
+    true = np.array([state for _, state in states])
+    error = np.linalg.norm(found - true[:, [path.space.names.index(name) for name in ("x", "y")]], axis=-1)
+    box = [path.space.names.index(name) for name in ("width", "height") if name in path.space]
+    allowed = np.maximum(NEAR, np.max(true[:, box], axis=-1, initial=0.0))
+    return {
+        "within_10px": float(np.mean(error <= NEAR)),
+        "centre_error_median_px": float(np.median(error)),
+        "centre_error_p90_px": float(np.percentile(error, 90)),
+        "lost": float(np.all((error > allowed)[-LAST:])),
+    }

@@ -1,0 +1,99 @@
+"""Patches of a frame on a grid that fits the target's box, and where in a frame a patch is found again. One target each."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+
+from vedette import Array
+
+BRIGHTEST = 1.5
+"""Contrasts beyond this part of the target's own are cut off: a bright background is no better a match than the target."""
+
+
+def sample(pixels: Array, centre: Array, step: float, cells: int) -> Array:
+    """(cells, cells) means of `pixels` (h, w) over squares of `step` px around `centre` (2,), bilinear; edges continue."""
+    fine = int(np.ceil(step))
+    offsets = (np.arange(cells * fine) - 0.5 * (cells * fine - 1)) * (step / fine)
+    rows, columns = (_weights(centre[i] + offsets, pixels.shape[1 - i]) for i in (1, 0))
+    (i, a), (j, b) = rows, columns
+    block = pixels[i.min() : i.max() + 2, j.min() : j.max() + 2].astype(float)
+    i, j = i - i.min(), j - j.min()
+    a, b = a[:, None], b[None, :]
+    across = block[:, j] * (1.0 - b) + block[:, j + 1] * b
+    found = across[i] * (1.0 - a) + across[i + 1] * a
+    means: Array = found.reshape(cells, fine, cells, fine).mean(axis=(1, 3))
+    return means
+
+
+def _weights(at: Array, size: int) -> tuple[np.ndarray[tuple[int], np.dtype[np.intp]], Array]:
+    """The pixel below each coordinate, at most the last but one, and how far towards the next."""
+    inside = np.clip(at, 0.0, size - 1.0)
+    below = np.minimum(np.floor(inside).astype(np.intp), size - 2)
+    return below, inside - below
+
+
+def local_median(image: Array, width: float, block: int = 4) -> Array:
+    """The median of `image` (n, n) over squares of some `width` cells, on a grid of `block` cells, linear between."""
+    n = len(image) // block
+    coarse = np.median(image[: n * block, : n * block].reshape(n, block, n, block).swapaxes(1, 2).reshape(n, n, -1), axis=-1)
+    reach = max(1, round(width / block / 2))
+    around = sliding_window_view(np.pad(coarse, reach, mode="edge"), (2 * reach + 1, 2 * reach + 1))
+    medians = np.median(around.reshape(n, n, -1), axis=-1)
+    below, part = _weights((np.arange(len(image)) - 0.5 * (block - 1)) / block, n)
+    across = medians[:, below] * (1.0 - part) + medians[:, below + 1] * part
+    return across[below] * (1.0 - part[:, None]) + across[below + 1] * part[:, None]
+
+
+def blurred(image: Array) -> Array:
+    """`image` (n, n) smoothed by [1 2 1]/4 along both axes: noise of single pixels weighs less."""
+    for axis in (0, 1):
+        near = np.pad(image, [(1, 1) if i == axis else (0, 0) for i in (0, 1)], mode="edge")
+        image = 0.5 * image + 0.25 * (np.delete(near, [-1, -2], axis) + np.delete(near, [0, 1], axis))
+    return image
+
+
+def mask_of(box: Array, cells: int) -> Array:
+    """Weights of (cells, cells): near 1 in the middle of a box of (width, height) in cells, .37 at its sides, 0 outside."""
+    steps = 2.0 * (np.arange(cells) - 0.5 * (cells - 1))
+    weight: Array = np.exp(-((steps / box[0]) ** 4))[None, :] * np.exp(-((steps / box[1]) ** 4))[:, None]
+    return weight
+
+
+def contrast(image: Array, box: Array) -> float:
+    """The largest departure of `image` (n, n) from 0 near its centre, with its sign: the target's polarity and amplitude."""
+    steps = np.arange(len(image)) - 0.5 * (len(image) - 1)
+    near = np.exp(-0.5 * (steps / (0.25 * box[0])) ** 2)[None, :] * np.exp(-0.5 * (steps / (0.25 * box[1])) ** 2)[:, None]
+    weighted = image * near
+    return float(weighted.ravel()[np.argmax(np.abs(weighted))])
+
+
+def correlation(image: Array, patch: Array, mask: Array) -> Array:
+    """Correlation coefficient of `patch` (p, p), weighted by `mask`, with each place of `image` (n, n): (n-p+1, n-p+1)"""
+    n, p = len(image), len(patch)
+    count = mask.sum()
+    kernel = mask * (patch - (mask * patch).sum() / count)
+    spectrum = np.fft.rfft2(np.stack([kernel, mask]), (n, n)).conj()
+    seen = np.fft.rfft2(np.stack([image, image * image]))
+    product, total, square = np.fft.irfft2(
+        np.stack([spectrum[0] * seen[0], spectrum[1] * seen[0], spectrum[1] * seen[1]]), (n, n)
+    )
+    part = slice(0, n - p + 1)
+    product, total, square = product[part, part], total[part, part], square[part, part]
+    energy = np.maximum(square - total * total / count, 1e-9 * (1.0 + np.abs(square)))
+    found: Array = product / np.sqrt(energy * max(float((kernel * patch).sum()), 1e-12))
+    return found.clip(-1.0, 1.0)
+
+
+def peak(score: Array) -> tuple[int, int, Array]:
+    """Row and column of the largest of `score` (q, q), and how far from there, x and y, a parabola has its top."""
+    j, i = (int(k) for k in np.unravel_index(np.argmax(score), score.shape))
+    off = np.zeros(2)
+    last = len(score) - 1
+    if 0 < i < last and 0 < j < last:
+        for k, (a, b, c) in enumerate(
+            ((score[j, i - 1], score[j, i], score[j, i + 1]), (score[j - 1, i], score[j, i], score[j + 1, i]))
+        ):
+            bend = a - 2.0 * b + c
+            off[k] = 0.0 if bend > -1e-9 else np.clip(0.5 * (a - c) / bend, -0.5, 0.5)
+    return j, i, off

@@ -1,0 +1,77 @@
+"""True boxes and segments of a clip, from CSV files."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from attrs import frozen
+
+from vedette import Array, InputError
+
+
+@frozen
+class Segment:
+    """Frames `start` to before `end` of a clip; label i + `label_offset` belongs to frame i."""
+
+    start: int
+    end: int
+    label_offset: int
+
+
+def read_boxes(path: Path, first_pixel: float) -> dict[int, Array]:
+    """Label number to centre x, y, width and height in px; boxes whose cells are empty are left out."""
+    found = {}
+    for place, row in _rows(path, ("frame", "x", "y", "w", "h")):
+        cells = [row[name] for name in ("x", "y", "w", "h")]
+        if not any(cells):
+            continue
+        try:
+            number, box = int(row["frame"]), [float(cell) for cell in cells]
+        except ValueError:
+            raise InputError(
+                f"{place}: frame must be a whole number and x, y, w, h numbers, got {list(row.values())}"
+            ) from None
+        found[number] = centred(box, first_pixel)
+    return found
+
+
+def centred(box: Sequence[float] | Array, first_pixel: float) -> Array:
+    """x, y, w, h of a box whose corner is a pixel, counted from `first_pixel` -> centre x, y, width, height.
+
+    ValueError if it is no box.
+    """
+    x, y, w, h = (float(value) for value in box)
+    if not all(math.isfinite(value) for value in (x, y, w, h)) or w <= 0 or h <= 0:
+        raise ValueError(f"must be [x, y, w, h] with w and h > 0, got {[x, y, w, h]}")
+    return np.array([x - first_pixel + 0.5 * (w - 1.0), y - first_pixel + 0.5 * (h - 1.0), w, h])
+
+
+def read_segment(path: Path, clip: str, number: int) -> Segment:
+    """The `number`-th segment of `clip`, counted from 0."""
+    own = []
+    for place, row in _rows(path, ("clip", "label_offset", "start", "end_excl")):
+        if row["clip"] == clip:
+            try:
+                own.append(Segment(int(row["start"]), int(row["end_excl"]), int(row["label_offset"])))
+            except ValueError:
+                raise InputError(f"{place}: must hold whole numbers, got {list(row.values())}") from None
+    if number >= len(own):
+        raise InputError(f"{path}: {clip!r} has {len(own)} segments, counted from 0; there is no {number}")
+    return own[number]
+
+
+def _rows(path: Path, titles: tuple[str, ...]) -> list[tuple[str, dict[str, str]]]:
+    """Each row's place and its cells under `titles`, stripped."""
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: cannot be read: {error}") from None
+    reader = csv.DictReader(text.splitlines())
+    lacking = [title for title in titles if title not in (reader.fieldnames or [])]
+    if lacking:
+        raise InputError(f"{path}: must have the columns {', '.join(titles)}; lacks {', '.join(lacking)}")
+    return [(f"{path}, line {reader.line_num}", {t: (row[t] or "").strip() for t in titles}) for row in reader]

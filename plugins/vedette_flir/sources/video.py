@@ -1,0 +1,117 @@
+"""Recorded images as a source of frames."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, ClassVar, cast, final
+
+import numpy as np
+from attrs import frozen
+
+from vedette import (
+    Array,
+    ConfigError,
+    Frame,
+    ImagingSensor,
+    InputError,
+    Problem,
+    Recording,
+    Scan,
+    Sensor,
+    Source,
+    Space,
+    Trajectory,
+    fields,
+)
+from vedette_flir.sources.boxes import Segment, centred, read_boxes, read_segment
+from vedette_flir.sources.images import Grey, read_frames
+
+BOX = Space.of(x="px", y="px", width="px", height="px")
+
+
+def _four(values: Array) -> str | None:
+    return None if len(values) == 4 else f"must be [x, y, w, h], got {len(values)} numbers"
+
+
+@final
+@frozen
+class VideoSource(Source):
+    """Frames of a video file or of a folder of images, 8 or 16 bit, grey; the target's boxes where they are known.
+
+    The first true box, or `box`, is where the target is: earlier frames are skipped. Boxes are x, y, w, h in px, the corner
+    counted from `first_pixel`. A `segment` is a part of the clip without a cut, from a file segments.csv with the columns
+    clip, label_offset, start, end_excl. Unreadable frames and those of another size are refused, one by one.
+    """
+
+    kind: ClassVar[str] = "video"
+
+    path: str = fields.text("a video file, or a folder of images in the order of their names", default="")
+    truth: str = fields.text(
+        "file of true boxes, frame,x,y,w,h; default: NAME_truth.csv beside NAME, if it is there", default=""
+    )
+    box: Array | None = fields.array(
+        "px", "[x, y, w, h] of the target in the first frame; default: the first true box", ndim=1, default=None, check=_four
+    )
+    segment: int | None = fields.integer("which segment of the clip, counted from 0; default: the whole clip", default=None)
+    segments: str = fields.text("file of segments; default: segments.csv beside the clip", default="")
+    rate: float | None = fields.quantity("1/s", "frames per second; default: the file's, or 30", default=None, above=0)
+    first_pixel: float = fields.quantity("px", "what a box calls the first pixel", default=1.0)
+    negative: bool = fields.flag("take the frames' negative: hot is dark", default=False)
+
+    def open(self, sensors: Mapping[str, Sensor], rng: np.random.Generator) -> Recording:
+        """All frames from the first box on, and its trajectory as the truth: x, y, width, height."""
+        cameras = [name for name, sensor in sensors.items() if isinstance(sensor, ImagingSensor)]
+        if len(cameras) != 1 or len(sensors) != 1:
+            raise ConfigError(
+                [Problem("sensors", f"a video needs one sensor, a camera; got {', '.join(sensors) or 'none'}")]
+            )
+        if not self.path:
+            raise ConfigError([Problem("source.path", "is missing: a video file, or a folder of images")])
+        path = Path(self.path)
+        frames, said, refused = read_frames(path)
+        rate = self.rate or said or 30.0
+        part = Segment(0, max(frames) + 1, 0)
+        if self.segment is not None:
+            part = read_segment(
+                Path(self.segments) if self.segments else path.parent / "segments.csv", path.stem, self.segment
+            )
+        boxes = self._boxes(path, part)
+        begin = min(boxes)
+        kept = [number for number in frames if begin <= number < part.end]
+        if not kept:
+            raise InputError(f"{path}: has no frame from {begin} to {part.end - 1}; it has {len(frames)}")
+        scans = tuple(Scan.image(number / rate, cameras[0], Frame(self._signed(frames[number]))) for number in kept)
+        times = np.array(sorted(boxes)) / rate
+        truth = Trajectory("target", BOX, times, np.array([boxes[number] for number in sorted(boxes)]))
+        size = f"{frames[kept[0]].shape[1]} x {frames[kept[0]].shape[0]} px, {frames[kept[0]].dtype}"
+        return Recording(scans, (truth,), tuple(refused), {"frames": f"{kept[0]} to {kept[-1]} of {path.name}, {size}"})
+
+    def _boxes(self, path: Path, part: Segment) -> dict[int, Array]:
+        """Frame number to centre, width and height, of this part; at least one."""
+        beside = path.with_name(f"{path.stem}_truth.csv")
+        file = Path(self.truth) if self.truth else beside
+        boxes = {}
+        try:
+            if self.truth or (self.box is None and file.exists()):
+                labels = read_boxes(file, self.first_pixel)
+                boxes = {number - part.label_offset: box for number, box in labels.items()}
+            elif self.box is None:
+                raise ConfigError(
+                    [Problem("source.box", f"is missing: [x, y, w, h] in px, as there is no file {beside.name}")]
+                )
+            inside = {number: box for number, box in boxes.items() if part.start <= number < part.end}
+            if self.box is not None:
+                inside[part.start] = centred(self.box, self.first_pixel)
+        except ValueError as error:
+            if isinstance(error, ConfigError | InputError):
+                raise
+            raise ConfigError([Problem("source.box", str(error))]) from None
+        if not inside:
+            raise InputError(f"{file}: has no box from frame {part.start} to {part.end - 1}")
+        return inside
+
+    def _signed(self, pixels: Grey) -> Array:
+        """The frame, or its negative, in its own whole numbers: as small as they came."""
+        signed: Any = np.iinfo(pixels.dtype).max - pixels if self.negative else pixels
+        return cast(Array, signed)
