@@ -21,8 +21,10 @@ from vedette_standard.estimators.iterated import IteratedExtendedKalman
 from vedette_standard.estimators.kalman import Kalman
 from vedette_standard.estimators.square_root import SquareRootKalman
 from vedette_standard.estimators.unscented import UnscentedKalman
+from vedette_standard.lifecycles.coast_limited import CoastLimited
 from vedette_standard.lifecycles.existence import Existence
 from vedette_standard.lifecycles.m_of_n import MOfN
+from vedette_standard.lifecycles.score import Score
 from vedette_standard.lifecycles.single_target import SingleTarget
 from vedette_standard.motion.constant_acceleration import ConstantAcceleration
 from vedette_standard.motion.constant_acceleration_piecewise import ConstantAccelerationPiecewise
@@ -65,5 +67,5 @@ def vedette_components() -> Iterable[type[vedette.Component]]:
         *(BootstrapParticles, AuxiliaryParticles, GaussianSum),
         *(Nearest, GlobalNearest, Pda, Jpda),
         *(NaiveConversion, DebiasedConversion, UnbiasedConversion, ModifiedUnbiasedConversion),
-        *(SingleTarget, MOfN, Existence),
+        *(SingleTarget, MOfN, Existence, Score, CoastLimited),
     ]

@@ -1,0 +1,57 @@
+"""Deletion of tracks that coast for too long."""
+
+from __future__ import annotations
+
+from typing import ClassVar, final
+
+import numpy as np
+from attrs import frozen
+from numpy.typing import NDArray
+
+from vedette import Array, Mask, fields
+from vedette_standard.lifecycles.automatic import Automatic
+
+
+@frozen(eq=False)
+class Coasting:
+    """hits (*b, t): detections so far; missed (*b, t): detections expected since the last; confirmed (*b, t)."""
+
+    hits: NDArray[np.int64]
+    missed: Array
+    confirmed: Mask
+
+
+@final
+@frozen
+class CoastLimited(Automatic):
+    """A track counts as real after `hits` detections, and ends when it coasts: when too many that were due did not come.
+
+    What was due since the last detection is the sum of the detection probabilities of the scans in between, so a sensor
+    that sees a track badly, or not at all, does not end it; that of a tentative track is held against `tentative`, of a
+    confirmed one against `confirmed`. A detection is a probability above 1/2 that a return was the track's.
+    Blackman, Popoli, Design and Analysis of Modern Tracking Systems, 1999, section 6.2.
+    """
+
+    kind: ClassVar[str] = "coast_limited"
+
+    hits: int = fields.integer("detections that confirm a track", default=3, at_least=1)
+    tentative: float = fields.quantity("1", "detections due in a row that a tentative track may miss", default=1.5, above=0)
+    confirmed: float = fields.quantity("1", "detections due in a row that a confirmed track may miss", default=5.0, above=0)
+
+    def newborn(self, count: int) -> tuple[Coasting, Array]:
+        """Tracks with one hit, which confirms where `hits` is 1; existence 1."""
+        once = np.ones(count, dtype=np.int64)
+        return Coasting(once, np.zeros(count), np.full(count, self.hits == 1)), np.ones(count)
+
+    def survive(self, existence: Array, dt: float) -> Array:
+        """Unchanged."""
+        return existence
+
+    def review(self, memory: Coasting, existence: Array, hit: Array, expected: Array) -> tuple[Coasting, Mask, Mask]:
+        """Count what came and what did not, confirm and end."""
+        detected = hit > 0.5
+        hits = memory.hits + detected
+        missed = np.where(detected, 0.0, memory.missed + expected)
+        confirmed = memory.confirmed | (hits >= self.hits)
+        alive = missed <= np.where(confirmed, self.confirmed, self.tentative)
+        return Coasting(hits, missed, confirmed), confirmed, alive

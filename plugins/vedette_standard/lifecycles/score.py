@@ -1,0 +1,59 @@
+"""Confirmation and deletion by the track's score: a sequential probability ratio test."""
+
+from __future__ import annotations
+
+import math
+from typing import ClassVar, final
+
+import numpy as np
+from attrs import frozen
+
+from vedette import Array, Mask, fields
+from vedette_standard.lifecycles.automatic import Automatic
+
+_CERTAIN = 1.0 - 5e-13
+"""Existence is held below this, so that its odds stay finite and misses can still bring a track down."""
+
+
+@frozen(eq=False)
+class Scores:
+    """best (*b, t): the highest score so far; confirmed (*b, t)."""
+
+    best: Array
+    confirmed: Mask
+
+
+@final
+@frozen
+class Score(Automatic):
+    """Wald's test between a target and a run of false returns, on the log-likelihood ratio of all that was seen.
+
+    The score is the log odds of existence, which the tracker brings up to date for every associator, less those of a new
+    track. A tentative track is confirmed at log((1 - beta)/alpha) and ends at log(beta/(1 - alpha)), alpha = `false_tracks`,
+    beta = `lost_targets`. A confirmed one, whose score grows without bound, ends once it has fallen `drop` below its best.
+    Wald, Sequential Tests of Statistical Hypotheses, Annals of Mathematical Statistics 16, 1945.
+    """
+
+    kind: ClassVar[str] = "score"
+
+    initial: float = fields.probability("that a return no track explains is a new target", default=0.1, above=0, below=1)
+    false_tracks: float = fields.probability("share of false tracks that may be confirmed", default=1e-3, above=0, below=0.5)
+    lost_targets: float = fields.probability("share of targets that may end tentative", default=0.05, above=0, below=0.5)
+    drop: float = fields.quantity("1", "fall of the score, in nats, that ends a confirmed track", default=10.0, above=0)
+
+    def newborn(self, count: int) -> tuple[Scores, Array]:
+        """Not confirmed, at score 0, with the `initial` existence."""
+        return Scores(np.zeros(count), np.zeros(count, dtype=bool)), np.full(count, self.initial)
+
+    def survive(self, existence: Array, dt: float) -> Array:
+        """The same but for a last doubt: the test knows no time."""
+        return np.minimum(existence, _CERTAIN)
+
+    def review(self, memory: Scores, existence: Array, hit: Array, expected: Array) -> tuple[Scores, Mask, Mask]:
+        """Confirm and end by the thresholds."""
+        certain = np.clip(existence, 1.0 - _CERTAIN, _CERTAIN)
+        score = np.log(certain) - np.log1p(-certain) - math.log(self.initial / (1.0 - self.initial))
+        best = np.maximum(memory.best, score)
+        confirmed = memory.confirmed | (score >= math.log((1.0 - self.lost_targets) / self.false_tracks))
+        tentative_alive = score > math.log(self.lost_targets / (1.0 - self.false_tracks))
+        return Scores(best, confirmed), confirmed, np.where(confirmed, best - score < self.drop, tentative_alive)
