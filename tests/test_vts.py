@@ -203,7 +203,7 @@ def test_the_imm_keeps_its_gate_and_is_calmer_than_any_single_filter_that_does(s
 
 
 def test_a_small_q_leaves_the_gate_and_loses_the_target_whatever_the_model(study):
-    """CVKF with q = .1: 79 % out of gate, nearly all runs lost where the gate acts; q = 1 has neither, CAKF with .1 has 41 %."""
+    """CVKF, q = .1: 79 % out of gate, nearly all runs lost where the gate acts; q = 1 has neither; CAKF, .1: 41 %."""
     _, records = study
     out = {name: np.mean(r.distance[:, MANOEUVRES] > GATE) for name, r in records.items()}
     assert out["CVKF"] > 0.5

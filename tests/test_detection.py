@@ -1,0 +1,154 @@
+"""What stands between raw scans and a tracker: grouping by moment, names, and what is left out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar, final
+
+import numpy as np
+import pytest
+from attrs import frozen
+
+import vedette
+from vedette import Detections, Detector, Recording, Scan, ScanRefused, Sensor, Source, Space, fields
+from vedette.detection import check_detectors, detect_all, detected, raw_sensors
+from vedette_standard.sensors.cartesian_position import CartesianPosition
+from vedette_standard.sensors.range_bearing import RangeBearing
+
+RADAR = CartesianPosition(5.0)
+
+
+@final
+@frozen
+class Joined(Detector):
+    """All returns of its sensors, as if of one."""
+
+    kind: ClassVar[str] = "joined"
+
+    sensors: dict[str, Sensor] = fields.part("any number of sensors")
+
+    @property
+    def measurement(self) -> Space:
+        return RADAR.measurement
+
+    def detect(self, scans: Mapping[str, Scan]) -> Detections:
+        return Detections.of(np.concatenate([scans[name].detections.z for name in sorted(scans)]), 2)
+
+
+@final
+@frozen
+class Given(Source):
+    """Scans that a test states."""
+
+    kind: ClassVar[str] = "given"
+
+    scans: tuple[Scan, ...] = ()
+
+    def open(self, sensors, rng):
+        return Recording(self.scans)
+
+
+JOINED = {"radar": Joined({"a": RADAR, "b": RADAR})}
+
+
+def scan(time, name, *z):
+    return Scan(time, name, Detections.of(list(z), 2))
+
+
+def summary(scans):
+    return [(s.time, s.sensor, s.detections.z[:, 0].tolist()) for s in scans]
+
+
+def test_scans_of_a_moment_make_one():
+    raw = [
+        scan(0, "a", [1, 0]),
+        scan(0, "other", [9, 0]),
+        scan(0, "b", [2, 0], [3, 0]),
+        scan(1, "b", [4, 0]),
+        scan(2, "other", [8, 0]),
+        scan(3, "a"),
+    ]
+    expected = [(0, "other", [9]), (0, "radar", [1, 2, 3]), (1, "radar", [4]), (2, "other", [8]), (3, "radar", [])]
+    assert summary(detected(raw, JOINED)) == expected
+
+
+def test_a_sensor_that_looks_twice_at_a_moment_makes_two():
+    raw = [scan(0, "a", [1, 0]), scan(0, "b", [2, 0]), scan(0, "a", [3, 0])]
+    assert summary(detected(raw, JOINED)) == [(0, "radar", [1, 2]), (0, "radar", [3])]
+
+
+def test_without_detectors_scans_are_as_they_come():
+    raw = (scan(0, "radar", [1, 0]), scan(0, "radar", [np.nan, 0]))
+    assert detect_all(raw, {}, strict=True) == (raw, [])
+
+
+def test_a_source_delivers_what_detectors_take():
+    sensors = {"radar": RADAR, "other": RangeBearing(1.0, 0.1)}
+    assert raw_sensors(JOINED, sensors) == {"other": sensors["other"], "a": RADAR, "b": RADAR}
+    same = {"radar": Joined({"radar": RADAR})}
+    check_detectors(same, {"radar": RADAR})
+    assert raw_sensors(same, {"radar": RADAR}) == {"radar": RADAR}
+
+
+@pytest.mark.parametrize(
+    ("detectors", "sensors", "message"),
+    [
+        (JOINED, {"sonar": RADAR}, "detectors.radar: must be named as one of the sensors: 'sonar'"),
+        (JOINED, {"radar": RangeBearing(1.0, 0.1)}, r"detectors.radar: must make what the sensor 'radar' measures, \(range"),
+        (
+            JOINED,
+            {"radar": RADAR, "a": RADAR},
+            "detectors.radar.sensors.a: scans of this name go to the tracker's own sensor 'a'",
+        ),
+        (
+            JOINED | {"two": Joined({"b": RADAR})},
+            {"radar": RADAR, "two": RADAR},
+            "detectors.two.sensors.b: scans of this name go to the detector 'radar'",
+        ),
+    ],
+)
+def test_names_that_clash_are_told(detectors, sensors, message):
+    with pytest.raises(ValueError, match=message):
+        check_detectors(detectors, sensors)
+
+
+def test_bad_raw_returns_are_left_out_and_told():
+    raw = [
+        scan(0, "a", [1, 0], [np.nan, 0]),
+        Scan(0, "b", Detections.of([[1.0, 2, 3]])),
+        scan(1, "b", [np.inf, 0]),
+        scan(2, "a", [5, 0]),
+    ]
+    scans, problems = detect_all(raw, JOINED, strict=False)
+    assert summary(scans) == [(0, "radar", [1]), (1, "radar", []), (2, "radar", [5])]
+    assert [problem.place for problem in problems] == ["raw scan 0, return 1", "raw scan 1, z", "raw scan 2, return 0"]
+    for bad in (0, 1, 2):
+        with pytest.raises(ScanRefused, match=r"raw scan of '[ab]' at"):
+            detect_all(raw[bad : bad + 1], JOINED, strict=True)
+
+
+def experiment(*scans):
+    return vedette.Experiment(
+        vedette.build(
+            {
+                "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 1.0}},
+                "sensors": {"radar": RADAR},
+                "associator": {"kind": "nearest"},
+                "lifecycle": {"kind": "m_of_n", "hits": 1, "looks": 1, "spread": {"vx": 5.0, "vy": 5.0}},
+            }
+        ),
+        source=Given(scans),
+        detectors=JOINED,
+    )
+
+
+def test_an_experiment_tracks_what_its_detectors_make():
+    result = experiment(scan(0, "a", [1, 0]), scan(0, "b", [500, 0]), scan(1, "b", [np.nan, 0], [2, 0])).run()
+    assert summary(result.scans) == [(0, "radar", [1, 500]), (1, "radar", [2])]
+    assert [str(problem) for problem in result.refused] == ["raw scan 2, return 0: must be finite numbers, got [nan, 0.0]"]
+    assert len(result.tracks) == 2
+
+
+def test_an_experiment_refuses_a_detector_of_no_sensor():
+    with pytest.raises(ValueError, match=r"detectors.sonar: must be named as one of the sensors"):
+        vedette.Experiment(experiment().tracker, detectors={"sonar": JOINED["radar"]})
