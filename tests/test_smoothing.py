@@ -335,6 +335,8 @@ def test_runs_in_lock_step_are_those_runs_alone(estimator):
     _, scans, prior = turning(np.random.default_rng(1), 3, 12)
     tracker = tracker_of(estimator, {"radar": RADAR}, Pda())
     means, covs = estimates(tracker, smoothed(tracker, states_of(tracker, prior, scans, -1.0), 9.0))
+    assert np.isfinite(means).all()
+    assert np.linalg.eigvalsh(covs).min() > 0
     for run in range(3):
         own = [evolve(scan, detections=trees.take(scan.detections, run, 0)) for scan in scans]
         alone = states_of(tracker, Gaussian(prior.mean[run], prior.cov[run]), own, -1.0)
