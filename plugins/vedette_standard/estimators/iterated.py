@@ -9,6 +9,7 @@ from attrs import Factory, field, frozen
 
 from vedette import Array, Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, fields, kernels
 from vedette.gaussian import GaussianFilter, imaged, joined, noise_of
+from vedette.space import Mask
 from vedette_standard.estimators.extended import ExtendedKalman
 
 
@@ -45,25 +46,24 @@ class IteratedExtendedKalman(GaussianFilter):
         prior = belief.mean[..., None, :]
         R = noise_of(sensor, seen, belief.mean[..., where])
         x = np.broadcast_to(prior, (*belief.mean.shape[:-1], seen.z.shape[-2], len(self.state)))
-        H, nu = self._line(x, prior, sensor, seen, where)
-        step, price = np.zeros(x.shape), np.full(x.shape[:-1], np.inf)
-        for _ in range(self.passes - 1):
+        H, nu = used = self._line(x, prior, sensor, seen, where)
+        price = np.full(x.shape[:-1], np.inf)
+        for _ in range(self.passes):
             cross = belief.cov[..., None, :, :] @ np.swapaxes(H, -1, -2)
             pull = np.linalg.solve(H @ cross + R, nu[..., None])
-            trial = (cross @ pull)[..., 0]
-            there = self.state.displace(prior, trial)
-            H_there, nu_there = self._line(there, prior, sensor, seen, where)
-            # Against the prior: |x - x-|^2_P is pull' H P H' pull. The residual at x is nu plus what H explains of it.
-            left = nu_there - (H_there @ trial[..., None])[..., 0]
+            step = (cross @ pull)[..., 0]
+            there = self._line(self.state.displace(prior, step), prior, sensor, seen, where)
+            # |x - x-|^2_P is pull' H P H' pull, and the residual at x what the new line leaves there.
+            left = there[1] - (there[0] @ step[..., None])[..., 0]
             cost = np.sum(left * np.linalg.solve(R, left[..., None])[..., 0], axis=-1)
             cost += np.sum(pull * (H @ cross @ pull), axis=(-1, -2))
             better = cost < price
             if not better.any():
                 break
             price = np.where(better, cost, price)
-            step = np.where(better[..., None], trial, step)
-            H = np.where(better[..., None, None], H_there, H)
-            nu = np.where(better[..., None], nu_there, nu)
+            used = _where(better, (H, nu), used)
+            H, nu = _where(better, there, (H, nu))
+        H, nu = used
         folded = kernels.innovate(belief.cov[..., None, :, :], nu[..., None, :], H, R[..., None, :, :])
         loglik, distance, log_volume, shift, post = folded
         parts = (loglik[..., 0], distance[..., 0], log_volume[..., 0], shift[..., 0, :], post[..., 0, :, :])
@@ -78,3 +78,8 @@ class IteratedExtendedKalman(GaussianFilter):
         H[..., where] = slope
         left = sensor.measurement.difference(seen.z[..., None, :, :], sensor.measure(x[..., where]))
         return H, left - (H @ self.state.difference(prior, x)[..., None])[..., 0]
+
+
+def _where(better: Mask, new: tuple[Array, Array], old: tuple[Array, Array]) -> tuple[Array, Array]:
+    """The new line (*b, t, k, m, n) and (*b, t, k, m) where it is better (*b, t, k)."""
+    return np.where(better[..., None, None], new[0], old[0]), np.where(better[..., None], new[1], old[1])
