@@ -41,3 +41,16 @@ def nightly(session: nox.Session) -> None:
     """The tests with the strong statistical profile: slow."""
     session.install("-e", ".[dev]")
     session.run("python", "-m", "pytest", "-n", "auto", "--vedette-profile", "nightly", *session.posargs)
+
+
+@nox.session(python=PYTHONS)
+def plugin_template(session: nox.Session) -> None:
+    """Build the example of a third-party plugin and Vedette into wheels, and test the one against the other."""
+    out, example = session.create_tmp(), session.invoked_from + "/examples/plugin_template"
+    session.install("build", "hatchling", "scikit-build-core")
+    for folder in (session.invoked_from, example):
+        session.run("python", "-m", "build", "--wheel", "--outdir", out, folder)
+    session.install("--force-reinstall", "--find-links", out, "vedette[testing]", "vedette-clothoid")
+    session.run("python", "-m", "pytest", "-p", "no:cacheprovider", "--rootdir", example, example + "/tests")
+    session.run("vedette", "check", "clothoid")
+    session.run("vedette", "run", example + "/road.toml", "--out", out + "/road")

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from vedette.space import Array, Axis, Space
 from vedette.types import Gaussian
 
-STATE_SIZES = {"m": 2000.0, "m/s": 30.0, "m/s^2": 3.0, "rad": np.pi, "rad/s": 0.2, "s": 10.0}
+STATE_SIZES = {"m": 2000.0, "m/s": 30.0, "m/s^2": 3.0, "rad": np.pi, "rad/s": 0.2, "s": 10.0, "1/km": 10.0, "1/km^2": 100.0}
 """How large a coordinate in a unit usually is."""
 
 SEEDS = st.integers(0, 2**32 - 1)
