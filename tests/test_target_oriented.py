@@ -292,7 +292,8 @@ def test_fails_are_few(records):
     failed = records["TOM literal"].failed.mean()
     assert failed <= (0.02 if runs >= 1000 else 0.05)
     if runs >= 1000:
-        assert failed <= records["Singer"].failed.mean()
+        apart = records["TOM literal"].failed.astype(float) - records["Singer"].failed  # -1.5 % +- .5 %
+        assert apart.mean() < 5 * apart.std() / np.sqrt(runs)
 
 
 def test_the_phases_are_the_papers():

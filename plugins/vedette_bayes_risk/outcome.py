@@ -157,7 +157,10 @@ def charts(truth: Array, records: Mapping[str, Record]) -> tuple[Chart, ...]:
     times = np.arange(2.0, 2.0 + records["proposed"].squares.shape[1])
     path, track = truth[:, :2] / 1e3, records["proposed"].path / 1e3
     flight = Curve("truth", path[:, 0], path[:, 1]), Curve("proposed", track[:, 0], track[:, 1], "dashed")
-    errors = tuple(Curve(name, times, np.sqrt(np.mean(record.squares, axis=0))) for name, record in records.items())
+    errors = tuple(
+        Curve(name, times, np.sqrt(np.mean(record.squares, axis=0)), "dashed" if name == "proposed, printed" else "line")
+        for name, record in records.items()
+    )
     modes = tuple(
         Panel(
             name,
