@@ -15,12 +15,16 @@ from vedette.draws import (
     union_state,
 )
 from vedette.returns import Bounds, draw_clutter, draw_detections, returns
+from vedette_sim.infrared import HotSpot, HotTarget, InfraredScene
 from vedette_sim.scenario import Drawn, Look, Simulation
 from vedette_sim.ships import Leg, Ship
 
 __all__ = [
     "Bounds",
     "Drawn",
+    "HotSpot",
+    "HotTarget",
+    "InfraredScene",
     "Leg",
     "Look",
     "Ship",
@@ -44,5 +48,5 @@ VEDETTE_CONTRACT = 1
 
 @vedette.plugin
 def vedette_components() -> Iterable[type[vedette.Component]]:
-    """The simulated scene."""
-    return [Simulation]
+    """The simulated scenes."""
+    return [Simulation, InfraredScene]

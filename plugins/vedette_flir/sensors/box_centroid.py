@@ -7,7 +7,7 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Frame, fields
+from vedette import Array, Frame, Mask, fields
 from vedette_flir.camera import cut
 from vedette_flir.sensors.apparent import ApparentPosition
 
@@ -47,7 +47,7 @@ class BoxCentroid(ApparentPosition):
         excess = np.maximum((np.abs(dx) - half[0])[..., None, :], (np.abs(dy) - half[1])[..., :, None])
         inside, core = window.seen & (excess <= 0), excess <= -2
         border = np.where(inside & ~core, window.values, np.nan).reshape(*width.shape, -1)
-        some = np.isfinite(border).any(axis=-1)
+        some: Mask = np.any(np.isfinite(border), axis=-1)
         border = np.where(some[..., None], border, 0.0)
         level = np.nanmedian(border, axis=-1)
         spread = np.maximum(1.48 * np.nanmedian(np.abs(border - level[..., None]), axis=-1), self.least)

@@ -1,0 +1,199 @@
+"""Simulated infrared frames: hot targets behind a trembling atmosphere, before a cluttered background."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar, final
+
+import numpy as np
+from attrs import frozen
+
+from vedette import (
+    Array,
+    ConfigError,
+    Frame,
+    ImagingSensor,
+    MotionModel,
+    Problem,
+    Recording,
+    Scan,
+    Sensor,
+    Source,
+    Space,
+    Trajectory,
+    fields,
+)
+from vedette.draws import draw_states
+
+IMAGE = Space.of(x="px", y="px", jx="px", jy="px", width="px", height="px")
+
+_CHUNK = 256
+"""Frames whose noise is drawn at once."""
+
+
+@final
+@frozen
+class HotSpot:
+    """A circular spot of a target, where its pixels' mean of peak * e^(-r^2 / 2 spread^2) is seen."""
+
+    peak: float = fields.quantity("count", "intensity in its middle; negative for a cold spot")
+    spread: float = fields.quantity("px", "standard deviation of its profile", above=0)
+    x: float = fields.quantity("px", "place on the target", default=0.0)
+    y: float = fields.quantity("px", "place on the target", default=0.0)
+
+
+@final
+@frozen
+class HotTarget:
+    """What moves through the image: it appears at the sum of some axes of its motion, and its spots turn about there."""
+
+    motion: MotionModel = fields.part("how it moves, in px")
+    spots: tuple[HotSpot, ...] = fields.part("its hot spots")
+    start: dict[str, tuple[float, float]] = fields.table("axis to [mean, standard deviation] at the start", pairs=True)
+    jitter_x: tuple[str, ...] = fields.words("axes that are added to x where it appears", default=())
+    jitter_y: tuple[str, ...] = fields.words("axes that are added to y where it appears", default=())
+    turn_rate: float = fields.quantity("rad/s", "how fast the spots turn, from x towards y", default=0.0)
+
+    def __attrs_post_init__(self) -> None:
+        space = self.motion.state
+        if sorted(self.start) != sorted(space.names):
+            raise ValueError(f"start: must give the axes {', '.join(space.names)}, got {', '.join(self.start) or 'none'}")
+        if not self.spots:
+            raise ValueError("spots: must hold at least one hot spot, got none")
+        for name in ("x", "y", *self.jitter_x, *self.jitter_y):
+            if name not in space or space.axes[space.names.index(name)].unit != "px":
+                raise ValueError(f"motion: must have the axis {name!r} in px; it has {space}")
+
+    def path(self, times: Array, rng: np.random.Generator) -> Array:
+        """x, y without jitter and the jitter of both at `times` (s,): (s, 4)"""
+        space = self.motion.state
+        mean, deviation = np.array([self.start[name] for name in space.names]).T
+        states = draw_states(self.motion, mean + deviation * rng.standard_normal(len(space)), times, rng)
+        place = states[:, [space.names.index(name) for name in ("x", "y")]]
+        jitter = [
+            np.sum(states[:, [space.names.index(name) for name in names]], axis=1)
+            for names in (self.jitter_x, self.jitter_y)
+        ]
+        return np.column_stack([place, *jitter])
+
+    def box(self) -> tuple[float, float]:
+        """Width and height that hold its spots, to twice their spreads, as they stand at the start."""
+        low, high = (
+            np.array([[spot.x + side * 2 * spot.spread, spot.y + side * 2 * spot.spread] for spot in self.spots])
+            for side in (-1, 1)
+        )
+        width, height = high.max(axis=0) - low.min(axis=0)
+        return float(width), float(height)
+
+    def add_to(self, frames: Array, where: Array, times: Array) -> None:
+        """Add the spots to frames (s, h, w) at the apparent places `where` (s, 2)."""
+        turn = self.turn_rate * times
+        cos, sin = np.cos(turn), np.sin(turn)
+        for spot in self.spots:
+            x, y = where[:, 0] + cos * spot.x - sin * spot.y, where[:, 1] + sin * spot.x + cos * spot.y
+            across = _share(frames.shape[2], x, spot.spread)
+            down = spot.peak * _share(frames.shape[1], y, spot.spread)
+            frames += down[:, :, None] * across[:, None, :]
+
+
+def _share(size: int, at: Array, spread: float) -> Array:
+    """e^(-u^2 / 2 s^2) averaged over each of `size` pixels, for each place `at` (s,): (s, size)"""
+    from scipy.special import ndtr
+
+    edges = (np.arange(size + 1) - 0.5 - at[:, None]) / spread
+    share: Array = np.sqrt(2.0 * np.pi) * spread * np.diff(ndtr(edges), axis=1)
+    return share
+
+
+@final
+@frozen
+class InfraredScene(Source):
+    """Frames of hot targets: their spots, a background that is correlated over space and time, and white pixel noise.
+
+    The background is a stationary Gaussian field with covariance clutter^2 e^(-d^2 / 4 l^2) e^(-t / tau), which the drift of
+    the platform carries along with the targets. Dead pixels are NaN. Every target, the background and the noise have a
+    random stream of their own: another target changes nothing else.
+    """
+
+    kind: ClassVar[str] = "infrared_scene"
+
+    targets: Mapping[str, HotTarget] = fields.part("name to target")
+    width: int = fields.integer("pixels of a row", default=64, at_least=8, at_most=512)
+    height: int = fields.integer("rows", default=64, at_least=8, at_most=512)
+    corner: Array = fields.array("px", "[x, y] of the first pixel", ndim=1, default=(0.0, 0.0))
+    frames: int = fields.integer("number of frames", default=300, at_least=1, at_most=100_000)
+    rate: float = fields.quantity("1/s", "frames per second", default=30.0, above=0)
+    sigma: float = fields.quantity("count", "standard deviation of the pixels' white noise", default=1.0, at_least=0)
+    level: float = fields.quantity("count", "mean of the background", default=0.0)
+    clutter: float = fields.quantity("count", "standard deviation of the background", default=0.0, at_least=0)
+    clutter_length: float = fields.quantity("px", "scale l of the background's correlation", default=2.0, above=0)
+    clutter_time: float = fields.quantity("s", "time after which the background's correlation is 1/e", default=1.0, above=0)
+    drift: Array = fields.array("px/s", "[x, y] of the image's drift by the platform's", ndim=1, default=(0.0, 0.0))
+    dead: float = fields.probability("part of the pixels that are dead", default=0.0, below=1)
+
+    def __attrs_post_init__(self) -> None:
+        if not self.targets:
+            raise ValueError("targets: must hold at least one target, got none")
+        for name, given in (("drift", self.drift), ("corner", self.corner)):
+            if len(given) != 2:
+                raise ValueError(f"{name}: must be [x, y], got {len(given)} numbers")
+
+    def open(self, sensors: Mapping[str, Sensor], rng: np.random.Generator) -> Recording:
+        """All frames, and each target's x, y, jitter jx, jy and box: it appears at x + jx, y + jy."""
+        cameras = [name for name, sensor in sensors.items() if isinstance(sensor, ImagingSensor)]
+        if len(sensors) != 1 or len(cameras) != 1:
+            raise ConfigError([Problem("sensors", f"frames need one sensor, a camera; got {', '.join(sensors) or 'none'}")])
+        root = int(rng.integers(2**63))
+        times = np.arange(self.frames) / self.rate
+        shift = times[:, None] * np.asarray(self.drift)
+        paths = {}
+        for name, target in self.targets.items():
+            paths[name] = target.path(times, np.random.default_rng([root, 1, *name.encode()]))
+            paths[name][:, :2] += shift
+        scans = []
+        for first, block in self._blocks(root, times, shift, paths):
+            scans += [
+                Scan.image(float(times[first + i]), cameras[0], Frame(image, self.corner)) for i, image in enumerate(block)
+            ]
+        truth = tuple(
+            Trajectory(name, IMAGE, times, np.column_stack([path, np.tile(self.targets[name].box(), (len(times), 1))]))
+            for name, path in paths.items()
+        )
+        return Recording(tuple(scans), truth)
+
+    def _blocks(self, root: int, times: Array, shift: Array, paths: Mapping[str, Array]) -> list[tuple[int, Array]]:
+        """The first frame's number and the frames (s, h, w) of each chunk."""
+        noise, field = (np.random.default_rng([root, stream]) for stream in (2, 3))
+        dead = np.random.default_rng([root, 4]).random((self.height, self.width)) < self.dead
+        blocks, state = [], None
+        for first in range(0, self.frames, _CHUNK):
+            part = slice(first, min(first + _CHUNK, self.frames))
+            images = self.level + self.sigma * noise.standard_normal((part.stop - first, self.height, self.width))
+            if self.clutter > 0:
+                state = self._add_background(images, shift[part], state, field)
+            for name, target in self.targets.items():
+                where = paths[name][part, :2] + paths[name][part, 2:] - self.corner
+                target.add_to(images, where, times[part])
+            images[:, dead] = np.nan
+            blocks.append((first, images))
+        return blocks
+
+    def _add_background(self, images: Array, shift: Array, state: Array | None, rng: np.random.Generator) -> Array:
+        """Add the field, drifted, to frames (s, h, w); the spectrum (h, w/2 + 1) that the next frame starts from.
+
+        On a torus: white noise times the root of the field's spectrum; a drift is a phase.
+        """
+        ky, kx = np.fft.fftfreq(self.height), np.fft.rfftfreq(self.width)
+        root = np.exp(-((2.0 * np.pi * self.clutter_length) ** 2) * (ky[:, None] ** 2 + kx**2) / 2.0)
+        full = np.exp(
+            -((2.0 * np.pi * self.clutter_length) ** 2) * (ky[:, None] ** 2 + np.fft.fftfreq(self.width) ** 2) / 2.0
+        )
+        root *= self.clutter / np.sqrt(np.mean(full**2))
+        keep = np.exp(-1.0 / self.rate / self.clutter_time)
+        for image, moved in zip(images, shift, strict=True):
+            fresh = root * np.fft.rfft2(rng.standard_normal((self.height, self.width)))
+            state = fresh if state is None else keep * state + np.sqrt(1.0 - keep**2) * fresh
+            phase = np.exp(-2j * np.pi * ky * moved[1])[:, None] * np.exp(-2j * np.pi * kx * moved[0])
+            image += np.fft.irfft2(state * phase, (self.height, self.width))
+        assert state is not None
+        return state
