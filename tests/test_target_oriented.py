@@ -252,6 +252,29 @@ def test_on_jump_truth_the_consistent_model_is_in_its_band_and_the_literal_one_i
     assert literal.mean() > 8
 
 
+def side_error_over_variance(sigma_side, runs, rng):
+    """Of one certain model on a straight line: mean square of the side error over the variance it reckons with, per run."""
+    motion = {"kind": "target_oriented_certain", "sigma_forward": 5.0, "sigma_side": sigma_side}
+    config = FILTERS["TOM certain"] | {"estimator": {"kind": "ekf", "motion": motion}, "associator": {"kind": "nearest"}}
+    config |= {"sensors": {"radar": {"kind": "cartesian_position", "sigma": 20.0}}, "gate": {"probability": 1 - 1e-14}}
+    tracker = vedette.load(config | {"source": None}).tracker
+    times = np.arange(1.0, 81.0)
+    z = np.stack([400 * times, np.zeros(80)], axis=-1) + 20 * rng.standard_normal((runs, 80, 2))
+    valid = np.ones((runs, 1), dtype=bool)
+    scans = [Scan(time, "radar", Detections(z[:, [i]], valid)) for i, time in enumerate(times)]
+    start = Gaussian(np.tile([0.0, 0, 400, 0], (runs, 1, 1)), np.tile(np.diag([400.0, 400, 400, 400]), (runs, 1, 1, 1)))
+    made = run_together(tracker, in_frame(start, start.mean[..., :2] - [400.0, 0]), 0.0, scans)
+    return np.mean(made.mean[:, 30:, 1] ** 2 / made.cov[:, 30:, 1, 1], axis=1)
+
+
+def test_a_side_speed_that_counts_as_known_is_right_at_one_noise_only():
+    """(2 - a)/(4 - 3a) R against a R: equal at a = 2/3, sigma_side = 4/sqrt(3) sigma/T^2; 2.4 +- .05 at 10 m/s^2."""
+    rng = np.random.default_rng(8)
+    right = side_error_over_variance(4 / np.sqrt(3) * 20.0, 300, rng)
+    assert abs(right.mean() - 1) < 0.02 + 5 * right.std() / np.sqrt(300)
+    assert side_error_over_variance(10.0, 300, rng).mean() > 1.8
+
+
 # The study.
 
 
