@@ -90,10 +90,18 @@ def why_not_exact(tracker: Tracker, prior: Gaussian) -> str:
     return ""
 
 
-def play(tracker: Tracker, prior: Gaussian, times: Array, runs: int, rng: np.random.Generator) -> Runs:
+def play(
+    tracker: Tracker,
+    prior: Gaussian,
+    times: Array,
+    runs: int,
+    rng: np.random.Generator,
+    world: Tracker | None = None,
+) -> Runs:
     """Run the tracker on `runs` targets in lock-step: each starts at times[0] from the prior, scans follow from times[1] on.
 
     The target is given at the start and kept to the end, so that figures are of the filter, not of its lifecycle.
+    `world` is the tracker whose motion and sensors the truth and the returns are drawn from: by default the same.
     """
     why = why_not_exact(tracker, prior)
     clutter = any(
@@ -104,7 +112,8 @@ def play(tracker: Tracker, prior: Gaussian, times: Array, runs: int, rng: np.ran
     assert isinstance(kept, Lifecycle)
     gate = tracker.gate if clutter else evolve(tracker.gate, probability=OPEN_GATE, clutter="sensor")
     tracker = evolve(tracker, lifecycle=kept, gate=gate)
-    truth = draw_truth(tracker.estimator, prior, times, rng, runs)
+    world = tracker if world is None else world
+    truth = draw_truth(world.estimator, prior, times, rng, runs)
     n = len(tracker.state)
     many = Gaussian(np.broadcast_to(prior.mean, (runs, 1, n)), np.broadcast_to(prior.cov, (runs, 1, n, n)))
     state = tracker.start(many, float(times[0]), rng)
@@ -115,7 +124,7 @@ def play(tracker: Tracker, prior: Gaussian, times: Array, runs: int, rng: np.ran
             predicted = tracker.estimator.predict(state.belief, time - state.time, deepcopy(state.rng))
             moments = tracker.estimator.moments(predicted)
             x = _looked_at(tracker, sensor, truth[:, k])
-            z, seen = returns(sensor, x, rng.random(runs), rng.standard_normal((runs, len(sensor.measurement))))
+            z, seen = returns(world.sensors[name], x, rng.random(runs), rng.standard_normal((runs, len(sensor.measurement))))
             residual, S = innovation(tracker, sensor, Gaussian(moments.mean[:, 0], moments.cov[:, 0]), z)
             looks[name].append((residual, S, seen))
             expected = sensor.measurement.displace(z, -residual)

@@ -89,12 +89,14 @@ def consistency(
     alpha: float = 1e-6,
     band: tuple[float, float] = (0.85, 1.15),
     seed: int = 0,
+    world: Tracker | None = None,
 ) -> Report:
     """Draw truth from the tracker's own models, run it `runs` times in one batch, and judge its errors.
 
     Linear and Gaussian, it is judged by chi-square. Else (a mixture, a nonlinear model, clutter) only the mean over runs is
     known to be near 1: it must not contradict `band`. `prior` gives each axis' [mean, standard deviation] at the start,
-    unless the lifecycle states it. Misuse if no truth can be drawn.
+    unless the lifecycle states it. `world`, a tracker over the same axes with sensors of the same names, draws truth and
+    returns from its models instead: to see how far this tracker's may be off. Misuse if no truth can be drawn.
     """
     if runs < 30 or scans < 2 * LAGS:
         raise Misuse(f"runs: must be at least 30 and scans at least {2 * LAGS}, got {runs} and {scans}")
@@ -103,7 +105,8 @@ def consistency(
     elif not isinstance(tracker, Tracker):
         tracker = build(tracker)
     times = interval * np.arange(scans + 1)
-    return judge(play(tracker, prior_of(tracker, prior), times, runs, np.random.default_rng(seed)), alpha, band, seed)
+    played = play(tracker, prior_of(tracker, prior), times, runs, np.random.default_rng(seed), world)
+    return judge(played, alpha, band, seed)
 
 
 def assert_consistent(tracker: Tracker | Experiment | Config, **how: Any) -> Report:

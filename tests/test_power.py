@@ -1,0 +1,57 @@
+"""The kit's own size and power: p-values of right problems are uniform, wrong filters are found as often as theory says."""
+
+import importlib.util
+import sys
+from pathlib import Path
+
+import pytest
+from scipy import stats
+
+
+@pytest.fixture(scope="module")
+def study():
+    path = Path(__file__).parent.parent / "benchmarks/power.py"
+    spec = importlib.util.spec_from_file_location("power_study", path)
+    module = importlib.util.module_from_spec(spec)
+    sys.modules["power_study"] = module
+    spec.loader.exec_module(module)
+    yield module
+    del sys.modules["power_study"]
+
+
+@pytest.mark.statistical(alpha=7e-7)
+def test_p_values_of_two_thousand_right_problems_are_uniform(study):
+    nis, last, alarms = study.p_values(2000)
+    for p in (nis, last):
+        assert len(p) == 2000
+        assert stats.kstest(p, "uniform").pvalue > 1e-7
+        for level in (0.05, 0.01):
+            assert stats.binomtest(int((p < level).sum()), 2000, level).pvalue > 1e-7
+    assert stats.binomtest(int(alarms.sum()), 2000, 0.05, alternative="greater").pvalue > 1e-7
+
+
+def test_the_innovation_of_a_right_filter_has_the_ratio_one(study):
+    right = study.tracker_of()
+    assert study.nis_ratio(right, right) == pytest.approx(1.0, abs=1e-9)
+
+
+@pytest.mark.statistical(alpha=1e-6)
+def test_detection_is_what_theory_says(study):
+    right, wrong, reports = study.tracker_of(), study.tracker_of(r=1 / 1.1), 60
+    played = study.run(wrong, 50 * reports, study.SCANS, 5, right)
+    share = study.ALPHA / study.FAMILIES
+    nis = [
+        next(v for v in study.judge(study.group(played, i, 50), study.ALPHA, study.BAND, 0).verdicts if "NIS" in v.name)
+        for i in range(reports)
+    ]
+    found = sum(not verdict.inside for verdict in nis)
+    wanted = study.chance(study.nis_ratio(wrong, right), 2 * 50 * study.SCANS, share)
+    # The start is not stationary, so the ratio of the first scans is nearer to 1: the theory is an upper bound here.
+    assert stats.binomtest(found, reports, wanted, alternative="greater").pvalue > 1e-6
+
+
+def test_a_filter_that_is_off_by_half_is_always_found(study):
+    right = study.tracker_of()
+    for wrong in (study.tracker_of(q=1 / 3), study.tracker_of(r=1 / 1.5)):
+        played = study.run(wrong, 400, study.SCANS, 5, right)
+        assert not study.judge(played, study.ALPHA, study.BAND, 0).consistent
