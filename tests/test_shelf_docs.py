@@ -1,0 +1,125 @@
+"""The page of the standard shelf against the registry, and the shelf's examples as they stand."""
+
+import os
+import re
+import runpy
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import vedette
+from vedette import metrics
+from vedette.config.walker import Walker
+from vedette.registry import Registry
+
+ROOT = Path(__file__).parent.parent
+INSTALLED = Registry.installed()
+SHELF = [entry for entry in INSTALLED if entry.cls.__module__.startswith("vedette_standard.")]
+ROW = re.compile(r"^\| `(?P<kind>\w+)` \| (?P<what>[^|]+) \| `(?P<line>\{.*\})` \| (?P<reference>[^|]+) \|$")
+
+
+def rows():
+    """Role and row of every line of the page's tables."""
+    role, found = "", []
+    for line in (ROOT / "docs" / "components.md").read_text().splitlines():
+        if line.startswith("## "):
+            role = line.removeprefix("## ").lower().removesuffix("s")
+        elif line.startswith("| `"):
+            match = ROW.match(line)
+            assert match, line
+            found.append((role, match.groupdict()))
+    return found
+
+
+def test_every_kind_of_the_shelf_has_its_line():
+    assert sorted((role, row["kind"]) for role, row in rows()) == sorted((entry.role, entry.kind) for entry in SHELF)
+
+
+@pytest.mark.parametrize(("role", "row"), rows(), ids=lambda value: value["kind"] if isinstance(value, dict) else value)
+def test_every_line_builds_what_it_says(role, row):
+    entry = INSTALLED.find(role, row["kind"])
+    given = tomllib.loads(f"it = {row['line']}")["it"]
+    assert given["kind"] == row["kind"]
+    walker = Walker(INSTALLED)
+    built = walker.construct(entry.cls, entry.parameters, {k: v for k, v in given.items() if k != "kind"}, "", set())
+    assert not walker.problems
+    assert isinstance(built, entry.cls)
+    docstring = " ".join(entry.cls.__doc__.split())
+    assert row["reference"] == "none needed" or row["reference"] in docstring
+
+
+def judged(name, *overrides):
+    experiment = vedette.load(ROOT / "examples" / name, overrides=overrides)
+    result = experiment.run()
+    assert not result.refused
+    gate = experiment.tracker.gate.probability
+    return result, metrics.judge(result.tracks, result.recording.truth, result.scans, experiment.judge, gate)
+
+
+@pytest.mark.parametrize("seed", [2, 3, 4])
+def test_bearings_give_the_range_once_the_platform_has_turned(seed):
+    """The range is open by kilometres before the first turn, and known to some 100 m after the second, as it says."""
+    result, _ = judged("bearing_only.toml", f"seed={seed}")
+    track, truth = result.tracks[0], result.recording.truth[0]
+    error = np.array(
+        [np.hypot(*(mean[:2] - truth.at(time)[:2])) for time, mean in zip(track.times, track.mean, strict=True)]
+    )
+    said = np.sqrt(np.linalg.eigvalsh(track.cov[:, :2, :2])[:, -1])
+    assert np.all(said[track.times < 250] > 1500)
+    late = track.times > 800
+    assert np.all(said[late] < 250)
+    assert np.all(error[late] < 3.5 * said[late])
+    assert np.all(error[late] < 400)
+
+
+def test_a_doppler_radar_follows_all_three():
+    _, score = judged("doppler.toml")
+    assert score.coverage > 0.95
+    assert score.id_switches == 0
+    assert score.false_tracks < 0.05
+    assert score.position_rmse_m < 35.0
+
+
+def test_long_range_biases_are_their_formulas():
+    """Within 5.5 standard errors; the covariance of all but the naive conversion is that of the error, to 2 %."""
+    for kind, bias, formula, doubt, nees, given_return in runpy.run_path(str(ROOT / "examples" / "long_range.py"))[
+        "study"
+    ]():
+        assert abs(bias - formula) < 5.5 * doubt, kind
+        for figure in (nees, given_return):
+            assert (abs(figure - 1) < 0.02) == (kind != "naive_conversion"), kind
+
+
+def recording(name):
+    folder = Path(os.environ.get("VEDETTE_DATA", "")) / name
+    if "VEDETTE_DATA" not in os.environ or not folder.is_dir():
+        pytest.skip(f"the recording {name!r} is not in the folder that VEDETTE_DATA names")
+    return folder
+
+
+NO_BIAS = tuple(
+    f"{place}=1e-9"
+    for place in (
+        "estimator.modes[0].motion.models[1].sigma",
+        "estimator.modes[1].motion.models[1].sigma",
+        "sensors.radar.spread.azimuth_bias",
+        "lifecycle.spread.azimuth_bias",
+    )
+)
+
+
+@pytest.mark.parametrize("more", [(), ("lifecycle.kind=single_target",)], ids=["automatic", "single target"])
+def test_joyrides_azimuth_bias_is_estimated_and_lowers_the_error(more):
+    overrides = (f"source.path={recording('joyride')}", "judge.last_scan=211", *more)
+    result, score = judged("joyride_bias.toml", *overrides)
+    _, without = judged("joyride_bias.toml", *overrides, *NO_BIAS)
+    track = max(result.tracks, key=lambda track: len(track.times))
+    i = track.space.names.index("azimuth_bias")
+    bias, deviation = np.degrees(track.mean[211, i]), np.degrees(np.sqrt(track.cov[211, i, i]))
+    assert abs(bias + 1.9) < 3 * deviation
+    assert deviation < 2.0
+    assert bias < -1.0
+    assert score.position_rmse_m < without.position_rmse_m - 1.5
+    assert score.anees < 0.5 * without.anees
