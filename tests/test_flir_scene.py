@@ -137,7 +137,7 @@ def riccati(spread, snr):
 @pytest.mark.statistical(alpha=1e-6)
 @pytest.mark.parametrize(("spread", "snr"), [(2.0, 5.0), (2.0, 10.0), (3.0, 10.0)])
 def test_the_iterated_filter_reaches_the_bound(spread, snr):
-    """100 runs; the bands are the stated ones, each more than five of the run means' standard errors from the true figure."""
+    """100 runs; the bands are the stated ones, each over five of the run means' standard errors from the true figure."""
     error, squared, innovation, lost = matched(100, spread, snr, 3, seed=11)
     assert not lost.any()
     assert np.sqrt(np.mean(error**2)) <= 1.10 * riccati(spread, snr)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import ClassVar, final
+from typing import Any, ClassVar, final
 
 import numpy as np
 from attrs import frozen
+from numpy.typing import NDArray
 
 from vedette import (
     Array,
@@ -26,6 +27,8 @@ from vedette import (
 from vedette.draws import draw_states
 
 IMAGE = Space.of(x="px", y="px", jx="px", jy="px", width="px", height="px")
+
+Spectrum = NDArray[np.complexfloating[Any, Any]]
 
 _CHUNK = 256
 """Frames whose noise is drawn at once."""
@@ -165,7 +168,8 @@ class InfraredScene(Source):
         """The first frame's number and the frames (s, h, w) of each chunk."""
         noise, field = (np.random.default_rng([root, stream]) for stream in (2, 3))
         dead = np.random.default_rng([root, 4]).random((self.height, self.width)) < self.dead
-        blocks, state = [], None
+        blocks: list[tuple[int, Array]] = []
+        state = None
         for first in range(0, self.frames, _CHUNK):
             part = slice(first, min(first + _CHUNK, self.frames))
             images = self.level + self.sigma * noise.standard_normal((part.stop - first, self.height, self.width))
@@ -178,7 +182,7 @@ class InfraredScene(Source):
             blocks.append((first, images))
         return blocks
 
-    def _add_background(self, images: Array, shift: Array, state: Array | None, rng: np.random.Generator) -> Array:
+    def _add_background(self, images: Array, shift: Array, state: Spectrum | None, rng: np.random.Generator) -> Spectrum:
         """Add the field, drifted, to frames (s, h, w); the spectrum (h, w/2 + 1) that the next frame starts from.
 
         On a torus: white noise times the root of the field's spectrum; a drift is a phase.

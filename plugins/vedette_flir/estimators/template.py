@@ -8,7 +8,7 @@ import numpy as np
 from attrs import evolve, frozen
 
 from vedette import Array, Detections, Estimator, Frame, Gaussian, Innovation, MotionModel, Sensor, Space, fields, kernels
-from vedette.gaussian import Hypotheses, joined, without_variance
+from vedette.gaussian import Hypotheses, joined, linearised, without_variance
 from vedette_flir.patches import BRIGHTEST, blurred, contrast, correlation, local_median, mask_of, peak, sample
 
 MOST = 60.0
@@ -98,14 +98,16 @@ class TemplateFilter(Estimator[TemplateBelief]):
         """The position `dt` s later; the look stays."""
         if dt == 0:
             return belief
-        x = belief.spot.mean
-        cov = kernels.propagate(belief.spot.cov, self.motion.jacobian(x, dt), self.motion.noise(x, dt))
+        spot = self.motion.settle(belief.spot, belief.spot if combined is None else combined)
+        x = spot.mean
+        cov = kernels.propagate(spot.cov, self.motion.jacobian(x, dt), self.motion.noise(x, dt))
         return evolve(belief, spot=Gaussian(self.motion.move(x, dt), cov))
 
     def innovate(self, belief: TemplateBelief, sensor: Sensor, seen: Detections | Frame, p_gate: float) -> Innovation:
-        """Where each target is found again, as one return; returns that are no frames are refused."""
+        """Where each target is found again, as one return; returns that are no frames say nothing of the look."""
         if not isinstance(seen, Frame):
-            raise NotImplementedError("a template filter reads frames only")
+            plain = linearised(belief.spot, self.state, sensor, seen, p_gate)
+            return evolve(plain, detail=TemplateHypothesis(plain.detail, belief.look))
         where = self.state.locate(sensor.looks_at)
         x = belief.spot.mean[..., where]
         slope = sensor.jacobian(x)
@@ -122,7 +124,7 @@ class TemplateFilter(Estimator[TemplateBelief]):
         detail: TemplateHypothesis = innovation.detail
         step, cov = kernels.mixture(belief.spot.cov, detail.spot.shift, detail.spot.post, weights)
         cov = without_variance(cov, self.state.locate(self.carried))
-        hit, old, new = weights[..., 1], belief.look, detail.look
+        hit, old, new = 1.0 - weights[..., 0], belief.look, detail.look
         known = (old.amplitude != 0)[..., None, None]
         part = np.where(known, hit[..., None, None], 1.0)
         look = Appearance(
