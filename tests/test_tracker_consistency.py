@@ -10,7 +10,7 @@ from attrs import evolve
 
 import vedette
 from vedette import Gaussian
-from vedette.testing import Misuse, assert_consistent, consistency
+from vedette.testing import Misuse, assert_consistent, consistency, recorded_consistency
 from vedette_standard.estimators.imm import Imm
 from vedette_standard.estimators.kalman import Kalman
 
@@ -161,3 +161,37 @@ def test_a_tracker_that_does_not_say_where_its_target_starts_needs_a_prior():
         consistency(config)
     prior = {name: tuple(pair) for name, pair in START.items()}
     assert consistency(config, prior=prior, runs=60, scans=12).consistent
+
+
+DRAWN = {"models": [{"kind": "constant_velocity", "sigma_accel": 0.5}], "start": START}
+SCENE = {
+    "source": {"kind": "simulation", "duration": 400.0, "looks": {"radar": {"interval": 1.0}}, "drawn": {"boat": DRAWN}},
+    "lifecycle": {"kind": "single_target", "spread": {"x": 20, "y": 20, "vx": 2, "vy": 2}},
+}
+
+
+@pytest.mark.statistical(alpha=1e-6)
+def test_a_recording_is_told_of_and_a_right_filter_is_near_one_on_it():
+    (told,) = recorded_consistency(vedette.load(LINEAR | SCENE))
+    assert (told.truth, told.scans) == ("boat", 401)
+    assert told.anees == pytest.approx(1.0, abs=0.6)  # scans of one run depend on one another
+    assert told.nis == pytest.approx(1.0, abs=5 * np.sqrt(1 / 400))
+    assert abs(told.whiteness) < 5 / np.sqrt(800)
+    assert told.text.startswith("boat: track 0, 401 scans, ANEES ")
+
+
+def test_a_recording_tells_a_filter_that_is_too_sure():
+    experiment = vedette.load(LINEAR | SCENE)
+    wrong = Sure(experiment.tracker.estimator.motion, factors=(0.5,) * 4)
+    right, (told,) = recorded_consistency(experiment), recorded_consistency(
+        evolve(experiment, tracker=evolve(experiment.tracker, estimator=wrong))
+    )
+    assert told.anees > 2 * right[0].anees
+    assert told.credibility.inclination > 3.0
+    assert told.whiteness > 0.2
+
+
+def test_a_recording_without_truth_is_misuse():
+    scene = SCENE["source"] | {"drawn": {}}
+    with pytest.raises(Misuse, match="source: has no truth"):
+        recorded_consistency(vedette.load(LINEAR | {"source": scene}))

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from vedette.testing.law import NIGHTLY as NIGHTLY
     from vedette.testing.law import Law as Law
     from vedette.testing.law import Profile as Profile
+    from vedette.testing.recorded import Recorded as Recorded
+    from vedette.testing.recorded import recorded_consistency as recorded_consistency
     from vedette.testing.trackers import Report as Report
     from vedette.testing.trackers import assert_consistent as assert_consistent
     from vedette.testing.trackers import consistency as consistency
@@ -32,6 +34,7 @@ _HOMES = {
     "judging": ("Broken", "Closed", "Misuse"),
     "kit": ("Outcome", "conformance", "examine", "laws_of"),
     "law": ("FAST", "NIGHTLY", "Law", "Profile"),
+    "recorded": ("Recorded", "recorded_consistency"),
     "trackers": ("Report", "assert_consistent", "consistency"),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
