@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from attrs import frozen
@@ -9,7 +10,7 @@ from hypothesis import strategies as st
 
 from vedette import MotionModel, Space, fields
 from vedette.cli import main
-from vedette.testing import FAST, Misuse, conformance, examine, laws_of
+from vedette.testing import FAST, Misuse, conformance, examine, kit, laws_of
 from vedette.testing.strategies import components
 from vedette_standard.associators.pda import Pda
 from vedette_standard.motion.constant_velocity import ConstantVelocity
@@ -153,3 +154,10 @@ def test_check_shows_the_counterexample_of_a_broken_law(capsys, monkeypatch, tmp
 def test_check_of_nothing_is_wrong_use(capsys, subject, words):
     assert main(["check", subject]) == 2
     assert words in capsys.readouterr().err
+
+
+def test_the_page_names_every_law_and_no_other():
+    page = (Path(__file__).parent.parent / "docs/conformance.md").read_text()
+    for role, (laws, _) in kit._ROLES.items():
+        (row,) = [line for line in page.splitlines() if line.startswith(f"| {role} |")]
+        assert row == f"| {role} | {', '.join(law.name for law in laws)} |"
