@@ -97,7 +97,7 @@ def test_a_counterexample_is_small_and_says_what_was_wrong():
     assert "move(x, 0)[0, 0]: must be 0, got 1" in outcome.text  # the smallest state is 0
 
 
-USER = '''
+USER = """
 from attrs import frozen
 from vedette import MotionModel, Space, fields
 from vedette.testing import conformance
@@ -115,7 +115,7 @@ class Creeping(MotionModel):
 
 TestCreeping = conformance(Creeping, known_failures={"linear_as_declared": "it drifts"})
 TestFine = conformance(Creeping, known_failures={"pure": "it is said"})
-'''
+"""
 
 
 def test_a_session_counts_its_budget_and_prints_its_seed(tmp_path):

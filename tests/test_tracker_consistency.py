@@ -183,8 +183,9 @@ def test_a_recording_is_told_of_and_a_right_filter_is_near_one_on_it():
 def test_a_recording_tells_a_filter_that_is_too_sure():
     experiment = vedette.load(LINEAR | SCENE)
     wrong = Sure(experiment.tracker.estimator.motion, factors=(0.5,) * 4)
-    right, (told,) = recorded_consistency(experiment), recorded_consistency(
-        evolve(experiment, tracker=evolve(experiment.tracker, estimator=wrong))
+    right, (told,) = (
+        recorded_consistency(experiment),
+        recorded_consistency(evolve(experiment, tracker=evolve(experiment.tracker, estimator=wrong))),
     )
     assert told.anees > 2 * right[0].anees
     assert told.credibility.inclination > 3.0
