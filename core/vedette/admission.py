@@ -10,6 +10,7 @@ from attrs import evolve
 
 from vedette.errors import Problem
 from vedette.fields import ABSURD
+from vedette.gaussian import among_present
 from vedette.roles import ImagingSensor, Sensor
 from vedette.space import Array, Mask
 from vedette.types import Detections, Frame, Pose, Scan
@@ -34,7 +35,7 @@ def flaws(scan: Scan, sensors: Mapping[str, Sensor], since: float) -> list[Probl
         return [*found, Problem("frame", text)]
     if scan.frame is not None:
         return found + _frame_flaws(scan.frame)
-    return found + _return_flaws(scan.detections, len(sensor.measurement))
+    return found + _return_flaws(scan.detections, sensor)
 
 
 def without_bad_returns(scan: Scan) -> tuple[Scan, list[Problem]]:
@@ -51,6 +52,7 @@ def without_bad_returns(scan: Scan) -> tuple[Scan, list[Problem]]:
         seen.valid[~bad],
         None if seen.evidence is None else seen.evidence[~bad],
         None if seen.noise is None else seen.noise[~bad],
+        None if seen.missing is None else seen.missing[~bad],
     )
     return evolve(scan, detections=kept), problems
 
@@ -76,16 +78,23 @@ def _frame_flaws(frame: Frame) -> list[Problem]:
     return []
 
 
-def _return_flaws(seen: Detections, m: int) -> list[Problem]:
+def _return_flaws(seen: Detections, sensor: Sensor) -> list[Problem]:
+    m = len(sensor.measurement)
     if seen.z.ndim < 2 or seen.z.shape[-1] != m:
         return [Problem("z", f"must have shape (..., returns, {m}), got {seen.z.shape}")]
     for name, part, shape in (
         ("valid", seen.valid, seen.z.shape[:-1]),
         ("evidence", seen.evidence, seen.z.shape[:-1]),
         ("noise", seen.noise, (*seen.z.shape, m)),
+        ("missing", seen.missing, seen.z.shape),
     ):
         if part is not None and part.shape != shape:
             return [Problem(name, f"must have shape {shape} as `z` has {seen.z.shape}, got {part.shape}")]
+    if seen.missing is not None:
+        for name, lacking in zip(sensor.measurement.names, np.moveaxis(seen.missing, -1, 0), strict=True):
+            if name not in sensor.optional and np.any(lacking & seen.valid):
+                may = ", ".join(sensor.optional) or "none"
+                return [Problem("missing", f"{sensor.kind!r} always reports {name}; of its axes a return may lack: {may}")]
     good = _good(seen)
     if good.all():
         return []
@@ -94,11 +103,15 @@ def _return_flaws(seen: Detections, m: int) -> list[Problem]:
 
 def _good(seen: Detections) -> Mask:
     """Which returns (*b, k) can be used; padding is never looked at."""
-    good: Mask = np.all(np.abs(seen.z) <= ABSURD, axis=-1)
+    number = np.abs(seen.z) <= ABSURD
+    if seen.missing is not None:
+        number |= seen.missing & ~seen.missing.all(axis=-1, keepdims=True)
+    good: Mask = np.all(number, axis=-1)
     if seen.evidence is not None:
         good &= np.isfinite(seen.evidence)
     if seen.noise is not None:
-        good &= _is_covariance(seen.noise)
+        own = seen.noise if seen.missing is None else among_present(seen.noise, ~seen.missing)
+        good &= _is_covariance(own)
     return good | ~seen.valid
 
 
@@ -111,7 +124,9 @@ def _is_covariance(noise: Array) -> Mask:
 
 
 def _complaint(seen: Detections, i: Any) -> str:
-    if not np.all(np.abs(seen.z[i]) <= ABSURD):
+    if seen.missing is not None and seen.missing[i].all():
+        return "must have at least one component"
+    if not np.all((np.abs(seen.z[i]) <= ABSURD) | (False if seen.missing is None else seen.missing[i])):
         return f"must be finite numbers, got {seen.z[i].tolist()}"
     if seen.evidence is not None and not np.isfinite(seen.evidence[i]):
         return f"its evidence must be a finite number, got {seen.evidence[i]}"

@@ -38,10 +38,14 @@ class Gate:
         Existence e (*b, t) enters as log e + score, and log(1 - e + e exp(miss)): e = 1 changes nothing.
         """
         loglik, distance = innovation.loglik, innovation.distance
-        inside = (distance <= threshold) & seen.valid[..., None, :]
+        limit: float | Array = threshold if seen.missing is None else self._limits(seen.missing)
+        inside = (distance <= limit) & seen.valid[..., None, :]
         if self.clutter == "sensor":
             density = np.broadcast_to(sensor.clutter(seen.z), seen.valid.shape)
             log_density = kernels.safe_log(density)[..., None, :]
+            if seen.missing is not None:  # the density over the components that there are
+                lengths = [sensor.optional.get(name, 1.0) for name in sensor.measurement.names]
+                log_density = log_density + (seen.missing @ np.log(lengths))[..., None, :]
         else:
             log_density = self._sample_density(inside, innovation.log_volume, len(sensor.measurement), threshold)
         gain = loglik[..., 1:] - log_density
@@ -51,6 +55,13 @@ class Gate:
         scores[..., 0] = kernels.safe_log(1.0 - existence + existence * np.exp(loglik[..., 0]))
         scores[..., 1:] = np.where(inside, gain + kernels.safe_log(existence)[..., None], -np.inf)
         return scores
+
+    def _limits(self, missing: Mask) -> Array:
+        """The threshold for the components that each return has (*b, 1, k)."""
+        m = missing.shape[-1]
+        table = np.array([0.0] + [self.threshold(axes) for axes in range(1, m + 1)])
+        limits: Array = table[m - np.sum(missing, axis=-1)][..., None, :]
+        return limits
 
     def frame_scores(self, innovation: Innovation, existence: Array, threshold: float) -> Array:
         """Log scores (*b, t, 2) of a miss and of the frame, whose likelihood is relative to its background already."""

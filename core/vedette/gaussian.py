@@ -9,7 +9,7 @@ from attrs import frozen
 
 from vedette import kernels
 from vedette.roles import Estimator, ImagingSensor, MotionModel, Sensor
-from vedette.space import Array, Space
+from vedette.space import Array, Mask, Space
 from vedette.types import Detections, Frame, Gaussian, Innovation
 
 
@@ -85,7 +85,46 @@ def linearised(belief: Gaussian, state: Space, sensor: Sensor, seen: Detections 
     slope = sensor.jacobian(x)
     H = np.zeros((*slope.shape[:-1], len(state)))
     H[..., where] = slope
-    return joined(sensor, x, p_gate, kernels.innovate(belief.cov, nu, H, noise_of(sensor, seen, x)))
+    R = noise_of(sensor, seen, x)
+    if seen.missing is None:
+        return joined(sensor, x, p_gate, kernels.innovate(belief.cov, nu, H, R))
+    there = reported(seen)
+    return joined(sensor, x, p_gate, one_by_one(belief.cov, nu, H[..., None, :, :], R, there))
+
+
+def reported(seen: Detections) -> Mask:
+    """Which components the returns have (*b, 1, k, m); the axis of 1 is that of the tracks."""
+    assert seen.missing is not None
+    there: Mask = ~seen.missing[..., None, :, :]
+    return there
+
+
+def among_present(R: Array, there: Mask) -> Array:
+    """Noise (*b, m, m) of the components that are there (*b, m); a missing one has variance 1 and goes with no other.
+
+    With its residual and its row of H at 0 it then changes neither gain, distance nor determinant.
+    """
+    both = there[..., :, None] & there[..., None, :]
+    return np.where(both, R, 0.0) + np.eye(there.shape[-1]) * ~there[..., None]
+
+
+def missing_share(there: Mask) -> Array:
+    """What a missing component takes from a Gaussian's logarithm, to be given back: (*b, m) -> (*b)"""
+    share: Array = 0.5 * np.log(2 * np.pi) * np.sum(~there, axis=-1)
+    return share
+
+
+def one_by_one(
+    P: Array, nu: Array, H: Array, R: Array, there: Mask | None = None
+) -> tuple[Array, Array, Array, Array, Array]:
+    """`kernels.innovate` with a derivative H (*b, t, 1|k, m, n) of each return, of the components `there` (*b, 1, k, m)."""
+    share: Array | float = 0.0
+    if there is not None:
+        nu, H, R = np.where(there, nu, 0.0), H * there[..., None], among_present(R, there)
+        share = missing_share(there)
+    parts = kernels.innovate(P[..., None, :, :], nu[..., None, :], H, R[..., None, :, :])
+    loglik, distance, log_volume, shift, post = parts
+    return loglik[..., 0] + share, distance[..., 0], log_volume[..., 0], shift[..., 0, :], post[..., 0, :, :]
 
 
 def imaged(

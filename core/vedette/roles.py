@@ -106,6 +106,11 @@ class Sensor(Component):
     def clutter(self, z: Array) -> Array:
         """Clutter density per scan in 1 / volume of the measurement space, (*b, k, m) -> (*b, k) or ()"""
 
+    @property
+    def optional(self) -> Mapping[str, float]:
+        """Measured axes that a return may lack, each with the length over which clutter spreads there, uniformly."""
+        return {}
+
     def invert(self, z: Array, noise: Array | None = None) -> Gaussian:
         """What one return alone says about `looks_at`: (*b, m) -> mean (*b, n), cov (*b, n, n). Starts tracks."""
         raise NotImplementedError(f"one return of {self.kind!r} does not give a position, so it cannot start a track")

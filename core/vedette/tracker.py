@@ -89,6 +89,9 @@ class Tracker:
 
     @_thresholds.default
     def _gate_thresholds(self) -> dict[str, float]:
+        for name, sensor in self.sensors.items():
+            if sensor.optional and self.gate.clutter != "sensor":
+                raise ValueError(f"gate.clutter: must be 'sensor', as returns of {name!r} may lack components")
         _check_sensors(self.sensors, self.estimator)
         _check_starts(self.sensors, self.lifecycle, self.estimator.state)
         return {name: self.gate.threshold(len(sensor.measurement)) for name, sensor in self.sensors.items()}
@@ -128,6 +131,8 @@ class Tracker:
             sensor = sensor.at(scan.pose)
         if not seen.valid.all():  # so that nothing in the padding can reach a sum, not even as 0 * nan
             seen = evolve(seen, z=np.where(seen.valid[..., None], seen.z, 0.0))
+        if seen.missing is not None:
+            seen = evolve(seen, z=np.where(seen.missing, 0.0, seen.z))
         estimator, dt = self.estimator, scan.time - state.time if np.isfinite(state.time) else 0.0
         belief = estimator.predict(state.belief, dt, state.rng)
         existence = self.lifecycle.survive(state.existence, dt)
@@ -165,6 +170,8 @@ class Tracker:
             return after
         claimed = 1.0 - np.prod(1.0 - weights[..., 1:], axis=-2)
         starts = self.lifecycle.starts(scan.sensor, claimed) & seen.valid
+        if seen.missing is not None:
+            starts = starts & ~seen.missing.any(axis=-1)
         return self._begin(after, sensor, seen, starts) if starts.any() else after
 
     def estimate(self, state: State) -> Gaussian:

@@ -31,12 +31,14 @@ class Detections:
     valid     (*b, k)      False pads a batch whose runs have unlike counts
     evidence  (*b, k)      log-likelihood ratio target : clutter of the detection stage, given that it reported
     noise     (*b, k, m, m) a return's own covariance; else the sensor's holds
+    missing   (*b, k, m)   True where a return lacks a component: its z and noise are not looked at
     """
 
     z: Array
     valid: Mask
     evidence: Array | None = None
     noise: Array | None = None
+    missing: Mask | None = None
 
     @classmethod
     def of(cls, z: Any, axes: int | None = None) -> Detections:

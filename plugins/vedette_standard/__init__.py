@@ -43,6 +43,7 @@ from vedette_standard.motion.wiener_acceleration_piecewise import WienerAccelera
 from vedette_standard.sensors.bearing_only import BearingOnly
 from vedette_standard.sensors.biased import Biased
 from vedette_standard.sensors.cartesian_position import CartesianPosition
+from vedette_standard.sensors.partial import Partial
 from vedette_standard.sensors.polar_position import PolarPosition
 from vedette_standard.sensors.position_velocity import PositionVelocity
 from vedette_standard.sensors.range_bearing import RangeBearing
@@ -61,7 +62,7 @@ def vedette_components() -> Iterable[type[vedette.Component]]:
         *(ConstantVelocityPiecewise, ConstantAccelerationPiecewise, WienerAccelerationPiecewise),
         *(OrnsteinUhlenbeck, RandomWalk, GaussMarkov, CoordinatedTurn3d, Curvilinear, Product),
         *(CartesianPosition, RangeBearing, PolarPosition, PositionVelocity),
-        *(BearingOnly, RangeOnly, RangeBearingRate, RangeBearingElevation, Biased),
+        *(BearingOnly, RangeOnly, RangeBearingRate, RangeBearingElevation, Biased, Partial),
         *(Kalman, ExtendedKalman, UnscentedKalman, Imm),
         *(IteratedExtendedKalman, CubatureKalman, SquareRootKalman),
         *(BootstrapParticles, AuxiliaryParticles, GaussianSum),

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from vedette import Array, Detections, Gaussian, Innovation, MotionModel, Sensor, Space, kernels
 from vedette.draws import factor
-from vedette.gaussian import without_variance
+from vedette.gaussian import among_present, missing_share, reported, without_variance
 from vedette.space import Mask
 
 
@@ -83,10 +83,14 @@ def likelihoods(points: Array, state: Space, sensor: Sensor, seen: Detections, p
     else:
         R = sensor.noise(x)
         R = R[..., None, :, :, :] if R.ndim > 2 else R
+    share: Array | float = 0.0
+    if seen.missing is not None:
+        there = reported(seen)[..., None, :]
+        R, nu, share = among_present(R, there), np.where(there, nu, 0.0), missing_share(there)
     root = np.linalg.cholesky(R)
     white = (np.linalg.inv(root) @ nu[..., None])[..., 0]
     log_det = np.sum(np.log(np.diagonal(root, axis1=-2, axis2=-1)), axis=-1)
-    loglik = -0.5 * np.sum(white**2, axis=-1) - log_det - 0.5 * nu.shape[-1] * math.log(2 * math.pi)
+    loglik = -0.5 * np.sum(white**2, axis=-1) - log_det - 0.5 * nu.shape[-1] * math.log(2 * math.pi) + share
     p_detect = np.broadcast_to(sensor.detects(x), x.shape[:-1])
     columns = np.empty((*x.shape[:-2], 1 + nu.shape[-3], x.shape[-2]))
     columns[..., 0, :] = kernels.safe_log(1.0 - p_detect * p_gate)
@@ -103,8 +107,13 @@ def innovation(cloud: Cloud, columns: Array, state: Space, sensor: Sensor, seen:
         R = seen.noise[..., None, :, :, :]
     elif R.ndim > 2:
         R = np.sum(weights[..., None, None] * R, axis=-3)[..., None, :, :]
-    S = (np.swapaxes(dz * weights[..., None], -1, -2) @ dz)[..., None, :, :] + R
+    spread = (np.swapaxes(dz * weights[..., None], -1, -2) @ dz)[..., None, :, :]
     nu = sensor.measurement.difference(seen.z[..., None, :, :], expected[..., :, None, :])
+    if seen.missing is not None:
+        there = reported(seen)
+        both = there[..., :, None] & there[..., None, :]
+        R, spread, nu = among_present(R, there), np.where(both, spread, 0.0), np.where(there, nu, 0.0)
+    S = spread + R
     distance = np.sum(nu * np.linalg.solve(S, nu[..., None])[..., 0], axis=-1)
     log_volume = np.max(0.5 * np.linalg.slogdet(S)[1], axis=-1, initial=-np.inf)
     loglik = kernels.log_sum(columns + cloud.log_weights[..., None, :])

@@ -7,8 +7,8 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import Factory, field, frozen
 
-from vedette import Array, Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, fields, kernels
-from vedette.gaussian import GaussianFilter, imaged, joined, noise_of
+from vedette import Array, Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, fields
+from vedette.gaussian import GaussianFilter, among_present, imaged, joined, noise_of, one_by_one, reported
 from vedette.space import Mask
 from vedette_standard.estimators.extended import ExtendedKalman
 
@@ -45,6 +45,10 @@ class IteratedExtendedKalman(GaussianFilter):
         where = self.state.locate(sensor.looks_at)
         prior = belief.mean[..., None, :]
         R = noise_of(sensor, seen, belief.mean[..., where])
+        there = None
+        if seen.missing is not None:
+            there = reported(seen)
+            R = among_present(R, there)
         x = np.broadcast_to(prior, (*belief.mean.shape[:-1], seen.z.shape[-2], len(self.state)))
         H, nu = used = self._line(x, prior, sensor, seen, where)
         price = np.full(x.shape[:-1], np.inf)
@@ -52,9 +56,9 @@ class IteratedExtendedKalman(GaussianFilter):
             cross = belief.cov[..., None, :, :] @ np.swapaxes(H, -1, -2)
             pull = np.linalg.solve(H @ cross + R, nu[..., None])
             step = (cross @ pull)[..., 0]
-            there = self._line(self.state.displace(prior, step), prior, sensor, seen, where)
+            ahead = self._line(self.state.displace(prior, step), prior, sensor, seen, where)
             # |x - x-|^2_P is pull' H P H' pull, and the residual at x what the new line leaves there.
-            left = there[1] - (there[0] @ step[..., None])[..., 0]
+            left = ahead[1] - (ahead[0] @ step[..., None])[..., 0]
             cost = np.sum(left * np.linalg.solve(R, left[..., None])[..., 0], axis=-1)
             cost += np.sum(pull * (H @ cross @ pull), axis=(-1, -2))
             better = cost < price
@@ -62,11 +66,9 @@ class IteratedExtendedKalman(GaussianFilter):
                 break
             price = np.where(better, cost, price)
             used = _where(better, (H, nu), used)
-            H, nu = _where(better, there, (H, nu))
+            H, nu = _where(better, ahead, (H, nu))
         H, nu = used
-        folded = kernels.innovate(belief.cov[..., None, :, :], nu[..., None, :], H, R[..., None, :, :])
-        loglik, distance, log_volume, shift, post = folded
-        parts = (loglik[..., 0], distance[..., 0], log_volume[..., 0], shift[..., 0, :], post[..., 0, :, :])
+        parts = one_by_one(belief.cov, nu, H, R, there)
         return joined(sensor, belief.mean[..., where], p_gate, parts)
 
     def _line(self, x: Array, prior: Array, sensor: Sensor, seen: Detections, where: list[int]) -> tuple[Array, Array]:
@@ -77,6 +79,9 @@ class IteratedExtendedKalman(GaussianFilter):
         H = np.zeros((*x.shape[:-1], len(sensor.measurement), len(self.state)))
         H[..., where] = slope
         left = sensor.measurement.difference(seen.z[..., None, :, :], sensor.measure(x[..., where]))
+        if seen.missing is not None:
+            there = reported(seen)
+            H, left = H * there[..., None], np.where(there, left, 0.0)
         return H, left - (H @ self.state.difference(prior, x)[..., None])[..., 0]
 
 

@@ -10,7 +10,15 @@ from attrs import frozen
 
 from vedette import Array, Detections, Estimator, Frame, Gaussian, Innovation, MotionModel, Sensor, Space, fields, kernels
 from vedette.draws import factor
-from vedette.gaussian import keeps_its_frame, noise_of, residuals, without_variance
+from vedette.gaussian import (
+    among_present,
+    keeps_its_frame,
+    missing_share,
+    noise_of,
+    reported,
+    residuals,
+    without_variance,
+)
 from vedette.roles import ImagingSensor
 
 
@@ -88,18 +96,24 @@ class SquareRootKalman(Estimator[Root]):
         where, n, m = self.state.locate(sensor.looks_at), len(self.state), len(sensor.measurement)
         x = belief.mean[..., where]
         R = noise_of(sensor, seen, x)
-        seen_root = sensor.jacobian(x) @ belief.root[..., where, :]
+        seen_root = (sensor.jacobian(x) @ belief.root[..., where, :])[..., None, :, :]
+        nu = residuals(sensor, seen, sensor.measure(x))
+        share: Array | float = 0.0
+        if seen.missing is not None:
+            there = reported(seen)
+            R, seen_root, nu = among_present(R, there), seen_root * there[..., None], np.where(there, nu, 0.0)
+            share = missing_share(there)
         shape = (*belief.mean.shape[:-1], R.shape[-3])
         before = np.zeros((*shape, m + n, m + n))
         before[..., :m, :m] = np.linalg.cholesky(R)
-        before[..., :m, m:] = seen_root[..., None, :, :]
+        before[..., :m, m:] = seen_root
         before[..., m:, m:] = belief.root[..., None, :, :]
         after = _triangular(before)
         S_root, gain = after[..., :m, :m], after[..., m:, :m]
-        white = np.linalg.solve(S_root, residuals(sensor, seen, sensor.measure(x))[..., None])
+        white = np.linalg.solve(S_root, nu[..., None])
         distance = np.sum(white**2, axis=(-1, -2))
         log_volume = np.sum(np.log(np.abs(np.diagonal(S_root, axis1=-2, axis2=-1))), axis=-1)
-        loglik = -0.5 * (distance + m * math.log(2 * math.pi)) - log_volume
+        loglik = -0.5 * (distance + m * math.log(2 * math.pi)) - log_volume + share
         p_detect = np.asarray(sensor.detects(x))
         columns = np.empty((*distance.shape[:-1], 1 + distance.shape[-1]))
         columns[..., 0] = kernels.safe_log(1.0 - p_detect * p_gate)

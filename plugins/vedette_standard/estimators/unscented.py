@@ -8,7 +8,16 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Detections, Frame, Gaussian, ImagingSensor, Innovation, MotionModel, Sensor, fields, kernels
-from vedette.gaussian import GaussianFilter, joined, keeps_its_frame, noise_of, residuals
+from vedette.gaussian import (
+    GaussianFilter,
+    among_present,
+    joined,
+    keeps_its_frame,
+    missing_share,
+    noise_of,
+    reported,
+    residuals,
+)
 
 
 @final
@@ -67,4 +76,14 @@ class UnscentedKalman(GaussianFilter):
         expected, dz = sensor.measurement.mean(sensor.measure(points[..., where]), weights)
         nu = residuals(sensor, seen, expected)
         x = belief.mean[..., where]
-        return joined(sensor, x, p_gate, kernels.innovate_points(dx, dz, weights, nu, noise_of(sensor, seen, x)))
+        R = noise_of(sensor, seen, x)
+        if seen.missing is None:
+            return joined(sensor, x, p_gate, kernels.innovate_points(dx, dz, weights, nu, R))
+        there = reported(seen)
+        nu, dz = np.where(there, nu, 0.0), dz[..., None, :, :] * there[..., None, :]
+        R = among_present(R, there)
+        parts = kernels.innovate_points(dx[..., None, :, :], dz, weights, nu[..., None, :], R[..., None, :, :])
+        loglik, distance, log_volume, shift, post = parts
+        loglik = loglik[..., 0] + missing_share(there)
+        own = (loglik, distance[..., 0], log_volume[..., 0], shift[..., 0, :], post[..., 0, :, :])
+        return joined(sensor, x, p_gate, own)
