@@ -48,8 +48,8 @@ class TemplateFilter(Estimator[TemplateBelief]):
     The first frame gives the template, over the box that the axes `width` and `height` state, and the target's polarity.
     A local median is subtracted from small targets, and contrast of the wrong sign or beyond the target's own is cut off.
     The best place maximises rho - prior_weight d^2: correlation with template and first template, less the distance from
-    the prediction. log-likelihood ratio: (cells / 2) log[(1 - limit^2) / (1 - rho^2)], signed, capped: a weak match is a
-    miss, and the track coasts while its covariance, and with it the area searched, grows.
+    the prediction. log-likelihood ratio: (n / 2) log[(1 - limit^2) / (1 - rho^2)] of n independent cells, and 60 (rho / limit - 1) below
+    the limit: a weak match is a miss; the track coasts while its covariance, and so the area searched, grows.
     Rogers, Maybeck, Adaptive Tracking of Multiple Hot-Spot Target IR Images, IEEE T-AC 28, 1983, for the smoothed template.
     """
 
@@ -168,12 +168,7 @@ class TemplateFilter(Estimator[TemplateBelief]):
 
     def _prepared(self, pixels: Array, centre: Array, box: Array, step: float, cells: int) -> Array:
         """Contrast (cells, cells) around `centre`; the background's median is gone where the target is small."""
-        image = sample(
-            np.where(np.isnan(pixels), np.nanmedian(pixels), pixels) if np.isnan(pixels).any() else pixels,
-            centre,
-            step,
-            cells,
-        )
+        image = sample(_known(pixels), centre, step, cells)
         small = np.max(box) <= self.flat_below
         flat = image - (local_median(image, 1.8 * float(np.max(box)) / step) if small else np.median(image))
         return blurred(flat)
@@ -207,9 +202,20 @@ class TemplateFilter(Estimator[TemplateBelief]):
         moved = step * (np.array([i, j]) - reach + fine)
         # The mean of the two correlations decides, as it does where to look.
         match = max(float(both[j, i]), 0.0)
-        ratio = 0.5 * self.independent * np.log((1.0 - self.limit**2) / max(1.0 - match**2, 1e-12))
+        if match < self.limit:
+            ratio = MOST * (match / self.limit - 1.0)
+        else:
+            ratio = 0.5 * self.independent * float(np.log((1.0 - self.limit**2) / max(1.0 - match**2, 1e-12)))
         seen = image[j : j + self.cells, i : i + self.cells]
-        return centre + moved - where, float(min(ratio, MOST)), seen
+        return centre + moved - where, min(ratio, MOST), seen
+
+
+def _known(pixels: Array) -> Array:
+    """The frame with the median where a pixel is unknown; 0 where all are."""
+    if not np.issubdtype(pixels.dtype, np.floating) or not np.isnan(pixels).any():
+        return pixels
+    known = ~np.isnan(pixels)
+    return np.where(known, pixels, np.median(pixels[known]) if known.any() else 0.0)
 
 
 def _kept(image: Array, amplitude: float) -> Array:

@@ -15,7 +15,7 @@ Grey = NDArray[np.unsignedinteger[Any]]
 
 IMAGES = (".png", ".tif", ".tiff", ".pgm", ".jpg", ".jpeg", ".bmp")
 
-ALIKE = 8.0
+ALIKE = 8
 """Counts by which the channels of a grey picture may differ where a codec rounded them."""
 
 
@@ -64,10 +64,11 @@ def grey_of(image: NDArray[Any]) -> Grey:
         return image
     if image.shape[2] not in (1, 3):
         raise ValueError(f"must have one channel, got {image.shape[2]}")
-    apart = np.max(np.ptp(image.astype(float), axis=2))
+    middle = image[..., image.shape[2] // 2]
+    apart = max(int(np.max(np.maximum(each, middle) - np.minimum(each, middle))) for each in np.moveaxis(image, 2, 0))
     if apart > ALIKE:
-        raise ValueError(f"is in colour: its channels differ by up to {apart:g} counts; convert it to grey levels first")
-    return image[..., image.shape[2] // 2]
+        raise ValueError(f"is in colour: its channels differ by up to {apart} counts; convert it to grey levels first")
+    return np.ascontiguousarray(middle)
 
 
 def _video(path: Path) -> tuple[dict[int, NDArray[Any]], float | None, list[Problem]]:
