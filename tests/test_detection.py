@@ -77,6 +77,25 @@ def test_a_sensor_that_looks_twice_at_a_moment_makes_two():
     assert summary(detected(raw, JOINED)) == [(0, "radar", [1, 2]), (0, "radar", [3])]
 
 
+def test_a_return_that_lacks_a_component_is_padding_to_a_detector():
+    seen = Detections(
+        np.array([[1.0, 2], [np.nan, 3]]), np.ones(2, dtype=bool), missing=np.array([[False, False], [True, False]])
+    )
+    kept = []
+
+    class Watching:
+        sensors: ClassVar = {"a": RADAR}
+
+        def detect(self, scans):
+            kept.append(scans["a"].detections)
+            return Detections.of([], 2)
+
+    list(detected([Scan(0.0, "a", seen)], {"radar": Watching()}))
+    assert kept[0].valid.tolist() == [True, False]
+    assert kept[0].missing is None
+    np.testing.assert_array_equal(kept[0].z, [[1, 2], [0, 0]])
+
+
 def test_without_detectors_scans_are_as_they_come():
     raw = (scan(0, "radar", [1, 0]), scan(0, "radar", [np.nan, 0]))
     assert detect_all(raw, {}, strict=True) == (raw, [])

@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import groupby
 
+import numpy as np
+from attrs import evolve
+
 from vedette.admission import flaws, without_bad_returns
 from vedette.errors import Problem, ScanRefused
 from vedette.roles import Detector, Sensor
@@ -37,7 +40,8 @@ def raw_sensors(detectors: Mapping[str, Detector], sensors: Mapping[str, Sensor]
 def detected(scans: Iterable[Scan], detectors: Mapping[str, Detector]) -> Iterator[Scan]:
     """The scans with those that a detector takes replaced by what it makes of them; arrays may lead with runs.
 
-    Scans of the same time that go to one detector make one scan, which comes after those that go to none.
+    Scans of the same time that go to one detector make one scan, which comes after those that go to none. Detectors see whole
+    returns only: to them one that lacks a component is padding.
     """
     goes_to = {raw: name for name, detector in detectors.items() for raw in detector.sensors}
     for time, moment in groupby(scans, key=lambda scan: scan.time):
@@ -58,7 +62,16 @@ def detected(scans: Iterable[Scan], detectors: Mapping[str, Detector]) -> Iterat
 
 def _made(name: str, detector: Detector, time: float, parts: Mapping[str, Scan]) -> Scan:
     pose = next((scan.pose for scan in parts.values()), None)
-    return Scan(time, name, detector.detect(parts), pose)
+    return Scan(time, name, detector.detect({raw: _whole(scan) for raw, scan in parts.items()}), pose)
+
+
+def _whole(scan: Scan) -> Scan:
+    """The scan as a detector sees it: a return that lacks a component is padding."""
+    seen = scan.detections
+    if seen.missing is None:
+        return scan
+    valid = seen.valid & ~np.any(seen.missing, axis=-1)
+    return evolve(scan, detections=evolve(seen, z=np.where(valid[..., None], seen.z, 0.0), valid=valid, missing=None))
 
 
 def detect_all(
