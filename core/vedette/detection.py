@@ -38,10 +38,10 @@ def raw_sensors(detectors: Mapping[str, Detector], sensors: Mapping[str, Sensor]
 
 
 def detected(scans: Iterable[Scan], detectors: Mapping[str, Detector]) -> Iterator[Scan]:
-    """The scans with those that a detector takes replaced by what it makes of them; arrays may lead with runs.
+    """The scans, those that a detector takes replaced by what it makes of them; arrays may lead with runs.
 
-    Scans of the same time that go to one detector make one scan, which comes after those that go to none. Detectors see whole
-    returns only: to them one that lacks a component is padding.
+    Scans of the same time that go to one detector make one scan, which comes after those that go to none. Detectors see
+    whole returns only: to them one that lacks a component is padding.
     """
     goes_to = {raw: name for name, detector in detectors.items() for raw in detector.sensors}
     for time, moment in groupby(scans, key=lambda scan: scan.time):
