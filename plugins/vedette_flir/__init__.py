@@ -13,6 +13,7 @@ from vedette_flir.motion.jittered_wander import JitteredWander
 from vedette_flir.sensors.box_centroid import BoxCentroid
 from vedette_flir.sensors.gaussian_spot import GaussianSpot
 from vedette_flir.sources.video import VideoSource
+from vedette_flir.study import FlirStudy
 
 VEDETTE_CONTRACT = 1
 
@@ -24,5 +25,5 @@ def vedette_components() -> Iterable[type[vedette.Component]]:
         *(JitteredAcceleration, JitteredWander, AtmosphericWander, ImageVelocity, Carrying),
         *(GaussianSpot, BoxCentroid),
         *(IteratedKalman, TemplateFilter),
-        *(VideoSource,),
+        *(VideoSource, FlirStudy),
     ]
