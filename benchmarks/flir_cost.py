@@ -50,9 +50,7 @@ def main():
             return np.linalg.solve(S, H @ cov[0])
 
         full = f"{least(innovation, 3):9.0f} us" if window <= 24 else "not tried"
-        print(
-            f"{window:2} x {window:2}: update {whole:6.0f} us, of which the pair {pair:6.0f} us; innovation form's gain {full}"
-        )
+        print(f"{window:2} x {window:2}: update {whole:6.0f} us, its pair {pair:6.0f} us; innovation form's gain {full}")
 
 
 if __name__ == "__main__":

@@ -29,7 +29,7 @@ LOST = 4.0
 
 @frozen(eq=False)
 class Record:
-    """One filter's runs: errors of dynamics, jitter and apparent position (r, s, 2), NEES / 4 and NIS / 2 (r, s), lost (r,)."""
+    """One filter's runs: errors of dynamics, jitter and their sum (r, s, 2), NEES / 4 and NIS / 2 (r, s), lost (r,)."""
 
     dynamics: Array
     jitter: Array
@@ -96,7 +96,7 @@ def _scans(times: Array, seen: Array, looks: Array, rng: np.random.Generator) ->
 
 
 def information(spread: float, snr: float, window: int = 8) -> float:
-    """What one frame tells of one axis of a spot in the window's middle, in 1/px^2; its inverse root is one frame's bound."""
+    """What one frame tells of one axis of a spot in its middle, in 1/px^2; the inverse root is one frame's bound."""
     steps = np.arange(window) - 0.5 * (window - 1)
     _, slopes, _ = circular(steps, steps, np.asarray(spread))
     return float(snr**2 * np.sum(slopes[0] ** 2))

@@ -70,10 +70,10 @@ def _table(name: str, found: Found) -> Table:
         f"Errors per axis, {name}",
         ("dynamics", "bound", "jitter", "bound ", "sum", "bound  ", "one frame", "NEES/4", "NIS/2", "lost"),
         tuple(rows),
-        "px; runs that were ever more than 4 px off are lost and count nowhere else. The bound is the steady Riccati equation's "
-        "with a frame's full information; `one frame` is the bound without a past. Only the sum is seen: dynamics and jitter "
-        "are told apart by their spectra alone. NEES/4 and NIS/2 are 1 for a filter that knows its errors. The paper has curves "
-        "only, and states none of its parameters.",
+        "px; runs that were ever more than 4 px off are lost and count nowhere else. The bound is the steady Riccati "
+        "equation's with a frame's full information; `one frame` is that without a past. Only the sum is seen: dynamics "
+        "and jitter are told apart by their spectra alone. NEES/4 and NIS/2 are 1 for a filter that knows its errors. The "
+        "paper has curves only, and states none of its parameters.",
     )
 
 

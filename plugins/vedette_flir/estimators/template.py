@@ -48,8 +48,9 @@ class TemplateFilter(Estimator[TemplateBelief]):
     The first frame gives the template, over the box that the axes `width` and `height` state, and the target's polarity.
     A local median is subtracted from small targets, and contrast of the wrong sign or beyond the target's own is cut off.
     The best place maximises rho - prior_weight d^2: correlation with template and first template, less the distance from
-    the prediction. log-likelihood ratio: (n / 2) log[(1 - limit^2) / (1 - rho^2)] of n independent cells, and 60 (rho / limit - 1) below
-    the limit: a weak match is a miss; the track coasts while its covariance, and so the area searched, grows.
+    the prediction. The log-likelihood ratio is (n / 2) log[(1 - limit^2) / (1 - rho^2)] of n independent cells, at most 60,
+    and 60 (rho / limit - 1) below the limit: a weak match is a miss, and the track coasts while its covariance, and so the
+    area searched, grows.
     Rogers, Maybeck, Adaptive Tracking of Multiple Hot-Spot Target IR Images, IEEE T-AC 28, 1983, for the smoothed template.
     """
 
