@@ -123,7 +123,7 @@ def is_derivative(
     smooth = np.isfinite(slope) & (doubt * step <= 1e-2 * np.max(np.abs(slope) * step, axis=-1, keepdims=True) + 1e-12)
     rows = np.max(np.abs(np.where(smooth, slope, 0.0)) * step, axis=-1, keepdims=True)
     off = np.abs(stated - slope) * step - 4 * doubt * step
-    allowed = 1e-6 * rows + 1e-11 * np.abs(function(x))[..., :, None] + 1e-300
+    allowed = 1e-6 * rows + 1e-11 * np.abs(function(x))[..., :, None] + 1e-100
     bad = smooth & ~(off <= allowed)
     if np.any(bad):
         i, j = np.argwhere(bad)[0]
