@@ -1,5 +1,6 @@
 """Recorded clips, where they are there; the video source and what it refuses; patches and figures in pixels."""
 
+import json
 import os
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import pytest
 
 import vedette
 from vedette import ConfigError, InputError, Scan, ScanRefused, Track, Trajectory
+from vedette.cli import main
 from vedette.metrics.pixels import pixel_figures
 from vedette_flir.patches import correlation, local_median, mask_of, peak, sample
 from vedette_flir.sources.boxes import centred
@@ -72,6 +74,19 @@ def folder_of(path, images, boxes=None):
 def test_a_folder_of_images(tmp_path, depth, top):
     error, _ = errors(folder_of(tmp_path / "disc", *hot_disc(depth=depth, top=top)))
     assert error.max() < 1.5
+
+
+def test_the_command_leaves_figures_a_track_and_pictures(tmp_path, capsys):
+    path = folder_of(tmp_path / "disc", *hot_disc())
+    assert main(["run", str(EXAMPLE), "--set", f"source.path={path}", "--out", str(tmp_path / "out"), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert found["within_10px"] == 1.0
+    assert found["lost"] == 0.0
+    assert found["centre_error_median_px"] <= found["centre_error_p90_px"] < 1.5
+    assert found["ms_per_frame"] > 0
+    rows = (tmp_path / "out" / "tracks.csv").read_text().splitlines()
+    assert len(rows) == 21
+    assert (tmp_path / "out" / "strip.png").stat().st_size > 10_000
 
 
 def test_a_box_stands_in_for_truth(tmp_path):

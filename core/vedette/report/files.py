@@ -49,10 +49,13 @@ def write_pictures(folder: Path, experiment: Experiment, result: Result) -> list
     from vedette.report import canvas
     from vedette.report.errors import errors
     from vedette.report.picture import picture
+    from vedette.report.strip import strip
 
     drawings = {"picture.png": picture, "errors.png": errors}
     if len(experiment.tracker.state) < 2:
         del drawings["picture.png"]  # one axis makes no map
+    if any(scan.frame is not None for scan in result.scans) and {"x", "y"} <= set(experiment.tracker.state.names):
+        drawings["strip.png"] = strip
     for name, drawing in drawings.items():
         canvas.save(drawing(experiment, result), folder / name)
     return list(drawings)
