@@ -38,7 +38,13 @@ def points(space: Space, rows: int = 1) -> st.SearchStrategy[Array]:
         for axis in space.axes
     ]
     plain = Space(space.axes)  # a space that wraps wrongly must not hide it in what is drawn
-    return st.tuples(*(each * rows)).map(lambda values: plain.canonical(np.reshape(np.array(values), (rows, len(space)))))
+    least = 1e-9 * sizes(space)  # below it lies what no derivative by differences can tell from 0
+
+    def state(values: tuple[float, ...]) -> Array:
+        x = np.reshape(np.array(values), (rows, len(space)))
+        return plain.canonical(np.where(np.abs(x) < least, 0.0, x))
+
+    return st.tuples(*(each * rows)).map(state)
 
 
 def random_covariance(space: Space, rng: np.random.Generator, batch: tuple[int, ...] = (), scale: float = 0.02) -> Array:
