@@ -15,7 +15,9 @@ from vedette.testing import conformance, examine, laws_of
 from vedette.testing.strategies import SENSOR, components
 from vedette_bayes_risk.risk import Costs
 from vedette_flir.motion.carrying import Carrying
+from vedette_flir.motion.image_velocity import ImageVelocity
 from vedette_sim import Drawn, Look
+from vedette_sim.infrared import HotSpot, HotTarget
 from vedette_standard.motion.constant_velocity import ConstantVelocity
 from vedette_standard.motion.coordinated_turn import CoordinatedTurn
 from vedette_standard.motion.gauss_markov import GaussMarkov
@@ -48,12 +50,20 @@ BOXED = st.builds(
     lambda motion: Carrying(motion, {"width": "px", "height": "px"}), st.builds(ConstantVelocity, st.floats(0.1, 1.0))
 )
 
+IN_THE_MIDDLE = {"x": (32.0, 2.0), "y": (32.0, 2.0), "vx": (0.0, 5.0), "vy": (0.0, 5.0)}
+
 GIVEN = {
     ("estimator", "template_filter"): {"motion": BOXED, "cells": st.just(8)},
     ("detector", "bayes_risk_detection"): COUNTING | COSTS,
     ("detector", "bayes_risk_printed"): COUNTING | COSTS,
     ("detector", "count_likelihood_detection"): COUNTING,
     ("source", "simulation"): SIMULATION,
+    ("source", "infrared_scene"): {
+        "targets": st.just({"spot": HotTarget(ImageVelocity(20.0), (HotSpot(10.0, 2.0),), start=IN_THE_MIDDLE)}),
+        "frames": st.just(5),
+        "corner": st.just((0.0, 0.0)),
+        "drift": st.sampled_from([(0.0, 0.0), (3.0, -1.0)]),
+    },
     ("motion", "gauss_markov"): {"axes": st.sampled_from([("b",), ("b", "c")])},
     ("motion", "product"): {"models": SIDE_BY_SIDE},
     ("sensor", "biased"): {
