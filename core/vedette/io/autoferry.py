@@ -85,13 +85,9 @@ class AutoferrySource(Source):
         """The axes that each used sensor measures; ConfigError if the tracker lacks one or it measures others."""
         named = self.sensors if self.sensors is not None else [name for name in OFFERED if name in sensors]
         absent = [name for name in named if name not in sensors]
-        problems = [
-            Problem("sensors", f"the tracker has no sensor {name!r}, only {_quoted(sensors)}") for name in absent
-        ]
+        problems = [Problem("sensors", f"the tracker has no sensor {name!r}, only {_quoted(sensors)}") for name in absent]
         if not named:
-            problems.append(
-                Problem("sensors", f"the recording has {_quoted(OFFERED)}, the tracker {_quoted(sensors)}")
-            )
+            problems.append(Problem("sensors", f"the recording has {_quoted(OFFERED)}, the tracker {_quoted(sensors)}"))
         found = {name: sensors[name].measurement for name in named if name in sensors}
         for name, space in found.items():
             if any(axis not in OFFERED[name].axes for axis in space.axes):
