@@ -3,7 +3,6 @@
 from collections.abc import Iterable
 
 import vedette
-from vedette_flir.estimators.iterated import IteratedKalman
 from vedette_flir.estimators.template import TemplateFilter
 from vedette_flir.motion.atmospheric_wander import AtmosphericWander
 from vedette_flir.motion.carrying import Carrying
@@ -24,6 +23,6 @@ def vedette_components() -> Iterable[type[vedette.Component]]:
     return [
         *(JitteredAcceleration, JitteredWander, AtmosphericWander, ImageVelocity, Carrying),
         *(GaussianSpot, BoxCentroid),
-        *(IteratedKalman, TemplateFilter),
+        TemplateFilter,
         *(VideoSource, FlirStudy),
     ]

@@ -44,7 +44,7 @@ def config(passes: int, sigma_jitter: float) -> dict[str, Any]:
     motion = {"kind": "jittered_wander", "sigma_jitter": sigma_jitter}
     return {
         "estimator": {
-            "kind": "iterated_ekf",
+            "kind": "iekf",
             "passes": passes,
             "motion": {
                 "kind": "carrying",

@@ -38,7 +38,7 @@ class UnscentedKalman(GaussianFilter):
 
     def refuses(self, sensor: Sensor) -> str | None:
         """Cameras."""
-        return "it takes no frames: use the estimator 'ekf' or 'iterated_ekf'" if isinstance(sensor, ImagingSensor) else None
+        return "it takes no frames: use the estimator 'ekf' or 'iekf'" if isinstance(sensor, ImagingSensor) else None
 
     def _offsets(self, belief: Gaussian) -> tuple[Array, Array]:
         """Offsets from the mean (*b, t, s, n) and weights (s,); carried axes have no variance: their offsets are 0."""
