@@ -1,10 +1,20 @@
 """What a developer runs: `nox` for the quick checks, `nox -s wheel`, `nox -s nightly` before a release."""
 
+from pathlib import Path
+
 import nox
 
 nox.options.sessions = ["lint", "tests"]
 nox.options.default_venv_backend = "venv"
 PYTHONS = ["3.11", "3.12", "3.13"]
+HERE = Path(__file__).parent
+
+
+def built(session: nox.Session, folder: Path) -> str:
+    """The wheel of the distribution in `folder`, built afresh."""
+    out = Path(session.create_tmp()) / folder.name
+    session.run("python", "-m", "build", "--wheel", "--outdir", str(out), str(folder))
+    return str(max(out.glob("*.whl"), key=lambda wheel: wheel.stat().st_mtime))
 
 
 @nox.session
@@ -27,13 +37,10 @@ def tests(session: nox.Session) -> None:
 @nox.session(python=PYTHONS)
 def wheel(session: nox.Session) -> None:
     """Build the wheel, install it with nothing else, and run the main job away from the checkout."""
-    out = session.create_tmp()
     session.install("build")
-    session.run("python", "-m", "build", "--wheel", "--outdir", out)
-    session.install("--force-reinstall", "--find-links", out, "--pre", "vedette[report]")
-    example = session.invoked_from + "/examples/harbour.toml"
-    session.chdir(out)
-    session.run("vedette", "run", example, "--out", "harbour")
+    session.install("--force-reinstall", built(session, HERE) + "[report]")
+    session.chdir(session.create_tmp())
+    session.run("vedette", "run", str(HERE / "examples" / "harbour.toml"), "--out", "harbour")
 
 
 @nox.session
@@ -43,14 +50,13 @@ def nightly(session: nox.Session) -> None:
     session.run("python", "-m", "pytest", "-n", "auto", "--vedette-profile", "nightly", *session.posargs)
 
 
-@nox.session(python=PYTHONS)
+@nox.session
 def plugin_template(session: nox.Session) -> None:
     """Build the example of a third-party plugin and Vedette into wheels, and test the one against the other."""
-    out, example = session.create_tmp(), session.invoked_from + "/examples/plugin_template"
-    session.install("build", "hatchling", "scikit-build-core")
-    for folder in (session.invoked_from, example):
-        session.run("python", "-m", "build", "--wheel", "--outdir", out, folder)
-    session.install("--force-reinstall", "--find-links", out, "vedette[testing]", "vedette-clothoid")
-    session.run("python", "-m", "pytest", "-p", "no:cacheprovider", "--rootdir", example, example + "/tests")
+    example = HERE / "examples" / "plugin_template"
+    session.install("build")
+    session.install("--force-reinstall", built(session, HERE) + "[testing]", built(session, example))
+    session.chdir(session.create_tmp())
+    session.run("python", "-m", "pytest", "-p", "no:cacheprovider", "--rootdir", str(example), str(example / "tests"))
     session.run("vedette", "check", "clothoid")
-    session.run("vedette", "run", example + "/road.toml", "--out", out + "/road")
+    session.run("vedette", "run", str(example / "road.toml"), "--out", "road")
