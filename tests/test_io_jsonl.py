@@ -280,7 +280,5 @@ def test_no_scan_of_the_trackers_sensors(tmp_path):
 
 
 def test_without_the_recording_the_error_says_what_it_is():
-    with pytest.raises(
-        ConfigError, match=r"source\.path: is not given\. Wanted: sea trial 4\. Format: Vedette's JSON lines"
-    ):
+    with pytest.raises(ConfigError, match=r"path: is not given\. Wanted: sea trial 4\. Format: Vedette's JSON lines"):
         JsonLinesSource(about="sea trial 4").open({}, RNG)

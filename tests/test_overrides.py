@@ -105,7 +105,7 @@ def test_all_wrong_overrides_are_told_together(registry: Registry) -> None:
 
 
 def test_a_path_through_a_ready_object_is_told(registry: Registry) -> None:
-    ready = load({**config(), "sensors": {}}, registry).tracker.associator
+    ready = load(config(), registry, overrides=['sensors."far lidar".sigma=2']).tracker.associator
     with pytest.raises(ConfigError, match="associator is a Pda, so there is no 'kind' in it"):
         apply_overrides({**config(), "associator": ready}, ["associator.kind=gnn"], registry)
 

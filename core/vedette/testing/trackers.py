@@ -109,9 +109,22 @@ def consistency(
     return judge(played, alpha, band, seed)
 
 
-def assert_consistent(tracker: Tracker | Experiment | Config, **how: Any) -> Report:
+def assert_consistent(
+    tracker: Tracker | Experiment | Config,
+    *,
+    prior: Mapping[str, tuple[float, float]] | None = None,
+    runs: int = 200,
+    scans: int = 50,
+    interval: float = 1.0,
+    alpha: float = 1e-6,
+    band: tuple[float, float] = (0.85, 1.15),
+    seed: int = 0,
+    world: Tracker | None = None,
+) -> Report:
     """`consistency`, and AssertionError with its words where a figure leaves its band. Takes the same arguments."""
-    report = consistency(tracker, **how)
+    report = consistency(
+        tracker, prior=prior, runs=runs, scans=scans, interval=interval, alpha=alpha, band=band, seed=seed, world=world
+    )
     if not report.consistent:
         raise AssertionError(report.text)
     return report

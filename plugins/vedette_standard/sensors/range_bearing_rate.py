@@ -96,7 +96,10 @@ class RangeBearingRate(Standing):
         return self._clutter_within(z[..., 0], 2) / (CIRCLE * 2 * self.max_rate)
 
     def invert(self, z: Array, noise: Array | None = None) -> Gaussian:
-        """(*b, 3) -> (*b, 4), (*b, 4, 4): the position without bias, the speed along the line of sight, any across it."""
+        """(*b, 3) -> (*b, 4), (*b, 4, 4): the position without bias, the speed along the line of sight, any across it.
+
+        Over the radar there is no line of sight: any speed.
+        """
         R = np.broadcast_to(self.noise(z) if noise is None else noise, (*z.shape, 3))
         polar = RangeBearing(self.sigma_range, self.sigma_bearing).at(self._pose).invert(z[..., :2], R[..., :2, :2])
         angle = z[..., 1] + leading(self._pose.heading, z.ndim - 1)
@@ -104,11 +107,12 @@ class RangeBearingRate(Standing):
         across = np.stack([-along[..., 1], along[..., 0]], axis=-1)
         drift = np.sum(along * self._platform_velocity(z.ndim - 1), axis=-1)
         outer = along[..., :, None] * along[..., None, :]
+        sighted = R[..., 2, 2] + np.where(z[..., 0] > NEAR, 0.0, self.crossing_speed**2)
         open_speed = self.crossing_speed**2 + z[..., 2] ** 2 * R[..., 1, 1]
         mean, cov = np.empty((*z.shape[:-1], 4)), np.zeros((*z.shape[:-1], 4, 4))
         mean[..., :2], mean[..., 2:] = polar.mean, (z[..., 2] + drift)[..., None] * along
         cov[..., :2, :2] = polar.cov
-        cov[..., 2:, 2:] = R[..., 2, 2, None, None] * outer
+        cov[..., 2:, 2:] = sighted[..., None, None] * outer
         cov[..., 2:, 2:] += open_speed[..., None, None] * across[..., :, None] * across[..., None, :]
         cov[..., :2, 2:] = cov[..., 2:, :2] = R[..., 0, 2, None, None] * outer
         return Gaussian(mean, cov)
