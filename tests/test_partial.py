@@ -42,7 +42,7 @@ ESTIMATORS = [
 ]
 each = pytest.mark.parametrize("estimator", ESTIMATORS, ids=lambda e: e.kind)
 
-RADAR = RangeBearing(10.0, 0.01, 0.9)
+RADAR = RangeBearing(10.0, 0.01, detection_probability=0.9)
 WHOLE = PositionVelocity(5.0, 0.5, 0.9)
 CASES = {
     "bearing": (RADAR, BearingOnly(0.01, detection_probability=0.9), [1]),
@@ -134,7 +134,7 @@ def test_the_comparison_bites():
 def test_the_gate_takes_each_return_for_the_components_it_has():
     """Against the sensor of the present ones: its own threshold, and its own density of clutter."""
     area = {"max_range": 4e3, "clutter_per_scan": 5.0}
-    whole = Partial(RangeBearing(10.0, 0.01, 0.9, **area), {"bearing": 2 * np.pi})
+    whole = Partial(RangeBearing(10.0, 0.01, detection_probability=0.9, **area), {"bearing": 2 * np.pi})
     part = RangeOnly(10.0, detection_probability=0.9, **area)
     z = part.measure(prior(2, 4).mean[..., :2]) + np.array([[0.0], [30.0], [60.0], [90.0]])
     gate, scores = Gate(0.99), []

@@ -402,7 +402,7 @@ def runs_mixed_up(sensor, pose):
 
 
 RANGE_BEARING = RangeBearing(
-    10.0, 0.3, 0.9, min_range=20.0, max_range=5e3, clutter_per_scan=4.0, x=10.0, y=20.0, heading=0.4
+    10.0, 0.3, detection_probability=0.9, min_range=20.0, max_range=5e3, clutter_per_scan=4.0, x=10.0, y=20.0, heading=0.4
 )
 POLAR = PolarPosition(10.0, 0.02, 2.0, 0.9, max_range=5e3, x=10.0, y=20.0)
 MUTANTS = [
@@ -451,7 +451,7 @@ def test_the_law_of_clutter_bites():
     [
         (lambda: CartesianPosition(-3), "sigma: must be > 0, got -3 m"),
         (lambda: RangeBearing(10, 1.5), "sigma_bearing: must be > 0 and <= 1, got 1.5 rad"),
-        (lambda: RangeBearing(10, 0.01, 1.1), "detection_probability: must be >= 0 and <= 1, got 1.1"),
+        (lambda: RangeBearing(10, 0.01, detection_probability=1.1), "detection_probability: must be >= 0 and <= 1, got 1.1"),
         (lambda: RangeBearing(10, 0.01, clutter_per_scan=5), "clutter_per_scan: needs max_range"),
         (lambda: RangeBearing(10, 0.01, min_range=50, max_range=40), "max_range: must be > min_range, 50 m, got 40 m"),
         (lambda: PolarPosition(10, 0.01, -1), "sigma_extent: must be >= 0, got -1 m"),

@@ -241,7 +241,7 @@ def test_roots_keep_their_digits_where_covariances_lose_theirs():
 @pytest.mark.parametrize("own", [False, True], ids=["sensor's noise", "own noise"])
 def test_roots_carry_soft_association_as_covariances_do(own):
     at_start = prior(5, 2, 2)
-    motion, sensor = CoordinatedTurn(0.5, 0.01), RangeBearing(10.0, 0.01, 0.9)
+    motion, sensor = CoordinatedTurn(0.5, 0.01), RangeBearing(10.0, 0.01, detection_probability=0.9)
     rng = np.random.default_rng(3)
     z = sensor.measure(at_start.mean[:, :1, :2]) + rng.normal(size=(2, 4, 2)) * [10, 0.01]
     a = np.diag([9.0, 0.01]) + rng.normal(size=(2, 4, 2, 2)) * [[1.0, 0.001]]

@@ -39,11 +39,7 @@ class GaussianFilter(Estimator[Gaussian]):
 
     def start(self, prior: Gaussian, axes: Space, rng: np.random.Generator) -> Gaussian:
         """The prior's own axes; those that are carried lose their variance."""
-        own = axes.locate(self.state)
-        cov = prior.cov[..., own, :][..., own]
-        if len(self.carried):
-            cov = without_variance(cov, self.state.locate(self.carried))
-        return Gaussian(prior.mean[..., own], cov)
+        return own_part(prior, axes, self.state, self.carried)
 
     def absorb(self, belief: Gaussian, innovation: Innovation, weights: Array) -> Gaussian:
         """Moments of the weighted hypotheses, the spread of their means included."""
@@ -66,6 +62,15 @@ def keeps_its_frame(motion: MotionModel) -> None:
     """NotImplementedError if beliefs over this motion are re-expressed on the way: two moments have no common frame."""
     if type(motion).settle is not MotionModel.settle:
         raise NotImplementedError(f"motion {motion.kind!r} turns its frame from scan to scan")
+
+
+def own_part(prior: Gaussian, axes: Space, state: Space, carried: Space) -> Gaussian:
+    """What a Gaussian over `axes` says of `state`, where `carried` axes lose their variance."""
+    own = axes.locate(state)
+    cov = prior.cov[..., own, :][..., own]
+    if len(carried):
+        cov = without_variance(cov, state.locate(carried))
+    return Gaussian(prior.mean[..., own], cov)
 
 
 def without_variance(cov: Array, axes: list[int]) -> Array:

@@ -8,7 +8,7 @@ import numpy as np
 from attrs import evolve, frozen
 
 from vedette import Array, Detections, Estimator, Frame, Gaussian, Innovation, MotionModel, Sensor, Space, fields, kernels
-from vedette.gaussian import Hypotheses, joined, linearised, without_variance
+from vedette.gaussian import Hypotheses, joined, linearised, own_part, without_variance
 from vedette_flir.patches import BRIGHTEST, blurred, contrast, correlation, local_median, mask_of, peak, sample
 
 MOST = 60.0
@@ -87,11 +87,11 @@ class TemplateFilter(Estimator[TemplateBelief]):
 
     def start(self, prior: Gaussian, axes: Space, rng: np.random.Generator) -> TemplateBelief:
         """The prior's own axes, and no template yet."""
-        own = axes.locate(self.state)
-        cov = without_variance(prior.cov[..., own, :][..., own], self.state.locate(self.carried))
         tracks = prior.mean.shape[:-1]
         nothing = np.zeros((*tracks, self.cells, self.cells))
-        return TemplateBelief(Gaussian(prior.mean[..., own], cov), Appearance(nothing, nothing, np.zeros(tracks)))
+        return TemplateBelief(
+            own_part(prior, axes, self.state, self.carried), Appearance(nothing, nothing, np.zeros(tracks))
+        )
 
     def predict(
         self, belief: TemplateBelief, dt: float, rng: np.random.Generator, combined: Gaussian | None = None

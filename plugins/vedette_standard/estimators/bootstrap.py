@@ -10,7 +10,7 @@ from attrs import frozen
 
 from vedette import Array, Detections, Estimator, Frame, Gaussian, Innovation, MotionModel, Sensor, Space, fields
 from vedette.draws import factor
-from vedette.gaussian import without_variance
+from vedette.gaussian import own_part
 from vedette.roles import ImagingSensor
 from vedette_standard.estimators import cloud as clouds
 from vedette_standard.estimators.cloud import Cloud
@@ -51,11 +51,8 @@ class BootstrapParticles(Estimator[Cloud]):
 
     def start(self, prior: Gaussian, axes: Space, rng: np.random.Generator) -> Cloud:
         """Points drawn from the prior, of equal weight."""
-        own = axes.locate(self.state)
-        cov = prior.cov[..., own, :][..., own]
-        if len(self.carried):
-            cov = without_variance(cov, self.state.locate(self.carried))
-        points = self.state.canonical(clouds.scatter(Gaussian(prior.mean[..., own], cov), self.particles, rng))
+        own = own_part(prior, axes, self.state, self.carried)
+        points = self.state.canonical(clouds.scatter(own, self.particles, rng))
         return Cloud(points, np.full(points.shape[:-1], -math.log(self.particles)))
 
     def predict(self, belief: Cloud, dt: float, rng: np.random.Generator, combined: Gaussian | None = None) -> Cloud:

@@ -15,9 +15,9 @@ from vedette.gaussian import (
     keeps_its_frame,
     missing_share,
     noise_of,
+    own_part,
     reported,
     residuals,
-    without_variance,
 )
 from vedette.roles import ImagingSensor
 
@@ -67,11 +67,8 @@ class SquareRootKalman(Estimator[Root]):
 
     def start(self, prior: Gaussian, axes: Space, rng: np.random.Generator) -> Root:
         """The prior's own axes; those that are carried lose their variance."""
-        own = axes.locate(self.state)
-        cov = prior.cov[..., own, :][..., own]
-        if len(self.carried):
-            cov = without_variance(cov, self.state.locate(self.carried))
-        return Root(prior.mean[..., own], factor(cov))
+        own = own_part(prior, axes, self.state, self.carried)
+        return Root(own.mean, factor(own.cov))
 
     def predict(self, belief: Root, dt: float, rng: np.random.Generator, combined: Gaussian | None = None) -> Root:
         """The belief `dt` s later."""

@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-import math
 from typing import ClassVar, final
 
 import numpy as np
-from attrs import field, frozen
+from attrs import frozen
 
-from vedette import Array, Gaussian, Pose, Sensor, Space, fields
+from vedette import Array, Gaussian, Space, fields
 from vedette_standard.sensors.geometry import polar_slope, ranges_and_bearings
-from vedette_standard.sensors.station import POSITION, covers, leading, standing
+from vedette_standard.sensors.standing import CIRCLE, Standing
+from vedette_standard.sensors.station import POSITION, leading
 
 _POLAR = Space.of(range="m", bearing="rad mod 2pi")
 
 
 @final
 @frozen
-class RangeBearing(Sensor):
+class RangeBearing(Standing):
     """z = (r, b) + v, v ~ N(0, diag(sigma_range^2, sigma_bearing^2)), of a target in the plane as seen from the radar.
 
     With (dx, dy) = position - (x, y): r = sqrt(dx^2 + dy^2), b = atan2(dy, dx) - heading, from +x towards +y.
@@ -30,24 +30,6 @@ class RangeBearing(Sensor):
 
     sigma_range: float = fields.quantity("m", "standard deviation of the range", above=0)
     sigma_bearing: float = fields.quantity("rad", "standard deviation of the bearing", above=0, at_most=1)
-    detection_probability: float = fields.probability("probability that a target in view gives a return", default=1.0)
-    min_range: float = fields.quantity("m", "nothing nearer is detected", default=0.0, at_least=0)
-    max_range: float | None = fields.quantity("m", "nothing farther is detected; none: no limit", default=None, above=0)
-    clutter_per_scan: float = fields.quantity("1", "expected number of false returns per scan", default=0.0, at_least=0)
-    x: float = fields.quantity("m", "where the radar stands; a scan's own pose replaces it", default=0.0)
-    y: float = fields.quantity("m", "where the radar stands; a scan's own pose replaces it", default=0.0)
-    heading: float = fields.quantity("rad", "direction of bearing 0; a scan's own pose replaces it", default=0.0)
-    _pose: Pose = field(init=False, repr=False, eq=False)
-
-    @_pose.default
-    def _fixed(self) -> Pose:
-        return Pose(np.array([self.x, self.y]), heading=self.heading)
-
-    def __attrs_post_init__(self) -> None:
-        if self.max_range is None and self.clutter_per_scan > 0:
-            raise ValueError("clutter_per_scan: needs max_range, which says over what area the false returns spread")
-        if self.max_range is not None and self.max_range <= self.min_range:
-            raise ValueError(f"max_range: must be > min_range, {self.min_range:g} m, got {self.max_range:g} m")
 
     @property
     def looks_at(self) -> Space:
@@ -69,16 +51,9 @@ class RangeBearing(Sensor):
         """(2, 2)"""
         return np.diag([self.sigma_range**2, self.sigma_bearing**2])
 
-    def detects(self, x: Array) -> Array:
-        """(*b, 2) -> (*b), or () if no range limits it"""
-        return covers(self.detection_probability, self.min_range, self.max_range, x, self._pose)
-
     def clutter(self, z: Array) -> Array:
         """(*b, k, 2) -> (*b, k) in 1/(m rad), or () if there is none; beyond the area's edge, by noise, as at the edge."""
-        if self.max_range is None or self.clutter_per_scan == 0:
-            return np.asarray(0.0)
-        area = math.pi * (self.max_range**2 - self.min_range**2)
-        return self.clutter_per_scan / area * np.clip(z[..., 0], self.min_range, self.max_range)
+        return self._clutter_within(z[..., 0], 2) / CIRCLE
 
     def invert(self, z: Array, noise: Array | None = None) -> Gaussian:
         """(*b, 2) -> (*b, 2), (*b, 2, 2): the position without bias.
@@ -101,7 +76,3 @@ class RangeBearing(Sensor):
         cov[..., 1, 1] = along * sin * sin + across * cos * cos + 2 * mixed * sin * cos
         cov[..., 0, 1] = cov[..., 1, 0] = (along - across) * sin * cos + mixed * (cos * cos - sin * sin)
         return Gaussian(mean, cov)
-
-    def at(self, pose: Pose) -> Sensor:
-        """The same radar on a platform at `pose`, which may lead with batch axes: they are the first of the states' own."""
-        return standing(self, pose)
