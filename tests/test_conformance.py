@@ -66,6 +66,7 @@ GIVEN = {
     },
     ("motion", "gauss_markov"): {"axes": st.sampled_from([("b",), ("b", "c")])},
     ("motion", "product"): {"models": SIDE_BY_SIDE},
+    ("sensor", "range_bearing_rate"): {"crossing_speed": st.floats(200.0, 1000.0)},  # the kit draws any velocity
     ("sensor", "biased"): {
         "of": st.builds(RangeBearing, st.floats(1.0, 50.0), st.floats(1e-3, 0.05)),
         "add": st.sampled_from([{}, {"bearing": "turned"}, {"range": "long", "bearing": "turned"}]),
