@@ -80,6 +80,13 @@ def without_variance(cov: Array, axes: list[int]) -> Array:
     return cov * (keep[:, None] * keep)
 
 
+def moved(belief: Gaussian, motion: MotionModel, dt: float, combined: Gaussian | None) -> Gaussian:
+    """The belief `dt` > 0 s later, by the motion's derivative at each track's mean: P- = F P F' + Q."""
+    belief = motion.settle(belief, belief if combined is None else combined)
+    x = belief.mean
+    return Gaussian(motion.move(x, dt), kernels.propagate(belief.cov, motion.jacobian(x, dt), motion.noise(x, dt)))
+
+
 def linearised(belief: Gaussian, state: Space, sensor: Sensor, seen: Detections | Frame, p_gate: float) -> Innovation:
     """Every return against every track, by the sensor's derivative at each track's mean."""
     if isinstance(seen, Frame):
@@ -176,7 +183,7 @@ def imaged(
         distance[..., None],
         0.5 * (log_det - kernels.safe_log(np.linalg.det(J)))[..., None],
         shift[..., None, :],
-        (0.5 * (post + np.swapaxes(post, -1, -2)))[..., None, :, :],
+        kernels.symmetric(post)[..., None, :, :],
     )
     return joined(sensor, x, p_gate, parts)
 

@@ -7,8 +7,8 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, fields, kernels
-from vedette.gaussian import GaussianFilter, Hypotheses, linearised
+from vedette import Array, Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, fields
+from vedette.gaussian import GaussianFilter, Hypotheses, linearised, moved
 
 
 @final
@@ -27,12 +27,7 @@ class ParallelKalmanPrinted(GaussianFilter):
 
     def predict(self, belief: Gaussian, dt: float, rng: np.random.Generator, combined: Gaussian | None = None) -> Gaussian:
         """The belief `dt` s later."""
-        if dt == 0:
-            return belief
-        belief = self.motion.settle(belief, belief if combined is None else combined)
-        x = belief.mean
-        cov = kernels.propagate(belief.cov, self.motion.jacobian(x, dt), self.motion.noise(x, dt))
-        return Gaussian(self.motion.move(x, dt), cov)
+        return belief if dt == 0 else moved(belief, self.motion, dt, combined)
 
     def innovate(self, belief: Gaussian, sensor: Sensor, seen: Detections | Frame, p_gate: float) -> Innovation:
         """Every return against every track, linearised at its mean."""

@@ -7,7 +7,7 @@ from typing import final
 import numpy as np
 from attrs import field, frozen
 
-from vedette import Array, Frame, Mask, fields
+from vedette import Array, Frame, Mask, fields, kernels
 
 
 @frozen(eq=False)
@@ -106,4 +106,4 @@ class Camera:
         J = weighed[..., :-1, :] @ np.swapaxes(D, -1, -2)
         g = (weighed[..., :-1, :] @ (rest - h)[..., None])[..., 0]
         llr = np.sum(weighed[..., -1, :] * (rest - 0.5 * h), axis=-1)
-        return 0.5 * (J + np.swapaxes(J, -1, -2)), g, llr
+        return kernels.symmetric(J), g, llr

@@ -16,6 +16,7 @@ from vedette.kernels.reference import (
     root,
     safe_log,
     sigma_points,
+    symmetric,
 )
 
 __all__ = [
@@ -31,5 +32,6 @@ __all__ = [
     "root",
     "safe_log",
     "sigma_points",
+    "symmetric",
     "unroot",
 ]

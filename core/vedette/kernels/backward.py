@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vedette.kernels.reference import root
+from vedette.kernels.reference import root, symmetric
 from vedette.space import Array
 
 
@@ -31,4 +31,4 @@ def retrace(P: Array, ahead: Array, cross: Array, step: Array, later: Array) -> 
     gain = unroot(joint[..., :q, :q], joint[..., q:, :q])
     rest = joint[..., q:, q:]
     cov = rest @ np.swapaxes(rest, -1, -2) + gain @ later @ np.swapaxes(gain, -1, -2)
-    return (gain @ step[..., None])[..., 0], 0.5 * (cov + np.swapaxes(cov, -1, -2))
+    return (gain @ step[..., None])[..., 0], symmetric(cov)

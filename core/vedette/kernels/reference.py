@@ -28,14 +28,14 @@ def log_sum(a: Array, axis: int = -1) -> Array:
     return total
 
 
-def _symmetric(a: Array) -> Array:
+def symmetric(a: Array) -> Array:
     """The mean of `a` and its transpose: takes out what rounding left of asymmetry."""
     return 0.5 * (a + np.swapaxes(a, -1, -2))
 
 
 def propagate(P: Array, F: Array, Q: Array) -> Array:
     """F P F' + Q: (*b, n, n)"""
-    return _symmetric(F @ P @ np.swapaxes(F, -1, -2) + Q)
+    return symmetric(F @ P @ np.swapaxes(F, -1, -2) + Q)
 
 
 def _invert(S: Array) -> tuple[Array, Array]:
@@ -80,13 +80,13 @@ def innovate(P: Array, nu: Array, H: Array, R: Array) -> tuple[Array, Array, Arr
     and the posterior covariance (*b, t, 1|k, n, n) in Joseph's form.
     """
     cross = P @ np.swapaxes(H, -1, -2)
-    S = _symmetric(H @ cross)[..., None, :, :] + R
+    S = symmetric(H @ cross)[..., None, :, :] + R
     inverse, loglik, distance, log_volume = _score(nu, S)
     gain = cross[..., None, :, :] @ inverse
     shift = _each(nu, np.swapaxes(gain, -1, -2))
     keep = np.eye(P.shape[-1]) - gain @ H[..., None, :, :]
     post = keep @ P[..., None, :, :] @ np.swapaxes(keep, -1, -2) + gain @ R @ np.swapaxes(gain, -1, -2)
-    return loglik, distance, log_volume, shift, _symmetric(post)
+    return loglik, distance, log_volume, shift, symmetric(post)
 
 
 def root(P: Array) -> Array:
@@ -122,13 +122,13 @@ def innovate_points(dx: Array, dz: Array, weights: Array, nu: Array, R: Array) -
     The posterior covariance is the points' own after the gain, sum w (dx - K dz)(dx - K dz)' + K R K': PSD as they are.
     """
     weighted = np.swapaxes(dz * weights[:, None], -1, -2)
-    S = _symmetric(weighted @ dz)[..., None, :, :] + R
+    S = symmetric(weighted @ dz)[..., None, :, :] + R
     inverse, loglik, distance, log_volume = _score(nu, S)
     gain_t = inverse @ (weighted @ dx)[..., None, :, :]
     shift = _each(nu, gain_t)
     left = dx[..., None, :, :] - dz[..., None, :, :] @ gain_t
     post = np.swapaxes(left * weights[:, None], -1, -2) @ left + np.swapaxes(gain_t, -1, -2) @ R @ gain_t
-    return loglik, distance, log_volume, shift, _symmetric(post)
+    return loglik, distance, log_volume, shift, symmetric(post)
 
 
 def mixture(P: Array, shift: Array, post: Array, weights: Array) -> tuple[Array, Array]:
@@ -145,7 +145,7 @@ def mixture(P: Array, shift: Array, post: Array, weights: Array) -> tuple[Array,
         within = np.sum(w, axis=-1)[..., None, None] * post[..., 0, :, :]
     else:
         within = np.sum(w[..., None, None] * post, axis=-3)
-    return mean, _symmetric(miss[..., None] * P + within + spread)
+    return mean, symmetric(miss[..., None] * P + within + spread)
 
 
 def moments(weights: Array, xs: Array, Ps: Array) -> tuple[Array, Array]:
@@ -158,7 +158,7 @@ def moments(weights: Array, xs: Array, Ps: Array) -> tuple[Array, Array]:
     apart = xs[..., None, :, :] - mean[..., None, :]
     spread = np.swapaxes(apart * weights[..., None], -1, -2) @ apart
     within = (weights @ Ps.reshape(*Ps.shape[:-2], n * n)).reshape(spread.shape)
-    return mean, _symmetric(within + spread)
+    return mean, symmetric(within + spread)
 
 
 def imm_mix(log_prob: Array, log_transition: Array, xs: Array, Ps: Array) -> tuple[Array, Array, Array]:

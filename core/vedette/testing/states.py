@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from hypothesis import strategies as st
 
+from vedette import kernels
 from vedette.space import Array, Axis, Space
 from vedette.types import Gaussian
 
@@ -53,7 +54,7 @@ def random_covariance(space: Space, rng: np.random.Generator, batch: tuple[int, 
     mix = np.eye(n) + 0.4 * rng.standard_normal((*batch, n, n)) / np.sqrt(max(n, 1))
     root = scale * sizes(space)[:, None] * mix
     cov: Array = root @ np.swapaxes(root, -1, -2)
-    return 0.5 * (cov + np.swapaxes(cov, -1, -2))
+    return kernels.symmetric(cov)
 
 
 def random_gaussian(space: Space, rng: np.random.Generator, batch: tuple[int, ...] = (), scale: float = 0.02) -> Gaussian:

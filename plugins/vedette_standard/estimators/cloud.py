@@ -41,8 +41,7 @@ def moments(cloud: Cloud, state: Space, carried: Space) -> Gaussian:
     """Mean (*b, t, n) and covariance (*b, t, n, n); carried axes have no variance."""
     weights = np.exp(cloud.log_weights)
     mean, apart = state.mean(cloud.points, weights)
-    cov = np.swapaxes(apart * weights[..., None], -1, -2) @ apart
-    cov = 0.5 * (cov + np.swapaxes(cov, -1, -2))
+    cov = kernels.symmetric(np.swapaxes(apart * weights[..., None], -1, -2) @ apart)
     return Gaussian(mean, without_variance(cov, state.locate(carried)) if len(carried) else cov)
 
 

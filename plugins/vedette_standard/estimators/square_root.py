@@ -141,7 +141,7 @@ class SquareRootKalman(Estimator[Root]):
     def moments(self, belief: Root) -> Gaussian:
         """Mean, and the covariance L L'."""
         cov = belief.root @ np.swapaxes(belief.root, -1, -2)
-        return Gaussian(belief.mean, 0.5 * (cov + np.swapaxes(cov, -1, -2)))
+        return Gaussian(belief.mean, kernels.symmetric(cov))
 
 
 def _triangular(wide: Array) -> Array:

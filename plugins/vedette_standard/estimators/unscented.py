@@ -57,7 +57,7 @@ class UnscentedKalman(GaussianFilter):
         points = self.state.displace(belief.mean[..., None, :], offsets)
         mean, apart = self.state.mean(self.motion.move(points, dt), weights)
         spread = np.swapaxes(apart * weights[:, None], -1, -2) @ apart
-        return Gaussian(mean, 0.5 * (spread + np.swapaxes(spread, -1, -2)) + self.motion.noise(belief.mean, dt))
+        return Gaussian(mean, kernels.symmetric(spread) + self.motion.noise(belief.mean, dt))
 
     def cross(self, belief: Gaussian, dt: float) -> Array:
         """Covariance of the points and of where they move: (*b, t, n, n)"""

@@ -7,7 +7,7 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, MotionModel, Space, fields
+from vedette import Array, MotionModel, Space, fields, kernels
 from vedette_standard.motion.blocks import white_jerk
 
 _STATE = Space.of(x="m", y="m", vx="m/s", vy="m/s", a_tangential="m/s^2", a_normal="m/s^2")
@@ -71,4 +71,4 @@ class Curvilinear(MotionModel):
         own = np.zeros((6, 6))
         own[::2, ::2], own[1::2, 1::2] = white_jerk(self.sigma_tangential, dt), white_jerk(self.sigma_normal, dt)
         Q = turn @ own @ np.swapaxes(turn, -1, -2)
-        return 0.5 * (Q + np.swapaxes(Q, -1, -2))
+        return kernels.symmetric(Q)
