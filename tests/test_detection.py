@@ -98,7 +98,8 @@ def test_a_return_that_lacks_a_component_is_padding_to_a_detector():
 
 def test_without_detectors_scans_are_as_they_come():
     raw = (scan(0, "radar", [1, 0]), scan(0, "radar", [np.nan, 0]))
-    assert detect_all(raw, {}, strict=True) == (raw, [])
+    assert tuple(detect_all(raw, {}, problems := [], strict=True)) == raw
+    assert problems == []
 
 
 def test_a_source_delivers_what_detectors_take():
@@ -138,12 +139,12 @@ def test_bad_raw_returns_are_left_out_and_told():
         scan(1, "b", [np.inf, 0]),
         scan(2, "a", [5, 0]),
     ]
-    scans, problems = detect_all(raw, JOINED, strict=False)
+    scans = tuple(detect_all(raw, JOINED, problems := [], strict=False))
     assert summary(scans) == [(0, "radar", [1]), (1, "radar", []), (2, "radar", [5])]
     assert [problem.place for problem in problems] == ["raw scan 0, return 1", "raw scan 1, z", "raw scan 2, return 0"]
     for bad in (0, 1, 2):
         with pytest.raises(ScanRefused, match=r"raw scan of '[ab]' at"):
-            detect_all(raw[bad : bad + 1], JOINED, strict=True)
+            tuple(detect_all(raw[bad : bad + 1], JOINED, [], strict=True))
 
 
 def experiment(*scans):

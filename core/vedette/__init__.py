@@ -60,6 +60,7 @@ if TYPE_CHECKING:
     from vedette.types import Frame as Frame
     from vedette.types import Gaussian as Gaussian
     from vedette.types import Innovation as Innovation
+    from vedette.types import LazyScans as LazyScans
     from vedette.types import Pose as Pose
     from vedette.types import Recording as Recording
     from vedette.types import Scan as Scan
@@ -81,7 +82,18 @@ _HOMES = {
     "smoothing": ("smooth", "smoothed"),
     "space": ("Array", "Axis", "Mask", "Space", "SpaceError"),
     "tracker": ("Tracker",),
-    "types": ("Detections", "Frame", "Gaussian", "Innovation", "Pose", "Recording", "Scan", "Track", "Trajectory"),
+    "types": (
+        "Detections",
+        "Frame",
+        "Gaussian",
+        "Innovation",
+        "LazyScans",
+        "Pose",
+        "Recording",
+        "Scan",
+        "Track",
+        "Trajectory",
+    ),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 from attrs import evolve
 
-from vedette.errors import Problem
+from vedette import kernels
+from vedette.errors import Problem, ScanRefused
 from vedette.fields import ABSURD
 from vedette.gaussian import among_present
 from vedette.roles import ImagingSensor, Sensor
@@ -36,6 +37,39 @@ def flaws(scan: Scan, sensors: Mapping[str, Sensor], since: float) -> list[Probl
     if scan.frame is not None:
         return found + _frame_flaws(scan.frame)
     return found + _return_flaws(scan.detections, sensor)
+
+
+def admitted(scan: Scan, sensors: Mapping[str, Sensor], since: float) -> Detections | Frame:
+    """What a scan shows, if a tracker at time `since` in s can take it; else ScanRefused, which says all that is wrong.
+
+    What padding and missing components hold is made 0, so that nothing of it can reach a sum, not even as 0 * nan.
+    """
+    seen = scan.detections
+    if _plain(scan, sensors.get(scan.sensor), since):
+        return seen
+    if problems := flaws(scan, sensors, since):
+        raise ScanRefused("; ".join(map(str, problems)))
+    if scan.frame is not None:
+        return scan.frame
+    unread = ~seen.valid[..., None]
+    if seen.missing is not None:
+        unread = unread | seen.missing
+    return evolve(seen, z=np.where(unread, 0.0, seen.z)) if unread.any() else seen
+
+
+def _plain(scan: Scan, sensor: Sensor | None, since: float) -> bool:
+    """Whether a scan is of the commonest kind and has no flaw: the short way for almost every scan."""
+    seen = scan.detections
+    return (
+        sensor is not None
+        and since <= scan.time <= ABSURD
+        and scan.frame is scan.pose is seen.evidence is seen.noise is seen.missing is None
+        and seen.z.ndim > 1
+        and seen.z.shape[-1] == len(sensor.measurement)
+        and seen.valid.shape == seen.z.shape[:-1]
+        and not isinstance(sensor, ImagingSensor)
+        and kernels.is_plain(seen.z, seen.valid, ABSURD)
+    )
 
 
 def without_bad_returns(scan: Scan) -> tuple[Scan, list[Problem]]:
@@ -71,7 +105,7 @@ def _frame_flaws(frame: Frame) -> list[Problem]:
     pixels, corner = frame.pixels, frame.corner
     if pixels.ndim < 2 or 0 in pixels.shape[-2:]:
         return [Problem("frame", f"pixels must have shape (..., height, width), got {pixels.shape}")]
-    if np.any(np.abs(pixels) > ABSURD):
+    if pixels.dtype.kind == "f" and np.any(np.abs(pixels) > ABSURD):
         return [Problem("frame", f"pixels must be at most {ABSURD:g} in size, or NaN where they say nothing")]
     if corner is not None and (corner.shape[-1:] != (2,) or not np.all(np.abs(corner) <= ABSURD)):
         return [Problem("frame", f"corner must be finite with shape (..., 2), got {np.asarray(corner).tolist()}")]

@@ -75,13 +75,20 @@ def _whole(scan: Scan) -> Scan:
 
 
 def detect_all(
-    scans: Iterable[Scan], detectors: Mapping[str, Detector], *, strict: bool
-) -> tuple[tuple[Scan, ...], list[Problem]]:
-    """All scans of a recording after detection, and what of the raw ones was left out; ScanRefused for that if `strict`."""
-    if not detectors:
-        return tuple(scans), []
+    scans: Iterable[Scan], detectors: Mapping[str, Detector], problems: list[Problem], *, strict: bool
+) -> Iterator[Scan]:
+    """The scans of a recording after detection, one at a time, so that pictures need not fit into memory.
+
+    What of the raw ones was left out is added to `problems`; if `strict` it raises ScanRefused.
+    """
+    return detected(_sound(scans, detectors, problems, strict), detectors)
+
+
+def _sound(
+    scans: Iterable[Scan], detectors: Mapping[str, Detector], problems: list[Problem], strict: bool
+) -> Iterator[Scan]:
+    """The scans without what no detector can take."""
     raw = {name: sensor for detector in detectors.values() for name, sensor in detector.sensors.items()}
-    kept, problems = [], []
     for i, scan in enumerate(scans):
         if scan.sensor in raw and (found := flaws(scan, raw, scan.time)):
             if strict:
@@ -91,5 +98,4 @@ def detect_all(
             problems += [Problem(f"raw scan {i}, {problem.place}", problem.text) for problem in found]
             if not left_out:
                 continue
-        kept.append(scan)
-    return tuple(detected(kept, detectors)), problems
+        yield scan

@@ -81,14 +81,15 @@ class Experiment:
             given = self.tracker.lifecycle.given(self.tracker.state, recording)
         except ValueError as error:
             raise ConfigError([Problem("", str(error))]) from None
-        scans, problems = detect_all(recording.scans, self.detectors, strict=strict)
-        begin = scans[0].time if given is not None and scans else -np.inf
-        state = self.tracker.start(given, begin, for_tracker)
+        refused, taken, seconds, interrupted = [*recording.refused], [], 0.0, False
+        scans = detect_all(progress(recording.scans), self.detectors, refused, strict=strict)
         history = History(self.tracker)
-        refused, taken, seconds, interrupted = [*recording.refused, *problems], [], 0.0, False
+        state = self.tracker.start(given, -np.inf, for_tracker)
         states: list[State] = []
         try:
-            for i, scan in enumerate(progress(scans)):
+            for i, scan in enumerate(scans):
+                if i == 0 and given is not None:
+                    state = self.tracker.start(given, scan.time, for_tracker)
                 before = process_time()
                 after, kept, problems = self._step(state, scan, strict)
                 seconds += process_time() - before

@@ -5,8 +5,8 @@ Shapes: `*b` any batch axes (runs), `t` tracks, `k` returns, `n` state axes, `m`
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, overload
 
 import numpy as np
 from attrs import frozen
@@ -54,11 +54,14 @@ class Frame:
     """One image of a camera: `pixels` (*b, h, w) in counts, row first; a NaN pixel is one that says nothing.
 
     The pixel in column i and row j covers the unit square around x = i, y = j, in px; x points right and y down. `corner`
-    (*b, 2) or (2,): x and y of the first pixel where the image is a window of a larger one; else 0, 0.
+    (*b, 2) or (2,): x and y of the first pixel where the image is a window of a larger one; else 0, 0. `geometry` is how
+    pixels lie in the world, as plain data for the detector that reads it. A radar picture in colour is (3, h, w): its
+    channels lead as runs do.
     """
 
     pixels: Array
     corner: Array | None = None
+    geometry: Mapping[str, Any] | None = None
 
 
 @frozen(eq=False)
@@ -152,10 +155,36 @@ class Track:
 
 
 @frozen(eq=False)
-class Recording:
-    """What a source delivers: scans in time order, the truth if it is known, and what was refused on the way."""
+class LazyScans(Sequence[Scan]):
+    """Scans that are made when they are asked for, each time anew: `make(i)` gives the i-th of `length`.
 
-    scans: tuple[Scan, ...]
+    For pictures, which do not all fit into memory.
+    """
+
+    length: int
+    make: Callable[[int], Scan]
+
+    def __len__(self) -> int:
+        return self.length
+
+    @overload
+    def __getitem__(self, index: int) -> Scan: ...
+    @overload
+    def __getitem__(self, index: slice) -> tuple[Scan, ...]: ...
+    def __getitem__(self, index: int | slice) -> Scan | tuple[Scan, ...]:
+        if isinstance(index, slice):
+            return tuple(self.make(i) for i in range(self.length)[index])
+        return self.make(range(self.length)[index])
+
+
+@frozen(eq=False)
+class Recording:
+    """What a source delivers: scans in time order, the truth if it is known, and what was refused on the way.
+
+    `scans` may be lazy.
+    """
+
+    scans: Sequence[Scan]
     truth: tuple[Trajectory, ...] = ()
     refused: tuple[Problem, ...] = ()
     notes: Mapping[str, str] = {}
