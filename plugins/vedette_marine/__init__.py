@@ -1,0 +1,14 @@
+"""Marine radar: from radar pictures to returns, from AIS to a reference, and the study of IMM-PDAF on ships."""
+
+from collections.abc import Iterable
+
+import vedette
+from vedette_marine.screen import RadarScreen
+
+VEDETTE_CONTRACT = 1
+
+
+@vedette.plugin
+def vedette_components() -> Iterable[type[vedette.Component]]:
+    """Everything in this package."""
+    return [RadarScreen]

@@ -1,0 +1,137 @@
+"""How the pixels of a radar picture lie in the world, and the sidecar file that says so.
+
+A folder of radar pictures holds
+
+- the pictures, 8 bit PNG, in colour or grey;
+- `geometry.json`, one object with the fields of `PictureGeometry`, by their names and in their units::
+
+    {"metres_per_pixel": 6.0, "centre": [511.5, 511.5], "width": 1024, "height": 1024, "range": 2778.0,
+     "stabilisation": "north-up", "latitude": 35.1, "longitude": 129.1, "overlays": [[0, 0, 200, 90]], "land": "land.png"}
+
+- `frames.csv`, one row a picture in the order of time: `file`, `time_s`; optional columns: `heading_rad` (of the own ship,
+  clockwise from north; default 0), `east_m`, `north_m` (own ship's antenna in the local frame, default 0), `east_mps`,
+  `north_mps` (its velocity over ground). A frame that was lost has no row: times are true times;
+- `ais.csv`, if there is AIS: `Time` (s, the pictures' time), `MMSI`, `Latitude_degrees`, `Longitude_degrees`, `COG_degrees`,
+  `SOG_knots`; optional columns: `Heading_degrees`, `ROT` (as sent: 4.733 sqrt(deg/min)); an empty cell is "not available";
+- `truth.csv`, if the truth is known: `object`, `time_s`, `east_m`, `north_m`, optional `east_mps`, `north_mps`,
+  `heading_rad` (clockwise from north), `length_m`, `width_m`: hull centres.
+
+The local frame is east, north in m around `latitude`, `longitude`.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, final
+
+import numpy as np
+from attrs import fields as attributes
+from attrs import frozen
+
+from vedette import Array, InputError, Pose, fields
+
+STABILISATIONS = ("north-up", "head-up")
+
+FILE = "geometry.json"
+
+
+def _pair(values: Array) -> str | None:
+    return None if values.shape == (2,) else f"must be [x, y], got {values.tolist()}"
+
+
+def _boxes(values: Array) -> str | None:
+    fine = values.size == 0 or (values.shape[1] == 4 and bool(np.all(values[:, 2:] > 0)))
+    return None if fine else f"must hold [x, y, width, height] with sizes > 0, got {values.tolist()}"
+
+
+@final
+@frozen
+class PictureGeometry:
+    """Where the pixels of a radar picture lie.
+
+    Pixel (i, j), column and row, from the antenna's pixel (cx, cy): right = (i - cx) s, ahead = (cy - j) s in m, with s the
+    metres per pixel. North-up: east = right, north = ahead. Head-up with heading h, clockwise from north:
+    east = right cos h + ahead sin h, north = ahead cos h - right sin h.
+    """
+
+    metres_per_pixel: float = fields.quantity("m", "side of a pixel", above=0)
+    centre: Array = fields.array("px", "[x, y] of the own ship's antenna; middles of pixels are whole", ndim=1, check=_pair)
+    width: int = fields.integer("pixels in a row", at_least=1, at_most=65536)
+    height: int = fields.integer("rows", at_least=1, at_most=65536)
+    range: float | None = fields.quantity("m", "radius of the radar's disc; default: all pixels", default=None, above=0)
+    stabilisation: str = fields.choice("what is up", STABILISATIONS, default="north-up")
+    latitude: float | None = fields.quantity("deg", "of the local frame's origin", default=None, at_least=-90, at_most=90)
+    longitude: float | None = fields.quantity("deg", "of the origin", default=None, at_least=-180, at_most=180)
+    overlays: Array = fields.array(
+        "px", "boxes [x, y, width, height] that the interface covers", ndim=2, default=np.zeros((0, 4)), check=_boxes
+    )
+    land: str = fields.text(
+        "picture beside this file, north-up, its `centre` at the local frame's origin: above 0 is land; default: none",
+        default="",
+    )
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows, columns."""
+        return self.height, self.width
+
+    def from_antenna(self, pixels: Array, heading: float = 0.0) -> Array:
+        """Columns and rows (*b, 2) -> east, north (*b, 2) of the antenna; `heading` in rad clockwise from north."""
+        step = (pixels - self.centre) * self.metres_per_pixel * [1.0, -1.0]
+        return step @ self._turn(heading).T
+
+    def to_pixels(self, east_north: Array, heading: float = 0.0) -> Array:
+        """East, north of the antenna (*b, 2) -> columns and rows (*b, 2); the inverse of `from_antenna`."""
+        pixels: Array = (east_north @ self._turn(heading)) * [1.0, -1.0] / self.metres_per_pixel + self.centre
+        return pixels
+
+    def _turn(self, heading: float) -> Array:
+        """From right, ahead to east, north (2, 2)."""
+        h = heading if self.stabilisation == "head-up" else 0.0
+        return np.array([[math.cos(h), math.sin(h)], [-math.sin(h), math.cos(h)]])
+
+    def as_json(self) -> dict[str, Any]:
+        """The fields as JSON holds them."""
+        named = {each.name: getattr(self, each.name) for each in attributes(PictureGeometry)}
+        return {name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in named.items()}
+
+    @classmethod
+    def of(cls, data: object) -> PictureGeometry:
+        """From what `as_json` gives; ValueError that names the field if it is not that."""
+        if not isinstance(data, Mapping):
+            raise ValueError(f"must be an object with the fields of a geometry, got {data!r}")
+        known = [each.name for each in attributes(cls)]
+        for name in ("metres_per_pixel", "centre", "width", "height"):
+            if name not in data:
+                raise ValueError(f"{name}: is missing")
+        for name in data:
+            if name not in known:
+                raise ValueError(f"{name}: there is no such field; there are {', '.join(known)}")
+        given = dict(data)
+        if given.get("overlays") in ([], None):
+            given.pop("overlays", None)
+        return cls(**given)
+
+
+def read_geometry(folder: Path) -> PictureGeometry:
+    """The geometry of a folder of pictures; InputError if its file is missing or wrong."""
+    path = folder / FILE
+    if not path.is_file():
+        raise InputError(f"{path}: is missing: without it no pixel has a place; docs/marine.md says what it holds")
+    try:
+        return PictureGeometry.of(json.loads(path.read_text(encoding="utf-8")))
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path}: {error}") from None
+
+
+def write_geometry(folder: Path, geometry: PictureGeometry) -> None:
+    """The sidecar file of a folder of pictures."""
+    (folder / FILE).write_text(json.dumps(geometry.as_json(), indent=1) + "\n", encoding="utf-8")
+
+
+def nautical(pose: Pose | None) -> float:
+    """The heading of a pose, counter-clockwise from east as the core has it, clockwise from north; 0 without a pose."""
+    return 0.0 if pose is None else math.pi / 2 - float(pose.heading)
