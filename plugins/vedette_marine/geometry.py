@@ -6,7 +6,8 @@ A folder of radar pictures holds
 - `geometry.json`, one object with the fields of `PictureGeometry`, by their names and in their units::
 
     {"metres_per_pixel": 6.0, "centre": [511.5, 511.5], "width": 1024, "height": 1024, "range": 2778.0,
-     "stabilisation": "north-up", "latitude": 35.1, "longitude": 129.1, "overlays": [[0, 0, 200, 90]], "land": "land.png"}
+     "stabilisation": "north-up", "latitude": 35.1, "longitude": 129.1, "overlays": [[0, 0, 200, 90]],
+     "colours": [[0, 0, 0], [0, 255, 0], [255, 255, 0]], "land": "land.png"}
 
 - `frames.csv`, one row a picture in the order of time: `file`, `time_s`; optional columns: `heading_rad` (of the own ship,
   clockwise from north; default 0), `east_m`, `north_m` (own ship's antenna in the local frame, default 0), `east_mps`,
@@ -42,6 +43,11 @@ def _pair(values: Array) -> str | None:
     return None if values.shape == (2,) else f"must be [x, y], got {values.tolist()}"
 
 
+def _colours(values: Array) -> str | None:
+    fine = values.size == 0 or (values.shape[1] == 3 and len(values) > 1 and bool(np.all((values >= 0) & (values <= 255))))
+    return None if fine else f"must hold at least two [red, green, blue] from 0 to 255, got {values.tolist()}"
+
+
 def _boxes(values: Array) -> str | None:
     fine = values.size == 0 or (values.shape[1] == 4 and bool(np.all(values[:, 2:] > 0)))
     return None if fine else f"must hold [x, y, width, height] with sizes > 0, got {values.tolist()}"
@@ -67,6 +73,13 @@ class PictureGeometry:
     longitude: float | None = fields.quantity("deg", "of the origin", default=None, at_least=-180, at_most=180)
     overlays: Array = fields.array(
         "px", "boxes [x, y, width, height] that the interface covers", ndim=2, default=np.zeros((0, 4)), check=_boxes
+    )
+    colours: Array = fields.array(
+        "1",
+        "[red, green, blue] of echoes at grey 0 up to 255, evenly spaced, linear in between; default: grey pictures",
+        ndim=2,
+        default=np.zeros((0, 3)),
+        check=_colours,
     )
     land: str = fields.text(
         "picture beside this file, north-up, its `centre` at the local frame's origin: above 0 is land; default: none",
@@ -111,8 +124,9 @@ class PictureGeometry:
             if name not in known:
                 raise ValueError(f"{name}: there is no such field; there are {', '.join(known)}")
         given = dict(data)
-        if given.get("overlays") in ([], None):
-            given.pop("overlays", None)
+        for name in ("overlays", "colours"):
+            if given.get(name) in ([], None):
+                given.pop(name, None)
         return cls(**given)
 
 
