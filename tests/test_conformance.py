@@ -16,6 +16,7 @@ from vedette.testing.strategies import SENSOR, components
 from vedette_bayes_risk.risk import Costs
 from vedette_flir.motion.carrying import Carrying
 from vedette_flir.motion.image_velocity import ImageVelocity
+from vedette_flir.sensors.hot_spots import Spot
 from vedette_sim import Drawn, Look
 from vedette_sim.infrared import HotSpot, HotTarget
 from vedette_standard.motion.constant_velocity import ConstantVelocity
@@ -66,6 +67,7 @@ GIVEN = {
     },
     ("motion", "gauss_markov"): {"axes": st.sampled_from([("b",), ("b", "c")])},
     ("motion", "product"): {"models": SIDE_BY_SIDE},
+    ("sensor", "hot_spots"): {"spots": st.just((Spot(1.0, 1.0), Spot(0.8, 1.5, 0.5, x=3.0)))},
     ("sensor", "range_bearing_rate"): {"crossing_speed": st.floats(200.0, 1000.0)},  # the kit draws any velocity
     ("sensor", "biased"): {
         "of": st.builds(RangeBearing, st.floats(1.0, 50.0), st.floats(1e-3, 0.05)),

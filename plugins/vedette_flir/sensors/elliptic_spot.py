@@ -1,0 +1,61 @@
+"""A camera that sees one elongated hot spot."""
+
+from __future__ import annotations
+
+from typing import ClassVar, final
+
+import numpy as np
+from attrs import frozen
+
+from vedette import Array, fields
+from vedette_flir.sensors.fitted import FittedImage, Picture
+from vedette_flir.sensors.gaussian_spot import WIDTHS
+from vedette_flir.spots import bivariate, elliptic
+
+CORRELATIONS = (-0.9, 0.9, 0.1)
+"""A correlation that is learnt stays between the first two, and takes steps of at most the third."""
+
+
+@final
+@frozen(kw_only=True)
+class EllipticSpot(FittedImage):
+    """z_ij = background + amplitude * mean over pixel ij of e^(-Z/2) + noise, Z = (u^2 - 2 r u v + v^2) / (1 - r^2).
+
+    u = dx / spread_x, v = dy / spread_y, r = correlation: an ellipse that lies at any angle. The paper prints (1 - r)^2; a
+    mirrored target would then have other widths. Amplitude, spreads, correlation and background are axes of the state,
+    which this sensor may learn, as that of the circular spot does.
+    Maybeck, Rogers, Adaptive Tracking of Multiple Hot-Spot Target IR Images, IEEE T-AC 28, 1983.
+    """
+
+    kind: ClassVar[str] = "elliptic_spot"
+
+    gain_amplitude: float = fields.probability("part of a step that the amplitude takes each frame", default=0.0)
+    gain_shape: float = fields.probability("part of a step that spreads and correlation take each frame", default=0.0)
+    gain_background: float = fields.probability("part of a step that the background takes each frame", default=0.0)
+
+    def appearance(self) -> dict[str, str]:
+        """Amplitude, the ellipse, background."""
+        return {"amplitude": "count", "spread_x": "px", "spread_y": "px", "correlation": "1", "background": "count"}
+
+    def gains(self) -> Array:
+        """(5,)"""
+        return np.array([self.gain_amplitude, *[self.gain_shape] * 3, self.gain_background])
+
+    def bounds(self) -> Array:
+        """(5, 3)"""
+        free = (-np.inf, np.inf, np.inf)
+        return np.array([free, WIDTHS, WIDTHS, CORRELATIONS, free])
+
+    def picture(self, looks: tuple[Array, ...], x: Array, y: Array) -> Picture:
+        """Amplitude * spot"""
+        amplitude, sx, sy, r, _ = (look[..., None, None] for look in looks)
+        spot, slopes, bends = elliptic(x, y, bivariate(*looks[1:4]))
+        xx, xy, yy = (bends[..., k, :, :] for k in range(3))
+        basis = [
+            spot,
+            amplitude * (sx * xx + r * sy * xy),
+            amplitude * (sy * yy + r * sx * xy),
+            amplitude * sx * sy * xy,
+            np.ones_like(spot),
+        ]
+        return Picture(amplitude * spot, amplitude[..., None] * slopes, np.stack(basis, axis=-3))

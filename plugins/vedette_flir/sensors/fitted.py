@@ -1,0 +1,82 @@
+"""What cameras with a model of the target's image share: the information pair, and learning how the target looks."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+
+import numpy as np
+from attrs import frozen
+
+from vedette import Array, Frame, fields
+from vedette_flir.camera import Camera
+from vedette_flir.sensors.apparent import ApparentPosition
+
+
+@frozen(eq=False)
+class Picture:
+    """A target without its background: image (*b, w, w), its derivatives to where it appears (*b, 2, w, w) and, above the
+    background, to each of its looks, the background last (*b, q, w, w).
+    """
+
+    image: Array
+    slopes: Array
+    looks: Array
+
+
+@frozen(kw_only=True)
+class FittedImage(ApparentPosition):
+    """A camera that expects h = background + picture. The background is the last of its looks."""
+
+    camera: Camera = fields.part("pixels and their noise", default=Camera())
+
+    @abstractmethod
+    def picture(self, looks: tuple[Array, ...], x: Array, y: Array) -> Picture:
+        """The target at `looks` (*b) each, in pixels whose columns and rows stand at x, y (*b, w) from where it appears."""
+
+    @abstractmethod
+    def gains(self) -> Array:
+        """The part of a step that each look takes, (q,)."""
+
+    def bounds(self) -> Array:
+        """Least and largest value of each look, and its largest step in a frame, (q, 3)."""
+        return np.array([[-np.inf, np.inf, np.inf]] * len(self.appearance()))
+
+    def noise(self, x: Array) -> Array:
+        """(*b, n) -> (*b, 2, 2), in px^2: that of one frame, from the information in a whole circular spot"""
+        amplitude = self.looks(x)[0]
+        variance = 2.0 / np.pi * self.camera.sigma**2 / np.maximum(amplitude**2, 1e-12)
+        return variance[..., None, None] * np.eye(2)
+
+    def render(self, x: Array, shape: tuple[int, int]) -> Array:
+        """What a frame of `shape` (height, width) shows without noise and background: (*b, n) -> (*b, h, w)"""
+        spot, steps = self.measure(x), np.arange(max(shape))
+        made = self.picture(self.looks(x), steps - spot[..., 0, None], steps - spot[..., 1, None])
+        return made.image[..., : shape[0], : shape[1]]
+
+    def information(self, x: Array, frame: Frame, at: Array) -> tuple[Array, Array, Array]:
+        """J (*b, t, 2, 2) in 1/px^2, g (*b, t, 2) in 1/px, llr (*b, t)"""
+        window = self.camera.cut(frame, self.measure(x))
+        made = self.picture(self.looks(at), *window.offsets(self.measure(at)))
+        return self.camera.information(window, made.image, made.slopes, self.looks(at)[-1])
+
+    def learn(self, x: Array, frame: Frame) -> Array:
+        """The looks a part of the way to what fits the frame best; (*b, t, n) -> (*b, t, n)
+
+        A Gauss-Newton step of least squares over those with a gain, cut to its bounds.
+        """
+        gains = self.gains()
+        if not gains.any():
+            return x
+        window = self.camera.cut(frame, self.measure(x))
+        made = self.picture(self.looks(x), *window.offsets(self.measure(x)))
+        rest = np.where(window.seen, window.values - made.image - self.looks(x)[-1][..., None, None], 0.0)
+        basis = made.looks * window.seen[..., None, :, :] * (gains > 0)[:, None, None]
+        basis = basis.reshape(*basis.shape[:-2], -1)
+        normal = basis @ np.swapaxes(basis, -1, -2)
+        ridge = 1e-9 * (1.0 + np.trace(normal, axis1=-2, axis2=-1))[..., None, None] * np.eye(len(gains))
+        score = basis @ rest.reshape(*rest.shape[:-2], -1, 1)
+        low, high, most = self.bounds().T
+        step = np.clip(gains * np.linalg.solve(normal + ridge, score)[..., 0], -most, most)
+        learnt, before = x.copy(), x[..., -len(gains) :]
+        learnt[..., -len(gains) :] = np.where(gains > 0, np.clip(before + step, low, high), before)
+        return learnt

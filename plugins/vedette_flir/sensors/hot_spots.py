@@ -1,0 +1,89 @@
+"""A camera that sees several hot spots of one rigid target."""
+
+from __future__ import annotations
+
+from typing import ClassVar, final
+
+import numpy as np
+from attrs import frozen
+
+from vedette import Array, fields
+from vedette_flir.sensors.fitted import FittedImage, Picture
+from vedette_flir.spots import bivariate, elliptic
+
+QUARTER = np.array([[0.0, -1.0], [1.0, 0.0]])
+"""A quarter turn from x towards y: the derivative of a turn at 0."""
+
+TURNS = (-np.inf, np.inf, 0.3)
+"""rad; the largest turn that is learnt from one frame."""
+
+
+@final
+@frozen
+class Spot:
+    """One spot as it lies on the target before that turns: an ellipse by its spreads and their correlation."""
+
+    spread_x: float = fields.quantity("px", "standard deviation across", above=0.2, at_most=100.0)
+    spread_y: float = fields.quantity("px", "standard deviation down", above=0.2, at_most=100.0)
+    correlation: float = fields.quantity("1", "of the two, within -.95 and .95", default=0.0, at_least=-0.95, at_most=0.95)
+    peak: float = fields.quantity("1", "its middle over the target's amplitude; negative: cold", default=1.0)
+    x: float = fields.quantity("px", "place on the target", default=0.0)
+    y: float = fields.quantity("px", "place on the target", default=0.0)
+
+
+@final
+@frozen(kw_only=True)
+class HotSpots(FittedImage):
+    """z_ij = background + amplitude * sum_k peak_k * mean over pixel ij of e^(-d' C_k^-1 d / 2) + noise.
+
+    Spot k stands at p + T o_k, and C_k = T C T': T turns the rigid target by `turn`, from x towards y. Amplitude, turn and
+    background are axes of the state, which this sensor may learn; the derivative to the turn is that of places and ellipses.
+    Maybeck, Rogers, Adaptive Tracking of Multiple Hot-Spot Target IR Images, IEEE T-AC 28, 1983.
+    """
+
+    kind: ClassVar[str] = "hot_spots"
+
+    spots: tuple[Spot, ...] = fields.part("the target's spots")
+    gain_amplitude: float = fields.probability("part of a step that the amplitude takes each frame", default=0.0)
+    gain_turn: float = fields.probability("part of a step that the turn takes each frame", default=0.0)
+    gain_background: float = fields.probability("part of a step that the background takes each frame", default=0.0)
+
+    def __attrs_post_init__(self) -> None:
+        if not self.spots:
+            raise ValueError("spots: must hold at least one spot, got none")
+
+    def appearance(self) -> dict[str, str]:
+        """Amplitude, turn, background."""
+        return {"amplitude": "count", "turn": "rad mod 2pi", "background": "count"}
+
+    def gains(self) -> Array:
+        """(3,)"""
+        return np.array([self.gain_amplitude, self.gain_turn, self.gain_background])
+
+    def bounds(self) -> Array:
+        """(3, 3)"""
+        free = (-np.inf, np.inf, np.inf)
+        return np.array([free, TURNS, free])
+
+    def picture(self, looks: tuple[Array, ...], x: Array, y: Array) -> Picture:
+        """The sum of the spots"""
+        amplitude, turn, _ = looks
+        T = np.cos(turn)[..., None, None] * np.eye(2) + np.sin(turn)[..., None, None] * QUARTER
+        parts = [spot.peak * self._one(spot, T, x, y) for spot in self.spots]
+        whole = np.sum(parts, axis=0) if len(parts) > 1 else parts[0]
+        strength = amplitude[..., None, None]
+        image, slopes, turned = whole[..., 0, :, :], whole[..., 1:3, :, :], whole[..., 3, :, :]
+        basis = np.stack([image, strength * turned, np.ones_like(image)], axis=-3)
+        return Picture(strength * image, strength[..., None] * slopes, basis)
+
+    def _one(self, spot: Spot, T: Array, x: Array, y: Array) -> Array:
+        """Image, slopes to the place and derivative to the turn of one spot of peak 1, (*b, 4, w, w)."""
+        away = T @ np.array([spot.x, spot.y])
+        C = T @ bivariate(*np.array([spot.spread_x, spot.spread_y, spot.correlation])) @ np.swapaxes(T, -1, -2)
+        image, slopes, bends = elliptic(x - away[..., 0, None], y - away[..., 1, None], C)
+        # dC / dturn = Q C + C Q', and half of u' dC u is u' Q C u.
+        QC = QUARTER @ C
+        swung = np.stack([QC[..., 0, 0], QC[..., 0, 1] + QC[..., 1, 0], QC[..., 1, 1]], axis=-1)
+        carried = away @ QUARTER.T
+        turned = np.sum(bends * swung[..., None, None], axis=-3) + np.sum(slopes * carried[..., None, None], axis=-3)
+        return np.concatenate([image[..., None, :, :], slopes, turned[..., None, :, :]], axis=-3)
