@@ -193,16 +193,16 @@ def test_equals_exact_conditioning_of_the_joint_gaussian(kind, seed, spread):
     check_exact(kind, seed, spread)
 
 
-REAL_MIXTURE, REAL_PROPAGATE = kernels.mixture, kernels.propagate
+REAL_ABSORB, REAL_PREDICT, REAL_RETURNS = kernels.absorb, kernels.predict, kernels.innovate_returns
 
 
 @pytest.mark.parametrize(
     ("name", "mutant"),
     [
-        ("mixture", lambda P, shift, post, w: REAL_MIXTURE(P, shift + 1e-6, post, w)),
-        ("mixture", lambda P, shift, post, w: (REAL_MIXTURE(P, shift, post, w)[0], P)),
-        ("propagate", lambda P, F, Q: REAL_PROPAGATE(P, F, 0 * Q)),
-        ("propagate", lambda P, F, Q: REAL_PROPAGATE(P, np.swapaxes(F, -1, -2), Q)),
+        ("absorb", lambda x, P, shift, *rest: REAL_ABSORB(x, P, shift + 1e-6, *rest)),
+        ("absorb", lambda x, P, *rest: (REAL_ABSORB(x, P, *rest)[0], P)),
+        ("predict", lambda x, P, F, Q: REAL_PREDICT(x, P, F, 0 * Q)),
+        ("predict", lambda x, P, F, Q: REAL_PREDICT(x, P, np.swapaxes(F, -1, -2), Q)),
     ],
     ids=["shifted", "covariance not updated", "no process noise", "F transposed"],
 )
@@ -381,16 +381,16 @@ def plain_mean(self, points, weights):
 
 
 @pytest.mark.parametrize(
-    ("estimator", "name", "mutant"),
+    ("estimator", "where", "name", "mutant"),
     [
-        (NONLINEAR[0], "difference", lambda self, a, b: a - b),
-        (NONLINEAR[1], "difference", lambda self, a, b: a - b),
-        (NONLINEAR[1], "mean", plain_mean),
+        (NONLINEAR[0], kernels, "innovate_returns", lambda *given: REAL_RETURNS(*given[:-1], ())),
+        (NONLINEAR[1], Space, "difference", lambda self, a, b: a - b),
+        (NONLINEAR[1], Space, "mean", plain_mean),
     ],
     ids=["ekf unwrapped residual", "ukf unwrapped residual", "ukf plain mean"],
 )
-def test_the_turned_frame_bites(monkeypatch, estimator, name, mutant):
-    monkeypatch.setattr(Space, name, mutant)
+def test_the_turned_frame_bites(monkeypatch, estimator, where, name, mutant):
+    monkeypatch.setattr(where, name, mutant)
     with pytest.raises(AssertionError):
         check_turned(estimator, np.pi)
 

@@ -97,7 +97,7 @@ def step(imm, belief, sensor, seen, dt=1.0, gate=None, associator=None):
     prior = imm.predict(belief, dt, RNG)
     innovation = imm.innovate(prior, sensor, seen, gate.probability)
     ones = np.ones(innovation.loglik.shape[:-1])
-    scores = gate.scores(innovation, sensor, seen, ones, gate.threshold(len(sensor.measurement)))
+    scores = gate.scores(innovation, sensor, seen, ones, gate.reach(sensor))
     weights = (associator or Pda()).associate(scores, None)
     return prior, innovation, weights, imm.absorb(prior, innovation, weights)
 
@@ -247,30 +247,37 @@ def test_equals_the_textbooks_imm_pdaf_over_fifty_scans(seed):
     check_against_the_textbook(seed)
 
 
-def mix_keeping_old_probabilities(log_prob, log_transition, xs, Ps):
-    return log_prob, *REAL["imm_mix"](log_prob, log_transition, xs, Ps)[1:]
+def interact_keeping_old_probabilities(log_prob, *rest):
+    return log_prob, *REAL["interact"](log_prob, *rest)[1:]
 
 
-def mix_nothing(log_prob, log_transition, xs, Ps):
-    return REAL["imm_mix"](log_prob, log_transition, xs, Ps)[0], xs, Ps
+def interact_mixing_nothing(log_prob, log_transition, xs, Ps, *rest):
+    return REAL["interact"](log_prob, log_transition, xs, Ps, *rest)[0], xs, Ps
 
 
-def mixture_without_spread(P, shift, post, weights):
+def interact_without_spread(log_prob, log_transition, xs, Ps, *rest):
+    predicted, means, _ = REAL["interact"](log_prob, log_transition, xs, Ps, *rest)
+    return predicted, means, REAL["interact"](log_prob, log_transition, [0 * x for x in xs], Ps, *rest)[2]
+
+
+def together_without_spread(log_prob, xs, Ps, *rest):
+    mean, _ = REAL["together"](log_prob, xs, Ps, *rest)
+    return mean, REAL["together"](log_prob, [0 * x for x in xs], Ps, *rest)[1]
+
+
+def absorb_without_spread(x, P, shift, post, weights, periods):
     within = np.sum(weights[..., 1:, None, None] * post, axis=-3) + weights[..., :1, None] * P
-    return REAL["mixture"](P, shift, post, weights)[0], within
+    return REAL["absorb"](x, P, shift, post, weights, periods)[0], within
 
 
-def moments_without_spread(weights, xs, Ps):
-    return REAL["moments"](weights, xs, Ps)[0], REAL["moments"](weights, 0 * xs, Ps)[1]
+def innovate_without_likelihood(*given):
+    loglik, *rest = REAL["innovate_returns"](*given)
+    return np.concatenate([loglik[..., :1], np.full_like(loglik[..., 1:], -5.0)], axis=-1), *rest
 
 
-def innovate_without_likelihood(P, nu, H, R):
-    return 0 * nu[..., 0] - 5.0, *REAL["innovate"](P, nu, H, R)[1:]
-
-
-def innovate_with_evidence_counted_twice(P, nu, H, R):
-    loglik, *rest = REAL["innovate"](P, nu, H, R)
-    return 2 * loglik, *rest
+def innovate_with_evidence_counted_twice(*given):
+    loglik, *rest = REAL["innovate_returns"](*given)
+    return np.concatenate([loglik[..., :1], 2 * loglik[..., 1:]], axis=-1), *rest
 
 
 def absorb_by_track(self, belief, innovation, weights):
@@ -292,12 +299,13 @@ def innovate_without_gate_correction(self, belief, sensor, seen, p_gate):
 
 
 MUTANTS = [
-    (kernels, "imm_mix", mix_keeping_old_probabilities),
-    (kernels, "imm_mix", mix_nothing),
-    (kernels, "mixture", mixture_without_spread),
-    (kernels, "moments", moments_without_spread),
-    (kernels, "innovate", innovate_without_likelihood),
-    (kernels, "innovate", innovate_with_evidence_counted_twice),
+    (kernels, "interact", interact_keeping_old_probabilities),
+    (kernels, "interact", interact_mixing_nothing),
+    (kernels, "interact", interact_without_spread),
+    (kernels, "together", together_without_spread),
+    (kernels, "absorb", absorb_without_spread),
+    (kernels, "innovate_returns", innovate_without_likelihood),
+    (kernels, "innovate_returns", innovate_with_evidence_counted_twice),
     (Imm, "absorb", absorb_by_track),
 ]
 

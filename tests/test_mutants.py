@@ -433,10 +433,19 @@ TWO = {
 }  # fmt: skip
 
 
-def without_spread(self, log_prob, origin, apart, covs):
-    weights = np.exp(log_prob)
-    mean = np.sum(weights[..., None] * apart, axis=-2)
-    return Gaussian(self.state.displace(origin, mean), np.sum(weights[..., None, None] * covs, axis=-3))
+def without_spread(self, belief):
+    within = np.sum(np.exp(belief.log_prob)[..., None, None] * np.stack(self._each(belief)[1], axis=-3), axis=-3)
+    return Gaussian(Imm.moments(self, belief).mean, within)
+
+
+def wider_modes(self, belief):
+    means, covs = Imm._each(self, belief)
+    return means, [1.02 * cov for cov in covs]
+
+
+def taken_together(self, belief):
+    found = kernels.together(belief.log_prob, *Imm._each(self, belief), self._own, self._absent, self.state.periods)
+    return Gaussian(*found)
 
 
 def chain(matrix_of):
@@ -459,15 +468,14 @@ MIXTURES = [
      TWO),
     ("mode update without the predicted probabilities", Imm, "first_scan_is_the_exact_mixture",
      {"absorb": likely_alone}, TWO),
-    ("combined without the spread of the modes", Imm, "first_scan_is_the_exact_mixture", {"_combine": without_spread}, TWO),
+    ("combined without the spread of the modes", Imm, "first_scan_is_the_exact_mixture", {"moments": without_spread}, TWO),
     ("combined with equal weights", Imm, "first_scan_is_the_exact_mixture",
-     {"moments": lambda s, b: s._combine(0 * b.log_prob - np.log(2), *s._stack(b))}, TWO),
+     {"moments": lambda s, b: Imm.moments(s, Modes(b.beliefs, 0 * b.log_prob - np.log(2)))}, TWO),
     ("the best mode's likelihood only", Imm, "first_scan_is_the_exact_mixture",
      {"innovate": lambda s, b, z, d, g: evolve(i := Imm.innovate(s, b, z, d, g), loglik=np.max(np.stack(
          [p.loglik for p in i.detail.innovations], -1) + b.log_prob[..., None, :], -1))}, TWO),
     ("mixing that widens", Imm, "equal_modes_are_one",
-     {"_stack": lambda s, b: ((t := Imm._stack(s, b))[0], t[1], 1.02 * t[2]),
-      "moments": lambda s, b: Imm._combine(s, b.log_prob, *Imm._stack(s, b))}, TWO),
+     {"_each": wider_modes, "moments": taken_together}, TWO),
     ("modes that all weigh the same", Imm, "modes_follow_their_chain",
      {"mode_prob": lambda s, b: np.full(b.log_prob.shape, 0.5)}, TWO),
 ]  # fmt: skip

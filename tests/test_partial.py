@@ -141,8 +141,7 @@ def test_the_gate_takes_each_return_for_the_components_it_has():
     for sensor, seen in ((whole, lacking(z, [0], 2)), (part, Detections(z, np.ones((2, 4), bool)))):
         seen = attrs.evolve(seen, z=np.nan_to_num(seen.z))
         innovation = update(ExtendedKalman(CV), sensor, seen)[0]
-        threshold = gate.threshold(len(sensor.measurement))
-        scores.append(gate.scores(innovation, sensor, seen, np.ones((2, 3)), threshold))
+        scores.append(gate.scores(innovation, sensor, seen, np.ones((2, 3)), gate.reach(sensor)))
     np.testing.assert_allclose(scores[0], scores[1], rtol=1e-9)
     assert np.isneginf(scores[0]).any()
     assert np.isfinite(scores[0][..., 1:]).any()

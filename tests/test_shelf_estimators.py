@@ -74,10 +74,10 @@ def test_all_are_the_kalman_filter_on_a_linear_problem(estimator):
 
 
 def test_the_comparison_bites(monkeypatch):
-    estimator, mixture = IteratedExtendedKalman(CV), kernels.mixture
+    estimator, absorb = IteratedExtendedKalman(CV), kernels.absorb
     at_start, sensor = prior(4, 2), CartesianPosition(5.0, 0.9)
     exact = walk(Kalman(CV), sensor, at_start)[0]
-    monkeypatch.setattr(kernels, "mixture", lambda P, shift, post, w: mixture(P, (1 + 1e-7) * shift, post, w))
+    monkeypatch.setattr(kernels, "absorb", lambda x, P, shift, *rest: absorb(x, P, (1 + 1e-7) * shift, *rest))
     with pytest.raises(AssertionError):
         np.testing.assert_allclose(walk(estimator, sensor, at_start)[0], exact, rtol=0, atol=1e-9)
 

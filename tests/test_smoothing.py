@@ -709,7 +709,7 @@ def test_tracks_keep_all_but_their_estimates_and_end_and_begin_where_they_did():
                 each,
                 **{
                     name: trees.take(getattr(each, name), each.ids == one.id, 0)
-                    for name in ("belief", "memory", "ids", "existence", "confirmed", "weights", "nis", "hit")
+                    for name in ("belief", "memory", "ids", "existence", "confirmed", "weights", "distances")
                 },
             )
             for each in states

@@ -63,7 +63,12 @@ def _plain(scan: Scan, sensor: Sensor | None, since: float) -> bool:
     return (
         sensor is not None
         and since <= scan.time <= ABSURD
-        and scan.frame is scan.pose is seen.evidence is seen.noise is seen.missing is None
+        and scan.time >= -ABSURD
+        and scan.frame is None
+        and scan.pose is None
+        and seen.evidence is None
+        and seen.noise is None
+        and seen.missing is None
         and seen.z.ndim > 1
         and seen.z.shape[-1] == len(sensor.measurement)
         and seen.valid.shape == seen.z.shape[:-1]

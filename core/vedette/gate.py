@@ -13,6 +13,18 @@ from vedette.space import Array, Mask
 from vedette.types import Detections, Innovation
 
 
+@frozen(eq=False)
+class Reach:
+    """What a gate makes of one sensor: the threshold on the squared distance, log of the volume inside it where |S| = 1,
+    and log of the clutter density where that is the same everywhere (), else None.
+    """
+
+    sensor: Sensor
+    threshold: float
+    log_ball: float
+    log_density: Array | None
+
+
 @frozen
 class Gate:
     """Which returns a track considers, and against what density of clutter.
@@ -32,29 +44,41 @@ class Gate:
 
         return 2.0 * float(gammaincinv(axes / 2, self.probability))
 
-    def scores(self, innovation: Innovation, sensor: Sensor, seen: Detections, existence: Array, threshold: float) -> Array:
+    def reach(self, sensor: Sensor) -> Reach:
+        """What the gate makes of one sensor, the same for every scan."""
+        axes = len(sensor.measurement)
+        threshold = self.threshold(axes)
+        log_ball = 0.5 * axes * math.log(math.pi * threshold) - math.lgamma(axes / 2 + 1)
+        if self.clutter != "sensor":
+            return Reach(sensor, threshold, log_ball, None)
+        # A density without the batch's axes is one that does not depend on the return: the contract says so.
+        density = np.asarray(sensor.clutter(np.zeros((0, axes))))
+        return Reach(sensor, threshold, log_ball, kernels.safe_log(density) if density.ndim == 0 else None)
+
+    def scores(self, innovation: Innovation, sensor: Sensor, seen: Detections, existence: Array, reach: Reach) -> Array:
         """Log scores (*b, t, 1+k) of a miss (column 0) and of every return, relative to clutter; -inf outside the gate.
 
-        Existence e (*b, t) enters as log e + score, and log(1 - e + e exp(miss)): e = 1 changes nothing.
+        Existence e (*b, t) enters as log e + score, and log(1 - e + e exp(miss)): e = 1 changes nothing. `sensor` is that of
+        `reach`, or it elsewhere.
         """
-        loglik, distance = innovation.loglik, innovation.distance
-        limit: float | Array = threshold if seen.missing is None else self._limits(seen.missing)
-        inside = (distance <= limit) & seen.valid[..., None, :]
-        if self.clutter == "sensor":
-            density = np.broadcast_to(sensor.clutter(seen.z), seen.valid.shape)
-            log_density = kernels.safe_log(density)[..., None, :]
-            if seen.missing is not None:  # the density over the components that there are
-                lengths = [sensor.optional.get(name, 1.0) for name in sensor.measurement.names]
-                log_density = log_density + (seen.missing @ np.log(lengths))[..., None, :]
+        distance = innovation.distance
+        limit: float | Array = reach.threshold if seen.missing is None else self._limits(seen.missing)
+        if self.clutter == "nonparametric":
+            log_density = kernels.sample_density(distance, seen.valid, limit, innovation.log_volume, reach.log_ball)
+        elif seen.missing is None and sensor is reach.sensor and reach.log_density is not None:
+            log_density = reach.log_density
         else:
-            log_density = self._sample_density(inside, innovation.log_volume, len(sensor.measurement), threshold)
-        gain = loglik[..., 1:] - log_density
-        if seen.evidence is not None:
-            gain = gain + seen.evidence[..., None, :]
-        scores = np.empty_like(loglik)
-        scores[..., 0] = kernels.safe_log(1.0 - existence + existence * np.exp(loglik[..., 0]))
-        scores[..., 1:] = np.where(inside, gain + kernels.safe_log(existence)[..., None], -np.inf)
-        return scores
+            log_density = self._stated_density(sensor, seen)
+        evidence = None if seen.evidence is None else seen.evidence[..., None, :]
+        return kernels.gate_scores(innovation.loglik, distance, seen.valid, existence, limit, log_density, evidence)
+
+    def _stated_density(self, sensor: Sensor, seen: Detections) -> Array:
+        """Log of the sensor's clutter density at each return (*b, 1, k), over the components that there are."""
+        log_density = kernels.safe_log(np.broadcast_to(sensor.clutter(seen.z), seen.valid.shape))
+        if seen.missing is not None:
+            lengths = [sensor.optional.get(name, 1.0) for name in sensor.measurement.names]
+            log_density = log_density + seen.missing @ np.log(lengths)
+        return log_density[..., None, :]
 
     def _limits(self, missing: Mask) -> Array:
         """The threshold for the components that each return has (*b, 1, k)."""
@@ -69,10 +93,3 @@ class Gate:
         scores[..., 0] = kernels.safe_log(1.0 - existence + existence * np.exp(innovation.loglik[..., 0]))
         scores[..., 1:] = np.where(innovation.distance <= threshold, scores[..., 1:], -np.inf)
         return scores
-
-    def _sample_density(self, inside: Mask, log_volume: Array, m: int, threshold: float) -> Array:
-        """Log of the number of returns in each gate over its volume (*b, t, 1)."""
-        log_ball = 0.5 * m * math.log(math.pi * threshold) - math.lgamma(m / 2 + 1)
-        count = np.maximum(np.sum(inside, axis=-1), 1)
-        density: Array = np.log(count) - log_ball - log_volume
-        return density[..., None]

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from typing import Any
 
 import numpy as np
-from attrs import frozen
+from attrs import field, frozen
 
 from vedette import kernels
+from vedette.memo import Memo, embedded
 from vedette.roles import Estimator, ImagingSensor, MotionModel, Sensor
 from vedette.space import Array, Mask, Space
 from vedette.types import Detections, Frame, Gaussian, Innovation
@@ -24,6 +26,8 @@ class Hypotheses:
 @frozen
 class GaussianFilter(Estimator[Gaussian]):
     """A filter over one motion model whose belief is a mean and a covariance."""
+
+    _memo: Memo = field(init=False, repr=False, eq=False, factory=Memo)
 
     @property
     @abstractmethod
@@ -44,10 +48,11 @@ class GaussianFilter(Estimator[Gaussian]):
     def absorb(self, belief: Gaussian, innovation: Innovation, weights: Array) -> Gaussian:
         """Moments of the weighted hypotheses, the spread of their means included."""
         detail: Hypotheses = innovation.detail
-        step, cov = kernels.mixture(belief.cov, detail.shift, detail.post, weights)
-        if len(self.carried):
+        periods = self.state.periods
+        mean, cov = kernels.absorb(belief.mean, belief.cov, detail.shift, detail.post, weights, periods)
+        if self.carried:
             cov = without_variance(cov, self.state.locate(self.carried))
-        return Gaussian(self.state.displace(belief.mean, step), cov)
+        return Gaussian(mean, cov)
 
     def moments(self, belief: Gaussian) -> Gaussian:
         return belief
@@ -58,6 +63,11 @@ class GaussianFilter(Estimator[Gaussian]):
         return belief.cov @ np.swapaxes(self.motion.jacobian(belief.mean, dt), -1, -2)
 
 
+def turns_its_frame(estimator: Estimator[Any]) -> bool:
+    """Whether the estimator needs the estimate of an enclosing mixture: all but filters whose motion keeps its frame."""
+    return not isinstance(estimator, GaussianFilter) or type(estimator.motion).settle is not MotionModel.settle
+
+
 def keeps_its_frame(motion: MotionModel) -> None:
     """NotImplementedError if beliefs over this motion are re-expressed on the way: two moments have no common frame."""
     if type(motion).settle is not MotionModel.settle:
@@ -66,6 +76,8 @@ def keeps_its_frame(motion: MotionModel) -> None:
 
 def own_part(prior: Gaussian, axes: Space, state: Space, carried: Space) -> Gaussian:
     """What a Gaussian over `axes` says of `state`, where `carried` axes lose their variance."""
+    if axes is state and not carried:
+        return prior
     own = axes.locate(state)
     cov = prior.cov[..., own, :][..., own]
     if len(carried):
@@ -80,28 +92,39 @@ def without_variance(cov: Array, axes: list[int]) -> Array:
     return cov * (keep[:, None] * keep)
 
 
-def moved(belief: Gaussian, motion: MotionModel, dt: float, combined: Gaussian | None) -> Gaussian:
-    """The belief `dt` > 0 s later, by the motion's derivative at each track's mean: P- = F P F' + Q."""
+def moved(belief: Gaussian, motion: MotionModel, dt: float, combined: Gaussian | None, memo: Memo | None = None) -> Gaussian:
+    """The belief `dt` > 0 s later, by the motion's derivative at each track's mean: P- = F P F' + Q.
+
+    `memo`: the filter's own, so that the matrices of a linear motion are taken once per dt.
+    """
     belief = motion.settle(belief, belief if combined is None else combined)
     x = belief.mean
+    if motion.linear:
+        return Gaussian(*kernels.predict(x, belief.cov, *(memo or Memo()).step(motion, x, dt)))
     return Gaussian(motion.move(x, dt), kernels.propagate(belief.cov, motion.jacobian(x, dt), motion.noise(x, dt)))
 
 
-def linearised(belief: Gaussian, state: Space, sensor: Sensor, seen: Detections | Frame, p_gate: float) -> Innovation:
-    """Every return against every track, by the sensor's derivative at each track's mean."""
+def linearised(
+    belief: Gaussian, state: Space, sensor: Sensor, seen: Detections | Frame, p_gate: float, memo: Memo | None = None
+) -> Innovation:
+    """Every return against every track, by the sensor's derivative at each track's mean.
+
+    `memo`: the filter's own, so that the matrices of a linear sensor are taken once.
+    """
     if isinstance(seen, Frame):
         return imaged(belief, state, sensor, seen, p_gate)
-    where = state.locate(sensor.looks_at)
-    x = belief.mean[..., where]
-    nu = residuals(sensor, seen, sensor.measure(x))
-    slope = sensor.jacobian(x)
-    H = np.zeros((*slope.shape[:-1], len(state)))
-    H[..., where] = slope
-    R = noise_of(sensor, seen, x)
-    if seen.missing is None:
-        return joined(sensor, x, p_gate, kernels.innovate(belief.cov, nu, H, R))
-    there = reported(seen)
-    return joined(sensor, x, p_gate, one_by_one(belief.cov, nu, H[..., None, :, :], R, there))
+    look = (memo or Memo()).look(state, sensor, belief.mean)
+    x = belief.mean[..., look.where]
+    H = embedded(sensor.jacobian(x), look.where, len(state)) if look.H is None else look.H
+    R = look.R if seen.noise is None and look.R is not None else noise_of(sensor, seen, x)
+    if seen.missing is not None:
+        nu, there = residuals(sensor, seen, sensor.measure(x)), reported(seen)
+        return joined(sensor, x, p_gate, one_by_one(belief.cov, nu, H[..., None, :, :], R, there))
+    p_detect = sensor.detects(x) if look.p_detect is None else look.p_detect
+    loglik, distance, log_volume, shift, post = kernels.innovate_returns(
+        belief.cov, seen.z, sensor.measure(x), H, R, p_detect, p_gate, sensor.measurement.periods
+    )
+    return Innovation(loglik, distance, log_volume, distance, Hypotheses(shift, post))
 
 
 def reported(seen: Detections) -> Mask:
@@ -154,8 +177,7 @@ def imaged(
     where = state.locate(sensor.looks_at)
     x, m = belief.mean[..., where], len(sensor.measurement)
     slope = sensor.jacobian(x)
-    H = np.zeros((*slope.shape[:-1], len(state)))
-    H[..., where] = slope
+    H = embedded(slope, where, len(state))
     cross = belief.cov @ np.swapaxes(H, -1, -2)
     S = H @ cross
     expected = sensor.measure(x)

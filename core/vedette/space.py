@@ -19,6 +19,22 @@ Mask = NDArray[np.bool_]
 """Truth values, any shape."""
 
 
+Periods = tuple[tuple[int, float], ...]
+"""Index and period of the axes that wrap."""
+
+
+def wrapped(x: Array, periods: Periods) -> Array:
+    """`x` (*b, n) with each axis of `periods`, index and period, in [-period/2, period/2); a copy only if there is one."""
+    if periods:
+        x = x.copy()
+        for i, period in periods:
+            # No whole turn is subtracted from a value that is already inside: it stays as it is, to the last bit.
+            half = period / 2
+            near = x[..., i] - period * np.rint(x[..., i] / period)
+            x[..., i] = np.where(near < half, np.maximum(near, -half), -half)
+    return x
+
+
 class SpaceError(ValueError):
     """Axes that are asked for are not there, or two spaces disagree about an axis."""
 
@@ -36,7 +52,7 @@ class Axis:
         return f"{self.name} [{self.unit}{wraps}]"
 
 
-def _periods(space: Space) -> tuple[tuple[int, float], ...]:
+def _periods(space: Space) -> Periods:
     return tuple((i, axis.period) for i, axis in enumerate(space.axes) if axis.period is not None)
 
 
@@ -44,7 +60,7 @@ def _periods(space: Space) -> tuple[tuple[int, float], ...]:
 class Space:
     """An ordered set of axes. Vectors over it have shape (*b, len(space)).
 
-    A period is canonical as [-period/2, period/2).
+    A periodic axis is canonical in [-period/2, period/2); `periods` holds the index and the period of each.
     """
 
     axes: tuple[Axis, ...] = ()
@@ -54,9 +70,7 @@ class Space:
         eq=False,
         default=Factory(lambda self: {axis.name: i for i, axis in enumerate(self.axes)}, takes_self=True),
     )
-    _wraps: tuple[tuple[int, float], ...] = field(
-        init=False, repr=False, eq=False, default=Factory(_periods, takes_self=True)
-    )
+    periods: Periods = field(init=False, repr=False, eq=False, default=Factory(_periods, takes_self=True))
 
     def __attrs_post_init__(self) -> None:
         if len(self._index) != len(self.axes):
@@ -107,14 +121,7 @@ class Space:
 
     def canonical(self, x: Array) -> Array:
         """`x` (*b, n) with each periodic axis wrapped to [-period/2, period/2); a copy only if one is."""
-        if self._wraps:
-            x = x.copy()
-            for i, period in self._wraps:
-                # No whole turn is subtracted from a value that is already inside: it stays as it is, to the last bit.
-                half = period / 2
-                near = x[..., i] - period * np.rint(x[..., i] / period)
-                x[..., i] = np.where(near < half, np.maximum(near, -half), -half)
-        return x
+        return wrapped(x, self.periods)
 
     def difference(self, a: Array, b: Array) -> Array:
         """`a` minus `b` (*b, n), the short way round on periodic axes."""
@@ -129,7 +136,7 @@ class Space:
 
         Around the first point, so it is right on a circle while the points span less than half of it.
         """
-        if not self._wraps:
+        if not self.periods:
             mean: Array = (weights[..., None, :] @ points)[..., 0, :]
             return mean, points - mean[..., None, :]
         origin = points[..., :1, :]

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any, final
 
 import numpy as np
 from attrs import evolve, field, frozen
 from numpy.typing import NDArray
 
-from vedette import fields, trees
-from vedette.admission import flaws
-from vedette.errors import ScanRefused
-from vedette.gate import Gate
+from vedette import fields, kernels, trees
+from vedette.admission import admitted
+from vedette.gate import Gate, Reach
 from vedette.roles import Associator, Estimator, Lifecycle, Sensor
 from vedette.space import Array, Mask, Space, SpaceError
 from vedette.types import Detections, Gaussian, Scan
@@ -21,8 +21,8 @@ from vedette.types import Detections, Gaussian, Scan
 class State:
     """All that a tracker knows after a scan. `t` tracks, oldest first; `*b` runs in lock-step.
 
-    ids (t,), confirmed (*b, t), existence (*b, t); weights (*b, t, 1+k), nis and hit (*b, t) say how the tracks used the
-    last scan: nis is the squared distance weighted over the returns, hit the weight of having been detected.
+    ids (t,), confirmed (*b, t), existence (*b, t); weights (*b, t, 1+k) and squared distances (*b, t, k) say how the tracks
+    used the last scan.
     """
 
     time: float
@@ -32,10 +32,20 @@ class State:
     existence: Array
     confirmed: Mask
     weights: Array
-    nis: Array
-    hit: Array
+    distances: Array
     born: int
     rng: np.random.Generator
+
+    @property
+    def hit(self) -> Array:
+        """The weight of having been detected in the last scan (*b, t)."""
+        return 1.0 - self.weights[..., 0]
+
+    @property
+    def nis(self) -> Array:
+        """The squared distance weighted over the last scan's returns (*b, t)."""
+        total: Array = np.sum(self.weights[..., 1:] * self.distances, axis=-1)
+        return total
 
 
 def _check_sensors(sensors: dict[str, Sensor], estimator: Estimator[Any]) -> None:
@@ -50,8 +60,8 @@ def _check_sensors(sensors: dict[str, Sensor], estimator: Estimator[Any]) -> Non
             raise ValueError(f"sensors.{name}: {reason}")
 
 
-def _check_starts(sensors: dict[str, Sensor], lifecycle: Lifecycle, state: Space) -> None:
-    """Rehearse the start of no tracks at all, so that one that cannot work is told now."""
+def _checked_starts(sensors: dict[str, Sensor], lifecycle: Lifecycle, state: Space) -> Iterator[str]:
+    """The sensors whose returns may start tracks; rehearses the start of none, so that one that cannot work is told now."""
     for name, sensor in sensors.items():
         if lifecycle.starts(name, np.zeros(1)).any():
             try:
@@ -60,6 +70,7 @@ def _check_starts(sensors: dict[str, Sensor], lifecycle: Lifecycle, state: Space
                 raise ValueError(f"lifecycle.sensors: must not hold {name!r}: {error}") from None
             except ValueError as error:
                 raise ValueError(f"lifecycle.{error}") from None
+            yield name
 
 
 @final
@@ -85,16 +96,20 @@ class Tracker:
     associator: Associator = fields.part("which return belongs to which track")
     lifecycle: Lifecycle = fields.part("when tracks begin, count as real, and end")
     gate: Gate = fields.part("which returns a track considers", default=Gate())
-    _thresholds: dict[str, float] = field(init=False, repr=False, eq=False)
+    _reaches: dict[str, Reach] = field(init=False, repr=False, eq=False)
+    _starters: frozenset[str] = field(init=False, repr=False, eq=False)
 
-    @_thresholds.default
-    def _gate_thresholds(self) -> dict[str, float]:
+    @_reaches.default
+    def _gate_reaches(self) -> dict[str, Reach]:
         for name, sensor in self.sensors.items():
             if sensor.optional and self.gate.clutter != "sensor":
                 raise ValueError(f"gate.clutter: must be 'sensor', as returns of {name!r} may lack components")
         _check_sensors(self.sensors, self.estimator)
-        _check_starts(self.sensors, self.lifecycle, self.estimator.state)
-        return {name: self.gate.threshold(len(sensor.measurement)) for name, sensor in self.sensors.items()}
+        return {name: self.gate.reach(sensor) for name, sensor in self.sensors.items()}
+
+    @_starters.default
+    def _sensors_that_start_tracks(self) -> frozenset[str]:
+        return frozenset(_checked_starts(self.sensors, self.lifecycle, self.estimator.state))
 
     @property
     def state(self) -> Space:
@@ -116,41 +131,33 @@ class Tracker:
             existence=np.broadcast_to(existence, shape),
             confirmed=np.full(shape, given is not None),
             weights=np.ones((*shape, 1)),
-            nis=np.zeros(shape),
-            hit=np.zeros(shape),
+            distances=np.zeros((*shape, 0)),
             born=shape[-1],
             rng=rng,
         )
 
     def step(self, state: State, scan: Scan) -> State:
         """The state after one scan; ScanRefused, with the state as it was, if the scan cannot be taken."""
-        if problems := flaws(scan, self.sensors, state.time):
-            raise ScanRefused("; ".join(map(str, problems)))
-        sensor, seen = self.sensors[scan.sensor], scan.detections
+        seen = admitted(scan, self.sensors, state.time)
+        sensor, reach = self.sensors[scan.sensor], self._reaches[scan.sensor]
         if scan.pose is not None:
             sensor = sensor.at(scan.pose)
-        if not seen.valid.all():  # so that nothing in the padding can reach a sum, not even as 0 * nan
-            seen = evolve(seen, z=np.where(seen.valid[..., None], seen.z, 0.0))
-        if seen.missing is not None:
-            seen = evolve(seen, z=np.where(seen.missing, 0.0, seen.z))
-        estimator, dt = self.estimator, scan.time - state.time if np.isfinite(state.time) else 0.0
+        estimator, lifecycle, p_gate = self.estimator, self.lifecycle, self.gate.probability
+        dt = scan.time - state.time if state.time != -np.inf else 0.0
         belief = estimator.predict(state.belief, dt, state.rng)
-        existence = self.lifecycle.survive(state.existence, dt)
-        looked = seen if scan.frame is None else scan.frame
-        innovation = estimator.innovate(belief, sensor, looked, self.gate.probability)
-        miss = np.exp(innovation.loglik[..., 0])
-        threshold = self._thresholds[scan.sensor]
-        if scan.frame is None:
-            scores = self.gate.scores(innovation, sensor, seen, existence, threshold)
-            evidence = None if seen.evidence is None else seen.evidence[..., None, :]
-            weights = self.associator.associate(scores, evidence)
-            hit, existence = self._existence(scores, weights, existence, miss)
+        existence = lifecycle.survive(state.existence, dt)
+        innovation = estimator.innovate(belief, sensor, seen, p_gate)
+        log_miss, exclusive = innovation.loglik[..., 0], self.associator.exclusive
+        if isinstance(seen, Detections):
+            scores = self.gate.scores(innovation, sensor, seen, existence, reach)
+            weights = self.associator.associate(scores, None if seen.evidence is None else seen.evidence[..., None, :])
+            hit, existence = kernels.existence(scores, weights, existence, log_miss, exclusive)
         else:  # all tracks may see themselves in one frame, so each is associated as if it were alone
-            scores = self.gate.frame_scores(innovation, existence, threshold)[..., None, :]
+            scores = self.gate.frame_scores(innovation, existence, reach.threshold)[..., None, :]
             alone = self.associator.associate(scores, None)
-            found, exists = self._existence(scores, alone, existence[..., None], miss[..., None])
+            found, exists = kernels.existence(scores, alone, existence[..., None], log_miss[..., None], exclusive)
             weights, hit, existence = alone[..., 0, :], found[..., 0], exists[..., 0]
-        memory, confirmed, alive = self.lifecycle.review(state.memory, existence, hit, (1.0 - miss) / self.gate.probability)
+        memory, confirmed, alive = lifecycle.review(state.memory, existence, hit, -np.expm1(log_miss) / p_gate)
         after = State(
             time=scan.time,
             belief=estimator.absorb(belief, innovation, weights),
@@ -159,17 +166,16 @@ class Tracker:
             existence=existence,
             confirmed=confirmed,
             weights=weights,
-            nis=np.sum(weights[..., 1:] * innovation.nis, axis=-1),
-            hit=1.0 - weights[..., 0],
+            distances=innovation.nis,
             born=state.born,
             rng=state.rng,
         )
-        if not alive.all():
+        if np.count_nonzero(alive) < alive.size:
             after = _keep(after, alive)
-        if scan.frame is not None:
+        if scan.sensor not in self._starters or not isinstance(seen, Detections):
             return after
         claimed = 1.0 - np.prod(1.0 - weights[..., 1:], axis=-2)
-        starts = self.lifecycle.starts(scan.sensor, claimed) & seen.valid
+        starts = lifecycle.starts(scan.sensor, claimed) & seen.valid
         if seen.missing is not None:
             starts = starts & ~seen.missing.any(axis=-1)
         return self._begin(after, sensor, seen, starts) if starts.any() else after
@@ -177,25 +183,6 @@ class Tracker:
     def estimate(self, state: State) -> Gaussian:
         """Mean (*b, t, n) and covariance (*b, t, n, n) of every track over `self.state`."""
         return self.estimator.moments(state.belief)
-
-    def _existence(self, scores: Array, weights: Array, prior: Array, miss: Array) -> tuple[Array, Array]:
-        """How far each track was detected, and its existence after the scan; (*b, t) both.
-
-        Where the associator lets two tracks share a return, the older one claims it first: else a newborn track would
-        live off its neighbour's returns. A hard choice says nothing of its doubt, so there existence follows from the score.
-        """
-        absent = 1.0 - prior + prior * miss
-        unseen = np.divide(prior * miss, absent, out=np.zeros_like(absent), where=absent > 0)
-        taken = weights[..., 1:]
-        if not self.associator.exclusive and taken.shape[-2] > 1:
-            free = np.ones_like(taken)
-            free[..., 1:, :] = np.cumprod(1.0 - taken[..., :-1, :], axis=-2)
-            taken = taken * free
-        hit = np.sum(taken, axis=-1)
-        chosen = np.sum(taken * np.exp(np.where(taken > 0, scores[..., 1:] - scores[..., :1], 0.0).clip(max=700)), axis=-1)
-        sure = np.max(weights[..., 1:], axis=-1, initial=0.0) == 1.0
-        seen = np.where(sure, chosen / (1.0 + chosen), hit)
-        return hit, seen + (1.0 - seen) * unseen
 
     def _begin(self, state: State, sensor: Sensor, seen: Detections, starts: Mask) -> State:
         """Join tracks that start at the returns `starts` (k,)."""
@@ -215,8 +202,7 @@ class Tracker:
             existence=np.concatenate([state.existence, existence]),
             confirmed=np.concatenate([state.confirmed, np.zeros(count, dtype=bool)]),
             weights=np.concatenate([state.weights, weights]),
-            nis=np.concatenate([state.nis, np.zeros(count)]),
-            hit=np.concatenate([state.hit, np.ones(count)]),
+            distances=np.concatenate([state.distances, np.zeros((count, state.distances.shape[-1]))]),
             born=state.born + count,
         )
 
@@ -225,5 +211,5 @@ def _keep(state: State, alive: Mask) -> State:
     """The state without the tracks that ended."""
     if alive.ndim > 1:
         raise ValueError("lifecycle: runs in lock-step keep their tracks; use one that ends none, such as 'single_target'")
-    names = ("belief", "memory", "ids", "existence", "confirmed", "weights", "nis", "hit")
+    names = ("belief", "memory", "ids", "existence", "confirmed", "weights", "distances")
     return evolve(state, **{name: trees.take(getattr(state, name), alive, 0) for name in names})

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vedette.space import Array
+from vedette.space import Array, Periods, wrapped
 
 _TINY = float(np.finfo(float).tiny)
 _LOG_2PI = float(np.log(2.0 * np.pi))
@@ -36,6 +36,11 @@ def symmetric(a: Array) -> Array:
 def propagate(P: Array, F: Array, Q: Array) -> Array:
     """F P F' + Q: (*b, n, n)"""
     return symmetric(F @ P @ np.swapaxes(F, -1, -2) + Q)
+
+
+def predict(x: Array, P: Array, F: Array, Q: Array) -> tuple[Array, Array]:
+    """F x (*b, n) and F P F' + Q (*b, n, n); F and Q (n, n) or (*b, n, n)."""
+    return (F @ x[..., None])[..., 0], propagate(P, F, Q)
 
 
 def _invert(S: Array) -> tuple[Array, Array]:
@@ -87,6 +92,24 @@ def innovate(P: Array, nu: Array, H: Array, R: Array) -> tuple[Array, Array, Arr
     keep = np.eye(P.shape[-1]) - gain @ H[..., None, :, :]
     post = keep @ P[..., None, :, :] @ np.swapaxes(keep, -1, -2) + gain @ R @ np.swapaxes(gain, -1, -2)
     return loglik, distance, log_volume, shift, symmetric(post)
+
+
+def innovate_returns(
+    P: Array, z: Array, expected: Array, H: Array, R: Array, p_detect: Array | float, p_gate: float, periods: Periods
+) -> tuple[Array, Array, Array, Array, Array]:
+    """`innovate` for the returns of a scan z (*b, k, m) against tracks that expect (*b, t, m), P_D (*b, t) and P_G included.
+
+    periods: index and period of measured axes that wrap. Gives log (1 - P_D P_G) and log P_D + log N(..) in (*b, t, 1+k),
+    squared distance (*b, t, k), the largest log sqrt|S| (*b, t), and the shifts and posterior covariances of `innovate`.
+    """
+    nu = wrapped(z[..., None, :, :] - expected[..., :, None, :], periods)
+    loglik, distance, log_volume, shift, post = innovate(P, nu, H, R)
+    p_detect = np.asarray(p_detect)
+    columns = np.empty((*loglik.shape[:-1], 1 + loglik.shape[-1]))
+    columns[..., 0] = safe_log(1.0 - p_detect * p_gate)
+    columns[..., 1:] = loglik + safe_log(p_detect)[..., None]
+    volume = np.broadcast_to(np.max(log_volume, axis=-1, initial=-np.inf), loglik.shape[:-1])
+    return columns, distance, volume, shift, post
 
 
 def root(P: Array) -> Array:
@@ -146,6 +169,12 @@ def mixture(P: Array, shift: Array, post: Array, weights: Array) -> tuple[Array,
     else:
         within = np.sum(w[..., None, None] * post, axis=-3)
     return mean, symmetric(miss[..., None] * P + within + spread)
+
+
+def absorb(x: Array, P: Array, shift: Array, post: Array, weights: Array, periods: Periods) -> tuple[Array, Array]:
+    """`mixture`, and the mean x (*b, t, n) moved by its shift; periods: index and period of state axes that wrap."""
+    step, cov = mixture(P, shift, post, weights)
+    return wrapped(x + step, periods), cov
 
 
 def moments(weights: Array, xs: Array, Ps: Array) -> tuple[Array, Array]:

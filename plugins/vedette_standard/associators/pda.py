@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from typing import ClassVar, final
 
-import numpy as np
 from attrs import frozen
 
-from vedette import Array, Associator
+from vedette import Array, Associator, kernels
 
 
 @final
@@ -27,6 +26,4 @@ class Pda(Associator):
 
     def associate(self, scores: Array, evidence: Array | None) -> Array:
         """(*b, t, 1+k) -> (*b, t, 1+k)"""
-        likely: Array = np.exp(scores - np.max(scores, axis=-1, keepdims=True))
-        likely /= np.sum(likely, axis=-1, keepdims=True)
-        return likely
+        return kernels.softmax(scores)

@@ -27,8 +27,8 @@ class ExtendedKalman(GaussianFilter):
 
     def predict(self, belief: Gaussian, dt: float, rng: np.random.Generator, combined: Gaussian | None = None) -> Gaussian:
         """The belief `dt` s later."""
-        return belief if dt == 0 else moved(belief, self.motion, dt, combined)
+        return belief if dt == 0 else moved(belief, self.motion, dt, combined, self._memo)
 
     def innovate(self, belief: Gaussian, sensor: Sensor, seen: Detections | Frame, p_gate: float) -> Innovation:
         """Every return against every track, linearised at its mean."""
-        return linearised(belief, self.state, sensor, seen, p_gate)
+        return linearised(belief, self.state, sensor, seen, p_gate, self._memo)

@@ -9,7 +9,7 @@ import numpy as np
 from attrs import Factory, field, frozen
 
 from vedette import Array, Detections, Estimator, Frame, Gaussian, Innovation, Sensor, Space, fields, kernels
-from vedette.gaussian import without_variance
+from vedette.gaussian import own_part, turns_its_frame, without_variance
 from vedette_standard.estimators.transitions import Transition, rates_problem, transition_problem
 from vedette_standard.estimators.unmixing import carried_over, foreseen, future, share_of
 
@@ -38,6 +38,10 @@ def _carried(self: Imm) -> Space:
     """An axis is carried where every mode that has it carries it: then its variance is 0 in the mixture too."""
     free = {name for mode in self.modes for name in mode.state.names if name not in mode.carried}
     return Space(tuple(axis for axis in self.state.axes if axis.name not in free))
+
+
+def _absorbed(mode: Estimator[Any], belief: Any, innovation: Innovation, weights: Array) -> Any:
+    return mode.absorb(belief, innovation, weights)
 
 
 @final
@@ -72,7 +76,18 @@ class Imm(Estimator[Modes]):
     )
     state: Space = field(init=False, repr=False, eq=False, default=Factory(_state, takes_self=True))
     carried: Space = field(init=False, repr=False, eq=False, default=Factory(_carried, takes_self=True))
+    _own: tuple[tuple[int, ...], ...] = field(init=False, repr=False, eq=False)
+    _turning: bool = field(init=False, repr=False, eq=False)
     _switch: Transition = field(init=False, repr=False, eq=False)
+    _absent: Array = field(init=False, repr=False, eq=False)
+
+    @_own.default
+    def _axes_of_modes(self) -> tuple[tuple[int, ...], ...]:
+        return tuple(tuple(self.state.locate(mode.state)) for mode in self.modes)
+
+    @_turning.default
+    def _any_turns(self) -> bool:
+        return any(turns_its_frame(mode) for mode in self.modes)
 
     @_switch.default
     def _transition(self) -> Transition:
@@ -98,6 +113,11 @@ class Imm(Estimator[Modes]):
             return Transition.per_scan(self.transition)
         return Transition.per_interval(self.transition, self.interval)
 
+    @_absent.default
+    def _moments_of_the_absent(self) -> Array:
+        stated = [self.absent.get(axis.name, (0.0, 0.0)) for axis in self.state.axes]
+        return np.array([[mean, deviation**2] for mean, deviation in stated]).reshape(-1, 2).T
+
     def refuses(self, sensor: Sensor) -> str | None:
         """What any mode refuses."""
         return next((reason for mode in self.modes if (reason := mode.refuses(sensor))), None)
@@ -113,50 +133,42 @@ class Imm(Estimator[Modes]):
         """Mix, then predict every mode."""
         if dt == 0:
             return belief
-        origin, apart, covs = self._stack(belief)
-        log_prob, means, covs_mixed = kernels.imm_mix(belief.log_prob, self._switch.log(dt), apart, covs)
-        if combined is None:
-            combined = self._combine(belief.log_prob, origin, apart, covs)
+        log_prob, means, covs = kernels.interact(
+            belief.log_prob, self._switch.log(dt), *self._each(belief), self._own, self._absent, self.state.periods
+        )
+        if combined is None and self._turning:
+            combined = self.moments(belief)
         beliefs = []
-        for j, mode in enumerate(self.modes):
-            mixed = Gaussian(self.state.displace(origin, means[..., j, :]), covs_mixed[..., j, :, :])
-            own = self.state.locate(mode.state)
-            seen = Gaussian(combined.mean[..., own], combined.cov[..., own, :][..., own])
-            beliefs.append(mode.predict(mode.start(mixed, self.state, rng), dt, rng, seen))
+        for mode, mean, cov in zip(self.modes, means, covs, strict=True):
+            seen = None if combined is None else own_part(combined, self.state, mode.state, Space())
+            beliefs.append(mode.predict(mode.start(Gaussian(mean, cov), mode.state, rng), dt, rng, seen))
         return Modes(tuple(beliefs), log_prob)
 
     def innovate(self, belief: Modes, sensor: Sensor, seen: Detections | Frame, p_gate: float) -> Innovation:
         """The modes' likelihoods weighted by their predicted probabilities; a miss is a hypothesis like any other."""
         parts = tuple(mode.innovate(own, sensor, seen, p_gate) for mode, own in zip(self.modes, belief.beliefs, strict=True))
-        joint = np.stack([part.loglik for part in parts], axis=-1) + belief.log_prob[..., None, :]
-        loglik = kernels.log_sum(joint)
-        share = joint - loglik[..., None]
-        distances = np.stack([part.nis for part in parts], axis=-1)
-        return Innovation(
-            loglik,
-            reduce(np.minimum, (part.distance for part in parts)),
-            reduce(np.maximum, (part.log_volume for part in parts)),
-            np.sum(np.exp(share[..., 1:, :]) * distances, axis=-1),
-            ModeHypotheses(parts, share),
+        loglik, distance, log_volume, nis, share = kernels.weigh_modes(
+            belief.log_prob,
+            [part.loglik for part in parts],
+            [part.distance for part in parts],
+            [part.log_volume for part in parts],
+            [part.nis for part in parts],
         )
+        return Innovation(loglik, distance, log_volume, nis, ModeHypotheses(parts, share))
 
     def absorb(self, belief: Modes, innovation: Innovation, weights: Array) -> Modes:
         """Split the track's weights among the modes, and let each absorb its own."""
         detail: ModeHypotheses = innovation.detail
-        with np.errstate(divide="ignore"):
-            joint = np.log(weights)[..., None] + detail.log_share
-        log_prob = kernels.log_sum(joint, axis=-2)
-        possible = np.isfinite(log_prob)[..., None, :]  # a mode that cannot be keeps the track's weights
-        own = np.where(possible, np.exp(joint - np.where(possible, log_prob[..., None, :], 0.0)), weights[..., None])
-        beliefs = tuple(
-            mode.absorb(part, inner, own[..., j])
-            for j, (mode, part, inner) in enumerate(zip(self.modes, belief.beliefs, detail.innovations, strict=True))
-        )
-        return Modes(beliefs, log_prob - kernels.log_sum(log_prob)[..., None])
+        log_prob, own = kernels.split_weights(weights, detail.log_share)
+        return Modes(tuple(map(_absorbed, self.modes, belief.beliefs, detail.innovations, own)), log_prob)
 
     def moments(self, belief: Modes) -> Gaussian:
         """Mean and covariance of the mixture over all modes' axes, the spread of the means included."""
-        return self._combine(belief.log_prob, *self._stack(belief))
+        means, covs = self._each(belief)
+        mean, cov = kernels.together(belief.log_prob, means, covs, self._own, self._absent, self.state.periods)
+        if self.carried:
+            cov = without_variance(cov, self.state.locate(self.carried))
+        return Gaussian(mean, cov)
 
     def mode_prob(self, belief: Modes) -> Array:
         """(*b, t, r)"""
@@ -173,7 +185,7 @@ class Imm(Estimator[Modes]):
         """
         if dt == 0:
             return later
-        origin, apart, covs = self._stack(belief)
+        origin, apart, covs = kernels.stacked(*self._each(belief), self._own, self._absent, self.state.periods)
         each = Gaussian(self.state.displace(origin[..., None, :], apart), covs)
         log_switch = self._switch.log(dt)
         _, means, covs_mixed = kernels.imm_mix(belief.log_prob, log_switch, apart, covs)
@@ -200,22 +212,7 @@ class Imm(Estimator[Modes]):
         )
         return Modes(beliefs, log_prob - kernels.log_sum(log_prob)[..., None])
 
-    def _stack(self, belief: Modes) -> tuple[Array, Array, Array]:
-        """All modes over `state`: an origin (*b, t, n), means from there (*b, t, r, n), covariances (*b, t, r, n, n)."""
-        n, shape = len(self.state), belief.log_prob.shape
-        means, covs = np.empty((*shape, n)), np.zeros((*shape, n, n))
-        default = [self.absent.get(axis.name, (0.0, 0.0)) for axis in self.state.axes]
-        means[:] = [mean for mean, _ in default]
-        covs[..., range(n), range(n)] = [deviation**2 for _, deviation in default]
-        for j, (mode, part) in enumerate(zip(self.modes, belief.beliefs, strict=True)):
-            own, moments = self.state.locate(mode.state), mode.moments(part)
-            means[..., j, own] = moments.mean
-            covs[..., j, np.array(own)[:, None], own] = moments.cov
-        origin = means[..., 0, :]
-        return origin, self.state.difference(means, origin[..., None, :]), covs
-
-    def _combine(self, log_prob: Array, origin: Array, apart: Array, covs: Array) -> Gaussian:
-        mean, cov = kernels.moments(np.exp(log_prob)[..., None, :], apart, covs)
-        if len(self.carried):
-            cov = without_variance(cov, self.state.locate(self.carried))
-        return Gaussian(self.state.displace(origin, mean[..., 0, :]), cov[..., 0, :, :])
+    def _each(self, belief: Modes) -> tuple[list[Array], list[Array]]:
+        """The modes' means and covariances, each over its own axes."""
+        parts = [mode.moments(part) for mode, part in zip(self.modes, belief.beliefs, strict=True)]
+        return [part.mean for part in parts], [part.cov for part in parts]

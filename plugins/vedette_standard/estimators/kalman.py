@@ -7,8 +7,8 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, fields, kernels
-from vedette.gaussian import GaussianFilter, linearised
+from vedette import Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, fields
+from vedette.gaussian import GaussianFilter, linearised, moved
 
 
 @final
@@ -35,12 +35,8 @@ class Kalman(GaussianFilter):
 
     def predict(self, belief: Gaussian, dt: float, rng: np.random.Generator, combined: Gaussian | None = None) -> Gaussian:
         """The belief `dt` s later."""
-        if dt == 0:
-            return belief
-        F = self.motion.jacobian(belief.mean, dt)
-        cov = kernels.propagate(belief.cov, F, self.motion.noise(belief.mean, dt))
-        return Gaussian((F @ belief.mean[..., None])[..., 0], cov)
+        return belief if dt == 0 else moved(belief, self.motion, dt, combined, self._memo)
 
     def innovate(self, belief: Gaussian, sensor: Sensor, seen: Detections | Frame, p_gate: float) -> Innovation:
         """Every return against every track."""
-        return linearised(belief, self.state, sensor, seen, p_gate)
+        return linearised(belief, self.state, sensor, seen, p_gate, self._memo)

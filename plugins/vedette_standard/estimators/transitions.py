@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from attrs import frozen
+from attrs import field, frozen
 
 from vedette import Array
+from vedette.memo import keep
 
 
 def transition_problem(matrix: Array) -> str | None:
@@ -40,6 +41,7 @@ class Transition:
 
     fixed: Array | None
     rates: Array | None
+    _kept: dict[float, Array] = field(init=False, factory=dict)
 
     @classmethod
     def per_scan(cls, matrix: Array) -> Transition:
@@ -68,7 +70,11 @@ class Transition:
         if self.rates is None:
             assert self.fixed is not None
             return self.fixed
-        from scipy.linalg import expm
+        found = self._kept.get(dt)
+        if found is None:
+            from scipy.linalg import expm
 
-        with np.errstate(divide="ignore"):
-            return np.log(np.maximum(expm(self.rates * dt), 0.0))
+            with np.errstate(divide="ignore"):
+                found = np.log(np.maximum(expm(self.rates * dt), 0.0))
+            keep(self._kept, dt, found)
+        return found

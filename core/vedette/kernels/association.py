@@ -1,0 +1,79 @@
+"""The kernels of a scan: scores from likelihoods, weights from scores, existence from weights.
+
+Shapes as in `reference`. Column 0 of `1+k` is the miss.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vedette.kernels.reference import safe_log
+from vedette.space import Array, Mask
+
+
+def is_plain(z: Array, valid: Mask, limit: float) -> bool:
+    """Whether every return counts and none of its numbers is beyond `limit`, or no number."""
+    return bool(np.all(valid)) and bool(np.all(np.abs(z) <= limit))
+
+
+def sample_density(distance: Array, valid: Mask, limit: float | Array, log_volume: Array, log_ball: float) -> Array:
+    """Log of the number of returns in each gate, no less than 1, over its volume (*b, t, 1).
+
+    distance (*b, t, k), valid (*b, k), log_volume log sqrt|S| (*b, t), log_ball the log volume of the gate where |S| = 1.
+    """
+    count = np.maximum(np.sum((distance <= limit) & valid[..., None, :], axis=-1), 1)
+    density: Array = np.log(count) - log_ball - log_volume
+    return density[..., None]
+
+
+def gate_scores(
+    loglik: Array,
+    distance: Array,
+    valid: Mask,
+    existence: Array,
+    limit: float | Array,
+    log_density: Array,
+    evidence: Array | None,
+) -> Array:
+    """Log scores (*b, t, 1+k) relative to clutter, of tracks that exist with a probability (*b, t); -inf outside the gate.
+
+    loglik (*b, t, 1+k), distance (*b, t, k), valid (*b, k); limit () or (*b, 1, k), the largest squared distance inside;
+    log_density broadcasts to (*b, t, k); evidence (*b, 1, k).
+    """
+    inside = (distance <= limit) & valid[..., None, :]
+    gain = loglik[..., 1:] - log_density
+    if evidence is not None:
+        gain = gain + evidence
+    scores = np.empty_like(loglik)
+    scores[..., 0] = safe_log(1.0 - existence + existence * np.exp(loglik[..., 0]))
+    scores[..., 1:] = np.where(inside, gain + safe_log(existence)[..., None], -np.inf)
+    return scores
+
+
+def softmax(scores: Array) -> Array:
+    """exp(scores) over their sum on the last axis; 0 where a score is -inf."""
+    likely: Array = np.exp(scores - np.max(scores, axis=-1, keepdims=True))
+    likely /= np.sum(likely, axis=-1, keepdims=True)
+    return likely
+
+
+def existence(scores: Array, weights: Array, prior: Array, log_miss: Array, exclusive: bool) -> tuple[Array, Array]:
+    """How far each track was detected, and its existence after the scan; (*b, t) both, from `prior` (*b, t) before it.
+
+    scores and weights (*b, t, 1+k), log_miss (*b, t) the log probability of no return. Where the associator lets two tracks
+    share a return (not `exclusive`), the older one, which comes first, claims it first: else a newborn track would live off
+    its neighbour's returns. A hard choice says nothing of its doubt, so there existence follows from the score.
+    """
+    miss = np.exp(log_miss)
+    absent = 1.0 - prior + prior * miss
+    unseen = np.divide(prior * miss, absent, out=np.zeros_like(absent), where=absent > 0)
+    taken = weights[..., 1:]
+    if not exclusive and taken.shape[-2] > 1:
+        free = np.ones_like(taken)
+        free[..., 1:, :] = np.cumprod(1.0 - taken[..., :-1, :], axis=-2)
+        taken = taken * free
+    hit = np.sum(taken, axis=-1)
+    chosen = np.sum(taken * np.exp(np.where(taken > 0, scores[..., 1:] - scores[..., :1], 0.0).clip(max=700)), axis=-1)
+    sure = np.max(weights[..., 1:], axis=-1, initial=0.0) == 1.0
+    seen = np.where(sure, chosen / (1.0 + chosen), hit)
+    return hit, seen + (1.0 - seen) * unseen

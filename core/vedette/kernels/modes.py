@@ -1,0 +1,95 @@
+"""The kernels of a bank of filters: its modes interact, are weighed by what was seen, and are taken together.
+
+Each mode's arrays come by themselves, in tuples of r: modes may have unlike states. `own` names each mode's axes among the n
+of all of them; `absent` (2, n) holds the mean and the variance that an axis has in the modes that lack it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from vedette.kernels.reference import imm_mix, log_sum, moments
+from vedette.space import Array, Periods, wrapped
+
+
+def stacked(
+    xs: Sequence[Array], Ps: Sequence[Array], own: Sequence[Sequence[int]], absent: Array, periods: Periods
+) -> tuple[Array, Array, Array]:
+    """All modes over the same axes: an origin (*b, n), means from there (*b, r, n), covariances (*b, r, n, n)."""
+    n, shape = absent.shape[-1], (*xs[0].shape[:-1], len(xs))
+    means, covs = np.empty((*shape, n)), np.zeros((*shape, n, n))
+    means[:] = absent[0]
+    covs[..., range(n), range(n)] = absent[1]
+    for j, axes in enumerate(own):
+        means[..., j, axes] = xs[j]
+        covs[..., j, np.array(axes)[:, None], axes] = Ps[j]
+    origin = means[..., 0, :]
+    return origin, wrapped(means - origin[..., None, :], periods), covs
+
+
+def interact(
+    log_prob: Array,
+    log_transition: Array,
+    xs: Sequence[Array],
+    Ps: Sequence[Array],
+    own: Sequence[Sequence[int]],
+    absent: Array,
+    periods: Periods,
+) -> tuple[Array, tuple[Array, ...], tuple[Array, ...]]:
+    """The IMM's interaction: log_prob (*b, r) of the modes at the next moment, and what each starts from, on its own axes.
+
+    xs: r arrays (*b, n_j), Ps: r arrays (*b, n_j, n_j); log_transition (r, r) from row to column. A mode that no way
+    leads into starts from the whole mixture.
+    """
+    origin, apart, covs = stacked(xs, Ps, own, absent, periods)
+    predicted, means, mixed = imm_mix(log_prob, log_transition, apart, covs)
+    means = wrapped(origin[..., None, :] + means, periods)
+    return (
+        predicted,
+        tuple(means[..., j, axes] for j, axes in enumerate(own)),
+        tuple(mixed[..., j, np.array(axes)[:, None], axes] for j, axes in enumerate(own)),
+    )
+
+
+def together(
+    log_prob: Array, xs: Sequence[Array], Ps: Sequence[Array], own: Sequence[Sequence[int]], absent: Array, periods: Periods
+) -> tuple[Array, Array]:
+    """Mean (*b, n) and covariance (*b, n, n) of the mixture of all modes, the spread of their means included."""
+    origin, apart, covs = stacked(xs, Ps, own, absent, periods)
+    step, cov = moments(np.exp(log_prob)[..., None, :], apart, covs)
+    return wrapped(origin + step[..., 0, :], periods), cov[..., 0, :, :]
+
+
+def weigh_modes(
+    log_prob: Array,
+    logliks: Sequence[Array],
+    distances: Sequence[Array],
+    log_volumes: Sequence[Array],
+    nis: Sequence[Array],
+) -> tuple[Array, Array, Array, Array, Array]:
+    """What the modes say of a scan, together: loglik (*b, 1+k), the least distance (*b, k), the largest log volume (*b), the
+    squared distance expected over modes (*b, k), and the log posterior of the modes under each hypothesis (*b, 1+k, r).
+
+    log_prob (*b, r); of each mode loglik (*b, 1+k), distance and nis (*b, k), log volume (*b).
+    """
+    joint = np.stack(logliks, axis=-1) + log_prob[..., None, :]
+    loglik = log_sum(joint)
+    share = joint - loglik[..., None]
+    expected = np.sum(np.exp(share[..., 1:, :]) * np.stack(nis, axis=-1), axis=-1)
+    return loglik, np.minimum.reduce(distances), np.maximum.reduce(log_volumes), expected, share
+
+
+def split_weights(weights: Array, log_share: Array) -> tuple[Array, tuple[Array, ...]]:
+    """The modes' log probabilities (*b, r) after association, and the weights that each absorbs by, r arrays (*b, 1+k).
+
+    weights (*b, 1+k) of the whole, log_share (*b, 1+k, r). A mode that cannot be keeps the weights of the whole.
+    """
+    with np.errstate(divide="ignore"):
+        joint = np.log(weights)[..., None] + log_share
+    log_prob = log_sum(joint, axis=-2)
+    possible = np.isfinite(log_prob)[..., None, :]
+    own = np.where(possible, np.exp(joint - np.where(possible, log_prob[..., None, :], 0.0)), weights[..., None])
+    after = log_prob - log_sum(log_prob)[..., None]
+    return after, tuple(np.ascontiguousarray(own[..., j]) for j in range(own.shape[-1]))

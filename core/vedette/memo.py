@@ -1,0 +1,89 @@
+"""What a filter need not compute twice: the matrices of linear models, which do not depend on the state."""
+
+from __future__ import annotations
+
+from typing import Any, final
+
+import numpy as np
+from attrs import frozen
+
+from vedette.roles import MotionModel, Sensor
+from vedette.space import Array, Space
+
+_MOST = 256
+"""Entries of each kind; beyond, all are forgotten: recordings have a few time steps, platforms a new sensor every scan."""
+
+
+@frozen(eq=False)
+class Look:
+    """How a state is seen by one sensor; None where that depends on the state.
+
+    where: the sensor's axes among the state's; H (m, n) over the whole state, R (1, 1, m, m), detection probability.
+    """
+
+    sensor: Sensor
+    where: slice | list[int]
+    H: Array | None
+    R: Array | None
+    p_detect: float | None
+
+    @classmethod
+    def of(cls, state: Space, sensor: Sensor, mean: Array) -> Look:
+        """Of states like `mean` (*b, t, n)."""
+        where = _as_slice(state.locate(sensor.looks_at))
+        x = mean[..., where]
+        slope, R, p = sensor.jacobian(x) if sensor.linear else None, sensor.noise(x), np.asarray(sensor.detects(x))
+        H = embedded(slope, where, len(state)) if slope is not None and slope.ndim == 2 else None
+        # A result without the batch's axes is one that does not depend on the state: the contract says so.
+        return cls(sensor, where, H, R[None, None] if R.ndim == 2 else None, float(p) if p.ndim == 0 else None)
+
+
+@final
+class Memo:
+    """One filter's memory of the matrices of its motion and its sensors. It saves time and changes no result."""
+
+    __slots__ = ("_looks", "_steps")
+
+    def __init__(self) -> None:
+        self._steps: dict[float, tuple[Array, Array]] = {}
+        self._looks: dict[int, Look] = {}
+
+    def step(self, motion: MotionModel, x: Array, dt: float) -> tuple[Array, Array]:
+        """F and Q of a linear motion over `dt` s."""
+        found = self._steps.get(dt)
+        if found is None:
+            found = motion.jacobian(x, dt), motion.noise(x, dt)
+            if found[0].ndim == found[1].ndim == 2:
+                keep(self._steps, dt, found)
+        return found
+
+    def look(self, state: Space, sensor: Sensor, mean: Array) -> Look:
+        """How `sensor` sees states like `mean` (*b, t, n)."""
+        found = self._looks.get(id(sensor))
+        if found is None or found.sensor is not sensor:
+            found = Look.of(state, sensor, mean)
+            keep(self._looks, id(sensor), found)
+        return found
+
+
+def embedded(slope: Array, where: slice | list[int], n: int) -> Array:
+    """A derivative with respect to the axes `where` of `n` axes: (*b, m, p) -> (*b, m, n), zeros elsewhere."""
+    if slope.shape[-1] == n and where == slice(0, n):
+        return slope
+    H = np.zeros((*slope.shape[:-1], n))
+    H[..., where] = slope
+    return H
+
+
+def _as_slice(where: list[int]) -> slice | list[int]:
+    """Axes that stand side by side as a slice, which costs no copy."""
+    if where and where == list(range(where[0], where[0] + len(where))):
+        return slice(where[0], where[0] + len(where))
+    return where
+
+
+def keep(table: dict[Any, Any], key: float, value: Any) -> None:
+    """Enter a value into a table that never grows without bound."""
+    if len(table) >= _MOST:
+        table.clear()
+    table[key] = value
