@@ -17,6 +17,8 @@ from vedette_bayes_risk.risk import Costs
 from vedette_flir.motion.carrying import Carrying
 from vedette_flir.motion.image_velocity import ImageVelocity
 from vedette_flir.sensors.hot_spots import Spot
+from vedette_marine.picture.chain import Chain
+from vedette_marine.screen import RadarScreen
 from vedette_sim import Drawn, Look
 from vedette_sim.infrared import HotSpot, HotTarget
 from vedette_standard.motion.constant_velocity import ConstantVelocity
@@ -58,6 +60,11 @@ GIVEN = {
     ("detector", "bayes_risk_detection"): COUNTING | COSTS,
     ("detector", "bayes_risk_printed"): COUNTING | COSTS,
     ("detector", "count_likelihood_detection"): COUNTING,
+    ("detector", "radar_picture"): {
+        "sensors": st.just({"screen": RadarScreen()}),  # the kit draws no pictures: tests/test_marine_chain.py does
+        "chain": st.just(Chain()),
+        "geometry": st.none(),
+    },
     ("source", "simulation"): SIMULATION,
     ("source", "infrared_scene"): {
         "targets": st.just({"spot": HotTarget(ImageVelocity(20.0), (HotSpot(10.0, 2.0),), start=IN_THE_MIDDLE)}),
@@ -104,8 +111,8 @@ BREAKS = {
 }
 """Laws that a component breaks on purpose: it is kept to be compared with."""
 
-NEED_FILES = {("source", "autoferry"), ("source", "csv"), ("source", "jsonl")}
-"""Sources that read a recording: the last test writes one for those that take any sensor; Autoferry has its own tests."""
+NEED_FILES = {("source", "autoferry"), ("source", "csv"), ("source", "jsonl"), ("source", "radar_pictures")}
+"""Sources that read a recording: the last test writes one for those that take any sensor; Autoferry and radar pictures have their own."""
 
 INSTALLED = [entry for entry in Registry.installed() if entry.role != "study"]
 

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from typing import Any, ClassVar, Generic, TypeVar
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
 
 import numpy as np
 
@@ -18,6 +19,9 @@ from vedette.kernels.derivative import numerical_jacobian
 from vedette.space import Array, Mask, Space
 from vedette.studies import Progress, StudyResult
 from vedette.types import Detections, Frame, Gaussian, Innovation, Pose, Recording, Scan
+
+if TYPE_CHECKING:
+    from vedette.experiment import Result
 
 CONTRACT = 1
 """The version of this page. A plugin module may state `VEDETTE_CONTRACT = 1`; the registry refuses another."""
@@ -287,6 +291,10 @@ class Detector(Component):
     @abstractmethod
     def detect(self, scans: Mapping[str, Scan]) -> Detections:
         """The scans of one moment, by sensor, those that came -> (*b, k, m)"""
+
+    def illustrate(self, folder: Path, result: Result) -> list[str]:
+        """Write pictures of what it saw in a run into `folder`; returns the names of the files. None by default."""
+        return []
 
 
 class Source(Component):

@@ -3,7 +3,10 @@
 from collections.abc import Iterable
 
 import vedette
+from vedette_marine.detectors.radar_picture import RadarPicture
+from vedette_marine.lifecycles.announced import Announced
 from vedette_marine.screen import RadarScreen
+from vedette_marine.sources.pictures import RadarPictures
 
 VEDETTE_CONTRACT = 1
 
@@ -11,4 +14,4 @@ VEDETTE_CONTRACT = 1
 @vedette.plugin
 def vedette_components() -> Iterable[type[vedette.Component]]:
     """Everything in this package."""
-    return [RadarScreen]
+    return [RadarScreen, RadarPicture, RadarPictures, Announced]

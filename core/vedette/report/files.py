@@ -58,4 +58,5 @@ def write_pictures(folder: Path, experiment: Experiment, result: Result) -> list
         drawings["strip.png"] = strip
     for name, drawing in drawings.items():
         canvas.save(drawing(experiment, result), folder / name)
-    return list(drawings)
+    seen = [name for detector in experiment.detectors.values() for name in detector.illustrate(folder, result)]
+    return [*drawings, *seen]

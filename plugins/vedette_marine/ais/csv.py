@@ -1,0 +1,88 @@
+"""AIS reports from CSV: Time, MMSI, Latitude_degrees, Longitude_degrees, COG_degrees, SOG_knots."""
+
+from __future__ import annotations
+
+import csv
+from datetime import UTC, datetime
+from pathlib import Path
+
+import numpy as np
+
+from vedette import InputError, Problem
+from vedette.io.reading import lines
+from vedette_marine.ais.reports import KNOT, Reports, by_ship, turn_rate
+
+WANTED = ("Time", "MMSI", "Latitude_degrees", "Longitude_degrees", "COG_degrees", "SOG_knots")
+FURTHER = ("Heading_degrees", "ROT")
+
+
+def read_csv(path: Path) -> tuple[dict[int, Reports], list[Problem]]:
+    """Reports by MMSI, and the rows that could not be used.
+
+    Time in s, or a date and time, then UTC. An empty cell, a course of 360, a speed of 102.3 knots and a heading of 511 are
+    "not available" and become NaN; without latitude, longitude, time or MMSI a row is refused. InputError for no such file.
+    """
+    given = lines(path)
+    header = [title.strip() for title in next(csv.reader([next(given)[1]]))]
+    lacking = [title for title in WANTED if title not in header]
+    if lacking:
+        raise InputError(f"{path}:1: must have the columns {', '.join(WANTED)}; lacks {', '.join(lacking)}")
+    rows, refused = [], []
+    for number, line in given:
+        if not line.strip():
+            continue
+        place = f"{path.name}:{number}"
+        cells = [cell.strip() for cell in line.split(",")]
+        if len(cells) != len(header):
+            refused.append(Problem(place, f"must have {len(header)} columns as the header has, got {len(cells)}"))
+            continue
+        try:
+            rows.append(_row(dict(zip(header, cells, strict=True))))
+        except ValueError as error:
+            refused.append(Problem(place, str(error)))
+    return by_ship(rows), refused
+
+
+def _row(cells: dict[str, str]) -> dict[str, float]:
+    mmsi = _number(cells, "MMSI", 0.0, 999_999_999.0)
+    if mmsi != int(mmsi):
+        raise ValueError(f"MMSI must be a whole number, got {cells['MMSI']!r}")
+    course = _maybe(cells, "COG_degrees", 0.0, 360.0)
+    speed = _maybe(cells, "SOG_knots", 0.0, 102.3)
+    heading = _maybe(cells, "Heading_degrees", 0.0, 511.0)
+    return {
+        "mmsi": mmsi,
+        "time": _time(cells["Time"]),
+        "latitude": _number(cells, "Latitude_degrees", -90.0, 90.0),
+        "longitude": _number(cells, "Longitude_degrees", -180.0, 180.0),
+        "speed": np.nan if speed > 102.25 else speed * KNOT,
+        "course": np.nan if course >= 360.0 else np.deg2rad(course),
+        "heading": np.nan if heading >= 360.0 else np.deg2rad(heading),
+        "turn": float(turn_rate(np.array(_maybe(cells, "ROT", -128.0, 127.0)))),
+    }
+
+
+def _number(cells: dict[str, str], name: str, low: float, high: float) -> float:
+    try:
+        value = float(cells[name])
+    except ValueError:
+        raise ValueError(f"{name} must be a number, got {cells[name]!r}") from None
+    if not low <= value <= high:
+        raise ValueError(f"{name} must be from {low:g} to {high:g}, got {cells[name]!r}")
+    return value
+
+
+def _maybe(cells: dict[str, str], name: str, low: float, high: float) -> float:
+    return _number(cells, name, low, high) if cells.get(name) else np.nan
+
+
+def _time(cell: str) -> float:
+    try:
+        return float(cell)
+    except ValueError:
+        pass
+    try:
+        stamp = datetime.fromisoformat(cell)
+    except ValueError:
+        raise ValueError(f"Time must be in s or a date and time as 2016-01-12 13:02:11.218, got {cell!r}") from None
+    return (stamp if stamp.tzinfo else stamp.replace(tzinfo=UTC)).timestamp()

@@ -1,0 +1,155 @@
+"""AIS reports from NMEA 0183 sentences, decoded by pyais."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from functools import reduce
+from operator import xor
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vedette import InputError, Problem
+from vedette.io.reading import lines
+from vedette_marine.ais.reports import KNOT, ROT_STEP, Reports, by_ship, turn_rate
+
+POSITIONS = (1, 2, 3, 18, 19, 27)
+"""Message types that hold a ship's position: class A, class B, long range."""
+
+
+def checksum(sentence: str) -> int | None:
+    """What the characters between the mark and the star give by exclusive or; None where there is no star."""
+    body, star, _ = sentence[1:].partition("*")
+    return reduce(xor, body.encode("ascii", "replace"), 0) if star else None
+
+
+def checked(sentence: str) -> str:
+    """The sentence from its mark on; ValueError if it is no AIS sentence or its checksum is wrong."""
+    start = sentence.find("!")
+    if start < 0 or not sentence[start + 3 :].startswith(("VDM", "VDO")):
+        raise ValueError(f"is no AIS sentence: must be as !AIVDM,1,1,,A,...,0*5C, got {sentence[:40]!r}")
+    whole = sentence[start:].strip()
+    stated, found = whole.rpartition("*")[2][:2], checksum(whole)
+    if found is None:
+        raise ValueError("ends without a checksum: it is cut off")
+    try:
+        right = int(stated, 16) == found
+    except ValueError:
+        right = False
+    if not right:
+        raise ValueError(f"wrong checksum: the sentence says {stated!r}, its characters give {found:02X}")
+    return whole
+
+
+def messages(sentences: Iterable[tuple[str, str]], refused: list[Problem]) -> Iterator[tuple[str, Any]]:
+    """Decoded messages and where they stand, from (place, sentence); what cannot be used is added to `refused`.
+
+    Parts of a long message may stand apart: they are joined by their number and channel.
+    """
+    try:
+        import pyais
+    except ImportError:
+        raise InputError("AIS sentences need pyais: pip install 'vedette[marine]'") from None
+    waiting: dict[tuple[str, str, str], tuple[str, list[str]]] = {}
+    for place, sentence in sentences:
+        try:
+            whole = checked(sentence)
+            fields = whole.split(",")
+            if len(fields) != 7 or not fields[1].isdigit() or not fields[2].isdigit():
+                raise ValueError(f"must have 7 fields, of which the second and third are numbers, got {whole[:40]!r}")
+            if not fields[5]:
+                raise ValueError("is empty: it holds no message")
+            parts = [whole]
+            if fields[1] != "1":
+                key = (fields[1], fields[3], fields[4])
+                if fields[2] == "1":
+                    if key in waiting:
+                        refused.append(_lacking(waiting.pop(key)[0]))
+                    waiting[key] = (place, [])
+                elif key not in waiting or len(waiting[key][1]) != int(fields[2]) - 1:
+                    raise ValueError(f"is part {fields[2]} of {fields[1]} without those before it")
+                waiting[key][1].append(whole)
+                if len(waiting[key][1]) < int(fields[1]):
+                    continue
+                place, parts = waiting.pop(key)
+            yield place, pyais.decode(*(part.encode() for part in parts))
+        except ValueError as error:
+            refused.append(Problem(place, str(error)))
+        except Exception as error:  # pyais has errors of its own, and lets through those of its parts on odd payloads
+            refused.append(Problem(place, f"cannot be decoded: {type(error).__name__}: {error}"))
+    refused.extend(_lacking(place) for place, _ in waiting.values())
+
+
+def _lacking(place: str) -> Problem:
+    return Problem(place, "is the first part of a message whose rest did not come")
+
+
+def read_nmea(path: Path, interval: float = 0.0) -> tuple[dict[int, Reports], list[Problem]]:
+    """Position reports by MMSI from a file of sentences, and the sentences that could not be used.
+
+    A line may begin with its time in s and a blank; else line i has the time i `interval`, as sentences hold none. A course,
+    speed, heading or rate of turn that is "not available" is NaN; a report without a position is told.
+    """
+    refused: list[Problem] = []
+    times: dict[str, float] = {}
+
+    def stamped() -> Iterator[tuple[str, str]]:
+        for number, line in lines(path):
+            if not line.strip() or line.lstrip().startswith("#"):
+                continue
+            place = f"{path.name}:{number}"
+            head = line[: max(line.find("!"), 0)].strip()
+            try:
+                times[place] = float(head) if head else (number - 1) * interval
+            except ValueError:
+                refused.append(Problem(place, f"must begin with a time in s or with the sentence, got {head!r}"))
+                continue
+            yield place, line
+
+    rows = []
+    for place, message in messages(stamped(), refused):
+        if message.msg_type not in POSITIONS:
+            continue
+        row = row_of(message, times[place])
+        if row is None:
+            refused.append(Problem(place, f"MMSI {message.mmsi} reports no position"))
+        else:
+            rows.append(row)
+    return by_ship(rows), refused
+
+
+def row_of(message: Any, time: float) -> dict[str, float] | None:
+    """A decoded position report as `by_ship` takes it; None without a position (latitude 91, longitude 181)."""
+    latitude, longitude = float(message.lat), float(message.lon)
+    if not (abs(latitude) <= 90 and abs(longitude) <= 180):
+        return None
+    course = _value(message, "course")
+    speed, heading = _value(message, "speed"), _value(message, "heading")
+    fastest = 63.0 if message.msg_type == 27 else 102.25
+    return {
+        "mmsi": float(int(message.mmsi)),
+        "time": time,
+        "latitude": latitude,
+        "longitude": longitude,
+        "speed": speed * KNOT if speed < fastest else np.nan,
+        "course": np.deg2rad(course) if course < 360 else np.nan,
+        "heading": np.deg2rad(heading) if heading < 360 else np.nan,
+        "turn": float(turn_rate(np.array(_rot(message)))),
+    }
+
+
+def _value(message: Any, name: str) -> float:
+    value = getattr(message, name, None)
+    return np.nan if value is None else float(value)
+
+
+def _rot(message: Any) -> float:
+    """The rate of turn as it was sent: pyais gives deg/min, with the steps' marks at +-127 and -128."""
+    value = getattr(message, "turn", None)
+    if value is None:
+        return np.nan
+    number = float(value.value if hasattr(value, "value") else value)
+    if abs(number) >= 127 and hasattr(value, "value"):
+        return number
+    return float(np.sign(number) * np.rint(np.sqrt(abs(number)) * ROT_STEP))

@@ -1,0 +1,72 @@
+"""AIS reports as trajectories: where a ship was between its reports, and how far that may be wrong."""
+
+from __future__ import annotations
+
+import numpy as np
+from attrs import frozen
+
+from vedette import Array, Space, Trajectory
+from vedette_marine.ais.reports import Reports, east_north
+
+STATE = Space.of(x="m", y="m", vx="m/s", vy="m/s")
+
+
+@frozen(eq=False)
+class Between:
+    """A ship at asked times (q,): place (q, 2) and velocity (q, 2), and `error` (q,), by how much the place may be off in m
+    because the ship turned or changed speed since its last report. NaN outside its reports and in gaps.
+    """
+
+    place: Array
+    velocity: Array
+    error: Array
+
+
+def motion(reports: Reports, origin: tuple[float, float]) -> tuple[Array, Array, Array]:
+    """Times (s,) that rise, places (s, 2) and velocities (s, 2) of one ship; of reports with one stamp the last counts.
+
+    A velocity that is not reported, as of a vessel without COG, is the slope between its neighbours; 0 with one report.
+    """
+    last = np.append(np.diff(reports.time) > 0, True)
+    own = reports.where(last)
+    place, speed = east_north(own.latitude, own.longitude, origin), own.velocity.copy()
+    lacking = np.isnan(speed).any(axis=-1)
+    if lacking.any():
+        slope = np.gradient(place, own.time, axis=0) if len(place) > 1 else np.zeros_like(place)
+        speed[lacking] = slope[lacking]
+    return own.time, place, speed
+
+
+def between(reports: Reports, origin: tuple[float, float], times: Array, longest: float = 60.0) -> Between:
+    """A ship at `times` (q,) in s, its place by the straight line between two reports that are at most `longest` s apart.
+
+    The line is off by at most a T^2 / 8 under an acceleration a; with a = |v2 - v1| / T from the reports' velocities that
+    is |v2 - v1| T / 8 in the middle, and 4 s (1 - s) of it at the part s. A turn back and forth between two reports, and the
+    receiver's own error of some metres, are not in it.
+    """
+    known, place, speed = motion(reports, origin)
+    if len(known) < 2:
+        nothing = np.full((len(times), 2), np.nan)
+        return Between(nothing, nothing, nothing[:, 0])
+    i = np.clip(np.searchsorted(known, times, side="right") - 1, 0, len(known) - 2)
+    gap = known[i + 1] - known[i]
+    part = (times - known[i]) / gap
+    inside = (part >= 0) & (part <= 1) & (gap <= longest)
+    s = np.where(inside, part, np.nan)[:, None]
+    error = 0.5 * s[:, 0] * (1 - s[:, 0]) * np.linalg.norm(speed[i + 1] - speed[i], axis=-1) * gap
+    return Between(
+        (1 - s) * place[i] + s * place[i + 1],
+        (1 - s) * speed[i] + s * speed[i + 1],
+        error,
+    )
+
+
+def trajectories(reports: Reports, origin: tuple[float, float], longest: float = 60.0) -> tuple[Trajectory, ...]:
+    """The ship's reports as trajectories, one for each stretch without a gap of more than `longest` s."""
+    time, place, speed = motion(reports, origin)
+    cuts = np.flatnonzero(np.diff(time) > longest) + 1
+    found = []
+    for k, own in enumerate(np.split(np.arange(len(time)), cuts)):
+        name = f"MMSI {reports.mmsi}" + ("" if len(cuts) == 0 else f" ({k + 1})")
+        found.append(Trajectory(name, STATE, time[own], np.concatenate([place[own], speed[own]], axis=-1)))
+    return tuple(found)

@@ -1,0 +1,149 @@
+"""From radar pictures to positions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, final
+
+import numpy as np
+from attrs import frozen
+
+from vedette import Array, ConfigError, Detections, Detector, Frame, InputError, Mask, Pose, Problem, Scan, Space, fields
+from vedette_marine.geometry import PictureGeometry, nautical
+from vedette_marine.opencv import opencv
+from vedette_marine.picture.chain import Chain, Stages
+from vedette_marine.picture.colours import Bytes, palette
+from vedette_marine.screen import POSITION, RadarScreen
+
+if TYPE_CHECKING:
+    from vedette import Result
+
+
+@final
+@frozen
+class Excess:
+    """How far the brightest echo of a return exceeds the threshold: exponential, with one mean for clutter, one for ships.
+
+    Evidence log p(e | ship) / p(e | clutter) = log(c / s) + e (1/c - 1/s).
+    """
+
+    clutter: float = fields.quantity("1", "mean excess of a false return, in counts", above=0)
+    ship: float = fields.quantity("1", "mean excess of a ship's return, in counts", above=0)
+
+    def evidence(self, excess: Array) -> Array:
+        """(k,) -> (k,)"""
+        found: Array = np.log(self.clutter / self.ship) + excess * (1.0 / self.clutter - 1.0 / self.ship)
+        return found
+
+
+@final
+@frozen
+class RadarPicture(Detector):
+    """Takes each radar picture by itself: echoes, blobs, groups; each group is a return, its middle in east and north.
+
+    R = sigma^2 I + (r sigma_bearing)^2 across the line of sight + extent^2 times the spread of the group's own blobs. The
+    geometry comes with the pictures, or from `geometry`; own ship's place and heading with the scan.
+    """
+
+    kind: ClassVar[str] = "radar_picture"
+
+    sensors: dict[str, RadarScreen] = fields.part("the one screen, under the name that its scans bear")
+    chain: Chain = fields.part("how returns are found", default=Chain())
+    geometry: PictureGeometry | None = fields.part("where pixels lie; default: as each picture says", default=None)
+    sigma: float = fields.quantity("m", "standard deviation of a return per axis", default=6.0, above=0)
+    sigma_bearing: float = fields.quantity("rad", "standard deviation of a bearing, on top", default=0.0, at_least=0)
+    extent: float = fields.quantity("1", "part of a group's spread by which its middle may err", default=0.0, at_least=0)
+    evidence: Excess | None = fields.part("what brightness says of a return; default: nothing", default=None)
+
+    def __attrs_post_init__(self) -> None:
+        if len(self.sensors) != 1:
+            raise ValueError(f"sensors: must hold one screen, got {len(self.sensors)}")
+
+    @property
+    def measurement(self) -> Space:
+        return POSITION
+
+    def detect(self, scans: Mapping[str, Scan]) -> Detections:
+        """A picture (h, w) or (3, h, w) -> (k, 2) of east and north, their noise and evidence; none without a picture."""
+        (scan,) = scans.values()
+        if scan.frame is None:
+            return Detections.of([], 2)
+        geometry = self.geometry_of(scan.frame)
+        found = self.stages(scan.frame, scan.pose).groups
+        heading, own = nautical(scan.pose), place(scan.pose)
+        relative = geometry.from_antenna(found.at, heading)
+        squares = np.sum(relative**2, axis=-1)[:, None, None]
+        across = np.stack([-relative[:, 1], relative[:, 0]], axis=-1)
+        turn = geometry.from_antenna(geometry.centre + np.eye(2), heading)  # one pixel right, one down: (2, 2)
+        spread = turn.T @ found.spread @ turn
+        noise = (
+            self.sigma**2 * np.eye(2)
+            + self.sigma_bearing**2 * across[:, :, None] * across[:, None, :] * np.sign(squares)
+            + self.extent**2 * spread
+        )
+        evidence = None if self.evidence is None else self.evidence.evidence(found.peak - self.chain.threshold)
+        return Detections(relative + own, np.ones(len(relative), dtype=bool), evidence, noise)
+
+    def geometry_of(self, frame: Frame) -> PictureGeometry:
+        """The config's, or the picture's own; InputError if neither is there or it is not the picture's."""
+        if self.geometry is not None:
+            found = self.geometry
+        elif frame.geometry is None:
+            raise ConfigError(
+                [
+                    Problem(
+                        "detectors", "the pictures come without a geometry: give the detector's `geometry`, docs/marine.md"
+                    )
+                ]
+            )
+        else:
+            try:
+                found = PictureGeometry.of({key: value for key, value in frame.geometry.items() if key != "land"})
+            except ValueError as error:
+                raise InputError(f"geometry of a picture: {error}") from None
+        if frame.pixels.shape[-2:] != found.shape:
+            rows, columns = frame.pixels.shape[-2:]
+            raise InputError(f"geometry: is of {found.width} x {found.height} px, the picture has {columns} x {rows}")
+        return found
+
+    def stages(self, frame: Frame, pose: Pose | None) -> Stages:
+        """Every stage of one picture."""
+        geometry = self.geometry_of(frame)
+        pixels: Any = frame.pixels
+        picture: Bytes = np.ascontiguousarray(np.moveaxis(pixels, 0, -1) if pixels.ndim == 3 else pixels)
+        if picture.dtype != np.uint8 or (picture.ndim == 3 and picture.shape[-1] != 3):
+            raise InputError(f"picture: must be 8 bit, (3, h, w) or (h, w), got {pixels.dtype}, {pixels.shape}")
+        coloured = picture.ndim == 3 and len(geometry.colours) > 0
+        colours = palette(tuple(map(tuple, geometry.colours.tolist())), self.chain.tolerance) if coloured else None
+        return self.chain.stages(picture, geometry, colours, land_of(frame, geometry, pose))
+
+    def illustrate(self, folder: Path, result: Result) -> list[str]:
+        """The pictures with returns and tracks as a video, and the stages of one of them."""
+        from vedette_marine.picture.looking import illustrate
+
+        return illustrate(self, folder, result)
+
+
+def place(pose: Pose | None) -> Array:
+    """East and north (2,) of the own ship's antenna."""
+    return np.zeros(2) if pose is None else np.asarray(pose.position)[..., :2]
+
+
+def land_of(frame: Frame, geometry: PictureGeometry, pose: Pose | None) -> Mask | None:
+    """Which pixels are land, the chart laid under the picture by own ship's place and heading; None if unknown."""
+    land = None if frame.geometry is None else frame.geometry.get("land")
+    if not isinstance(land, np.ndarray):
+        return None
+    corners = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
+    there = geometry.from_antenna(corners, nautical(pose)) + place(pose)
+    chart = there * [1.0, -1.0] / geometry.metres_per_pixel + geometry.centre
+    onto = np.column_stack([chart[1] - chart[0], chart[2] - chart[0], chart[0]])
+    if np.allclose(onto, [[1, 0, 0], [0, 1, 0]]):
+        return land > 0
+    cv2 = opencv()
+    laid = cv2.warpAffine(
+        land, onto, geometry.shape[::-1], flags=cv2.INTER_NEAREST | cv2.WARP_INVERSE_MAP, borderMode=cv2.BORDER_CONSTANT
+    )
+    mask: Mask = laid > 0
+    return mask

@@ -1,0 +1,97 @@
+"""Blobs: maxima of the determinant of the Hessian over place and scale."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+from attrs import frozen
+from numpy.typing import NDArray
+
+from vedette import Array
+from vedette_marine.opencv import opencv
+
+Image = NDArray[np.float32]
+
+
+@frozen(eq=False)
+class Blobs:
+    """Middles (k, 2), column and row in px, scales (k,) in px, and determinants (k,) of a picture from 0 to 1."""
+
+    at: Array
+    scale: Array
+    strength: Array
+
+
+def hessian_exact(image: Image, sigma: float) -> tuple[Image, Image, Image]:
+    """Second derivatives xx, yy, xy of the picture smoothed by a Gaussian of `sigma` px: by sampled derivatives of it."""
+    cv2 = opencv()
+    radius = max(1, int(4.0 * sigma + 0.5))
+    t = np.arange(-radius, radius + 1)
+    g = np.exp(-0.5 * (t / sigma) ** 2)
+    g /= g.sum()
+    first, second = t / sigma**2 * g, (t**2 / sigma**4 - 1 / sigma**2) * g
+    filtered = [
+        cv2.sepFilter2D(image, cv2.CV_32F, kx, ky, borderType=cv2.BORDER_REFLECT)
+        for kx, ky in ((second, g), (g, second), (first, first))
+    ]
+    return filtered[0], filtered[1], filtered[2]
+
+
+def hessian_sobel(smooth: Image) -> tuple[Image, Image, Image]:
+    """Second derivatives xx, yy, xy of a smooth picture by 3 x 3 masks."""
+    cv2 = opencv()
+    kinds = ((2, 0, 0.25), (0, 2, 0.25), (1, 1, 0.25))
+    found = [cv2.Sobel(smooth, cv2.CV_32F, dx, dy, ksize=3, scale=scale) for dx, dy, scale in kinds]
+    return found[0], found[1], found[2]
+
+
+def determinants(image: Image, scales: Sequence[float], exact: bool) -> Iterator[Image]:
+    """sigma^4 (Lxx Lyy - Lxy^2) for each of the rising `scales` in px; 0 where the picture is not bright.
+
+    `exact` by sampled derivatives of the Gaussian, else by smoothing further from scale to scale and 3 x 3 masks.
+    """
+    cv2 = opencv()
+    smooth, before = image, 0.0
+    for sigma in scales:
+        if exact:
+            xx, yy, xy = hessian_exact(image, sigma)
+        else:
+            smooth = cv2.GaussianBlur(smooth, (0, 0), (sigma**2 - before**2) ** 0.5, borderType=cv2.BORDER_REFLECT)
+            xx, yy, xy = hessian_sobel(smooth)
+        before = sigma
+        found: Any = cv2.multiply(xx, yy, scale=sigma**4)
+        found -= cv2.multiply(xy, xy, scale=sigma**4)
+        found[xx + yy > 0] = 0
+        yield found
+
+
+def find_blobs(image: Image, scales: Sequence[float], threshold: float, exact: bool = False) -> Blobs:
+    """Maxima of at least `threshold` among their 26 neighbours in place and scale; the place is refined by a parabola."""
+    cv2 = opencv()
+    stack = list(determinants(image, scales, exact))
+    box = np.ones((3, 3), dtype=np.uint8)
+    tops = [cv2.dilate(each, box) for each in stack]
+    at, scale, strength = [], [], []
+    for k, each in enumerate(stack):
+        rows, columns = np.nonzero((each >= threshold) & (each == tops[k]))
+        for other in (k - 1, k + 1):
+            if 0 <= other < len(stack):
+                kept = each[rows, columns] >= tops[other][rows, columns]
+                rows, columns = rows[kept], columns[kept]
+        at.append(np.stack([columns + _parabola(each, rows, columns, 1), rows + _parabola(each, rows, columns, 0)], axis=-1))
+        scale.append(np.full(len(rows), scales[k]))
+        strength.append(each[rows, columns].astype(float))
+    return Blobs(np.concatenate(at), np.concatenate(scale), np.concatenate(strength))
+
+
+def _parabola(image: Image, rows: NDArray[np.intp], columns: NDArray[np.intp], axis: int) -> Array:
+    """How far, at most half a pixel, the top of a parabola through three neighbours along `axis` lies from the middle."""
+    h, w = image.shape
+    step = np.array([1, 0]) if axis == 0 else np.array([0, 1])
+    low = image[np.maximum(rows - step[0], 0), np.maximum(columns - step[1], 0)].astype(float)
+    high = image[np.minimum(rows + step[0], h - 1), np.minimum(columns + step[1], w - 1)].astype(float)
+    bend = low + high - 2.0 * image[rows, columns]
+    shift: Array = np.where(bend < 0, 0.5 * (low - high) / np.where(bend < 0, bend, 1.0), 0.0)
+    return np.clip(shift, -0.5, 0.5)

@@ -1,0 +1,92 @@
+"""Blobs to objects: those within a link distance belong together; a group too long for one ship is split by k-means."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vedette import Array
+
+Labels = NDArray[np.intp]
+"""The number of the group that each point belongs to."""
+
+ROUNDS = 50
+"""Rounds of k-means at most; groups of a ship's blobs need a few."""
+
+
+def linked(points: Array, distance: float) -> Labels:
+    """Single-link groups of points (k, 2): two are in one if a chain of steps of at most `distance` leads from one to the
+    other; numbered by their first points.
+    """
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+    from scipy.spatial import cKDTree
+
+    k = len(points)
+    if k == 0:
+        return np.zeros(0, dtype=np.intp)
+    pairs = cKDTree(points).query_pairs(distance, output_type="ndarray")
+    graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(k, k))
+    labels: Labels = connected_components(graph, directed=False)[1].astype(np.intp)
+    return labels
+
+
+def k_means(points: Array, weights: Array, k: int) -> tuple[Labels, Array]:
+    """Weighted k-means of (n, 2): labels, centroids (k, 2). Started from the point farthest from the mean and on, each time
+    the one farthest from all chosen, so there is nothing random in it.
+
+    MacQueen, Some methods for classification and analysis of multivariate observations, 1967.
+    """
+    middle = np.average(points, axis=0, weights=weights)
+    chosen = [int(np.argmax(np.sum((points - middle) ** 2, axis=1)))]
+    while len(chosen) < k:
+        apart = np.min(np.sum((points[:, None] - points[chosen]) ** 2, axis=2), axis=1)
+        chosen.append(int(np.argmax(apart)))
+    centres, labels = points[chosen], np.full(len(points), -1)
+    for _ in range(ROUNDS):
+        nearest = np.argmin(np.sum((points[:, None] - centres) ** 2, axis=2), axis=1)
+        if np.array_equal(nearest, labels):
+            break
+        labels = nearest
+        centres = np.stack([_mean(points, weights, labels == j, centres[j]) for j in range(k)])
+    return labels, centres
+
+
+def _mean(points: Array, weights: Array, own: NDArray[np.bool_], default: Array) -> Array:
+    return np.average(points[own], axis=0, weights=weights[own]) if own.any() else default
+
+
+def calinski_harabasz(points: Array, weights: Array, labels: Labels, centres: Array) -> float:
+    """Spread between k groups over that within, each by its degrees of freedom: (B / (k - 1)) / (W / (n - k)).
+
+    Infinite where the groups are points. Calinski, Harabasz, A dendrite method for cluster analysis, 1974.
+    """
+    n, k = len(points), len(centres)
+    middle = np.average(points, axis=0, weights=weights)
+    share = weights * n / np.sum(weights)
+    within = float(np.sum(share * np.sum((points - centres[labels]) ** 2, axis=1)))
+    groups = np.array([np.sum(share[labels == j]) for j in range(k)])
+    between = float(np.sum(groups * np.sum((centres - middle) ** 2, axis=1)))
+    return np.inf if within == 0 else between / (k - 1) / (within / (n - k)) if n > k else -np.inf
+
+
+def grouped(points: Array, weights: Array, link: float, longest: float) -> Labels:
+    """Single-link groups; one that is longer than `longest` becomes the k-means groups with the greatest index of Calinski
+    and Harabasz, k from 2 to one more than the lengths that fit into it.
+    """
+    labels = linked(points, link)
+    following = int(labels.max(initial=-1)) + 1
+    for group in range(following):
+        own = np.flatnonzero(labels == group)
+        length = float(np.max(np.ptp(points[own], axis=0), initial=0.0))
+        if len(own) < 3 or length <= longest:
+            continue
+        tried = []
+        for k in range(2, min(int(length / longest) + 2, len(own) - 1) + 1):
+            parts, centres = k_means(points[own], weights[own], k)
+            tried.append((calinski_harabasz(points[own], weights[own], parts, centres), -k, parts))
+        if tried:
+            parts = max(tried, key=lambda each: each[:2])[2]
+            labels[own] = np.where(parts == 0, group, following + parts - 1)
+            following += int(parts.max())
+    return labels

@@ -1,0 +1,153 @@
+"""What the chain saw: the stages of one picture side by side, and a run's pictures with returns and tracks as a video."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vedette import Array, Frame, Scan, Track
+from vedette_marine.geometry import PictureGeometry, nautical
+from vedette_marine.opencv import opencv
+from vedette_marine.picture.chain import Stages
+from vedette_marine.picture.colours import Bytes
+
+if TYPE_CHECKING:
+    from vedette import Result
+    from vedette_marine.detectors.radar_picture import RadarPicture
+
+SIDE, MOST = 768, 600
+"""Pixels of a video's side, and the most pictures of it: of a longer run every second or third."""
+
+RETURN, TENTATIVE, TRUTH = (255, 255, 255), (160, 160, 160), (0, 200, 0)
+COLOURS = ((80, 160, 255), (255, 160, 80), (200, 100, 255), (100, 255, 255), (255, 100, 200), (120, 255, 120))
+"""Blue, green, red."""
+
+TAIL = 60.0
+"""s of a track that are drawn."""
+
+
+def stage_pictures(stages: Stages) -> dict[str, Bytes]:
+    """A picture (h, w, 3) of each stage, by its name, in their order."""
+    cv2 = opencv()
+
+    def grey(image: Any) -> Any:
+        return cv2.cvtColor(image, cv2.COLOR_GRAY2BGR)
+
+    flagged = grey(stages.echoes)
+    flagged[stages.beacon] = (0, 0, 255)
+    flagged[stages.wet] = (255, 128, 0)
+    blobs, grouped = grey(stages.left), grey(stages.left)
+    for at, scale, label in zip(stages.blobs.at, stages.blobs.scale, stages.labels, strict=True):
+        centre = _fixed(at)
+        cv2.circle(blobs, centre, round(1.5 * scale * 16), (0, 255, 255), 1, cv2.LINE_AA, 4)
+        cv2.circle(grouped, centre, round(1.5 * scale * 16), COLOURS[int(label) % len(COLOURS)], 1, cv2.LINE_AA, 4)
+    for at in stages.groups.at:
+        cv2.drawMarker(grouped, tuple(np.rint(at).astype(int).tolist()), RETURN, cv2.MARKER_CROSS, 15, 1)
+    return {
+        "1 grey": grey(stages.grey),
+        "2 echoes": grey(stages.echoes),
+        "3 beacons and rain": flagged,
+        "4 blobs": blobs,
+        "5 groups": grouped,
+    }
+
+
+def illustrate(detector: RadarPicture, folder: Path, result: Result) -> list[str]:
+    """Write `tracks.mp4`, and `stages.png` of the picture in the middle of the run; the names of the files."""
+    cv2 = opencv()
+    (name,) = detector.sensors
+    scans = result.recording.scans
+    done = result.scans[-1].time if result.scans else -np.inf
+    chosen = range(0, len(scans), -(-len(scans) // MOST)) if len(scans) else range(0)
+    rate = float(np.clip(len(chosen) / 40.0, 5.0, 25.0))
+    made = {scan.time: scan for scan in result.scans}
+    video: Any = None
+    written: list[str] = []
+    try:
+        for i in chosen:
+            scan = scans[i]
+            if scan.time > done or scan.sensor != name or scan.frame is None or scan.time not in made:
+                continue
+            picture = annotated(detector.geometry_of(scan.frame), scan, made[scan.time], result)
+            if video is None:
+                video = cv2.VideoWriter(
+                    str(folder / "tracks.mp4"), cv2.VideoWriter_fourcc(*"mp4v"), rate, picture.shape[1::-1]
+                )
+            video.write(picture)
+            if not written and i >= len(scans) // 2:
+                stages = stage_pictures(detector.stages(scan.frame, scan.pose))
+                cv2.imwrite(str(folder / "stages.png"), side_by_side(stages))
+                written = ["stages.png"]
+    finally:
+        if video is not None:
+            video.release()
+    return [*(["tracks.mp4"] if video is not None else []), *written]
+
+
+def side_by_side(pictures: dict[str, Bytes]) -> Bytes:
+    """The pictures in one row, each under its name."""
+    cv2 = opencv()
+    named = []
+    for name, picture in pictures.items():
+        small = picture.copy()
+        cv2.putText(small, name, (10, small.shape[0] - 14), cv2.FONT_HERSHEY_SIMPLEX, 0.9, (255, 255, 255), 2, cv2.LINE_AA)
+        named.append(small)
+    return np.concatenate(named, axis=1)
+
+
+def annotated(geometry: PictureGeometry, scan: Scan, made: Scan, result: Result) -> Bytes:
+    """One picture with its returns (circles), tracks (coloured, the last minute) and true places (green squares)."""
+    cv2 = opencv()
+    assert scan.frame is not None
+    picture = coloured(scan.frame)
+    heading = nautical(scan.pose)
+    own = np.zeros(2) if scan.pose is None else scan.pose.position[:2]
+
+    def spot(place: Array) -> Array:
+        return geometry.to_pixels(place - own, heading)
+
+    for at in spot(made.detections.z):
+        cv2.circle(picture, _fixed(at), 8 * 16, RETURN, 1, cv2.LINE_AA, 4)
+    for path in result.recording.truth:
+        state = path.at(scan.time)
+        if state is not None and {"x", "y"} <= set(path.space.names):
+            at = np.rint(spot(state[[path.space.names.index(axis) for axis in "xy"]])).astype(int)
+            cv2.rectangle(picture, tuple((at - 9).tolist()), tuple((at + 9).tolist()), TRUTH, 1)
+    for track in result.tracks:
+        _draw(picture, track, scan.time, spot)
+    cv2.putText(
+        picture, f"{scan.time:.1f} s", (10, picture.shape[0] - 12), cv2.FONT_HERSHEY_SIMPLEX, 0.7, RETURN, 1, cv2.LINE_AA
+    )
+    scale = SIDE / max(picture.shape[:2])
+    small: Bytes = cv2.resize(picture, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA) if scale < 1 else picture
+    return small
+
+
+def coloured(frame: Frame) -> Bytes:
+    """(3, h, w) or (h, w) -> a new picture (h, w, 3)"""
+    pixels: Any = frame.pixels
+    picture: Bytes = np.ascontiguousarray(
+        np.moveaxis(pixels, 0, -1) if pixels.ndim == 3 else np.stack([pixels] * 3, axis=-1)
+    )
+    return picture.copy()
+
+
+def _draw(picture: Bytes, track: Track, time: float, spot: Any) -> None:
+    cv2 = opencv()
+    lived = np.flatnonzero((track.times <= time) & (track.times > time - TAIL))
+    if not len(lived) or time > track.times[-1] or not track.confirmed[lived[-1]]:
+        return
+    axes = [track.space.names.index(axis) for axis in "xy"]
+    line = spot(track.mean[lived][:, axes])
+    colour = COLOURS[track.id % len(COLOURS)]
+    cv2.polylines(picture, [np.rint(line * 16).astype(np.int32)], False, colour, 2, cv2.LINE_AA, 4)
+    at = np.rint(line[-1]).astype(int) + [12, -12]
+    cv2.putText(picture, f"{track.id}", tuple(at.tolist()), cv2.FONT_HERSHEY_SIMPLEX, 0.6, colour, 2, cv2.LINE_AA)
+
+
+def _fixed(at: Array) -> Sequence[int]:
+    """Column and row in sixteenths of a pixel."""
+    return tuple(np.rint(np.asarray(at) * 16).astype(int).tolist())

@@ -1,0 +1,147 @@
+"""A folder of radar pictures as a source of frames."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, ClassVar, final
+
+import numpy as np
+from attrs import frozen
+
+from vedette import (
+    ConfigError,
+    Frame,
+    ImagingSensor,
+    InputError,
+    LazyScans,
+    Pose,
+    Problem,
+    Recording,
+    Scan,
+    Sensor,
+    Source,
+    Trajectory,
+    fields,
+)
+from vedette.io.reading import Sample, find, in_time_order
+from vedette_marine.ais.csv import read_csv
+from vedette_marine.ais.reports import without_outliers
+from vedette_marine.ais.tracks import trajectories
+from vedette_marine.geometry import PictureGeometry, read_geometry
+from vedette_marine.opencv import opencv
+from vedette_marine.picture.png import check_png
+from vedette_marine.sources.tables import Table, read_table, truth
+
+PUBLISHER = "a folder with geometry.json, frames.csv and the pictures that it names; docs/marine.md says more"
+
+
+@final
+@frozen
+class RadarPictures(Source):
+    """Radar pictures of a folder, read one at a time when they are asked for, with their geometry and AIS.
+
+    The reference is what `truth.csv` says (true hull centres) or the AIS of `ais.csv`. Left out and told, each by itself: a
+    row of frames.csv that is no frame, a file that is missing, corrupted, or of another size than the geometry says, a
+    time out of order; AIS positions that no ship can reach. A lost frame needs no row: times are true times.
+    """
+
+    kind: ClassVar[str] = "radar_pictures"
+
+    path: str = fields.text("folder that holds geometry.json, frames.csv and the pictures", default="")
+    reference: str = fields.choice("what tracks are held against", ("truth", "ais", "none"), default="truth")
+    longest_gap: float = fields.quantity("s", "AIS reports farther apart say nothing in between", default=60.0, above=0)
+
+    def open(self, sensors: Mapping[str, Sensor], rng: np.random.Generator) -> Recording:
+        """All frames, lazily; InputError without a geometry, frames or, where AIS is the reference, AIS."""
+        screens = [name for name, sensor in sensors.items() if isinstance(sensor, ImagingSensor)]
+        if len(screens) != 1 or len(sensors) != 1:
+            text = f"radar pictures need one screen behind a detector, got {', '.join(sensors) or 'none'}"
+            raise ConfigError([Problem("sensors", text)])
+        folder = find(self.path, PUBLISHER)
+        geometry = read_geometry(folder)
+        refused: list[Problem] = []
+        known: dict[str, Any] = geometry.as_json() | {"land": _land(folder, geometry)}
+        frames = _frames(folder, geometry, refused)
+        if not frames:
+            first = f"; the first problem: {refused[0]}" if refused else ""
+            raise InputError(f"{folder}: holds no usable picture{first}")
+
+        def make(i: int) -> Scan:
+            file, time, pose = frames[i]
+            return Scan(time, screens[0], _NOTHING, pose, Frame(_pixels(folder / file), geometry=known))
+
+        size = f"{geometry.width} x {geometry.height} px of {geometry.metres_per_pixel:g} m, {geometry.stabilisation}"
+        return Recording(
+            LazyScans(len(frames), make), self._reference(folder, geometry, refused), tuple(refused), {"pictures": size}
+        )
+
+    def _reference(self, folder: Path, geometry: PictureGeometry, refused: list[Problem]) -> tuple[Trajectory, ...]:
+        if self.reference == "none" or (self.reference == "truth" and not (folder / "truth.csv").is_file()):
+            return ()
+        if self.reference == "truth":
+            return truth(folder / "truth.csv", refused)
+        if geometry.latitude is None or geometry.longitude is None:
+            raise InputError(
+                f"{folder / 'geometry.json'}: lacks latitude and longitude, so AIS has no place in the pictures"
+            )
+        origin = (geometry.latitude, geometry.longitude)
+        ships, bad = read_csv(folder / "ais.csv")
+        refused += bad
+        found: list[Trajectory] = []
+        for reports in ships.values():
+            kept, told = without_outliers(reports, origin, "ais.csv")
+            refused += told
+            found += trajectories(kept, origin, self.longest_gap)
+        return tuple(found)
+
+
+_NOTHING = Scan.image(0.0, "", Frame(np.zeros((1, 1)))).detections
+
+
+def _frames(folder: Path, geometry: PictureGeometry, refused: list[Problem]) -> list[tuple[str, float, Pose]]:
+    """File, time and pose of every usable picture, in order of time."""
+    table: Table = read_table(
+        folder / "frames.csv", ("file",), ("time_s",), ("heading_rad", "east_m", "north_m", "east_mps", "north_mps"), refused
+    )
+    samples = []
+    for place, words, row in table:
+        try:
+            name = words["file"]
+            if Path(name).name != name:
+                raise ValueError(f"file must be a name in the folder, got {name!r}")
+            size = check_png(folder / name)
+            if size != (geometry.width, geometry.height):
+                wanted = f"{geometry.width} x {geometry.height}"
+                raise ValueError(f"{name}: must be {wanted} px as geometry.json says, got {size[0]} x {size[1]}")
+        except ValueError as error:
+            text = str(error) if str(error).startswith(("file ", words["file"])) else f"{words['file']} {error}"
+            refused.append(Problem(place, text))
+            continue
+        heading = np.pi / 2 - row.get("heading_rad", 0.0)
+        moving = np.array([row["east_mps"], row["north_mps"]]) if {"east_mps", "north_mps"} <= set(row) else None
+        pose = Pose(np.array([row.get("east_m", 0.0), row.get("north_m", 0.0)]), moving, heading)
+        samples.append(Sample(place, row["time_s"], (name, row["time_s"], pose)))
+    return [sample.value for sample in in_time_order(samples, refused)]
+
+
+def _pixels(path: Path) -> Any:
+    """(3, h, w) blue first, or (h, w). A picture that was whole when the folder was opened and is not now is empty."""
+    cv2 = opencv()
+    picture = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
+    if picture is None:
+        return np.zeros((0, 0), dtype=np.uint8)
+    return picture if picture.ndim == 2 else np.moveaxis(picture[..., :3], -1, 0)
+
+
+def _land(folder: Path, geometry: PictureGeometry) -> Any:
+    """The chart's land (h, w), None without one; InputError if it is not a picture of the geometry's size."""
+    if not geometry.land:
+        return None
+    path = folder / geometry.land
+    cv2 = opencv()
+    mask = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE) if path.is_file() else None
+    if mask is None or mask.shape != geometry.shape:
+        got = "no picture" if mask is None else f"{mask.shape[1]} x {mask.shape[0]}"
+        raise InputError(f"{path}: must be a picture of {geometry.width} x {geometry.height} px, got {got}")
+    return mask

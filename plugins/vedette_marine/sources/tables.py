@@ -1,0 +1,72 @@
+"""The tables beside radar pictures: rows of words and numbers, by their titles."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from vedette import InputError, Problem, Space, Trajectory
+from vedette.fields import ABSURD
+from vedette.io.reading import Sample, in_time_order, lines
+
+Table = list[tuple[str, dict[str, str], dict[str, float]]]
+"""Each row's place, its words and its numbers."""
+
+
+def read_table(
+    path: Path, words: Sequence[str], numbers: Sequence[str], optional: Sequence[str], refused: list[Problem]
+) -> Table:
+    """The rows; one that is not as it must be is refused. `optional` numbers are there where a column has a value.
+
+    InputError for a missing file or a header that lacks a column.
+    """
+    given = lines(path)
+    header = [title.strip() for title in next(csv.reader([next(given)[1]]))]
+    lacking = [title for title in (*words, *numbers) if title not in header]
+    if lacking:
+        raise InputError(f"{path}:1: must have the columns {', '.join((*words, *numbers))}; lacks {', '.join(lacking)}")
+    found: Table = []
+    for number, line in given:
+        if not line.strip():
+            continue
+        place, cells = f"{path.name}:{number}", [cell.strip() for cell in line.split(",")]
+        try:
+            if len(cells) != len(header):
+                raise ValueError(f"must have {len(header)} columns as the header has, got {len(cells)}")
+            row = dict(zip(header, cells, strict=True))
+            values = {title: _number(title, row[title]) for title in numbers}
+            values |= {title: _number(title, row[title]) for title in optional if row.get(title)}
+            found.append((place, {title: row[title] for title in words}, values))
+        except ValueError as error:
+            refused.append(Problem(place, str(error)))
+    return found
+
+
+def _number(title: str, cell: str) -> float:
+    try:
+        value = float(cell)
+    except ValueError:
+        raise ValueError(f"{title} must be a number, got {cell!r}") from None
+    if not abs(value) <= ABSURD:
+        raise ValueError(f"{title} must be a finite number of at most {ABSURD:g}, got {cell!r}")
+    return value
+
+
+def truth(path: Path, refused: list[Problem]) -> tuple[Trajectory, ...]:
+    """A trajectory of the hull's centre for each object; its velocity if every row of it has one."""
+    moving = ("east_mps", "north_mps")
+    objects: dict[str, list[Sample[dict[str, float]]]] = {}
+    for place, words, row in read_table(path, ("object",), ("time_s", "east_m", "north_m"), moving, refused):
+        objects.setdefault(words["object"], []).append(Sample(place, row["time_s"], row))
+    found = []
+    for name, samples in objects.items():
+        kept = in_time_order(samples, refused)
+        whole = all(title in sample.value for sample in kept for title in moving)
+        titles = ("east_m", "north_m", *(moving if whole else ()))
+        units = {"x": "m", "y": "m"} | ({"vx": "m/s", "vy": "m/s"} if whole else {})
+        states = np.array([[sample.value[title] for title in titles] for sample in kept])
+        found.append(Trajectory(name, Space.of(**units), np.array([sample.time for sample in kept]), states))
+    return tuple(found)
