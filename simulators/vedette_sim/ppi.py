@@ -1,0 +1,133 @@
+"""A marine radar's picture, the plan position indicator: what the antenna, the receiver and the screen are."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar, final
+
+import numpy as np
+from attrs import frozen
+from numpy.typing import NDArray
+
+from vedette import Array, fields
+from vedette_sim.sea import Float32
+
+STANDARD_WIDTH = float(np.sqrt(8.0 * np.log(2.0)))
+"""Width at half height of a Gaussian of standard deviation 1."""
+
+_REACH = 5.0
+"""Standard deviations from a point at which its echo ends: 54 dB down."""
+
+
+@final
+@frozen
+class PpiRadar:
+    """A rotating pulse radar and its picture.
+
+    Powers are relative to the receiver's noise. A point of cross-section s at range R gives the power
+    10^(echo/10) s / R^4, R in km, in the middle of a Gaussian of the two-way `beam` and the `pulse`'s width at half power.
+    The azimuth a, clockwise from the bow, is looked at (k + a / 2 pi) `period` from the start, k = 0, 1, ..
+    """
+
+    metres_per_pixel: float = fields.quantity("m", "side of a pixel", above=0)
+    range: float = fields.quantity("m", "radius of the disc that is seen", above=0)
+    size: int = fields.integer("rows and columns of the picture", default=1024, at_least=32, at_most=4096)
+    beam: float = fields.quantity("rad", "two-way width of the beam at half power", default=0.021, above=0, at_most=0.5)
+    pulse: float = fields.quantity("m", "pulse's extent in range at half power, c tau / 2", default=12.0, above=0)
+    period: float = fields.quantity("s", "time of one turn of the antenna", default=1.0, above=0)
+    azimuths: int = fields.integer("sweeps a turn", default=1024, at_least=64, at_most=8192)
+    echo: float = fields.quantity("1", "decibels over noise of 1 m^2 at 1 km", default=20.0, at_most=120)
+    span: float = fields.quantity("1", "decibels from black to full brightness", default=30.0, above=0, at_most=120)
+    gain: float = fields.quantity("1", "decibels that are added before", default=0.0)
+    calm: float = fields.quantity(
+        "m", "range within which the gain falls by (R / calm)^3 against the sea", default=0.0, at_least=0
+    )
+    up: str = fields.choice("what is up on the screen", ("north-up", "head-up"), default="north-up")
+
+    bins_per_pixel: ClassVar[int] = 2
+
+    def __attrs_post_init__(self) -> None:
+        if self.range > 0.5 * self.size * self.metres_per_pixel:
+            reach = 0.5 * self.size * self.metres_per_pixel
+            raise ValueError(f"range: must be <= half the picture, {reach:.6g} m, got {self.range:.6g} m")
+        if self.range < 16 * self.metres_per_pixel:
+            raise ValueError(f"range: must be >= 16 pixels, {16 * self.metres_per_pixel:.6g} m, got {self.range:.6g} m")
+        if self.azimuths % 8:
+            raise ValueError(f"azimuths: must be a multiple of 8, got {self.azimuths}")
+
+    @property
+    def cell(self) -> float:
+        """Length of a range bin, m."""
+        return self.metres_per_pixel / self.bins_per_pixel
+
+    @property
+    def centre(self) -> float:
+        """Column and row of the antenna, px."""
+        return 0.5 * (self.size - 1)
+
+    @property
+    def bearings(self) -> Array:
+        """Azimuths of the sweeps in rad, clockwise from the bow."""
+        return (np.arange(self.azimuths) + 0.5) * (2.0 * np.pi / self.azimuths)
+
+    @property
+    def ranges(self) -> Array:
+        """Middles of the range bins in m."""
+        return (np.arange(int(np.ceil(self.range / self.cell))) + 0.5) * self.cell
+
+    @property
+    def spread(self) -> tuple[float, float]:
+        """Standard deviations of a point's power in sweeps and in range bins."""
+        return self.beam / STANDARD_WIDTH / (2.0 * np.pi / self.azimuths), self.pulse / STANDARD_WIDTH / self.cell
+
+    def strength(self, ranges: Array) -> Array:
+        """Power of 1 m^2 at ranges (*b) in m."""
+        power: Array = 10.0 ** (self.echo / 10.0) * (np.maximum(ranges, 10.0) / 1000.0) ** -4
+        return power
+
+    def add_points(self, power: Float32, azimuths: Array, ranges: Array, strengths: Array, widen: float = 1.0) -> None:
+        """Add points' echoes (n,) to power (azimuths, range bins); a beam `widen` times as wide."""
+        across, along = self.spread
+        rows, i = _window(azimuths * (self.azimuths / (2.0 * np.pi)) - 0.5, across * widen)
+        columns, j = _window(ranges / self.cell - 0.5, along)
+        echoes = strengths[:, None, None] * rows[:, :, None] * columns[:, None, :]
+        i, j = np.broadcast_arrays((i % self.azimuths)[:, :, None], j[:, None, :])
+        inside = (j >= 0) & (j < power.shape[1])
+        np.add.at(power, (i[inside], j[inside]), echoes[inside].astype(np.float32))
+
+    def levels(self, power: Float32) -> Float32:
+        """Decibels over black of power (azimuths, range bins), as the receiver passes them on."""
+        level: Float32 = np.float32(10.0) * np.log10(np.maximum(power, np.float32(1e-9))) + np.float32(self.gain)
+        if self.calm > 0:
+            level += (30.0 * np.log10(np.minimum(self.ranges / self.calm, 1.0))).astype(np.float32)
+        return level
+
+
+def _window(at: Array, spread: float) -> tuple[Array, NDArray[np.intp]]:
+    """The weights of a Gaussian around each place `at` (n,), and the bins they belong to: (n, w)"""
+    reach = int(np.ceil(_REACH * spread))
+    bins = np.rint(at).astype(np.intp)[:, None] + np.arange(-reach, reach + 1)
+    return np.exp(-0.5 * ((bins - at[:, None]) / spread) ** 2), bins
+
+
+@final
+class Raster:
+    """Where each pixel of the disc finds itself among the sweeps; OpenCV's fixed-point maps, made once."""
+
+    def __init__(self, radar: PpiRadar, cv2: Any) -> None:
+        middle, n = radar.centre, radar.azimuths
+        down, right = (np.mgrid[: radar.size, : radar.size] - middle) * radar.metres_per_pixel
+        away = np.hypot(right, down)
+        row = np.mod(np.arctan2(right, -down), 2.0 * np.pi) * (n / (2.0 * np.pi)) - 0.5
+        column = away / radar.cell - 0.5
+        self.outside = away > radar.range
+        # One sweep more at either end, so that a pixel between the last and the first lies between two.
+        self._maps = cv2.convertMaps(column.astype(np.float32), (row + 1.0).astype(np.float32), cv2.CV_16SC2)
+        self._remap = cv2.remap
+        self._linear = cv2.INTER_LINEAR
+
+    def picture(self, sweeps: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        """Sweeps (azimuths, range bins), row 0 up on the screen and on clockwise, to a picture (h, w)."""
+        closed = np.concatenate([sweeps[-1:], sweeps, sweeps[:1]])
+        made: NDArray[np.uint8] = self._remap(closed, *self._maps, self._linear)
+        made[self.outside] = 0
+        return made
