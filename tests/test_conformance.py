@@ -112,7 +112,7 @@ BREAKS = {
 """Laws that a component breaks on purpose: it is kept to be compared with."""
 
 NEED_FILES = {("source", "autoferry"), ("source", "csv"), ("source", "jsonl"), ("source", "radar_pictures")}
-"""Sources that read a recording: the last test writes one for those that take any sensor; Autoferry and radar pictures have their own."""
+"""Sources that read a recording: the last test writes one for those that take any sensor; the others have their own."""
 
 INSTALLED = [entry for entry in Registry.installed() if entry.role != "study"]
 
