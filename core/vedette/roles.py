@@ -16,7 +16,7 @@ import numpy as np
 
 from vedette.kernels import backward
 from vedette.kernels.derivative import numerical_jacobian
-from vedette.space import Array, Mask, Space
+from vedette.space import NO_AXES, Array, Mask, Space
 from vedette.studies import Progress, StudyResult
 from vedette.types import Detections, Frame, Gaussian, Innovation, Pose, Recording, Scan
 
@@ -54,7 +54,7 @@ class MotionModel(Component):
     @property
     def carried(self) -> Space:
         """The part of `state` that has no variance and is moved by rules: a heading, a last position."""
-        return Space()
+        return NO_AXES
 
     @abstractmethod
     def move(self, x: Array, dt: float) -> Array:
@@ -189,7 +189,7 @@ class Estimator(Component, Generic[B]):
     @property
     def carried(self) -> Space:
         """The part of `state` without variance."""
-        return Space()
+        return NO_AXES
 
     def refuses(self, sensor: Sensor) -> str | None:
         """Why this estimator cannot work with a sensor beyond axes that it lacks, or None."""

@@ -143,3 +143,7 @@ class Space:
         shift = (weights[..., None, :] @ self.difference(points, origin))[..., 0, :]
         mean = self.displace(origin[..., 0, :], shift)
         return mean, self.difference(points, mean[..., None, :])
+
+
+NO_AXES = Space()
+"""The space without axes."""

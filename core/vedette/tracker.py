@@ -147,17 +147,18 @@ class Tracker:
         belief = estimator.predict(state.belief, dt, state.rng)
         existence = lifecycle.survive(state.existence, dt)
         innovation = estimator.innovate(belief, sensor, seen, p_gate)
-        log_miss, exclusive = innovation.loglik[..., 0], self.associator.exclusive
+        exclusive, loglik = self.associator.exclusive, innovation.loglik
         if isinstance(seen, Detections):
             scores = self.gate.scores(innovation, sensor, seen, existence, reach)
             weights = self.associator.associate(scores, None if seen.evidence is None else seen.evidence[..., None, :])
-            hit, existence = kernels.existence(scores, weights, existence, log_miss, exclusive)
+            hit, existence, p_detect = kernels.existence(scores, weights, existence, loglik, p_gate, exclusive)
         else:  # all tracks may see themselves in one frame, so each is associated as if it were alone
             scores = self.gate.frame_scores(innovation, existence, reach.threshold)[..., None, :]
             alone = self.associator.associate(scores, None)
-            found, exists = kernels.existence(scores, alone, existence[..., None], log_miss[..., None], exclusive)
-            weights, hit, existence = alone[..., 0, :], found[..., 0], exists[..., 0]
-        memory, confirmed, alive = lifecycle.review(state.memory, existence, hit, -np.expm1(log_miss) / p_gate)
+            each = kernels.existence(scores, alone, existence[..., None], loglik[..., None, :], p_gate, exclusive)
+            hit, existence, p_detect = (part[..., 0] for part in each)
+            weights = alone[..., 0, :]
+        memory, confirmed, alive = lifecycle.review(state.memory, existence, hit, p_detect)
         after = State(
             time=scan.time,
             belief=estimator.absorb(belief, innovation, weights),

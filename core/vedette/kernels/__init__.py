@@ -3,7 +3,7 @@
 They trust their input. Covariances stay symmetric positive semi-definite by construction, not by repair.
 """
 
-from vedette.kernels.association import existence, gate_scores, is_plain, sample_density, softmax
+from vedette.kernels.association import existence, gate_scores, is_plain, one_hot, sample_density, softmax
 from vedette.kernels.backward import retrace, unroot
 from vedette.kernels.derivative import numerical_jacobian
 from vedette.kernels.modes import interact, split_weights, stacked, together, weigh_modes
@@ -38,6 +38,7 @@ __all__ = [
     "mixture",
     "moments",
     "numerical_jacobian",
+    "one_hot",
     "predict",
     "propagate",
     "retrace",

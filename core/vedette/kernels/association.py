@@ -57,14 +57,23 @@ def softmax(scores: Array) -> Array:
     return likely
 
 
-def existence(scores: Array, weights: Array, prior: Array, log_miss: Array, exclusive: bool) -> tuple[Array, Array]:
-    """How far each track was detected, and its existence after the scan; (*b, t) both, from `prior` (*b, t) before it.
+def one_hot(scores: Array) -> Array:
+    """1 where a score is the first of the largest on the last axis, else 0."""
+    chosen = np.zeros_like(scores)
+    np.put_along_axis(chosen, np.argmax(scores, axis=-1)[..., None], 1.0, axis=-1)
+    return chosen
 
-    scores and weights (*b, t, 1+k), log_miss (*b, t) the log probability of no return. Where the associator lets two tracks
-    share a return (not `exclusive`), the older one, which comes first, claims it first: else a newborn track would live off
-    its neighbour's returns. A hard choice says nothing of its doubt, so there existence follows from the score.
+
+def existence(
+    scores: Array, weights: Array, prior: Array, loglik: Array, p_gate: float, exclusive: bool
+) -> tuple[Array, Array, Array]:
+    """How far each track was detected, its existence after the scan from `prior` before it, and its P_D; all (*b, t).
+
+    scores and weights (*b, t, 1+k); column 0 of loglik is log (1 - P_D P_G). Where the associator lets two tracks share a
+    return (not `exclusive`), the older one, which comes first, claims it first: else a newborn track would live off its
+    neighbour's returns. A hard choice says nothing of its doubt, so there existence follows from the score.
     """
-    miss = np.exp(log_miss)
+    miss = np.exp(loglik[..., 0])
     absent = 1.0 - prior + prior * miss
     unseen = np.divide(prior * miss, absent, out=np.zeros_like(absent), where=absent > 0)
     taken = weights[..., 1:]
@@ -76,4 +85,4 @@ def existence(scores: Array, weights: Array, prior: Array, log_miss: Array, excl
     chosen = np.sum(taken * np.exp(np.where(taken > 0, scores[..., 1:] - scores[..., :1], 0.0).clip(max=700)), axis=-1)
     sure = np.max(weights[..., 1:], axis=-1, initial=0.0) == 1.0
     seen = np.where(sure, chosen / (1.0 + chosen), hit)
-    return hit, seen + (1.0 - seen) * unseen
+    return hit, seen + (1.0 - seen) * unseen, (1.0 - miss) / p_gate

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from typing import ClassVar, final
 
-import numpy as np
 from attrs import frozen
 
-from vedette import Array, Associator
+from vedette import Array, Associator, kernels
 
 
 @final
@@ -26,6 +25,4 @@ class Nearest(Associator):
 
     def associate(self, scores: Array, evidence: Array | None) -> Array:
         """(*b, t, 1+k) -> (*b, t, 1+k), one 1 in each row"""
-        weights = np.zeros_like(scores)
-        np.put_along_axis(weights, np.argmax(scores, axis=-1)[..., None], 1.0, axis=-1)
-        return weights
+        return kernels.one_hot(scores)

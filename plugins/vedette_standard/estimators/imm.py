@@ -10,6 +10,7 @@ from attrs import Factory, field, frozen
 
 from vedette import Array, Detections, Estimator, Frame, Gaussian, Innovation, Sensor, Space, fields, kernels
 from vedette.gaussian import own_part, turns_its_frame, without_variance
+from vedette.space import NO_AXES
 from vedette_standard.estimators.transitions import Transition, rates_problem, transition_problem
 from vedette_standard.estimators.unmixing import carried_over, foreseen, future, share_of
 
@@ -140,7 +141,7 @@ class Imm(Estimator[Modes]):
             combined = self.moments(belief)
         beliefs = []
         for mode, mean, cov in zip(self.modes, means, covs, strict=True):
-            seen = None if combined is None else own_part(combined, self.state, mode.state, Space())
+            seen = None if combined is None else own_part(combined, self.state, mode.state, NO_AXES)
             beliefs.append(mode.predict(mode.start(Gaussian(mean, cov), mode.state, rng), dt, rng, seen))
         return Modes(tuple(beliefs), log_prob)
 

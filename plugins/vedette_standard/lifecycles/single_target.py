@@ -35,7 +35,7 @@ class SingleTarget(Lifecycle):
 
     def review(self, memory: None, existence: Array, hit: Array, expected: Array) -> tuple[None, Mask, Mask]:
         """Confirmed and alive."""
-        always = np.ones(existence.shape, dtype=bool)
+        always = existence >= 0.0
         return None, always, always
 
     def starts(self, sensor: str, claimed: Array) -> Mask:
