@@ -11,6 +11,7 @@ from attrs import evolve
 from vedette import kernels
 from vedette.errors import Problem, ScanRefused
 from vedette.fields import ABSURD
+from vedette.gate import Reach
 from vedette.gaussian import among_present
 from vedette.roles import ImagingSensor, Sensor
 from vedette.space import Array, Mask
@@ -39,15 +40,26 @@ def flaws(scan: Scan, sensors: Mapping[str, Sensor], since: float) -> list[Probl
     return found + _return_flaws(scan.detections, sensor)
 
 
-def admitted(scan: Scan, sensors: Mapping[str, Sensor], since: float) -> Detections | Frame:
+def admitted(scan: Scan, reaches: Mapping[str, Reach], since: float) -> Detections | Frame:
     """What a scan shows, if a tracker at time `since` in s can take it; else ScanRefused, which says all that is wrong.
 
     What padding and missing components hold is made 0, so that nothing of it can reach a sum, not even as 0 * nan.
     """
-    seen = scan.detections
-    if _plain(scan, sensors.get(scan.sensor), since):
+    seen, reach = scan.detections, reaches.get(scan.sensor)
+    if (  # the commonest kind of scan, without a flaw
+        reach is not None
+        and since <= scan.time <= ABSURD
+        and scan.frame is None
+        and scan.pose is None
+        and seen.evidence is None
+        and seen.noise is None
+        and seen.missing is None
+        and since > -ABSURD
+        and reach.axes
+        and kernels.is_plain(seen.z, seen.valid, reach.axes, ABSURD)
+    ):
         return seen
-    if problems := flaws(scan, sensors, since):
+    if problems := flaws(scan, {name: reach.sensor for name, reach in reaches.items()}, since):
         raise ScanRefused("; ".join(map(str, problems)))
     if scan.frame is not None:
         return scan.frame
@@ -55,26 +67,6 @@ def admitted(scan: Scan, sensors: Mapping[str, Sensor], since: float) -> Detecti
     if seen.missing is not None:
         unread = unread | seen.missing
     return evolve(seen, z=np.where(unread, 0.0, seen.z)) if unread.any() else seen
-
-
-def _plain(scan: Scan, sensor: Sensor | None, since: float) -> bool:
-    """Whether a scan is of the commonest kind and has no flaw: the short way for almost every scan."""
-    seen = scan.detections
-    return (
-        sensor is not None
-        and since <= scan.time <= ABSURD
-        and scan.time >= -ABSURD
-        and scan.frame is None
-        and scan.pose is None
-        and seen.evidence is None
-        and seen.noise is None
-        and seen.missing is None
-        and seen.z.ndim > 1
-        and seen.z.shape[-1] == len(sensor.measurement)
-        and seen.valid.shape == seen.z.shape[:-1]
-        and not isinstance(sensor, ImagingSensor)
-        and kernels.is_plain(seen.z, seen.valid, ABSURD)
-    )
 
 
 def without_bad_returns(scan: Scan) -> tuple[Scan, list[Problem]]:

@@ -8,7 +8,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import fields, kernels
-from vedette.roles import Sensor
+from vedette.roles import ImagingSensor, Sensor
 from vedette.space import Array, Mask
 from vedette.types import Detections, Innovation
 
@@ -16,10 +16,12 @@ from vedette.types import Detections, Innovation
 @frozen(eq=False)
 class Reach:
     """What a gate makes of one sensor: the threshold on the squared distance, log of the volume inside it where |S| = 1,
-    and log of the clutter density where that is the same everywhere (), else None.
+    and log of the clutter density where that is the same everywhere (), else None. `axes`: how many a return has, 0 for a
+    camera.
     """
 
     sensor: Sensor
+    axes: int
     threshold: float
     log_ball: float
     log_density: Array | None
@@ -47,13 +49,14 @@ class Gate:
     def reach(self, sensor: Sensor) -> Reach:
         """What the gate makes of one sensor, the same for every scan."""
         axes = len(sensor.measurement)
+        shape = 0 if isinstance(sensor, ImagingSensor) else axes
         threshold = self.threshold(axes)
         log_ball = 0.5 * axes * math.log(math.pi * threshold) - math.lgamma(axes / 2 + 1)
         if self.clutter != "sensor":
-            return Reach(sensor, threshold, log_ball, None)
+            return Reach(sensor, shape, threshold, log_ball, None)
         # A density without the batch's axes is one that does not depend on the return: the contract says so.
         density = np.asarray(sensor.clutter(np.zeros((0, axes))))
-        return Reach(sensor, threshold, log_ball, kernels.safe_log(density) if density.ndim == 0 else None)
+        return Reach(sensor, shape, threshold, log_ball, kernels.safe_log(density) if density.ndim == 0 else None)
 
     def scores(self, innovation: Innovation, sensor: Sensor, seen: Detections, existence: Array, reach: Reach) -> Array:
         """Log scores (*b, t, 1+k) of a miss (column 0) and of every return, relative to clutter; -inf outside the gate.

@@ -12,7 +12,8 @@ from vedette import kernels
 from vedette.memo import Memo, embedded
 from vedette.roles import Estimator, ImagingSensor, MotionModel, Sensor
 from vedette.space import Array, Mask, Space
-from vedette.types import Detections, Frame, Gaussian, Innovation
+from vedette.types import Detections, Frame, Gaussian, Innovation, new_gaussian, new_innovation
+from vedette.values import maker
 
 
 @frozen(eq=False)
@@ -21,6 +22,9 @@ class Hypotheses:
 
     shift: Array
     post: Array
+
+
+new_hypotheses = maker(Hypotheses)
 
 
 @frozen
@@ -48,11 +52,12 @@ class GaussianFilter(Estimator[Gaussian]):
     def absorb(self, belief: Gaussian, innovation: Innovation, weights: Array) -> Gaussian:
         """Moments of the weighted hypotheses, the spread of their means included."""
         detail: Hypotheses = innovation.detail
-        periods = self.state.periods
+        motion = self.motion
+        periods = motion.state.periods
         mean, cov = kernels.absorb(belief.mean, belief.cov, detail.shift, detail.post, weights, periods)
-        if self.carried:
-            cov = without_variance(cov, self.state.locate(self.carried))
-        return Gaussian(mean, cov)
+        if motion.carried.axes:
+            cov = without_variance(cov, motion.state.locate(motion.carried))
+        return new_gaussian(mean, cov)
 
     def moments(self, belief: Gaussian) -> Gaussian:
         return belief
@@ -100,7 +105,7 @@ def moved(belief: Gaussian, motion: MotionModel, dt: float, combined: Gaussian |
     belief = motion.settle(belief, belief if combined is None else combined)
     x = belief.mean
     if motion.linear:
-        return Gaussian(*kernels.predict(x, belief.cov, *(memo or Memo()).step(motion, x, dt)))
+        return new_gaussian(*kernels.predict(x, belief.cov, *(memo or Memo()).step(motion, x, dt)))
     return Gaussian(motion.move(x, dt), kernels.propagate(belief.cov, motion.jacobian(x, dt), motion.noise(x, dt)))
 
 
@@ -122,9 +127,9 @@ def linearised(
         return joined(sensor, x, p_gate, one_by_one(belief.cov, nu, H[..., None, :, :], R, there))
     p_detect = sensor.detects(x) if look.p_detect is None else look.p_detect
     loglik, distance, log_volume, shift, post = kernels.innovate_returns(
-        belief.cov, seen.z, sensor.measure(x), H, R, p_detect, p_gate, sensor.measurement.periods
+        belief.cov, seen.z, sensor.measure(x), H, R, p_detect, p_gate, look.periods
     )
-    return Innovation(loglik, distance, log_volume, distance, Hypotheses(shift, post))
+    return new_innovation(loglik, distance, log_volume, distance, new_hypotheses(shift, post))
 
 
 def reported(seen: Detections) -> Mask:

@@ -8,7 +8,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette.roles import MotionModel, Sensor
-from vedette.space import Array, Space
+from vedette.space import Array, Periods, Space
 
 _MOST = 256
 """Entries of each kind; beyond, all are forgotten: recordings have a few time steps, platforms a new sensor every scan."""
@@ -18,7 +18,8 @@ _MOST = 256
 class Look:
     """How a state is seen by one sensor; None where that depends on the state.
 
-    where: the sensor's axes among the state's; H (m, n) over the whole state, R (1, 1, m, m), detection probability.
+    where: the sensor's axes among the state's; H (m, n) over the whole state, R (1, 1, m, m), detection probability;
+    periods: index and period of measured axes that wrap.
     """
 
     sensor: Sensor
@@ -26,6 +27,7 @@ class Look:
     H: Array | None
     R: Array | None
     p_detect: float | None
+    periods: Periods
 
     @classmethod
     def of(cls, state: Space, sensor: Sensor, mean: Array) -> Look:
@@ -35,7 +37,8 @@ class Look:
         slope, R, p = sensor.jacobian(x) if sensor.linear else None, sensor.noise(x), np.asarray(sensor.detects(x))
         H = embedded(slope, where, len(state)) if slope is not None and slope.ndim == 2 else None
         # A result without the batch's axes is one that does not depend on the state: the contract says so.
-        return cls(sensor, where, H, R[None, None] if R.ndim == 2 else None, float(p) if p.ndim == 0 else None)
+        constant = R[None, None] if R.ndim == 2 else None
+        return cls(sensor, where, H, constant, float(p) if p.ndim == 0 else None, sensor.measurement.periods)
 
 
 @final

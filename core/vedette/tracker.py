@@ -15,6 +15,7 @@ from vedette.gate import Gate, Reach
 from vedette.roles import Associator, Estimator, Lifecycle, Sensor
 from vedette.space import Array, Mask, Space, SpaceError
 from vedette.types import Detections, Gaussian, Scan
+from vedette.values import maker
 
 
 @frozen(eq=False)
@@ -46,6 +47,9 @@ class State:
         """The squared distance weighted over the last scan's returns (*b, t)."""
         total: Array = np.sum(self.weights[..., 1:] * self.distances, axis=-1)
         return total
+
+
+new_state = maker(State)
 
 
 def _check_sensors(sensors: dict[str, Sensor], estimator: Estimator[Any]) -> None:
@@ -138,8 +142,9 @@ class Tracker:
 
     def step(self, state: State, scan: Scan) -> State:
         """The state after one scan; ScanRefused, with the state as it was, if the scan cannot be taken."""
-        seen = admitted(scan, self.sensors, state.time)
-        sensor, reach = self.sensors[scan.sensor], self._reaches[scan.sensor]
+        seen = admitted(scan, self._reaches, state.time)
+        reach = self._reaches[scan.sensor]
+        sensor = reach.sensor
         if scan.pose is not None:
             sensor = sensor.at(scan.pose)
         estimator, lifecycle, p_gate = self.estimator, self.lifecycle, self.gate.probability
@@ -159,17 +164,17 @@ class Tracker:
             hit, existence, p_detect = (part[..., 0] for part in each)
             weights = alone[..., 0, :]
         memory, confirmed, alive = lifecycle.review(state.memory, existence, hit, p_detect)
-        after = State(
-            time=scan.time,
-            belief=estimator.absorb(belief, innovation, weights),
-            memory=memory,
-            ids=state.ids,
-            existence=existence,
-            confirmed=confirmed,
-            weights=weights,
-            distances=innovation.nis,
-            born=state.born,
-            rng=state.rng,
+        after = new_state(
+            scan.time,
+            estimator.absorb(belief, innovation, weights),
+            memory,
+            state.ids,
+            existence,
+            confirmed,
+            weights,
+            innovation.nis,
+            state.born,
+            state.rng,
         )
         if np.count_nonzero(alive) < alive.size:
             after = _keep(after, alive)

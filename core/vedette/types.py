@@ -13,6 +13,7 @@ from attrs import frozen
 
 from vedette.errors import Problem
 from vedette.space import Array, Mask, Space
+from vedette.values import maker
 
 
 @frozen(eq=False)
@@ -188,3 +189,7 @@ class Recording:
     truth: tuple[Trajectory, ...] = ()
     refused: tuple[Problem, ...] = ()
     notes: Mapping[str, str] = {}
+
+
+new_gaussian = maker(Gaussian)
+new_innovation = maker(Innovation)

@@ -11,9 +11,9 @@ from vedette.kernels.reference import safe_log
 from vedette.space import Array, Mask
 
 
-def is_plain(z: Array, valid: Mask, limit: float) -> bool:
-    """Whether every return counts and none of its numbers is beyond `limit`, or no number."""
-    return bool(np.all(valid)) and bool(np.all(np.abs(z) <= limit))
+def is_plain(z: Array, valid: Mask, axes: int, limit: float) -> bool:
+    """Whether z is (*b, k, axes), valid (*b, k), every return counts, and all numbers are finite and within `limit`."""
+    return z.shape == (*valid.shape, axes) and valid.ndim > 0 and bool(np.all(valid)) and bool(np.all(np.abs(z) <= limit))
 
 
 def sample_density(distance: Array, valid: Mask, limit: float | Array, log_volume: Array, log_ball: float) -> Array:

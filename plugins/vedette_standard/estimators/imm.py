@@ -11,6 +11,8 @@ from attrs import Factory, field, frozen
 from vedette import Array, Detections, Estimator, Frame, Gaussian, Innovation, Sensor, Space, fields, kernels
 from vedette.gaussian import own_part, turns_its_frame, without_variance
 from vedette.space import NO_AXES
+from vedette.types import new_gaussian, new_innovation
+from vedette.values import maker
 from vedette_standard.estimators.transitions import Transition, rates_problem, transition_problem
 from vedette_standard.estimators.unmixing import carried_over, foreseen, future, share_of
 
@@ -23,12 +25,18 @@ class Modes:
     log_prob: Array
 
 
+new_modes = maker(Modes)
+
+
 @frozen(eq=False)
 class ModeHypotheses:
     """Each mode's innovation, and the log posterior probability of the modes (*b, t, 1+k, r) under each hypothesis."""
 
     innovations: tuple[Innovation, ...]
     log_share: Array
+
+
+new_mode_hypotheses = maker(ModeHypotheses)
 
 
 def _state(self: Imm) -> Space:
@@ -128,7 +136,7 @@ class Imm(Estimator[Modes]):
         r = len(self.modes)
         initial = np.full(r, 1.0 / r) if self.initial is None else self.initial
         log_prob = np.broadcast_to(np.log(initial / initial.sum()), (*prior.mean.shape[:-1], r))
-        return Modes(tuple(mode.start(prior, axes, rng) for mode in self.modes), log_prob)
+        return new_modes(tuple(mode.start(prior, axes, rng) for mode in self.modes), log_prob)
 
     def predict(self, belief: Modes, dt: float, rng: np.random.Generator, combined: Gaussian | None = None) -> Modes:
         """Mix, then predict every mode."""
@@ -142,8 +150,8 @@ class Imm(Estimator[Modes]):
         beliefs = []
         for mode, mean, cov in zip(self.modes, means, covs, strict=True):
             seen = None if combined is None else own_part(combined, self.state, mode.state, NO_AXES)
-            beliefs.append(mode.predict(mode.start(Gaussian(mean, cov), mode.state, rng), dt, rng, seen))
-        return Modes(tuple(beliefs), log_prob)
+            beliefs.append(mode.predict(mode.start(new_gaussian(mean, cov), mode.state, rng), dt, rng, seen))
+        return new_modes(tuple(beliefs), log_prob)
 
     def innovate(self, belief: Modes, sensor: Sensor, seen: Detections | Frame, p_gate: float) -> Innovation:
         """The modes' likelihoods weighted by their predicted probabilities; a miss is a hypothesis like any other."""
@@ -155,13 +163,13 @@ class Imm(Estimator[Modes]):
             [part.log_volume for part in parts],
             [part.nis for part in parts],
         )
-        return Innovation(loglik, distance, log_volume, nis, ModeHypotheses(parts, share))
+        return new_innovation(loglik, distance, log_volume, nis, new_mode_hypotheses(parts, share))
 
     def absorb(self, belief: Modes, innovation: Innovation, weights: Array) -> Modes:
         """Split the track's weights among the modes, and let each absorb its own."""
         detail: ModeHypotheses = innovation.detail
         log_prob, own = kernels.split_weights(weights, detail.log_share)
-        return Modes(tuple(map(_absorbed, self.modes, belief.beliefs, detail.innovations, own)), log_prob)
+        return new_modes(tuple(map(_absorbed, self.modes, belief.beliefs, detail.innovations, own)), log_prob)
 
     def moments(self, belief: Modes) -> Gaussian:
         """Mean and covariance of the mixture over all modes' axes, the spread of the means included."""

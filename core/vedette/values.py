@@ -1,0 +1,27 @@
+"""Values of the per-scan path, made without the cost of a frozen class's own constructor."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TypeVar
+
+import attrs
+
+T = TypeVar("T", bound=attrs.AttrsInstance)
+
+try:
+    from vedette._values import Maker
+except ImportError:  # nothing is compiled here: see `vedette info`
+    Maker = None  # type: ignore[assignment, misc]
+
+
+def maker(cls: type[T]) -> Callable[..., T]:
+    """A function of all fields of an attrs class, in order, that makes its values as calling `cls` would.
+
+    `cls` must have slots and a constructor that does no more than store its arguments. Where nothing is compiled it is
+    `cls` itself; compiled, a value costs a fifth.
+    """
+    if Maker is None:
+        return cls
+    made: Callable[..., T] = Maker(cls, tuple(field.name for field in attrs.fields(cls)))
+    return made
