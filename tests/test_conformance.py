@@ -19,7 +19,7 @@ from vedette_flir.motion.image_velocity import ImageVelocity
 from vedette_flir.sensors.hot_spots import Spot
 from vedette_marine.picture.chain import Chain
 from vedette_marine.screen import RadarScreen
-from vedette_sim import Drawn, Look
+from vedette_sim import Drawn, Look, PpiRadar, RadarPicturesScene, Ship, Transponder, Vessel
 from vedette_sim.infrared import HotSpot, HotTarget
 from vedette_standard.motion.constant_velocity import ConstantVelocity
 from vedette_standard.motion.coordinated_turn import CoordinatedTurn
@@ -55,6 +55,15 @@ BOXED = st.builds(
 
 IN_THE_MIDDLE = {"x": (32.0, 2.0), "y": (32.0, 2.0), "vx": (0.0, 5.0), "vy": (0.0, 5.0)}
 
+VESSEL = Vessel(Ship(start=[-200.0, 300.0], speed=8.0), length=40.0, width=8.0, ais=Transponder(antenna=[-10.0, 1.0]))
+PICTURES = {
+    "radar": st.just(PpiRadar(metres_per_pixel=20.0, range=600.0, size=64, azimuths=128)),
+    "vessels": st.just({"boat": VESSEL}),
+    "frames": st.just(5),
+    "interval": st.sampled_from([1.0, 2.5]),
+    "lost": st.sampled_from([0, 2]),
+}
+
 GIVEN = {
     ("estimator", "template_filter"): {"motion": BOXED, "cells": st.just(8)},
     ("detector", "bayes_risk_detection"): COUNTING | COSTS,
@@ -72,6 +81,8 @@ GIVEN = {
         "corner": st.just((0.0, 0.0)),
         "drift": st.sampled_from([(0.0, 0.0), (3.0, -1.0)]),
     },
+    ("source", "radar_pictures_scene"): PICTURES,
+    ("source", "radar_points_scene"): {"scene": components(RadarPicturesScene, PICTURES)},
     ("motion", "gauss_markov"): {"axes": st.sampled_from([("b",), ("b", "c")])},
     ("motion", "product"): {"models": SIDE_BY_SIDE},
     ("sensor", "hot_spots"): {"spots": st.just((Spot(1.0, 1.0), Spot(0.8, 1.5, 0.5, x=3.0)))},

@@ -15,20 +15,38 @@ from vedette.draws import (
     union_state,
 )
 from vedette.returns import Bounds, draw_clutter, draw_detections, returns
+from vedette_sim.ais import Transponder
 from vedette_sim.infrared import HotSpot, HotTarget, InfraredScene
+from vedette_sim.marine_hull import Vessel
+from vedette_sim.marine_points import PointRuns, RadarPointsScene
+from vedette_sim.marine_scene import RadarPicturesScene
+from vedette_sim.marine_surroundings import Buoy, Land, Racon, Rain
+from vedette_sim.ppi import PpiRadar
 from vedette_sim.scenario import Drawn, Look, Simulation
+from vedette_sim.sea import SeaClutter
 from vedette_sim.ships import Leg, Ship
 
 __all__ = [
     "Bounds",
+    "Buoy",
     "Drawn",
     "HotSpot",
     "HotTarget",
     "InfraredScene",
+    "Land",
     "Leg",
     "Look",
+    "PointRuns",
+    "PpiRadar",
+    "Racon",
+    "RadarPicturesScene",
+    "RadarPointsScene",
+    "Rain",
+    "SeaClutter",
     "Ship",
     "Simulation",
+    "Transponder",
+    "Vessel",
     "common_state",
     "draw_clutter",
     "draw_detections",
@@ -49,4 +67,4 @@ VEDETTE_CONTRACT = 1
 @vedette.plugin
 def vedette_components() -> Iterable[type[vedette.Component]]:
     """The simulated scenes."""
-    return [Simulation, InfraredScene]
+    return [Simulation, InfraredScene, RadarPicturesScene, RadarPointsScene]

@@ -1,0 +1,146 @@
+"""AIS: when a transponder reports, by ITU-R M.1371, and what it says: antenna's place, its error, its rounding."""
+
+from __future__ import annotations
+
+from typing import final
+
+import numpy as np
+from attrs import frozen
+from numpy.typing import NDArray
+
+from vedette import Array, InputError, fields
+from vedette_marine.ais.reports import KNOT, ROT_STEP, Reports, turn_rate
+from vedette_sim.ships import Ship
+
+STEP = 1.0 / 3.0
+"""Step in s in which intervals are watched: all of the table are whole numbers of it."""
+
+_SPEEDS = {"A": (14.0, 23.0), "B": (2.0, 14.0, 23.0)}
+"""Speeds in knots between which an interval holds."""
+
+_INTERVALS = {
+    ("A", False): (10.0, 6.0, 2.0),
+    ("A", True): (10.0 / 3.0, 2.0, 2.0),
+    ("B", False): (180.0, 30.0, 15.0, 5.0),
+    ("B", True): (180.0, 30.0, 15.0, 5.0),
+}
+"""Nominal intervals in s by class and whether the course changes, slow to fast; class B is that with SOTDMA."""
+
+_MOORED = 3.0
+"""Knots below which a moored class A ship reports every 180 s."""
+
+_TURNING, _MEAN, _CALM, _SLOWER = np.radians(5.0), 30.0, 20.0, 180.0
+"""Turning: the heading is this far from the mean of the last 30 s, and for 20 s after. A slower rate: after 180 s."""
+
+
+@final
+@frozen
+class Transponder:
+    """A ship's AIS. Position in steps of 1e-4 minutes, speed of .1 knot, course of .1 degree, heading of 1 degree."""
+
+    carriage: str = fields.choice("class A or B", ("A", "B"), default="A")
+    antenna: Array = fields.array(
+        "m", "[x, y] of its GNSS antenna, forward and to port of the hull's centre", ndim=1, default=(0.0, 0.0),
+        check=lambda v: None if len(v) == 2 else f"must be [x, y], got {len(v)} numbers",
+    )  # fmt: skip
+    mmsi: int = fields.integer("its number; default: made from its place in the config", default=0, at_most=999_999_999)
+    gnss: float = fields.quantity("m", "standard deviation of the position, east and north each", default=2.1, at_least=0)
+    gnss_seconds: float = fields.quantity("s", "time after which that error is correlated by 1/e", default=60.0, above=0)
+    moored: bool = fields.flag("its status says moored or at anchor", default=False)
+    spread: float = fields.probability(
+        "each report comes early or late by up to this part of the interval", default=0.1, at_most=0.2
+    )
+
+
+def antenna_path(path: Ship, antenna: Array, times: Array) -> Array:
+    """East and north (s, 2) of a point that is [forward, port] of the centre."""
+    heading = path.heading(times)
+    cos, sin = np.cos(heading), np.sin(heading)
+    offset = np.stack([cos * antenna[0] - sin * antenna[1], sin * antenna[0] + cos * antenna[1]], axis=-1)
+    place: Array = path.states(times)[..., :2] + offset
+    return place
+
+
+def nominal_intervals(carriage: str, speed: Array, heading: Array, *, moored: bool = False) -> Array:
+    """The interval in s that holds at each step of `STEP` s, from speeds in knots and headings in rad, unwrapped (s,)."""
+    turning = _recently(np.abs(heading - _trailing_mean(heading, round(_MEAN / STEP))) > _TURNING, round(_CALM / STEP))
+    band = np.searchsorted(_SPEEDS[carriage], speed, side="right")
+    slow, quick = (
+        np.array(_INTERVALS[carriage, change])[_trailing_max(band, round(_SLOWER / STEP))] for change in (False, True)
+    )
+    interval: Array = np.where(turning, quick, slow)
+    if moored and carriage == "A":
+        interval = np.where(speed <= _MOORED, 180.0, np.minimum(interval, 10.0))
+    return interval
+
+
+def report_times(start: float, intervals: Array, spread: float, rng: np.random.Generator) -> Array:
+    """When reports are sent (s,): each comes once the interval that holds has passed, up to `spread` of it early or late."""
+    last, found = start - rng.uniform() * intervals[0], []
+    late = spread * rng.uniform(-1.0, 1.0)
+    for step, interval in enumerate(intervals.tolist()):
+        now = start + step * STEP
+        due = last + interval * (1.0 + late)
+        if due < now + STEP:
+            last = max(due, now)  # it was not due before, so the interval has just become shorter
+            late = spread * rng.uniform(-1.0, 1.0)
+            found.append(last)
+    return np.array(found)
+
+
+def reports(
+    path: Ship, transponder: Transponder, mmsi: int, last: float, origin: tuple[float, float], rng: np.random.Generator
+) -> Reports:
+    """All that a ship sends until `last` s, as received; `origin` is the latitude and longitude in deg of x = y = 0."""
+    try:
+        from pymap3d import enu2geodetic
+    except ImportError:
+        raise InputError("places on the globe need pymap3d: pip install 'vedette[marine]'") from None
+    end = last if path.disappears is None else min(last, path.disappears)
+    grid = path.appears + STEP * np.arange(int(np.floor((end - path.appears) / STEP)) + 1)
+    speed = np.hypot(*path.states(grid)[:, 2:].T) / KNOT
+    intervals = nominal_intervals(transponder.carriage, speed, path.heading(grid), moored=transponder.moored)
+    times = np.clip(np.round(report_times(path.appears, intervals, transponder.spread, rng), 2), path.appears, end)
+    true, soon = (antenna_path(path, transponder.antenna, at) for at in (times, times + 0.05))
+    place, velocity = true + transponder.gnss * _correlated(times, transponder.gnss_seconds, rng), (soon - true) / 0.05
+    latitude, longitude, _ = enu2geodetic(place[:, 0], place[:, 1], 0.0, *origin, 0.0)
+    rate = -np.degrees(path.heading(times + 0.05) - path.heading(times)) / 0.05 * 60.0
+    rot = np.clip(np.round(ROT_STEP * np.sign(rate) * np.sqrt(np.abs(rate))), -126, 126)
+    return Reports(
+        mmsi,
+        times,
+        np.round(np.asarray(latitude) * 600_000.0) / 600_000.0,
+        np.round(np.asarray(longitude) * 600_000.0) / 600_000.0,
+        np.minimum(np.round(np.hypot(*velocity.T) / KNOT, 1), 102.2) * KNOT,
+        np.radians(np.mod(np.round(np.degrees(np.arctan2(velocity[:, 0], velocity[:, 1])), 1), 360.0)),
+        np.radians(np.mod(np.round(np.degrees(0.5 * np.pi - path.heading(times))), 360.0)),
+        turn_rate(rot) if transponder.carriage == "A" else np.full(len(times), np.nan),
+    )
+
+
+def _correlated(times: Array, seconds: float, rng: np.random.Generator) -> Array:
+    """A Gauss-Markov error (s, 2) at `times`, variance 1."""
+    noise = rng.standard_normal((len(times), 2))
+    for k in range(1, len(times)):
+        keep = np.exp(-(times[k] - times[k - 1]) / seconds)
+        noise[k] = keep * noise[k - 1] + np.sqrt(1.0 - keep**2) * noise[k]
+    return noise
+
+
+def _trailing_mean(values: Array, count: int) -> Array:
+    """Mean of the last `count` values at each place, fewer at the start."""
+    total = np.concatenate([[0.0], np.cumsum(values - values[0])])
+    low = np.maximum(np.arange(len(values)) + 1 - count, 0)
+    mean: Array = values[0] + (total[1:] - total[low]) / (np.arange(len(values)) + 1 - low)
+    return mean
+
+
+def _trailing_max(values: NDArray[np.intp], count: int) -> NDArray[np.intp]:
+    """Greatest of the last `count` values at each place, fewer at the start."""
+    padded = np.concatenate([np.full(count - 1, values.min()), values])
+    greatest: NDArray[np.intp] = np.lib.stride_tricks.sliding_window_view(padded, count).max(axis=-1)
+    return greatest
+
+
+def _recently(true: NDArray[np.bool_], count: int) -> NDArray[np.bool_]:
+    return _trailing_max(true.astype(np.intp), count) > 0

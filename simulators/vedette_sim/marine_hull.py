@@ -1,0 +1,95 @@
+"""Ships as a marine radar sees them: scatterers along the side that faces it, and a superstructure."""
+
+from __future__ import annotations
+
+from typing import final
+
+import numpy as np
+from attrs import Factory, field, frozen
+
+from vedette import Array, fields
+from vedette_sim.ais import Transponder
+from vedette_sim.ships import Ship
+
+_EACH_SIDE = 20
+_STERN = 3
+_GRAZING = 0.04
+"""Share of a plate's echo that is seen however it stands."""
+
+
+def hull(length: float, width: float) -> tuple[Array, Array, Array]:
+    """Plates of a hull: places and outward normals (n, 2), forward and to port of its centre, and lengths (n,).
+
+    Parallel sides, a bow that tapers over the foremost third, a flat stern.
+    """
+    edges = np.linspace(-0.5, 0.5, _EACH_SIDE + 1)
+    half = 0.5 * (1.0 - np.clip((edges - 1.0 / 6.0) * 3.0, 0.0, 1.0) ** 2)
+    side = np.column_stack([edges * length, half * width])
+    across = np.linspace(-0.5, 0.5, _STERN + 1)
+    stern = np.column_stack([np.full(_STERN + 1, -0.5 * length), across * width])
+    places, normals, sizes = [], [], []
+    for corners, turn in ((side, 1.0), (side * [1.0, -1.0], -1.0), (stern, 1.0)):
+        step = np.diff(corners, axis=0)
+        size = np.hypot(step[:, 0], step[:, 1])
+        places.append(0.5 * (corners[1:] + corners[:-1]))
+        normals.append(turn * np.column_stack([-step[:, 1], step[:, 0]]) / size[:, None])
+        sizes.append(size)
+    return np.concatenate(places), np.concatenate(normals), np.concatenate(sizes)
+
+
+@final
+@frozen
+class Vessel:
+    """A ship with a body: its hull centre goes along `path`, its bow points along its course.
+
+    The superstructure has a part of the cross-section; the plates that face the radar share the rest by the cosine to the
+    line of sight. Broadside the total is `cross_section`, in other aspects as much less as the hull looks shorter.
+    From turn to turn it fluctuates as a gamma variable as a whole, and exponentially in each scatterer.
+    """
+
+    path: Ship = fields.part("where its hull's centre goes; x is east, y is north")
+    length: float = fields.quantity("m", "of the hull", above=0, at_most=1000)
+    width: float = fields.quantity("m", "of the hull", above=0, at_most=1000)
+    cross_section: float = fields.quantity("m^2", "mean radar cross-section, broadside", default=100.0, above=0)
+    superstructure: float = fields.probability("part of the cross-section that the superstructure has", default=0.3)
+    bridge: float = fields.quantity(
+        "1", "where that stands: lengths before the centre", default=-0.35, at_least=-0.5, at_most=0.5
+    )
+    steadiness: float = fields.quantity(
+        "1", "shape of the gamma variable; large is steady", default=3.0, above=0.05, at_most=1e6
+    )
+    ais: Transponder | None = fields.part("its AIS transponder; default: it has none", default=None)
+    _plates: tuple[Array, Array, Array] = field(
+        init=False, repr=False, eq=False, default=Factory(lambda self: hull(self.length, self.width), takes_self=True)
+    )
+
+    def __attrs_post_init__(self) -> None:
+        if self.width > self.length:
+            raise ValueError(f"width: must be <= the length, {self.length:.6g} m, got {self.width:.6g} m")
+
+    def scatterers(self, course: float, sight: Array) -> tuple[Array, Array]:
+        """Places (n, 2), east and north of its centre, and mean cross-sections (n,).
+
+        `sight` (2,) points from the radar to the ship; `course` is counter-clockwise from east.
+        """
+        places, normals, sizes = self._plates
+        cos, sin = np.cos(course), np.sin(course)
+        turn = np.array([[cos, -sin], [sin, cos]])
+        line = sight / max(float(np.hypot(*sight)), 1e-9)
+        facing = np.maximum(-(normals @ turn.T) @ line, 0.0)
+        shares = sizes * (facing + _GRAZING)
+        along = abs(float(line @ [cos, sin]))
+        seen = np.sqrt(self.length**2 * (1.0 - along**2) + (self.width * along) ** 2) / self.length
+        total = self.cross_section * seen
+        bridge = np.array([self.bridge * self.length, 0.0])
+        where = np.concatenate([places, [bridge]]) @ turn.T
+        return where, total * np.append((1.0 - self.superstructure) * shares / shares.sum(), self.superstructure)
+
+    def draw(self, rng: np.random.Generator) -> Array:
+        """One turn's fluctuation of each scatterer (n,), mean 1."""
+        whole = rng.gamma(self.steadiness, 1.0 / self.steadiness)
+        return whole * rng.standard_exponential(len(self._plates[2]) + 1)
+
+    def there(self, time: float) -> bool:
+        """Whether it exists at `time`."""
+        return self.path.appears <= time and (self.path.disappears is None or time <= self.path.disappears)

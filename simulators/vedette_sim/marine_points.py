@@ -1,0 +1,107 @@
+"""What a detector would make of a scene of radar pictures: points with errors, misses and clutter, in batches over runs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar, final
+
+import numpy as np
+from attrs import frozen
+from numpy.typing import NDArray
+
+from vedette import Array, ConfigError, Detections, Mask, Problem, Recording, Scan, Sensor, Source, Space, fields
+from vedette_marine.ais.reports import Reports
+from vedette_sim.marine_scene import RadarPicturesScene
+from vedette_sim.sea import own_stream
+
+POSITION = Space.of(x="m", y="m")
+
+POINTS = 18
+"""Number of the random stream, beside those of the pictures."""
+
+
+@final
+@frozen(eq=False)
+class PointRuns:
+    """Runs of one scene: times (s,) in s, returns z (r, s, k, 2), which are real (r, s, k), and each run's AIS by vessel."""
+
+    times: Array
+    z: Array
+    valid: Mask
+    ais: tuple[Mapping[str, Reports], ...]
+
+    def scans(self, sensor: str) -> tuple[Scan, ...]:
+        """All runs in lock-step: each scan's returns are (r, k, 2)."""
+        looks = enumerate(self.times.tolist())
+        return tuple(Scan(time, sensor, Detections(self.z[:, i], self.valid[:, i])) for i, time in looks)
+
+
+@final
+@frozen
+class RadarPointsScene(Source):
+    """Returns of a scene's vessels without pictures: z = centre + along-ship and across-ship errors, clutter, misses.
+
+    The errors are Gaussian, along the hull with variance sigma^2 + (extent length)^2, across it sigma^2 + (extent width)^2.
+    Clutter is uniform over the radar's disc. Ways, times, lost frames and AIS are the scene's. Each run has a random stream
+    of its own: run 3 of 10 is run 3 of 100.
+    """
+
+    kind: ClassVar[str] = "radar_points_scene"
+
+    scene: RadarPicturesScene = fields.part("whose vessels, times and AIS these are")
+    detection_probability: float = fields.probability("of a vessel in a scan", default=0.95)
+    sigma: float = fields.quantity("m", "standard deviation of a point's return, per axis", default=4.0, above=0)
+    extent: float = fields.quantity("1", "part of the hull's size that adds to it", default=0.14, at_least=0)
+    clutter: float = fields.quantity("1/m^2", "false returns per scan and area", default=5e-7, at_least=0, at_most=1e-3)
+
+    def open(self, sensors: Mapping[str, Sensor], rng: np.random.Generator) -> Recording:
+        """One run, for one sensor of positions."""
+        fitting = [name for name, sensor in sensors.items() if sensor.measurement == POSITION]
+        if len(sensors) != 1 or len(fitting) != 1:
+            given = ", ".join(f"{name} of {sensor.measurement}" for name, sensor in sensors.items()) or "none"
+            raise ConfigError([Problem("sensors", f"points need one sensor that measures {POSITION}; got {given}")])
+        seed = int(rng.integers(2**63))
+        runs = self.batch(1, seed)
+        scans = tuple(
+            Scan(time, fitting[0], Detections.of(runs.z[0, i][runs.valid[0, i]], 2))
+            for i, time in enumerate(runs.times.tolist())
+        )
+        return Recording(scans, self.scene.truth(runs.times, seed))
+
+    def batch(self, runs: int, seed: int) -> PointRuns:
+        """Many runs at once. AIS of run 0 is the scene's own for this seed."""
+        scene, times = self.scene, self.scene.times(seed)
+        disc = np.pi * scene.radar.range**2
+        drawn = [self._run(own_stream(seed, POINTS, run), times, disc) for run in range(runs)]
+        most = max(int(count.max()) for _, count in drawn)
+        z, valid = np.zeros((runs, len(times), most, 2)), np.zeros((runs, len(times), most), dtype=bool)
+        for run, (returns, count) in enumerate(drawn):
+            valid[run] = np.arange(most) < count[:, None]
+            z[run][valid[run]] = returns
+        ais = tuple(scene.ais(seed, run) for run in range(runs))
+        return PointRuns(times, z, valid, ais)
+
+    def _run(self, rng: np.random.Generator, times: Array, disc: float) -> tuple[Array, NDArray[np.intp]]:
+        """Returns (n, 2), scan by scan and shuffled in each, and how many each scan has (s,)."""
+        scene, s = self.scene, len(times)
+        own = scene.ownship.states(times)[:, :2]
+        places, scans = [], []
+        for vessel in scene.vessels.values():
+            path = vessel.path
+            error, seen = rng.standard_normal((s, 2)), rng.random(s) < self.detection_probability
+            seen &= np.array([vessel.there(time) for time in times.tolist()])
+            at = np.maximum(times, path.appears)
+            heading, centre = path.heading(at), path.states(at)[:, :2]
+            seen &= np.hypot(*(centre - own).T) <= scene.radar.range
+            along, across = (np.hypot(self.sigma, self.extent * size) for size in (vessel.length, vessel.width))
+            forward = np.column_stack([np.cos(heading), np.sin(heading)])
+            port = np.column_stack([-forward[:, 1], forward[:, 0]])
+            places.append((centre + along * error[:, :1] * forward + across * error[:, 1:] * port)[seen])
+            scans.append(np.flatnonzero(seen))
+        false = rng.poisson(self.clutter * disc, s)
+        scans.append(np.repeat(np.arange(s), false))
+        away, angle = scene.radar.range * np.sqrt(rng.random(len(scans[-1]))), 2.0 * np.pi * rng.random(len(scans[-1]))
+        places.append(own[scans[-1]] + away[:, None] * np.column_stack([np.cos(angle), np.sin(angle)]))
+        scan = np.concatenate(scans)
+        order = np.lexsort((rng.random(len(scan)), scan))
+        return np.concatenate(places)[order], np.bincount(scan, minlength=s)

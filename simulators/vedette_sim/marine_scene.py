@@ -1,0 +1,229 @@
+"""Simulated radar pictures of ships as a source: frames on demand, where the hulls truly were, what their AIS said."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar, cast, final
+
+import numpy as np
+from attrs import Factory, frozen
+from numpy.typing import NDArray
+
+from vedette import (
+    Array,
+    ConfigError,
+    Frame,
+    ImagingSensor,
+    LazyScans,
+    Problem,
+    Recording,
+    Scan,
+    Sensor,
+    Source,
+    Space,
+    Trajectory,
+    fields,
+)
+from vedette_marine.ais.reports import Reports
+from vedette_marine.ais.tracks import trajectories
+from vedette_marine.geometry import PictureGeometry
+from vedette_sim import ppi_display as display
+from vedette_sim.ais import antenna_path, reports
+from vedette_sim.marine_hull import Vessel
+from vedette_sim.marine_surroundings import Buoy, Land, Racon, Rain, land_mask
+from vedette_sim.marine_synthesis import Synthesis, World
+from vedette_sim.ppi import PpiRadar
+from vedette_sim.sea import SeaClutter, opencv, own_stream
+from vedette_sim.ships import PLANE, Ship
+
+LOST, AIS = 16, 17
+"""Numbers of the random streams, beside those of the synthesis."""
+
+BODY = PLANE.union(Space.of(heading="rad mod 2pi", length="m", width="m"))
+"""Axes of a hull's truth: its centre, and its bow's direction counter-clockwise from east."""
+
+
+@final
+@frozen
+class RadarPicturesScene(Source):
+    """Pictures of a marine radar's screen. x is east, y is north; the pictures are 8 bit, blue, green, red (3, h, w).
+
+    A picture at time t shows at each azimuth what the antenna saw there last. Each turn of the antenna has random streams of
+    its own for sea, noise, and every vessel and buoy: pictures may be asked for in any order, and another vessel changes no
+    clutter. The truth holds the hulls' centres; with `reference = "ais"`, the AIS antennas as reported.
+    """
+
+    kind: ClassVar[str] = "radar_pictures_scene"
+
+    radar: PpiRadar = fields.part("antenna, receiver and screen")
+    vessels: Mapping[str, Vessel] = fields.part("name to ship")
+    frames: int = fields.integer("pictures that the radar made", default=540, at_least=1, at_most=1_000_000)
+    lost: int = fields.integer("how many of them, not the first nor the last, were lost on the way", default=0)
+    interval: float = fields.quantity("s", "time from picture to picture", default=1.0, above=0)
+    first: float | None = fields.quantity(
+        "s", "time of the first picture; default: when the antenna has turned once", default=None, at_least=0
+    )
+    sea: SeaClutter | None = fields.part("sea clutter; default: none", default=None)
+    land: tuple[Land, ...] = fields.part("ground", default=())
+    chart: bool = fields.flag("the pictures' geometry brings a chart of the land", default=True)
+    rain: tuple[Rain, ...] = fields.part("showers", default=())
+    buoys: tuple[Buoy, ...] = fields.part("buoys", default=())
+    racons: tuple[Racon, ...] = fields.part("radar beacons", default=())
+    ownship: Ship = fields.part(
+        "what carries the radar; default: it rests at the origin, its bow to the north",
+        default=Factory(lambda: Ship(start=np.zeros(2), course=np.pi / 2)),
+    )
+    latitude: float = fields.quantity("deg", "of the origin", default=54.17, at_least=-89, at_most=89)
+    longitude: float = fields.quantity("deg", "of the origin", default=12.1, at_least=-180, at_most=180)
+    interface: bool = fields.flag("draw rings, scale, heading line and texts over the echoes", default=True)
+    title: str = fields.text("first line of the interface's text", default="VEDETTE SIM")
+    reference: str = fields.choice(
+        "what tracks are held against: hull centres, or AIS", ("truth", "ais", "none"), default="truth"
+    )
+
+    def __attrs_post_init__(self) -> None:
+        if not self.vessels:
+            raise ValueError("vessels: must hold at least one vessel, got none")
+        if self.lost > max(self.frames - 2, 0):
+            raise ValueError(f"lost: must leave the first and the last of {self.frames} pictures, got {self.lost}")
+        if self.first is not None and self.first < self.radar.period:
+            raise ValueError(f"first: must be >= the antenna's period, {self.radar.period:.6g} s, got {self.first:.6g} s")
+        if self.ownship.appears > 0 or self.ownship.disappears is not None:
+            raise ValueError("ownship: must be there all the time, without `appears` and `disappears`")
+        for name, vessel in self.vessels.items():
+            if vessel.path.appears >= self.last:
+                raise ValueError(f"vessels.{name}.path.appears: must be before the end at {self.last:.6g} s")
+        if self.reference == "ais" and not any(vessel.ais for vessel in self.vessels.values()):
+            raise ValueError("reference: 'ais' needs a vessel with `ais`")
+
+    @property
+    def last(self) -> float:
+        """Time of the last picture, s."""
+        return self._first + (self.frames - 1) * self.interval
+
+    @property
+    def _first(self) -> float:
+        return self.radar.period if self.first is None else self.first
+
+    def open(self, sensors: Mapping[str, Sensor], rng: np.random.Generator) -> Recording:
+        """Pictures for the one camera among the sensors, each made when it is asked for, and the truth."""
+        screens = [name for name, sensor in sensors.items() if isinstance(sensor, ImagingSensor)]
+        if len(screens) != 1:
+            given = ", ".join(sensors) or "none"
+            raise ConfigError([Problem("sensors", f"radar pictures need one sensor that is a camera; got {given}")])
+        seed = int(rng.integers(2**63))
+        made = self.painter(seed)
+        times = self.times(seed)
+        scans = LazyScans(len(times), lambda i: made.scan(float(times[i]), screens[0]))
+        return Recording(scans, self.truth(times, seed))
+
+    def times(self, seed: int) -> Array:
+        """The pictures' times (s,) in s, without those that were lost."""
+        inner = np.arange(1, self.frames - 1)
+        gone = own_stream(seed, LOST).choice(inner, self.lost, replace=False) if self.lost else np.zeros(0, dtype=int)
+        return self._first + np.setdiff1d(np.arange(self.frames), gone) * self.interval
+
+    def world(self) -> World:
+        """What the synthesis sees."""
+        return World(
+            self.radar, self.ownship, self.vessels, self.sea, self.land, self.rain, self.buoys, self.racons
+        )  # fmt: skip
+
+    def painter(self, seed: int) -> Painter:
+        """What makes the pictures. ConfigError with the place if the scene cannot be drawn."""
+        try:
+            synthesis = Synthesis(self.world(), seed)
+        except ValueError as error:
+            raise ConfigError([Problem("radar", str(error))]) from None
+        try:
+            synthesis.lay_land(self.last)
+        except ValueError as error:
+            raise ConfigError([Problem("land", str(error))]) from None
+        return Painter.of(self, synthesis)
+
+    def truth(self, times: Array, seed: int) -> tuple[Trajectory, ...]:
+        """Hull centres at the pictures' times while each vessel is there, or its AIS, or nothing, by `reference`."""
+        if self.reference == "ais":
+            sent, origin = self.ais(seed), (self.latitude, self.longitude)
+            return tuple(path for each in sent.values() for path in trajectories(each, origin, 200.0))
+        return () if self.reference == "none" else self.centres(times)
+
+    def centres(self, times: Array) -> tuple[Trajectory, ...]:
+        """Hull centres at the pictures' times while each vessel is there."""
+        made = []
+        for name, vessel in self.vessels.items():
+            path = vessel.path
+            end = self.last if path.disappears is None else min(path.disappears, self.last)
+            own = np.unique([path.appears, *times[(times > path.appears) & (times < end)], end])
+            body = np.broadcast_to([vessel.length, vessel.width], (len(own), 2))
+            heading = BODY.canonical(np.column_stack([path.states(own), path.heading(own), body]))
+            made.append(Trajectory(name, BODY, own, heading))
+        return tuple(made)
+
+    def ais(self, seed: int, run: int = 0) -> dict[str, Reports]:
+        """What each vessel with a transponder sent, by its name; another draw for each `run`."""
+        origin = (self.latitude, self.longitude)
+        found = {}
+        for number, (name, vessel) in enumerate(self.vessels.items()):
+            if vessel.ais is not None:
+                mmsi = vessel.ais.mmsi or 211_000_001 + number
+                stream = own_stream(seed, AIS, run, *name.encode())
+                found[name] = reports(vessel.path, vessel.ais, mmsi, self.last + 10.0, origin, stream)
+        return found
+
+    def antenna(self, name: str, times: Array) -> Array:
+        """Where a vessel's AIS antenna truly is: east and north (s, 2)."""
+        vessel = self.vessels[name]
+        offset = np.zeros(2) if vessel.ais is None else vessel.ais.antenna
+        return antenna_path(vessel.path, offset, times)
+
+
+@final
+@frozen(eq=False)
+class Painter:
+    """Scans with pictures: echoes in colour, and the interface over them."""
+
+    scene: RadarPicturesScene
+    synthesis: Synthesis
+    geometry: PictureGeometry
+    colours: NDArray[np.uint8]
+    overlay: NDArray[np.uint8]
+    known: Mapping[str, Any]
+
+    @classmethod
+    def of(cls, scene: RadarPicturesScene, synthesis: Synthesis) -> Painter:
+        """Draw the interface once."""
+        radar, size = scene.radar, scene.radar.size
+        overlay, boxes = display.interface(radar, scene.title, opencv())
+        if not scene.interface:
+            overlay, boxes = np.zeros_like(overlay), np.zeros((0, 4))
+        geometry = PictureGeometry(
+            metres_per_pixel=radar.metres_per_pixel,
+            centre=np.full(2, radar.centre),
+            width=size,
+            height=size,
+            range=radar.range,
+            stabilisation=radar.up,
+            latitude=scene.latitude,
+            longitude=scene.longitude,
+            overlays=boxes,
+            colours=display.COLOURS,
+        )
+        land = land_mask(scene.land, size, radar.metres_per_pixel, opencv()) if scene.land and scene.chart else None
+        known = geometry.as_json() | {"land": land}
+        return cls(scene, synthesis, geometry, display.palette(), np.ascontiguousarray(np.moveaxis(overlay, 2, 0)), known)
+
+    def pixels(self, time: float) -> NDArray[np.uint8]:
+        """The screen at `time`: blue, green, red (3, h, w)."""
+        picture = display.coloured(self.synthesis.picture(time), self.colours, opencv())
+        if self.scene.interface:
+            np.maximum(picture, self.overlay, out=picture)
+            bow = float(self.synthesis.world.bow(np.array(time)))
+            display.heading_line(picture, self.scene.radar, bow if self.scene.radar.up == "north-up" else 0.0, opencv())
+        return picture
+
+    def scan(self, time: float, sensor: str) -> Scan:
+        """The picture at `time` as a scan, with the own ship's pose and the picture's geometry."""
+        pixels = cast(Any, self.pixels(time))
+        plain = Scan.image(time, sensor, Frame(pixels, geometry=self.known))
+        return Scan(plain.time, plain.sensor, plain.detections, self.synthesis.world.pose(time), plain.frame)

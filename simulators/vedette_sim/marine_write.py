@@ -1,0 +1,161 @@
+"""Write a scene of radar pictures to a folder: PNG files and the tables that say when, from where, and what was true.
+
+python -m vedette_sim.marine_write examples/darc_scene.toml FOLDER [--seed N] [--set NAME=VALUE]
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import sys
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from attrs import evolve
+
+import vedette
+from vedette import ConfigError, InputError, Problem, VedetteError
+from vedette.studies import Progress
+from vedette_marine.ais.reports import KNOT, ROT_STEP
+from vedette_marine.geometry import write_geometry
+from vedette_sim.marine_scene import RadarPicturesScene
+from vedette_sim.marine_surroundings import land_mask
+from vedette_sim.sea import opencv
+
+FRAMES = ("file", "time_s", "heading_rad", "east_m", "north_m", "east_mps", "north_mps")
+TRUTH = ("object", "time_s", "east_m", "north_m", "east_mps", "north_mps", "heading_rad", "length_m", "width_m")
+AIS = ("Time", "MMSI", "Latitude_degrees", "Longitude_degrees", "COG_degrees", "SOG_knots", "Heading_degrees", "ROT")
+
+
+def write_pictures(
+    scene: RadarPicturesScene, folder: Path, rng: np.random.Generator, progress: Progress | None = None
+) -> int:
+    """Write everything that the source `radar_pictures` reads; the number of pictures.
+
+    The same `rng` gives the pictures that the scene gives as a source. Each picture's row is written with it: what is
+    there when the writing is interrupted can be read.
+    """
+    cv2 = opencv()
+    seed = int(rng.integers(2**63))
+    painter, times = scene.painter(seed), scene.times(seed)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        geometry = painter.geometry
+        if scene.land and scene.chart:
+            geometry = evolve(geometry, land="land.png")
+            chart = land_mask(scene.land, scene.radar.size, scene.radar.metres_per_pixel, cv2)
+            _write(folder / geometry.land, chart, cv2)
+        write_geometry(folder, geometry)
+        _table(folder / "truth.csv", TRUTH, _truth_rows(scene, times))
+        _table(folder / "ais.csv", AIS, _ais_rows(scene, seed))
+        with (folder / "frames.csv").open("w", newline="", encoding="utf-8") as file:
+            rows = csv.writer(file)
+            rows.writerow(FRAMES)
+            for number, time in enumerate((progress or _plain)(times.tolist(), "pictures")):
+                name = f"{number:06d}.png"
+                _write(folder / name, np.moveaxis(painter.pixels(time), 0, 2), cv2)
+                pose = painter.synthesis.world.pose(time)
+                velocity = np.zeros(2) if pose.velocity is None else pose.velocity
+                bow = np.mod(0.5 * np.pi - float(pose.heading), 2.0 * np.pi)
+                rows.writerow([name, *(f"{value:.6f}" for value in (time, bow, *pose.position, *velocity))])
+                file.flush()
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be written: {error}") from None
+    return len(times)
+
+
+def _plain(items: Sequence[Any], about: str) -> Iterable[Any]:
+    return items
+
+
+def _write(path: Path, picture: Any, cv2: Any) -> None:
+    fine, coded = cv2.imencode(".png", np.ascontiguousarray(picture), [cv2.IMWRITE_PNG_COMPRESSION, 3])
+    if not fine:
+        raise InputError(f"{path}: OpenCV cannot write this picture")
+    path.write_bytes(coded.tobytes())
+
+
+def _table(path: Path, titles: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
+    with path.open("w", newline="", encoding="utf-8") as file:
+        table = csv.writer(file)
+        table.writerow(titles)
+        table.writerows(rows)
+
+
+def _truth_rows(scene: RadarPicturesScene, times: Any) -> Iterable[list[object]]:
+    for path in scene.centres(times):
+        for time, (x, y, vx, vy, heading, length, width) in zip(path.times.tolist(), path.states.tolist(), strict=True):
+            bow = np.mod(0.5 * np.pi - heading, 2.0 * np.pi)
+            yield [path.name, *(f"{value:.6f}" for value in (time, x, y, vx, vy, bow, length, width))]
+
+
+def _ais_rows(scene: RadarPicturesScene, seed: int) -> Iterable[list[object]]:
+    """All reports, in order of time."""
+    found: list[tuple[float, list[object]]] = []
+    for sent in scene.ais(seed).values():
+        rot = -np.degrees(sent.turn) * 60.0
+        rot = np.round(ROT_STEP * np.sign(rot) * np.sqrt(np.abs(rot)))
+        for i, time in enumerate(sent.time.tolist()):
+            row: list[object] = [f"{time:.2f}", sent.mmsi, f"{sent.latitude[i]:.8f}", f"{sent.longitude[i]:.8f}"]
+            row += [f"{np.degrees(sent.course[i]):.1f}", f"{sent.speed[i] / KNOT:.1f}", f"{np.degrees(sent.heading[i]):.0f}"]
+            row.append("" if np.isnan(rot[i]) else f"{rot[i]:.0f}")
+            found.append((time, row))
+    return (row for _, row in sorted(found, key=lambda each: each[0]))
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """The command."""
+    parser = argparse.ArgumentParser(
+        prog="python -m vedette_sim.marine_write", description="Write a scene of radar pictures."
+    )
+    parser.add_argument("config", help="a config whose [source] is a radar_pictures_scene")
+    parser.add_argument("folder", help="where the pictures go; it is made")
+    parser.add_argument("--seed", type=int, help="default: the config's")
+    parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="change the config")
+    given = parser.parse_args(arguments)
+    try:
+        experiment = vedette.load(given.config, overrides=given.set)
+        scene = experiment.source
+        if not isinstance(scene, RadarPicturesScene):
+            got = "none" if scene is None else repr(scene.kind)
+            raise ConfigError([Problem("source.kind", f"must be 'radar_pictures_scene', got {got}")])
+        # As a run of the config does, so that a tracker sees the same pictures either way.
+        rng = np.random.default_rng(experiment.seed if given.seed is None else given.seed).spawn(2)[0]
+        with _bar() as progress:
+            count = _written(scene, Path(given.folder), rng, progress)
+    except VedetteError as error:
+        print(error, file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        print("interrupted; the pictures so far can be read", file=sys.stderr)
+        return 130
+    print(f"{count} pictures in {given.folder}")
+    return 0
+
+
+def _written(scene: RadarPicturesScene, folder: Path, rng: np.random.Generator, progress: Progress) -> int:
+    try:
+        return write_pictures(scene, folder, rng, progress)
+    except ConfigError as error:
+        raise error.within("source") from None
+
+
+@contextmanager
+def _bar() -> Iterator[Progress]:
+    """A progress bar where rich is installed and someone looks; else nothing."""
+    if not sys.stderr.isatty() or find_spec("rich") is None:
+        yield _plain
+        return
+    from rich.console import Console
+    from rich.progress import Progress as Bar
+
+    with Bar(console=Console(stderr=True), transient=True) as bar:
+        yield lambda items, about: bar.track(items, description=about)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
