@@ -86,7 +86,7 @@ class Chart:
 
 @frozen(eq=False)
 class StudyResult:
-    """All that came of a study."""
+    """All that came of a study. `machine` depends on the machine: run times, to which no law applies."""
 
     title: str
     runs: int
@@ -94,6 +94,7 @@ class StudyResult:
     tables: tuple[Table, ...]
     claims: tuple[Claim, ...]
     charts: tuple[Chart, ...] = ()
+    machine: tuple[Table, ...] = ()
 
 
 def mean_cell(values: Array, published: float | None = None, scale: float = 1.0) -> Cell:

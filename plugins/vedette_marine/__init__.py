@@ -7,6 +7,7 @@ from vedette_marine.detectors.radar_picture import RadarPicture
 from vedette_marine.lifecycles.announced import Announced
 from vedette_marine.screen import RadarScreen
 from vedette_marine.sources.pictures import RadarPictures
+from vedette_marine.study import MarineStudy
 
 VEDETTE_CONTRACT = 1
 
@@ -14,4 +15,4 @@ VEDETTE_CONTRACT = 1
 @vedette.plugin
 def vedette_components() -> Iterable[type[vedette.Component]]:
     """Everything in this package."""
-    return [RadarScreen, RadarPicture, RadarPictures, Announced]
+    return [RadarScreen, RadarPicture, RadarPictures, Announced, MarineStudy]

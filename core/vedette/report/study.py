@@ -27,7 +27,7 @@ _LOOKS: dict[str, dict[str, Any]] = {
 def text(result: StudyResult) -> str:
     """Tables and verdicts, published figures beside measured ones."""
     lines = [result.title, f"{result.runs:,} runs, seed {result.seed}; +- is one Monte-Carlo standard error"]
-    for table in result.tables:
+    for table in (*result.tables, *result.machine):
         lines += ["", table.title, *wrap(table.note, _WIDTH), *_rows(table)]
     lines += ["", "What the paper claims"]
     for claim in result.claims:
@@ -71,7 +71,7 @@ def data(result: StudyResult) -> dict[str, Any]:
                     label: dict(zip(table.columns, map(attrs.asdict, cells), strict=True)) for label, cells in table.rows
                 },
             }
-            for table in result.tables
+            for table in (*result.tables, *result.machine)
         ],
         "claims": [attrs.asdict(claim) for claim in result.claims],
     }

@@ -1,0 +1,86 @@
+"""Scenes like the two recordings of the paper: pictures of a simulated radar, with AIS, as configs.
+
+The recordings are not published. Known of them: sizes of the ships, metres per pixel, numbers of frames that came of those
+that were made, a radar beacon in one. Ranges, paths, sea and land are chosen.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+SEA = {"shape": 1.0, "level": 14.0, "seconds": 6.2}
+
+
+def _legs(*legs: tuple[float, float]) -> list[dict[str, Any]]:
+    """(seconds, deg/s): straight where the rate is 0."""
+    return [
+        {"do": "turn", "seconds": seconds, "rate": f"{rate} deg/s"} if rate else {"do": "straight", "seconds": seconds}
+        for seconds, rate in legs
+    ]
+
+
+MANOEUVRES = {
+    "boat 1": _legs(
+        (60, 0), (30, 3), (45, 0), (40, -4), (70, 0), (25, 5), (60, 0), (60, -2.5), (40, 0), (30, -4), (50, 0),
+        (45, 4), (60, 0), (36, -5), (75, 0), (60, 2), (50, 0), (30, -4), (44, 0), (40, 4.5),
+    ),
+    "boat 2": _legs(
+        (40, 0), (45, -3), (60, 0), (30, 5), (50, 0), (50, -3.5), (45, 0), (36, 5), (70, 0), (40, -4), (40, 0),
+        (60, 3), (60, 0), (24, -5), (55, 0), (45, 4), (40, 0), (60, -3), (50, 0), (30, 4),
+    ),
+}  # fmt: skip
+"""Legs of the two boats: from a half to almost a full turn, in between 40 to 75 s straight."""
+
+BOATS: dict[str, dict[str, Any]] = {
+    "boat 1": {
+        "path": {"start": [-100.0, 1400.0], "course": "-20 deg", "speed": 8.0, "legs": MANOEUVRES["boat 1"]},
+        "length": 29.0,
+        "width": 7.0,
+        "ais": {"carriage": "A", "antenna": [-4.0, 0.0]},
+    },
+    "boat 2": {
+        "path": {"start": [2067.0, -317.0], "course": "160 deg", "speed": 7.0, "legs": MANOEUVRES["boat 2"]},
+        "length": 23.0,
+        "width": 6.0,
+        "ais": {"carriage": "A", "antenna": [-3.0, 0.0]},
+    },
+}
+
+SHIP: dict[str, Any] = {
+    "path": {
+        "start": [-2200.0, 1500.0],
+        "course": "-12 deg",
+        "speed": 8.0,
+        "legs": _legs((140, 0), (80, -0.15), (120, 0), (80, 0.1)),
+    },
+    "length": 180.0,
+    "width": 28.0,
+    "cross_section": 3000.0,
+    "ais": {"carriage": "A", "antenna": [-65.0, 0.0]},
+}
+
+
+def manoeuvres(reference: str = "truth") -> dict[str, Any]:
+    """Like MANV: two boats that manoeuvre and cross, 6 m a pixel, 1,000 frames of which 24 were lost."""
+    return {
+        "kind": "radar_pictures_scene",
+        "radar": {"metres_per_pixel": 6.0, "range": 2778.0, "pulse": 12.0},
+        "vessels": BOATS,
+        "frames": 1000,
+        "lost": 24,
+        "sea": SEA,
+        "reference": reference,
+    }
+
+
+def large_ship(reference: str = "truth") -> dict[str, Any]:
+    """Like DARC: one ship of 180 m, almost straight, 11 m a pixel, 540 frames of which 13 were lost, a radar beacon."""
+    return {
+        "kind": "radar_pictures_scene",
+        "radar": {"metres_per_pixel": 11.0, "range": 5556.0, "pulse": 30.0},
+        "vessels": {"ship": SHIP},
+        "frames": 540,
+        "lost": 13,
+        "sea": SEA | {"level": 10.0, "shape": 2.0},
+        "reference": reference,
+    }
