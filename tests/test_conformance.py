@@ -69,6 +69,7 @@ GIVEN = {
     ("detector", "bayes_risk_detection"): COUNTING | COSTS,
     ("detector", "bayes_risk_printed"): COUNTING | COSTS,
     ("detector", "count_likelihood_detection"): COUNTING,
+    ("detector", "cfar"): {"sensors": st.just({"receiver": RadarScreen()}), "window": st.sampled_from([2, 16, 32])},
     ("detector", "radar_picture"): {
         "sensors": st.just({"screen": RadarScreen()}),  # the kit draws no pictures: tests/test_marine_chain.py does
         "chain": st.just(Chain()),

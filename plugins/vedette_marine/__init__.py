@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 
 import vedette
+from vedette_marine.detectors.cfar import Cfar
 from vedette_marine.detectors.radar_picture import RadarPicture
 from vedette_marine.lifecycles.announced import Announced
 from vedette_marine.screen import RadarScreen
@@ -15,4 +16,4 @@ VEDETTE_CONTRACT = 1
 @vedette.plugin
 def vedette_components() -> Iterable[type[vedette.Component]]:
     """Everything in this package."""
-    return [RadarScreen, RadarPicture, RadarPictures, Announced, MarineStudy]
+    return [RadarScreen, RadarPicture, Cfar, RadarPictures, Announced, MarineStudy]
