@@ -53,7 +53,7 @@ def switching(modes: int) -> Array:
 
 @dataclass(frozen=True)
 class Problem:
-    """`tracks` None: one target online, z (steps, k, 2); else a batch, z (steps, tracks, k, 2), `probe` says what is checked.
+    """`tracks` None: one target online, z (steps, k, 2); else a batch, z (steps, tracks, k, 2); `probe`: what is checked.
 
     Family gnn: one scan z (1, k, 2) of all `tracks`, whose predictions start from x0 (tracks, 4) and share P0.
     F, Q (r, 4, 4), one a mode.
@@ -75,11 +75,16 @@ class Problem:
 
     @property
     def H(self) -> Array:
-        return np.eye(2, 4)
+        n = self.x0.shape[-1]
+        return np.eye(n // 2, n)
 
     @property
     def R(self) -> Array:
-        return np.diag(np.square(POLAR)) if self.family in ("ekf", "ukf", "foreign") else SIGMA**2 * np.eye(2)
+        return (
+            np.diag(np.square(POLAR))
+            if self.family in ("ekf", "ukf", "foreign")
+            else SIGMA**2 * np.eye(self.x0.shape[-1] // 2)
+        )
 
     @property
     def switching(self) -> Array:
@@ -91,9 +96,11 @@ class Problem:
         return self.steps if self.tracks is None or self.family == "gnn" else self.steps * self.tracks
 
 
-def make(family: str, modes: int = 1, tracks: int | None = None, returns: int = 1, steps: int = 50) -> Problem:
-    """The problem of these figures; the random numbers follow from them alone."""
-    seed = zlib.crc32(repr((family, modes, tracks, returns, steps)).encode())
+def make(
+    family: str, modes: int = 1, tracks: int | None = None, returns: int = 1, steps: int = 50, axes: int = 2
+) -> Problem:
+    """The problem of these figures; the random numbers follow from them alone. `axes` other than 2: for kf alone."""
+    seed = zlib.crc32(repr((family, modes, tracks, returns, steps, axes)).encode())
     rng = np.random.default_rng(seed)
     common: dict[str, Any] = {
         "family": family,
@@ -111,6 +118,10 @@ def make(family: str, modes: int = 1, tracks: int | None = None, returns: int = 
         polar = np.stack([np.hypot(where[..., 0], where[..., 1]), np.arctan2(where[..., 1], where[..., 0])], axis=-1)
         z = polar + rng.standard_normal(polar.shape) * POLAR
         return Problem(tracks=None, x0=x0, P0=P0, z=z, probe=(), **common)
+    if axes != 2:
+        common["F"] = np.kron(np.array([[1.0, 1.0], [0.0, 1.0]]), np.eye(axes))[None]
+        common["Q"] = np.kron(noise(1.0, MODES[0][0])[::2, ::2], np.eye(axes))[None]
+        x0, P0 = np.repeat([4000.0, 12.0], axes), np.diag(np.repeat([100.0, 25.0], axes))
     count = 1 if tracks is None else tracks
     where, scatter = _flown(rng, x0, steps, count, returns)
     z = where[:, :, None, :] + scatter
@@ -121,9 +132,10 @@ def make(family: str, modes: int = 1, tracks: int | None = None, returns: int = 
 
 
 def _flown(rng: np.random.Generator, x0: Array, steps: int, count: int, returns: int = 1) -> tuple[Array, Array]:
-    """True positions (steps, count, 2), and returns scattered evenly over 40 m x 40 m (steps, count, returns, 2)."""
-    speed = x0[2:] + 0.5 * np.cumsum(rng.standard_normal((steps, count, 2)), axis=0)
-    return x0[:2] + np.cumsum(speed, axis=0), rng.uniform(-20, 20, (steps, count, returns, 2))
+    """True positions (steps, count, 2), and returns scattered evenly, within 20 m on each axis (steps, count, returns, 2)."""
+    axes = len(x0) // 2
+    speed = x0[axes:] + 0.5 * np.cumsum(rng.standard_normal((steps, count, axes)), axis=0)
+    return x0[:axes] + np.cumsum(speed, axis=0), rng.uniform(-20, 20, (steps, count, returns, axes))
 
 
 def _crowd(rng: np.random.Generator, tracks: int, returns: int, common: dict[str, Any]) -> Problem:

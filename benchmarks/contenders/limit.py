@@ -55,7 +55,7 @@ def model(problem: Problem, mode: int) -> Array:
 
 
 def belief(problem: Problem) -> Array:
-    """x and P (14,)"""
+    """X and P (14,)"""
     return np.concatenate([problem.x0, packed(problem.P0)])
 
 
@@ -106,7 +106,7 @@ def _imm(problem: Problem, name: str) -> Job:
 
 
 def batch(problem: Problem, modes: int, run: Callable[..., None], keep: Array) -> Job:
-    """Tracks in blocks of eight: (blocks, modes * 14 (+ modes), 8), z (steps, blocks, k * 2, 8). `keep`: what `run` points at."""
+    """Tracks in blocks of eight: (blocks, 14 or 15 modes, 8), z (steps, blocks, 2 k, 8). `keep`: what `run` points at."""
     assert problem.tracks is not None
     blocks, k = -(-problem.tracks // 8), problem.z.shape[-2]
     spare = blocks * 8 - problem.tracks

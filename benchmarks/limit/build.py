@@ -10,7 +10,15 @@ import tempfile
 from pathlib import Path
 
 HERE = Path(__file__).parent
-FLAGS = ["-std=c++17", "-O3", "-march=native", "-mprefer-vector-width=512", "-fno-math-errno", "-fno-trapping-math", "-Wno-psabi"]
+FLAGS = [
+    "-std=c++17",
+    "-O3",
+    "-march=native",
+    "-mprefer-vector-width=512",
+    "-fno-math-errno",
+    "-fno-trapping-math",
+    "-Wno-psabi",
+]
 
 
 def library() -> Path:
@@ -27,7 +35,9 @@ def library() -> Path:
     if not made.exists():
         units = [str(source) for source in sources if source.suffix == ".cpp"]
         half = made.with_suffix(f".{os.getpid()}")
-        done = subprocess.run([compiler, *FLAGS, "-shared", "-fPIC", "-o", str(half), *units], capture_output=True, text=True)
+        done = subprocess.run(
+            [compiler, *FLAGS, "-shared", "-fPIC", "-o", str(half), *units], capture_output=True, text=True
+        )
         if done.returncode:
             raise OSError(f"{compiler} failed: {done.stderr[:2000]}")
         half.replace(made)

@@ -1,0 +1,60 @@
+"""What contenders cost before they do anything: time to import, and memory."""
+
+from __future__ import annotations
+
+import os
+import resource
+import subprocess
+from dataclasses import dataclass
+
+from benchmarks.race import ONE_THREAD, Case, Contender, Refused, Spread
+
+IMPORTS = {
+    "vedette": "import vedette; vedette.build; import vedette_standard",
+    "filterpy": "import filterpy.kalman",
+    "stonesoup": "import stonesoup.predictor.kalman, stonesoup.updater.kalman, stonesoup.types.track",
+    "simdkalman": "import simdkalman",
+}
+BATCH = Case("kf", 1, 100_000, 1, 4)
+
+
+@dataclass
+class Footprint:
+    """Import times as multiples of numpy's, and MB held: by the imports alone, and at most during a large batch."""
+
+    numpy_seconds: Spread
+    imports: dict[str, Spread]
+    imported: dict[str, float]
+    batch: dict[str, float]
+
+
+def cpu_seconds(python: str, code: str) -> float:
+    """CPU time of a fresh interpreter that runs `code`."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    subprocess.run([python, "-c", code], check=True, env={**os.environ, **ONE_THREAD}, stderr=subprocess.DEVNULL)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
+def measure(pythons: dict[str, str], contenders: dict[str, tuple[str, dict[str, str]]], rounds: int) -> Footprint:
+    """`pythons`: the interpreter of each name of IMPORTS that is there; `contenders`: module and environment by name."""
+    plain = {name: pythons[name] for name in IMPORTS if name in pythons}
+    seconds: list[dict[str, float]] = []
+    for _ in range(rounds):
+        one = {f"numpy of {python}": cpu_seconds(python, "import numpy") for python in set(plain.values())}
+        seconds.append(one | {name: cpu_seconds(python, IMPORTS[name]) for name, python in plain.items()})
+    imports = {n: Spread.of([one[n] / one[f"numpy of {python}"] for one in seconds]) for n, python in plain.items()}
+    imported, batch = {}, {}
+    for name, (module, environment) in contenders.items():
+        worker = Contender(name, module, pythons.get(module, pythons["vedette"]), **environment)
+        if worker.absent is None:
+            imported[name] = worker.hello["imported"]
+            level = "kernels" if module == "vedette" else ""
+            try:
+                worker.ask("time", level=level, repeats=1, **BATCH.sizes)
+                batch[name] = worker.ask("memory")["peak"]
+            except Refused:
+                pass  # it has no batches
+        worker.close()
+    numpy_seconds = Spread.of([one[f"numpy of {pythons['vedette']}"] for one in seconds])
+    return Footprint(numpy_seconds, imports, imported, batch)
