@@ -50,13 +50,13 @@ class Vessel:
     path: Ship = fields.part("where its hull's centre goes; x is east, y is north")
     length: float = fields.quantity("m", "of the hull", above=0, at_most=1000)
     width: float = fields.quantity("m", "of the hull", above=0, at_most=1000)
-    cross_section: float = fields.quantity("m^2", "mean radar cross-section, broadside", default=100.0, above=0)
+    cross_section: float = fields.quantity("m^2", "mean radar cross-section, broadside", default=250.0, above=0)
     superstructure: float = fields.probability("part of the cross-section that the superstructure has", default=0.3)
     bridge: float = fields.quantity(
-        "1", "where that stands: lengths before the centre", default=-0.35, at_least=-0.5, at_most=0.5
+        "1", "where that stands: lengths before the centre", default=-0.1, at_least=-0.5, at_most=0.5
     )
     steadiness: float = fields.quantity(
-        "1", "shape of the gamma variable; large is steady", default=3.0, above=0.05, at_most=1e6
+        "1", "shape of the gamma variable; large is steady", default=5.0, above=0.05, at_most=1e6
     )
     ais: Transponder | None = fields.part("its AIS transponder; default: it has none", default=None)
     _plates: tuple[Array, Array, Array] = field(

@@ -35,9 +35,9 @@ class PpiRadar:
     pulse: float = fields.quantity("m", "pulse's extent in range at half power, c tau / 2", default=12.0, above=0)
     period: float = fields.quantity("s", "time of one turn of the antenna", default=1.0, above=0)
     azimuths: int = fields.integer("sweeps a turn", default=1024, at_least=64, at_most=8192)
-    echo: float = fields.quantity("1", "decibels over noise of 1 m^2 at 1 km", default=20.0, at_most=120)
+    echo: float = fields.quantity("1", "decibels over noise of 1 m^2 at 1 km", default=25.0, at_most=120)
     span: float = fields.quantity("1", "decibels from black to full brightness", default=30.0, above=0, at_most=120)
-    gain: float = fields.quantity("1", "decibels that are added before", default=0.0)
+    gain: float = fields.quantity("1", "decibels that are added before", default=-8.0)
     calm: float = fields.quantity(
         "m", "range within which the gain falls by (R / calm)^3 against the sea", default=0.0, at_least=0
     )

@@ -42,7 +42,7 @@ class SeaClutter:
     """
 
     shape: float = fields.quantity("1", "nu, the texture's shape: small is spiky", default=1.0, at_least=0.05, at_most=1000)
-    level: float = fields.quantity("1", "decibels above the noise at 1 km; falls by R^-3", default=14.0, at_most=100)
+    level: float = fields.quantity("1", "decibels above the noise at 1 km; falls by R^-3", default=5.0, at_most=100)
     seconds: float = fields.quantity("s", "time tau after which the texture's g is correlated by 1/e", default=6.2, above=0)
     wind_from: float = fields.quantity("rad", "where the wind comes from, clockwise from north", default=0.0)
     upwind: float = fields.quantity(
