@@ -10,33 +10,32 @@ from vedette_marine.opencv import opencv
 from vedette_marine.picture.colours import Bytes
 
 
-def spokes(above: Mask, right_ahead: tuple[Array, Array], width: float, share: float, nearest: float) -> Mask:
-    """Which pixels lie on a spoke: a narrow sector of bearings, `width` rad wide, in which a far greater part of the ranges
-    beyond `nearest` echoes than beside it. A radar beacon (RACON) draws one, of dashes in Morse code.
+def spokes(above: Mask, right_ahead: tuple[Array, Array], width: float, length: float, nearest: float) -> Mask:
+    """Which pixels lie on a spoke: a narrow sector of bearings that echoes over at least `length` m of its ranges beyond
+    `nearest`, together, where those four and five sectors beside it do so over less than half as much. A beacon (RACON)
+    draws one, of dashes in Morse code, some beams wide.
 
-    `above` (h, w): echoes; right_ahead: where the pixels are, in m from the antenna. A sector counts if at least `share` of
-    its range cells hold an echo and the sectors two and three widths beside it have less than half of that.
+    `above` (h, w): echoes; right_ahead: where the pixels are, in m from the antenna; `width`: of a sector, in rad.
     """
     right, ahead = right_ahead
     rows, columns = np.nonzero(above)
     x, y = right[columns], ahead[rows]
     r = np.hypot(x, y)
     far = r > nearest
-    if not far.any():
-        return np.zeros(above.shape, dtype=bool)
-    sectors = max(8, round(2 * np.pi / width))
-    sector = np.floor((np.arctan2(x[far], y[far]) / (2 * np.pi) % 1.0) * sectors).astype(np.intp) % sectors
-    cell = abs(float(right[1] - right[0])) * 2.0
-    cells = max(1, int((min(np.max(np.abs(right)), np.max(np.abs(ahead))) - nearest) / cell))
-    ring = np.minimum(((r[far] - nearest) / cell).astype(np.intp), cells - 1)
-    held = np.zeros((sectors, cells), dtype=bool)
-    held[sector, ring] = True
-    part = np.mean(held, axis=1)
-    beside = np.max([np.roll(part, shift) for shift in (-3, -2, 2, 3)], axis=0)
-    found = (part >= share) & (beside < 0.5 * part)
-    found = found | np.roll(found, 1) & (part > beside) | np.roll(found, -1) & (part > beside)
     mask = np.zeros(above.shape, dtype=bool)
-    mask[rows[far], columns[far]] = found[sector]
+    if not far.any():
+        return mask
+    sectors = max(16, round(2 * np.pi / width))
+    sector = np.floor((np.arctan2(x[far], y[far]) / (2 * np.pi) % 1.0) * sectors).astype(np.intp) % sectors
+    cell = 2.0 * abs(float(right[1] - right[0]))
+    ring = ((r[far] - nearest) / cell).astype(np.intp)
+    held = np.zeros((sectors, int(ring.max()) + 1), dtype=bool)
+    held[sector, ring] = True
+    echoing = cell * np.sum(held, axis=1)
+    beside = np.max([np.roll(echoing, shift) for shift in (-5, -4, 4, 5)], axis=0)
+    found = (echoing >= length) & (beside < 0.5 * echoing)
+    near = found | np.any([np.roll(found, shift) for shift in (-2, -1, 1, 2)], axis=0) & (echoing >= 0.2 * length)
+    mask[rows[far], columns[far]] = near[sector]
     return mask
 
 

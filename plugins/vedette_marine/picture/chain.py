@@ -38,9 +38,11 @@ class Chain:
     link: float = fields.quantity("m", "blobs closer than this are one ship's: .7 to 1 of its length", default=30.0, above=0)
     longest: float = fields.quantity("m", "a longer group is split: the longest ship", default=100.0, above=0)
     nearest: float = fields.quantity("m", "nearer echoes are the own ship's", default=100.0, at_least=0)
-    spoke_width: float = fields.quantity("rad", "a beacon's spoke is as wide as the beam", default="1.2 deg", above=0)
-    spoke_share: float = fields.quantity(
-        "1", "part of the ranges that echo along a spoke; above 1: none", default=0.35, above=0
+    spoke_width: float = fields.quantity(
+        "rad", "width of the sectors in which a beacon's spoke is looked for: the beam's", default="1.2 deg", above=0
+    )
+    spoke_length: float = fields.quantity(
+        "m", "a beacon's spoke echoes over so much of one bearing, a ship never", default=600.0, above=0
     )
     rain_side: float = fields.quantity("m", "side of the square in which echoes are counted", default=600.0, above=0)
     rain_share: float = fields.quantity("1", "part of it that echoes in rain or on land; 1: none is", default=0.25, above=0)
@@ -53,7 +55,7 @@ class Chain:
             echoes[land] = 0
         echoes[echoes < self.threshold] = 0
         above = echoes > 0
-        beacon = spokes(above, right_ahead(geometry), self.spoke_width, self.spoke_share, max(self.nearest, 300.0))
+        beacon = spokes(above, right_ahead(geometry), self.spoke_width, self.spoke_length, max(self.nearest, 300.0))
         side = max(3, round(self.rain_side / geometry.metres_per_pixel))
         wet = rain(above.astype(np.uint8), side, self.rain_share) & above
         left = echoes.copy()
