@@ -1,32 +1,54 @@
 """The inner loops of every Gaussian filter, behind one set of signatures: batch-leading, double precision, pure.
 
-They trust their input. Covariances stay symmetric positive semi-definite by construction, not by repair.
+They trust their input. Covariances stay symmetric positive semi-definite by construction, not by repair. Those that every
+scan goes through have a compiled twin, which takes the call wherever it was built; `RUNNING` says in a line what runs and why.
 """
 
-from vedette.kernels.association import existence, gate_scores, is_plain, one_hot, sample_density, softmax
+from vedette.kernels import association, modes, reference
 from vedette.kernels.backward import retrace, unroot
 from vedette.kernels.derivative import numerical_jacobian
-from vedette.kernels.modes import interact, split_weights, stacked, together, weigh_modes
+from vedette.kernels.modes import stacked
 from vedette.kernels.reference import (
-    absorb,
     imm_mix,
     innovate,
     innovate_points,
-    innovate_returns,
     log_sum,
     mixture,
     moments,
-    predict,
-    propagate,
     root,
     safe_log,
     sigma_points,
     symmetric,
 )
+from vedette.kernels.selection import Selection
+
+_fastest = Selection.now()
+RUNNING = _fastest.why
+
+absorb = _fastest(reference.absorb)
+filter_step = _fastest(reference.filter_step)
+innovate_returns = _fastest(reference.innovate_returns)
+predict = _fastest(reference.predict)
+propagate = _fastest(reference.propagate)
+update = _fastest(reference.update)
+
+interact = _fastest(modes.interact)
+split_weights = _fastest(modes.split_weights)
+together = _fastest(modes.together)
+weigh_modes = _fastest(modes.weigh_modes)
+
+existence = _fastest(association.existence)
+gate_scores = _fastest(association.gate_scores)
+is_plain = _fastest(association.is_plain)
+one_hot = _fastest(association.one_hot)
+sample_density = _fastest(association.sample_density)
+softmax = _fastest(association.softmax)
 
 __all__ = [
+    "RUNNING",
     "absorb",
     "existence",
+    "filter_step",
     "gate_scores",
     "imm_mix",
     "innovate",
@@ -52,5 +74,6 @@ __all__ = [
     "symmetric",
     "together",
     "unroot",
+    "update",
     "weigh_modes",
 ]

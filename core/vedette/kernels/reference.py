@@ -112,6 +112,21 @@ def innovate_returns(
     return columns, distance, volume, shift, post
 
 
+def update(x: Array, P: Array, z: Array, H: Array, R: Array) -> tuple[Array, Array, Array]:
+    """One return that is surely the target's, z = H x + v (*b, m): x (*b, n), P (*b, n, n), and log N(z; H x, S) (*b).
+
+    H (m, n) or (*b, m, n), R (m, m) or (*b, m, m); angles as they are.
+    """
+    nu = z - (H @ x[..., None])[..., 0]
+    loglik, _, _, shift, post = innovate(P, nu[..., None, :], H, R[..., None, :, :])
+    return x + shift[..., 0, :], post[..., 0, :, :], loglik[..., 0]
+
+
+def filter_step(x: Array, P: Array, F: Array, Q: Array, z: Array, H: Array, R: Array) -> tuple[Array, Array, Array]:
+    """`predict`, then `update`: one step of the Kalman filter."""
+    return update(*predict(x, P, F, Q), z, H, R)
+
+
 def root(P: Array) -> Array:
     """L (*b, n, n), lower triangular, with L L' = P; where P is singular, its columns without variance are 0."""
     try:

@@ -1,0 +1,180 @@
+// From Python's arrays to a batch of problems: what numpy's broadcasting does, without its iterator's cost.
+#pragma once
+
+#define PY_SSIZE_T_CLEAN
+#define NPY_NO_DEPRECATED_API NPY_2_0_API_VERSION
+#include <Python.h>
+#include <numpy/arrayobject.h>
+
+#include "shapes.hpp"
+
+namespace vedette {
+
+// The arguments of one call. Anything that is not as a kernel wants it makes `ok` false: the reference then takes the call.
+class Call {
+  public:
+    Batch batch;
+    bool ok = true;
+
+    ~Call() {
+        for (int i = 0; i < owned_; ++i) Py_DECREF(keep_[i]);
+    }
+
+    // Takes an array whose last `core` axes are the problem's own; `apart` has an axis of 1 before them for the tracks.
+    // Gives the sizes of the core axes.
+    const npy_intp* in(PyObject* given, int core, bool apart = false) {
+        if (!ok) return nullptr;
+        const int i = batch.ins;
+        if (i == kMostOperands) return refuse();
+        if (PyFloat_Check(given)) {
+            if (core > 0) return refuse();
+            numbers_[i] = PyFloat_AS_DOUBLE(given);
+            batch.in[i] = &numbers_[i];
+            dims_[i] = 0;
+            ++batch.ins;
+            return &numbers_size_;
+        }
+        PyArrayObject* array = as_doubles(given, core);
+        if (array == nullptr) return nullptr;
+        const int all = PyArray_NDIM(array) - core, extra = apart ? 1 : 0;
+        if (all < 0 || all + extra > kMostDims) return refuse();
+        batch.in[i] = static_cast<const double*>(PyArray_DATA(array));
+        dims_[i] = all + extra;
+        for (int d = 0; d < all; ++d) {
+            shape_[i][d] = PyArray_DIM(array, d);
+            batch.in_steps[i][d] = PyArray_STRIDE(array, d) / static_cast<npy_intp>(sizeof(double));
+        }
+        if (apart) shape_[i][all] = 1, batch.in_steps[i][all] = 0;
+        ++batch.ins;
+        return PyArray_DIMS(array) + all;
+    }
+
+    // The batch's axes from those of all inputs.
+    bool broadcast() {
+        if (!ok) return false;
+        whole_ = 0;
+        for (int i = 0; i < batch.ins; ++i) whole_ = dims_[i] > whole_ ? dims_[i] : whole_;
+        for (int d = 0; d < whole_; ++d) {
+            npy_intp size = 1;
+            for (int i = 0; i < batch.ins; ++i) {
+                const int own = d - (whole_ - dims_[i]);
+                if (own < 0 || shape_[i][own] == 1) continue;
+                if (size != 1 && size != shape_[i][own]) return refuse(), false;
+                size = shape_[i][own];
+            }
+            full_[d] = size;
+        }
+        size_ = 1;
+        for (int d = 0; d < whole_; ++d) size_ *= full_[d];
+        merge();
+        return true;
+    }
+
+    // A new array of the batch's axes and the problem's own.
+    PyObject* out(int core, npy_intp a = 1, npy_intp b = 1, npy_intp c = 1) {
+        npy_intp shape[kMostDims + 3];
+        for (int d = 0; d < whole_; ++d) shape[d] = full_[d];
+        shape[whole_] = a, shape[whole_ + 1] = b, shape[whole_ + 2] = c;
+        PyObject* array = PyArray_SimpleNew(whole_ + core, shape, NPY_DOUBLE);
+        if (array == nullptr) return nullptr;
+        const int o = batch.outs++;
+        batch.out[o] = static_cast<double*>(PyArray_DATA(reinterpret_cast<PyArrayObject*>(array)));
+        batch.out_size[o] = (core > 0 ? a : 1) * (core > 1 ? b : 1) * (core > 2 ? c : 1);
+        return array;
+    }
+
+    template <class Shape>
+    void run(void (*kernel)(const Batch&, const Shape&), const Shape& shape) const {
+        if (size_ == 0) return;
+        if (size_ < 64) {
+            kernel(batch, shape);
+            return;
+        }
+        Py_BEGIN_ALLOW_THREADS;
+        kernel(batch, shape);
+        Py_END_ALLOW_THREADS;
+    }
+
+    const npy_intp* refuse() {
+        ok = false;
+        return nullptr;
+    }
+
+    // An array whose parts the kernels can read in place, or a copy that they can.
+    PyArrayObject* as_doubles(PyObject* given, int core) {
+        if (PyArray_CheckExact(given)) {
+            auto* array = reinterpret_cast<PyArrayObject*>(given);
+            if (PyArray_TYPE(array) == NPY_DOUBLE && PyArray_ISBEHAVED_RO(array) && dense(array, core)) return array;
+        }
+        PyObject* copy = PyArray_FROM_OTF(given, NPY_DOUBLE, NPY_ARRAY_CARRAY_RO);
+        if (copy == nullptr || owned_ == kMostOperands) {
+            PyErr_Clear();
+            Py_XDECREF(copy);
+            refuse();
+            return nullptr;
+        }
+        keep_[owned_++] = copy;
+        return reinterpret_cast<PyArrayObject*>(copy);
+    }
+
+  private:
+    PyObject* keep_[kMostOperands];
+    int owned_ = 0, whole_ = 0;
+    npy_intp full_[kMostDims], size_ = 1, numbers_size_ = 0;
+    int dims_[kMostOperands];
+    npy_intp shape_[kMostOperands][kMostDims];
+    double numbers_[kMostOperands];
+
+    // Whether the last `core` axes lie one after another.
+    static bool dense(PyArrayObject* array, int core) {
+        npy_intp step = sizeof(double);
+        for (int d = PyArray_NDIM(array) - 1, left = core; d >= 0 && left > 0; --d, --left) {
+            if (PyArray_DIM(array, d) != 1 && PyArray_STRIDE(array, d) != step) return false;
+            step *= PyArray_DIM(array, d);
+        }
+        return true;
+    }
+
+    // The fewest axes to walk: those of size 1 go, and neighbours that every input steps through evenly become one.
+    void merge() {
+        int used = 0;
+        std::ptrdiff_t steps[kMostOperands][kMostDims];
+        for (int d = 0; d < whole_; ++d) {
+            if (full_[d] == 1) continue;
+            bool even = used > 0;
+            for (int i = 0; i < batch.ins; ++i) {
+                const int own = d - (whole_ - dims_[i]);
+                const std::ptrdiff_t step = own < 0 || shape_[i][own] == 1 ? 0 : batch.in_steps[i][own];
+                steps[i][used] = step;
+                even = even && steps[i][used - 1] == step * full_[d];
+            }
+            if (even) {
+                for (int i = 0; i < batch.ins; ++i) steps[i][used - 1] = steps[i][used];
+                batch.shape[used - 1] *= full_[d];
+            } else {
+                batch.shape[used++] = full_[d];
+            }
+        }
+        batch.dims = used;
+        for (int i = 0; i < batch.ins; ++i)
+            for (int d = 0; d < used; ++d) batch.in_steps[i][d] = steps[i][d];
+    }
+};
+
+inline bool read_periods(PyObject* given, Periods& periods) {
+    if (!PyTuple_CheckExact(given)) return false;
+    periods.count = 0;
+    const Py_ssize_t count = PyTuple_GET_SIZE(given);
+    if (count > kMostStates) return false;
+    for (Py_ssize_t i = 0; i < count; ++i) {
+        PyObject* one = PyTuple_GET_ITEM(given, i);
+        if (!PyTuple_CheckExact(one) || PyTuple_GET_SIZE(one) != 2) return false;
+        const long axis = PyLong_AsLong(PyTuple_GET_ITEM(one, 0));
+        const double period = PyFloat_AsDouble(PyTuple_GET_ITEM(one, 1));
+        if (PyErr_Occurred() || axis < 0 || axis >= kMostStates) return PyErr_Clear(), false;
+        periods.each[periods.count++] = {static_cast<int>(axis), period};
+    }
+    return true;
+}
+
+}  // namespace vedette

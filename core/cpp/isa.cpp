@@ -1,0 +1,65 @@
+// The kernels compiled for one instruction set, which the build names: -DVEDETTE_ISA=baseline, avx2, avx512.
+
+#include "scores.hpp"
+
+namespace vedette::VEDETTE_ISA {
+
+namespace {
+
+// One problem after another along the batch; eight at a time along its last axis.
+template <class Kernel, class Shape, bool alone = false>
+void drive(const Batch& batch, const Shape& shape) {
+    const Kernel kernel{shape};
+    In in[kMostOperands];
+    Out out[kMostOperands];
+    const int last = batch.dims - 1;
+    const std::ptrdiff_t length = batch.dims == 0 ? 1 : batch.shape[last];
+    std::ptrdiff_t rows = 1, index[kMostDims] = {};
+    for (int d = 0; d < last; ++d) rows *= batch.shape[d];
+    if (length == 0) return;
+    for (std::ptrdiff_t row = 0; row < rows; ++row) {
+        for (int i = 0; i < batch.ins; ++i) {
+            std::ptrdiff_t offset = 0;
+            for (int d = 0; d < last; ++d) offset += index[d] * batch.in_steps[i][d];
+            in[i] = {batch.in[i] + offset, batch.dims == 0 ? 0 : batch.in_steps[i][last]};
+        }
+        for (int o = 0; o < batch.outs; ++o) out[o] = {batch.out[o] + row * length * batch.out_size[o], batch.out_size[o]};
+        std::ptrdiff_t i = 0;
+        if constexpr (!alone)
+            for (; i + kLanes <= length; i += kLanes) {
+                kernel.template run<Eight>(in, out);
+                for (int j = 0; j < batch.ins; ++j) in[j].at += kLanes * in[j].next;
+                for (int j = 0; j < batch.outs; ++j) out[j].at += kLanes * out[j].next;
+            }
+        for (; i < length; ++i) {
+            if constexpr (alone)
+                kernel.run(in, out);
+            else
+                kernel.template run<double>(in, out);
+            for (int j = 0; j < batch.ins; ++j) in[j].at += in[j].next;
+            for (int j = 0; j < batch.outs; ++j) out[j].at += out[j].next;
+        }
+        for (int d = last - 1; d >= 0 && ++index[d] == batch.shape[d]; --d) index[d] = 0;
+    }
+}
+
+}  // namespace
+
+extern const Table table;
+const Table table = {
+    drive<Predict, shapes::Predict>,
+    drive<Propagate, shapes::Propagate>,
+    drive<Update, shapes::Update>,
+    drive<InnovateReturns, shapes::InnovateReturns>,
+    drive<Absorb, shapes::Absorb>,
+    drive<Interact, shapes::Interact>,
+    drive<Together, shapes::Together>,
+    drive<WeighModes, shapes::WeighModes>,
+    drive<SplitWeights, shapes::SplitWeights>,
+    drive<GateScores, shapes::GateScores, true>,
+    drive<SampleDensity, shapes::SampleDensity, true>,
+    drive<Choose, shapes::Choose, true>,
+    drive<Existence, shapes::Existence, true>,
+};
+
+}  // namespace vedette::VEDETTE_ISA

@@ -1,0 +1,83 @@
+// The kernels of a scan, as association.py says them: they branch on what they see, so they take one problem at a time.
+#pragma once
+
+#include "problems.hpp"
+
+namespace vedette::VEDETTE_ISA {
+
+// in: loglik (1+k), distance (k), existence, log density (1|k), [evidence (k)], [valid (k)]; out: scores (1+k)
+struct GateScores : shapes::GateScores {
+    void run(const In* in, const Out* out) const {
+        const double *loglik = in[0].at, *distance = in[1].at, *density = in[3].at;
+        const double *likelier = evidence ? in[4].at : nullptr, *counts = valid ? in[4 + evidence].at : nullptr;
+        const double exists = *in[2].at, log_exists = safe_log(exists);
+        double* scores = out[0].at;
+        scores[0] = safe_log(1.0 - exists + exists * std::exp(loglik[0]));
+        for (int h = 0; h < k; ++h) {
+            double score = loglik[1 + h] - density[per_return ? h : 0] + log_exists;
+            if (likelier != nullptr) score += likelier[h];
+            const bool inside = distance[h] <= limit && (counts == nullptr || counts[h] != 0.0);
+            scores[1 + h] = inside ? score : -std::numeric_limits<double>::infinity();
+        }
+    }
+};
+
+// in: distance (k), log volume, [valid (k)]; out: log density
+struct SampleDensity : shapes::SampleDensity {
+    void run(const In* in, const Out* out) const {
+        int count = 0;
+        for (int h = 0; h < k; ++h) count += in[0].at[h] <= limit && (!valid || in[2].at[h] != 0.0);
+        *out[0].at = std::log(count > 1 ? count : 1) - log_ball - *in[1].at;
+    }
+};
+
+// in: scores (1+k); out: weights (1+k), 1 for the first of the best or each by its probability
+struct Choose : shapes::Choose {
+    void run(const In* in, const Out* out) const {
+        const double* scores = in[0].at;
+        double* weights = out[0].at;
+        int best = 0;
+        for (int h = 1; h <= k; ++h)
+            if (scores[h] > scores[best]) best = h;
+        if (hard) {
+            for (int h = 0; h <= k; ++h) weights[h] = h == best;
+            return;
+        }
+        double sum = 0.0;
+        const double top = scores[best];
+        for (int h = 0; h <= k; ++h) sum += weights[h] = scores[h] < top - 750.0 ? 0.0 : std::exp(scores[h] - top);
+        for (int h = 0; h <= k; ++h) weights[h] /= sum;
+    }
+};
+
+// in: scores (t, 1+k), weights (t, 1+k), prior (t), loglik (t, 1+k); out: hit (t), existence (t), P_D (t), room (k)
+struct Existence : shapes::Existence {
+    void run(const In* in, const Out* out) const {
+        double* free = out[3].at;
+        for (int h = 0; h < k; ++h) free[h] = 1.0;
+        for (int i = 0; i < t; ++i) {
+            const double *scores = in[0].at + i * (1 + k), *weights = in[1].at + i * (1 + k);
+            const double prior = in[2].at[i], miss = std::exp(in[3].at[i * (1 + k)]);
+            const double absent = 1.0 - prior + prior * miss, unseen = absent > 0.0 ? prior * miss / absent : 0.0;
+            double hit = 0.0, chosen = 0.0, largest = 0.0;
+            for (int h = 0; h < k; ++h) {
+                const double weight = weights[1 + h];
+                if (weight == 0.0) continue;
+                const double taken = exclusive ? weight : weight * free[h];
+                largest = weight > largest ? weight : largest;
+                hit += taken;
+                if (weight == 1.0 && taken > 0.0) {  // only a sure choice asks for the ratio
+                    const double ratio = scores[1 + h] - scores[0];
+                    chosen += taken * std::exp(ratio < 700.0 ? ratio : 700.0);
+                }
+                free[h] *= 1.0 - weight;
+            }
+            const double seen = largest == 1.0 ? chosen / (1.0 + chosen) : hit;
+            out[0].at[i] = hit;
+            out[1].at[i] = seen + (1.0 - seen) * unseen;
+            out[2].at[i] = (1.0 - miss) / p_gate;
+        }
+    }
+};
+
+}  // namespace vedette::VEDETTE_ISA

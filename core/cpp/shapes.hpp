@@ -1,0 +1,117 @@
+// The sizes that a kernel's problems share, and where a batch of them lies in memory.
+#pragma once
+
+#include <cstddef>
+
+namespace vedette {
+
+constexpr int kLanes = 8;
+constexpr int kMostStates = 12, kMostMeasured = 4, kMostModes = 6;
+constexpr int kStates2 = kMostStates * kMostStates, kMeasured2 = kMostMeasured * kMostMeasured;
+constexpr int kMostDims = 8, kMostOperands = 2 + 4 * kMostModes;
+
+// Arrays of a batch: the address of one problem's, and the distance in doubles to the next problem's.
+struct In {
+    const double* at;
+    std::ptrdiff_t next;
+};
+struct Out {
+    double* at;
+    std::ptrdiff_t next;
+};
+
+// The batch's axes, and each operand's address and distances along them, in doubles; 0 where it is shared.
+struct Batch {
+    int dims = 0, ins = 0, outs = 0;
+    std::ptrdiff_t shape[kMostDims];
+    const double* in[kMostOperands];
+    std::ptrdiff_t in_steps[kMostOperands][kMostDims];
+    double* out[kMostOperands];
+    std::ptrdiff_t out_size[kMostOperands];  // outputs are new, so one after another
+};
+
+struct Period {
+    int axis;
+    double period;
+};
+struct Periods {
+    int count = 0;
+    Period each[kMostStates];
+};
+
+namespace shapes {
+
+struct Predict {
+    int n;
+};
+struct Propagate {
+    int n;
+};
+struct Update {
+    int n, m;
+    bool step;
+};
+struct InnovateReturns {
+    int n, m, k, noises;
+    double p_gate;
+    Periods periods;
+};
+struct Absorb {
+    int n, k;
+    bool shared;
+    Periods periods;
+};
+struct Interact {
+    int n, r, sizes[kMostModes], own[kMostModes][kMostStates];
+    double absent[2 * kMostStates];
+    Periods periods;
+};
+struct Together {
+    Interact bank;
+};
+struct WeighModes {
+    int k, r;
+};
+struct SplitWeights {
+    int k, r;
+};
+struct GateScores {
+    int k;
+    double limit;
+    bool evidence, per_return, valid;
+};
+struct SampleDensity {
+    int k;
+    double limit, log_ball;
+    bool valid;
+};
+struct Choose {
+    int k;
+    bool hard;
+};
+struct Existence {
+    int t, k;
+    double p_gate;
+    bool exclusive;
+};
+
+}  // namespace shapes
+
+// The kernels of one instruction set.
+struct Table {
+    void (*predict)(const Batch&, const shapes::Predict&);
+    void (*propagate)(const Batch&, const shapes::Propagate&);
+    void (*update)(const Batch&, const shapes::Update&);
+    void (*innovate_returns)(const Batch&, const shapes::InnovateReturns&);
+    void (*absorb)(const Batch&, const shapes::Absorb&);
+    void (*interact)(const Batch&, const shapes::Interact&);
+    void (*together)(const Batch&, const shapes::Together&);
+    void (*weigh_modes)(const Batch&, const shapes::WeighModes&);
+    void (*split_weights)(const Batch&, const shapes::SplitWeights&);
+    void (*gate_scores)(const Batch&, const shapes::GateScores&);
+    void (*sample_density)(const Batch&, const shapes::SampleDensity&);
+    void (*choose)(const Batch&, const shapes::Choose&);
+    void (*existence)(const Batch&, const shapes::Existence&);
+};
+
+}  // namespace vedette

@@ -1,0 +1,44 @@
+"""Which kernels run: the compiled ones where they were built, unless VEDETTE_KERNELS=numpy asks for the reference."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from types import ModuleType
+from typing import Any, TypeVar
+
+from attrs import frozen
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+@frozen
+class Selection:
+    """The compiled kernels, if they are to run, and what runs and why, in a line."""
+
+    module: ModuleType | None
+    why: str
+
+    @classmethod
+    def now(cls) -> Selection:
+        """By what is built and what the environment asks for; ImportError if that cannot be."""
+        wanted = os.environ.get("VEDETTE_KERNELS", "")
+        if wanted not in ("", "numpy", "compiled"):
+            raise ImportError(f"VEDETTE_KERNELS: must be 'numpy' or 'compiled', got {wanted!r}")
+        if wanted == "numpy":
+            return cls(None, "numpy, as the environment variable VEDETTE_KERNELS asks for")
+        try:
+            from vedette.kernels import _compiled
+        except ImportError as error:
+            if wanted == "compiled":
+                raise
+            return cls(None, f"numpy, as the compiled kernels are not there ({error})")
+        return cls(_compiled, f"compiled, for the instruction set {_compiled.instruction_set()}")
+
+    def __call__(self, reference: F) -> F:
+        """The compiled twin of a kernel, which hands to `reference` what it does not take; else `reference` itself."""
+        twin: F | None = getattr(self.module, reference.__name__, None)
+        if self.module is None or twin is None:
+            return reference
+        self.module.bind(reference.__name__, reference)
+        return twin
