@@ -56,11 +56,10 @@ class Rain:
     level: float = fields.quantity("1", "decibels above the noise in its middle, were it at 1 km", default=20.0, at_most=100)
     drift: Array = fields.array("m/s", "velocity [x, y]", ndim=1, default=(0.0, 0.0), check=pair)
 
-    def mean(self, x: Array, y: Array, ranges: Array, time: float) -> Array:
-        """Mean power over the noise's at places x, y (*b) at `ranges` (*b) from the antenna."""
+    def profile(self, x: Array, y: Array, time: float) -> Array:
+        """Mean power over the noise's at places x, y (*b), were each at 1 km."""
         away = (x - self.at[0] - self.drift[0] * time) ** 2 + (y - self.at[1] - self.drift[1] * time) ** 2
-        level = 10.0 ** (self.level / 10.0) * (np.maximum(ranges, 30.0) / 1000.0) ** -2
-        power: Array = level * np.exp(-0.5 * away / self.radius**2)
+        power: Array = 10.0 ** (self.level / 10.0) * np.exp(-0.5 * away / self.radius**2)
         return power
 
 

@@ -23,7 +23,7 @@ SPECKLE, TEXTURE, LAND, BUOY, VESSEL = range(5)
 _PATCH = (8, 16)
 """Sweeps and range bins between independent values of the sea's texture, before they are smoothed."""
 
-_RAIN = 16
+_RAIN = (4, 16)
 """Sweeps and bins from one place to the next where rain is worked out; linear in between."""
 
 
@@ -139,16 +139,17 @@ class Synthesis:
     def _rain(self, bearings: Array, place: Array, time: float) -> Float32:
         """Mean power of the rain (azimuths, bins)."""
         cv2, radar = opencv(), self.world.radar
-        rows, bins = radar.azimuths, len(radar.ranges)
-        columns = -(-bins // _RAIN)
-        ranges = (np.arange(columns) + 0.5) * _RAIN * radar.cell
-        each = bearings[_RAIN // 2 :: _RAIN] - np.pi / radar.azimuths
-        each = np.concatenate([each[-1:], each, each[:1]])
-        x = place[0] + np.sin(each)[:, None] * ranges
-        y = place[1] + np.cos(each)[:, None] * ranges
-        coarse = np.sum([rain.mean(x, y, ranges, time) for rain in self.world.rains], axis=0).astype(np.float32)
-        wide = cv2.resize(coarse, (columns * _RAIN, len(each) * _RAIN), interpolation=cv2.INTER_LINEAR)
-        made: Float32 = wide[_RAIN : _RAIN + rows, :bins]
+        (down, across), bins = _RAIN, len(radar.ranges)
+        columns = -(-bins // across)
+        ranges = (np.arange(columns) + 0.5) * across * radar.cell
+        middles = bearings[down // 2 :: down] - np.pi / radar.azimuths
+        middles = np.concatenate([middles[-1:], middles, middles[:1]])
+        x = place[0] + np.sin(middles)[:, None] * ranges
+        y = place[1] + np.cos(middles)[:, None] * ranges
+        coarse = np.sum([rain.profile(x, y, time) for rain in self.world.rains], axis=0).astype(np.float32)
+        wide = cv2.resize(coarse, (columns * across, len(middles) * down), interpolation=cv2.INTER_LINEAR)
+        fall = ((np.maximum(radar.ranges, 30.0) / 1000.0) ** -2).astype(np.float32)
+        made: Float32 = wide[down : down + radar.azimuths, :bins] * fall
         return made
 
     def power(self, turn: int) -> Float32:
