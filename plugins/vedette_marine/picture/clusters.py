@@ -82,7 +82,7 @@ def grouped(points: Array, weights: Array, link: float, longest: float) -> Label
         if len(own) < 3 or length <= longest:
             continue
         tried = []
-        for k in range(2, min(int(length / longest) + 2, len(own) - 1) + 1):
+        for k in range(2, min(int(length / longest) + 1, len(own) - 1) + 1):
             parts, centres = k_means(points[own], weights[own], k)
             tried.append((calinski_harabasz(points[own], weights[own], parts, centres), -k, parts))
         if tried:
