@@ -110,6 +110,17 @@ def test_reports_hold_the_antenna_in_the_steps_of_the_message():
     assert np.all(np.isnan(reports(path, own, 7, 200.0, HOME, np.random.default_rng(1)).turn))
 
 
+def test_an_antenna_aft_and_to_port():
+    """Bound south at 5 m/s, the antenna 60 m aft and 7 m to port is 60 m north and 7 m east of the middle."""
+    path = Ship(start=[0.0, 0.0], course=-np.pi / 2, speed=5.0)
+    place = antenna_path(path, np.array([-60.0, 7.0]), np.array([0.0, 10.0]))
+    np.testing.assert_allclose(place, [[7.0, 60.0], [7.0, 10.0]], atol=1e-9)
+    sent = reports(path, Transponder(gnss=0.0), 1, 60.0, HOME, np.random.default_rng(1))
+    np.testing.assert_allclose(np.degrees(sent.course), 180.0)
+    np.testing.assert_allclose(np.degrees(sent.heading), 180.0)
+    np.testing.assert_allclose(sent.velocity, np.broadcast_to([0.0, -5.0], (len(sent.time), 2)), atol=0.05 * KNOT)
+
+
 def test_speed_and_course_are_those_of_the_antenna():
     path = Ship(start=[0.0, 0.0], course=0.0, speed=5.0, legs=(Leg("turn", seconds=101, rate="3 deg/s"),))
     sent = reports(path, Transponder(antenna=[-60.0, 0.0], gnss=0.0), 1, 100.0, HOME, np.random.default_rng(1))
