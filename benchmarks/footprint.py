@@ -36,25 +36,24 @@ def cpu_seconds(python: str, code: str) -> float:
     return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
-def measure(pythons: dict[str, str], contenders: dict[str, tuple[str, dict[str, str]]], rounds: int) -> Footprint:
-    """`pythons`: the interpreter of each name of IMPORTS that is there; `contenders`: module and environment by name."""
-    plain = {name: pythons[name] for name in IMPORTS if name in pythons}
-    seconds: list[dict[str, float]] = []
-    for _ in range(rounds):
-        one = {f"numpy of {python}": cpu_seconds(python, "import numpy") for python in set(plain.values())}
-        seconds.append(one | {name: cpu_seconds(python, IMPORTS[name]) for name, python in plain.items()})
-    imports = {n: Spread.of([one[n] / one[f"numpy of {python}"] for one in seconds]) for n, python in plain.items()}
-    imported, batch = {}, {}
-    for name, (module, environment) in contenders.items():
-        worker = Contender(name, module, pythons.get(module, pythons["vedette"]), **environment)
+def measure(known: dict[str, tuple[str, str, dict[str, str]]], rounds: int) -> Footprint:
+    """`known`: module, interpreter and environment of contenders by name."""
+    batch, imported = {}, {}
+    for name, (module, python, environment) in known.items():
+        worker = Contender(name, module, python, **environment)
         if worker.absent is None:
             imported[name] = worker.hello["imported"]
-            level = "kernels" if module == "vedette" else ""
             try:
-                worker.ask("time", level=level, repeats=1, **BATCH.sizes)
+                worker.ask("time", level="kernels" if module == "vedette" else "", repeats=1, **BATCH.sizes)
                 batch[name] = worker.ask("memory")["peak"]
             except Refused:
                 pass  # it has no batches
         worker.close()
+    pythons = {name: known[name][1] for name in IMPORTS if name in imported}
+    seconds: list[dict[str, float]] = []
+    for _ in range(rounds):
+        one = {f"numpy of {python}": cpu_seconds(python, "import numpy") for python in set(pythons.values())}
+        seconds.append(one | {name: cpu_seconds(python, IMPORTS[name]) for name, python in pythons.items()})
+    imports = {n: Spread.of([one[n] / one[f"numpy of {python}"] for one in seconds]) for n, python in pythons.items()}
     numpy_seconds = Spread.of([one[f"numpy of {pythons['vedette']}"] for one in seconds])
     return Footprint(numpy_seconds, imports, imported, batch)

@@ -128,11 +128,11 @@ def make(
     z[:, :, 0] = where + SIGMA * rng.standard_normal(where.shape)  # the first is the target's, the others are clutter
     if tracks is None:
         return Problem(tracks=None, x0=x0, P0=P0, z=z[:, 0], probe=(), **common)
-    return Problem(tracks=tracks, x0=x0, P0=P0, z=z, probe=(0, 1, tracks // 2, tracks - 1), **common)
+    return Problem(tracks=tracks, x0=x0, P0=P0, z=z, probe=(0, min(1, tracks - 1), tracks // 2, tracks - 1), **common)
 
 
 def _flown(rng: np.random.Generator, x0: Array, steps: int, count: int, returns: int = 1) -> tuple[Array, Array]:
-    """True positions (steps, count, 2), and returns scattered evenly, within 20 m on each axis (steps, count, returns, 2)."""
+    """True positions (steps, count, 2), and returns up to 20 m off on each axis (steps, count, returns, 2)."""
     axes = len(x0) // 2
     speed = x0[axes:] + 0.5 * np.cumsum(rng.standard_normal((steps, count, axes)), axis=0)
     return x0[:axes] + np.cumsum(speed, axis=0), rng.uniform(-20, 20, (steps, count, returns, axes))

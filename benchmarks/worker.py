@@ -48,7 +48,9 @@ def main(name: str) -> None:
     @cache
     def job(level: str, *sizes: Any) -> tuple[Problem, Job]:
         posed = problem(*sizes)
-        return posed, contender.ENTRIES[posed.family][level](posed)
+        if (solve := contender.ENTRIES.get(posed.family, {}).get(level)) is None:
+            raise LookupError(f"has no level {level!r} for {posed.family!r}")
+        return posed, solve(posed)
 
     for line in sys.stdin:
         request = json.loads(line)
