@@ -66,7 +66,7 @@ class Call {
         }
         size_ = 1;
         for (int d = 0; d < whole_; ++d) size_ *= full_[d];
-        merge();
+        if (size_ != 1) merge();
         return true;
     }
 

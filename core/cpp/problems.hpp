@@ -4,25 +4,50 @@
 // symmetric, as their upper triangles are mirrored, and positive semi-definite, as they are sums of squares (Joseph's form).
 #pragma once
 
+#include <type_traits>
+
 #include "lanes.hpp"
 
 namespace vedette::VEDETTE_ISA {
+
+#define VEDETTE_INLINE __attribute__((always_inline)) inline
+
+// Calls f with the sizes as constants where they are common, so that the compiler unrolls; else as they are.
+template <class F>
+VEDETTE_INLINE void with_sizes(int n, const F& f) {
+    switch (n) {
+        case 2: return f(std::integral_constant<int, 2>());
+        case 4: return f(std::integral_constant<int, 4>());
+        case 5: return f(std::integral_constant<int, 5>());
+        case 6: return f(std::integral_constant<int, 6>());
+        default: return f(n);
+    }
+}
+template <class F>
+VEDETTE_INLINE void with_sizes(int n, int m, const F& f) {
+    if (m == 2)
+        with_sizes(n, [&](auto states) { f(states, std::integral_constant<int, 2>()); });
+    else if (m == 1)
+        with_sizes(n, [&](auto states) { f(states, std::integral_constant<int, 1>()); });
+    else
+        f(n, m);
+}
 
 constexpr double kLog2Pi = 1.8378770664093454836;
 constexpr double kTiny = 2.2250738585072014e-308;
 
 template <class T>
-inline void load(In a, T* to, int count) {
+VEDETTE_INLINE void load(In a, T* to, int count) {
     for (int i = 0; i < count; ++i) to[i] = Lane<T>::load(a, i);
 }
 
 template <class T>
-inline void store(Out a, const T* from, int count) {
+VEDETTE_INLINE void store(Out a, const T* from, int count) {
     for (int i = 0; i < count; ++i) Lane<T>::store(a, i, from[i]);
 }
 
 template <class T>
-inline void wrap(T* x, const Periods& periods) {
+VEDETTE_INLINE void wrap(T* x, const Periods& periods) {
     for (int i = 0; i < periods.count; ++i) {
         T& value = x[periods.each[i].axis];
         value = Lane<T>::wrap(value, periods.each[i].period);
@@ -30,13 +55,13 @@ inline void wrap(T* x, const Periods& periods) {
 }
 
 template <class T>
-inline T safe_log(T p) {
+VEDETTE_INLINE T safe_log(T p) {
     return Lane<T>::log(Lane<T>::larger(p, Lane<T>::all(kTiny)));
 }
 
 // C (p, q) = A (p, s) B (s, q)
 template <class T>
-inline void multiply(const T* A, const T* B, T* C, int p, int s, int q) {
+VEDETTE_INLINE void multiply(const T* A, const T* B, T* C, int p, int s, int q) {
     for (int i = 0; i < p; ++i)
         for (int j = 0; j < q; ++j) {
             T sum = A[i * s] * B[j];
@@ -47,7 +72,7 @@ inline void multiply(const T* A, const T* B, T* C, int p, int s, int q) {
 
 // C (p, p) += A (p, s) B (p, s)' where that is symmetric: the upper triangle, mirrored
 template <class T>
-inline void add_product(const T* A, const T* B, T* C, int p, int s) {
+VEDETTE_INLINE void add_product(const T* A, const T* B, T* C, int p, int s) {
     for (int i = 0; i < p; ++i)
         for (int j = i; j < p; ++j) {
             T sum = C[i * p + j];
@@ -57,14 +82,14 @@ inline void add_product(const T* A, const T* B, T* C, int p, int s) {
 }
 
 template <class T>
-inline void make_symmetric(T* A, int n) {
+VEDETTE_INLINE void make_symmetric(T* A, int n) {
     for (int i = 0; i < n; ++i)
         for (int j = i + 1; j < n; ++j) A[i * n + j] = A[j * n + i] = 0.5 * (A[i * n + j] + A[j * n + i]);
 }
 
 // F x and F P F' + Q
 template <class T>
-inline void predicted(const T* x, const T* P, const T* F, const T* Q, T* x_out, T* P_out, int n) {
+VEDETTE_INLINE void predicted(const T* x, const T* P, const T* F, const T* Q, T* x_out, T* P_out, int n) {
     T FP[kStates2];
     multiply(F, x, x_out, n, n, 1);
     multiply(F, P, FP, n, n, n);
@@ -75,7 +100,7 @@ inline void predicted(const T* x, const T* P, const T* F, const T* Q, T* x_out, 
 
 // The inverse of a positive definite S (m, m), and the logarithm of its determinant.
 template <class T>
-inline T invert(const T* S, T* inverse, int m) {
+VEDETTE_INLINE T invert(const T* S, T* inverse, int m) {
     if (m == 1) {
         inverse[0] = 1.0 / S[0];
         return Lane<T>::log(S[0]);
@@ -123,7 +148,7 @@ struct Sight {
     T inverse[kMeasured2], gain[kMostStates * kMostMeasured], post[kStates2];
     T log_det;
 
-    void take(const T* P, const T* H, const T* R, int n, int m) {
+    VEDETTE_INLINE void take(const T* P, const T* H, const T* R, int n, int m) {
         T cross[kMostStates * kMostMeasured], S[kMeasured2];
         for (int i = 0; i < n; ++i)
             for (int j = 0; j < m; ++j) {
@@ -144,7 +169,7 @@ struct Sight {
         joseph(P, H, R, n, m);
     }
 
-    void joseph(const T* P, const T* H, const T* R, int n, int m) {
+    VEDETTE_INLINE void joseph(const T* P, const T* H, const T* R, int n, int m) {
         T keep[kStates2], kept[kStates2], GR[kMostStates * kMostMeasured];
         for (int i = 0; i < n; ++i)
             for (int j = 0; j < n; ++j) {
@@ -159,7 +184,7 @@ struct Sight {
         add_product(GR, gain, post, n, m);
     }
 
-    T distance(const T* nu, int m) const {
+    VEDETTE_INLINE T distance(const T* nu, int m) const {
         T total = Lane<T>::all(0.0);
         for (int i = 0; i < m; ++i) {
             T sum = inverse[i * m] * nu[0];
@@ -172,7 +197,7 @@ struct Sight {
 
 // Moments of the hypotheses `miss` and 1..k, into x (n) and P (n, n), which are the prior's on entry.
 template <class T>
-inline void mix(T* x, T* P, In shift, In post, In weights, int n, int k, bool shared, const Periods& periods) {
+VEDETTE_INLINE void mix(T* x, T* P, In shift, In post, In weights, int n, int k, bool shared, const Periods& periods) {
     T mean[kMostStates], apart[kMostStates], within[kStates2];
     const T miss = Lane<T>::load(weights, 0);
     for (int i = 0; i < n; ++i) mean[i] = Lane<T>::all(0.0);
@@ -209,6 +234,10 @@ inline void mix(T* x, T* P, In shift, In post, In weights, int n, int k, bool sh
 struct Predict : shapes::Predict {
     template <class T>
     void run(const In* in, const Out* out) const {
+        with_sizes(n, [&](auto states) { solve<T>(in, out, states); });
+    }
+    template <class T, class N>
+    VEDETTE_INLINE void solve(const In* in, const Out* out, N n) const {
         T x[kMostStates], P[kStates2], F[kStates2], Q[kStates2], to[kMostStates], cov[kStates2];
         load(in[0], x, n), load(in[1], P, n * n), load(in[2], F, n * n), load(in[3], Q, n * n);
         predicted(x, P, F, Q, to, cov, n);
@@ -219,6 +248,10 @@ struct Predict : shapes::Predict {
 struct Propagate : shapes::Propagate {
     template <class T>
     void run(const In* in, const Out* out) const {
+        with_sizes(n, [&](auto states) { solve<T>(in, out, states); });
+    }
+    template <class T, class N>
+    VEDETTE_INLINE void solve(const In* in, const Out* out, N n) const {
         T P[kStates2], F[kStates2], Q[kStates2], cov[kStates2], FP[kStates2];
         load(in[0], P, n * n), load(in[1], F, n * n), load(in[2], Q, n * n);
         multiply(F, P, FP, n, n, n);
@@ -233,6 +266,10 @@ struct Propagate : shapes::Propagate {
 struct Update : shapes::Update {
     template <class T>
     void run(const In* in, const Out* out) const {
+        with_sizes(n, m, [&](auto states, auto measured) { solve<T>(in, out, states, measured); });
+    }
+    template <class T, class N, class M>
+    VEDETTE_INLINE void solve(const In* in, const Out* out, N n, M m) const {
         T x[kMostStates], P[kStates2], z[kMostMeasured], H[kMostMeasured * kMostStates], R[kMeasured2], nu[kMostMeasured];
         load(in[0], x, n), load(in[1], P, n * n);
         if (step) {
@@ -261,6 +298,10 @@ struct Update : shapes::Update {
 struct InnovateReturns : shapes::InnovateReturns {
     template <class T>
     void run(const In* in, const Out* out) const {
+        with_sizes(n, m, [&](auto states, auto measured) { solve<T>(in, out, states, measured); });
+    }
+    template <class T, class N, class M>
+    VEDETTE_INLINE void solve(const In* in, const Out* out, N n, M m) const {
         T P[kStates2], expected[kMostMeasured], H[kMostMeasured * kMostStates], R[kMeasured2], nu[kMostMeasured];
         load(in[0], P, n * n), load(in[2], expected, m), load(in[3], H, m * n);
         const T p_detect = Lane<T>::load(in[5], 0);
@@ -287,7 +328,6 @@ struct InnovateReturns : shapes::InnovateReturns {
                 }
             }
         }
-        if (k == 0) volume = Lane<T>::all(-std::numeric_limits<double>::infinity());
         Lane<T>::store(out[2], 0, volume);
     }
 };
@@ -295,6 +335,10 @@ struct InnovateReturns : shapes::InnovateReturns {
 struct Absorb : shapes::Absorb {
     template <class T>
     void run(const In* in, const Out* out) const {
+        with_sizes(n, [&](auto states) { solve<T>(in, out, states); });
+    }
+    template <class T, class N>
+    VEDETTE_INLINE void solve(const In* in, const Out* out, N n) const {
         T x[kMostStates], P[kStates2];
         load(in[0], x, n), load(in[1], P, n * n);
         mix(x, P, in[2], in[3], in[4], n, k, shared, periods);
@@ -328,7 +372,7 @@ struct Bank {
     }
 
     // Mean from the origin, and covariance with the spread of the means, under the weights.
-    void moments(const T* weights, T* mean, T* cov, int n, int r) const {
+    VEDETTE_INLINE void moments(const T* weights, T* mean, T* cov, int n, int r) const {
         for (int a = 0; a < n; ++a) {
             mean[a] = weights[0] * apart[0][a];
             for (int j = 1; j < r; ++j) mean[a] += weights[j] * apart[j][a];
@@ -351,7 +395,7 @@ struct Bank {
 
 // The logarithm of sum exp; -inf where all are. Also the exponentials relative to it.
 template <class T>
-inline T log_sum(const T* a, int count) {
+VEDETTE_INLINE T log_sum(const T* a, int count) {
     T top = a[0];
     for (int i = 1; i < count; ++i) top = Lane<T>::larger(top, a[i]);
     constexpr double most = std::numeric_limits<double>::max();

@@ -1,7 +1,7 @@
 """The inner loops of every Gaussian filter, behind one set of signatures: batch-leading, double precision, pure.
 
-They trust their input. Covariances stay symmetric positive semi-definite by construction, not by repair. Those that every
-scan goes through have a compiled twin, which takes the call wherever it was built; `RUNNING` says in a line what runs and why.
+They trust their input. Covariances stay symmetric positive semi-definite by construction, not by repair. The kernels that
+every scan goes through have a compiled twin, which takes the calls where it was built; `RUNNING` says what runs and why.
 """
 
 from vedette.kernels import association, modes, reference
