@@ -12,7 +12,7 @@ import vedette
 from vedette import ConfigError, InputError, Scan, ScanRefused, Track, Trajectory
 from vedette.cli import main
 from vedette.metrics.pixels import pixel_figures
-from vedette_flir.patches import correlation, local_median, mask_of, peak, sample
+from vedette_flir.patches import centroid, isolated, mask_of, peak, sample, similarity
 from vedette_flir.sources.boxes import centred
 from vedette_flir.sources.images import grey_of
 from vedette_flir.sources.video import BOX
@@ -194,18 +194,25 @@ def test_patches():
     np.testing.assert_allclose(found, 2.0 * (16.75 + offsets)[:, None] + 3.0 * (20.25 + offsets), atol=1e-9)
     image, mask = rng.normal(size=(20, 20)), mask_of(np.array([6.0, 4.0]), 8)
     patch = 3.0 * image[5:13, 7:15] + 2.0
-    rho = correlation(image, patch, mask)
+    likeness = similarity(image, patch, mask)
     window = image[2:10, 3:11]
     centred_patch, centred_window = (a - np.sum(mask * a) / mask.sum() for a in (patch, window))
-    textbook = np.sum(mask * centred_patch * centred_window) / np.sqrt(
-        np.sum(mask * centred_patch**2) * np.sum(mask * centred_window**2)
-    )
-    assert rho[2, 3] == pytest.approx(textbook, abs=1e-9)
-    assert rho[5, 7] == pytest.approx(1.0, abs=1e-9)
-    assert peak(rho)[:2] == (5, 7)
-    flat = np.full((24, 24), 5.0)
-    flat[10:13, 10:13] = 90.0
-    np.testing.assert_allclose(local_median(flat, 12.0), 5.0)
+    parts = np.sum(mask * centred_patch**2) + np.sum(mask * centred_window**2)
+    assert likeness[2, 3] == pytest.approx(2 * np.sum(mask * centred_patch * centred_window) / parts, abs=1e-9)
+    assert likeness[5, 7] == pytest.approx(2 * 3 / (1 + 9), abs=1e-9)  # the same shape, three times as strong
+    assert similarity(image, image[5:13, 7:15] + 2.0, mask)[5, 7] == pytest.approx(1.0, abs=1e-9)
+    assert peak(likeness)[:2] == (5, 7)
+
+
+def test_what_is_larger_than_the_target_is_taken_out():
+    scene = np.zeros((24, 24))
+    scene[14:] = 90.0  # trees
+    scene[5:8, 10:13] = 20.0  # a bird
+    expected = np.where(scene == 20.0, 20.0, 0.0)
+    np.testing.assert_allclose(isolated(scene + 7.0, 6.0), expected)
+    assert isolated(scene, 30.0).max() > 80.0  # with too wide an opening the trees would stand out
+    np.testing.assert_allclose(centroid(expected), [-0.5, -5.5])
+    np.testing.assert_array_equal(centroid(np.zeros((5, 5))), [0.0, 0.0])
 
 
 def test_pixel_figures():

@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 
 import vedette
+from vedette_flir.estimators.correlation import CorrelationFilter
 from vedette_flir.estimators.template import TemplateFilter
 from vedette_flir.motion.atmospheric_wander import AtmosphericWander
 from vedette_flir.motion.carrying import Carrying
@@ -25,6 +26,6 @@ def vedette_components() -> Iterable[type[vedette.Component]]:
     return [
         *(JitteredAcceleration, JitteredWander, AtmosphericWander, ImageVelocity, Carrying),
         *(GaussianSpot, EllipticSpot, HotSpots, BoxCentroid),
-        TemplateFilter,
+        *(TemplateFilter, CorrelationFilter),
         *(VideoSource, FlirStudy),
     ]

@@ -3,12 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 
 from vedette import Array
-
-BRIGHTEST = 1.5
-"""Contrasts beyond this part of the target's own are cut off: a bright background is no better a match than the target."""
 
 
 def sample(pixels: Array, centre: Array, step: float, cells: int) -> Array:
@@ -33,16 +29,21 @@ def _weights(at: Array, size: int) -> tuple[np.ndarray[tuple[int], np.dtype[np.i
     return below, inside - below
 
 
-def local_median(image: Array, width: float, block: int = 4) -> Array:
-    """The median of `image` (n, n) over squares of some `width` cells, on a grid of `block` cells, linear between."""
-    n = len(image) // block
-    coarse = np.median(image[: n * block, : n * block].reshape(n, block, n, block).swapaxes(1, 2).reshape(n, n, -1), axis=-1)
-    reach = max(1, round(width / block / 2))
-    around = sliding_window_view(np.pad(coarse, reach, mode="edge"), (2 * reach + 1, 2 * reach + 1))
-    medians = np.median(around.reshape(n, n, -1), axis=-1)
-    below, part = _weights((np.arange(len(image)) - 0.5 * (block - 1)) / block, n)
-    across = medians[:, below] * (1.0 - part) + medians[:, below + 1] * part
-    return across[below] * (1.0 - part[:, None]) + across[below + 1] * part[:, None]
+def isolated(image: Array, width: float) -> Array:
+    """`image` (n, n) less its grey opening: what is brighter than its surroundings and narrower than `width` cells."""
+    from scipy.ndimage import grey_opening
+
+    size = 2 * int(np.ceil(0.5 * width)) + 1
+    found: Array = image - grey_opening(image, (size, size))
+    return found
+
+
+def centroid(image: Array) -> Array:
+    """X and y of the centroid of `image` (n, n) >= 0, in cells from its middle; 0 where there is nothing."""
+    steps, total = np.arange(len(image)) - 0.5 * (len(image) - 1), image.sum()
+    if total <= 0:
+        return np.zeros(2)
+    return np.array([float(image.sum(axis=0) @ steps), float(image.sum(axis=1) @ steps)]) / float(total)
 
 
 def blurred(image: Array) -> Array:
@@ -61,15 +62,17 @@ def mask_of(box: Array, cells: int) -> Array:
 
 
 def contrast(image: Array, box: Array) -> float:
-    """The largest departure of `image` (n, n) from 0 near its centre, with its sign: the target's polarity and amplitude."""
+    """The largest value of `image` (n, n) near its centre: the amplitude of a hot target of `box` (2,) cells."""
     steps = np.arange(len(image)) - 0.5 * (len(image) - 1)
     near = np.exp(-0.5 * (steps / (0.25 * box[0])) ** 2)[None, :] * np.exp(-0.5 * (steps / (0.25 * box[1])) ** 2)[:, None]
-    weighted = image * near
-    return float(weighted.ravel()[np.argmax(np.abs(weighted))])
+    return float(image.ravel()[np.argmax(image * near)])
 
 
-def correlation(image: Array, patch: Array, mask: Array) -> Array:
-    """Correlation coefficient of `patch` (p, p), weighted by `mask`, with each place of `image` (n, n): (n-p+1, n-p+1)"""
+def similarity(image: Array, patch: Array, mask: Array) -> Array:
+    """2 cov / (var + var) of `patch` (p, p) and each place of `image` (n, n), weighted by `mask`: (n-p+1, n-p+1)
+
+    It is the correlation coefficient times 2 a b / (a^2 + b^2), a and b the contrasts of patch and place.
+    """
     n, p = len(image), len(patch)
     count = mask.sum()
     kernel = mask * (patch - (mask * patch).sum() / count)
@@ -80,8 +83,8 @@ def correlation(image: Array, patch: Array, mask: Array) -> Array:
     )
     part = slice(0, n - p + 1)
     product, total, square = product[part, part], total[part, part], square[part, part]
-    energy = np.maximum(square - total * total / count, 1e-9 * (1.0 + np.abs(square)))
-    found: Array = product / np.sqrt(energy * max(float((kernel * patch).sum()), 1e-12))
+    energy = np.maximum(square - total * total / count, 0.0)
+    found: Array = 2.0 * product / np.maximum(energy + float((kernel * patch).sum()), 1e-12)
     return found.clip(-1.0, 1.0)
 
 

@@ -1,0 +1,157 @@
+"""The filters that know their target by its look: where it is in its box, drift, fading, and the correlation baseline."""
+
+import numpy as np
+import pytest
+
+import vedette
+from vedette import Frame, Scan
+from vedette_flir.estimators.looking import match_ratio
+from vedette_flir.finding import target_in
+
+TRACKER = {
+    "estimator": {
+        "kind": "template_filter",
+        "motion": {"kind": "carrying", "motion": {"kind": "image_velocity"}, "carries": {"width": "px", "height": "px"}},
+    },
+    "sensors": {"camera": {"kind": "box_centroid", "detection_probability": 0.95}},
+    "gate": {"probability": 0.9999},
+    "associator": {"kind": "pda"},
+    "lifecycle": {"kind": "single_target"},
+}
+
+
+def tracker(**estimator):
+    return vedette.load(TRACKER | {"estimator": TRACKER["estimator"] | estimator}).tracker
+
+
+def bird(k, step=0.3, bright=60.0, trees=True, size=(60, 80)):
+    """A small bird at [30 + step k, 20.2], above trees that reach within 6 px; and where it is."""
+    y, x = np.mgrid[: size[0], : size[1]]
+    at = np.array([30 + step * k, 20.2])
+    noise = np.random.default_rng([3, k]).normal(0, 1.0, size)
+    ground = np.where(y > 26 + 2 * np.sin(0.3 * x), 200.0, 40.0) if trees else np.full(size, 40.0)
+    return ground + bright * np.exp(-0.5 * ((x - at[0]) ** 2 + (y - at[1]) ** 2) / 1.3**2) + noise, at
+
+
+def follow(chosen, frames, box=(0.0, 0.0, 10.0, 9.0)):
+    """Estimates (s, 2) and hits (s,), from a box off by the first two numbers, in px."""
+    prior = vedette.Gaussian(
+        np.array([[frames[0][1][0] + box[0], frames[0][1][1] + box[1], 0.0, 0.0, *box[2:]]]),
+        np.diag([1.0, 1.0, 1e4, 1e4, 0.0, 0.0])[None],
+    )
+    state, found, hits = chosen.start(prior, 0.0), [], []
+    for k, (pixels, _) in enumerate(frames):
+        state = chosen.step(state, Scan.image(k / 30, "camera", Frame(pixels)))
+        found.append(chosen.estimate(state).mean[0, :2])
+        hits.append(state.hit[0])
+    return np.array(found), np.array(hits)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_the_target_is_found_whatever_the_box_does(sign):
+    """Boxes off by 12 % and 20 % too large or small, one of which holds more trees than bird, show the same target."""
+    pixels, at = bird(0)
+    for off, scale in (((0, 0), 1.0), ((0.12, 0.12), 1.0), ((-0.12, -0.12), 1.0), ((0, 0.12), 1.2), ((0.12, 0), 0.8)):
+        box = scale * np.array([10.0, 12.0])
+        centre = at + np.array(off) * [10.0, 12.0]
+        found = target_in(sign * pixels, centre, box)
+        assert found.sign == sign
+        np.testing.assert_allclose(centre + found.offset, at, atol=0.35)
+        assert np.all((found.size >= 3) & (found.size <= 8))
+
+
+def test_a_box_without_a_target_is_taken_as_it_is():
+    found = target_in(np.full((40, 40), 9.0), np.array([20.0, 20.0]), np.array([10.0, 8.0]))
+    np.testing.assert_array_equal(found.offset, [0.0, 0.0])
+    np.testing.assert_allclose(found.size, [7.0, 5.6])
+
+
+@pytest.mark.parametrize("box", [(0, 0, 10, 9), (1.2, 1.0, 10, 9), (-1.0, 1.2, 12, 11), (0, 0, 8, 7.2)])
+def test_a_start_that_is_off_stays_as_it_was_and_loses_nothing(box):
+    """The point that the box marks is followed, whatever it marks."""
+    frames = [bird(k) for k in range(40)]
+    found, _ = follow(tracker(), frames, box)
+    off = found - np.array([at for _, at in frames]) - box[:2]
+    assert np.abs(off).max() < 0.8
+
+
+def test_a_target_that_fades_is_missed_and_found_again():
+    """For eight frames a smear stands where the target was, a tenth as strong: of its shape, but not the target."""
+    frames = [bird(k, step=1.2, trees=False) for k in range(30)]
+    gone = bird(12, step=1.2, trees=False, bright=6.0)
+    shown = [(gone[0], at) if 12 <= k < 20 else (pixels, at) for k, (pixels, at) in enumerate(frames)]
+    found, hits = follow(tracker(), shown)
+    assert hits[13:20].max() < 0.5
+    assert hits[21:].min() > 0.9
+    assert np.abs(found - np.array([at for _, at in frames]))[21:].max() < 1.0
+    _, fooled = follow(tracker(limit=0.05, brighten=0.5, smoothing=0.5), shown)  # the mutant: anything of this shape will do
+    assert fooled[13:20].max() > 0.9
+
+
+def test_a_drifting_template_is_held_by_its_centroid():
+    """A template renewed in each frame, on whole cells, walks off its target by the rounding; its centroid tells."""
+    frames = [bird(k, step=0.37, trees=False, bright=60.0) for k in range(90)]
+    true = np.array([at for _, at in frames])
+    free, _ = follow(tracker(smoothing=1.0, anchor=0.0), frames)
+    held, _ = follow(tracker(smoothing=1.0, anchor=0.0, recentre=0.3), frames)
+    assert np.abs(free - true)[60:].max() > 3.0 * np.abs(held - true)[60:].max()
+    assert np.abs(held - true)[60:].max() < 0.7
+
+
+def test_the_amplitude_follows_a_target_that_brightens():
+    frames = [bird(k, trees=False, bright=20.0 + 4.0 * k) for k in range(60)]
+    found, hits = follow(tracker(brighten=0.2), frames)
+    assert hits.min() > 0.9
+    assert np.abs(found - np.array([at for _, at in frames])).max() < 0.8
+    _, still = follow(tracker(brighten=0.0, smoothing=0.0), [(p, a) for p, a in frames[::-1]])
+    assert still[-1] < 0.5  # an amplitude that stays calls the same target, five times fainter, another
+
+
+def test_the_ratio_of_a_match():
+    assert match_ratio(0.5, 0.5, 20.0) == 0.0
+    assert match_ratio(0.9, 0.5, 20.0) == pytest.approx(10 * np.log(0.75 / 0.19))
+    assert match_ratio(0.25, 0.5, 20.0) == pytest.approx(-30.0)
+    assert match_ratio(1.0, 0.5, 100.0) == 60.0
+
+
+def test_the_correlation_baseline_is_opencv_s():
+    """Its place is that of matchTemplate over the whole image, to a pixel; a flat box and a flat image are misses."""
+    import cv2
+
+    frames = [bird(k, step=1.3) for k in range(12)]
+    chosen = tracker(kind="correlation_filter", sigma=0.05)
+    found, hits = follow(chosen, frames, (0.0, 0.0, 11.0, 9.0))
+    assert hits.min() > 0.9
+    at = np.rint(frames[0][1]).astype(int)
+    template = frames[0][0][at[1] - 4 : at[1] + 5, at[0] - 5 : at[0] + 6].astype(np.float32)
+    for (pixels, _), place in zip(frames[1:], found[1:], strict=True):
+        rho = cv2.matchTemplate(pixels.astype(np.float32), template, cv2.TM_CCOEFF_NORMED)
+        j, i = np.unravel_index(np.argmax(rho), rho.shape)
+        assert np.abs(place - [i + 5, j + 4]).max() < 1.2
+    flat = (np.full((60, 80), 7.0), frames[0][1])
+    _, none = follow(chosen, [flat, *frames[1:]])
+    assert none[1:].max() < 0.2
+    _, lost = follow(chosen, [*frames[:6], flat])
+    assert lost[-1] < 0.2
+    with pytest.raises(vedette.ConfigError, match="must carry the axis 'width'"):
+        tracker(kind="correlation_filter", motion={"kind": "image_velocity"})
+
+
+@pytest.mark.parametrize("kind", ["template_filter", "correlation_filter"])
+def test_runs_together_are_runs_alone(kind):
+    """Two runs of two targets in one batch, images apart, as each alone."""
+    chosen = tracker(kind=kind)
+    images = np.stack([bird(0)[0], bird(40)[0]])
+    after = np.stack([bird(1)[0], bird(41)[0]])
+    mean = np.array([[[30.0, 20.2, 0, 0, 10, 9]], [[42.0, 20.2, 0, 0, 10, 9]]])
+    cov = np.broadcast_to(np.diag([1.0, 1.0, 1e4, 1e4, 0.0, 0.0]), (2, 1, 6, 6))
+
+    def last(x, P, *pixels):
+        state = chosen.start(vedette.Gaussian(x, P), 0.0)
+        for k, image in enumerate(pixels):
+            state = chosen.step(state, Scan.image(k / 30, "camera", Frame(image)))
+        return chosen.estimate(state).mean
+
+    together = last(mean, cov, images, after)
+    for run in range(2):
+        np.testing.assert_allclose(last(mean[run], cov[run], images[run], after[run]), together[run], atol=1e-9)
