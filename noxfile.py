@@ -1,5 +1,6 @@
 """What a developer runs: `nox` for the quick checks, `nox -s wheel`, `nox -s nightly` before a release."""
 
+import os
 from pathlib import Path
 
 import nox
@@ -60,3 +61,14 @@ def plugin_template(session: nox.Session) -> None:
     session.run("python", "-m", "pytest", "-p", "no:cacheprovider", "--rootdir", str(example), str(example / "tests"))
     session.run("vedette", "check", "clothoid")
     session.run("vedette", "run", str(example / "road.toml"), "--out", "road")
+
+
+@nox.session
+def benchmarks(session: nox.Session) -> None:
+    """Speed beside peers, which get an environment of their own: `nox -s benchmarks -- --quick`. See docs/speed.md."""
+    session.install("-e", ".")
+    peers = Path(session.create_tmp()) / "peers"
+    session.run("python", "-m", "venv", str(peers))
+    python = str(peers / ("Scripts/python.exe" if os.name == "nt" else "bin/python"))
+    session.run(python, "-m", "pip", "install", "-q", "-r", "benchmarks/peers.txt", external=True)
+    session.run("python", "-m", "benchmarks", "--peers-python", python, *session.posargs)

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from pathlib import Path
 from time import monotonic
 
 from benchmarks import footprint, table
@@ -34,22 +35,34 @@ def options() -> argparse.Namespace:
     parser.add_argument(
         "--only", default="", metavar="WORDS", help="heats whose title has these words; no growth, no imports"
     )
-    parser.add_argument("--peers-python", default=sys.executable, metavar="PATH", help="the interpreter that has the peers")
+    parser.add_argument(
+        "--peers-python",
+        action="append",
+        default=[],
+        metavar="[NAME=]PATH",
+        help="the interpreter that has the peers, or the peer of this name; may be given several times",
+    )
     parser.add_argument("--write", action="store_true", help="write the tables into docs/speed.md")
     return parser.parse_args()
 
 
-def known(peers_python: str) -> dict[str, tuple[str, str, dict[str, str]]]:
+def known(peers_python: list[str]) -> dict[str, tuple[str, str, dict[str, str]]]:
     """Contenders: module, interpreter, environment."""
+    pythons = dict.fromkeys(PEERS, sys.executable)
+    for given in peers_python:
+        name, _, path = given.rpartition("=")
+        if name not in ("", *PEERS) or not Path(path).exists():
+            sys.exit(f"--peers-python: must be PATH or NAME=PATH, NAME one of {', '.join(PEERS)}, PATH there; got {given}")
+        pythons |= {name: path} if name else dict.fromkeys(PEERS, path)
     own = {name: (name, sys.executable, {}) for name in ("vedette", "textbook", "limit")}
     twin = {"vedette numpy": ("vedette", sys.executable, {"VEDETTE_KERNELS": "numpy"})}
-    return own | twin | {name: (name, peers_python, {}) for name in PEERS}
+    return own | twin | {name: (name, pythons[name], {}) for name in PEERS}
 
 
 class Bench:
     """The contenders, and how long each heat may take."""
 
-    def __init__(self, peers_python: str, quick: bool) -> None:
+    def __init__(self, peers_python: list[str], quick: bool) -> None:
         self.known = known(peers_python)
         self.contenders = {
             name: Contender(name, module, python, **more) for name, (module, python, more) in self.known.items()

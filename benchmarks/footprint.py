@@ -7,7 +7,7 @@ import resource
 import subprocess
 from dataclasses import dataclass
 
-from benchmarks.race import ONE_THREAD, Case, Contender, Refused, Spread
+from benchmarks.race import ONE_THREAD, Case, Contender, Spread
 
 IMPORTS = {
     "vedette": "import vedette; vedette.build; import vedette_standard",
@@ -15,6 +15,8 @@ IMPORTS = {
     "stonesoup": "import stonesoup.predictor.kalman, stonesoup.updater.kalman, stonesoup.types.track",
     "simdkalman": "import simdkalman",
 }
+BATCH_LEVELS = {"vedette": "kernels", "limit": "", "simdkalman": ""}
+"""Who takes batches as such."""
 BATCH = Case("kf", 1, 100_000, 1, 4)
 
 
@@ -43,11 +45,9 @@ def measure(known: dict[str, tuple[str, str, dict[str, str]]], rounds: int) -> F
         worker = Contender(name, module, python, **environment)
         if worker.absent is None:
             imported[name] = worker.hello["imported"]
-            try:
-                worker.ask("time", level="kernels" if module == "vedette" else "", repeats=1, **BATCH.sizes)
+            if module in BATCH_LEVELS:
+                worker.ask("time", level=BATCH_LEVELS[module], repeats=1, **BATCH.sizes)
                 batch[name] = worker.ask("memory")["peak"]
-            except Refused:
-                pass  # it has no batches
         worker.close()
     pythons = {name: known[name][1] for name in IMPORTS if name in imported}
     seconds: list[dict[str, float]] = []

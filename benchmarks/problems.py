@@ -48,7 +48,10 @@ def _discrete(dt: float, sigma_accel: float, turn_rate: float) -> tuple[Array, A
 
 def switching(modes: int) -> Array:
     """Mode transition probabilities (r, r)."""
-    return np.full((modes, modes), 0.1 / max(modes - 1, 1)) + np.eye(modes) * (0.9 - 0.1 / max(modes - 1, 1))
+    if modes == 1:
+        return np.ones((1, 1))
+    change = 0.1 / (modes - 1)
+    return np.full((modes, modes), change) + np.eye(modes) * (0.9 - change)
 
 
 @dataclass(frozen=True)

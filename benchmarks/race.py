@@ -61,8 +61,10 @@ class Contender:
     def close(self) -> None:
         """End the process."""
         assert self._process.stdin is not None
+        assert self._process.stdout is not None
         self._process.stdin.close()
         self._process.wait(timeout=10)
+        self._process.stdout.close()
 
 
 @dataclass(frozen=True)
@@ -118,7 +120,8 @@ def run(
 ) -> Race:
     """All entries that offer the case, after each has shown that it solves it.
 
-    A sample takes at least `sample` s; rounds end early, after three, when `budget` s are spent.
+    A sample takes at least `sample` s; rounds end early, after a fifth of them but no fewer than two, when `budget` s are
+    spent.
     """
     race = Race(case)
     truth = solve(make(**case.sizes))
@@ -135,7 +138,7 @@ def run(
             race.refused[contender.name, level] = str(reason)
     end = monotonic() + budget
     for i in range(rounds):
-        if i >= 3 and monotonic() > end:
+        if i >= max(2, rounds // 5) and monotonic() > end:
             break
         for contender, level, repeats in ready:
             answer = contender.ask("time", level=level, repeats=repeats, **case.sizes)

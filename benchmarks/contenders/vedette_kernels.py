@@ -10,8 +10,8 @@ from benchmarks.job import Answer, Job
 from benchmarks.problems import DENSITY, GATE, P_DETECT, P_GATE, Problem
 from vedette import kernels
 
-WHICH = f"{kernels.RUNNING} kernels" if hasattr(kernels, "RUNNING") else "numpy kernels"
-OWN = [[0, 1, 2, 3]] * 6
+WHICH = f"kernels: {kernels.RUNNING}"
+OWN = ((0, 1, 2, 3),) * 6
 ABSENT = np.zeros((2, 4))
 
 
@@ -74,7 +74,7 @@ def imm(problem: Problem) -> Job:
             log_prob, xs, Ps = kernels.interact(log_prob, change, xs, Ps, own, ABSENT, ())
             ahead = [kernels.predict(xs[j], Ps[j], F[j], Q[j]) for j in range(r)]
             xs, Ps, logliks = zip(*[kernels.update(x, P, z, H, R) for x, P in ahead], strict=True)
-            seen = [np.asarray(loglik)[..., None] for loglik in logliks]
+            seen = [loglik[..., None] for loglik in logliks]
             log_prob = kernels.weigh_modes(log_prob, seen, none, volumes, none)[-1][..., 0, :]
             found = kernels.together(log_prob, xs, Ps, own, ABSENT, ())
         return found

@@ -1,0 +1,86 @@
+"""What the benchmarks compare solves the same problem: else their ratios would mean nothing."""
+
+from __future__ import annotations
+
+import sys
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).parent.parent
+SMALL = {
+    "kf": {"steps": 20},
+    "ekf": {"steps": 20},
+    "foreign": {"steps": 20},
+    "ukf": {"steps": 20},
+    "imm": {"modes": 3, "steps": 20},
+    "pda": {"returns": 8, "steps": 20},
+    "imm_pdaf": {"modes": 3, "returns": 8, "steps": 20},
+    "gnn": {"tracks": 12, "returns": 22, "steps": 1},
+}
+BATCHES = ("kf", "imm", "imm_pdaf")
+
+
+def module(name: str) -> Any:
+    """A module of the benchmarks, which are no part of what is installed."""
+    if str(ROOT) not in sys.path:
+        sys.path.insert(0, str(ROOT))
+    return import_module(f"benchmarks.{name}")
+
+
+def off(found: Any, right: Any) -> float:
+    """How far means and covariances differ, relative to their largest entry."""
+    return max(float(np.max(np.abs(a - b)) / np.max(np.abs(b))) for a, b in zip(found, right, strict=True))
+
+
+def solved(contender: str, family: str, level: str, sizes: dict[str, int]) -> float:
+    """How far a contender is off textbook numpy."""
+    problem = module("problems").make(family, **sizes)
+    job = module(f"contenders.{contender}").ENTRIES[family][level](problem)
+    return off(job.answer(job.repeat(2)), module("contenders.textbook").solve(problem))
+
+
+@pytest.mark.parametrize("family", SMALL)
+def test_vedette_solves_what_is_timed(family: str) -> None:
+    for level in module("contenders.vedette").ENTRIES[family]:
+        assert solved("vedette", family, level, SMALL[family]) < 1e-9, level
+
+
+@pytest.mark.parametrize("family", BATCHES)
+def test_batches_solve_what_is_timed(family: str) -> None:
+    for level in module("contenders.vedette").ENTRIES[family]:
+        if level in ("step", "kernels", "fused"):
+            assert solved("vedette", family, level, SMALL[family] | {"tracks": 19, "steps": 10}) < 1e-9, level
+
+
+@pytest.mark.parametrize("tracks", [None, 19])
+@pytest.mark.parametrize("family", BATCHES)
+def test_the_limit_solves_what_is_timed(family: str, tracks: int | None) -> None:
+    try:
+        module("limit.build").library()
+    except OSError as error:
+        pytest.skip(f"the limit cannot be built: {error}")
+    assert solved("limit", family, "", SMALL[family] | {"tracks": tracks, "steps": 10}) < 1e-9
+
+
+def test_a_contender_that_solves_another_problem_is_left_out() -> None:
+    race = module("race")
+    problem = module("problems").make("kf", steps=5)
+    mean, cov = module("contenders.textbook").solve(problem)
+    contender = race.Contender("textbook", "textbook")
+    try:
+        answer = {"mean": mean.tolist(), "cov": (cov * (1 + 1e-6)).tolist()}
+        with pytest.raises(race.Refused, match="its cov is off by"):
+            race._agree(contender, answer, (mean, cov), race.AGREE)
+    finally:
+        contender.close()
+
+
+def test_an_absent_peer_is_told_in_a_line() -> None:
+    contender = module("race").Contender("nobody", "nobody")
+    contender.close()
+    assert contender.absent.startswith("ModuleNotFoundError")
+    assert "\n" not in contender.absent
