@@ -57,7 +57,7 @@ IN_THE_MIDDLE = {"x": (32.0, 2.0), "y": (32.0, 2.0), "vx": (0.0, 5.0), "vy": (0.
 
 VESSEL = Vessel(Ship(start=[-200.0, 300.0], speed=8.0), length=40.0, width=8.0, ais=Transponder(antenna=[-10.0, 1.0]))
 PICTURES = {
-    "radar": st.just(PpiRadar(metres_per_pixel=20.0, range=600.0, size=64, azimuths=128)),
+    "radar": st.just(PpiRadar(metres_per_pixel=20.0, range=600.0, size=64, azimuths=128, beam=0.06)),
     "vessels": st.just({"boat": VESSEL}),
     "frames": st.just(5),
     "interval": st.sampled_from([1.0, 2.5]),
@@ -66,6 +66,7 @@ PICTURES = {
 
 GIVEN = {
     ("estimator", "template_filter"): {"motion": BOXED, "cells": st.just(8)},
+    ("estimator", "correlation_filter"): {"motion": BOXED, "cells": st.just(8)},
     ("detector", "bayes_risk_detection"): COUNTING | COSTS,
     ("detector", "bayes_risk_printed"): COUNTING | COSTS,
     ("detector", "count_likelihood_detection"): COUNTING,
