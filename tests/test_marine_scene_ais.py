@@ -162,7 +162,7 @@ def small(**more):
         Ship(start=[-100.0, 150.0], course=0.3, speed=6.0, legs=(Leg("turn", seconds=30, rate="2 deg/s"),)),
         length=30.0, width=8.0, ais=Transponder(antenna=[-8.0, 1.0], mmsi=211000007),
     )  # fmt: skip
-    radar = PpiRadar(metres_per_pixel=6.0, range=500.0, size=168, azimuths=128)
+    radar = PpiRadar(metres_per_pixel=6.0, range=500.0, size=168, azimuths=128, beam="3 deg")
     return RadarPicturesScene(**({"radar": radar, "vessels": {"boat": boat}, "frames": 8, "lost": 2} | more))
 
 

@@ -39,6 +39,9 @@ from vedette_sim.ships import PLANE, Ship
 LOST, AIS = 16, 17
 """Numbers of the random streams, beside those of the synthesis."""
 
+_MOST_TURNS = 1e5
+"""A scene with more is a mistake in a unit."""
+
 BODY = PLANE.union(Space.of(heading="rad mod 2pi", length="m", width="m"))
 """Axes of a hull's truth: its centre, and its bow's direction counter-clockwise from east."""
 
@@ -88,6 +91,9 @@ class RadarPicturesScene(Source):
             raise ValueError(f"lost: must leave the first and the last of {self.frames} pictures, got {self.lost}")
         if self.first is not None and self.first < self.radar.period:
             raise ValueError(f"first: must be >= the antenna's period, {self.radar.period:.6g} s, got {self.first:.6g} s")
+        if self.last > _MOST_TURNS * min(self.radar.period, 1.0):
+            text = f"must make a scene of at most {_MOST_TURNS:g} s and turns of the antenna, got {self.last:.6g} s"
+            raise ValueError(f"interval: {text}")
         if self.ownship.appears > 0 or self.ownship.disappears is not None:
             raise ValueError("ownship: must be there all the time, without `appears` and `disappears`")
         for name, vessel in self.vessels.items():

@@ -19,6 +19,9 @@ _DOTS = {
 }  # fmt: skip
 """The Morse code's letters."""
 
+_FARTHEST = 1e6
+"""Corners farther than this, in m, are a mistake in a unit."""
+
 _MOST_CELLS = 50_000_000
 """A raster of land with more is a mistake in a unit."""
 
@@ -29,8 +32,9 @@ def pair(values: Array) -> str | None:
 
 
 def _corners(values: Array) -> str | None:
-    fine = values.shape[0] >= 3 and values.shape[1] == 2
-    return None if fine else f"must hold at least 3 corners [x, y], got {values.tolist()}"
+    if values.shape[0] < 3 or values.shape[1] != 2:
+        return f"must hold at least 3 corners [x, y], got {values.tolist()}"
+    return None if np.all(np.abs(values) <= _FARTHEST) else f"must lie within {_FARTHEST:g} m, got {values.tolist()}"
 
 
 @final

@@ -33,11 +33,11 @@ class PpiRadar:
     size: int = fields.integer("rows and columns of the picture", default=1024, at_least=32, at_most=4096)
     beam: float = fields.quantity("rad", "two-way width of the beam at half power", default=0.021, above=0, at_most=0.5)
     pulse: float = fields.quantity("m", "pulse's extent in range at half power, c tau / 2", default=12.0, above=0)
-    period: float = fields.quantity("s", "time of one turn of the antenna", default=1.0, above=0)
-    azimuths: int = fields.integer("sweeps a turn", default=1024, at_least=64, at_most=8192)
+    period: float = fields.quantity("s", "time of one turn of the antenna", default=1.0, at_least=0.1)
+    azimuths: int = fields.integer("sweeps a turn", default=1024, at_least=64, at_most=4096)
     echo: float = fields.quantity("1", "decibels over noise of 1 m^2 at 1 km", default=25.0, at_most=120)
     span: float = fields.quantity("1", "decibels from black to full brightness", default=30.0, above=0, at_most=120)
-    gain: float = fields.quantity("1", "decibels that are added before", default=-8.0)
+    gain: float = fields.quantity("1", "decibels that are added before", default=-8.0, at_least=-100, at_most=100)
     calm: float = fields.quantity(
         "m", "range within which the gain falls by (R / calm)^3 against the sea", default=0.0, at_least=0
     )
@@ -53,6 +53,12 @@ class PpiRadar:
             raise ValueError(f"range: must be >= 16 pixels, {16 * self.metres_per_pixel:.6g} m, got {self.range:.6g} m")
         if self.azimuths % 8:
             raise ValueError(f"azimuths: must be a multiple of 8, got {self.azimuths}")
+        sweep = 2.0 * np.pi / self.azimuths
+        if self.beam < sweep:
+            raise ValueError(f"beam: must be >= the angle between two sweeps, {sweep:.3g} rad, got {self.beam:.3g} rad")
+        if not self.cell <= self.pulse <= self.range / 8:
+            limits = f"half a pixel, {self.cell:.6g} m, and <= an eighth of the range, {self.range / 8:.6g} m"
+            raise ValueError(f"pulse: must be >= {limits}, got {self.pulse:.6g} m")
 
     @property
     def cell(self) -> float:

@@ -12,7 +12,7 @@ from vedette import Array, fields
 
 Float32 = NDArray[np.float32]
 
-_KEEP_EACH = 16
+_KEEP_EACH = 64
 """Every so many turns the texture's state is kept, so that any turn is near one."""
 
 _TABLE = 4096
