@@ -58,6 +58,10 @@ def _command(parsed: Namespace) -> int:
         from vedette.commands import reproduce
 
         return reproduce.run(parsed)
+    if parsed.command == "info":
+        from vedette.commands import info
+
+        return info.run(parsed)
     if parsed.command == "check":
         from vedette.commands import check
 
@@ -128,6 +132,9 @@ def _parser() -> ArgumentParser:
     check.add_argument("--profile", default="fast", choices=["fast", "nightly"], help="how hard to look; default: fast")
     check.add_argument("--seed", metavar="N", type=int, default=0, help="of everything random; default: 0")
 
+    info = commands.add_parser("info", help="say which kernels, libraries and plugins run here", description=_INFO)
+    info.add_argument("--json", action="store_true", help="as one JSON object")
+
     commands.add_parser("schema", help="print the JSON Schema of configs", description=_SCHEMA)
     return parser
 
@@ -145,4 +152,5 @@ _REPRODUCE = (
     "claim: reproduced, not reproduced, or not testable, and why. Exits 0 whatever the verdicts."
 )
 _COMPONENTS = "List installed components with their distributions, parameters, units, bounds and defaults."
+_INFO = "Say which versions run here, whether the kernels are the compiled ones and why, and which plugins are installed."
 _SCHEMA = "Print the JSON Schema of all that is installed, for editors that complete and check a config."

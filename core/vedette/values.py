@@ -14,6 +14,9 @@ try:
 except ImportError:  # nothing is compiled here: see `vedette info`
     Maker = None  # type: ignore[assignment, misc]
 
+COMPILED = Maker is not None
+"""Whether values are made by compiled code."""
+
 
 def maker(cls: type[T]) -> Callable[..., T]:
     """A function of all fields of an attrs class, in order, that makes its values as calling `cls` would.

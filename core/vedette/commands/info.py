@@ -1,0 +1,49 @@
+"""`vedette info`: what runs here, and why."""
+
+from __future__ import annotations
+
+import json
+import platform
+from argparse import Namespace
+from importlib.metadata import PackageNotFoundError, version
+
+from vedette import kernels, values
+from vedette.registry import Registry
+
+_LIBRARIES = ("numpy", "scipy", "attrs", "pluggy", "opencv-python-headless", "matplotlib", "xarray", "dask")
+
+
+def run(arguments: Namespace) -> int:
+    """Print versions, kernels and plugins, as text or as JSON."""
+    facts = {
+        "vedette": version("vedette"),
+        "python": f"{platform.python_version()} on {platform.machine()}",
+        "kernels": kernels.RUNNING,
+        "values": "made by compiled code" if values.COMPILED else "made by Python",
+        "libraries": {name: found for name in _LIBRARIES if (found := _version(name)) is not None},
+        "plugins": _plugins(),
+    }
+    if arguments.json:
+        print(json.dumps(facts))
+        return 0
+    for name, fact in facts.items():
+        told = ", ".join(f"{part} {what}" for part, what in fact.items()) if isinstance(fact, dict) else fact
+        print(f"{name + ':':11}{told}")
+    return 0
+
+
+def _version(name: str) -> str | None:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return None
+
+
+def _plugins() -> dict[str, str]:
+    """Distribution to how many components it brings; a broken one to what is wrong with it."""
+    registry = Registry.installed()
+    counts: dict[str, int] = {}
+    for entry in registry:
+        counts[entry.distribution] = counts.get(entry.distribution, 0) + 1
+    found = {name: f"({count} components)" for name, count in counts.items()}
+    return found | {plugin.distribution: f"is broken: {plugin.error}" for plugin in registry.broken}
