@@ -62,6 +62,9 @@ PICTURES = {
     "frames": st.just(5),
     "interval": st.sampled_from([1.0, 2.5]),
     "lost": st.sampled_from([0, 2]),
+    "ownship": st.just(Ship(start=[0.0, 0.0])),
+    "sea": st.none(),
+    **dict.fromkeys(("land", "rain", "buoys", "racons"), st.just(())),
 }
 
 GIVEN = {
