@@ -72,3 +72,16 @@ def benchmarks(session: nox.Session) -> None:
     python = str(peers / ("Scripts/python.exe" if os.name == "nt" else "bin/python"))
     session.run(python, "-m", "pip", "install", "-q", "-r", "benchmarks/peers.txt", external=True)
     session.run("python", "-m", "benchmarks", "--peers-python", python, *session.posargs)
+
+
+@nox.session
+def memory(session: nox.Session) -> None:
+    """The compiled kernels' tests under the address and undefined-behaviour sanitizers of GCC."""
+    flags = "-fsanitize=address,undefined -fno-sanitize-recover=undefined -g -O1"
+    session.install(".[testing]", env={"CXXFLAGS": flags, "LDFLAGS": "-fsanitize=address,undefined"})
+    runtime = session.run("g++", "-print-file-name=libasan.so", silent=True, external=True)
+    tests = [str(HERE / "tests" / f"test_{name}.py") for name in ("kernel_twins", "kernels", "tracker", "imm", "values")]
+    session.chdir(session.create_tmp())  # away from the checkout, so that the installed kernels are tested
+    sanitized = {"LD_PRELOAD": str(runtime).strip(), "ASAN_OPTIONS": "detect_leaks=0"}
+    options = ["-q", "-p", "no:cacheprovider", "-c", os.devnull, "--rootdir", str(HERE), "--import-mode=importlib"]
+    session.run("python", "-m", "pytest", *options, *tests, env=sanitized)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from importlib import import_module
 from types import ModuleType
 from typing import Any, TypeVar
 
@@ -28,12 +29,12 @@ class Selection:
         if wanted == "numpy":
             return cls(None, "numpy, as the environment variable VEDETTE_KERNELS asks for")
         try:
-            from vedette.kernels import _compiled
-        except ImportError as error:
+            module = import_module("vedette.kernels._compiled")
+        except ModuleNotFoundError:
             if wanted == "compiled":
-                raise
-            return cls(None, f"numpy, as the compiled kernels are not there ({error})")
-        return cls(_compiled, f"compiled, for the instruction set {_compiled.instruction_set()}")
+                raise ImportError("VEDETTE_KERNELS: the compiled kernels were not built here") from None
+            return cls(None, "numpy, as the compiled kernels were not built here")
+        return cls(module, f"compiled, for the instruction set {module.instruction_set()}")
 
     def __call__(self, reference: F) -> F:
         """The compiled twin of a kernel, which hands to `reference` what it does not take; else `reference` itself."""

@@ -1,0 +1,64 @@
+"""A value made by the compiled maker is what the class itself makes."""
+
+import gc
+
+import attrs
+import numpy as np
+import pytest
+
+from vedette import values
+from vedette.gaussian import Hypotheses
+from vedette.tracker import State
+from vedette.types import Gaussian, Innovation
+
+needs_maker = pytest.mark.skipif(not values.COMPILED, reason="nothing is compiled here: the maker is the class")
+
+
+@pytest.mark.parametrize("cls", [Gaussian, Innovation, Hypotheses, State])
+def test_a_value_holds_its_fields_and_is_frozen(cls):
+    given = [np.full(2, float(i)) for i, _ in enumerate(attrs.fields(cls))]
+    made, plain = values.maker(cls)(*given), cls(*given)
+    assert type(made) is cls
+    for field in attrs.fields(cls):
+        assert getattr(made, field.name) is getattr(plain, field.name)
+    assert repr(made) == repr(plain)
+    with pytest.raises(attrs.exceptions.FrozenInstanceError):
+        setattr(made, attrs.fields(cls)[0].name, 1)
+    assert attrs.asdict(attrs.evolve(made)).keys() == attrs.asdict(plain).keys()
+
+
+@needs_maker
+def test_wrong_arguments_and_classes_are_refused():
+    make = values.maker(Gaussian)
+    for given in ((), (1,), (1, 2, 3)):
+        with pytest.raises(TypeError, match="takes its 2 fields in order"):
+            make(*given)
+    with pytest.raises(TypeError):
+        make(1, cov=2)
+
+    @attrs.frozen(slots=False)
+    class WithoutSlots:
+        x: int
+
+    with pytest.raises((TypeError, AttributeError)):
+        values.maker(WithoutSlots)
+
+
+def test_nothing_is_left_behind():
+    class Watched:
+        alive = 0
+
+        def __init__(self):
+            Watched.alive += 1
+
+        def __del__(self):
+            Watched.alive -= 1
+
+    make = values.maker(Gaussian)
+    for _ in range(100):
+        make(Watched(), Watched())
+    circle = []
+    circle.append(make(circle, Watched()))
+    del circle
+    gc.collect()
+    assert Watched.alive == 0
