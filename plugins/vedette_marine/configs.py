@@ -52,7 +52,8 @@ def imm_pdaf(cv: float, ct: tuple[float, float], stay: float, turn: float = 0.05
 
 
 def _switching(stay: float) -> list[list[float]]:
-    return [[stay, 1 - stay], [1 - stay, stay]]
+    leave = round(1 - stay, 12)
+    return [[stay, leave], [leave, stay]]
 
 
 TABLE_6 = {

@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
 from attrs import evolve, frozen
 
-from vedette import Array, Detections, Gaussian, Scan, load
+from vedette import Array, Detections, Gaussian, Recording, Scan, Tracker, load
+from vedette.detection import detected
 from vedette.studies import over_axes
 from vedette_marine import configs
 from vedette_marine.screen import RadarScreen
 
 MARGIN = 400.0
 """m around the paths in which there are false returns."""
+
+BOAT, LOST_BOAT = 6.0, 100.0
+"""m: standard deviation of a boat's return, and the error of one that is lost."""
 
 PIXELS = 4.0
 """m that the middle of a small boat errs, along and across."""
@@ -40,6 +44,7 @@ class Points:
 
 def draw(scene: dict[str, Any], runs: int, clutter_density: float, rng: np.random.Generator) -> Points:
     """The scene's paths with AIS of its own in each run, and returns: detected with .95, false ones by density, 1/m^2."""
+    scene = scene | {"radar": {"metres_per_pixel": 10.0, "range": 300.0, "size": 64}, "sea": None, "buoys": []}
     opened = _source(scene, "truth").open({"screen": RadarScreen()}, rng)
     paths = opened.truth
     times = paths[0].times[paths[0].times >= opened.scans[0].time]  # no picture is made for its time's sake
@@ -119,3 +124,55 @@ def by_frame_number(points: Points) -> Points:
     centres = np.array([np.interp(times, points.times, row) for row in flat]).reshape(len(points.centres), 2, -1)
     scans = tuple(evolve(scan, time=float(time)) for scan, time in zip(points.scans, times, strict=True))
     return evolve(points, times=times, scans=scans, ais=ais, centres=np.moveaxis(centres, -1, 1))
+
+
+def from_pictures(
+    scene: dict[str, Any],
+    estimators: dict[str, dict[str, Any]],
+    filters: Iterable[str],
+    runs: int,
+    frames: int,
+    rng: np.random.Generator,
+) -> tuple[dict[str, Array], dict[str, int]]:
+    """Boats tracked from pictures instead: mean squared errors against AIS (r,) by filter, and how many tracks were lost.
+
+    The pictures of a run are made once, and all filters take their returns. Tracks start at their AIS.
+    """
+    errors: dict[str, list[float]] = {name: [] for name in filters}
+    lost = dict.fromkeys(errors, 0)
+    for each in rng.spawn(runs):
+        pictured = scene | {"frames": frames, "lost": min(scene["lost"], frames // 40)}
+        experiment = load(configs.tracker(estimators["IMM-PDAF"], BOAT) | _pictured(pictured))
+        assert experiment.source is not None
+        recording = experiment.source.open({"screen": RadarScreen()}, each)
+        every = detected(recording.scans, experiment.detectors)
+        scans = tuple(
+            scan for scan in every if all(path.times[0] <= scan.time <= path.times[-1] for path in recording.truth)
+        )
+        for name in errors:
+            squares = _followed(load(configs.tracker(estimators[name], BOAT)).tracker, evolve(recording, scans=scans))
+            lost[name] += int(np.sum(squares[-1] > LOST_BOAT**2))
+            errors[name].append(float(np.mean(squares)))
+    return {name: np.array(values) for name, values in errors.items()}, lost
+
+
+def _followed(tracker: Tracker, recording: Recording) -> Array:
+    """Squared errors (s, t) of the tracks that start at what is announced at the first scan."""
+    given = tracker.lifecycle.given(tracker.state, recording)
+    state, squares = tracker.start(given, recording.scans[0].time), []
+    for scan in recording.scans:
+        state = tracker.step(state, scan)
+        true = np.array([path.states[0] if (at := path.at(scan.time)) is None else at for path in recording.truth])
+        squares.append(_squared(tracker.estimate(state).mean[:, :2] - true[:, :2]))
+    return np.array(squares)
+
+
+def _squared(error: Array) -> Array:
+    found: Array = np.sum(error**2, axis=-1)
+    return found
+
+
+def _pictured(scene: dict[str, Any]) -> dict[str, Any]:
+    chain = {"link": 30.0, "longest": 60.0}
+    detector = {"kind": "radar_picture", "sensors": {"screen": {"kind": "radar_screen"}}, "chain": chain, "sigma": BOAT}
+    return {"source": scene | {"reference": "ais"}, "detectors": {"radar": detector}}

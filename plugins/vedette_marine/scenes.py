@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from typing import Any
 
-SEA = {"shape": 1.0, "level": 14.0, "seconds": 6.2}
+GAIN = {"gain": -8.0, "beam": "1.2 deg"}
+"""Decibels that leave the sea at the threshold, and the beam."""
 
 
 def _legs(*legs: tuple[float, float]) -> list[dict[str, Any]]:
@@ -36,12 +37,14 @@ BOATS: dict[str, dict[str, Any]] = {
         "path": {"start": [-100.0, 1400.0], "course": "-20 deg", "speed": 8.0, "legs": MANOEUVRES["boat 1"]},
         "length": 29.0,
         "width": 7.0,
+        "cross_section": 300.0,
         "ais": {"carriage": "A", "antenna": [-4.0, 0.0]},
     },
     "boat 2": {
         "path": {"start": [2067.0, -317.0], "course": "160 deg", "speed": 7.0, "legs": MANOEUVRES["boat 2"]},
         "length": 23.0,
         "width": 6.0,
+        "cross_section": 250.0,
         "ais": {"carriage": "A", "antenna": [-3.0, 0.0]},
     },
 }
@@ -55,7 +58,7 @@ SHIP: dict[str, Any] = {
     },
     "length": 180.0,
     "width": 28.0,
-    "cross_section": 3000.0,
+    "cross_section": 10000.0,
     "ais": {"carriage": "A", "antenna": [-65.0, 0.0]},
 }
 
@@ -64,11 +67,12 @@ def manoeuvres(reference: str = "truth") -> dict[str, Any]:
     """Like MANV: two boats that manoeuvre and cross, 6 m a pixel, 1,000 frames of which 24 were lost."""
     return {
         "kind": "radar_pictures_scene",
-        "radar": {"metres_per_pixel": 6.0, "range": 2778.0, "pulse": 12.0},
+        "radar": {"metres_per_pixel": 6.0, "range": 2778.0, "pulse": 12.0, "calm": 500.0} | GAIN,
         "vessels": BOATS,
         "frames": 1000,
         "lost": 24,
-        "sea": SEA,
+        "sea": {"shape": 2.0, "level": 1.0, "seconds": 6.2},
+        "buoys": [{"at": [-1000.0, 1900.0]}, {"at": [1700.0, -700.0]}],
         "reference": reference,
     }
 
@@ -77,10 +81,10 @@ def large_ship(reference: str = "truth") -> dict[str, Any]:
     """Like DARC: one ship of 180 m, almost straight, 11 m a pixel, 540 frames of which 13 were lost, a radar beacon."""
     return {
         "kind": "radar_pictures_scene",
-        "radar": {"metres_per_pixel": 11.0, "range": 5556.0, "pulse": 30.0},
+        "radar": {"metres_per_pixel": 11.0, "range": 5556.0, "pulse": 30.0, "calm": 700.0} | GAIN,
         "vessels": {"ship": SHIP},
         "frames": 540,
         "lost": 13,
-        "sea": SEA | {"level": 10.0, "shape": 2.0},
+        "sea": {"shape": 1.0, "level": 7.0, "seconds": 6.2},
         "reference": reference,
     }
