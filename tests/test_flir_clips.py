@@ -228,3 +228,22 @@ def test_pixel_figures():
     small = Trajectory("t", BOX, times, np.column_stack([true[:, :2], np.full((20, 2), 20.0)]))
     assert pixel_figures([track], [small])["lost"] == 1.0
     assert pixel_figures([], [truth]) == {}
+
+
+def test_a_run_leaves_an_annotated_video_and_speaks_of_px(tmp_path, capsys):
+    path = folder_of(tmp_path / "disc", *hot_disc())
+    assert main(["run", str(EXAMPLE), "--set", f"source.path={path}", "--out", str(tmp_path / "out")]) == 0
+    told = capsys.readouterr().out
+    assert "annotated.avi" in told
+    assert "a track within 10 px covers an object" in told
+    assert "RMSE [px]" in told
+    assert " m RMSE" not in told
+    video = cv2.VideoCapture(str(tmp_path / "out" / "annotated.avi"))
+    assert video.get(cv2.CAP_PROP_FRAME_COUNT) == 20
+    read, image = video.read()
+    assert read
+    assert image.shape == (240, 320, 3)  # 80 x 60 enlarged four times
+    at = 4 * (centred(hot_disc()[1][0], 1.0)[:2] + 0.5)
+    blue, _, red = (image[int(at[1]) - 3 : int(at[1]) + 4, int(at[0]) + 4, k].astype(int) for k in range(3))
+    assert np.max(red - blue) > 60  # an arm of the orange cross
+    assert [file.name for file in (tmp_path / "out").iterdir() if file.name.startswith(".")] == []

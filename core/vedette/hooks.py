@@ -1,7 +1,7 @@
 """The door that every component comes through, Vedette's own included.
 
-A plugin is a module, named by an entry point in the group `vedette`, that implements one hook and may state the version of
-the contract it was written for::
+A plugin is a module, named by an entry point in the group `vedette`, that implements the first hook, perhaps the second, and
+may state the version of the contract it was written for::
 
     import vedette
 
@@ -15,10 +15,16 @@ the contract it was written for::
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 import pluggy
 
 from vedette.roles import Component
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from vedette.experiment import Experiment, Result
 
 plugin = pluggy.HookimplMarker("vedette")
 specification = pluggy.HookspecMarker("vedette")
@@ -27,3 +33,8 @@ specification = pluggy.HookspecMarker("vedette")
 @specification
 def vedette_components() -> Iterable[type[Component]]:  # type: ignore[empty-body]  # pluggy reads the signature only
     """The component classes that this plugin brings."""
+
+
+@specification
+def vedette_files(folder: Path, experiment: Experiment, result: Result) -> Iterable[str]:  # type: ignore[empty-body]
+    """Further files of a run, written into `folder`: their names. None where this plugin has nothing to say of the run."""

@@ -1,8 +1,10 @@
 """Tracking in infrared images, pixel by pixel: models of target and atmosphere, cameras, the filters that read them."""
 
 from collections.abc import Iterable
+from pathlib import Path
 
 import vedette
+from vedette_flir.annotate import annotated
 from vedette_flir.estimators.correlation import CorrelationFilter
 from vedette_flir.estimators.template import TemplateFilter
 from vedette_flir.motion.atmospheric_wander import AtmosphericWander
@@ -29,3 +31,9 @@ def vedette_components() -> Iterable[type[vedette.Component]]:
         *(TemplateFilter, CorrelationFilter),
         *(VideoSource, FlirStudy),
     ]
+
+
+@vedette.plugin
+def vedette_files(folder: Path, experiment: vedette.Experiment, result: vedette.Result) -> Iterable[str]:
+    """A video of a run through images."""
+    return annotated(folder, experiment, result)

@@ -14,7 +14,7 @@ from vedette.config import load
 from vedette.experiment import Experiment, Progress, Result
 from vedette.metrics import judge
 from vedette.report.figures import figures, timings
-from vedette.report.files import check_folder, write_files, write_pictures
+from vedette.report.files import check_folder, write_files, write_of_plugins, write_pictures
 from vedette.report.smoothed import read_lag, smooth_result, smoothed_figures, smoothed_summary, write_smoothed
 from vedette.report.summary import summary
 from vedette.smoothing import check_smoothing
@@ -42,6 +42,7 @@ def run(arguments: Namespace) -> int:
     if smoothed is not None:
         written += write_smoothed(folder, experiment, smoothed)
     written += _pictures(folder, experiment, result)
+    written += write_of_plugins(folder, experiment, result)
     took = timings(result)
     print(text)
     if took["seconds_per_scan"] is not None:

@@ -44,6 +44,26 @@ def write_files(folder: Path, experiment: Experiment, result: Result, figures: M
     return ["tracks.csv", "tracks.jsonl", "recording.jsonl", "config.json", "summary.json", "summary.txt"]
 
 
+def write_of_plugins(folder: Path, experiment: Experiment, result: Result) -> list[str]:
+    """What plugins leave of a run, by their hook `vedette_files`; returns the names."""
+    from importlib.metadata import entry_points
+
+    import pluggy
+
+    from vedette import hooks
+    from vedette.registry import GROUP
+
+    manager = pluggy.PluginManager(GROUP)
+    manager.add_hookspecs(hooks)
+    for point in sorted(entry_points(group=GROUP), key=lambda point: point.name):
+        try:
+            manager.register(point.load())
+        except Exception:  # told where its kinds are asked for; here it has no file to leave
+            continue
+    found = manager.hook.vedette_files(folder=folder, experiment=experiment, result=result)
+    return [name for names in reversed(found) for name in names]
+
+
 def write_pictures(folder: Path, experiment: Experiment, result: Result) -> list[str]:
     """Draw and write the pictures, for which matplotlib must be installed; returns their names."""
     from vedette.report import canvas

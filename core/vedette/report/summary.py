@@ -29,11 +29,18 @@ def summary(experiment: Experiment, result: Result, score: Score) -> str:
     lines = [title, "=" * len(title), "", *_rows(_read(result)), *_refused(result)]
     lines += _rows([("tracks", f"{score.tracks:,} confirmed of {result.begun:,} begun")])
     if score.coverage is not None:
-        radius = f"a track within {experiment.judge.cover_radius:g} m covers an object"
+        unit = _length(experiment)
+        radius = f"a track within {experiment.judge.cover_radius:g} {unit} covers an object"
         lines += ["", f"Against the truth: {radius}; {count(score.scans, 'scan')} judged"]
-        lines += [*_rows(_against_truth(experiment, score)), "", *_objects(score)]
+        lines += [*_rows(_against_truth(experiment, score, unit)), "", *_objects(score, unit)]
     lines += ["", "Are the covariances as large as the errors?", *_rows(_consistency(experiment, result, score))]
     return "\n".join(lines) + "\n"
+
+
+def _length(experiment: Experiment) -> str:
+    """The unit of positions: px where tracks are followed in images, else m."""
+    space = experiment.tracker.state
+    return "px" if any(axis.name == "x" and axis.unit == "px" for axis in space.axes) else "m"
 
 
 def _rows(pairs: Iterable[tuple[str, str]]) -> list[str]:
@@ -72,29 +79,29 @@ def _refused(result: Result) -> list[str]:
     return _rows([*told, ("", f"and {more:,} more")] if more > 0 else told)
 
 
-def _against_truth(experiment: Experiment, score: Score) -> Iterator[tuple[str, str]]:
+def _against_truth(experiment: Experiment, score: Score, unit: str) -> Iterator[tuple[str, str]]:
     judge = experiment.judge
-    offset = "" if not np.any(judge.offset) else f", the known offset {_vector(judge.offset.tolist())} m removed"
+    offset = "" if not np.any(judge.offset) else f", the known offset {_vector(judge.offset.tolist())} {unit} removed"
     yield "coverage", f"{_percent(score.coverage)} of the scans in which an object was there"
-    yield "position error", _maybe(score.position_rmse_m, "m RMSE while covered") + offset
+    yield "position error", _maybe(score.position_rmse_m, f"{unit} RMSE while covered") + offset
     if score.bias_m is not None:
-        yield "bias", f"{_vector(score.bias_m)} m"
+        yield "bias", f"{_vector(score.bias_m)} {unit}"
     if score.velocity_rmse_mps is not None:
-        yield "velocity error", f"{score.velocity_rmse_mps:.3g} m/s RMSE while covered"
+        yield "velocity error", f"{score.velocity_rmse_mps:.3g} {unit}/s RMSE while covered"
     yield "identity switches", f"{score.id_switches}"
     yield "lost", f"{_percent(score.lost)} of the objects"
     yield "first covered", _maybe(score.confirmed_after_s, "s after an object's first scan, on average")
-    near = "" if judge.near is None else f" within {judge.near:g} m of an object"
+    near = "" if judge.near is None else f" within {judge.near:g} {unit} of an object"
     yield "false tracks", f"{_maybe(score.false_tracks, 'at a time')}{near}"
-    how = f"cut-off {judge.gospa_cutoff:g} m, order {judge.gospa_order:g}"
-    yield "GOSPA", f"{_maybe(score.gospa_m, 'm')} a scan, {how}"
+    how = f"cut-off {judge.gospa_cutoff:g} {unit}, order {judge.gospa_order:g}"
+    yield "GOSPA", f"{_maybe(score.gospa_m, unit)} a scan, {how}"
     if judge.far is not None:
-        yield "", f"of tracks within {judge.far:g} m of an object; {_maybe(score.gospa_all_m, 'm')} with all"
-    yield "OSPA", f"{_maybe(score.ospa_m, 'm')} a scan"
+        yield "", f"of tracks within {judge.far:g} {unit} of an object; {_maybe(score.gospa_all_m, unit)} with all"
+    yield "OSPA", f"{_maybe(score.ospa_m, unit)} a scan"
 
 
-def _objects(score: Score) -> list[str]:
-    head = ("object", "scans", "coverage", "RMSE [m]", "switches", "lost", "first covered [s]")
+def _objects(score: Score, unit: str) -> list[str]:
+    head = ("object", "scans", "coverage", f"RMSE [{unit}]", "switches", "lost", "first covered [s]")
     rows = [
         (
             fate.name,
