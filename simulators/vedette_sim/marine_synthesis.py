@@ -155,9 +155,9 @@ class Synthesis:
     def power(self, turn: int) -> Float32:
         """Power of turn 0, 1, .. over the noise's, sweeps from the bow clockwise (azimuths, bins)."""
         world, radar = self.world, self.world.radar
-        noise = own_stream(self.seed, SPECKLE, turn).standard_normal((*self._speckle.coarse, 2), dtype=np.float32)
-        speckle = self._speckle(noise)[:, : len(radar.ranges)]
-        power: Float32 = (speckle[..., 0] ** 2 + speckle[..., 1] ** 2) * np.float32(0.5) * self.mean(turn)
+        noise = own_stream(self.seed, SPECKLE, turn).standard_normal((2, *self._speckle.coarse), dtype=np.float32)
+        power = np.ascontiguousarray(self._speckle.power(noise)[:, : len(radar.ranges)])
+        power *= self.mean(turn)
         for number, buoy in enumerate(world.buoys):
             _, azimuth, away = world.sighted(turn, still(buoy.at))
             seen = own_stream(self.seed, BUOY, number, turn).standard_exponential() * buoy.cross_section

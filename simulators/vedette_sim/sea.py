@@ -106,7 +106,7 @@ class Upsampling:
         return (down**2).sum(axis=1, keepdims=True) ** -0.5, (across**2).sum(axis=0, keepdims=True) ** -0.5
 
     def _smooth(self, noise: Float32, *, down: bool) -> Float32:
-        """One direction of it: (n, m[, c]) -> (n f, m[, c]), or (n, m f[, c])."""
+        """One direction of it: (n, m) -> (n f, m), or (n, m f)."""
         cv2 = opencv()
         f, spread = (self.factor[0], self.spread[0]) if down else (self.factor[1], self.spread[1])
         margin = 2 + int(np.ceil(4.0 * spread / f)) if down else 0
@@ -123,11 +123,20 @@ class Upsampling:
         return kept
 
     def __call__(self, noise: Float32) -> Float32:
-        """White noise (n, m[, c]), variance 1, to the field (n f, m f'[, c])."""
-        down, across = self._scale
+        """White noise (n, m), variance 1, to the field (n f, m f')."""
         field = self._smooth(self._smooth(noise, down=False), down=True)
-        tail = (1,) * (noise.ndim - 2)
-        made: Float32 = field * down.reshape(-1, 1, *tail) * across.reshape(1, -1, *tail)
+        field *= self._scale[0]
+        field *= self._scale[1]
+        return field
+
+    def power(self, noise: Float32) -> Float32:
+        """Real and imaginary white noise (2, n, m) to the exponential power, mean 1, of the complex field (n f, m f')."""
+        made, more = (self._smooth(self._smooth(part, down=False), down=True) for part in noise)
+        made *= made
+        more *= more
+        made += more
+        made *= self._scale[0] ** 2
+        made *= np.float32(0.5) * self._scale[1] ** 2
         return made
 
 
