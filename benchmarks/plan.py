@@ -10,6 +10,7 @@ Entry = tuple[str, str]
 """A contender and its level."""
 
 STEP, ESTIMATOR, STAGED, FUSED = (("vedette", level) for level in ("step", "estimator", "kernels", "fused"))
+CHUNKED = ("vedette", "kernels in chunks")
 NUMPY_STEP, NUMPY_STAGED = (("vedette numpy", level) for level in ("step", "kernels"))
 TEXTBOOK, FILTERPY, STONESOUP, BY_MATRICES = ("textbook", ""), ("filterpy", ""), ("stonesoup", ""), ("stonesoup", "matrices")
 SIMDKALMAN, LIMIT = ("simdkalman", ""), ("limit", "")
@@ -18,6 +19,7 @@ NAMES: dict[Entry, str] = {
     STEP: "Vedette, `Tracker.step`",
     ESTIMATOR: "Vedette, estimator's calls",
     STAGED: "Vedette, a kernel a stage",
+    CHUNKED: "Vedette, a kernel a stage, 2,000 tracks at a time",
     FUSED: "Vedette, fused kernel",
     NUMPY_STEP: "numpy kernels, `Tracker.step`",
     NUMPY_STAGED: "numpy kernels, a kernel a stage",
@@ -61,7 +63,7 @@ FOREIGN = Heat("EKF, a third party's sensor", Case("foreign"), (STEP, ESTIMATOR,
 
 def _batches(size: int) -> tuple[Heat, ...]:
     steps = 50 if size <= 1000 else 4
-    each = (STEP, STAGED, NUMPY_STAGED, TEXTBOOK)
+    each = (STEP, STAGED, *((CHUNKED,) if size > 2_000 else ()), NUMPY_STAGED, TEXTBOOK)
     return (
         Heat(f"KF, {size:,} tracks", Case("kf", 1, size, 1, steps), (*each, FUSED, SIMDKALMAN, LIMIT), batch=True),
         Heat(f"IMM, 3 modes, {size:,} tracks", Case("imm", 3, size, 1, steps), (*each, LIMIT), batch=True),
@@ -101,6 +103,7 @@ TARGETS = (
     Target("IMM, 3 modes", STAGED, LIMIT, 4.5),
     Target("IMM-PDAF, 3 modes, 8 returns", STAGED, LIMIT, 4.5),
     *(Target(f"{name}, {size} tracks", STAGED, LIMIT, most) for size in LARGE for name, most in BATCH_TARGETS),
+    *(Target(f"{name}, 100,000 tracks", CHUNKED, LIMIT, most) for name, most in BATCH_TARGETS),
     *(Target(f"KF, {size} tracks", STAGED, SIMDKALMAN, 1 / 10) for size in LARGE),
     *(Target(f"{name}, {size} tracks", STAGED, TEXTBOOK, 1 / 500) for size in LARGE for name, _ in BATCH_TARGETS),
     Target("GNN, 200 targets, 373 returns", STEP, STONESOUP, 1 / 100),

@@ -9,6 +9,7 @@ from pathlib import Path
 from benchmarks.footprint import Footprint
 from benchmarks.plan import (
     BATCHES,
+    CHUNKED,
     EARLIER_LIMIT,
     EARLIER_MARGIN,
     ESTIMATOR,
@@ -34,7 +35,7 @@ from benchmarks.plan import (
 from benchmarks.race import Race, Spread
 
 ONLINE_COLUMNS = (STEP, ESTIMATOR, STAGED, FUSED, NUMPY_STEP, TEXTBOOK, FILTERPY, STONESOUP, LIMIT)
-BATCH_COLUMNS = (STEP, STAGED, FUSED, NUMPY_STAGED, TEXTBOOK, SIMDKALMAN, LIMIT)
+BATCH_COLUMNS = (STEP, STAGED, CHUNKED, FUSED, NUMPY_STAGED, TEXTBOOK, SIMDKALMAN, LIMIT)
 BEGIN, END = "<!-- measured: begin -->", "<!-- measured: end -->"
 
 
