@@ -66,7 +66,7 @@ def plugin_template(session: nox.Session) -> None:
 @nox.session
 def benchmarks(session: nox.Session) -> None:
     """Speed beside peers, which get an environment of their own: `nox -s benchmarks -- --quick`. See docs/speed.md."""
-    session.install("-e", ".")
+    session.install(".")
     peers = Path(session.create_tmp()) / "peers"
     session.run("python", "-m", "venv", str(peers))
     python = str(peers / ("Scripts/python.exe" if os.name == "nt" else "bin/python"))

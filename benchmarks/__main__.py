@@ -54,7 +54,9 @@ def known(peers_python: list[str]) -> dict[str, tuple[str, str, dict[str, str]]]
         if name not in ("", *PEERS) or not Path(path).exists():
             sys.exit(f"--peers-python: must be PATH or NAME=PATH, NAME one of {', '.join(PEERS)}, PATH there; got {given}")
         pythons |= {name: path} if name else dict.fromkeys(PEERS, path)
-    own = {name: (name, sys.executable, {}) for name in ("vedette", "textbook", "limit")}
+    own: dict[str, tuple[str, str, dict[str, str]]] = {
+        name: (name, sys.executable, {}) for name in ("vedette", "textbook", "limit")
+    }
     twin = {"vedette numpy": ("vedette", sys.executable, {"VEDETTE_KERNELS": "numpy"})}
     return own | twin | {name: (name, pythons[name], {}) for name in PEERS}
 

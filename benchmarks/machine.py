@@ -19,7 +19,7 @@ def described() -> str:
     if family := facts.get("cpu family"):
         model += f" (family {family}, model {facts.get('model', '?')})"
     units = [unit for unit in ("avx2", "avx512f", "asimd") if unit in facts.get("flags", facts.get("Features", "")).split()]
-    blas = np.show_config(mode="dicts")["Build Dependencies"]["blas"]["name"]  # type: ignore[index]
+    blas = np.show_config(mode="dicts")["Build Dependencies"]["blas"]["name"]
     load = os.getloadavg()[0]
     return (
         f"{model}, {os.cpu_count()} cores, {' '.join(units) or 'no vector units known'}; one thread; load {load:.1f} at the"

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating[Any]]
 
 SIGMA = 5.0  # m, of a measured position
 POLAR = (10.0, 0.01)  # m and rad, of a measured range and bearing

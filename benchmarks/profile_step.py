@@ -22,7 +22,7 @@ from benchmarks.contenders import vedette as contender
 from benchmarks.contenders import vedette_kernels
 from benchmarks.problems import Problem, make
 from vedette import Detections, Scan, kernels
-from vedette import tracker as loop
+from vedette import tracker as tracker_module
 
 CASES: dict[str, dict[str, Any]] = {
     "kf": {},
@@ -93,7 +93,7 @@ def scans_of(problem: Problem) -> list[Scan]:
 
 def walk(tracker: Any, begin: Any, scans: list[Scan], count: int, each: Callable[[], None]) -> list[int]:
     """Nanoseconds of each of `count` steps."""
-    spent = []
+    spent: list[int] = []
     while len(spent) < count:
         state = begin
         for scan in scans:
@@ -118,9 +118,10 @@ def stages(problem: Problem) -> None:
         rounds.append(watch.spent)
         watch.spent = {}
 
+    loop: Any = tracker_module
     admitted, existence = loop.admitted, kernels.existence
-    loop.admitted = watch.around("admission of the scan", admitted)  # type: ignore[assignment]
-    kernels.existence = watch.around("kernels.existence", existence)  # type: ignore[assignment]
+    loop.admitted = watch.around("admission of the scan", admitted)
+    kernels.existence = watch.around("kernels.existence", existence)
     try:
         walk(watched(tracker, watch), begin, scans, count, next_scan)
     finally:

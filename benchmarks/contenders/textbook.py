@@ -45,7 +45,8 @@ def pda(x: Array, P: Array, z: Array, inside: Array, H: Array, R: Array) -> tupl
 def distances(x: Array, P: Array, z: Array, H: Array, R: Array) -> Array:
     """Squared Mahalanobis distances of the returns (k,)."""
     nu = z - H @ x
-    return np.sum(nu @ inv(H @ P @ H.T + R) * nu, axis=1)
+    squared: Array = np.sum(nu @ inv(H @ P @ H.T + R) * nu, axis=1)
+    return squared
 
 
 def moments(weights: Array, xs: list[Array], Ps: list[Array]) -> tuple[Array, Array]:
@@ -158,7 +159,7 @@ def gnn(problem: Problem) -> Answer:
             if (d := nu @ inverse @ nu) <= GATE:
                 cost[t, i] = 0.5 * d - np.log(P_DETECT / DENSITY / volume)
     rows, columns = linear_sum_assignment(cost)
-    for t, i in zip(rows, columns, strict=True):
+    for t, i in zip(rows.tolist(), columns.tolist(), strict=True):
         if i < len(z):
             x, P = ahead[t]
             ahead[t] = update(x, P, z[i] - H @ x, H, R)[:2]

@@ -80,7 +80,9 @@ def kf(problem: Problem) -> Pipeline:
     F, Q, H, R, predict, update = problem.F[0], problem.Q[0], problem.H, problem.R, kernels.predict, kernels.update
 
     def step(state: Any, z: Any) -> Any:
-        return update(*predict(*state, F, Q), z, H, R)[:2]
+        x, P = state
+        x, P = predict(x, P, F, Q)
+        return update(x, P, z, H, R)[:2]
 
     def online(state: Any, zs: list[Any]) -> Any:
         x, P = state
@@ -97,7 +99,8 @@ def fused(problem: Problem) -> Pipeline:
     F, Q, H, R, filter_step = problem.F[0], problem.Q[0], problem.H, problem.R, kernels.filter_step
 
     def step(state: Any, z: Any) -> Any:
-        return filter_step(*state, F, Q, z, H, R)[:2]
+        x, P = state
+        return filter_step(x, P, F, Q, z, H, R)[:2]
 
     def online(state: Any, zs: list[Any]) -> Any:
         x, P = state
