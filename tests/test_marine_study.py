@@ -56,6 +56,16 @@ def test_the_modes_separate_when_tuned_and_do_not_with_one_q(boats):
     assert abs(np.mean(alike.modes[10:, 1]) - 0.5) < 0.02
 
 
+def test_a_turn_rate_in_the_straight_mode_loses_boats():
+    """The paper's five axes in both modes, with a straight mode that is sharp: its old turn rate is handed back."""
+    points = draw(scenes.manoeuvres(), 8, study.CLUTTER, np.random.default_rng([15, 0]))
+    printed = configs.imm_printed((0.05, 1e-3), (0.2, 1e-2), 0.95)
+    lost = [record("MANV-like", points, target, printed, 6.0).lost.mean() for target in (0, 1)]
+    assert np.mean(lost) > 0.2
+    kept = [record("MANV-like", points, target, configs.TUNED_BOATS["IMM-PDAF"], 6.0).lost.any() for target in (0, 1)]
+    assert not any(kept)
+
+
 def test_the_large_ship_is_the_same_to_all_against_its_antenna():
     points = draw(scenes.large_ship(), 20, study.CLUTTER, np.random.default_rng([13, 0]))
     filters = tuned("DARC-like", 13, 1)
