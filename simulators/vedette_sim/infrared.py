@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import pairwise
 from typing import Any, ClassVar, final
 
 import numpy as np
@@ -32,6 +33,9 @@ Spectrum = NDArray[np.complexfloating[Any, Any]]
 
 _CHUNK = 256
 """Frames whose noise is drawn at once."""
+
+_PIXELS = 2**18
+"""Pixels whose background is drawn at once: what stays near the processor."""
 
 
 @final
@@ -92,11 +96,12 @@ class HotTarget:
         """Add the spots to frames (s, h, w) at the apparent places `where` (s, 2)."""
         turn = self.turn_rate * times
         cos, sin = np.cos(turn), np.sin(turn)
+        across, down = [], []
         for spot in self.spots:
             x, y = where[:, 0] + cos * spot.x - sin * spot.y, where[:, 1] + sin * spot.x + cos * spot.y
-            across = _share(frames.shape[2], x, spot.spread)
-            down = spot.peak * _share(frames.shape[1], y, spot.spread)
-            frames += down[:, :, None] * across[:, None, :]
+            across.append(_share(frames.shape[2], x, spot.spread))
+            down.append(spot.peak * _share(frames.shape[1], y, spot.spread))
+        frames += np.stack(down, axis=2) @ np.stack(across, axis=1)
 
 
 def _share(size: int, at: Array, spread: float) -> Array:
@@ -172,7 +177,9 @@ class InfraredScene(Source):
         state = None
         for first in range(0, self.frames, _CHUNK):
             part = slice(first, min(first + _CHUNK, self.frames))
-            images = self.level + self.sigma * noise.standard_normal((part.stop - first, self.height, self.width))
+            images = noise.standard_normal((part.stop - first, self.height, self.width))
+            images *= self.sigma
+            images += self.level
             if self.clutter > 0:
                 state = self._add_background(images, shift[part], state, field)
             for name, target in self.targets.items():
@@ -187,6 +194,8 @@ class InfraredScene(Source):
 
         On a torus: white noise times the root of the field's spectrum; a drift is a phase.
         """
+        from scipy.fft import irfft2, rfft2
+
         ky, kx = np.fft.fftfreq(self.height), np.fft.rfftfreq(self.width)
         root = np.exp(-((2.0 * np.pi * self.clutter_length) ** 2) * (ky[:, None] ** 2 + kx**2) / 2.0)
         full = np.exp(
@@ -194,10 +203,20 @@ class InfraredScene(Source):
         )
         root *= self.clutter / np.sqrt(np.mean(full**2))
         keep = np.exp(-1.0 / self.rate / self.clutter_time)
-        for image, moved in zip(images, shift, strict=True):
-            fresh = root * np.fft.rfft2(rng.standard_normal((self.height, self.width)))
-            state = fresh if state is None else keep * state + np.sqrt(1.0 - keep**2) * fresh
-            phase = np.exp(-2j * np.pi * ky * moved[1])[:, None] * np.exp(-2j * np.pi * kx * moved[0])
-            image += np.fft.irfft2(state * phase, (self.height, self.width))
+        at_once = max(1, _PIXELS // (self.height * self.width))
+        for first in range(0, len(images), at_once):
+            part, moved = images[first : first + at_once], shift[first : first + at_once]
+            spectra = rfft2(rng.standard_normal(part.shape))
+            spectra *= root
+            if state is not None:
+                spectra[0] = keep * state + np.sqrt(1.0 - keep**2) * spectra[0]
+            for before, now in pairwise(spectra):
+                now *= np.sqrt(1.0 - keep**2)
+                now += keep * before
+            state = spectra[-1].copy()
+            if moved.any():
+                spectra *= np.exp(-2j * np.pi * moved[:, 1, None] * ky)[..., None]
+                spectra *= np.exp(-2j * np.pi * moved[:, 0, None] * kx)[:, None, :]
+            part += irfft2(spectra, part.shape[1:])
         assert state is not None
         return state
