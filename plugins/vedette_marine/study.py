@@ -8,7 +8,7 @@ from typing import Any, ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Study, build
+from vedette import Array, Mask, Study, build
 from vedette.lockstep import run_together
 from vedette.studies import Progress, StudyResult
 from vedette_marine import configs, outcome, scenes
@@ -24,7 +24,9 @@ GRID = (0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 1.4)
 TUNING_RUNS = 8
 
 LOST = {"MANV-like": 100.0, "DARC-like": 300.0}
-"""m of error of the centre at the end: a run with more is lost."""
+"""m of error of the centre: a run with more in `IN_A_ROW` successive scans is lost."""
+
+IN_A_ROW = 10
 
 SCENES: dict[str, Any] = {"MANV-like": scenes.manoeuvres, "DARC-like": scenes.large_ship}
 START = {"MANV-like": 10.0, "DARC-like": 90.0}
@@ -102,7 +104,7 @@ def tuned(scene: str, seed: int, number: int) -> dict[str, Any]:
 def record(
     scene: str, points: Points, target: int, estimator: dict[str, Any], sigma: float, lost: float | None = None
 ) -> Record:
-    """One filter on one target of all runs, started by its AIS; `lost` m off at the end is lost, by default the scene's."""
+    """One filter on one target of all runs, started by its AIS; `lost` m off for long is lost, by default the scene's."""
     tracker = build(configs.tracker(estimator, sigma))
     given = prior(points, target, START[scene], tracker.state)
     found = run_together(tracker, given, float(points.times[0]), points.scans)
@@ -113,7 +115,7 @@ def record(
         ais=_squares(spot - points.ais[:, target])[:, there],
         centre=centre[:, there],
         nis=found.nis[:, there] / 2,
-        lost=np.sqrt(centre[:, -1]) > (LOST[scene] if lost is None else lost),
+        lost=_lost(centre, LOST[scene] if lost is None else lost),
         modes=None if found.mode_prob is None else np.mean(found.mode_prob, axis=0)[there],
         path=spot[0],
     )
@@ -137,6 +139,13 @@ def run_times(scene: str, points: Points, estimators: dict[str, Any], sigma: flo
             record(scene, first, target, estimators[name], sigma)
         took.append(process_time() - before)
     return took[0], took[1], took[2]
+
+
+def _lost(squares: Array, limit: float) -> Mask:
+    """Which runs (r,) err by more than `limit` in `IN_A_ROW` successive scans; squares (r, s)."""
+    far = np.lib.stride_tricks.sliding_window_view(squares > limit**2, IN_A_ROW, axis=-1)
+    found: Mask = np.any(np.all(far, axis=-1), axis=-1)
+    return found
 
 
 def _squares(error: Array) -> Array:
