@@ -501,6 +501,7 @@ LIFECYCLES = [
     ("one run's verdict for all", Existence, "batches_as_it_loops",
      {"review": lambda s, m, e, h, x: (lambda r: (r[0], r[1] | (r[1].any() & (r[1].ndim > 1)), r[2]))(
          Existence.review(s, m, e, h, x))}),
+    ("tracks that end though they last", MOfN, "lasting_as_declared", {"lasting": True}),
     ("a hit ends a track", MOfN, "a_hit_never_harms", {"review": lambda s, m, e, h, x: MOfN.review(s, m, e, 1.0 - h, x)}),
     ("explained returns start tracks", MOfN, "explained_returns_start_nothing",
      {"starts": lambda s, name, claimed: claimed > 0.2}),

@@ -241,7 +241,10 @@ class Lifecycle(Component):
     """When tracks begin, count as real, and end; judged on existence probabilities and on what was associated.
 
     Memory: whatever it keeps per track, attrs values, tuples and arrays, every array leading with (*b, t).
+    If lasting, every track surely exists, counts as real and goes on, whatever is seen: a tracker then need not ask.
     """
+
+    lasting: ClassVar[bool] = False
 
     @abstractmethod
     def newborn(self, count: int) -> tuple[Any, Array]:

@@ -150,20 +150,24 @@ class Tracker:
         estimator, lifecycle, p_gate = self.estimator, self.lifecycle, self.gate.probability
         dt = scan.time - state.time if state.time != -np.inf else 0.0
         belief = estimator.predict(state.belief, dt, state.rng)
-        existence = lifecycle.survive(state.existence, dt)
         innovation = estimator.innovate(belief, sensor, seen, p_gate)
+        memory, confirmed, existence, lasting = state.memory, state.confirmed, state.existence, lifecycle.lasting
+        if not lasting:
+            existence = lifecycle.survive(existence, dt)
         exclusive, loglik = self.associator.exclusive, innovation.loglik
         if isinstance(seen, Detections):
             scores = self.gate.scores(innovation, sensor, seen, existence, reach)
             weights = self.associator.associate(scores, None if seen.evidence is None else seen.evidence[..., None, :])
-            hit, existence, p_detect = kernels.existence(scores, weights, existence, loglik, p_gate, exclusive)
+            if not lasting:
+                hit, existence, p_detect = kernels.existence(scores, weights, existence, loglik, p_gate, exclusive)
         else:  # all tracks may see themselves in one frame, so each is associated as if it were alone
             scores = self.gate.frame_scores(innovation, existence, reach.threshold)[..., None, :]
             alone = self.associator.associate(scores, None)
             each = kernels.existence(scores, alone, existence[..., None], loglik[..., None, :], p_gate, exclusive)
             hit, existence, p_detect = (part[..., 0] for part in each)
             weights = alone[..., 0, :]
-        memory, confirmed, alive = lifecycle.review(state.memory, existence, hit, p_detect)
+        if not lasting:
+            memory, confirmed, alive = lifecycle.review(memory, existence, hit, p_detect)
         after = new_state(
             scan.time,
             estimator.absorb(belief, innovation, weights),
@@ -176,7 +180,7 @@ class Tracker:
             state.born,
             state.rng,
         )
-        if np.count_nonzero(alive) < alive.size:
+        if not lasting and np.count_nonzero(alive) < alive.size:
             after = _keep(after, alive)
         if scan.sensor not in self._starters or not isinstance(seen, Detections):
             return after

@@ -7,8 +7,9 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, fields
-from vedette.gaussian import GaussianFilter, linearised, moved
+from vedette import Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, fields, kernels
+from vedette.gaussian import GaussianFilter, linearised
+from vedette.types import new_gaussian
 
 
 @final
@@ -35,7 +36,10 @@ class Kalman(GaussianFilter):
 
     def predict(self, belief: Gaussian, dt: float, rng: np.random.Generator, combined: Gaussian | None = None) -> Gaussian:
         """The belief `dt` s later."""
-        return belief if dt == 0 else moved(belief, self.motion, dt, combined, self._memo)
+        if dt == 0:
+            return belief
+        x = belief.mean
+        return new_gaussian(*kernels.predict(x, belief.cov, *self._memo.step(self.motion, x, dt)))
 
     def innovate(self, belief: Gaussian, sensor: Sensor, seen: Detections | Frame, p_gate: float) -> Innovation:
         """Every return against every track."""

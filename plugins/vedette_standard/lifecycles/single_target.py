@@ -20,6 +20,7 @@ class SingleTarget(Lifecycle):
     """
 
     kind: ClassVar[str] = "single_target"
+    lasting: ClassVar[bool] = True
 
     start: dict[str, tuple[float, float]] = fields.table("state axis to [mean, standard deviation]", pairs=True)
     spread: dict[str, float] = fields.table("state axis to standard deviation around the first true state")

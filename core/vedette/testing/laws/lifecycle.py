@@ -135,6 +135,16 @@ def two_waits_make_one(lifecycle: Lifecycle, drawn: Lives) -> None:
     same("survive", twice, lifecycle.survive(existence, total), 1e-9, 1.0)
 
 
+def lasting_as_declared(lifecycle: Lifecycle, drawn: Lives) -> None:
+    """If lasting: tracks exist for sure, time takes nothing from that, and all are confirmed and go on."""
+    if not lifecycle.lasting:
+        raise Closed("it does not say that its tracks last")
+    same("newborn existence", lifecycle.newborn(3)[1], np.ones(3), 0.0)
+    same("survive", lifecycle.survive(drawn.existence, drawn.dt), drawn.existence, 0.0)
+    for confirmed, alive in _live(lifecycle, drawn):
+        demand(bool(confirmed.all() and alive.all()), "review: every track must be confirmed and go on, as they are lasting")
+
+
 def a_hit_never_harms(lifecycle: Lifecycle, drawn: Lives) -> None:
     """A track that is seen in each of its scans is confirmed and alive wherever one that is seen less is."""
     ones = np.ones(drawn.hit.shape)
@@ -177,6 +187,7 @@ LAWS = (
     Law(batches_as_it_loops),
     Law(survival_is_a_probability),
     Law(two_waits_make_one),
+    Law(lasting_as_declared),
     Law(a_hit_never_harms),
     Law(explained_returns_start_nothing),
     Law(tracks_start_where_they_were_seen),
