@@ -63,20 +63,27 @@ def corners(measurement: Space, region: Mapping[str, Bounds]) -> tuple[Array, Ar
     return lows, highs
 
 
-def _densities(sensor: Sensor, z: Array) -> Array:
+def densities(sensor: Sensor, z: Array) -> Array:
+    """The clutter density at z (*b, m): (*b); ValueError if it is none."""
     density = np.broadcast_to(sensor.clutter(sensor.measurement.canonical(z)), z.shape[:-1])
     if not np.all((density >= 0) & np.isfinite(density)):
         raise ValueError(f"{sensor.kind}: its clutter density must be finite and >= 0, got {np.min(density):.6g}")
     return density
 
 
-def _ceiling(sensor: Sensor, lows: Array, highs: Array) -> float:
-    """A bound of the clutter density in the box: its greatest value on a grid, a quarter more where it varies."""
+def ceiling(sensor: Sensor, lows: Array, highs: Array) -> float:
+    """A bound of the clutter density in the box: its greatest value on a grid, a quarter more where it varies.
+
+    ValueError if it makes more returns than a scene can have.
+    """
     m = len(lows)
     sides = np.meshgrid(*np.linspace(lows, highs, max(3, int(4096 ** (1 / m))), axis=-1), indexing="ij")
-    density = _densities(sensor, np.stack(sides, axis=-1).reshape(-1, m))
+    density = densities(sensor, np.stack(sides, axis=-1).reshape(-1, m))
     top = float(np.max(density))
-    return top if np.min(density) == top else 1.25 * top
+    bound = top if np.min(density) == top else 1.25 * top
+    if (count := bound * float(np.prod(highs - lows))) > _MOST:
+        raise ValueError(f"{sensor.kind}: {count:.3g} false returns a scan; check the density's unit and the region")
+    return bound
 
 
 def draw_clutter(
@@ -89,15 +96,11 @@ def draw_clutter(
     Lewis, Shedler, Simulation of nonhomogeneous Poisson processes by thinning, Naval Research Logistics 26, 1979.
     """
     lows, highs = corners(sensor.measurement, region)
-    bound, volume = _ceiling(sensor, lows, highs), float(np.prod(highs - lows))
-    if bound * volume > _MOST:
-        raise ValueError(
-            f"{sensor.kind}: {bound * volume:.3g} false returns a scan; check the density's unit and the region"
-        )
+    bound, volume = ceiling(sensor, lows, highs), float(np.prod(highs - lows))
     counts = np.asarray(rng.poisson(bound * volume, size))
     k = int(np.max(counts, initial=0))
     z = lows + (highs - lows) * rng.random((*size, k, len(lows)))
-    density = _densities(sensor, z)
+    density = densities(sensor, z)
     if np.any(density > bound):
         raise ValueError(f"{sensor.kind}: its clutter density peaks too sharply for this region; state a smaller one")
     kept = (np.arange(k) < counts[..., None]) & (rng.random((*size, k)) * bound < density)

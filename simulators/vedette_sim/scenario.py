@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import ClassVar, final
 
@@ -25,7 +25,9 @@ from vedette import (
 )
 from vedette.draws import common_state, draw_jump_markov, union_state
 from vedette.returns import Bounds, corners, draw_clutter, returns, shuffled
+from vedette.together import Scenes
 from vedette_sim.ships import PLANE, Ship
+from vedette_sim.together import Gaze, drawn_states, look_together, ship_states
 
 _MOST_SCANS = 1_000_000
 """A sensor with more is a mistake in a unit."""
@@ -142,6 +144,45 @@ class Simulation(Source):
         self._check_axes(world, truth)
         scans = [scan for name in self.looks for scan in self._scans(root, name, world[name], times[name], truth)]
         return Recording(tuple(sorted(scans, key=lambda scan: scan.time)), truth)
+
+    def open_together(self, sensors: Mapping[str, Sensor], rngs: Sequence[np.random.Generator]) -> Scenes | None:
+        """The scene of each generator in lock-step; None unless it has one object, always there, and scans at fixed times.
+
+        These are other draws than those of `open`: a run takes all its numbers from the one generator, in a fixed order.
+        """
+        world = {**sensors, **self.sensors}
+        self._check_sensors(sensors, world)
+        objects: list[tuple[str, Ship | Drawn]] = [*self.ships.items(), *self.drawn.items()]
+        if len(objects) != 1 or any(look.jitter > 0 for look in self.looks.values()):
+            return None
+        ((name, each),) = objects
+        still = np.random.default_rng(0)
+        gazes = []
+        for sensor, look in self.looks.items():
+            times = look.times(self.duration, still)
+            poses = tuple(self._pose(time) for time in times.tolist())
+            with _blamed_on(f"looks.{sensor}"):
+                placed = tuple(world[sensor] if pose is None else world[sensor].at(pose) for pose in poses)
+            gazes.append(Gaze(sensor, times, placed, poses, look.clutter))
+        scan_times = np.concatenate([gaze.times for gaze in gazes])
+        last = self.duration if each.disappears is None else min(each.disappears, self.duration)
+        if not len(scan_times) or np.any((scan_times < each.appears) | (scan_times > last)):
+            return None
+        times = np.unique([each.appears, *scan_times, last])
+        if isinstance(each, Ship):
+            space, states = PLANE, ship_states(each, times, rngs)
+        else:
+            space, states = common_state(each.models), drawn_states(each.models, each.start, each.transition, times, rngs)
+        self._check_axes(world, (Trajectory(name, space, times, states[0]),))
+        scans = []
+        for gaze in gazes:
+            if len(gaze.times):
+                at = np.searchsorted(times, gaze.times)
+                with _blamed_on(f"looks.{gaze.name}"):
+                    x = states[:, at][..., space.locate(world[gaze.name].looks_at)]
+                    scans += look_together(gaze, x, rngs)
+        scans.sort(key=lambda scan: scan.time)
+        return Scenes(tuple(scans), space, states[:, np.searchsorted(times, [scan.time for scan in scans])])
 
     def _check_sensors(self, sensors: Mapping[str, Sensor], world: Mapping[str, Sensor]) -> None:
         problems = []
