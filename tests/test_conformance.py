@@ -21,6 +21,7 @@ from vedette_marine.picture.chain import Chain
 from vedette_marine.screen import RadarScreen
 from vedette_sim import Drawn, Look, PpiRadar, RadarPicturesScene, Ship, Transponder, Vessel
 from vedette_sim.infrared import HotSpot, HotTarget
+from vedette_standard.estimators.kalman import Kalman
 from vedette_standard.motion.constant_velocity import ConstantVelocity
 from vedette_standard.motion.coordinated_turn import CoordinatedTurn
 from vedette_standard.motion.gauss_markov import GaussMarkov
@@ -70,6 +71,7 @@ PICTURES = {
 GIVEN = {
     ("estimator", "template_filter"): {"motion": BOXED, "cells": st.just(8)},
     ("estimator", "correlation_filter"): {"motion": BOXED, "cells": st.just(8)},
+    ("estimator", "residual_monitored"): {"of": st.builds(Kalman, st.builds(ConstantVelocity, st.floats(0.1, 1.0)))},
     ("detector", "bayes_risk_detection"): COUNTING | COSTS,
     ("detector", "bayes_risk_printed"): COUNTING | COSTS,
     ("detector", "count_likelihood_detection"): COUNTING,

@@ -6,6 +6,7 @@ from pathlib import Path
 import vedette
 from vedette_flir.annotate import annotated
 from vedette_flir.estimators.correlation import CorrelationFilter
+from vedette_flir.estimators.monitored import ResidualMonitored
 from vedette_flir.estimators.template import TemplateFilter
 from vedette_flir.motion.atmospheric_wander import AtmosphericWander
 from vedette_flir.motion.carrying import Carrying
@@ -28,7 +29,7 @@ def vedette_components() -> Iterable[type[vedette.Component]]:
     return [
         *(JitteredAcceleration, JitteredWander, AtmosphericWander, ImageVelocity, Carrying),
         *(GaussianSpot, EllipticSpot, HotSpots, BoxCentroid),
-        *(TemplateFilter, CorrelationFilter),
+        *(TemplateFilter, CorrelationFilter, ResidualMonitored),
         *(VideoSource, FlirStudy),
     ]
 

@@ -50,16 +50,16 @@ class TemplateFilter(LookingFilter[Appearance]):
     anchor: float = fields.quantity("1", "weight of the first template beside the smoothed one", default=0.3, at_least=0)
     recentre: float = fields.probability("part of the template's drift, by its centroid, taken back each frame", default=0.0)
     brighten: float = fields.probability("part of the way that the amplitude follows each frame", default=0.1)
-    limit: float = fields.probability("likeness below which a match is none", default=0.65, above=0, below=1)
+    limit: float = fields.probability("likeness below which a match is none", default=0.6, above=0, below=1)
     independent: float = fields.quantity("1", "independent cells of a template", default=20.0, above=0)
     prior_weight: float = fields.quantity(
         "1", "likeness that one squared standard deviation costs", default=0.05, at_least=0
     )
     cells: int = fields.integer("side of the template's grid", default=36, at_least=8, at_most=128)
     search: int = fields.integer("cells searched to each side, at most", default=40, at_least=3, at_most=128)
-    margin: float = fields.quantity("1", "side of the template over that of the target", default=1.5, at_least=0.5)
+    margin: float = fields.quantity("1", "side of the template over that of the target", default=1.6, at_least=0.5)
     opening: float = fields.quantity(
-        "1", "side of the structures that are taken out over that of the target", default=2.0, at_least=1
+        "1", "side of the structures that are taken out over that of the target", default=2.5, at_least=1
     )
     small: float = fields.quantity(
         "px", "targets up to this size have larger structures taken out", default=40.0, at_least=0

@@ -1,0 +1,87 @@
+"""A filter whose process noise follows its residuals."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar, final
+
+import numpy as np
+from attrs import evolve, frozen
+
+from vedette import Array, Detections, Estimator, Frame, Gaussian, Innovation, Sensor, Space, fields
+from vedette.gaussian import GaussianFilter
+
+
+@frozen(eq=False)
+class Monitored:
+    """A Gaussian belief, and the factor (*b, t) on its process noise."""
+
+    belief: Gaussian
+    scale: Array
+
+
+@frozen(eq=False)
+class MonitoredInnovation:
+    """The filter's own detail, and NIS over its number of axes (*b, t, k), cut off."""
+
+    detail: Any
+    ratio: Array
+
+
+@final
+@frozen
+class ResidualMonitored(Estimator[Monitored]):
+    """A Gaussian filter with process noise a Q; a follows the residuals: log a += gain * (NIS / m - 1), weighted by the hit.
+
+    On matched truth the mean of NIS / m is 1, so a stays about 1; where residuals are larger than stated, a grows until
+    they are not. NIS / m is cut off at `most`, so that one outlier is one step. The filter's own prediction F P F' + Q gets
+    (a - 1) Q more, Q at the state before. A well-chosen fixed Q is as good; this is for targets that nobody knows.
+    Maybeck, Stochastic Models, Estimation, and Control, vol. 2, 1982, section 10.8.
+    """
+
+    kind: ClassVar[str] = "residual_monitored"
+
+    of: GaussianFilter = fields.part("the filter")
+    gain: float = fields.quantity("1", "step of log a for NIS / m of 1 too much", default=0.05, at_least=0, at_most=1)
+    most: float = fields.quantity("1", "NIS / m beyond this counts as this", default=5.0, above=1)
+    least: float = fields.quantity("1", "the factor is at least this", default=0.1, above=0, at_most=1)
+    largest: float = fields.quantity("1", "the factor is at most this", default=1000.0, at_least=1)
+
+    @property
+    def state(self) -> Space:
+        return self.of.state
+
+    @property
+    def carried(self) -> Space:
+        return self.of.carried
+
+    def refuses(self, sensor: Sensor) -> str | None:
+        """What the filter refuses."""
+        return self.of.refuses(sensor)
+
+    def start(self, prior: Gaussian, axes: Space, rng: np.random.Generator) -> Monitored:
+        """The filter's start, and its noise as stated."""
+        return Monitored(self.of.start(prior, axes, rng), np.ones(prior.mean.shape[:-1]))
+
+    def predict(self, belief: Monitored, dt: float, rng: np.random.Generator, combined: Gaussian | None = None) -> Monitored:
+        """The filter's prediction, its process noise scaled."""
+        if dt == 0:
+            return belief
+        ahead = self.of.predict(belief.belief, dt, rng, combined)
+        more = (belief.scale - 1.0)[..., None, None] * self.of.motion.noise(belief.belief.mean, dt)
+        return evolve(belief, belief=Gaussian(ahead.mean, ahead.cov + more))
+
+    def innovate(self, belief: Monitored, sensor: Sensor, seen: Detections | Frame, p_gate: float) -> Innovation:
+        """The filter's own."""
+        made = self.of.innovate(belief.belief, sensor, seen, p_gate)
+        ratio = np.clip(made.nis / len(sensor.measurement), 0.0, self.most)
+        return evolve(made, detail=MonitoredInnovation(made.detail, ratio))
+
+    def absorb(self, belief: Monitored, innovation: Innovation, weights: Array) -> Monitored:
+        """The filter's posterior, and the factor's step."""
+        detail: MonitoredInnovation = innovation.detail
+        after = self.of.absorb(belief.belief, evolve(innovation, detail=detail.detail), weights)
+        step = self.gain * np.sum(weights[..., 1:] * (detail.ratio - 1.0), axis=-1)
+        return Monitored(after, np.clip(belief.scale * np.exp(step), self.least, self.largest))
+
+    def moments(self, belief: Monitored) -> Gaussian:
+        return belief.belief
