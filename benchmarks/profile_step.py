@@ -13,7 +13,7 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 from statistics import median
-from time import perf_counter_ns
+from time import thread_time_ns
 from typing import Any
 
 import attrs
@@ -48,11 +48,11 @@ class Watch:
             if self._inside:
                 return function(*arguments, **named)
             self._inside = True
-            begin = perf_counter_ns()
+            begin = thread_time_ns()
             try:
                 return function(*arguments, **named)
             finally:
-                self.spent[name] = self.spent.get(name, 0) + perf_counter_ns() - begin
+                self.spent[name] = self.spent.get(name, 0) + thread_time_ns() - begin
                 self._inside = False
 
         return timed
@@ -98,9 +98,9 @@ def walk(tracker: Any, begin: Any, scans: list[Scan], count: int, each: Callable
         state = begin
         for scan in scans:
             each()
-            before = perf_counter_ns()
+            before = thread_time_ns()
             state = tracker.step(state, scan)
-            spent.append(perf_counter_ns() - before)
+            spent.append(thread_time_ns() - before)
     return spent
 
 
