@@ -267,3 +267,22 @@ def test_the_comparison_bites(monkeypatch, mutant):
     }
     with pytest.raises(AssertionError):
         checks[mutant]()
+
+
+def test_exponentials_and_logarithms_of_eight_lanes_are_the_librarys():
+    """Those of the vectors are written out; seen through a mixture's weights and a detection probability."""
+    rng = np.random.default_rng(0)
+    logs = np.concatenate([rng.uniform(-745, 0, 40_000), rng.uniform(-1, 0, 39_998), [-np.inf, -746.0]])
+    log_prob = np.stack([np.zeros_like(logs), logs], axis=-1)
+    ends = [np.zeros((len(logs), 1)), np.ones((len(logs), 1))]
+    cov = [np.ones((len(logs), 1, 1))] * 2
+    p_detect = np.concatenate([10 ** rng.uniform(-305, 0, 40_000), rng.random(39_999), [0.0]])[:, None]
+    n = len(p_detect)
+    looks = np.ones((n, 1, 1, 1)), np.zeros((n, 1, 1)), np.zeros((n, 1, 1)), np.ones((1, 1)), np.ones((1, 1, 1))
+    for instruction_set in _compiled.instruction_sets():
+        with on(instruction_set):
+            mean = kernels.together(log_prob, ends, cov, ((0,), (0,)), np.zeros((2, 1)), ())[0][:, 0]
+            loglik = kernels.innovate_returns(*looks, p_detect, 0.0, ())[0][:, 0, 1]
+        np.testing.assert_allclose(mean, np.exp(logs), rtol=1e-15, atol=5e-324)
+        certain = kernels.innovate_returns(*(a[:1] if a.shape[0] == n else a for a in looks), 1.0, 0.0, ())[0][0, 0, 1]
+        np.testing.assert_allclose(loglik - certain, reference.safe_log(p_detect[:, 0]), rtol=1e-15, atol=3e-16)

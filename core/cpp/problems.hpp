@@ -393,15 +393,15 @@ struct Bank {
     }
 };
 
-// The logarithm of sum exp; -inf where all are. Also the exponentials relative to it.
+// The logarithm of sum exp, -inf where all are, and the exponentials up to a common factor.
 template <class T>
-VEDETTE_INLINE T log_sum(const T* a, int count) {
+VEDETTE_INLINE T log_sum(const T* a, int count, T* parts) {
     T top = a[0];
     for (int i = 1; i < count; ++i) top = Lane<T>::larger(top, a[i]);
     constexpr double most = std::numeric_limits<double>::max();
     top = (top >= -most) & (top <= most) ? top : Lane<T>::all(0.0);
     T sum = Lane<T>::all(0.0);
-    for (int i = 0; i < count; ++i) sum += Lane<T>::exp(a[i] - top);
+    for (int i = 0; i < count; ++i) sum += parts[i] = Lane<T>::exp(a[i] - top);
     return Lane<T>::log(sum) + top;
 }
 
@@ -416,10 +416,12 @@ struct Interact : shapes::Interact {
         constexpr double most = std::numeric_limits<double>::max();
         for (int j = 0; j < r; ++j) {
             for (int i = 0; i < r; ++i) joint[i] = before[i] + Lane<T>::load(in[1], i * r + j);
-            const T after = log_sum(joint, r);
+            const T after = log_sum(joint, r, weights);
             Lane<T>::store(out[0], j, after);
             const auto reached = (after >= -most) & (after <= most);
-            for (int i = 0; i < r; ++i) weights[i] = Lane<T>::exp(reached ? joint[i] - after : before[i]);
+            T total = Lane<T>::all(0.0);
+            for (int i = 0; i < r; ++i) total += weights[i];
+            for (int i = 0; i < r; ++i) weights[i] = reached ? weights[i] / total : Lane<T>::exp(before[i]);
             bank.moments(weights, mean, cov, n, r);
             for (int a = 0; a < n; ++a) mean[a] += bank.origin[a];
             wrap(mean, periods);
@@ -455,25 +457,26 @@ struct WeighModes : shapes::WeighModes {
     template <class T>
     void run(const In* in, const Out* out) const {
         const In *logliks = in + 1, *distances = in + 1 + r, *volumes = in + 1 + 2 * r, *nis = in + 1 + 3 * r;
-        T before[kMostModes], joint[kMostModes];
+        T before[kMostModes], joint[kMostModes], parts[kMostModes];
         load(in[0], before, r);
         T volume = Lane<T>::load(volumes[0], 0);
         for (int j = 1; j < r; ++j) volume = Lane<T>::larger(volume, Lane<T>::load(volumes[j], 0));
         Lane<T>::store(out[2], 0, volume);
         for (int h = 0; h <= k; ++h) {
             for (int j = 0; j < r; ++j) joint[j] = Lane<T>::load(logliks[j], h) + before[j];
-            const T loglik = log_sum(joint, r);
+            const T loglik = log_sum(joint, r, parts);
             Lane<T>::store(out[0], h, loglik);
             for (int j = 0; j < r; ++j) Lane<T>::store(out[4], h * r + j, joint[j] - loglik);
             if (h == 0) continue;
-            T expected = Lane<T>::all(0.0), least = Lane<T>::load(distances[0], h - 1);
+            T expected = Lane<T>::all(0.0), total = expected, least = Lane<T>::load(distances[0], h - 1);
             for (int j = 0; j < r; ++j) {
                 const T distance = Lane<T>::load(distances[j], h - 1);
                 least = distance < least ? distance : least;
-                expected += Lane<T>::exp(joint[j] - loglik) * Lane<T>::load(nis[j], h - 1);
+                expected += parts[j] * Lane<T>::load(nis[j], h - 1);
+                total += parts[j];
             }
             Lane<T>::store(out[1], h - 1, least);
-            Lane<T>::store(out[3], h - 1, expected);
+            Lane<T>::store(out[3], h - 1, expected / total);
         }
     }
 };
@@ -482,29 +485,34 @@ struct WeighModes : shapes::WeighModes {
 struct SplitWeights : shapes::SplitWeights {
     template <class T>
     void run(const In* in, const Out* out) const {
-        T after[kMostModes];
+        T after[kMostModes], top[kMostModes], sum[kMostModes];
         constexpr double most = std::numeric_limits<double>::max();
-        const T never = Lane<T>::all(-std::numeric_limits<double>::infinity());
         for (int j = 0; j < r; ++j) {
-            T top = never;
-            for (int h = 0; h <= k; ++h)
-                top = Lane<T>::larger(Lane<T>::log(Lane<T>::load(in[0], h)) + Lane<T>::load(in[1], h * r + j), top);
-            top = (top >= -most) & (top <= most) ? top : Lane<T>::all(0.0);
-            T sum = Lane<T>::all(0.0);
-            for (int h = 0; h <= k; ++h) {
-                const T weight = Lane<T>::load(in[0], h);
-                const T part = Lane<T>::exp(Lane<T>::log(weight) + Lane<T>::load(in[1], h * r + j) - top);
-                Lane<T>::store(out[1 + j], h, part);
-                sum += part;
-            }
-            after[j] = Lane<T>::log(sum) + top;
-            const auto possible = sum > 0.0;
-            for (int h = 0; h <= k; ++h) {
-                const T part = Lane<T>::load(In{out[1 + j].at, out[1 + j].next}, h);
-                Lane<T>::store(out[1 + j], h, possible ? part / sum : Lane<T>::load(in[0], h));
+            top[j] = Lane<T>::all(-std::numeric_limits<double>::infinity());
+            sum[j] = Lane<T>::all(0.0);
+        }
+        for (int h = 0; h <= k; ++h) {  // the logarithms wait in the outputs until the largest is known
+            const T weight = Lane<T>::log(Lane<T>::load(in[0], h));
+            for (int j = 0; j < r; ++j) {
+                const T joint = weight + Lane<T>::load(in[1], h * r + j);
+                top[j] = Lane<T>::larger(joint, top[j]);
+                Lane<T>::store(out[1 + j], h, joint);
             }
         }
-        const T total = log_sum(after, r);
+        for (int j = 0; j < r; ++j) {
+            top[j] = (top[j] >= -most) & (top[j] <= most) ? top[j] : Lane<T>::all(0.0);
+            const In own{out[1 + j].at, out[1 + j].next};
+            for (int h = 0; h <= k; ++h) {
+                const T part = Lane<T>::exp(Lane<T>::load(own, h) - top[j]);
+                Lane<T>::store(out[1 + j], h, part);
+                sum[j] += part;
+            }
+            after[j] = Lane<T>::log(sum[j]) + top[j];
+            const auto possible = sum[j] > 0.0;
+            for (int h = 0; h <= k; ++h)
+                Lane<T>::store(out[1 + j], h, possible ? Lane<T>::load(own, h) / sum[j] : Lane<T>::load(in[0], h));
+        }
+        const T total = log_sum(after, r, sum);
         for (int j = 0; j < r; ++j) Lane<T>::store(out[0], j, after[j] - total);
     }
 };
