@@ -173,6 +173,6 @@ def _squared(error: Array) -> Array:
 
 
 def _pictured(scene: dict[str, Any]) -> dict[str, Any]:
-    chain = {"link": 30.0, "longest": 60.0}
+    chain = {"link": 30.0, "longest": 60.0, "threshold": 130.0}
     detector = {"kind": "radar_picture", "sensors": {"screen": {"kind": "radar_screen"}}, "chain": chain, "sigma": BOAT}
     return {"source": scene | {"reference": "ais"}, "detectors": {"radar": detector}}
