@@ -6,7 +6,7 @@
 namespace vedette {
 
 constexpr int kLanes = 8;
-constexpr int kMostStates = 12, kMostMeasured = 4, kMostModes = 6;
+constexpr int kMostStates = 12, kMostMeasured = 6, kMostModes = 6;
 constexpr int kStates2 = kMostStates * kMostStates, kMeasured2 = kMostMeasured * kMostMeasured;
 constexpr int kMostDims = 8, kMostOperands = 2 + 4 * kMostModes;
 
