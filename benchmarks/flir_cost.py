@@ -2,7 +2,8 @@
 
     python benchmarks/flir_cost.py [updates] [runs] [frames]
 
-Without a word, all three. Times are the processor's, so others at work hardly change them. The innovation form factorises an N^2 x N^2 matrix: at 64 x 64 it holds 134 MB and is timed once.
+Without a word, all three. Times are the processor's, so that others at work hardly change them. The innovation form
+factorises an N^2 x N^2 matrix: at 64 x 64 it holds 134 MB and is timed once.
 """
 
 import sys
@@ -54,9 +55,7 @@ def updates():
             return np.linalg.solve(S, H @ cov[0])
 
         full = least(innovation, 3 if window <= 24 else 1)
-        print(
-            f"{window:2} x {window:2}: update {whole:4.0f} us, its pair {pair:4.0f}; innovation form's gain {full:9.0f} us"
-        )
+        print(f"{window:2} x {window:2}: update {whole:4.0f} us, its pair {pair:4.0f} us; innovation form {full:9.0f} us")
 
 
 def runs():

@@ -1,10 +1,13 @@
 """Models and cameras of the imaging plugin: exact discretisation, derivatives, the information pair."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from vedette import Frame, Gaussian
 from vedette.gaussian import imaged
+from vedette.registry import Registry
 from vedette.testing import conformance
 from vedette_flir.camera import Camera
 from vedette_flir.motion.atmospheric_wander import AtmosphericWander
@@ -198,3 +201,10 @@ def test_batch_equals_loop_and_windows_at_the_edge():
             np.testing.assert_allclose(
                 learnt[i, t], sensor.learn(x[i, [t]], Frame(pixels[i], corner[i]))[0], rtol=1e-9, atol=1e-12
             )
+
+
+def test_the_page_names_every_kind_of_the_plugin():
+    page = (Path(__file__).parent.parent / "docs" / "flir.md").read_text()
+    named = {tuple(part.strip(" `") for part in row.split("|")[1:3]) for row in page.splitlines() if row.startswith("| ")}
+    own = {(entry.role, entry.kind) for entry in Registry.installed() if entry.cls.__module__.startswith("vedette_flir.")}
+    assert own <= named
