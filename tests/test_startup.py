@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-HEAVY = ("scipy.stats", "cv2", "matplotlib", "plotly", "hypothesis", "pytest", "rich")
+HEAVY = ("scipy.stats", "cv2", "matplotlib", "plotly", "hypothesis", "pytest", "rich", "xarray", "zarr", "dask")
 
 
 def modules_after(code):
