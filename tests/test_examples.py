@@ -82,7 +82,7 @@ def test_autoferry(overrides, gospa, rmse):
     assert sum(score.id_switches for score in scores) <= 3
 
 
-@pytest.mark.parametrize("name", sorted(path.name for path in EXAMPLES.glob("*.toml")))
+@pytest.mark.parametrize("name", sorted(path.name for path in EXAMPLES.glob("*.toml") if path.name != "study.toml"))
 def test_every_example_config_is_written_back(name):
     with (EXAMPLES / name).open("rb") as file:
         config = tomllib.load(file)

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from vedette.config import build as build
     from vedette.config import load as load
     from vedette.config import to_config as to_config
+    from vedette.ensemble.study import monte_carlo as monte_carlo
     from vedette.errors import ConfigError as ConfigError
     from vedette.errors import InputError as InputError
     from vedette.errors import PluginError as PluginError
@@ -69,6 +70,7 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "config": ("build", "load", "to_config"),
+    "ensemble.study": ("monte_carlo",),
     "errors": ("ConfigError", "InputError", "PluginError", "Problem", "ScanRefused", "VedetteError"),
     "experiment": ("Experiment", "Result"),
     "gate": ("Gate",),

@@ -58,6 +58,10 @@ def _command(parsed: Namespace) -> int:
         from vedette.commands import reproduce
 
         return reproduce.run(parsed)
+    if parsed.command == "study":
+        from vedette.commands import study
+
+        return study.run(parsed)
     if parsed.command == "info":
         from vedette.commands import info
 
@@ -123,6 +127,21 @@ def _parser() -> ArgumentParser:
     reproduce.add_argument("--out", metavar="DIR", help="folder for tables and figures; default: they are not written")
     reproduce.add_argument("--json", action="store_true", help="end standard output with one line of JSON")
 
+    study = commands.add_parser("study", help="run a grid of trackers many times over", description=_STUDY)
+    study.add_argument(
+        "study", metavar="STUDY", help="a TOML, YAML or JSON file: experiment, runs, sweep, trackers, precision"
+    )
+    study.add_argument("--runs", metavar="N", help="runs at each point of the grid; default: the study's")
+    study.add_argument("--seed", metavar="N", help="of everything random; default: the study's")
+    study.add_argument("--chunk", metavar="N", help="runs that go in lock-step; default: the study's")
+    study.add_argument("--threads", metavar="N", help="how many chunks at once; default: as many as there are cores")
+    study.add_argument("--out", metavar="DIR", help="folder for finished chunks and results; default: they are not kept")
+    study.add_argument("--resume", action="store_true", help="go on with the study in the folder --out")
+    study.add_argument(
+        "--scheduler", metavar="ADDRESS", help="run on the Dask cluster of this scheduler, as tcp://host:8786"
+    )
+    study.add_argument("--json", action="store_true", help="end standard output with one line of JSON: the tables")
+
     components = commands.add_parser("components", help="list what is installed", description=_COMPONENTS)
     components.add_argument("role", nargs="?", metavar="ROLE", help="only this role: motion, sensor, ...")
     components.add_argument("--json", action="store_true", help="as one JSON object")
@@ -150,6 +169,10 @@ _CHECK = (
 _REPRODUCE = (
     "Run the whole study of a paper and print its tables, published figures beside measured ones, with a verdict on each "
     "claim: reproduced, not reproduced, or not testable, and why. Exits 0 whatever the verdicts."
+)
+_STUDY = (
+    "Run every point of a grid of trackers many times on the same drawn scenes, and print means with their standard errors "
+    "and paired differences. With --out, what is done is kept and --resume goes on with it."
 )
 _COMPONENTS = "List installed components with their distributions, parameters, units, bounds and defaults."
 _INFO = "Say which versions run here, whether the kernels are the compiled ones and why, and which plugins are installed."

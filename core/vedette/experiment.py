@@ -61,16 +61,24 @@ class Experiment:
             known = ", ".join(map(repr, self.tracker.sensors))
             raise ValueError(f"judge.sensor: must be one of {known}, got {self.judge.sensor!r}")
 
-    def run(self, *, strict: bool = False, progress: Progress = iter, keep_states: bool = False) -> Result:
+    def run(
+        self,
+        *,
+        strict: bool = False,
+        progress: Progress = iter,
+        keep_states: bool = False,
+        seeds: np.random.SeedSequence | None = None,
+    ) -> Result:
         """Run the tracker over all scans.
 
         A scan or a return that the tracker cannot take is left out and told in `refused`; with `strict` it raises
         ScanRefused. `progress` wraps the scans, to show how far the run is. `keep_states` leaves the states in the result,
-        for `vedette.smooth`. Ctrl-C ends the run and keeps what is done.
+        for `vedette.smooth`. `seeds` take the place of `seed`, for one of many runs. Ctrl-C ends the run and keeps what is
+        done.
         """
         if self.source is None:
             raise ConfigError([Problem("source", "is missing: there are no scans to run on")])
-        for_source, for_tracker = np.random.default_rng(self.seed).spawn(2)
+        for_source, for_tracker = np.random.default_rng(self.seed if seeds is None else seeds).spawn(2)
         try:
             recording = self.source.open(raw_sensors(self.detectors, self.tracker.sensors), for_source)
         except ConfigError as error:

@@ -54,13 +54,17 @@ class Claim:
 
 @frozen(eq=False)
 class Curve:
-    """Points x (s,), y (s,) with a label; as a line, a dashed line or dots, of the n-th `colour`; default: its place."""
+    """Points x (s,), y (s,) with a label; as a line, a dashed line or dots, of the n-th `colour`; default: its place.
+
+    `doubt` (s,) is half the height of a band around it.
+    """
 
     label: str
     x: Array
     y: Array
     style: Literal["line", "dashed", "dots"] = "line"
     colour: int | None = None
+    doubt: Array | None = None
 
 
 @frozen(eq=False)

@@ -28,7 +28,7 @@ def text(result: StudyResult) -> str:
     """Tables and verdicts, published figures beside measured ones."""
     lines = [result.title, f"{result.runs:,} runs, seed {result.seed}; +- is one Monte-Carlo standard error"]
     for table in (*result.tables, *result.machine):
-        lines += ["", table.title, *wrap(table.note, _WIDTH), *_rows(table)]
+        lines += ["", table.title, *wrap(table.note, _WIDTH), *rows(table)]
     lines += ["", "What the paper claims"]
     for claim in result.claims:
         lines += wrap(f"{claim.verdict.upper()}: {claim.text}", _WIDTH, initial_indent="* ", subsequent_indent="  ")
@@ -36,7 +36,7 @@ def text(result: StudyResult) -> str:
     return "\n".join(lines)
 
 
-def _rows(table: Table) -> Iterator[str]:
+def rows(table: Table) -> Iterator[str]:
     """The table, right-aligned: one line for each row, and one more under it where the paper printed figures."""
     lines: list[tuple[str, ...]] = [("", *table.columns)]
     for label, cells in table.rows:
@@ -99,6 +99,8 @@ def _draw_panel(axes: Axes, panel: Panel) -> None:
         axes.set_yscale("log")
     for i, curve in enumerate(panel.curves):
         shade = "#808080" if curve.style == "dots" else canvas.colour(i if curve.colour is None else curve.colour)
-        axes.plot(curve.x, curve.y, color=shade, label=curve.label, **_LOOKS[curve.style])
-    if panel.curves:
+        if curve.doubt is not None:
+            axes.fill_between(curve.x, curve.y - curve.doubt, curve.y + curve.doubt, color=shade, alpha=0.2, linewidth=0)
+        axes.plot(curve.x, curve.y, color=shade, label=curve.label or None, **_LOOKS[curve.style])
+    if any(curve.label for curve in panel.curves):
         axes.legend(frameon=False, fontsize=9, labelcolor=canvas.INK)

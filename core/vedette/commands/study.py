@@ -1,0 +1,93 @@
+"""`vedette study`: a grid of trackers over many runs."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from argparse import Namespace
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib.util import find_spec
+from pathlib import Path
+from time import perf_counter, process_time
+
+from vedette.ensemble.carry import Advance
+from vedette.ensemble.outcome import Outcome
+from vedette.ensemble.plan import plan, read_study
+from vedette.ensemble.store import told
+from vedette.ensemble.study import perform
+from vedette.errors import ConfigError, Problem
+from vedette.report.ensemble import charts, text, write_study
+from vedette.report.files import check_folder
+
+
+def run(arguments: Namespace) -> int:
+    """Carry the study out, print its tables, write its files; 130 if Ctrl-C ended it early."""
+    table = read_study(arguments.study)
+    for name in ("runs", "seed", "chunk"):
+        given = getattr(arguments, name)
+        if given is not None:
+            table[name] = _number(f"--{name}", given)
+    folder = None if arguments.out is None else Path(arguments.out)
+    if folder is not None:
+        check_folder(folder)
+    planned = plan(table)
+    threads = len(os.sched_getaffinity(0)) if arguments.threads is None else _number("--threads", arguments.threads)
+    began, cpu = perf_counter(), process_time()
+    with _progress() as advance:
+        outcome = perform(
+            planned, threads=threads, out=folder, resume=arguments.resume, scheduler=arguments.scheduler, advance=advance
+        )
+    seconds = perf_counter() - began
+    print(text(outcome))
+    print(f"{seconds:.1f} s, {process_time() - cpu:.1f} s of CPU time in this process")
+    if folder is not None:
+        with told(folder):
+            print(f"{folder}: {', '.join(_write(folder, outcome))}")
+    if arguments.json:
+        print(json.dumps(outcome.data() | {"seconds": seconds}))
+    return 130 if outcome.interrupted else 0
+
+
+def _number(option: str, given: str) -> int:
+    try:
+        return int(given)
+    except ValueError:
+        raise ConfigError([Problem(option, f"must be a whole number, got {given!r}")]) from None
+
+
+def _write(folder: Path, outcome: Outcome) -> list[str]:
+    """Tables always; labelled arrays and pictures where their libraries are installed."""
+    written = write_study(folder, outcome)
+    if find_spec("xarray") is None or find_spec("zarr") is None:
+        print("vedette: no labelled arrays without xarray and zarr: pip install 'vedette[study]'", file=sys.stderr)
+    else:
+        from vedette.ensemble.arrays import write_zarr
+
+        written.append(write_zarr(folder, outcome))
+    if find_spec("matplotlib") is None:
+        print("vedette: no pictures without matplotlib: pip install 'vedette[report]'", file=sys.stderr)
+        return written
+    from vedette.report import canvas
+    from vedette.report.study import draw
+
+    for chart in charts(outcome):
+        canvas.save(draw(chart), folder / f"{chart.name}.png")
+        written.append(f"{chart.name}.png")
+    return written
+
+
+@contextmanager
+def _progress() -> Iterator[Advance]:
+    """A bar with the time left, on standard error where that is a terminal and rich is installed."""
+    if not sys.stderr.isatty() or find_spec("rich") is None:
+        yield lambda done, total: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = (TextColumn("runs"), BarColumn(), MofNCompleteColumn(), TextColumn("left"), TimeRemainingColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("runs", total=None)
+        yield lambda done, total: bar.update(task, completed=done, total=total)

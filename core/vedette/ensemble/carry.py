@@ -1,0 +1,144 @@
+"""Carrying a plan out: chunk after chunk, on whatever executor, until all are done, precise enough, or interrupted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from contextlib import contextmanager
+from typing import Any
+
+from attrs import frozen
+
+from vedette.ensemble.chunk import Chunk, run_chunk
+from vedette.ensemble.plan import Plan
+from vedette.ensemble.statistics import precise
+from vedette.ensemble.store import Store
+from vedette.errors import VedetteError
+
+Advance = Callable[[int, int], None]
+"""Told how many runs are done, of how many."""
+
+Chunks = list[list[Chunk]]
+"""First by the place in the runs, then by the point of the grid: every entry holds the same runs at all points."""
+
+
+@frozen
+class Failed:
+    """What a worker says of a chunk that cannot be run; errors themselves do not travel well."""
+
+    text: str
+
+
+def attempt(config: Mapping[str, Any], seed: int, runs: range) -> Chunk | Failed:
+    """One chunk, wherever this is called."""
+    try:
+        return run_chunk(config, seed, runs)
+    except VedetteError as error:
+        return Failed(str(error))
+
+
+@contextmanager
+def threads_alone() -> Iterator[None]:
+    """BLAS does with one thread meanwhile, where threadpoolctl can tell it to: the chunks take the cores."""
+    try:
+        from threadpoolctl import threadpool_limits
+    except ImportError:
+        yield
+        return
+    with threadpool_limits(1):
+        yield
+
+
+def carry_out(
+    plan: Plan, store: Store | None, executor: Executor | None, width: int, advance: Advance
+) -> tuple[Chunks, bool]:
+    """All chunks in order, and whether it was interrupted; what `store` has is not run again.
+
+    Chunks past the one at which the wanted precision is reached do not count, so the result is the same whatever the width.
+    """
+    work = _Work(plan, store, advance)
+    try:
+        with threads_alone():
+            if executor is None:
+                work.here()
+            else:
+                work.on(executor, width)
+    except KeyboardInterrupt:
+        if not work.whole:
+            raise
+        return work.whole, True
+    return work.whole, False
+
+
+def _result(future: Future[Chunk | Failed]) -> Chunk | Failed:
+    """Of a worker; VedetteError if it could not even say what is wrong."""
+    try:
+        return future.result()
+    except (KeyboardInterrupt, VedetteError):
+        raise
+    except Exception as error:
+        text = f"a worker failed: {type(error).__name__}: {str(error).splitlines()[0] if str(error) else 'no reason given'}"
+        raise VedetteError(f"{text}; the chunks in --out are kept, and --resume goes on with them") from error
+
+
+class _Work:
+    """What is done so far; `whole` holds the chunks up to the first that some point lacks."""
+
+    def __init__(self, plan: Plan, store: Store | None, advance: Advance) -> None:
+        self.plan, self.store, self.advance = plan, store, advance
+        self.whole: Chunks = []
+        self.enough = False
+        self._done: dict[tuple[int, int], Chunk] = {}
+        self._runs = 0
+
+    def here(self) -> None:
+        """One after the other."""
+        for k, point in self._missing():
+            self._take(k, point, attempt(*self._order(k, point)))
+
+    def on(self, executor: Executor, width: int) -> None:
+        """Up to twice `width` at a time on `executor`, so that no worker waits and an interrupt loses little."""
+        missing, running = self._missing(), dict[Future[Chunk | Failed], tuple[int, int]]()
+        try:
+            while True:
+                while len(running) < 2 * width and (following := next(missing, None)) is not None:
+                    k, point = following
+                    running[executor.submit(attempt, *self._order(k, point))] = following
+                if not running:
+                    return
+                for future in wait(running, return_when=FIRST_COMPLETED).done:
+                    self._take(*running.pop(future), _result(future))
+        finally:
+            for future in running:
+                future.cancel()
+
+    def _order(self, k: int, point: int) -> tuple[Mapping[str, Any], int, range]:
+        return self.plan.points[point].config, self.plan.seed, self.plan.runs_of(k)
+
+    def _missing(self) -> Iterator[tuple[int, int]]:
+        """The chunks that are to be run, until enough are; those in the store are taken from there."""
+        for k in range(self.plan.count):
+            for point in range(len(self.plan.points)):
+                if self.enough:
+                    return
+                kept = None if self.store is None else self.store.read(point, k, len(self.plan.runs_of(k)))
+                if kept is None:
+                    yield k, point
+                else:
+                    self._note(k, point, kept)
+
+    def _take(self, k: int, point: int, came: Chunk | Failed) -> None:
+        if isinstance(came, Failed):
+            raise VedetteError(f"{self.plan.points[point].name}: {came.text}")
+        if self.store is not None:
+            self.store.write(point, k, came)
+        self._note(k, point, came)
+
+    def _note(self, k: int, point: int, chunk: Chunk) -> None:
+        self._done[k, point] = chunk
+        self._runs += len(self.plan.runs_of(k))
+        self.advance(self._runs, self.plan.runs * len(self.plan.points))
+        points = range(len(self.plan.points))
+        while not self.enough and all((len(self.whole), i) in self._done for i in points):
+            self.whole.append([self._done.pop((len(self.whole), i)) for i in points])
+            self.enough = precise(self.whole, self.plan.precision)

@@ -1,0 +1,173 @@
+"""The smallest piece of work: some runs of one point of the grid, in lock-step where they can be, else one by one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from attrs import frozen
+
+from vedette.config import load
+from vedette.consistency import gate_truncation, nees
+from vedette.ensemble.generators import Generators
+from vedette.errors import ConfigError, Problem
+from vedette.experiment import Experiment
+from vedette.lockstep import run_together
+from vedette.metrics import judge
+from vedette.metrics.histories import positions, velocities
+from vedette.space import Array, Mask, Space
+from vedette.together import DrawsTogether, Scenes
+from vedette.types import Detections, Gaussian, Recording, Scan, Trajectory
+
+SERIES = ("square", "nees", "nis")
+"""What is kept against time: squared position error in m^2, NEES over the number of axes, NIS over what is expected."""
+ONE_BY_ONE = {
+    "position_rmse": "position_rmse_m",
+    "velocity_rmse": "velocity_rmse_mps",
+    "nis": "nis",
+    "lost": "lost",
+    "coverage": "coverage",
+    "id_switches": "id_switches",
+    "false_tracks": "false_tracks",
+    "gospa": "gospa_m",
+    "ospa": "ospa_m",
+    "confirmed_after": "confirmed_after_s",
+}
+"""The figures of a run that is judged by itself, and what docs/metrics.md calls them."""
+SQUARED = ("position_rmse", "velocity_rmse")
+"""Of these a run keeps the mean square, so that the mean over runs is one of squares too, and its root is told."""
+
+
+@frozen(eq=False)
+class Chunk:
+    """What came of some runs: `figures` name to (r,), NaN where there is none; `times` (s,) and sums over runs (3, 5, s).
+
+    A series is a ratio of two sums, of v over e (1 but for the NIS, where it is what is expected). The five are the sums of
+    v, v^2, e, e^2 and v e: enough for the ratio and its standard error, however the runs were cut.
+    """
+
+    figures: dict[str, Array]
+    times: Array
+    sums: Array
+
+
+def sequence(seed: int, run: int) -> np.random.SeedSequence:
+    """All randomness of a run, wherever and with whatever others it is run."""
+    return np.random.SeedSequence(seed, spawn_key=(run,))
+
+
+def run_chunk(config: Mapping[str, Any] | Experiment, seed: int, runs: Sequence[int]) -> Chunk:
+    """The runs of one point of the grid. ConfigError if it cannot be built or run here."""
+    experiment = config if isinstance(config, Experiment) else load(config)
+    seeds = [sequence(seed, run) for run in runs]
+    together = _together(experiment, seeds)
+    return _one_by_one(experiment, seeds) if together is None else together
+
+
+def goes_together(config: Mapping[str, Any]) -> bool:
+    """Whether the runs of a config are run in lock-step. ConfigError if its scene cannot be drawn."""
+    return _opened(load(config), [sequence(0, 0)]) is not None
+
+
+def _opened(experiment: Experiment, seeds: Sequence[np.random.SeedSequence]) -> tuple[Gaussian, Scenes] | None:
+    """Priors and scenes; None where a run has several tracks or a source that cannot draw them so."""
+    tracker, source = experiment.tracker, experiment.source
+    starts = any(tracker.lifecycle.starts(name, np.zeros(1)).any() for name in tracker.sensors)
+    if starts or experiment.detectors or not isinstance(source, DrawsTogether):
+        return None
+    try:
+        scenes = source.open_together(tracker.sensors, [np.random.Generator(np.random.PCG64(each)) for each in seeds])
+    except ConfigError as error:
+        raise error.within("source") from None
+    given = None if scenes is None else _given(experiment, scenes)
+    return None if scenes is None or given is None else (given, scenes)
+
+
+def _together(experiment: Experiment, seeds: Sequence[np.random.SeedSequence]) -> Chunk | None:
+    """The runs in lock-step, where they can be."""
+    opened = _opened(experiment, seeds)
+    if opened is None:
+        return None
+    (given, scenes), tracker, judged = opened, experiment.tracker, experiment.judge
+    runs = run_together(tracker, given, scenes.scans[0].time, scenes.scans, Generators(seeds))
+    common = [name for name in scenes.space.names if name in runs.space]
+    own = [runs.space.names.index(name) for name in common]
+    space = Space(tuple(runs.space.axes[i] for i in own))
+    error = space.difference(scenes.states[..., [scenes.space.names.index(name) for name in common]], runs.mean[..., own])
+    spot, speed = positions(space), velocities(space)
+    square, fast = (np.sum(error[..., axes] ** 2, axis=-1) if axes else error[..., 0] * np.nan for axes in (spot, speed))
+    axes = np.array([scan.detections.z.shape[-1] for scan in scenes.scans])
+    expected = runs.hit * axes * gate_truncation(axes, tracker.gate.probability)
+    squares = _nees(error, runs.cov[..., own, :][..., own]) / max(len(own), 1)
+    figures = {
+        "position_rmse": np.mean(square, axis=1),
+        "velocity_rmse": np.mean(fast, axis=1),
+        "nees": np.mean(squares, axis=1),
+        "nis": _over(np.sum(runs.nis, axis=1), np.sum(expected, axis=1)),
+        "lost": _lost(square > (judged.lost_error or judged.cover_radius) ** 2, judged.lost_scans),
+    }
+    one = np.ones_like(square)
+    sums = [_sums(v, e) for v, e in ((square, one), (squares, one), (runs.nis, expected))]
+    return Chunk(figures, runs.times, np.array(sums))
+
+
+def _sums(v: Array, e: Array) -> list[Array]:
+    """See Chunk: (r, s) -> five of (s,)"""
+    return [np.sum(each, axis=0) for each in (v, v**2, e, e**2, v * e)]
+
+
+def _given(experiment: Experiment, scenes: Scenes) -> Gaussian | None:
+    """Where the tracker starts in each run: (r, 1, n)."""
+    tracker, time = experiment.tracker, scenes.scans[0].time
+    first, at = (Scan(time, scenes.scans[0].sensor, Detections.of([], 1)),), np.array([time])
+    states = scenes.states[:, 0]
+    alike = bool(np.all(states == states[0]))
+    priors = []
+    for state in states[:1] if alike else states:
+        try:
+            one = tracker.lifecycle.given(tracker.state, Recording(first, (Trajectory("", scenes.space, at, state[None]),)))
+        except ValueError as error:
+            raise ConfigError([Problem("", str(error))]) from None
+        if one is None or one.mean.shape[0] != 1:
+            return None
+        priors.append(one)
+    mean, cov = np.stack([one.mean for one in priors]), np.stack([one.cov for one in priors])
+    r = len(states)
+    return Gaussian(np.broadcast_to(mean, (r, *mean.shape[1:])), np.broadcast_to(cov, (r, *cov.shape[1:])))
+
+
+def _nees(error: Array, cov: Array) -> Array:
+    """(r, s); NaN where a covariance is singular."""
+    try:
+        return nees(error, cov)
+    except ValueError:
+        return np.full(error.shape[:-1], np.nan)
+
+
+def _over(total: Array, expected: Array) -> Array:
+    ratio: Array = np.divide(total, expected, out=np.full(np.shape(total), np.nan), where=expected > 0)
+    return ratio
+
+
+def _lost(far: Mask, scans: int) -> Array:
+    """Whether a run is farther off than allowed in so many scans in a row (r,)."""
+    counts = np.cumsum(np.pad(far, ((0, 0), (1, 0))), axis=1)
+    lost: Array = np.any(counts[:, scans:] - counts[:, :-scans] == scans, axis=1).astype(float)
+    return lost
+
+
+def _one_by_one(experiment: Experiment, seeds: Sequence[np.random.SeedSequence]) -> Chunk:
+    """Each run by itself, as `vedette run` does it, judged against its truth."""
+    rows = []
+    for each in seeds:
+        result = experiment.run(seeds=np.random.SeedSequence(each.entropy, spawn_key=each.spawn_key))
+        if result.interrupted:
+            raise KeyboardInterrupt
+        score = judge(
+            result.tracks, result.recording.truth, result.scans, experiment.judge, experiment.tracker.gate.probability
+        )
+        rows.append([getattr(score, name) for name in ONE_BY_ONE.values()])
+    table = np.array([[np.nan if value is None else float(value) for value in row] for row in rows])
+    figures = dict(zip(ONE_BY_ONE, table.T, strict=True))
+    return Chunk(figures | {name: figures[name] ** 2 for name in SQUARED}, np.zeros(0), np.zeros((3, 5, 0)))

@@ -1,0 +1,92 @@
+"""Where chunks are run: here, in threads, in processes, or on the workers of a Dask cluster."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
+from contextlib import contextmanager
+from multiprocessing import get_context
+from typing import Any
+
+from vedette.ensemble.plan import Plan
+from vedette.ensemble.store import made_by
+from vedette.errors import ConfigError, Problem, VedetteError
+from vedette.registry import Registry
+
+RETRIES = 5
+"""How often a chunk is begun anew whose worker died, before the study gives up on it."""
+
+
+@contextmanager
+def local(plan: Plan, width: int) -> Iterator[tuple[Executor | None, int]]:
+    """Threads where the runs go in lock-step, as the kernels let others run; else processes; nothing for a width of one."""
+    if width == 1 or (width > 1 and len(plan.points) * plan.count == 1):
+        yield None, 1
+        return
+    pool = ThreadPoolExecutor(width) if plan.together else ProcessPoolExecutor(width, get_context("spawn"))
+    try:
+        yield pool, width
+    finally:
+        pool.shutdown(wait=True, cancel_futures=True)
+
+
+@contextmanager
+def cluster(plan: Plan, address: str, seconds: float = 10.0) -> Iterator[tuple[Executor, int]]:
+    """The workers that a Dask scheduler knows, each asked first whether it can build every point of the plan.
+
+    ConfigError if the scheduler does not answer or a worker lacks something.
+    """
+    try:
+        import distributed
+    except ImportError:
+        raise VedetteError("--scheduler needs Dask: pip install 'vedette[cluster]'") from None
+    dask: Any = distributed
+    try:
+        client = dask.Client(address, timeout=seconds, set_as_default=False)
+    except (OSError, ValueError, TypeError) as error:
+        text = f"no Dask scheduler answers at {address!r}: {str(error).splitlines()[0] if str(error) else 'no answer'}"
+        raise ConfigError([Problem("--scheduler", text)]) from None
+    try:
+        known = client.scheduler_info(n_workers=-1)["workers"]
+        if not known:
+            raise ConfigError([Problem("--scheduler", f"the scheduler at {address!r} has no workers")])
+        _check(client, plan)
+        yield client.get_executor(pure=False, retries=RETRIES), sum(each["nthreads"] for each in known.values())
+    finally:
+        client.close()
+
+
+def _check(client: Any, plan: Plan) -> None:
+    """ConfigError tells which workers lack what."""
+    here, problems = made_by(), []
+    kinds = sorted({kind for point in plan.points for kind in kinds_in(point.config)})
+    for worker, answer in client.run(answer_of_worker, kinds, on_error="return").items():
+        if isinstance(answer, BaseException):
+            problems.append(Problem(f"worker {worker}", f"cannot run Vedette: {type(answer).__name__}: {answer}"))
+            continue
+        missing, versions = answer
+        if missing:
+            text = f"lacks {', '.join(map(repr, missing))}: install the same plugins there as here"
+            problems.append(Problem(f"worker {worker}", text))
+        if versions["vedette"] != here["vedette"]:
+            problems.append(Problem(f"worker {worker}", f"has Vedette {versions['vedette']}, here is {here['vedette']}"))
+    if problems:
+        raise ConfigError(problems)
+
+
+def answer_of_worker(kinds: list[str]) -> tuple[list[str], dict[str, str]]:
+    """On a worker: which of these kinds are not installed, and the versions."""
+    known = {entry.kind for entry in Registry.installed()}
+    return [kind for kind in kinds if kind not in known], made_by()
+
+
+def kinds_in(config: Any) -> Iterator[str]:
+    """All kinds that a config names."""
+    if isinstance(config, Mapping):
+        if isinstance(config.get("kind"), str):
+            yield config["kind"]
+        for each in config.values():
+            yield from kinds_in(each)
+    elif isinstance(config, list | tuple):
+        for each in config:
+            yield from kinds_in(each)

@@ -1,0 +1,147 @@
+"""What came of a study: figures of every run, means with their errors, series against time, differences between points."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from attrs import field, frozen
+
+from vedette.ensemble.carry import Chunks
+from vedette.ensemble.chunk import SERIES
+from vedette.ensemble.plan import UNITS, Plan, by_point, short
+from vedette.ensemble.statistics import Mean, difference, gathered, mean, ratios
+from vedette.ensemble.store import made_by
+from vedette.errors import VedetteError
+from vedette.space import Array
+
+if TYPE_CHECKING:
+    import xarray
+
+
+@frozen(eq=False)
+class Against:
+    """One point's series against time (s,): name to its value and standard error; the error of position is a root."""
+
+    times: Array
+    values: dict[str, Array]
+    errors: dict[str, Array]
+
+
+@frozen(eq=False)
+class Outcome:
+    """All of a study: `figures` name to (points, runs), NaN where a run has none; `against` one series a point."""
+
+    plan: Plan
+    figures: dict[str, Array] = field(repr=False)
+    against: tuple[Against, ...] = field(repr=False)
+    interrupted: bool = False
+
+    @property
+    def runs(self) -> int:
+        """How many runs were done at every point."""
+        return len(next(iter(self.figures.values()))[0])
+
+    def means(self, point: int) -> dict[str, Mean]:
+        """Every figure at a point of the grid."""
+        return {name: mean(name, values[point]) for name, values in self.figures.items()}
+
+    def differences(self, point: int, other: int = 0) -> dict[str, Mean]:
+        """Every figure at a point minus that of another, paired by run."""
+        return {name: difference(name, values[point], values[other]) for name, values in self.figures.items()}
+
+    def table(self) -> list[dict[str, Any]]:
+        """A row a point: its labels, and each figure with its standard error."""
+        return [{**at.labels, **_plain(self.means(i))} for i, at in enumerate(self.plan.points)]
+
+    def data(self) -> dict[str, Any]:
+        """All but runs and series, as plain data."""
+        paired = [{**at.labels, **_plain(self.differences(i))} for i, at in enumerate(self.plan.points) if i]
+        return {
+            "title": self.plan.title,
+            "runs": self.runs,
+            "seed": self.plan.seed,
+            "chunk": self.plan.chunk,
+            "interrupted": self.interrupted,
+            "units": {name: UNITS[name] for name in self.figures},
+            "table": self.table(),
+            "differences_to_the_first": paired,
+        }
+
+    def dataset(self) -> xarray.Dataset:
+        """Labelled arrays over the axes of the grid, the runs and the times; attributes say what made them."""
+        try:
+            import xarray
+        except ImportError:
+            raise VedetteError("labelled arrays need xarray: pip install 'vedette[study]'") from None
+        axes = self.plan.axes
+        names = _dimensions(tuple(axes))
+        arrays: dict[str, Any] = {}
+        for name, values in self.figures.items():
+            arrays[f"run_{name}"] = ((*names, "run"), by_point(values, axes), {"units": UNITS[name]})
+            for part in ("value", "error"):
+                column = np.array([getattr(self.means(i)[name], part) for i in range(len(values))], dtype=float)
+                shown = name if part == "value" else f"{name}_error"
+                arrays[shown] = (names, by_point(column, axes), {"units": UNITS[name]})
+        steps = max(len(each.times) for each in self.against)
+        if steps:
+            arrays["time"] = ((*names, "step"), by_point(_padded([each.times for each in self.against], steps), axes))
+            for name in self.against[0].values:
+                for shown, part in ((f"{name}_at", "values"), (f"{name}_at_error", "errors")):
+                    rows = [getattr(each, part)[name] for each in self.against]
+                    arrays[shown] = ((*names, "step"), by_point(_padded(rows, steps), axes))
+        coordinates = {shown: _coordinate(values) for shown, values in zip(names, axes.values(), strict=True)}
+        made = {"title": self.plan.title, "seed": self.plan.seed, "chunk": self.plan.chunk, **made_by()}
+        return xarray.Dataset(arrays, coordinates, made | {"study": json.dumps(self.plan.given)})
+
+
+def outcome(plan: Plan, chunks: Chunks, *, interrupted: bool) -> Outcome:
+    """Put the chunks together."""
+    points = range(len(plan.points))
+    names = [name for name in UNITS if all(name in chunks[0][i].figures for i in points)]
+    figures = {name: np.stack([gathered(chunks, name, i) for i in points]) for name in names}
+    return Outcome(plan, figures, tuple(_against(chunks, i) for i in points), interrupted)
+
+
+def _against(chunks: Chunks, point: int) -> Against:
+    runs = sum(len(next(iter(each[point].figures.values()))) for each in chunks)
+    total = np.zeros_like(chunks[0][point].sums)
+    for each in chunks:
+        total = total + each[point].sums
+    value, error = ratios(total, runs)
+    values, errors = dict(zip(SERIES, value, strict=True)), dict(zip(SERIES, error, strict=True))
+    root = np.sqrt(values.pop("square"))
+    spread = np.divide(errors.pop("square"), 2 * root, out=np.zeros_like(root), where=root > 0)
+    return Against(chunks[0][point].times, {"position_rmse": root, **values}, {"position_rmse": spread, **errors})
+
+
+def _plain(means: dict[str, Mean]) -> dict[str, Any]:
+    return {name: {"value": each.value, "error": each.error, "runs": each.runs} for name, each in means.items()}
+
+
+def _dimensions(paths: tuple[str, ...]) -> tuple[str, ...]:
+    """The ends of the config paths, or all of a path where two end alike or would clash."""
+    ends = [short(path) for path in paths]
+    taken = {"run", "step", "time", *UNITS}
+    return tuple(path if ends.count(end) > 1 or end in taken else end for path, end in zip(paths, ends, strict=True))
+
+
+def _coordinate(values: tuple[Any, ...]) -> list[Any]:
+    return list(values) if _numbers(values) else [value if isinstance(value, str) else json.dumps(value) for value in values]
+
+
+def _numbers(values: tuple[Any, ...]) -> bool:
+    return all(isinstance(value, int | float) and not isinstance(value, bool) for value in values)
+
+
+def _padded(rows: list[Array], steps: int) -> Array:
+    return np.stack([np.pad(row, (0, steps - len(row)), constant_values=np.nan) for row in rows])
+
+
+def numeric_axes(plan: Plan) -> Iterator[str]:
+    """The axes of the grid along which a curve can be drawn."""
+    for path, values in plan.axes.items():
+        if len(values) > 1 and _numbers(values):
+            yield path

@@ -1,0 +1,246 @@
+"""What a study does: the points of its grid, how many runs, how they are cut into chunks, and when it may stop."""
+
+from __future__ import annotations
+
+import hashlib
+import itertools
+import json
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from attrs import field, frozen
+
+from vedette.config import apply_overrides, load
+from vedette.config.files import read_file
+from vedette.ensemble.chunk import goes_together
+from vedette.errors import ConfigError, Problem
+from vedette.parameters import plain
+from vedette.registry import did_you_mean
+from vedette.space import Array
+from vedette.units import in_unit
+
+MOST_RUNS, MOST_POINTS = 1_000_000_000, 10_000
+TOGETHER, ALONE = 500, 10
+"""Runs of a chunk: in lock-step about as many as fit the cache with their scans; else few, that all processes have work."""
+UNITS = {
+    "position_rmse": "m",
+    "velocity_rmse": "m/s",
+    "nees": "1",
+    "nis": "1",
+    "lost": "1",
+    "coverage": "1",
+    "id_switches": "1",
+    "false_tracks": "1",
+    "gospa": "m",
+    "ospa": "m",
+    "confirmed_after": "s",
+}
+"""All figures of a study. NEES is over the number of axes and NIS over what is expected: both 1 on matched truth."""
+NAMES = ("title", "experiment", "runs", "seed", "chunk", "sweep", "trackers", "precision")
+
+
+@frozen
+class Point:
+    """One point of the grid: what is varied there, by name, and the whole config."""
+
+    labels: dict[str, Any]
+    config: dict[str, Any]
+
+    @property
+    def name(self) -> str:
+        """All labels in one line."""
+        return ", ".join(f"{short(name)} {told(value)}" for name, value in self.labels.items()) or "the config"
+
+
+@frozen(eq=False)
+class Plan:
+    """A whole study, checked."""
+
+    title: str
+    points: tuple[Point, ...]
+    axes: dict[str, tuple[Any, ...]]
+    runs: int
+    seed: int
+    chunk: int
+    together: bool
+    precision: dict[str, float] = field(factory=dict)
+    given: dict[str, Any] = field(factory=dict, repr=False)
+
+    @property
+    def hash(self) -> str:
+        """Of all that decides what a run gives; not of how many runs there are, nor of when to stop."""
+        text = json.dumps([[point.labels, point.config] for point in self.points], sort_keys=True, default=repr)
+        return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+    @property
+    def count(self) -> int:
+        """How many chunks a point has."""
+        return -(-self.runs // self.chunk)
+
+    def runs_of(self, k: int) -> range:
+        """The runs of the k-th chunk."""
+        return range(k * self.chunk, min((k + 1) * self.chunk, self.runs))
+
+
+def short(path: str) -> str:
+    """The end of a config path, which says most of it."""
+    return path.rsplit(".", 1)[-1]
+
+
+def told(value: Any) -> str:
+    """A swept value in a label."""
+    return f"{value:g}" if isinstance(value, float) else value if isinstance(value, str) else json.dumps(plain(value))
+
+
+def toml(value: Any) -> str:
+    """A plain value as TOML writes it in one line."""
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{json.dumps(str(name))} = {toml(each)}" for name, each in value.items()) + "}"
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(map(toml, value)) + "]"
+    if isinstance(value, float):
+        return repr(value)
+    return json.dumps(value)
+
+
+def whole(place: str, given: Any, least: int, most: int = MOST_RUNS) -> int:
+    """A whole number of the study; ConfigError if it is none."""
+    if isinstance(given, bool) or not isinstance(given, int) or not least <= given <= most:
+        raise ConfigError([Problem(place, f"must be a whole number from {least} to {most:,}, got {given!r}")])
+    return given
+
+
+def read_study(path: str | Path) -> dict[str, Any]:
+    """The table of a study's file, its `experiment` in it, read from the file that it may name relative to the study."""
+    table = read_file(path)
+    experiment = table.get("experiment")
+    if isinstance(experiment, str):
+        table["experiment"] = read_file(Path(path).parent / experiment)
+    return table
+
+
+def plan(table: Mapping[str, Any]) -> Plan:
+    """A study from its table; ConfigError tells every problem, with its place."""
+    problems = [
+        Problem(str(name), f"unknown;{did_you_mean(str(name), NAMES)} a study takes {', '.join(NAMES)}")
+        for name in table
+        if name not in NAMES
+    ]
+    experiment = table.get("experiment")
+    if not isinstance(experiment, Mapping):
+        problems.append(Problem("experiment", "must be a config, or the path to one"))
+    if problems:
+        raise ConfigError(problems)
+    assert isinstance(experiment, Mapping)
+    sweep, trackers = _sweep(table.get("sweep", {})), _trackers(table.get("trackers", {}))
+    points = _points(experiment, trackers, sweep)
+    together = all(_goes_together(point) for point in points)
+    axes: dict[str, tuple[Any, ...]] = {"tracker": tuple(trackers)} if trackers else {}
+    return Plan(
+        title=str(table.get("title", experiment.get("title", ""))),
+        points=points,
+        axes=axes | {path: tuple(values) for path, values in sweep.items()},
+        runs=whole("runs", table.get("runs", 1000), 1),
+        seed=whole("seed", table.get("seed", 0), 0, 2**63 - 1),
+        chunk=whole("chunk", table.get("chunk", 0), 0) or (TOGETHER if together else ALONE),
+        together=together,
+        precision=_precision(table.get("precision")),
+        given=json.loads(json.dumps(dict(table), default=plain)),
+    )
+
+
+def _precision(given: Any) -> dict[str, float]:
+    """Figure to the standard error at which it is known well enough, in the unit of the figure."""
+    if given is None:
+        return {}
+    if not isinstance(given, Mapping) or not given:
+        raise ConfigError([Problem("precision", f"must be a table such as {{ position_rmse = '0.1 m' }}, got {given!r}")])
+    wanted = {}
+    for name, value in given.items():
+        if name not in UNITS:
+            raise ConfigError(
+                [Problem(f"precision.{name}", f"unknown;{did_you_mean(str(name), UNITS)} known: {', '.join(UNITS)}")]
+            )
+        try:
+            wanted[str(name)] = in_unit(value, UNITS[name])
+        except ValueError as error:
+            raise ConfigError([Problem(f"precision.{name}", str(error))]) from None
+        if wanted[str(name)] <= 0:
+            raise ConfigError([Problem(f"precision.{name}", f"must be > 0, got {value!r}")])
+    return wanted
+
+
+def _goes_together(point: Point) -> bool:
+    try:
+        return goes_together(point.config)
+    except ConfigError as error:
+        raise error.within("experiment") from None
+
+
+def _sweep(given: Any) -> dict[str, list[Any]]:
+    if not isinstance(given, Mapping):
+        raise ConfigError([Problem("sweep", "must be a table: config path to a list of values")])
+    swept = {}
+    for path, values in given.items():
+        if hasattr(values, "tolist"):
+            values = values.tolist()
+        if not isinstance(values, list | tuple) or not values:
+            raise ConfigError([Problem(f"sweep.{path}", f"must be a list of at least one value, got {values!r}")])
+        swept[str(path)] = [plain(value) for value in values]
+    return swept
+
+
+def _trackers(given: Any) -> dict[str, Mapping[str, Any]]:
+    if not isinstance(given, Mapping) or not all(isinstance(table, Mapping) for table in given.values()):
+        raise ConfigError([Problem("trackers", "must be a table: name to a table of config paths and values")])
+    return {str(name): table for name, table in given.items()}
+
+
+def _points(
+    experiment: Mapping[str, Any], trackers: Mapping[str, Mapping[str, Any]], sweep: Mapping[str, list[Any]]
+) -> tuple[Point, ...]:
+    """All combinations, each loaded once to see that it can be built."""
+    count = max(1, len(trackers))
+    for values in sweep.values():
+        count *= len(values)
+    if count > MOST_POINTS:
+        raise ConfigError([Problem("sweep", f"makes {count:,} points; at most {MOST_POINTS:,} are taken")])
+    _load(experiment, "experiment")
+    points = []
+    for tracker, *values in itertools.product(trackers or [None], *sweep.values()):
+        labels: dict[str, Any] = {} if tracker is None else {"tracker": tracker}
+        config = dict(experiment)
+        if tracker is not None:
+            config = _changed(config, trackers[tracker], f"trackers.{tracker}")
+        chosen = dict(zip(sweep, values, strict=True))
+        config = _changed(config, chosen, "sweep")
+        _load(config, "sweep" if sweep else f"trackers.{tracker}")
+        points.append(Point(labels | chosen, config))
+    return tuple(points)
+
+
+def _changed(config: Mapping[str, Any], changes: Mapping[str, Any], place: str) -> dict[str, Any]:
+    try:
+        return apply_overrides(config, [f"{path}={toml(value)}" for path, value in changes.items()])
+    except ConfigError as error:
+        raise ConfigError(_replaced(error.problems, place)) from None
+
+
+def _replaced(problems: Iterable[Problem], place: str) -> list[Problem]:
+    """The problems of overrides at the place of the study that made them."""
+    return [Problem(f"{place}.{each.place.removeprefix('--set ')}", each.text) for each in problems]
+
+
+def _load(config: Mapping[str, Any], place: str) -> None:
+    try:
+        experiment = load(config)
+    except ConfigError as error:
+        raise error.within(place) from None
+    if experiment.source is None:
+        raise ConfigError([Problem("experiment.source", "is missing: there are no scans to run on")])
+
+
+def by_point(values: Array, axes: Mapping[str, tuple[Any, ...]]) -> Array:
+    """What leads with the points as an array that leads with the axes of the grid."""
+    return values.reshape(*(len(each) for each in axes.values()), *values.shape[1:])

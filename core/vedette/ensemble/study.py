@@ -1,0 +1,68 @@
+"""Studies of many runs, from Python: `vedette.monte_carlo`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from vedette.config.files import read_file
+from vedette.ensemble.carry import Advance, carry_out
+from vedette.ensemble.executors import cluster, local
+from vedette.ensemble.outcome import Outcome, outcome
+from vedette.ensemble.plan import Plan, plan, whole
+from vedette.ensemble.store import open_store
+from vedette.errors import ConfigError, Problem
+
+
+def monte_carlo(
+    config: Mapping[str, Any] | str | Path,
+    runs: int,
+    seed: int = 0,
+    *,
+    sweep: Mapping[str, Sequence[Any]] | None = None,
+    trackers: Mapping[str, Mapping[str, Any]] | None = None,
+    precision: Mapping[str, Any] | None = None,
+    chunk: int = 0,
+    threads: int = 1,
+    out: str | Path | None = None,
+    resume: bool = False,
+    scheduler: str | None = None,
+    advance: Advance = lambda done, total: None,
+) -> Outcome:
+    """Run a config `runs` times, at every point of the grid that `trackers` and `sweep` span, with common random numbers.
+
+    Run i draws from SeedSequence(seed, spawn_key=(i,)), whatever `chunk`, `threads` or `scheduler`: to the last bit on one
+    machine with one chunk, to 1e-12 otherwise. With `out`, finished chunks are kept there and `resume` goes on with them.
+    `precision` maps figures to standard errors at which the study may stop early. ConfigError tells all that is wrong.
+    """
+    table = {
+        "experiment": read_file(config) if isinstance(config, str | Path) else config,
+        "runs": runs,
+        "seed": seed,
+        "chunk": chunk,
+        "sweep": sweep or {},
+        "trackers": trackers or {},
+    }
+    if precision is not None:
+        table["precision"] = precision
+    return perform(plan(table), threads=threads, out=out, resume=resume, scheduler=scheduler, advance=advance)
+
+
+def perform(
+    planned: Plan,
+    *,
+    threads: int = 1,
+    out: str | Path | None = None,
+    resume: bool = False,
+    scheduler: str | None = None,
+    advance: Advance = lambda done, total: None,
+) -> Outcome:
+    """Carry out a plan; see `monte_carlo`."""
+    whole("threads", threads, 1, 4096)
+    if resume and out is None:
+        raise ConfigError([Problem("--resume", "needs the folder of the study that it is to go on with: --out")])
+    with local(planned, threads) if scheduler is None else cluster(planned, scheduler) as (executor, width):
+        store = None if out is None else open_store(Path(out), planned, resume=resume)
+        chunks, interrupted = carry_out(planned, store, executor, width, advance)
+    return outcome(planned, chunks, interrupted=interrupted)

@@ -1,0 +1,113 @@
+"""A study of many runs for people and for programs: its tables, its pictures, its files."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vedette.ensemble.outcome import Outcome, numeric_axes
+from vedette.ensemble.plan import UNITS, short, told
+from vedette.ensemble.statistics import Mean
+from vedette.io.atomic import whole_file
+from vedette.report.study import rows
+from vedette.studies import Cell, Chart, Curve, Panel, Table
+
+MOST_CURVES = 8
+"""More points than this are too many for one panel."""
+_SERIES = {"position_rmse": "RMS position error [m]", "nees": "NEES / axes", "nis": "NIS / expected"}
+
+
+def text(outcome: Outcome) -> str:
+    """Means with their standard errors, and the differences to the first point."""
+    plan = outcome.plan
+    head = f"{outcome.runs:,} runs at {len(plan.points):,} points, seed {plan.seed}; +- is one Monte-Carlo standard error"
+    if outcome.interrupted:
+        head += f"; interrupted, {plan.runs:,} were asked for"
+    elif outcome.runs < plan.runs:
+        head += "; precise enough, so it stopped early"
+    lines = [plan.title, head] if plan.title else [head]
+    for table in tables(outcome):
+        lines += ["", table.title, *rows(table)]
+    return "\n".join(lines)
+
+
+def tables(outcome: Outcome) -> Iterator[Table]:
+    """The means, and with several points the paired differences."""
+    points = outcome.plan.points
+    columns = tuple(name if UNITS[name] == "1" else f"{name} [{UNITS[name]}]" for name in outcome.figures)
+    yield Table("Means over runs", columns, tuple((at.name, _cells(outcome.means(i))) for i, at in enumerate(points)))
+    if len(points) > 1:
+        paired = tuple((at.name, _cells(outcome.differences(i))) for i, at in enumerate(points) if i)
+        yield Table(f"Differences to {points[0].name}, paired run by run", columns, paired)
+
+
+def _cells(means: Mapping[str, Mean]) -> tuple[Cell, ...]:
+    return tuple(Cell(each.value, each.error) for each in means.values())
+
+
+def write_study(folder: Path, outcome: Outcome) -> list[str]:
+    """Text, JSON and CSV; returns their names."""
+    import json
+
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, content in (("summary.txt", text(outcome)), ("summary.json", json.dumps(outcome.data(), indent=2))):
+        with whole_file(folder / name) as file:
+            file.write(content + "\n")
+    with whole_file(folder / "summary.csv") as file:
+        table = [_flat(row) for row in outcome.table()]
+        writer = csv.DictWriter(file, list(table[0]), lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(table)
+    return ["summary.txt", "summary.json", "summary.csv"]
+
+
+def _flat(row: Mapping[str, Any]) -> dict[str, Any]:
+    flat: dict[str, Any] = {}
+    for name, value in row.items():
+        if name in UNITS:
+            flat |= {name: value["value"], f"{name}_error": value["error"]}
+        else:
+            flat[name] = told(value)
+    return flat
+
+
+def charts(outcome: Outcome) -> Iterator[Chart]:
+    """Errors against time, and the figures along each swept axis of numbers; bands are two standard errors."""
+    points = outcome.plan.points
+    title = outcome.plan.title or "Study"
+    shown = range(min(len(points), MOST_CURVES))
+    if all(len(outcome.against[i].times) for i in shown):
+        panels = []
+        for name, upright in _SERIES.items():
+            curves = []
+            for i in shown:
+                each = outcome.against[i]
+                curves.append(Curve(points[i].name, each.times, each.values[name], doubt=2 * each.errors[name]))
+            panels.append(Panel(name, "time [s]", upright, tuple(curves)))
+        yield Chart("time", title, tuple(panels))
+    for path in numeric_axes(outcome.plan):
+        panels = [
+            Panel(name, path, f"{name} [{UNITS[name]}]", _along(outcome, path, name))
+            for name in ("position_rmse", "nees", "nis", "lost")
+            if name in outcome.figures
+        ]
+        yield Chart(f"sweep_{short(path)}", title, tuple(panels))
+
+
+def _along(outcome: Outcome, path: str, name: str) -> tuple[Curve, ...]:
+    """A curve along one axis for each choice of all the others."""
+    lines: dict[str, list[tuple[float, float, float]]] = {}
+    for i, at in enumerate(outcome.plan.points):
+        found = outcome.means(i).get(name, Mean(None, None, 0))
+        rest = ", ".join(f"{short(other)} {told(value)}" for other, value in at.labels.items() if other != path)
+        value, error = (np.nan if each is None else each for each in (found.value, found.error))
+        lines.setdefault(rest, []).append((float(at.labels[path]), value, error))
+    curves = []
+    for label, line in list(lines.items())[:MOST_CURVES]:
+        x, y, error = np.array(sorted(line)).T
+        curves.append(Curve(label or name, x, y, doubt=2 * error))
+    return tuple(curves)
