@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from typing import Any
 
@@ -14,6 +14,7 @@ from vedette.ensemble.plan import Plan
 from vedette.ensemble.statistics import precise
 from vedette.ensemble.store import Store
 from vedette.errors import VedetteError
+from vedette.experiment import Experiment
 
 Advance = Callable[[int, int], None]
 """Told how many runs are done, of how many."""
@@ -29,7 +30,7 @@ class Failed:
     text: str
 
 
-def attempt(config: Mapping[str, Any], seed: int, runs: range) -> Chunk | Failed:
+def attempt(config: Mapping[str, Any] | Experiment, seed: int, runs: range) -> Chunk | Failed:
     """One chunk, wherever this is called."""
     try:
         return run_chunk(config, seed, runs)
@@ -94,16 +95,17 @@ class _Work:
     def here(self) -> None:
         """One after the other."""
         for k, point in self._missing():
-            self._take(k, point, attempt(*self._order(k, point)))
+            self._take(k, point, attempt(*self._order(k, point, True)))
 
     def on(self, executor: Executor, width: int) -> None:
         """Up to twice `width` at a time on `executor`, so that no worker waits and an interrupt loses little."""
+        here = isinstance(executor, ThreadPoolExecutor)
         missing, running = self._missing(), dict[Future[Chunk | Failed], tuple[int, int]]()
         try:
             while True:
                 while len(running) < 2 * width and (following := next(missing, None)) is not None:
                     k, point = following
-                    running[executor.submit(attempt, *self._order(k, point))] = following
+                    running[executor.submit(attempt, *self._order(k, point, here))] = following
                 if not running:
                     return
                 for future in wait(running, return_when=FIRST_COMPLETED).done:
@@ -112,8 +114,10 @@ class _Work:
             for future in running:
                 future.cancel()
 
-    def _order(self, k: int, point: int) -> tuple[Mapping[str, Any], int, range]:
-        return self.plan.points[point].config, self.plan.seed, self.plan.runs_of(k)
+    def _order(self, k: int, point: int, here: bool) -> tuple[Mapping[str, Any] | Experiment, int, range]:
+        """What to run: ready to run in this process, as a config for others."""
+        at = self.plan.points[point]
+        return at.experiment if here else at.config, self.plan.seed, self.plan.runs_of(k)
 
     def _missing(self) -> Iterator[tuple[int, int]]:
         """The chunks that are to be run, until enough are; those in the store are taken from there."""

@@ -65,9 +65,9 @@ def run_chunk(config: Mapping[str, Any] | Experiment, seed: int, runs: Sequence[
     return _one_by_one(experiment, seeds) if together is None else together
 
 
-def goes_together(config: Mapping[str, Any]) -> bool:
-    """Whether the runs of a config are run in lock-step. ConfigError if its scene cannot be drawn."""
-    return _opened(load(config), [sequence(0, 0)]) is not None
+def goes_together(experiment: Experiment) -> bool:
+    """Whether the runs of an experiment are run in lock-step. ConfigError if its scene cannot be drawn."""
+    return _opened(experiment, [sequence(0, 0)]) is not None
 
 
 def _opened(experiment: Experiment, seeds: Sequence[np.random.SeedSequence]) -> tuple[Gaussian, Scenes] | None:

@@ -15,8 +15,9 @@ from vedette.config import apply_overrides, load
 from vedette.config.files import read_file
 from vedette.ensemble.chunk import goes_together
 from vedette.errors import ConfigError, Problem
+from vedette.experiment import Experiment
 from vedette.parameters import plain
-from vedette.registry import did_you_mean
+from vedette.registry import Registry, did_you_mean
 from vedette.space import Array
 from vedette.units import in_unit
 
@@ -42,10 +43,11 @@ NAMES = ("title", "experiment", "runs", "seed", "chunk", "sweep", "trackers", "p
 
 @frozen
 class Point:
-    """One point of the grid: what is varied there, by name, and the whole config."""
+    """One point of the grid: what is varied there, by name, the whole config, and what it describes, ready to run here."""
 
     labels: dict[str, Any]
     config: dict[str, Any]
+    experiment: Experiment = field(repr=False, eq=False)
 
     @property
     def name(self) -> str:
@@ -173,7 +175,7 @@ def _precision(given: Any) -> dict[str, float]:
 
 def _goes_together(point: Point) -> bool:
     try:
-        return goes_together(point.config)
+        return goes_together(point.experiment)
     except ConfigError as error:
         raise error.within("experiment") from None
 
@@ -206,23 +208,25 @@ def _points(
         count *= len(values)
     if count > MOST_POINTS:
         raise ConfigError([Problem("sweep", f"makes {count:,} points; at most {MOST_POINTS:,} are taken")])
-    _load(experiment, "experiment")
+    registry = Registry.installed()
+    base = _load(experiment, "experiment", registry)
     points = []
     for tracker, *values in itertools.product(trackers or [None], *sweep.values()):
         labels: dict[str, Any] = {} if tracker is None else {"tracker": tracker}
-        config = dict(experiment)
+        config, built = dict(experiment), base
         if tracker is not None:
-            config = _changed(config, trackers[tracker], f"trackers.{tracker}")
+            config = _changed(config, trackers[tracker], f"trackers.{tracker}", registry)
         chosen = dict(zip(sweep, values, strict=True))
-        config = _changed(config, chosen, "sweep")
-        _load(config, "sweep" if sweep else f"trackers.{tracker}")
-        points.append(Point(labels | chosen, config))
+        if tracker is not None or chosen:
+            config = _changed(config, chosen, "sweep", registry)
+            built = _load(config, "sweep" if sweep else f"trackers.{tracker}", registry)
+        points.append(Point(labels | chosen, config, built))
     return tuple(points)
 
 
-def _changed(config: Mapping[str, Any], changes: Mapping[str, Any], place: str) -> dict[str, Any]:
+def _changed(config: Mapping[str, Any], changes: Mapping[str, Any], place: str, registry: Registry) -> dict[str, Any]:
     try:
-        return apply_overrides(config, [f"{path}={toml(value)}" for path, value in changes.items()])
+        return apply_overrides(config, [f"{path}={toml(value)}" for path, value in changes.items()], registry)
     except ConfigError as error:
         raise ConfigError(_replaced(error.problems, place)) from None
 
@@ -232,13 +236,14 @@ def _replaced(problems: Iterable[Problem], place: str) -> list[Problem]:
     return [Problem(f"{place}.{each.place.removeprefix('--set ')}", each.text) for each in problems]
 
 
-def _load(config: Mapping[str, Any], place: str) -> None:
+def _load(config: Mapping[str, Any], place: str, registry: Registry) -> Experiment:
     try:
-        experiment = load(config)
+        experiment = load(config, registry)
     except ConfigError as error:
         raise error.within(place) from None
     if experiment.source is None:
         raise ConfigError([Problem("experiment.source", "is missing: there are no scans to run on")])
+    return experiment
 
 
 def by_point(values: Array, axes: Mapping[str, tuple[Any, ...]]) -> Array:
