@@ -1,0 +1,162 @@
+"""What studies cost: against Stone Soup, on two threads, in memory, and the target-oriented paper's own.
+
+    python -m benchmarks.study [--quick]
+
+CPU times of one process, in turns, so that what else the machine does strikes both; ratios within a turn.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from importlib.util import find_spec
+from time import perf_counter, process_time
+from typing import Any
+
+import numpy as np
+
+import vedette
+from vedette.ensemble.plan import plan
+from vedette.ensemble.study import perform
+
+RUNS, STEPS = 100, 100
+CV = {"kind": "constant_velocity", "sigma_accel": 0.5}
+START = {"x": [0, 10], "y": [0, 10], "vx": [5, 2], "vy": [3, 2]}
+CONFIG: dict[str, Any] = {
+    "source": {
+        "kind": "simulation",
+        "duration": STEPS,
+        "looks": {"radar": {"interval": 1, "first": 1}},
+        "drawn": {"boat": {"models": [CV], "start": START}},
+    },
+    "sensors": {"radar": {"kind": "cartesian_position", "sigma": 5.0}},
+    "estimator": {"kind": "kalman", "motion": CV},
+    "gate": {"probability": 0.999999},
+    "associator": {"kind": "nearest"},
+    "lifecycle": {"kind": "single_target", "start": START},
+}
+
+
+def vedette_study() -> float:
+    """RMS position error of the runs."""
+    return vedette.monte_carlo(CONFIG, RUNS, 1, chunk=RUNS).means(0)["position_rmse"].value or 0.0
+
+
+def stone_soup_study() -> float:
+    """The same by Stone Soup: truth drawn from its model, detections from its sensor model, its Kalman filter."""
+    from datetime import datetime, timedelta
+
+    from stonesoup.models.measurement.linear import LinearGaussian
+    from stonesoup.models.transition.linear import CombinedLinearGaussianTransitionModel, ConstantVelocity
+    from stonesoup.predictor.kalman import KalmanPredictor
+    from stonesoup.types.detection import Detection
+    from stonesoup.types.groundtruth import GroundTruthState
+    from stonesoup.types.hypothesis import SingleHypothesis
+    from stonesoup.types.state import GaussianState
+    from stonesoup.updater.kalman import KalmanUpdater
+
+    motion = CombinedLinearGaussianTransitionModel([ConstantVelocity(0.25), ConstantVelocity(0.25)])
+    sensor = LinearGaussian(ndim_state=4, mapping=(0, 2), noise_covar=np.diag([25.0, 25.0]))
+    predictor, updater = KalmanPredictor(motion), KalmanUpdater(sensor)
+    begin, step = datetime(2026, 1, 1), timedelta(seconds=1)
+    mean, deviation = np.array([0.0, 5.0, 0.0, 3.0]), np.array([10.0, 2.0, 10.0, 2.0])
+    rng, squares = np.random.default_rng(1), []
+    for _ in range(RUNS):
+        truth = GroundTruthState((mean + deviation * rng.standard_normal(4))[:, None], timestamp=begin)
+        track: Any = GaussianState(mean[:, None], np.diag(deviation**2), timestamp=begin)
+        for _ in range(STEPS):
+            time = truth.timestamp + step
+            truth = GroundTruthState(motion.function(truth, noise=True, time_interval=step), timestamp=time)
+            seen = Detection(sensor.function(truth, noise=True), timestamp=time, measurement_model=sensor)
+            track = updater.update(SingleHypothesis(predictor.predict(track, timestamp=time), seen))
+            error = np.asarray(truth.state_vector - track.mean, dtype=float)[[0, 2], 0]
+            squares.append(float(error @ error))
+    return float(np.sqrt(np.mean(squares)))
+
+
+def cpu(work: Callable[[], Any]) -> float:
+    """CPU seconds of this process."""
+    before = process_time()
+    work()
+    return process_time() - before
+
+
+def wall(work: Callable[[], Any]) -> float:
+    """Seconds on the wall: all that threads can shorten."""
+    before = perf_counter()
+    work()
+    return perf_counter() - before
+
+
+def spread(values: list[float]) -> str:
+    """Median and quartiles."""
+    low, middle, high = np.quantile(values, [0.25, 0.5, 0.75])
+    return f"{middle:.3g} ({low:.3g} to {high:.3g}, {len(values)} rounds)"
+
+
+def against_stone_soup(rounds: int) -> None:
+    """The ratio, and that both solve the same problem."""
+    if find_spec("stonesoup") is None:
+        print("Stone Soup is not installed: left out")
+        return
+    print(f"RMS error: Vedette {vedette_study():.3f} m, Stone Soup {stone_soup_study():.3f} m")
+    planned = plan({"experiment": CONFIG, "runs": RUNS, "seed": 1, "chunk": RUNS})
+    whole, ours, theirs = [], [], []
+    for _ in range(rounds):
+        whole.append(np.mean([cpu(vedette_study) for _ in range(20)]))
+        ours.append(np.mean([cpu(lambda: perform(planned).means(0)) for _ in range(20)]))
+        theirs.append(cpu(stone_soup_study))
+    print(f"{RUNS} runs x {STEPS} steps: Vedette {spread(whole)} s from the config on, of it the runs {spread(ours)} s")
+    print(f"Stone Soup {spread(theirs)} s")
+    for name, took in (("from the config on", whole), ("the runs alone", ours)):
+        print(f"Stone Soup / Vedette, {name}: {spread([b / a for a, b in zip(took, theirs, strict=True)])}")
+
+
+def on_two_threads(rounds: int, runs: int) -> None:
+    """Wall time of one thread over that of two."""
+    alone, both = [], []
+    for _ in range(rounds):
+        alone.append(wall(lambda: vedette.monte_carlo(CONFIG, runs, 1)))
+        both.append(wall(lambda: vedette.monte_carlo(CONFIG, runs, 1, threads=2)))
+    load = os.getloadavg()[0]
+    print(f"{runs:,} runs, one thread / two: {spread([a / b for a, b in zip(alone, both, strict=True)])}; load {load:.1f}")
+
+
+def target_oriented(rounds: int) -> None:
+    """The paper's 1,000 runs of five IMM-PDAFs."""
+    from vedette_target_oriented.study import TargetOrientedStudy
+
+    study = TargetOrientedStudy()
+    took = [cpu(lambda: study.run(1000, 1, lambda items, about: items)) for _ in range(rounds)]
+    print(f"target-oriented, 1,000 runs: {spread(took)} s of CPU")
+
+
+def memory(runs: int) -> None:
+    """The most that a process of its own ever held."""
+    code = (
+        "from benchmarks import study; import vedette, resource;"
+        f"vedette.monte_carlo(study.CONFIG, {runs}, 1, threads=2);"
+        "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)"
+    )
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    print(f"{runs:,} runs: {int(found.stdout) / 1024:.0f} MB at most")
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser("python -m benchmarks.study")
+    parser.add_argument("--quick", action="store_true", help="fewer rounds and runs")
+    parser.add_argument("--only", default="", choices=["", "stonesoup", "threads", "paper", "memory"])
+    given = parser.parse_args()
+    few = given.quick
+    jobs: dict[str, Callable[[], None]] = {
+        "stonesoup": lambda: against_stone_soup(3 if few else 7),
+        "threads": lambda: on_two_threads(2 if few else 5, 2000 if few else 10_000),
+        "paper": lambda: target_oriented(1 if few else 3),
+        "memory": lambda: memory(10_000 if few else 100_000),
+    }
+    for name, job in jobs.items():
+        if given.only in ("", name):
+            job()
