@@ -265,7 +265,7 @@ def test_whatever_a_run_lacks_it_can_be_drawn_and_told(case, scene, tmp_path):
 
 def test_one_axis_makes_no_map(tmp_path):
     tracker = SimpleNamespace(state=Space.of(x="m"), sensors={}, estimator=None)
-    experiment = SimpleNamespace(tracker=tracker, title="", judge=metrics.Judge())
+    experiment = SimpleNamespace(tracker=tracker, title="", judge=metrics.Judge(), detectors={})
     assert write_pictures(tmp_path, experiment, result()) == ["errors.png"]
 
 

@@ -696,7 +696,8 @@ def test_a_wrong_scene_is_told_with_the_paths_of_its_config():
 
 
 def test_the_plugin_brings_the_scene():
-    assert list(sim.vedette_components()) == [sim.Simulation, sim.InfraredScene]
+    scenes = [sim.Simulation, sim.InfraredScene, sim.RadarPicturesScene, sim.RadarPointsScene]
+    assert list(sim.vedette_components()) == scenes
 
 
 CV = ConstantVelocity(0.1)
