@@ -14,7 +14,7 @@ from vedette import ConfigError, Frame, InputError, Pose, Scan
 from vedette_marine.detectors.radar_picture import Excess, RadarPicture
 from vedette_marine.geometry import PictureGeometry, nautical, read_geometry, write_geometry
 from vedette_marine.picture.artefacts import rain, spokes
-from vedette_marine.picture.blobs import determinants, find_blobs, hessian_exact
+from vedette_marine.picture.blobs import BLOCK, determinants, find_blobs, hessian_exact, surroundings
 from vedette_marine.picture.chain import Chain, right_ahead
 from vedette_marine.picture.clusters import calinski_harabasz, grouped, k_means, linked
 from vedette_marine.picture.colours import Palette
@@ -149,6 +149,40 @@ def test_the_scale_of_a_blob_is_its_size():
         image = np.exp(-0.5 * ((columns - 200) ** 2 + (rows - 200) ** 2) / size**2).astype(np.float32)
         blobs = find_blobs(image, SCALES, 0.01, exact=True)
         assert blobs.scale[np.argmax(blobs.strength)] == pytest.approx(SCALES[k])
+
+
+@given(st.integers(0, 2**31), st.integers(1, 12), st.booleans())
+@settings(max_examples=30)
+def test_searching_around_echoes_finds_what_searching_everywhere_does(seed, count, exact):
+    """A floor too faint to count, but not 0, makes one box of the whole picture. Equal neighbours may be told apart
+    otherwise: places are compared to a pixel.
+    """
+    rng = np.random.default_rng(seed)
+    image = np.zeros((330, 410), dtype=np.float32)
+    for x, y in rng.uniform([-5, -5], [415, 335], (count, 2)).astype(int).tolist():
+        axes, angle, grey = (int(rng.integers(1, 12)), 2), float(rng.uniform(0, 180)), float(rng.uniform(0.4, 1))
+        cv2.ellipse(image, (x, y), axes, angle, 0, 360, grey, -1)
+    found = find_blobs(image, SCALES, 0.01, exact)
+    whole = find_blobs(np.maximum(image, np.float32(1e-30)), SCALES, 0.01, exact)
+    apart = np.linalg.norm(found.at[:, None] - whole.at, axis=-1)
+    assert np.max(np.min(apart, axis=0), initial=0.0) < 1.0
+    assert np.max(np.min(apart, axis=1), initial=0.0) < 1.0
+
+
+def test_most_of_a_dark_picture_is_not_searched():
+    image = np.zeros((640, 640), dtype=np.float32)
+    image[[100, 130, 500], [200, 210, 639]] = 1.0
+    boxes, owner = surroundings(image, 30.0)
+    assert len(boxes) == 2  # the first two are near one another
+    assert [number for number in np.unique(owner) if number] == [1, 2]
+    for (row, column), box in zip(((100, 200), (500, 639)), boxes, strict=True):
+        rows, columns = box
+        assert owner[row // BLOCK, column // BLOCK] > 0
+        assert rows.start <= row - 30 < row + 30 < rows.stop
+        assert columns.start <= column - 30
+        assert columns.stop == 640 or column + 30 < columns.stop
+    assert len(surroundings(np.ones((640, 640), dtype=np.float32), 30.0)[0]) == 1
+    assert surroundings(np.zeros((640, 640), dtype=np.float32), 30.0)[0] == []
 
 
 # Groups.

@@ -14,6 +14,9 @@ from vedette_marine.opencv import opencv
 
 Image = NDArray[np.float32]
 
+BLOCK = 16
+"""Pixels of a side of the blocks of which the searched parts of a picture are made."""
+
 
 @frozen(eq=False)
 class Blobs:
@@ -68,7 +71,40 @@ def determinants(image: Image, scales: Sequence[float], exact: bool) -> Iterator
 
 
 def find_blobs(image: Image, scales: Sequence[float], threshold: float, exact: bool = False) -> Blobs:
-    """Maxima of at least `threshold` among their 26 neighbours in place and scale; the place is refined by a parabola."""
+    """Maxima of at least `threshold` among their 26 neighbours in place and scale; the place is refined by a parabola.
+
+    Only the surroundings of pixels that are not 0 are searched: most of a radar picture is black.
+    """
+    boxes, owner = surroundings(image, 5.0 * scales[-1])
+    found = [Blobs(np.zeros((0, 2)), np.zeros(0), np.zeros(0))]
+    for number, (rows, columns) in enumerate(boxes, start=1):
+        part = _find(np.ascontiguousarray(image[rows, columns]), scales, threshold, exact)
+        at = part.at + [columns.start, rows.start]
+        own = owner[tuple(np.rint(at[:, ::-1]).astype(np.intp).T // BLOCK)] == number
+        found.append(Blobs(at[own], part.scale[own], part.strength[own]))
+    return Blobs(*(np.concatenate([getattr(each, name) for each in found]) for name in ("at", "scale", "strength")))
+
+
+def surroundings(image: Image, reach: float) -> tuple[list[tuple[slice, slice]], NDArray[np.int32]]:
+    """Boxes, rows and columns, around pixels that are not 0, at least `reach` px wider on each side; and which box, from 1
+    on, a block of the picture belongs to. One box of everything where that is not much more.
+    """
+    cv2 = opencv()
+    h, w = image.shape
+    grid = (-(-h // BLOCK), -(-w // BLOCK))
+    padded = np.zeros((grid[0] * BLOCK, grid[1] * BLOCK), dtype=bool)
+    padded[:h, :w] = image != 0
+    held = padded.reshape(grid[0], BLOCK, grid[1], BLOCK).any(axis=(1, 3)).astype(np.uint8)
+    side = 2 * int(np.ceil(reach / BLOCK)) + 1
+    count, owner, boxes, _ = cv2.connectedComponentsWithStats(cv2.dilate(held, np.ones((side, side), dtype=np.uint8)))
+    if 2 * int(np.sum(boxes[1:, 2] * boxes[1:, 3])) > owner.size:
+        return [(slice(0, h), slice(0, w))], np.ones_like(owner)
+    x, y, width, height = BLOCK * boxes[1:, :4].T
+    return [(slice(y[i], min(y[i] + height[i], h)), slice(x[i], min(x[i] + width[i], w))) for i in range(count - 1)], owner
+
+
+def _find(image: Image, scales: Sequence[float], threshold: float, exact: bool) -> Blobs:
+    """The blobs of a whole picture."""
     cv2 = opencv()
     stack = list(determinants(image, scales, exact))
     box = np.ones((3, 3), dtype=np.uint8)
