@@ -9,7 +9,7 @@ import numpy as np
 from attrs import frozen
 from numpy.typing import NDArray
 
-from vedette import Array
+from vedette import Array, Mask
 from vedette_marine.opencv import opencv
 
 Bytes = NDArray[np.uint8]
@@ -18,12 +18,16 @@ Bytes = NDArray[np.uint8]
 STEP = 8
 """Counts between the colours that the table holds: 32 a channel."""
 
+LINE = 5
+"""px: where the interface is narrower than this, an echo goes on behind it."""
+
 
 @frozen(eq=False)
 class Palette:
-    """Grey level of a colour by a table over coarse colours: `table` (32^3,), 0 for colours that are no echo's."""
+    """Grey levels of coarse colours, `table` (32^3,), and which are the interface's: `foreign` (32^3,), grey 0."""
 
     table: Bytes
+    foreign: Mask
 
     @classmethod
     def of(cls, colours: Array, tolerance: float) -> Palette:
@@ -36,16 +40,26 @@ class Palette:
         apart = np.sum(cells**2, axis=1)[:, None] - 2 * cells @ line.T + np.sum(line**2, axis=1)
         nearest = np.argmin(apart, axis=1)
         far = apart[np.arange(len(cells)), nearest] > (tolerance + STEP) ** 2
-        return cls(np.where(far, 0, nearest).astype(np.uint8))
+        return cls(np.where(far, 0, nearest).astype(np.uint8), far)
 
     def grey(self, picture: Bytes) -> Bytes:
-        """(h, w, 3) -> (h, w)"""
+        """(h, w, 3) -> (h, w); what lies under a line of the interface is bridged."""
         cv2 = opencv()
         coarse = cv2.LUT(picture, _COARSE)
         blue, green, red = cv2.split(coarse)
         index = blue.astype(np.uint16) << 10 | green.astype(np.uint16) << 5 | red
-        found: Bytes = self.table[index]
-        return found
+        return bridged(self.table[index], self.foreign[index])
+
+
+def bridged(grey: Bytes, hidden: Mask) -> Bytes:
+    """`grey` (h, w) with its `hidden` pixels (h, w) as bright as what is on both sides of them, within `LINE` px: a heading
+    line or range ring over a ship would cut it in two.
+
+    That is the grey closing, the least of the greatest levels in all squares around a pixel: no echo is made of nothing.
+    """
+    cv2 = opencv()
+    closed: Bytes = cv2.morphologyEx(grey, cv2.MORPH_CLOSE, np.ones((LINE, LINE), dtype=np.uint8))
+    return np.where(hidden, closed, grey)
 
 
 @lru_cache(maxsize=8)
