@@ -1,11 +1,7 @@
 // From Python's arrays to a batch of problems: what numpy's broadcasting does, without its iterator's cost.
 #pragma once
 
-#define PY_SSIZE_T_CLEAN
-#define NPY_NO_DEPRECATED_API NPY_2_0_API_VERSION
-#include <Python.h>
-#include <numpy/arrayobject.h>
-
+#include "arrays.hpp"
 #include "shapes.hpp"
 
 namespace vedette {
@@ -26,7 +22,7 @@ class Call {
         if (!ok) return nullptr;
         const int i = batch.ins;
         if (i == kMostOperands) return refuse();
-        if (PyFloat_Check(given)) {
+        if (!PyArray_CheckExact(given) && PyFloat_Check(given)) {
             if (core > 0) return refuse();
             numbers_[i] = PyFloat_AS_DOUBLE(given);
             batch.in[i] = &numbers_[i];
@@ -75,7 +71,7 @@ class Call {
         npy_intp shape[kMostDims + 3];
         for (int d = 0; d < whole_; ++d) shape[d] = full_[d];
         shape[whole_] = a, shape[whole_ + 1] = b, shape[whole_ + 2] = c;
-        PyObject* array = PyArray_SimpleNew(whole_ + core, shape, NPY_DOUBLE);
+        PyObject* array = new_array(whole_ + core, shape);
         if (array == nullptr) return nullptr;
         const int o = batch.outs++;
         batch.out[o] = static_cast<double*>(PyArray_DATA(reinterpret_cast<PyArrayObject*>(array)));

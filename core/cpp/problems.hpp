@@ -4,6 +4,7 @@
 // symmetric, as their upper triangles are mirrored, and positive semi-definite, as they are sums of squares (Joseph's form).
 #pragma once
 
+#include <cstring>
 #include <type_traits>
 
 #include "lanes.hpp"
@@ -59,9 +60,32 @@ VEDETTE_INLINE T safe_log(T p) {
     return Lane<T>::log(Lane<T>::larger(p, Lane<T>::all(kTiny)));
 }
 
+// A row of four numbers: with four columns, one problem by itself is worked on row by row.
+typedef double Row __attribute__((vector_size(32)));
+constexpr int kRow = 4;
+
+VEDETTE_INLINE Row row_of(const double* at) {
+    Row row;
+    std::memcpy(&row, at, sizeof row);
+    return row;
+}
+VEDETTE_INLINE void set_row(double* at, Row row) { std::memcpy(at, &row, sizeof row); }
+
+// A (p, s) B (s, 4) + C (p, 4), or without C
+VEDETTE_INLINE void multiply_rows(const double* A, const double* B, double* C, int p, int s, bool add) {
+    for (int i = 0; i < p; ++i) {
+        Row sum = A[i * s] * row_of(B);
+        if (add) sum += row_of(C + i * kRow);
+        for (int l = 1; l < s; ++l) sum += A[i * s + l] * row_of(B + l * kRow);
+        set_row(C + i * kRow, sum);
+    }
+}
+
 // C (p, q) = A (p, s) B (s, q)
 template <class T>
 VEDETTE_INLINE void multiply(const T* A, const T* B, T* C, int p, int s, int q) {
+    if constexpr (std::is_same_v<T, double>)
+        if (__builtin_constant_p(q) && q == kRow) return multiply_rows(A, B, C, p, s, false);
     for (int i = 0; i < p; ++i)
         for (int j = 0; j < q; ++j) {
             T sum = A[i * s] * B[j];
@@ -73,6 +97,16 @@ VEDETTE_INLINE void multiply(const T* A, const T* B, T* C, int p, int s, int q) 
 // C (p, p) += A (p, s) B (p, s)' where that is symmetric: the upper triangle, mirrored
 template <class T>
 VEDETTE_INLINE void add_product(const T* A, const T* B, T* C, int p, int s) {
+    if constexpr (std::is_same_v<T, double>)
+        if (__builtin_constant_p(p) && p == kRow) {
+            double turned[kRow * kMostStates];
+            for (int j = 0; j < p; ++j)
+                for (int l = 0; l < s; ++l) turned[l * p + j] = B[j * s + l];
+            multiply_rows(A, turned, C, p, s, true);
+            for (int i = 0; i < p; ++i)
+                for (int j = i + 1; j < p; ++j) C[j * p + i] = C[i * p + j];
+            return;
+        }
     for (int i = 0; i < p; ++i)
         for (int j = i; j < p; ++j) {
             T sum = C[i * p + j];

@@ -1,0 +1,71 @@
+"""Results of the compiled kernels are arrays of their own: what anybody still sees never changes."""
+
+import weakref
+
+import numpy as np
+import pytest
+
+from vedette import kernels
+from vedette.kernels import reference
+
+if kernels.predict is reference.predict:
+    pytest.skip(f"kernels: {kernels.RUNNING}", allow_module_level=True)
+
+N = 3
+
+
+def made(value):
+    """A mean of three times `value`, by a kernel."""
+    return kernels.predict(np.full(N, float(value)), np.eye(N), np.eye(N), np.eye(N))[0]
+
+
+def churn():
+    for _ in range(40):
+        made(-1)
+
+
+@pytest.mark.parametrize(
+    "keep",
+    [lambda a: a, lambda a: a[1:], lambda a: a.T, memoryview, lambda a: a.ctypes, lambda a: (a,), lambda a: a.reshape(3, 1)],
+)
+def test_what_is_held_or_viewed_stays(keep):
+    held = [keep(made(value)) for value in range(30)]
+    churn()
+    for value, one in enumerate(held):
+        base = one[0] if isinstance(one, tuple) else one
+        seen = base._arr if hasattr(base, "_arr") else np.asarray(base)
+        assert np.all(seen == value)
+
+
+def test_a_weak_name_never_sees_another_result():
+    first = made(7)
+    weak = weakref.ref(first)
+    del first
+    churn()
+    assert weak() is None or np.all(weak() == 7)
+
+
+@pytest.mark.parametrize("change", ["shape", "flags", "dtype"])
+def test_an_array_changed_in_place_is_not_handed_out_again(change):
+    for _ in range(20):
+        result = made(1)
+        if change == "shape":
+            result.shape = (N, 1)
+        elif change == "flags":
+            result.flags.writeable = False
+        else:
+            result.dtype = np.int64
+        del result
+    for value in range(20):
+        result = made(value)
+        assert result.shape == (N,)
+        assert result.dtype == np.float64
+        assert result.flags.writeable
+        assert np.all(result == value)
+
+
+def test_results_of_one_call_share_no_memory():
+    for shape in ((), (1,), (2, 3), (0,), (300,)):
+        x, P = np.zeros((*shape, N)), np.broadcast_to(np.eye(N), (*shape, N, N))
+        parts = kernels.innovate_returns(P, np.zeros((N, N)), x, np.eye(N), np.ones((N, N, N)) + np.eye(N), 0.9, 0.9, ())
+        assert not any(np.shares_memory(a, b) for i, a in enumerate(parts) for b in parts[:i])
