@@ -11,13 +11,14 @@ from hypothesis import strategies as st
 
 import vedette
 from vedette import ConfigError, Frame, InputError, Pose, Scan
-from vedette_marine.detectors.radar_picture import Excess, RadarPicture
+from vedette_marine.detectors.radar_picture import RadarPicture
 from vedette_marine.geometry import PictureGeometry, nautical, read_geometry, write_geometry
 from vedette_marine.picture.artefacts import rain, spokes
 from vedette_marine.picture.blobs import BLOCK, determinants, find_blobs, hessian_exact, surroundings
 from vedette_marine.picture.chain import Chain, right_ahead
 from vedette_marine.picture.clusters import calinski_harabasz, grouped, k_means, linked
 from vedette_marine.picture.colours import Palette
+from vedette_marine.picture.evidence import Evidence, Excess
 from vedette_marine.picture.looking import side_by_side, stage_pictures
 from vedette_marine.screen import RadarScreen
 
@@ -291,15 +292,31 @@ def test_noise_grows_across_the_line_of_sight_and_with_a_ship_s_extent():
     assert seen.noise[0, 0, 0] > 36 + 0.25 * (5 * 14) ** 2 > 200 > seen.noise[0, 1, 1]
 
 
-def test_evidence_is_the_log_likelihood_ratio_of_brightness():
+def test_evidence_is_the_log_likelihood_ratio_of_brightness_and_size():
     from scipy import stats
 
     excess = np.array([0.0, 10.0, 150.0])
     expected = stats.expon(scale=80).logpdf(excess) - stats.expon(scale=15).logpdf(excess)
-    np.testing.assert_allclose(Excess(15, 80).evidence(excess), expected)
-    made = returns(picture(SPOTS), detector(evidence=Excess(15, 80)))
-    assert made.evidence.shape == (2,)
-    assert (made.evidence > 3).all()
+    np.testing.assert_allclose(Excess(15, 80).ratio(excess), expected)
+    ship, spike = SPOTS
+    seen = picture([ship]).astype(float)
+    seen[round(spike[1]) :, round(spike[0]) :][:2, :2] = 190
+    made = {
+        name: returns(seen.astype(np.uint8), detector(evidence=Evidence(**given)))
+        for name, given in {
+            "brightness": {"brightness": Excess(30, 120)},
+            "size": {"size": Excess(1, 8)},
+            "both": {"brightness": Excess(30, 120), "size": Excess(1, 8)},
+            "neither": {},
+        }.items()
+    }
+    order = np.argsort(-made["both"].z[:, 0])
+    brightness, size = made["brightness"].evidence[order], made["size"].evidence[order]
+    np.testing.assert_allclose(made["both"].evidence[order], brightness + size)
+    assert brightness[0] > brightness[1] == pytest.approx(Excess(30, 120).ratio(np.array(190.0 - 90)))
+    assert size[0] > 2
+    assert size[1] == pytest.approx(math.log(1 / 8))  # a point is as small as can be
+    assert not made["neither"].evidence.any()
     assert returns(picture(SPOTS)).evidence is None
 
 

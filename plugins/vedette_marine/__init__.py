@@ -6,6 +6,7 @@ import vedette
 from vedette_marine.detectors.cfar import Cfar
 from vedette_marine.detectors.radar_picture import RadarPicture
 from vedette_marine.lifecycles.announced import Announced
+from vedette_marine.picture_study import MarinePicturesStudy
 from vedette_marine.screen import RadarScreen
 from vedette_marine.sources.pictures import RadarPictures
 from vedette_marine.study import MarineStudy
@@ -16,4 +17,4 @@ VEDETTE_CONTRACT = 1
 @vedette.plugin
 def vedette_components() -> Iterable[type[vedette.Component]]:
     """Everything in this package."""
-    return [RadarScreen, RadarPicture, Cfar, RadarPictures, Announced, MarineStudy]
+    return [RadarScreen, RadarPicture, Cfar, RadarPictures, Announced, MarineStudy, MarinePicturesStudy]

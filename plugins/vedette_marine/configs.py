@@ -78,6 +78,23 @@ TUNED_SHIP = {
 """For a large ship that is almost straight."""
 
 
+def _in_pictures(chain: dict[str, Any], sigma: float, size: dict[str, float]) -> dict[str, Any]:
+    return {
+        "kind": "radar_picture",
+        "sensors": {"screen": {"kind": "radar_screen"}},
+        "chain": chain,
+        "sigma": sigma,
+        "evidence": {"brightness": {"clutter": 30.0, "ship": 120.0}, "size": size},
+    }
+
+
+BOATS_IN_PICTURES = _in_pictures({"link": 30.0, "longest": 60.0}, 6.0, {"clutter": 1.0, "ship": 8.0})
+"""The detector for boats of up to 30 m at 6 m a pixel. The evidence's means are those of simulated pictures."""
+
+SHIP_IN_PICTURES = _in_pictures({"link": 140.0, "longest": 250.0}, 20.0, {"clutter": 2.0, "ship": 30.0})
+"""The detector for a ship of 180 m at 11 m a pixel."""
+
+
 def tracker(
     estimator: dict[str, Any],
     sigma: float,

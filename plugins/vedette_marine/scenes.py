@@ -86,5 +86,7 @@ def large_ship(reference: str = "truth") -> dict[str, Any]:
         "frames": 540,
         "lost": 13,
         "sea": {"shape": 1.0, "level": 7.0, "seconds": 6.2},
+        "buoys": [{"at": [600.0, 1900.0], "cross_section": 30.0}, {"at": [-700.0, 2100.0], "cross_section": 30.0}],
+        "racons": [{"at": [1500.0, 2300.0], "length": 1500.0}],
         "reference": reference,
     }

@@ -14,27 +14,11 @@ from vedette_marine.geometry import PictureGeometry, nautical
 from vedette_marine.opencv import opencv
 from vedette_marine.picture.chain import Chain, Stages
 from vedette_marine.picture.colours import Bytes, palette
+from vedette_marine.picture.evidence import Evidence
 from vedette_marine.screen import POSITION, RadarScreen
 
 if TYPE_CHECKING:
     from vedette import Result
-
-
-@final
-@frozen
-class Excess:
-    """How far the brightest echo of a return exceeds the threshold: exponential, with one mean for clutter, one for ships.
-
-    Evidence log p(e | ship) / p(e | clutter) = log(c / s) + e (1/c - 1/s).
-    """
-
-    clutter: float = fields.quantity("1", "mean excess of a false return, in counts", above=0)
-    ship: float = fields.quantity("1", "mean excess of a ship's return, in counts", above=0)
-
-    def evidence(self, excess: Array) -> Array:
-        """(k,) -> (k,)"""
-        found: Array = np.log(self.clutter / self.ship) + excess * (1.0 / self.clutter - 1.0 / self.ship)
-        return found
 
 
 @final
@@ -54,7 +38,7 @@ class RadarPicture(Detector):
     sigma: float = fields.quantity("m", "standard deviation of a return per axis", default=6.0, above=0)
     sigma_bearing: float = fields.quantity("rad", "standard deviation of a bearing, on top", default=0.0, at_least=0)
     extent: float = fields.quantity("1", "part of a group's spread by which its middle may err", default=0.0, at_least=0)
-    evidence: Excess | None = fields.part("what brightness says of a return; default: nothing", default=None)
+    evidence: Evidence | None = fields.part("what a return's looks say of it; default: nothing", default=None)
 
     def __attrs_post_init__(self) -> None:
         if len(self.sensors) != 1:
@@ -82,7 +66,8 @@ class RadarPicture(Detector):
             + self.sigma_bearing**2 * across[:, :, None] * across[:, None, :] * np.sign(squares)
             + self.extent**2 * spread
         )
-        evidence = None if self.evidence is None else self.evidence.evidence(found.peak - self.chain.threshold)
+        looks = (self.chain.threshold, float(self.chain.scales[0]), geometry.metres_per_pixel)
+        evidence = None if self.evidence is None else self.evidence.of(found, *looks)
         return Detections(relative + own, np.ones(len(relative), dtype=bool), evidence, noise)
 
     def geometry_of(self, frame: Frame) -> PictureGeometry:

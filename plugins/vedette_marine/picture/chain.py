@@ -76,6 +76,12 @@ class Groups:
     peak: Array
     count: Array
 
+    @property
+    def length(self) -> Array:
+        """Greatest standard deviation in any direction (k,) in px, that of a blob being its scale."""
+        found: Array = np.sqrt(np.linalg.eigvalsh(self.spread)[..., -1])
+        return found
+
 
 @frozen(eq=False)
 class Stages:

@@ -1,0 +1,56 @@
+"""The marine study from pictures: simulated radar screens, the picture chain, and the same filters."""
+
+from __future__ import annotations
+
+from typing import ClassVar, final
+
+import numpy as np
+from attrs import frozen
+
+from vedette import Study
+from vedette.studies import Progress, StudyResult
+from vedette_marine import configs, outcome
+from vedette_marine.outcome import FILTERS, Record
+from vedette_marine.points import Points, see
+from vedette_marine.study import SCENES, SIGMA, TUNING_RUNS, record, tuned
+
+DETECTORS = {"MANV-like": configs.BOATS_IN_PICTURES, "DARC-like": configs.SHIP_IN_PICTURES}
+
+
+@final
+@frozen
+class MarinePicturesStudy(Study):
+    """The study `marine` with returns that the picture chain finds in pictures of a simulated radar; a minute a run.
+
+    The CV-PDAF's process noise is chosen on drawn returns of other runs.
+    """
+
+    kind: ClassVar[str] = "marine_pictures"
+    title: ClassVar[str] = "Ships in radar pictures: IMM-PDAF against CV-PDAF and CT-PDAF, judged by AIS"
+    usual_runs: ClassVar[int] = 20
+
+    def run(self, runs: int, seed: int, progress: Progress) -> StudyResult:
+        """All filters on the same pictures."""
+        found: dict[tuple[str, str], dict[str, Record]] = {}
+        times, centres = {}, {}
+        for i, scene in enumerate(SCENES):
+            points = seen(scene, runs, seed, progress)
+            filters = tuned(scene, seed, i)
+            for target, name in enumerate(points.names):
+                key = f"{scene} {name}"
+                found[key, "tuned"] = {each: record(scene, points, target, filters[each], SIGMA[scene]) for each in FILTERS}
+                times[key], centres[key] = points.times, points.centres[target]
+        note = "m; RMSE of the runs that were not lost, AIS: against interpolated reports, centre: against the hull's centre"
+        tables = (
+            outcome.error_table("Table 4 from pictures, each filter tuned", "tuned", found, note),
+            outcome.ratio_table(found),
+        )
+        return StudyResult(
+            self.title, runs, seed, tables, outcome.claims(found, TUNING_RUNS), outcome.charts(times, centres, found)
+        )
+
+
+def seen(scene: str, runs: int, seed: int, progress: Progress) -> Points:
+    """What the chain finds in the scene's pictures; run i of 3 is run i of 20."""
+    rng = np.random.default_rng([seed, 2000 + list(SCENES).index(scene)])
+    return see(SCENES[scene](), DETECTORS[scene], runs, rng, progress, scene)
