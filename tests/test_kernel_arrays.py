@@ -1,6 +1,7 @@
 """Results of the compiled kernels are arrays of their own: what anybody still sees never changes."""
 
 import weakref
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -69,3 +70,34 @@ def test_results_of_one_call_share_no_memory():
         x, P = np.zeros((*shape, N)), np.broadcast_to(np.eye(N), (*shape, N, N))
         parts = kernels.innovate_returns(P, np.zeros((N, N)), x, np.eye(N), np.ones((N, N, N)) + np.eye(N), 0.9, 0.9, ())
         assert not any(np.shares_memory(a, b) for i, a in enumerate(parts) for b in parts[:i])
+
+
+def test_large_results_keep_their_numbers_too():
+    eye = np.eye(N)
+    held = [kernels.predict(np.full((1000, N), float(value)), eye, eye, eye) for value in range(20)]
+    for value, (x, P) in enumerate(held):
+        assert np.all(x == value)
+        assert np.all(P == 2 * eye)
+    grown = held[7][0]
+    del held
+    grown.resize((5000, N), refcheck=False)
+    assert np.all(grown[:1000] == 7)
+    assert np.all(grown[1000:] == 0)
+    grown.resize((10, N), refcheck=False)
+    assert np.all(grown == 7)
+
+
+def test_the_memory_that_is_kept_is_bounded():
+    """Results of 96 MB at a time, ten times over, leave no more than the 64 MB that are kept."""
+    resource = pytest.importorskip("resource")
+    if not (statm := Path("/proc/self/statm")).exists():
+        pytest.skip("needs /proc")
+
+    def resident():
+        return int(statm.read_text().split()[1]) * resource.getpagesize() / 2**20
+
+    eye = np.eye(N)
+    before = resident()
+    for count in range(1_000_000, 1_000_010):
+        kernels.predict(np.zeros((count, N)), eye, eye, eye)
+    assert resident() - before < 80

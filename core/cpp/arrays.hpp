@@ -1,4 +1,5 @@
-// New small arrays, without the cost of new ones: an array that nobody but the shelf still holds is handed out again.
+// New arrays, without the cost of new ones. A small one that nobody but a shelf still holds is handed out again; the memory of
+// large ones is kept when they are gone, as the C library would give it back to the system and fetch it anew, page by page.
 #pragma once
 
 #define PY_SSIZE_T_CLEAN
@@ -8,11 +9,13 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstdlib>
+#include <cstring>
 
 namespace vedette {
 
-constexpr int kMostPooledDims = 4;
-constexpr npy_intp kMostPooled = 128;  // numbers: beyond, an array's own cost is small beside its contents'
+constexpr int kMostShelvedDims = 4;
+constexpr npy_intp kMostShelved = 128, kLeastKept = 2048;  // numbers
 
 // Arrays of one shape. A slot's array is free while its one reference is the shelf's: then no name, view or buffer of it
 // exists, and it may have no weak one. What Python can change in place (shape, type, flags, memory) is looked at again.
@@ -52,7 +55,7 @@ class Shelf {
         NPY_ARRAY_C_CONTIGUOUS | NPY_ARRAY_OWNDATA | NPY_ARRAY_ALIGNED | NPY_ARRAY_WRITEABLE;
     int dims_ = -1;
     unsigned next_ = 0;
-    npy_intp shape_[kMostPooledDims] = {};
+    npy_intp shape_[kMostShelvedDims] = {};
     PyArrayObject* slots_[kSlots] = {};
 
     bool is_free(PyArrayObject* array) const {
@@ -64,7 +67,85 @@ class Shelf {
     }
 };
 
-// An uninitialised array of doubles. The interpreter's lock guards the shelves.
+// numpy's allocator for large arrays: blocks of a few sizes, four to a power of two, kept up to a total.
+class Blocks {
+  public:
+    static void* take(void*, std::size_t size) {
+        const int kind = kind_of(size);
+        if (kind == kKinds) return nullptr;
+        Block* block = free_[kind];
+        if (block != nullptr) {
+            free_[kind] = block->next;
+            kept_ -= size_of(kind);
+        } else {
+            block = static_cast<Block*>(std::aligned_alloc(kHead, kHead + size_of(kind)));
+            if (block == nullptr) return nullptr;
+        }
+        block->kind = kind;
+        return reinterpret_cast<char*>(block) + kHead;
+    }
+
+    static void give(void*, void* memory, std::size_t) {
+        if (memory == nullptr) return;
+        auto* block = reinterpret_cast<Block*>(static_cast<char*>(memory) - kHead);
+        if (kept_ + size_of(block->kind) > kMostKept) {
+            std::free(block);
+            return;
+        }
+        kept_ += size_of(block->kind);
+        block->next = free_[block->kind];
+        free_[block->kind] = block;
+    }
+
+    static void* take_zeros(void* context, std::size_t count, std::size_t each) {
+        void* memory = take(context, count * each);
+        return memory == nullptr ? nullptr : std::memset(memory, 0, count * each);
+    }
+
+    static void* change(void* context, void* memory, std::size_t size) {
+        void* other = take(context, size);
+        if (other == nullptr || memory == nullptr) return other;
+        const auto* block = reinterpret_cast<const Block*>(static_cast<const char*>(memory) - kHead);
+        const std::size_t old = size_of(block->kind);
+        std::memcpy(other, memory, old < size ? old : size);
+        give(context, memory, 0);
+        return other;
+    }
+
+  private:
+    struct Block {
+        int kind;
+        Block* next;
+    };
+    static constexpr std::size_t kHead = 64, kLeast = 4096, kMostKept = std::size_t(64) << 20;
+    static constexpr int kKinds = 4 * 40;
+    static inline Block* free_[kKinds] = {};
+    static inline std::size_t kept_ = 0;
+
+    static std::size_t size_of(int kind) { return (kLeast << (kind / 4)) / 4 * static_cast<std::size_t>(4 + kind % 4); }
+    static int kind_of(std::size_t size) {
+        int kind = 0;
+        while (kind + 4 < kKinds && size_of(kind + 4) <= size) kind += 4;
+        while (kind < kKinds && size_of(kind) < size) ++kind;
+        return kind;
+    }
+};
+
+inline PyObject* new_large_array(int dims, npy_intp* shape) {
+    static PyDataMem_Handler handler = {
+        "vedette", 1, {nullptr, Blocks::take, Blocks::take_zeros, Blocks::change, Blocks::give}};
+    static PyObject* capsule = PyCapsule_New(&handler, "mem_handler", nullptr);
+    PyObject* usual = capsule == nullptr ? nullptr : PyDataMem_SetHandler(capsule);
+    if (usual == nullptr) return nullptr;
+    PyObject* array = PyArray_SimpleNew(dims, shape, NPY_DOUBLE);
+    PyObject* own = PyDataMem_SetHandler(usual);
+    Py_DECREF(usual);
+    if (own == nullptr) Py_CLEAR(array);
+    Py_XDECREF(own);
+    return array;
+}
+
+// An uninitialised array of doubles. The interpreter's lock guards shelves and blocks.
 inline PyObject* new_array(int dims, npy_intp* shape) {
     static Shelf shelves[256];
     npy_intp size = 1;
@@ -73,7 +154,8 @@ inline PyObject* new_array(int dims, npy_intp* shape) {
         size *= shape[d];
         hash = hash * 31 + static_cast<std::uint32_t>(shape[d]);
     }
-    if (dims > kMostPooledDims || size > kMostPooled) return PyArray_SimpleNew(dims, shape, NPY_DOUBLE);
+    if (size >= kLeastKept) return new_large_array(dims, shape);
+    if (dims > kMostShelvedDims || size > kMostShelved) return PyArray_SimpleNew(dims, shape, NPY_DOUBLE);
     Shelf& shelf = shelves[(hash ^ (hash >> 8)) % 256];
     if (!shelf.is_for(dims, shape)) shelf.become(dims, shape);
     return shelf.take();

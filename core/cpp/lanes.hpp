@@ -3,7 +3,12 @@
 
 #include <cmath>
 #include <cstddef>
+#include <cstring>
 #include <limits>
+#include <type_traits>
+#ifdef __AVX512F__
+#include <immintrin.h>
+#endif
 
 #include "shapes.hpp"
 
@@ -13,36 +18,146 @@ namespace vedette::VEDETTE_ISA {
 typedef double Eight __attribute__((vector_size(8 * kLanes)));
 typedef long long Eight64 __attribute__((vector_size(8 * kLanes)));
 
-inline Eight64 bits(Eight value) { return reinterpret_cast<Eight64>(value); }
-inline Eight number(Eight64 value) { return reinterpret_cast<Eight>(value); }
+typedef double Row __attribute__((vector_size(8 * 4)));
+typedef long long Row64 __attribute__((vector_size(8 * 4)));
+
+#define VEDETTE_INLINE __attribute__((always_inline)) inline
+#ifdef __clang__
+#define VEDETTE_SHUFFLE(whole, a, b, ...) __builtin_shufflevector(a, b, __VA_ARGS__)
+#else
+#define VEDETTE_SHUFFLE(whole, a, b, ...) __builtin_shuffle(a, b, whole{__VA_ARGS__})
+#endif
+
+VEDETTE_INLINE Row row_at(const double* at) {
+    Row row;
+    std::memcpy(&row, at, sizeof row);
+    return row;
+}
+VEDETTE_INLINE void set_row(double* at, Row row) { std::memcpy(at, &row, sizeof row); }
+
+// Rows of a matrix into its columns.
+VEDETTE_INLINE void turn(Row* a) {
+    const Row p = VEDETTE_SHUFFLE(Row64, a[0], a[1], 0, 4, 2, 6), q = VEDETTE_SHUFFLE(Row64, a[0], a[1], 1, 5, 3, 7);
+    const Row s = VEDETTE_SHUFFLE(Row64, a[2], a[3], 0, 4, 2, 6), t = VEDETTE_SHUFFLE(Row64, a[2], a[3], 1, 5, 3, 7);
+    a[0] = VEDETTE_SHUFFLE(Row64, p, s, 0, 1, 4, 5), a[1] = VEDETTE_SHUFFLE(Row64, q, t, 0, 1, 4, 5);
+    a[2] = VEDETTE_SHUFFLE(Row64, p, s, 2, 3, 6, 7), a[3] = VEDETTE_SHUFFLE(Row64, q, t, 2, 3, 6, 7);
+}
+
+// Eight tracks' rows of four, tracks i and i + 4 side by side, from and to memory; and each half's rows into its columns.
+#ifdef __AVX512F__
+VEDETTE_INLINE Eight pair_at(const double* first, const double* second) {
+    return _mm512_insertf64x4(_mm512_castpd256_pd512(_mm256_loadu_pd(first)), _mm256_loadu_pd(second), 1);
+}
+VEDETTE_INLINE void set_pair(double* first, double* second, Eight pair) {
+    _mm256_storeu_pd(first, _mm512_castpd512_pd256(pair));
+    _mm256_storeu_pd(second, _mm512_extractf64x4_pd(pair, 1));
+}
+VEDETTE_INLINE void turn(Eight* a) {
+#define VEDETTE_EVEN 0, 8, 2, 10, 4, 12, 6, 14
+#define VEDETTE_ODD 1, 9, 3, 11, 5, 13, 7, 15
+#define VEDETTE_FRONT 0, 1, 8, 9, 4, 5, 12, 13
+#define VEDETTE_BACK 2, 3, 10, 11, 6, 7, 14, 15
+    const Eight p = VEDETTE_SHUFFLE(Eight64, a[0], a[1], VEDETTE_EVEN), q = VEDETTE_SHUFFLE(Eight64, a[0], a[1], VEDETTE_ODD);
+    const Eight s = VEDETTE_SHUFFLE(Eight64, a[2], a[3], VEDETTE_EVEN), t = VEDETTE_SHUFFLE(Eight64, a[2], a[3], VEDETTE_ODD);
+    a[0] = VEDETTE_SHUFFLE(Eight64, p, s, VEDETTE_FRONT), a[1] = VEDETTE_SHUFFLE(Eight64, q, t, VEDETTE_FRONT);
+    a[2] = VEDETTE_SHUFFLE(Eight64, p, s, VEDETTE_BACK), a[3] = VEDETTE_SHUFFLE(Eight64, q, t, VEDETTE_BACK);
+}
+#else
+VEDETTE_INLINE Eight pair_at(const double* first, const double* second) {
+    Eight pair;
+    std::memcpy(&pair, first, sizeof(Row));
+    std::memcpy(reinterpret_cast<char*>(&pair) + sizeof(Row), second, sizeof(Row));
+    return pair;
+}
+VEDETTE_INLINE void set_pair(double* first, double* second, Eight pair) {
+    std::memcpy(first, &pair, sizeof(Row));
+    std::memcpy(second, reinterpret_cast<const char*>(&pair) + sizeof(Row), sizeof(Row));
+}
+VEDETTE_INLINE void turn(Eight* a) {
+    Row half[2][4];
+    for (int i = 0; i < 4; ++i) set_pair(reinterpret_cast<double*>(&half[0][i]), reinterpret_cast<double*>(&half[1][i]), a[i]);
+    turn(half[0]), turn(half[1]);
+    for (int i = 0; i < 4; ++i)
+        a[i] = pair_at(reinterpret_cast<const double*>(&half[0][i]), reinterpret_cast<const double*>(&half[1][i]));
+}
+#endif
+#ifdef __AVX__
+constexpr bool kTurnsRows = true;
+#else
+constexpr bool kTurnsRows = false;  // without vectors of four, numbers are gathered one by one
+#endif
+
+// The bits of numbers, and back.
+template <class T>
+struct Bits;
+template <>
+struct Bits<double> {
+    typedef long long type;
+};
+template <>
+struct Bits<Eight> {
+    typedef Eight64 type;
+};
+template <class To, class From>
+VEDETTE_INLINE To same_bits(From from) {
+    To to;
+    std::memcpy(&to, &from, sizeof to);
+    return to;
+}
+
+VEDETTE_INLINE bool all_of(long long which) { return which != 0; }
+VEDETTE_INLINE bool all_of(Eight64 which) {
+#ifdef __AVX512F__
+    return _mm512_movepi64_mask(reinterpret_cast<__m512i>(which)) == 0xff;
+#else
+    long long every = which[0];
+    for (int l = 1; l < kLanes; ++l) every &= which[l];
+    return every != 0;
+#endif
+}
 
 constexpr double kLn2High = 0x1.62e42fee00000p-1, kLn2Low = 0x1.a39ef35793c76p-33;  // the first has 21 zero bits at its end
 constexpr double kToWhole = 0x1.8p52;  // adding it rounds to a whole number, which then stands in the lowest bits
 
-// exp to two units in the last place: 2^w e^r with |r| <= ln(2)/2, e^r by its series to the 13th power. Written for vectors, as
-// a call of the library's for each of the eight would be most of a kernel's time.
-inline Eight exp_of(Eight x) {
-    x = x > 710.0 ? 710.0 - (Eight){} : x;
-    x = x < -746.0 ? -746.0 - (Eight){} : x;
-    const Eight shifted = x * 1.4426950408889634 + kToWhole, whole = shifted - kToWhole;
-    const Eight r = (x - whole * kLn2High) - whole * kLn2Low;
+// exp to two units in the last place: 2^w e^r with |r| <= ln(2)/2, e^r by its series to the 13th power. Written out, as a call
+// of the library's for each of eight would be most of a kernel's time, and for one it would keep all else waiting.
+template <class T>
+VEDETTE_INLINE T exp_of(T x) {
+    typedef typename Bits<T>::type I;
+    x = x > 710.0 ? 710.0 - T{} : x;
+    x = x < -746.0 ? -746.0 - T{} : x;
+    const T shifted = x * 1.4426950408889634 + kToWhole, whole = shifted - kToWhole;
+    const T r = (x - whole * kLn2High) - whole * kLn2Low;
     constexpr double series[] = {1.0 / 6227020800, 1.0 / 479001600, 1.0 / 39916800, 1.0 / 3628800, 1.0 / 362880,
                                  1.0 / 40320, 1.0 / 5040, 1.0 / 720, 1.0 / 120, 1.0 / 24, 1.0 / 6, 0.5, 1.0, 1.0};
-    Eight sum = series[0] - (Eight){};
+    T sum = series[0] - T{};
     for (int i = 1; i < 14; ++i) sum = sum * r + series[i];
     // 2^w in two factors, so that results below the normal numbers come out too.
-    const Eight64 w = bits(shifted) - bits(kToWhole - (Eight){}), half = w >> 1;
-    return sum * number((half + 1023) << 52) * number((w - half + 1023) << 52);
+    const I w = same_bits<I>(shifted) - same_bits<I>(kToWhole - T{}), half = w >> 1;
+    return sum * same_bits<T>(I((half + 1023) << 52)) * same_bits<T>(I((w - half + 1023) << 52));
 }
 
 // log to two units in the last place, of normal numbers: x = 2^e m, log m = 2 artanh((m-1)/(m+1)) with 1/sqrt(2) <= m < sqrt(2).
-inline Eight log_of(Eight x) {
-    const Eight64 shifted = bits(x) - 0x3fe6a09e667f3bcdLL, e = shifted >> 52;
-    const Eight m = number(bits(x) - (e << 52)), t = (m - 1.0) / (m + 1.0), square = t * t;
-    Eight sum = 1.0 / 23 - (Eight){};
+template <class T>
+VEDETTE_INLINE T log_of_normal(T x) {
+    typedef typename Bits<T>::type I;
+    const I shifted = same_bits<I>(x) - 0x3fe6a09e667f3bcdLL, e = shifted >> 52;
+    const T m = same_bits<T>(I(same_bits<I>(x) - (e << 52))), t = (m - 1.0) / (m + 1.0), square = t * t;
+    T sum = 1.0 / 23 - T{};
     for (int i = 21; i > 0; i -= 2) sum = sum * square + 1.0 / i;
-    const Eight whole = number(e + bits(kToWhole - (Eight){})) - kToWhole;
+    const T whole = same_bits<T>(I(e + same_bits<I>(kToWhole - T{}))) - kToWhole;
     return whole * kLn2High + (whole * kLn2Low + 2.0 * t * sum);
+}
+
+template <class T>
+VEDETTE_INLINE bool is_usual(T x) {  // for log_of
+    constexpr double least = std::numeric_limits<double>::min(), most = std::numeric_limits<double>::max();
+    return all_of(((x >= least) & (x <= most)) | (x == 0.0));
+}
+
+template <class T>
+VEDETTE_INLINE T log_of(T x) {
+    return x == 0.0 ? T{} - std::numeric_limits<double>::infinity() : log_of_normal(x);
 }
 
 template <class T>
@@ -54,8 +169,8 @@ struct Lane<double> {
     static double load(In a, std::ptrdiff_t i) { return a.at[i]; }
     static void store(Out a, std::ptrdiff_t i, double value) { a.at[i] = value; }
     static double all(double value) { return value; }
-    static double log(double value) { return std::log(value); }
-    static double exp(double value) { return std::exp(value); }
+    static double log(double value) { return is_usual(value) ? log_of(value) : std::log(value); }
+    static double exp(double value) { return exp_of(value); }
     static double sqrt(double value) { return std::sqrt(value); }
     static double larger(double a, double b) { return a > b ? a : b; }
     static double wrap(double x, double period) {
@@ -83,11 +198,7 @@ struct Lane<Eight> {
         return value;
     }
     static Eight log(Eight value) {
-        constexpr double least = std::numeric_limits<double>::min(), most = std::numeric_limits<double>::max();
-        const Eight64 usual = ((value >= least) & (value <= most)) | (value == 0.0);
-        for (int l = 0; l < kLanes; ++l)
-            if (!usual[l]) return each(value, [](double v) { return std::log(v); });
-        return value == 0.0 ? all(-std::numeric_limits<double>::infinity()) : log_of(value);
+        return is_usual(value) ? log_of(value) : each(value, [](double v) { return std::log(v); });
     }
     static Eight exp(Eight value) { return exp_of(value); }
     static Eight sqrt(Eight value) {
@@ -98,5 +209,51 @@ struct Lane<Eight> {
         return each(x, [period](double v) { return Lane<double>::wrap(v, period); });
     }
 };
+
+// By rows of four: a wider load must wait until two narrower stores have reached the cache.
+VEDETTE_INLINE void copy(const double* from, double* to, int count) {
+    int i = 0;
+    for (; i + 4 <= count; i += 4) set_row(to + i, row_at(from + i));
+    for (; i < count; ++i) to[i] = from[i];
+}
+
+template <class T>
+VEDETTE_INLINE void load(In a, T* to, int count) {
+    if constexpr (kTurnsRows && std::is_same_v<T, Eight>)
+        if (a.next != 0 && count >= 4) {
+            for (int i = 0; i < count; i += 4) {
+                if (i > count - 4) i = count - 4;  // the last four, some of them once more
+                const double* p = a.at + i;
+                Eight four[4];
+                for (int l = 0; l < 4; ++l) four[l] = pair_at(p + l * a.next, p + (l + 4) * a.next);
+                turn(four);
+                for (int l = 0; l < 4; ++l) to[i + l] = four[l];
+            }
+            return;
+        }
+    if constexpr (std::is_same_v<T, double>)
+        copy(a.at, to, count);
+    else
+        for (int i = 0; i < count; ++i) to[i] = Lane<T>::load(a, i);
+}
+
+template <class T>
+VEDETTE_INLINE void store(Out a, const T* from, int count) {
+    if constexpr (kTurnsRows && std::is_same_v<T, Eight>)
+        if (count >= 4) {
+            for (int i = 0; i < count; i += 4) {
+                if (i > count - 4) i = count - 4;
+                double* p = a.at + i;
+                Eight four[4] = {from[i], from[i + 1], from[i + 2], from[i + 3]};
+                turn(four);
+                for (int l = 0; l < 4; ++l) set_pair(p + l * a.next, p + (l + 4) * a.next, four[l]);
+            }
+            return;
+        }
+    if constexpr (std::is_same_v<T, double>)
+        copy(from, a.at, count);
+    else
+        for (int i = 0; i < count; ++i) Lane<T>::store(a, i, from[i]);
+}
 
 }  // namespace vedette::VEDETTE_ISA

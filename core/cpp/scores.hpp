@@ -1,7 +1,7 @@
 // The kernels of a scan, as association.py says them: they branch on what they see, so they take one problem at a time.
 #pragma once
 
-#include "problems.hpp"
+#include "modes.hpp"
 
 namespace vedette::VEDETTE_ISA {
 

@@ -1,0 +1,212 @@
+// Small matrices, of one problem or of eight side by side. Row-major; symmetric results are so to the last bit, as their
+// upper triangles are mirrored.
+#pragma once
+
+#include <cstring>
+#include <type_traits>
+
+#include "lanes.hpp"
+
+namespace vedette::VEDETTE_ISA {
+
+// Calls f with the sizes as constants where they are common, so that the compiler unrolls; else as they are.
+template <class F>
+VEDETTE_INLINE void with_sizes(int n, const F& f) {
+    switch (n) {
+        case 2: return f(std::integral_constant<int, 2>());
+        case 4: return f(std::integral_constant<int, 4>());
+        case 5: return f(std::integral_constant<int, 5>());
+        case 6: return f(std::integral_constant<int, 6>());
+        default: return f(n);
+    }
+}
+template <class F>
+VEDETTE_INLINE void with_sizes(int n, int m, const F& f) {
+    if (m == 2)
+        with_sizes(n, [&](auto states) { f(states, std::integral_constant<int, 2>()); });
+    else if (m == 1)
+        with_sizes(n, [&](auto states) { f(states, std::integral_constant<int, 1>()); });
+    else
+        f(n, m);
+}
+
+constexpr double kLog2Pi = 1.8378770664093454836;
+constexpr double kTiny = 2.2250738585072014e-308;
+
+template <class T>
+VEDETTE_INLINE void wrap(T* x, const Periods& periods) {
+    for (int i = 0; i < periods.count; ++i) {
+        T& value = x[periods.each[i].axis];
+        value = Lane<T>::wrap(value, periods.each[i].period);
+    }
+}
+
+template <class T>
+VEDETTE_INLINE T safe_log(T p) {
+    return Lane<T>::log(Lane<T>::larger(p, Lane<T>::all(kTiny)));
+}
+
+// With four columns, one problem by itself is worked on row by row, a row a vector.
+#define VEDETTE_BY_ROWS(columns) (std::is_same_v<T, double> && __builtin_constant_p(columns) && (columns) == 4)
+
+// C (4, 4), its lower triangle made that of its transpose.
+VEDETTE_INLINE void mirror_rows(double* C) {
+    Row row[4], turned[4];
+    for (int i = 0; i < 4; ++i) turned[i] = row[i] = row_at(C + 4 * i);
+    turn(turned);
+    set_row(C + 4, VEDETTE_SHUFFLE(Row64, turned[1], row[1], 0, 5, 6, 7));
+    set_row(C + 8, VEDETTE_SHUFFLE(Row64, turned[2], row[2], 0, 1, 6, 7));
+    set_row(C + 12, VEDETTE_SHUFFLE(Row64, turned[3], row[3], 0, 1, 2, 7));
+}
+
+// C (p, q) = A (p, s) B (s, q)
+template <class T>
+VEDETTE_INLINE void multiply(const T* A, const T* B, T* C, int p, int s, int q) {
+    if constexpr (std::is_same_v<T, double>)
+        if (VEDETTE_BY_ROWS(q)) {
+            for (int i = 0; i < p; ++i) {
+                Row sum = A[i * s] * row_at(B);
+                for (int l = 1; l < s; ++l) sum += A[i * s + l] * row_at(B + 4 * l);
+                set_row(C + 4 * i, sum);
+            }
+            return;
+        }
+    for (int i = 0; i < p; ++i)
+        for (int j = 0; j < q; ++j) {
+            T sum = A[i * s] * B[j];
+            for (int l = 1; l < s; ++l) sum += A[i * s + l] * B[l * q + j];
+            C[i * q + j] = sum;
+        }
+}
+
+// C (p, p) += A' B with A and B (s, p), where that is symmetric
+template <class T>
+VEDETTE_INLINE void add_turned_product(const T* A, const T* B, T* C, int p, int s) {
+    if constexpr (std::is_same_v<T, double>)
+        if (VEDETTE_BY_ROWS(p)) {
+            for (int i = 0; i < p; ++i) {
+                Row sum = row_at(C + 4 * i);
+                for (int l = 0; l < s; ++l) sum += A[l * 4 + i] * row_at(B + 4 * l);
+                set_row(C + 4 * i, sum);
+            }
+            return mirror_rows(C);
+        }
+    for (int i = 0; i < p; ++i)
+        for (int j = i; j < p; ++j) {
+            T sum = C[i * p + j];
+            for (int l = 0; l < s; ++l) sum += A[l * p + i] * B[l * p + j];
+            C[i * p + j] = C[j * p + i] = sum;
+        }
+}
+
+// C (p, q) = A' B with A (s, p), B (s, q)
+template <class T>
+VEDETTE_INLINE void multiply_turned(const T* A, const T* B, T* C, int p, int s, int q) {
+    if constexpr (std::is_same_v<T, double>)
+        if (VEDETTE_BY_ROWS(q)) {
+            for (int i = 0; i < p; ++i) {
+                Row sum = A[i] * row_at(B);
+                for (int l = 1; l < s; ++l) sum += A[l * p + i] * row_at(B + 4 * l);
+                set_row(C + 4 * i, sum);
+            }
+            return;
+        }
+    for (int i = 0; i < p; ++i)
+        for (int j = 0; j < q; ++j) {
+            T sum = A[i] * B[j];
+            for (int l = 1; l < s; ++l) sum += A[l * p + i] * B[l * q + j];
+            C[i * q + j] = sum;
+        }
+}
+
+// B (q, p) = A' of A (p, q)
+template <class T>
+VEDETTE_INLINE void transpose(const T* A, T* B, int p, int q) {
+    if constexpr (std::is_same_v<T, double>)
+        if (VEDETTE_BY_ROWS(q) && p == 4) {
+            Row rows[4] = {row_at(A), row_at(A + 4), row_at(A + 8), row_at(A + 12)};
+            turn(rows);
+            for (int i = 0; i < 4; ++i) set_row(B + 4 * i, rows[i]);
+            return;
+        }
+    for (int i = 0; i < p; ++i)
+        for (int j = 0; j < q; ++j) B[j * p + i] = A[i * q + j];
+}
+
+template <class T>
+VEDETTE_INLINE void make_symmetric(T* A, int n) {
+    if constexpr (std::is_same_v<T, double>)
+        if (VEDETTE_BY_ROWS(n)) {
+            Row turned[4] = {row_at(A), row_at(A + 4), row_at(A + 8), row_at(A + 12)};
+            turn(turned);
+            for (int i = 0; i < 4; ++i) set_row(A + 4 * i, 0.5 * (row_at(A + 4 * i) + turned[i]));
+            return;
+        }
+    for (int i = 0; i < n; ++i)
+        for (int j = i + 1; j < n; ++j) A[i * n + j] = A[j * n + i] = 0.5 * (A[i * n + j] + A[j * n + i]);
+}
+
+// F P F' + Q, with F transposed
+template <class T>
+VEDETTE_INLINE void propagated(const T* P, const T* turned, const T* Q, T* to, int n) {
+    T ahead[kStates2];
+    multiply(P, turned, ahead, n, n, n);
+    for (int i = 0; i < n * n; ++i) to[i] = Q[i];
+    make_symmetric(to, n);
+    add_turned_product(turned, ahead, to, n, n);
+}
+
+// F x and F P F' + Q
+template <class T>
+VEDETTE_INLINE void predicted(const T* x, const T* P, const T* F, const T* Q, T* to, T* cov, int n) {
+    T turned[kStates2];
+    transpose(F, turned, n, n);
+    multiply(x, turned, to, 1, n, n);
+    propagated(P, turned, Q, cov, n);
+}
+
+// The inverse of a positive definite S (m, m), and the logarithm of its determinant.
+template <class T>
+VEDETTE_INLINE T invert(const T* S, T* inverse, int m) {
+    if (m == 1) {
+        inverse[0] = 1.0 / S[0];
+        return Lane<T>::log(S[0]);
+    }
+    if (m == 2) {
+        const T d1 = S[0], slope = S[2] / d1, d2 = S[3] - slope * S[2];
+        inverse[3] = 1.0 / d2;
+        inverse[1] = inverse[2] = -slope / d2;
+        inverse[0] = 1.0 / d1 + slope * slope / d2;
+        return Lane<T>::log(d1 * d2);
+    }
+    // S = L D L' with a unit lower triangular L; then the inverse of L by substitution.
+    T L[kMeasured2], D[kMostMeasured], M[kMeasured2];
+    T log_det = Lane<T>::all(0.0);
+    for (int j = 0; j < m; ++j) {
+        D[j] = S[j * m + j];
+        for (int l = 0; l < j; ++l) D[j] -= L[j * m + l] * L[j * m + l] * D[l];
+        log_det += Lane<T>::log(D[j]);
+        for (int i = j + 1; i < m; ++i) {
+            T sum = S[i * m + j];
+            for (int l = 0; l < j; ++l) sum -= L[i * m + l] * L[j * m + l] * D[l];
+            L[i * m + j] = sum / D[j];
+        }
+    }
+    for (int j = 0; j < m; ++j) {
+        M[j * m + j] = Lane<T>::all(1.0);
+        for (int i = j + 1; i < m; ++i) {
+            T sum = -L[i * m + j];
+            for (int l = j + 1; l < i; ++l) sum -= L[i * m + l] * M[l * m + j];
+            M[i * m + j] = sum;
+        }
+    }
+    for (int i = 0; i < m; ++i)
+        for (int j = i; j < m; ++j) {
+            T sum = Lane<T>::all(0.0);
+            for (int l = j; l < m; ++l) sum += M[l * m + i] * M[l * m + j] / D[l];
+            inverse[i * m + j] = inverse[j * m + i] = sum;
+        }
+    return log_det;
+}
+
+}  // namespace vedette::VEDETTE_ISA
