@@ -159,12 +159,12 @@ def charts(times: Mapping[str, Array], centres: Mapping[str, Array], found: Foun
         curves.append(Curve("IMM-PDAF", records["IMM-PDAF"].path[:, 0], records["IMM-PDAF"].path[:, 1], "dashed"))
         paths.append(Panel(target, "east [m]", "north [m]", tuple(curves), equal=True))
         error = tuple(Curve(name, times[target], _over_runs(records[name].ais)) for name in FILTERS)
-        errors.append(Panel(target, "time [s]", "RMS error against AIS [m]", error, log=True))
+        errors.append(Panel(target, "time [s]", "RMS error against AIS [m]", error))
         mode = records["IMM-PDAF"].modes
         if mode is not None:
             modes.append(Panel(target, "time [s]", "probability", (Curve("coordinated turn", times[target], mode[:, 1]),)))
     return (
-        Chart("paths", "The targets, and a track of each (figure 7 c, d)", tuple(paths)),
+        Chart("trajectory", "The targets, and a track of each (figure 7 c, d)", tuple(paths)),
         Chart("errors", "Errors against AIS (figure 7 a, b)", tuple(errors)),
         Chart("modes", "Mode probability of IMM-PDAF, mean over runs", tuple(modes)),
     )

@@ -23,7 +23,7 @@ MARGIN = 400.0
 class Points:
     """`r` runs of one scene: times (s,), centres (t, s, 2), AIS (r, t, s, 2), announced (r, t, 4), scans.
 
-    AIS is interpolated to the scans; before the first report of any ship there are none, NaN after the last.
+    AIS is interpolated to the scans, which begin and end when all ships have reported.
     """
 
     names: tuple[str, ...]
@@ -83,20 +83,20 @@ def together(each: Sequence[Detections]) -> Detections:
 
 
 def assembled(scene: Any, times: Array, ais: Sequence[Mapping[str, Reports]], scans: Sequence[Scan]) -> Points:
-    """Scans (s,) of all runs with the scene's true centres and each run's AIS, from when all ships have reported."""
+    """Scans (s,) of all runs with the scene's true centres and each run's AIS, while it is known of all ships."""
     paths = scene.centres(times)
     centres = np.stack([np.stack([path.at(time)[:2] for time in times]) for path in paths])
     origin = (scene.latitude, scene.longitude)
     reported = np.stack([[_interpolated(run[path.name], origin, times) for path in paths] for run in ais])
-    first = int(np.argmax(np.all(np.isfinite(reported), axis=(0, 1, 3))))
+    (known,) = np.nonzero(np.all(np.isfinite(reported), axis=(0, 1, 3)))
     low, high = np.min(centres, axis=(0, 1)) - MARGIN, np.max(centres, axis=(0, 1)) + MARGIN
-    near = tuple(_within(scan, low, high) for scan in scans[first:])
+    near = tuple(_within(scans[k], low, high) for k in known.tolist())
     return Points(
         tuple(path.name for path in paths),
-        times[first:],
-        centres[:, first:],
-        reported[:, :, first:, :2],
-        reported[:, :, first],
+        times[known],
+        centres[:, known],
+        reported[:, :, known, :2],
+        reported[:, :, known[0]],
         near,
     )
 

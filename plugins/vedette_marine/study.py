@@ -110,13 +110,12 @@ def record(
     found = run_together(tracker, given, float(points.times[0]), points.scans)
     spot = found.mean[..., :2]
     centre = _squares(spot - points.centres[target])
-    there = np.all(np.isfinite(points.ais[:, target]), axis=(0, 2))
     return Record(
-        ais=_squares(spot - points.ais[:, target])[:, there],
-        centre=centre[:, there],
-        nis=found.nis[:, there] / 2,
+        ais=_squares(spot - points.ais[:, target]),
+        centre=centre,
+        nis=found.nis / 2,
         lost=_lost(centre, LOST[scene] if lost is None else lost),
-        modes=None if found.mode_prob is None else np.mean(found.mode_prob, axis=0)[there],
+        modes=None if found.mode_prob is None else np.mean(found.mode_prob, axis=0),
         path=spot[0],
     )
 
