@@ -2,7 +2,7 @@
 // upper triangles are mirrored.
 #pragma once
 
-#include <cstring>
+#include <initializer_list>
 #include <type_traits>
 
 #include "lanes.hpp"
@@ -22,12 +22,42 @@ VEDETTE_INLINE void with_sizes(int n, const F& f) {
 }
 template <class F>
 VEDETTE_INLINE void with_sizes(int n, int m, const F& f) {
-    if (m == 2)
-        with_sizes(n, [&](auto states) { f(states, std::integral_constant<int, 2>()); });
-    else if (m == 1)
-        with_sizes(n, [&](auto states) { f(states, std::integral_constant<int, 1>()); });
+    if (m == 2 && n == 4) return f(std::integral_constant<int, 4>(), std::integral_constant<int, 2>());
+    if (m == 2 && n == 5) return f(std::integral_constant<int, 5>(), std::integral_constant<int, 2>());
+    if (m == 2 && n == 6) return f(std::integral_constant<int, 6>(), std::integral_constant<int, 2>());
+    if (m == 1 && n == 2) return f(std::integral_constant<int, 2>(), std::integral_constant<int, 1>());
+    f(n, m);
+}
+
+// Calls f with a number of the type that matrices are read as: double if all eight problems share each of them, and sizes are
+// constants.
+template <class T, class N, class F>
+VEDETTE_INLINE void with_coefficients(N, std::initializer_list<In> matrices, const F& f) {
+    if constexpr (std::is_same_v<T, double>) {
+        f(0.0);
+    } else if constexpr (std::is_same_v<N, int>) {
+        f(T{});
+    } else {
+        bool shared = true;
+        for (const In& matrix : matrices) shared = shared && matrix.next == 0;
+        if (shared)
+            f(0.0);
+        else
+            f(T{});
+    }
+}
+
+// A stage of eight problems stands apart, or the compiler would keep too much in memory, and be at it for minutes.
+template <class F>
+__attribute__((noinline)) void outlined(const F& f) {
+    f();
+}
+template <class T, class F>
+VEDETTE_INLINE void stage(const F& f) {
+    if constexpr (std::is_same_v<T, double>)
+        f();
     else
-        f(n, m);
+        outlined(f);
 }
 
 constexpr double kLog2Pi = 1.8378770664093454836;
@@ -59,9 +89,20 @@ VEDETTE_INLINE void mirror_rows(double* C) {
     set_row(C + 12, VEDETTE_SHUFFLE(Row64, turned[3], row[3], 0, 1, 2, 7));
 }
 
+// Products take numbers that all eight problems share as they are: A, B may be double where T is Eight.
+
+// Entry (i, j) of A, of which the upper triangle is enough if it is symmetric: eight problems' numbers do not all fit into the
+// processor's registers, and each that is not needed saves a way to memory and back.
+template <bool symmetric, class T>
+VEDETTE_INLINE const T& entry(const T* A, int i, int j, int columns) {
+    return symmetric && i > j ? A[j * columns + i] : A[i * columns + j];
+}
+
+enum Symmetric { kNeither, kLeft, kRight };
+
 // C (p, q) = A (p, s) B (s, q)
-template <class T>
-VEDETTE_INLINE void multiply(const T* A, const T* B, T* C, int p, int s, int q) {
+template <Symmetric which = kNeither, class T, class L, class R>
+VEDETTE_INLINE void multiply(const L* A, const R* B, T* C, int p, int s, int q) {
     if constexpr (std::is_same_v<T, double>)
         if (VEDETTE_BY_ROWS(q)) {
             for (int i = 0; i < p; ++i) {
@@ -73,15 +114,15 @@ VEDETTE_INLINE void multiply(const T* A, const T* B, T* C, int p, int s, int q) 
         }
     for (int i = 0; i < p; ++i)
         for (int j = 0; j < q; ++j) {
-            T sum = A[i * s] * B[j];
-            for (int l = 1; l < s; ++l) sum += A[i * s + l] * B[l * q + j];
+            T sum = T{} + entry<which == kLeft>(A, i, 0, s) * entry<which == kRight>(B, 0, j, q);
+            for (int l = 1; l < s; ++l) sum += entry<which == kLeft>(A, i, l, s) * entry<which == kRight>(B, l, j, q);
             C[i * q + j] = sum;
         }
 }
 
 // C (p, p) += A' B with A and B (s, p), where that is symmetric
-template <class T>
-VEDETTE_INLINE void add_turned_product(const T* A, const T* B, T* C, int p, int s) {
+template <class T, class L, class R>
+VEDETTE_INLINE void add_turned_product(const L* A, const R* B, T* C, int p, int s) {
     if constexpr (std::is_same_v<T, double>)
         if (VEDETTE_BY_ROWS(p)) {
             for (int i = 0; i < p; ++i) {
@@ -100,8 +141,8 @@ VEDETTE_INLINE void add_turned_product(const T* A, const T* B, T* C, int p, int 
 }
 
 // C (p, q) = A' B with A (s, p), B (s, q)
-template <class T>
-VEDETTE_INLINE void multiply_turned(const T* A, const T* B, T* C, int p, int s, int q) {
+template <class T, class L, class R>
+VEDETTE_INLINE void multiply_turned(const L* A, const R* B, T* C, int p, int s, int q) {
     if constexpr (std::is_same_v<T, double>)
         if (VEDETTE_BY_ROWS(q)) {
             for (int i = 0; i < p; ++i) {
@@ -113,7 +154,7 @@ VEDETTE_INLINE void multiply_turned(const T* A, const T* B, T* C, int p, int s, 
         }
     for (int i = 0; i < p; ++i)
         for (int j = 0; j < q; ++j) {
-            T sum = A[i] * B[j];
+            T sum = T{} + A[i] * B[j];
             for (int l = 1; l < s; ++l) sum += A[l * p + i] * B[l * q + j];
             C[i * q + j] = sum;
         }
@@ -146,23 +187,13 @@ VEDETTE_INLINE void make_symmetric(T* A, int n) {
         for (int j = i + 1; j < n; ++j) A[i * n + j] = A[j * n + i] = 0.5 * (A[i * n + j] + A[j * n + i]);
 }
 
-// F P F' + Q, with F transposed
-template <class T>
-VEDETTE_INLINE void propagated(const T* P, const T* turned, const T* Q, T* to, int n) {
+// F P F' + Q, with F transposed; Q symmetric
+template <class T, class C>
+VEDETTE_INLINE void propagated(const T* P, const C* turned, const C* Q, T* to, int n) {
     T ahead[kStates2];
-    multiply(P, turned, ahead, n, n, n);
-    for (int i = 0; i < n * n; ++i) to[i] = Q[i];
-    make_symmetric(to, n);
+    multiply<kLeft>(P, turned, ahead, n, n, n);
+    for (int i = 0; i < n * n; ++i) to[i] = T{} + Q[i];
     add_turned_product(turned, ahead, to, n, n);
-}
-
-// F x and F P F' + Q
-template <class T>
-VEDETTE_INLINE void predicted(const T* x, const T* P, const T* F, const T* Q, T* to, T* cov, int n) {
-    T turned[kStates2];
-    transpose(F, turned, n, n);
-    multiply(x, turned, to, 1, n, n);
-    propagated(P, turned, Q, cov, n);
 }
 
 // The inverse of a positive definite S (m, m), and the logarithm of its determinant.
@@ -173,10 +204,10 @@ VEDETTE_INLINE T invert(const T* S, T* inverse, int m) {
         return Lane<T>::log(S[0]);
     }
     if (m == 2) {
-        const T d1 = S[0], slope = S[2] / d1, d2 = S[3] - slope * S[2];
-        inverse[3] = 1.0 / d2;
-        inverse[1] = inverse[2] = -slope / d2;
-        inverse[0] = 1.0 / d1 + slope * slope / d2;
+        const T d1 = S[0], over1 = 1.0 / d1, slope = S[2] * over1, d2 = S[3] - slope * S[2], over2 = 1.0 / d2;
+        inverse[3] = over2;
+        inverse[1] = inverse[2] = -slope * over2;
+        inverse[0] = over1 - slope * inverse[1];
         return Lane<T>::log(d1 * d2);
     }
     // S = L D L' with a unit lower triangular L; then the inverse of L by substitution.

@@ -1,6 +1,8 @@
 // From Python's arrays to a batch of problems: what numpy's broadcasting does, without its iterator's cost.
 #pragma once
 
+#include <utility>
+
 #include "arrays.hpp"
 #include "shapes.hpp"
 
@@ -132,6 +134,7 @@ class Call {
     }
 
     // The fewest axes to walk: those of size 1 go, and neighbours that every input steps through evenly become one.
+    // The longest comes last, as eight problems side by side are taken along it.
     void merge() {
         int used = 0;
         std::ptrdiff_t steps[kMostOperands][kMostDims];
@@ -152,8 +155,19 @@ class Call {
             }
         }
         batch.dims = used;
+        int longest = used - 1;
+        std::ptrdiff_t place = 1;
+        for (int d = used - 1; d >= 0; --d) {
+            if (batch.shape[d] > batch.shape[longest]) longest = d;
+            batch.places[d] = place;
+            place *= batch.shape[d];
+        }
         for (int i = 0; i < batch.ins; ++i)
             for (int d = 0; d < used; ++d) batch.in_steps[i][d] = steps[i][d];
+        if (longest == used - 1) return;
+        std::swap(batch.shape[longest], batch.shape[used - 1]);
+        std::swap(batch.places[longest], batch.places[used - 1]);
+        for (int i = 0; i < batch.ins; ++i) std::swap(batch.in_steps[i][longest], batch.in_steps[i][used - 1]);
     }
 };
 

@@ -16,10 +16,16 @@ template <class T>
 struct Sight {
     T inverse[kMeasured2], gain[kMostMeasured * kMostStates], log_det;
 
-    VEDETTE_INLINE void take(const T* P, const T* H, const T* R, int n, int m) {
+    template <class C, class N, class M>
+    VEDETTE_INLINE void take(const T* P, const C* H, const C* R, N n, M m) {
+        stage<T>([=] { look(P, H, R, n, m); });
+    }
+
+    template <class C>
+    VEDETTE_INLINE void look(const T* P, const C* H, const C* R, int n, int m) {
         T cross[kMostMeasured * kMostStates], S[kMeasured2];
-        multiply(H, P, cross, m, n, n);
-        for (int i = 0; i < m * m; ++i) S[i] = R[i];
+        multiply<kRight>(H, P, cross, m, n, n);
+        for (int i = 0; i < m * m; ++i) S[i] = T{} + R[i];
         make_symmetric(S, m);
         for (int i = 0; i < m; ++i)
             for (int j = i; j < m; ++j) {
@@ -32,11 +38,17 @@ struct Sight {
     }
 
     // The posterior covariance, (I - K H) P (I - K H)' + K R K'.
-    VEDETTE_INLINE void joseph(const T* P, const T* H, const T* R, T* post, int n, int m) const {
+    template <class C, class V, class N, class M>
+    VEDETTE_INLINE void joseph(const T* P, const C* H, const V* R, T* post, N n, M m) const {
+        stage<T>([=] { narrow(P, H, R, post, n, m); });
+    }
+
+    template <class C, class V>
+    VEDETTE_INLINE void narrow(const T* P, const C* H, const V* R, T* post, int n, int m) const {
         T keep[kStates2], kept[kStates2], noisy[kMostMeasured * kMostStates];  // keep: (I - K H)'
         multiply_turned(H, gain, keep, n, m, n);
         for (int i = 0; i < n * n; ++i) keep[i] = (i % (n + 1) == 0 ? 1.0 : 0.0) - keep[i];
-        multiply(P, keep, kept, n, n, n);
+        multiply<kLeft>(P, keep, kept, n, n, n);
         multiply(R, gain, noisy, m, m, n);
         for (int i = 0; i < n * n; ++i) post[i] = Lane<T>::all(0.0);
         add_turned_product(keep, kept, post, n, n);
@@ -94,16 +106,39 @@ VEDETTE_INLINE void mix(T* x, T* P, In shift, In post, In weights, int n, int k,
     wrap(x, periods);
 }
 
+// The matrices of a motion: F transposed, and Q.
+template <class C>
+struct Step {
+    C turned[kStates2], Q[kStates2];
+
+    VEDETTE_INLINE Step(In F_in, In Q_in, int n) {
+        C F[kStates2];
+        load(F_in, F, n * n), load(Q_in, Q, n * n);
+        transpose(F, turned, n, n);
+        make_symmetric(Q, n);
+    }
+
+    // F x and F P F' + Q
+    template <class T>
+    VEDETTE_INLINE void predict(const T* x, const T* P, T* to, T* cov, int n) const {
+        multiply(x, turned, to, 1, n, n);
+        propagated(P, turned, Q, cov, n);
+    }
+};
+
 struct Predict : shapes::Predict {
     template <class T>
     void run(const In* in, const Out* out) const {
-        with_sizes(n, [&](auto states) { solve<T>(in, out, states); });
+        with_sizes(n, [&](auto states) {
+            with_coefficients<T>(states, {in[2], in[3]}, [&](auto c) { solve<T, decltype(c)>(in, out, states); });
+        });
     }
-    template <class T, class N>
+    template <class T, class C, class N>
     VEDETTE_INLINE void solve(const In* in, const Out* out, N n) const {
-        T x[kMostStates], P[kStates2], F[kStates2], Q[kStates2], to[kMostStates], cov[kStates2];
-        load(in[0], x, n), load(in[1], P, n * n), load(in[2], F, n * n), load(in[3], Q, n * n);
-        predicted(x, P, F, Q, to, cov, n);
+        T x[kMostStates], P[kStates2], to[kMostStates], cov[kStates2];
+        const Step<C> step(in[2], in[3], n);
+        load(in[0], x, n), load(in[1], P, n * n);
+        step.predict(x, P, to, cov, n);
         store(out[0], to, n), store(out[1], cov, n * n);
     }
 };
@@ -115,10 +150,10 @@ struct Propagate : shapes::Propagate {
     }
     template <class T, class N>
     VEDETTE_INLINE void solve(const In* in, const Out* out, N n) const {
-        T P[kStates2], F[kStates2], turned[kStates2], Q[kStates2], cov[kStates2];
-        load(in[0], P, n * n), load(in[1], F, n * n), load(in[2], Q, n * n);
-        transpose(F, turned, n, n);
-        propagated(P, turned, Q, cov, n);
+        T P[kStates2], cov[kStates2];
+        const Step<T> step(in[1], in[2], n);
+        load(in[0], P, n * n);
+        propagated(P, step.turned, step.Q, cov, n);
         store(out[0], cov, n * n);
     }
 };
@@ -129,27 +164,30 @@ struct Update : shapes::Update {
     void run(const In* in, const Out* out) const {
         with_sizes(n, m, [&](auto states, auto measured) {
             if (step)
-                ahead<T>(in, out, states, measured);
+                with_coefficients<T>(states, {in[2], in[3], in[5], in[6]},
+                                     [&](auto c) { ahead<T, decltype(c)>(in, out, states, measured); });
             else
-                now<T>(in, out, states, measured);
+                with_coefficients<T>(states, {in[3], in[4]}, [&](auto c) { now<T, decltype(c)>(in, out, states, measured); });
         });
     }
-    template <class T, class N, class M>
+    template <class T, class C, class N, class M>
     VEDETTE_INLINE void ahead(const In* in, const Out* out, N n, M m) const {
-        T x[kMostStates], P[kStates2], F[kStates2], Q[kStates2], to[kMostStates], cov[kStates2];
-        load(in[0], x, n), load(in[1], P, n * n), load(in[2], F, n * n), load(in[3], Q, n * n);
-        predicted(x, P, F, Q, to, cov, n);
-        solve(to, cov, in + 4, out, n, m);
+        T x[kMostStates], P[kStates2], to[kMostStates], cov[kStates2];
+        const Step<C> step(in[2], in[3], n);
+        load(in[0], x, n), load(in[1], P, n * n);
+        step.predict(x, P, to, cov, n);
+        solve<T, C>(to, cov, in + 4, out, n, m);
     }
-    template <class T, class N, class M>
+    template <class T, class C, class N, class M>
     VEDETTE_INLINE void now(const In* in, const Out* out, N n, M m) const {
         T x[kMostStates], P[kStates2];
         load(in[0], x, n), load(in[1], P, n * n);
-        solve(x, P, in + 2, out, n, m);
+        solve<T, C>(x, P, in + 2, out, n, m);
     }
-    template <class T, class N, class M>
+    template <class T, class C, class N, class M>
     VEDETTE_INLINE void solve(const T* x, const T* P, const In* in, const Out* out, N n, M m) const {
-        T z[kMostMeasured], H[kMostMeasured * kMostStates], R[kMeasured2], nu[kMostMeasured], to[kMostStates], post[kStates2];
+        T z[kMostMeasured], nu[kMostMeasured], to[kMostStates], post[kStates2];
+        C H[kMostMeasured * kMostStates], R[kMeasured2];
         load(in[0], z, m), load(in[1], H, m * n), load(in[2], R, m * m);
         Sight<T> sight;
         sight.take(P, H, R, n, m);
@@ -169,12 +207,14 @@ struct Update : shapes::Update {
 struct InnovateReturns : shapes::InnovateReturns {
     template <class T>
     void run(const In* in, const Out* out) const {
-        with_sizes(n, m, [&](auto states, auto measured) { solve<T>(in, out, states, measured); });
+        with_sizes(n, m, [&](auto states, auto measured) {
+            with_coefficients<T>(states, {in[3], in[4]}, [&](auto c) { solve<T, decltype(c)>(in, out, states, measured); });
+        });
     }
-    template <class T, class N, class M>
+    template <class T, class C, class N, class M>
     VEDETTE_INLINE void solve(const In* in, const Out* out, N n, M m) const {
-        T P[kStates2], expected[kMostMeasured], H[kMostMeasured * kMostStates], R[kMeasured2], nu[kMostMeasured];
-        T shift[kMostStates], post[kStates2];
+        T P[kStates2], expected[kMostMeasured], nu[kMostMeasured], shift[kMostStates], post[kStates2];
+        C H[kMostMeasured * kMostStates], R[kMeasured2];
         load(in[0], P, n * n), load(in[2], expected, m), load(in[3], H, m * n);
         const T p_detect = Lane<T>::load(in[5], 0);
         Lane<T>::store(out[0], 0, safe_log(1.0 - p_detect * p_gate));

@@ -1,12 +1,13 @@
 // The kernels compiled for one instruction set, which the build names: -DVEDETTE_ISA=baseline, avx2, avx512.
 
+#include "imm.hpp"
 #include "scores.hpp"
 
 namespace vedette::VEDETTE_ISA {
 
 namespace {
 
-// One problem after another along the batch; eight at a time along its last axis.
+// One problem after another along the batch; eight at a time along its last axis, which is the longest.
 template <class Kernel, class Shape, bool alone = false>
 void drive(const Batch& batch, const Shape& shape) {
     const Kernel kernel{shape};
@@ -23,7 +24,12 @@ void drive(const Batch& batch, const Shape& shape) {
             for (int d = 0; d < last; ++d) offset += index[d] * batch.in_steps[i][d];
             in[i] = {batch.in[i] + offset, batch.dims == 0 ? 0 : batch.in_steps[i][last]};
         }
-        for (int o = 0; o < batch.outs; ++o) out[o] = {batch.out[o] + row * length * batch.out_size[o], batch.out_size[o]};
+        for (int o = 0; o < batch.outs; ++o) {
+            std::ptrdiff_t problem = 0;
+            for (int d = 0; d < last; ++d) problem += index[d] * batch.places[d];
+            out[o] = {batch.out[o] + problem * batch.out_size[o],
+                      batch.dims == 0 ? 0 : batch.places[last] * batch.out_size[o]};
+        }
         std::ptrdiff_t i = 0;
         if constexpr (!alone)
             for (; i + kLanes <= length; i += kLanes) {
@@ -52,6 +58,9 @@ const Table table = {
     drive<Update, shapes::Update>,
     drive<InnovateReturns, shapes::InnovateReturns>,
     drive<Absorb, shapes::Absorb>,
+    drive<PdaUpdate, shapes::PdaUpdate>,
+    drive<ImmMix, shapes::ImmMix>,
+    drive<ImmCombine, shapes::ImmCombine>,
     drive<Interact, shapes::Interact>,
     drive<Together, shapes::Together>,
     drive<WeighModes, shapes::WeighModes>,

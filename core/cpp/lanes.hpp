@@ -198,7 +198,10 @@ struct Lane<Eight> {
         return value;
     }
     static Eight log(Eight value) {
-        return is_usual(value) ? log_of(value) : each(value, [](double v) { return std::log(v); });
+        return is_usual(value) ? log_of(value) : each_log(value);
+    }
+    __attribute__((noinline, cold)) static Eight each_log(Eight value) {
+        return each(value, [](double v) { return std::log(v); });
     }
     static Eight exp(Eight value) { return exp_of(value); }
     static Eight sqrt(Eight value) {

@@ -24,11 +24,11 @@ extern const Table table;
 namespace {
 
 enum Name {
-    kPredict, kPropagate, kUpdate, kFilterStep, kInnovateReturns, kAbsorb, kInteract, kTogether, kWeighModes, kSplitWeights,
+    kPredict, kPropagate, kUpdate, kFilterStep, kInnovateReturns, kAbsorb, kPdaUpdate, kImmMix, kImmCombine, kInteract, kTogether, kWeighModes, kSplitWeights,
     kGateScores, kSampleDensity, kSoftmax, kOneHot, kExistence, kIsPlain, kNames
 };
 const char* const kText[kNames] = {
-    "predict", "propagate", "update", "filter_step", "innovate_returns", "absorb", "interact", "together", "weigh_modes",
+    "predict", "propagate", "update", "filter_step", "innovate_returns", "absorb", "pda_update", "imm_mix", "imm_combine", "interact", "together", "weigh_modes",
     "split_weights", "gate_scores", "sample_density", "softmax", "one_hot", "existence", "is_plain",
 };
 
@@ -148,6 +148,56 @@ PyObject* absorb(PyObject*, Args args, Py_ssize_t count) {
     PyObject *to = call.out(1, n), *cov = call.out(2, n, n);
     if (to != nullptr && cov != nullptr) call.run(table->absorb, shape);
     return pack(to, cov);
+}
+
+PyObject* pda_update(PyObject*, Args args, Py_ssize_t count) {
+    Call call;
+    shapes::PdaUpdate shape;
+    if (count != 9) return refer(kPdaUpdate, args, count);
+    const npy_intp *xs = call.in(args[0], 2), *Ps = call.in(args[1], 3), *z = call.in(args[2], 2), *H = call.in(args[3], 2),
+                   *R = call.in(args[4], 2);
+    double* const numbers[] = {&shape.p_detect, &shape.p_gate, &shape.limit, &shape.log_density};
+    for (int i = 0; i < 4; ++i) *numbers[i] = PyFloat_AsDouble(args[5 + i]);
+    if (PyErr_Occurred()) PyErr_Clear(), call.refuse();
+    if (!call.ok) return refer(kPdaUpdate, args, count);
+    const npy_intp r = xs[0], n = xs[1], k = z[0], m = z[1];
+    if (r < 1 || r > kMostModes || n < 1 || n > kMostStates || m < 1 || m > kMostMeasured || k > kMostReturns || Ps[0] != r ||
+        !square(Ps + 1, n) || H[0] != m || H[1] != n || !square(R, m) || !call.broadcast())
+        return refer(kPdaUpdate, args, count);
+    shape.n = static_cast<int>(n), shape.m = static_cast<int>(m), shape.k = static_cast<int>(k), shape.r = static_cast<int>(r);
+    PyObject *to = call.out(2, r, n), *cov = call.out(3, r, n, n), *loglik = call.out(1, r);
+    if (to && cov && loglik) call.run(table->pda_update, shape);
+    return pack(to, cov, loglik);
+}
+
+PyObject* imm_mix(PyObject*, Args args, Py_ssize_t count) {
+    Call call;
+    if (count != 4) return refer(kImmMix, args, count);
+    const npy_intp *prob = call.in(args[0], 1), *transition = call.in(args[1], 2), *xs = call.in(args[2], 2),
+                   *Ps = call.in(args[3], 3);
+    if (!call.ok) return refer(kImmMix, args, count);
+    const npy_intp r = prob[0], n = xs[1];
+    if (r < 1 || r > kMostModes || n < 1 || n > kMostStates || !square(transition, r) || xs[0] != r || Ps[0] != r ||
+        !square(Ps + 1, n) || !call.broadcast())
+        return refer(kImmMix, args, count);
+    PyObject *after = call.out(1, r), *means = call.out(2, r, n), *covs = call.out(3, r, n, n);
+    if (after && means && covs) call.run(table->imm_mix, {static_cast<int>(n), static_cast<int>(r)});
+    return pack(after, means, covs);
+}
+
+PyObject* imm_combine(PyObject*, Args args, Py_ssize_t count) {
+    Call call;
+    if (count != 4) return refer(kImmCombine, args, count);
+    const npy_intp *prob = call.in(args[0], 1), *seen = call.in(args[1], 1), *xs = call.in(args[2], 2),
+                   *Ps = call.in(args[3], 3);
+    if (!call.ok) return refer(kImmCombine, args, count);
+    const npy_intp r = prob[0], n = xs[1];
+    if (r < 1 || r > kMostModes || n < 1 || n > kMostStates || seen[0] != r || xs[0] != r || Ps[0] != r ||
+        !square(Ps + 1, n) || !call.broadcast())
+        return refer(kImmCombine, args, count);
+    PyObject *after = call.out(1, r), *mean = call.out(1, n), *cov = call.out(2, n, n), *loglik = call.out(0);
+    if (after && mean && cov && loglik) call.run(table->imm_combine, {static_cast<int>(n), static_cast<int>(r)});
+    return pack(after, mean, cov, loglik);
 }
 
 // The arrays of a sequence, one a mode.
@@ -428,7 +478,8 @@ PyObject* instruction_sets(PyObject*, PyObject*) {
 
 #define FAST(name) {#name, reinterpret_cast<PyCFunction>(reinterpret_cast<void (*)()>(name)), METH_FASTCALL, nullptr}
 PyMethodDef methods[] = {
-    FAST(predict), FAST(propagate), FAST(update), FAST(filter_step), FAST(innovate_returns), FAST(absorb), FAST(interact),
+    FAST(predict), FAST(propagate), FAST(update), FAST(filter_step), FAST(innovate_returns), FAST(absorb), FAST(pda_update),
+    FAST(imm_mix), FAST(imm_combine), FAST(interact),
     FAST(together), FAST(weigh_modes), FAST(split_weights), FAST(gate_scores), FAST(sample_density), FAST(softmax),
     FAST(one_hot), FAST(existence), FAST(is_plain), FAST(bind),
     {"use", use, METH_O, nullptr},

@@ -6,7 +6,7 @@
 namespace vedette {
 
 constexpr int kLanes = 8;
-constexpr int kMostStates = 12, kMostMeasured = 6, kMostModes = 6;
+constexpr int kMostStates = 12, kMostMeasured = 6, kMostModes = 6, kMostReturns = 64;
 constexpr int kStates2 = kMostStates * kMostStates, kMeasured2 = kMostMeasured * kMostMeasured;
 constexpr int kMostDims = 8, kMostOperands = 2 + 4 * kMostModes;
 
@@ -28,6 +28,7 @@ struct Batch {
     std::ptrdiff_t in_steps[kMostOperands][kMostDims];
     double* out[kMostOperands];
     std::ptrdiff_t out_size[kMostOperands];  // outputs are new, so one after another
+    std::ptrdiff_t places[kMostDims];        // how many problems apart two are that are neighbours along an axis
 };
 
 struct Period {
@@ -60,6 +61,16 @@ struct Absorb {
     int n, k;
     bool shared;
     Periods periods;
+};
+struct PdaUpdate {
+    int n, m, k, r;
+    double p_detect, p_gate, limit, log_density;
+};
+struct ImmMix {
+    int n, r;
+};
+struct ImmCombine {
+    int n, r;
 };
 struct Interact {
     int n, r, sizes[kMostModes], own[kMostModes][kMostStates];
@@ -104,6 +115,9 @@ struct Table {
     void (*update)(const Batch&, const shapes::Update&);
     void (*innovate_returns)(const Batch&, const shapes::InnovateReturns&);
     void (*absorb)(const Batch&, const shapes::Absorb&);
+    void (*pda_update)(const Batch&, const shapes::PdaUpdate&);
+    void (*imm_mix)(const Batch&, const shapes::ImmMix&);
+    void (*imm_combine)(const Batch&, const shapes::ImmCombine&);
     void (*interact)(const Batch&, const shapes::Interact&);
     void (*together)(const Batch&, const shapes::Together&);
     void (*weigh_modes)(const Batch&, const shapes::WeighModes&);

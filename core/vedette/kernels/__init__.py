@@ -9,7 +9,6 @@ from vedette.kernels.backward import retrace, unroot
 from vedette.kernels.derivative import numerical_jacobian
 from vedette.kernels.modes import stacked
 from vedette.kernels.reference import (
-    imm_mix,
     innovate,
     innovate_points,
     log_sum,
@@ -28,10 +27,13 @@ RUNNING = _fastest.why
 absorb = _fastest(reference.absorb)
 filter_step = _fastest(reference.filter_step)
 innovate_returns = _fastest(reference.innovate_returns)
+pda_update = _fastest(reference.pda_update)
 predict = _fastest(reference.predict)
 propagate = _fastest(reference.propagate)
 update = _fastest(reference.update)
 
+imm_combine = _fastest(reference.imm_combine)
+imm_mix = _fastest(reference.imm_mix)
 interact = _fastest(modes.interact)
 split_weights = _fastest(modes.split_weights)
 together = _fastest(modes.together)
@@ -50,6 +52,7 @@ __all__ = [
     "existence",
     "filter_step",
     "gate_scores",
+    "imm_combine",
     "imm_mix",
     "innovate",
     "innovate_points",
@@ -61,6 +64,7 @@ __all__ = [
     "moments",
     "numerical_jacobian",
     "one_hot",
+    "pda_update",
     "predict",
     "propagate",
     "retrace",

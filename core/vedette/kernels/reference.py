@@ -216,3 +216,37 @@ def imm_mix(log_prob: Array, log_transition: Array, xs: Array, Ps: Array) -> tup
     reached = np.isfinite(predicted)[..., None]
     mixing = np.exp(np.where(reached, joint - np.where(reached, predicted[..., None], 0.0), log_prob[..., None, :]))
     return predicted, *moments(mixing, xs, Ps)
+
+
+def imm_combine(log_prob: Array, loglik: Array, xs: Array, Ps: Array) -> tuple[Array, Array, Array, Array]:
+    """The IMM after a scan: log_prob (*b, r) by Bayes' rule, mean (*b, n) and covariance (*b, n, n) of the mixture, and the
+    log-likelihood of the scan (*b).
+
+    log_prob (*b, r) predicted, loglik (*b, r) of the scan in each mode, xs (*b, r, n), Ps (*b, r, n, n)
+    """
+    joint = log_prob + loglik
+    total = log_sum(joint)
+    after = joint - total[..., None]
+    mean, cov = moments(np.exp(after)[..., None, :], xs, Ps)
+    return after, mean[..., 0, :], cov[..., 0, :, :], total
+
+
+def pda_update(
+    xs: Array, Ps: Array, z: Array, H: Array, R: Array, p_detect: float, p_gate: float, limit: float, log_density: float
+) -> tuple[Array, Array, Array]:
+    """Returns z (*b, k, m) of which one at most is the target's, z = H x + v, against each of its modes.
+
+    xs (*b, r, n), Ps (*b, r, n, n), H (m, n) or (*b, m, n), R (m, m) or (*b, m, m); angles as they are. A return counts if
+    its squared distance from any mode is within `limit`. Gives the moments of each mode's hypotheses, and the log-likelihood
+    of the scan (*b, r) relative to clutter of this log density.
+    """
+    H = H[..., None, :, :]
+    nu = z[..., None, :, :] - (H @ xs[..., None])[..., None, :, 0]
+    loglik, distance, _, shift, post = innovate(Ps, nu, H, R[..., None, None, :, :])
+    scores = np.empty((*loglik.shape[:-1], 1 + loglik.shape[-1]))
+    scores[..., 0] = safe_log(np.asarray(1.0 - p_detect * p_gate))
+    inside = np.min(distance, axis=-2, keepdims=True) <= limit
+    scores[..., 1:] = np.where(inside, loglik + safe_log(np.asarray(p_detect)) - log_density, -np.inf)
+    total = log_sum(scores)
+    step, cov = mixture(Ps, shift, post, np.exp(scores - total[..., None]))
+    return xs + step, cov, total
