@@ -19,7 +19,7 @@ from vedette_marine.picture.chain import Chain, right_ahead
 from vedette_marine.picture.clusters import calinski_harabasz, grouped, k_means, linked
 from vedette_marine.picture.colours import Palette
 from vedette_marine.picture.evidence import Evidence, Excess
-from vedette_marine.picture.looking import side_by_side, stage_pictures
+from vedette_marine.picture.looking import sheet, stage_pictures
 from vedette_marine.screen import RadarScreen
 
 cv2 = pytest.importorskip("cv2")
@@ -377,7 +377,11 @@ def test_stages_can_be_looked_at():
     pictures = stage_pictures(stages)
     assert [name[0] for name in pictures] == list("12345")
     assert all(each.shape == (SIZE, SIZE, 3) for each in pictures.values())
-    assert side_by_side(pictures).shape == (SIZE, 5 * SIZE, 3)
+    six = {"0 screen": pictures["1 grey"]} | pictures
+    plain, magnified = sheet(six, None), sheet(six, np.array(SPOTS[0]))
+    assert plain.shape == magnified.shape == (2 * SIZE, 3 * SIZE, 3)
+    corner = np.s_[SIZE - 120 : SIZE - 4, SIZE - 120 : SIZE - 4]
+    assert np.mean(magnified[corner]) > 2 * np.mean(plain[corner])  # the spot, large
 
 
 @pytest.mark.parametrize("pixels", [np.zeros((SIZE, SIZE), dtype=np.uint8), np.full((SIZE, SIZE), 255, dtype=np.uint8)])

@@ -128,7 +128,7 @@ def test_the_command_draws_what_it_saw(folder, tmp_path, capsys):
     assert main(["run", str(given), "--out", str(out)]) == 0
     video = cv2.VideoCapture(str(out / "tracks.mp4"))
     assert int(video.get(cv2.CAP_PROP_FRAME_COUNT)) == FRAMES - 1
-    assert cv2.imread(str(out / "stages.png")).shape == (SIZE, 5 * SIZE, 3)
+    assert cv2.imread(str(out / "stages.png")).shape == (2 * SIZE, 3 * SIZE, 3)
     assert "tracks.mp4, stages.png" in capsys.readouterr().out
 
 

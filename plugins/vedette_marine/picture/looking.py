@@ -1,4 +1,4 @@
-"""What the chain saw: the stages of one picture side by side, and a run's pictures with returns and tracks as a video."""
+"""What the chain saw: the stages of one picture on a sheet, and a run's pictures with returns and tracks as a video."""
 
 from __future__ import annotations
 
@@ -78,8 +78,10 @@ def illustrate(detector: RadarPicture, folder: Path, result: Result) -> list[str
                 )
             video.write(picture)
             if not written and i >= len(scans) // 2:
-                stages = stage_pictures(detector.stages(scan.frame, scan.pose))
-                cv2.imwrite(str(folder / "stages.png"), side_by_side(stages))
+                stages = detector.stages(scan.frame, scan.pose)
+                longest = stages.groups.at[np.argmax(stages.groups.length)] if len(stages.groups.at) else None
+                pictures = {"0 screen": coloured(scan.frame)} | stage_pictures(stages)
+                cv2.imwrite(str(folder / "stages.png"), sheet(pictures, longest))
                 written = ["stages.png"]
     finally:
         if video is not None:
@@ -87,15 +89,34 @@ def illustrate(detector: RadarPicture, folder: Path, result: Result) -> list[str
     return [*(["tracks.mp4"] if video is not None else []), *written]
 
 
-def side_by_side(pictures: dict[str, Bytes]) -> Bytes:
-    """The pictures in one row, each under its name."""
+def sheet(pictures: dict[str, Bytes], focus: Array | None) -> Bytes:
+    """Six pictures (h, w, 3), three in a row, each under its name; in a corner what is around `focus`, (2,) in px."""
     cv2 = opencv()
     named = []
     for name, picture in pictures.items():
-        small = picture.copy()
-        cv2.putText(small, name, (10, small.shape[0] - 14), cv2.FONT_HERSHEY_SIMPLEX, 0.9, (255, 255, 255), 2, cv2.LINE_AA)
-        named.append(small)
-    return np.concatenate(named, axis=1)
+        shown = picture.copy()
+        if focus is not None:
+            _magnify(shown, focus)
+        scale = shown.shape[0] / 1024
+        at, thick = (round(12 * scale), round(1012 * scale)), max(1, round(3 * scale))
+        cv2.putText(shown, name, at, cv2.FONT_HERSHEY_SIMPLEX, 1.4 * scale, RETURN, thick, cv2.LINE_AA)
+        shown[:2], shown[:, :2] = TENTATIVE, TENTATIVE
+        named.append(shown)
+    return np.concatenate([np.concatenate(named[:3], axis=1), np.concatenate(named[3:], axis=1)])
+
+
+def _magnify(picture: Bytes, focus: Array) -> None:
+    """Draw what is around `focus`, eight times as large, into the lower right corner."""
+    cv2 = opencv()
+    side = min(picture.shape[:2]) // 48
+    if side < 4:
+        return
+    limits = np.array(picture.shape[1::-1]) - 2 * side
+    x, y = np.clip(np.rint(focus).astype(int) - side, 0, limits).tolist()
+    large = cv2.resize(picture[y : y + 2 * side, x : x + 2 * side], None, fx=8, fy=8, interpolation=cv2.INTER_NEAREST)
+    cv2.rectangle(picture, (x, y), (x + 2 * side, y + 2 * side), TENTATIVE, 1)
+    large[:2], large[:, :2] = TENTATIVE, TENTATIVE
+    picture[-16 * side :, -16 * side :] = large
 
 
 def annotated(geometry: PictureGeometry, scan: Scan, made: Scan, result: Result) -> Bytes:
