@@ -77,7 +77,7 @@ def test_large_results_keep_their_numbers_too():
     held = [kernels.predict(np.full((1000, N), float(value)), eye, eye, eye) for value in range(20)]
     for value, (x, P) in enumerate(held):
         assert np.all(x == value)
-        assert np.all(P == 2 * eye)
+        assert np.all(2 * eye == P)
     grown = held[7][0]
     del held
     grown.resize((5000, N), refcheck=False)

@@ -163,6 +163,26 @@ def test_modes_that_interact(seed, batch, kind, r, n, periods, possible):
     agree("together", log_prob, tuple(xs), Ps, own, absent, periods)
 
 
+@given(seeds, batches, kinds, st.integers(1, 7), states, measured, counts, st.booleans())
+def test_the_stacked_imm_pdaf(seed, batch, kind, r, n, m, k, possible):
+    draw = Draw(seed, batch, kind)
+    xs, Ps, H, R = draw.vector(r, n), draw.cov(n, r), draw.vector(m, n), draw.cov(m)
+    xs, Ps = np.broadcast_to(xs, (*batch, r, n)), np.broadcast_to(Ps, (*batch, r, n, n))
+    log_prob = np.log(draw.rng.dirichlet(np.ones(r), size=batch))
+    transition = draw.rng.dirichlet(np.ones(r), size=r)
+    if not possible:
+        transition[:, -1] = 0.0
+        log_prob[..., 0] = -800.0
+        log_prob -= reference.log_sum(log_prob)[..., None]
+    with np.errstate(divide="ignore"):
+        log_transition = np.log(transition)
+    agree("imm_mix", log_prob, log_transition, xs, Ps)
+    agree("imm_combine", log_prob, np.broadcast_to(draw.logs(r), (*batch, r)), xs, Ps)
+    z = np.broadcast_to(draw.vector(k, m, scale=3.0), (*batch, k, m))
+    for p_detect, limit in ((0.9, 9.0), (1.0, np.inf)):
+        agree("pda_update", xs, Ps, z, H, R, p_detect, 0.99, limit, -2.0)
+
+
 @given(seeds, batches, kinds, st.integers(1, 7), counts)
 def test_modes_weighed_and_weights_split(seed, batch, kind, r, k):
     draw = Draw(seed, batch, kind)

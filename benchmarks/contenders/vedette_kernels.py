@@ -13,8 +13,6 @@ from benchmarks.problems import DENSITY, GATE, P_DETECT, P_GATE, Problem
 from vedette import kernels
 
 WHICH = f"kernels: {kernels.RUNNING}"
-OWN = ((0, 1, 2, 3),) * 6
-ABSENT = np.zeros((2, 4))
 CHUNK = 2_000
 """Tracks that go through all stages of a scan together, where a batch is taken in chunks that stay in the cache."""
 
@@ -112,54 +110,44 @@ def fused(problem: Problem) -> Pipeline:
 
 
 def imm(problem: Problem) -> Pipeline:
-    """Interaction, a prediction and an update a mode, the modes' weights, and all together."""
-    r, F, Q, H, R = problem.modes, problem.F, problem.Q, problem.H, problem.R
-    change, own, modes = np.log(problem.switching), OWN[: problem.modes], range(problem.modes)
-
-    def start(size: int | None) -> Any:
-        x0, P0 = prior(problem, size)
-        shape = x0.shape[:-1]
-        nothing = [np.zeros((*shape, 0))] * r, [np.zeros(shape)] * r  # no returns to gate: distances, volumes
-        return np.full((*shape, r), -np.log(r)), (x0,) * r, (P0,) * r, nothing, None
+    """Interaction, prediction, update, and all modes together; the modes are an axis of the arrays."""
+    F, Q, H, R, change = np.stack(problem.F), np.stack(problem.Q), problem.H, problem.R, np.log(problem.switching)
+    mix, predict, update, combine = kernels.imm_mix, kernels.predict, kernels.update, kernels.imm_combine
 
     def step(state: Any, z: Any) -> Any:
-        log_prob, xs, Ps, (none, volumes), _ = state
-        log_prob, xs, Ps = kernels.interact(log_prob, change, xs, Ps, own, ABSENT, ())
-        ahead = [kernels.predict(xs[j], Ps[j], F[j], Q[j]) for j in modes]
-        xs, Ps, logliks = zip(*[kernels.update(x, P, z, H, R) for x, P in ahead], strict=True)
-        seen = [loglik[..., None] for loglik in logliks]
-        log_prob = kernels.weigh_modes(log_prob, seen, none, volumes, none)[-1][..., 0, :]
-        return log_prob, xs, Ps, (none, volumes), kernels.together(log_prob, xs, Ps, own, ABSENT, ())
+        log_prob, xs, Ps, _, _ = state
+        log_prob, xs, Ps = mix(log_prob, change, xs, Ps)
+        xs, Ps = predict(xs, Ps, F, Q)
+        xs, Ps, loglik = update(xs, Ps, z[..., None, :], H, R)
+        log_prob, x, P, _ = combine(log_prob, loglik, xs, Ps)
+        return log_prob, xs, Ps, x, P
 
-    return Pipeline(start, step, lambda state: state[-1])
+    return Pipeline(lambda size: modes_of(problem, size), step, lambda state: state[-2:])
 
 
 def imm_pdaf(problem: Problem) -> Pipeline:
-    """The same with eight returns: scores by the gate, weights of the whole, and each mode's share of them."""
-    r, F, Q, H, R = problem.modes, problem.F, problem.Q, problem.H, problem.R[None, None]
-    change, own, modes, log_density = np.log(problem.switching), OWN[: problem.modes], range(problem.modes), np.log(DENSITY)
-
-    def start(size: int | None) -> Any:
-        x0, P0 = prior(problem, size)
-        x0, P0 = x0[..., None, :], P0[..., None, :, :]  # the axis of tracks
-        shape, count = x0.shape[:-1], problem.z.shape[-2]
-        fixed = np.ones((*shape[:-1], count), dtype=bool), np.ones(shape)  # valid, existence
-        return np.full((*shape, r), -np.log(r)), (x0,) * r, (P0,) * r, fixed, None
+    """The same with the returns of a scan."""
+    F, Q, H, R, change = np.stack(problem.F), np.stack(problem.Q), problem.H, problem.R, np.log(problem.switching)
+    mix, predict, update, combine = kernels.imm_mix, kernels.predict, kernels.pda_update, kernels.imm_combine
+    log_density = float(np.log(DENSITY))
 
     def step(state: Any, z: Any) -> Any:
-        log_prob, xs, Ps, (valid, exists), _ = state
-        log_prob, xs, Ps = kernels.interact(log_prob, change, xs, Ps, own, ABSENT, ())
-        ahead = [kernels.predict(xs[j], Ps[j], F[j], Q[j]) for j in modes]
-        parts = [kernels.innovate_returns(P, z, x[..., :2], H, R, P_DETECT, P_GATE, ()) for x, P in ahead]
-        logliks, distances, volumes, shifts, posts = zip(*parts, strict=True)
-        loglik, distance, _, _, share = kernels.weigh_modes(log_prob, logliks, distances, volumes, distances)
-        weights = kernels.softmax(kernels.gate_scores(loglik, distance, valid, exists, GATE, log_density, None))
-        log_prob, each = kernels.split_weights(weights, share)
-        after = [kernels.absorb(*ahead[j], shifts[j], posts[j], each[j], ()) for j in modes]
-        xs, Ps = zip(*after, strict=True)
-        return log_prob, xs, Ps, (valid, exists), kernels.together(log_prob, xs, Ps, own, ABSENT, ())
+        log_prob, xs, Ps, _, _ = state
+        log_prob, xs, Ps = mix(log_prob, change, xs, Ps)
+        xs, Ps = predict(xs, Ps, F, Q)
+        xs, Ps, loglik = update(xs, Ps, z, H, R, P_DETECT, P_GATE, GATE, log_density)
+        log_prob, x, P, _ = combine(log_prob, loglik, xs, Ps)
+        return log_prob, xs, Ps, x, P
 
-    return Pipeline(start, step, lambda state: state[-1], single=False)
+    return Pipeline(lambda size: modes_of(problem, size), step, lambda state: state[-2:], single=False)
+
+
+def modes_of(problem: Problem, size: int | None) -> Any:
+    """log_prob (*b, r), xs (*b, r, n), Ps (*b, r, n, n), and no mixture yet."""
+    x0, P0 = prior(problem, size)
+    r, shape = problem.modes, x0.shape[:-1]
+    xs, Ps = np.repeat(x0[..., None, :], r, axis=-2), np.repeat(P0[..., None, :, :], r, axis=-3)
+    return np.full((*shape, r), -np.log(r)), xs, Ps, x0, P0
 
 
 def levels(pipeline: Callable[[Problem], Pipeline], name: str) -> dict[str, Callable[[Problem], Job]]:
