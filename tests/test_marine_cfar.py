@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 from attrs import evolve
 
-from vedette import Frame, InputError, Pose, Scan
+from vedette import Frame, InputError, Pose, Scan, load
+from vedette.metrics import judge
+from vedette_marine import configs, scenes
 from vedette_marine.detectors.cfar import Cfar
 from vedette_marine.detectors.rates import cell_average, factor, greatest_of, ordered
 from vedette_marine.screen import RadarScreen
@@ -110,3 +112,19 @@ def test_bad_sweeps_and_settings_are_told():
     with pytest.raises(ValueError, match="window: must be even"):
         Cfar(SCREEN, cell=5.0, window=9)
     assert len(seen(Cfar(SCREEN, cell=5.0), np.ones((4, 20))).z) == 0  # shorter than a window
+
+
+@pytest.mark.parametrize("test", TESTS)
+def test_boats_are_tracked_from_simulated_sweeps(test):
+    """Raw video instead of pictures, from a config; false alarms of the sea's spikes are left to the tracker."""
+    pytest.importorskip("cv2")
+    receiver = {"receiver": {"kind": "radar_screen"}}
+    settings = {"cell": 3.0, "test": test, "rate": 1e-9, "window": 64, "guard": 24, "up": "head-up", "link": 30.0}
+    scene = scenes.manoeuvres() | {"video": "sweeps", "frames": 12, "lost": 1}
+    tracker = configs.tracker(configs.TUNED_BOATS["IMM-PDAF"], 8.0, automatic=True)
+    experiment = load(tracker | {"source": scene, "detectors": {"radar": {"kind": "cfar", "sensors": receiver} | settings}})
+    result = experiment.run()
+    score = judge(result.tracks, result.recording.truth, result.scans, experiment.judge, 0.99)
+    assert not result.refused
+    assert score.coverage > 0.6  # the first seconds are for confirming
+    assert score.position_rmse_m < 20

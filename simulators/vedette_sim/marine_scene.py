@@ -78,6 +78,11 @@ class RadarPicturesScene(Source):
     )
     latitude: float = fields.quantity("deg", "of the origin", default=54.17, at_least=-89, at_most=89)
     longitude: float = fields.quantity("deg", "of the origin", default=12.1, at_least=-180, at_most=180)
+    video: str = fields.choice(
+        "what a frame is: the screen, or the sweeps behind it: power (sweeps, range cells) from the bow clockwise",
+        ("screen", "sweeps"),
+        default="screen",
+    )
     interface: bool = fields.flag("draw rings, scale, heading line and texts over the echoes", default=True)
     title: str = fields.text("first line of the interface's text", default="VEDETTE SIM")
     reference: str = fields.choice(
@@ -229,7 +234,10 @@ class Painter:
         return picture
 
     def scan(self, time: float, sensor: str) -> Scan:
-        """The picture at `time` as a scan, with the own ship's pose and the picture's geometry."""
-        pixels = cast(Any, self.pixels(time))
-        plain = Scan.image(time, sensor, Frame(pixels, geometry=self.known))
+        """The picture at `time` as a scan, with the own ship's pose and the picture's geometry; or the sweeps until then."""
+        if self.scene.video == "sweeps":
+            frame = Frame(cast(Any, np.float32(10.0) ** (self.synthesis.sweeps(time)[0] / np.float32(10.0))))
+        else:
+            frame = Frame(cast(Any, self.pixels(time)), geometry=self.known)
+        plain = Scan.image(time, sensor, frame)
         return Scan(plain.time, plain.sensor, plain.detections, self.synthesis.world.pose(time), plain.frame)
