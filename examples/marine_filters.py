@@ -32,20 +32,25 @@ def filters(config, name):
     yield "CT-PDAF", imm["modes"][1]
 
 
-def main(folder):
-    """Print a table."""
-    print(f"{'recording':14}{'filter':10}{'coverage':>9}{'switches':>9}{'false':>7}{'RMSE m':>8}{'NEES/2':>8}{'GOSPA m':>9}")
+def scores(folder):
+    """Recording, filter and its score, one after the other."""
     for name, file, overrides in recordings(Path(folder)):
         loaded = vedette.load(HERE / file, overrides=overrides)
         for label, estimator in filters(loaded, name):
             experiment = vedette.load(vedette.to_config(loaded) | {"estimator": estimator})
             result = experiment.run()
             gate = experiment.tracker.gate.probability
-            score = judge(result.tracks, result.recording.truth, result.scans, experiment.judge, gate)
-            print(
-                f"{name:14}{label:10}{score.coverage:9.3f}{score.id_switches:9d}{score.false_tracks:7.2f}"
-                f"{score.position_rmse_m:8.2f}{score.anees / 2:8.2f}{score.gospa_m:9.2f}"
-            )
+            yield name, label, judge(result.tracks, result.recording.truth, result.scans, experiment.judge, gate)
+
+
+def main(folder):
+    """Print a table."""
+    print(f"{'recording':14}{'filter':10}{'coverage':>9}{'switches':>9}{'false':>7}{'RMSE m':>8}{'NEES/2':>8}{'GOSPA m':>9}")
+    for name, label, score in scores(folder):
+        print(
+            f"{name:14}{label:10}{score.coverage:9.3f}{score.id_switches:9d}{score.false_tracks:7.2f}"
+            f"{score.position_rmse_m:8.2f}{score.anees / 2:8.2f}{score.gospa_m:9.2f}"
+        )
 
 
 if __name__ == "__main__":
