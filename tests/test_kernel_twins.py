@@ -163,6 +163,26 @@ def test_modes_that_interact(seed, batch, kind, r, n, periods, possible):
     agree("together", log_prob, tuple(xs), Ps, own, absent, periods)
 
 
+@given(seeds, batches, kinds, states, measured, counts, st.booleans(), st.sampled_from([0.0, 0.5, 3.0]))
+def test_points(seed, batch, kind, n, m, k, shared, kappa):
+    draw = Draw(seed, batch, kind)
+    P = draw.cov(n)
+    agree("sigma_points", P, kappa)
+    dx, weights = REFERENCE["sigma_points"](np.broadcast_to(P, (*batch, n, n)), kappa)
+    dz = np.tanh(dx @ draw.rng.normal(size=(n, m)))
+    dz = dz - np.sum(dz * weights[:, None], axis=-2, keepdims=True)
+    R = draw.cov(m, 1 if shared else max(k, 1))
+    if not shared and k == 0:
+        R = R[..., :0, :, :]
+    nu, R = np.broadcast_to(draw.vector(k, m), (*batch, k, m)), np.broadcast_to(R, (*batch, *R.shape[-3:]))
+    agree("innovate_points", dx, dz, weights, nu, R)
+
+
+def test_points_of_axes_without_variance():
+    P = np.array([[4.0, 0.0, 2.0], [0.0, 0.0, 0.0], [2.0, 0.0, 1.0]])
+    agree("sigma_points", np.stack([P, np.eye(3)] * 5), 1.0)
+
+
 @given(seeds, batches, kinds, st.integers(1, 7), states, measured, counts, st.booleans())
 def test_the_stacked_imm_pdaf(seed, batch, kind, r, n, m, k, possible):
     draw = Draw(seed, batch, kind)

@@ -1,6 +1,7 @@
 // The kernels compiled for one instruction set, which the build names: -DVEDETTE_ISA=baseline, avx2, avx512.
 
 #include "imm.hpp"
+#include "points.hpp"
 #include "scores.hpp"
 
 namespace vedette::VEDETTE_ISA {
@@ -58,6 +59,8 @@ const Table table = {
     drive<Update, shapes::Update>,
     drive<InnovateReturns, shapes::InnovateReturns>,
     drive<Absorb, shapes::Absorb>,
+    drive<SigmaPoints, shapes::SigmaPoints>,
+    drive<InnovatePoints, shapes::InnovatePoints>,
     drive<PdaUpdate, shapes::PdaUpdate>,
     drive<ImmMix, shapes::ImmMix>,
     drive<ImmCombine, shapes::ImmCombine>,

@@ -24,11 +24,11 @@ extern const Table table;
 namespace {
 
 enum Name {
-    kPredict, kPropagate, kUpdate, kFilterStep, kInnovateReturns, kAbsorb, kPdaUpdate, kImmMix, kImmCombine, kInteract, kTogether, kWeighModes, kSplitWeights,
+    kPredict, kPropagate, kUpdate, kFilterStep, kInnovateReturns, kAbsorb, kSigmaPoints, kInnovatePoints, kPdaUpdate, kImmMix, kImmCombine, kInteract, kTogether, kWeighModes, kSplitWeights,
     kGateScores, kSampleDensity, kSoftmax, kOneHot, kExistence, kIsPlain, kNames
 };
 const char* const kText[kNames] = {
-    "predict", "propagate", "update", "filter_step", "innovate_returns", "absorb", "pda_update", "imm_mix", "imm_combine", "interact", "together", "weigh_modes",
+    "predict", "propagate", "update", "filter_step", "innovate_returns", "absorb", "sigma_points", "innovate_points", "pda_update", "imm_mix", "imm_combine", "interact", "together", "weigh_modes",
     "split_weights", "gate_scores", "sample_density", "softmax", "one_hot", "existence", "is_plain",
 };
 
@@ -148,6 +148,45 @@ PyObject* absorb(PyObject*, Args args, Py_ssize_t count) {
     PyObject *to = call.out(1, n), *cov = call.out(2, n, n);
     if (to != nullptr && cov != nullptr) call.run(table->absorb, shape);
     return pack(to, cov);
+}
+
+PyObject* sigma_points(PyObject*, Args args, Py_ssize_t count) {
+    Call call;
+    if (count != 2) return refer(kSigmaPoints, args, count);
+    const npy_intp* P = call.in(args[0], 2);
+    const double kappa = PyFloat_AsDouble(args[1]);
+    if (PyErr_Occurred()) PyErr_Clear(), call.refuse();
+    if (!call.ok || P[0] < 1 || P[0] > kMostStates || !square(P, P[0]) || !call.broadcast())
+        return refer(kSigmaPoints, args, count);
+    const npy_intp n = P[0];
+    npy_intp points = 2 * n + 1;
+    PyObject *offsets = call.out(2, points, n), *weights = new_array(1, &points);
+    if (offsets != nullptr && weights != nullptr) {
+        const double scale = static_cast<double>(n) + kappa;
+        auto* each = static_cast<double*>(PyArray_DATA(reinterpret_cast<PyArrayObject*>(weights)));
+        each[0] = kappa / scale;
+        for (npy_intp i = 1; i < points; ++i) each[i] = 0.5 / scale;
+        call.run(table->sigma_points, {static_cast<int>(n), scale});
+    }
+    return pack(offsets, weights);
+}
+
+PyObject* innovate_points(PyObject*, Args args, Py_ssize_t count) {
+    Call call;
+    if (count != 5) return refer(kInnovatePoints, args, count);
+    const npy_intp *dx = call.in(args[0], 2), *dz = call.in(args[1], 2), *weights = call.in(args[2], 1),
+                   *nu = call.in(args[3], 2), *R = call.in(args[4], 3);
+    if (!call.ok) return refer(kInnovatePoints, args, count);
+    const npy_intp s = dx[0], n = dx[1], k = nu[0], m = nu[1], noises = R[0];
+    if (n < 1 || n > kMostStates || m < 1 || m > kMostMeasured || s < 1 || s > kMostPoints || dz[0] != s || dz[1] != m ||
+        weights[0] != s || !square(R + 1, m) || (noises != 1 && noises != k) || !call.broadcast())
+        return refer(kInnovatePoints, args, count);
+    PyObject *loglik = call.out(1, k), *distance = call.out(1, k), *volume = call.out(1, noises), *shift = call.out(2, k, n),
+             *post = call.out(3, noises, n, n);
+    if (loglik && distance && volume && shift && post)
+        call.run(table->innovate_points, {static_cast<int>(n), static_cast<int>(m), static_cast<int>(k), static_cast<int>(s),
+                                          static_cast<int>(noises)});
+    return pack(loglik, distance, volume, shift, post);
 }
 
 PyObject* pda_update(PyObject*, Args args, Py_ssize_t count) {
@@ -478,7 +517,8 @@ PyObject* instruction_sets(PyObject*, PyObject*) {
 
 #define FAST(name) {#name, reinterpret_cast<PyCFunction>(reinterpret_cast<void (*)()>(name)), METH_FASTCALL, nullptr}
 PyMethodDef methods[] = {
-    FAST(predict), FAST(propagate), FAST(update), FAST(filter_step), FAST(innovate_returns), FAST(absorb), FAST(pda_update),
+    FAST(predict), FAST(propagate), FAST(update), FAST(filter_step), FAST(innovate_returns), FAST(absorb),
+    FAST(sigma_points), FAST(innovate_points), FAST(pda_update),
     FAST(imm_mix), FAST(imm_combine), FAST(interact),
     FAST(together), FAST(weigh_modes), FAST(split_weights), FAST(gate_scores), FAST(sample_density), FAST(softmax),
     FAST(one_hot), FAST(existence), FAST(is_plain), FAST(bind),

@@ -6,7 +6,7 @@
 namespace vedette {
 
 constexpr int kLanes = 8;
-constexpr int kMostStates = 12, kMostMeasured = 6, kMostModes = 6, kMostReturns = 64;
+constexpr int kMostStates = 12, kMostMeasured = 6, kMostModes = 6, kMostReturns = 64, kMostPoints = 2 * kMostStates + 1;
 constexpr int kStates2 = kMostStates * kMostStates, kMeasured2 = kMostMeasured * kMostMeasured;
 constexpr int kMostDims = 8, kMostOperands = 2 + 4 * kMostModes;
 
@@ -62,6 +62,13 @@ struct Absorb {
     bool shared;
     Periods periods;
 };
+struct SigmaPoints {
+    int n;
+    double scale;
+};
+struct InnovatePoints {
+    int n, m, k, s, noises;
+};
 struct PdaUpdate {
     int n, m, k, r;
     double p_detect, p_gate, limit, log_density;
@@ -115,6 +122,8 @@ struct Table {
     void (*update)(const Batch&, const shapes::Update&);
     void (*innovate_returns)(const Batch&, const shapes::InnovateReturns&);
     void (*absorb)(const Batch&, const shapes::Absorb&);
+    void (*sigma_points)(const Batch&, const shapes::SigmaPoints&);
+    void (*innovate_points)(const Batch&, const shapes::InnovatePoints&);
     void (*pda_update)(const Batch&, const shapes::PdaUpdate&);
     void (*imm_mix)(const Batch&, const shapes::ImmMix&);
     void (*imm_combine)(const Batch&, const shapes::ImmCombine&);

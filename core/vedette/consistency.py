@@ -69,8 +69,10 @@ def whiten(vector: Array, cov: Array) -> Array:
         root = np.linalg.cholesky(correlation)
     except np.linalg.LinAlgError:
         raise ValueError("cov: must be positive definite on its axes of variance > 0") from None
-    scaled = np.where(free, vector, 0.0) / scale
-    white: Array = np.linalg.solve(root, scaled[..., None])[..., 0]
+    white: Array = np.where(free, vector, 0.0) / scale
+    for j in range(cov.shape[-1]):
+        known = np.sum(root[..., j, :j] * white[..., :j], axis=-1)
+        white[..., j] = (white[..., j] - known) / root[..., j, j]
     return white
 
 

@@ -46,7 +46,12 @@ def draw_gaussian(mean: Array, cov: Array, rng: np.random.Generator, size: tuple
 
 
 def _coloured(cov: Array, standard: Array) -> Array:
-    return (factor(cov) @ standard[..., None])[..., 0]
+    return _spread(factor(cov), standard)
+
+
+def _spread(lower: Array, standard: Array) -> Array:
+    """L w; one product for all of them where L (n, n) is the same for all."""
+    return standard @ lower.T if lower.ndim == 2 else (lower @ standard[..., None])[..., 0]
 
 
 def _steps(times: Array) -> list[float]:
@@ -63,8 +68,14 @@ def _over(state: Space, x0: Array, batch: tuple[int, ...]) -> Array:
     return np.broadcast_to(x0, (*batch, len(state)))
 
 
-def _step(model: MotionModel, x: Array, dt: float, standard: Array) -> Array:
-    return model.state.displace(model.move(x, dt), _coloured(model.noise(x, dt), standard))
+def _step(model: MotionModel, x: Array, dt: float, standard: Array, factors: dict[float, Array]) -> Array:
+    """One step; `factors` of this model hold L by dt where Q lacks the batch's axes: it does not depend on the state then."""
+    lower = factors.get(dt)
+    if lower is None:
+        lower = factor(model.noise(x, dt))
+        if lower.ndim == 2:
+            factors[dt] = lower
+    return model.state.displace(model.move(x, dt), _spread(lower, standard))
 
 
 def follow(model: MotionModel, x0: Array, times: Array, standard: Array) -> Array:
@@ -78,8 +89,9 @@ def follow(model: MotionModel, x0: Array, times: Array, standard: Array) -> Arra
     x = model.state.canonical(_over(model.state, x0, standard.shape[:-2]))
     states = np.empty((*x.shape[:-1], len(steps) + 1, x.shape[-1]))
     states[..., 0, :] = x
+    factors: dict[float, Array] = {}
     for k, dt in enumerate(steps):
-        states[..., k + 1, :] = x = _step(model, x, dt, standard[..., k, :])
+        states[..., k + 1, :] = x = _step(model, x, dt, standard[..., k, :], factors)
     return states
 
 
@@ -136,6 +148,7 @@ def follow_modes(
     x = np.where(lacks[modes[..., 0]], np.nan, space.canonical(_over(space, x0, modes.shape[:-1])))
     states = np.empty((*modes.shape, len(space)))
     states[..., 0, :] = x
+    factors: list[dict[float, Array]] = [{} for _ in models]
     for k, dt in enumerate(_steps(times)):
         x = np.where(np.isnan(x), fresh[..., k, :], x)
         after = np.full(x.shape, np.nan)
@@ -143,7 +156,9 @@ def follow_modes(
             rows = modes[..., k + 1] == j
             if np.any(rows):
                 part = np.full((int(np.sum(rows)), len(space)), np.nan)
-                part[:, own[j]] = _step(model, x[rows][:, own[j]], dt, standard[..., k, :][rows][:, own[j]])
+                part[:, own[j]] = _step(
+                    model, x[rows][:, own[j]], dt, standard[..., k, :][rows][:, own[j]], factors[j]
+                )
                 after[rows] = part
         states[..., k + 1, :] = x = after
     return states

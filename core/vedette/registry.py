@@ -108,10 +108,10 @@ class Registry:
 
         entries: list[Installed] = []
         broken: list[BrokenPlugin] = []
-        for point in sorted(entry_points(group=GROUP), key=lambda point: (_owner(point), point.name)):
-            name, version = _owner(point)
+        points = [(_owner(point), point) for point in entry_points(group=GROUP)]
+        for (name, version), point in sorted(points, key=lambda each: (each[0], each[1].name)):
             try:
-                classes = _components(point)
+                classes = _components(point, f"{name} {version}")
             except PluginError:
                 raise
             except (Exception, SystemExit) as error:
@@ -166,16 +166,19 @@ def did_you_mean(given: str, known: Iterable[str]) -> str:
 
 def _owner(point: EntryPoint) -> tuple[str, str]:
     """Name and version of the distribution that an entry point belongs to."""
-    return (point.dist.name, point.dist.version) if point.dist is not None else ("an unnamed distribution", "")
+    if point.dist is None:
+        return "an unnamed distribution", ""
+    metadata = point.dist.metadata  # parsed anew each time that it is asked for, in .name and .version too
+    return metadata["Name"], metadata["Version"]
 
 
-def _components(point: EntryPoint) -> list[type[Component]]:
+def _components(point: EntryPoint, owner: str) -> list[type[Component]]:
     """Import one plugin and call its hook. Whatever its own code raises is passed on; PluginError is the contract's."""
     import pluggy
 
     from vedette import hooks
 
-    who = f"plugin {point.name!r} of {' '.join(_owner(point))}"
+    who = f"plugin {point.name!r} of {owner}"
     module = point.load()
     stated = getattr(module, "VEDETTE_CONTRACT", CONTRACT)
     if stated != CONTRACT:

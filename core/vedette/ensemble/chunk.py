@@ -119,22 +119,27 @@ def _sums(v: Array, e: Array) -> list[Array]:
 
 def _given(experiment: Experiment, scenes: Scenes) -> Gaussian | None:
     """Where the tracker starts in each run: (r, 1, n)."""
-    tracker, time = experiment.tracker, scenes.scans[0].time
-    first, at = (Scan(time, scenes.scans[0].sensor, Detections.of([], 1)),), np.array([time])
     states = scenes.states[:, 0]
-    alike = bool(np.all(states == states[0]))
-    priors = []
-    for state in states[:1] if alike else states:
-        try:
-            one = tracker.lifecycle.given(tracker.state, Recording(first, (Trajectory("", scenes.space, at, state[None]),)))
-        except ValueError as error:
-            raise ConfigError([Problem("", str(error))]) from None
-        if one is None or one.mean.shape[0] != 1:
-            return None
-        priors.append(one)
+    alike = _prior(experiment, scenes, np.full_like(states[0], np.nan))
+    if alike is None or alike.mean.shape[0] != 1:
+        return None
+    if np.all(np.isfinite(alike.mean)) and np.all(np.isfinite(alike.cov)):  # unknown truth shows nowhere: it takes no part
+        priors = [alike]
+    else:
+        priors = [one for state in states if (one := _prior(experiment, scenes, state)) is not None]
     mean, cov = np.stack([one.mean for one in priors]), np.stack([one.cov for one in priors])
     r = len(states)
     return Gaussian(np.broadcast_to(mean, (r, *mean.shape[1:])), np.broadcast_to(cov, (r, *cov.shape[1:])))
+
+
+def _prior(experiment: Experiment, scenes: Scenes, state: Array) -> Gaussian | None:
+    """Where the tracker starts if the truth does so at `state` (n,)."""
+    tracker, time, sensor = experiment.tracker, scenes.scans[0].time, scenes.scans[0].sensor
+    truth = Trajectory("", scenes.space, np.array([time]), state[None])
+    try:
+        return tracker.lifecycle.given(tracker.state, Recording((Scan(time, sensor, Detections.of([], 1)),), (truth,)))
+    except ValueError as error:
+        raise ConfigError([Problem("", str(error))]) from None
 
 
 def _nees(error: Array, cov: Array) -> Array:

@@ -10,13 +10,11 @@ from vedette.kernels.derivative import numerical_jacobian
 from vedette.kernels.modes import stacked
 from vedette.kernels.reference import (
     innovate,
-    innovate_points,
     log_sum,
     mixture,
     moments,
     root,
     safe_log,
-    sigma_points,
     symmetric,
 )
 from vedette.kernels.selection import Selection
@@ -26,10 +24,12 @@ RUNNING = _fastest.why
 
 absorb = _fastest(reference.absorb)
 filter_step = _fastest(reference.filter_step)
+innovate_points = _fastest(reference.innovate_points)
 innovate_returns = _fastest(reference.innovate_returns)
 pda_update = _fastest(reference.pda_update)
 predict = _fastest(reference.predict)
 propagate = _fastest(reference.propagate)
+sigma_points = _fastest(reference.sigma_points)
 update = _fastest(reference.update)
 
 imm_combine = _fastest(reference.imm_combine)

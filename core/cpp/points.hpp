@@ -1,0 +1,106 @@
+// The kernels of the unscented filters, for one problem or eight: what reference.py says in numpy. s points.
+#pragma once
+
+#include "filters.hpp"
+
+namespace vedette::VEDETTE_ISA {
+
+// in: P; out: offsets (2n+1, n) from the mean
+struct SigmaPoints : shapes::SigmaPoints {
+    template <class T>
+    void run(const In* in, const Out* out) const {
+        with_sizes(n, [&](auto states) { solve<T>(in, out, states); });
+    }
+    template <class T, class N>
+    VEDETTE_INLINE void solve(const In* in, const Out* out, N n) const {
+        T P[kStates2], L[kStates2], turned[kStates2], nothing[kMostStates];
+        load(in[0], P, n * n);
+        for (int i = 0; i < n * n; ++i) P[i] *= scale, L[i] = T{};
+        for (int i = 0; i < n; ++i) nothing[i] = T{};
+        for (int j = 0; j < n; ++j) {
+            T pivot = P[j * n + j];
+            for (int l = 0; l < j; ++l) pivot -= L[j * n + l] * L[j * n + l];
+            const auto free = pivot > 1e-14 * P[j * n + j];  // else the axis is known exactly, and has no variance
+            const T root = Lane<T>::sqrt(free ? pivot : Lane<T>::all(1.0)), over = free ? 1.0 / root : T{};
+            L[j * n + j] = free ? root : T{};
+            for (int i = j + 1; i < n; ++i) {
+                T sum = P[i * n + j];
+                for (int l = 0; l < j; ++l) sum -= L[i * n + l] * L[j * n + l];
+                L[i * n + j] = sum * over;
+            }
+        }
+        transpose(L, turned, n, n);
+        store(out[0], nothing, n), store(part(out[0], n), turned, n * n);
+        for (int i = 0; i < n * n; ++i) turned[i] = -turned[i];
+        store(part(out[0], n + n * n), turned, n * n);
+    }
+};
+
+// in: dx (s, n), dz (s, m), weights (s), nu (k, m), R (1|k, m, m)
+// out: loglik (k), distance (k), log volume (1|k), shift (k, n), posterior (1|k, n, n)
+struct InnovatePoints : shapes::InnovatePoints {
+    template <class T>
+    void run(const In* in, const Out* out) const {
+        with_sizes(n, m, [&](auto states, auto measured) { solve<T>(in, out, states, measured); });
+    }
+    template <class T, class N, class M>
+    VEDETTE_INLINE void solve(const In* in, const Out* out, N n, M m) const {
+        T dx[kMostPoints * kMostStates], dz[kMostPoints * kMostMeasured], weights[kMostPoints];
+        T cross[kMostMeasured * kMostStates], spread[kMeasured2];
+        load(in[0], dx, s * n), load(in[1], dz, s * m), load(in[2], weights, s);
+        for (int i = 0; i < m * n; ++i) cross[i] = T{};
+        for (int i = 0; i < m * m; ++i) spread[i] = T{};
+        for (int p = 0; p < s; ++p)
+            for (int i = 0; i < m; ++i) {
+                const T scaled = weights[p] * dz[p * m + i];
+                for (int j = 0; j < n; ++j) cross[i * n + j] += scaled * dx[p * n + j];
+                for (int j = i; j < m; ++j) spread[i * m + j] += scaled * dz[p * m + j];
+            }
+        for (int h = 0; h < noises; ++h) {
+            T R[kMeasured2], S[kMeasured2], post[kStates2], nu[kMostMeasured], shift[kMostStates];
+            Sight<T> sight;
+            load(part(in[4], h * m * m), R, m * m);
+            make_symmetric(R, m);
+            for (int i = 0; i < m; ++i)
+                for (int j = i; j < m; ++j) S[i * m + j] = S[j * m + i] = spread[i * m + j] + R[i * m + j];
+            sight.log_det = invert(S, sight.inverse, m);
+            multiply(sight.inverse, cross, sight.gain, m, m, n);
+            narrow(dx, dz, weights, R, sight.gain, post, n, m);
+            store(part(out[4], h * n * n), post, n * n);
+            Lane<T>::store(out[2], h, 0.5 * sight.log_det);
+            const T least = -0.5 * (sight.log_det + m * kLog2Pi);
+            for (int g = noises == 1 ? 0 : h; g < (noises == 1 ? k : h + 1); ++g) {
+                load(part(in[3], g * m), nu, m);
+                const T distance = sight.distance(nu, m);
+                Lane<T>::store(out[1], g, distance);
+                Lane<T>::store(out[0], g, least - 0.5 * distance);
+                sight.shift(nu, shift, n, m);
+                store(part(out[3], g * n), shift, n);
+            }
+        }
+    }
+
+    // The posterior covariance: the points' own after the gain K, and K R K'.
+    template <class T>
+    VEDETTE_INLINE void narrow(const T* dx, const T* dz, const T* weights, const T* R, const T* gain, T* post, int n,
+                               int m) const {
+        T left[kMostStates], noisy[kMostMeasured * kMostStates];
+        multiply(R, gain, noisy, m, m, n);
+        for (int i = 0; i < n * n; ++i) post[i] = T{};
+        add_turned_product(gain, noisy, post, n, m);
+        for (int p = 0; p < s; ++p) {
+            for (int i = 0; i < n; ++i) {
+                left[i] = dx[p * n + i];
+                for (int l = 0; l < m; ++l) left[i] -= dz[p * m + l] * gain[l * n + i];
+            }
+            for (int i = 0; i < n; ++i) {
+                const T scaled = weights[p] * left[i];
+                for (int j = i; j < n; ++j) post[i * n + j] += scaled * left[j];
+            }
+        }
+        for (int i = 0; i < n; ++i)
+            for (int j = i + 1; j < n; ++j) post[j * n + i] = post[i * n + j];
+    }
+};
+
+}  // namespace vedette::VEDETTE_ISA
