@@ -337,7 +337,7 @@ def test_the_large_ship_is_tracked_from_simulated_pictures(pytestconfig, monkeyp
 
 
 def test_the_study_from_pictures_says_all_and_its_seed_decides(monkeypatch):
-    scenes = short("MANV-like", 24) | short("DARC-like", 20)
+    scenes = short("MANV-like", 18) | short("DARC-like", 14)
     monkeypatch.setattr(picture_study, "SCENES", scenes)
     monkeypatch.setattr(study, "SCENES", scenes)
     monkeypatch.setattr(study, "GRID", (0.5,))
