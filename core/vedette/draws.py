@@ -69,7 +69,7 @@ def _over(state: Space, x0: Array, batch: tuple[int, ...]) -> Array:
 
 
 def _step(model: MotionModel, x: Array, dt: float, standard: Array, factors: dict[float, Array]) -> Array:
-    """One step; `factors` of this model hold L by dt where Q lacks the batch's axes: it does not depend on the state then."""
+    """One step; `factors` of this model holds L by dt where Q lacks the batch's axes: it depends on dt alone then."""
     lower = factors.get(dt)
     if lower is None:
         lower = factor(model.noise(x, dt))
@@ -156,9 +156,7 @@ def follow_modes(
             rows = modes[..., k + 1] == j
             if np.any(rows):
                 part = np.full((int(np.sum(rows)), len(space)), np.nan)
-                part[:, own[j]] = _step(
-                    model, x[rows][:, own[j]], dt, standard[..., k, :][rows][:, own[j]], factors[j]
-                )
+                part[:, own[j]] = _step(model, x[rows][:, own[j]], dt, standard[..., k, :][rows][:, own[j]], factors[j])
                 after[rows] = part
         states[..., k + 1, :] = x = after
     return states

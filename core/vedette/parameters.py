@@ -8,7 +8,7 @@ from __future__ import annotations
 import types
 from collections.abc import Iterable, Mapping
 from pathlib import PurePath
-from typing import Any, Union, get_args, get_origin, get_type_hints
+from typing import Any, Union, get_args, get_origin
 
 import attrs
 import numpy as np
@@ -118,10 +118,10 @@ def role_of(cls: type) -> str | None:
 def parameters(cls: type) -> tuple[Parameter, ...]:
     """What a config may write for an attrs class, in order; TypeError if the class does not say it clearly."""
     try:
-        hints = get_type_hints(cls)
+        attrs.resolve_types(cls, include_extras=False)  # once a class: attrs remembers, and it takes a while
     except Exception as error:
         raise TypeError(f"its annotations cannot be resolved: {error}") from error
-    return tuple(_parameter(field, hints.get(field.name, Any)) for field in attrs.fields(cls) if field.init)
+    return tuple(_parameter(field, field.type or Any) for field in attrs.fields(cls) if field.init)
 
 
 def _parameter(field: attrs.Attribute[Any], hint: Any) -> Parameter:

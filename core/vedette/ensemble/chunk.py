@@ -99,7 +99,8 @@ def _together(experiment: Experiment, seeds: Sequence[np.random.SeedSequence]) -
     square, fast = (np.sum(error[..., axes] ** 2, axis=-1) if axes else error[..., 0] * np.nan for axes in (spot, speed))
     axes = np.array([scan.detections.z.shape[-1] for scan in scenes.scans])
     expected = runs.hit * axes * gate_truncation(axes, tracker.gate.probability)
-    squares = _nees(error, runs.cov[..., own, :][..., own]) / max(len(own), 1)
+    cov = runs.cov if len(own) == len(runs.space) else runs.cov[..., own, :][..., own]
+    squares = _nees(error, cov) / max(len(own), 1)
     figures = {
         "position_rmse": np.mean(square, axis=1),
         "velocity_rmse": np.mean(fast, axis=1),
@@ -114,7 +115,8 @@ def _together(experiment: Experiment, seeds: Sequence[np.random.SeedSequence]) -
 
 def _sums(v: Array, e: Array) -> list[Array]:
     """See Chunk: (r, s) -> five of (s,)"""
-    return [np.sum(each, axis=0) for each in (v, v**2, e, e**2, v * e)]
+    one = np.ones_like(v)
+    return [np.einsum("rs,rs->s", a, b) for a, b in ((v, one), (v, v), (e, one), (e, e), (v, e))]
 
 
 def _given(experiment: Experiment, scenes: Scenes) -> Gaussian | None:
