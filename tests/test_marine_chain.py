@@ -225,6 +225,10 @@ def test_two_ships_side_by_side_are_split_and_one_ship_is_not():
     labels = grouped(bow_to_stern, np.ones(18), 30.0, 180.0)
     assert labels.max() == 1
     assert len(set(labels[:9])) == len(set(labels[9:])) == 1
+    two_boats = np.array([[0.0, 0], [17, 17], [36, 36]])  # and what they look like from afar, between them
+    labels = grouped(two_boats, np.ones(3), 30.0, 40.0)
+    assert labels[0] != labels[2]
+    assert grouped(two_boats, np.ones(3), 30.0, 60.0).max() == 0
     assert grouped(np.zeros((0, 2)), np.zeros(0), 30.0, 180.0).shape == (0,)
 
 

@@ -288,7 +288,7 @@ def test_boats_are_tracked_from_simulated_pictures(pytestconfig, monkeypatch):
     night = pytestconfig.getoption("vedette_profile") == "nightly"
     if not night:
         monkeypatch.setattr(picture_study, "SCENES", short("MANV-like", 30))
-    for records in errors_from_pictures("MANV-like", 20 if night else 1, 7).values():
+    for records in errors_from_pictures("MANV-like", 20 if night else 1, 2026).values():
         assert not any(each.lost.any() for each in records.values())
         assert outcome.rms(records["IMM-PDAF"], "ais") <= (12.0 if night else 20.0)
         if night:
@@ -319,7 +319,7 @@ def test_boats_are_kept_in_a_rough_sea(pytestconfig, monkeypatch):
     """Announced boats, whose tracks need the gate alone: no worse than in the scene's own sea. Four runs at night."""
     night = pytestconfig.getoption("vedette_profile") == "nightly"
     monkeypatch.setattr(picture_study, "SCENES", short("MANV-like", 1000 if night else 30, sea=ROUGH))
-    for records in errors_from_pictures("MANV-like", 4 if night else 1, 8).values():
+    for records in errors_from_pictures("MANV-like", 4 if night else 1, 2027).values():
         assert not any(each.lost.any() for each in records.values())
         assert outcome.rms(records["IMM-PDAF"], "ais") <= (12.0 if night else 20.0)
 
@@ -329,7 +329,7 @@ def test_the_large_ship_is_tracked_from_simulated_pictures(pytestconfig, monkeyp
     night = pytestconfig.getoption("vedette_profile") == "nightly"
     if not night:
         monkeypatch.setattr(picture_study, "SCENES", short("DARC-like", 40))
-    (records,) = errors_from_pictures("DARC-like", 4 if night else 1, 7).values()
+    (records,) = errors_from_pictures("DARC-like", 4 if night else 1, 2026).values()
     assert not any(each.lost.any() for each in records.values())
     assert outcome.rms(records["IMM-PDAF"], "centre") <= 30.0
     assert 40.0 < outcome.rms(records["IMM-PDAF"], "ais") < 90.0
@@ -339,9 +339,7 @@ def test_the_large_ship_is_tracked_from_simulated_pictures(pytestconfig, monkeyp
 def test_the_study_from_pictures_says_all_and_a_run_is_the_same_among_others(monkeypatch):
     scenes = short("MANV-like", 24) | short("DARC-like", 20)
     monkeypatch.setattr(picture_study, "SCENES", scenes)
-    monkeypatch.setattr(study, "SCENES", scenes)
-    monkeypatch.setattr(study, "GRID", (0.5,))
-    monkeypatch.setattr(study, "TUNING_RUNS", 1)
+    monkeypatch.setattr(picture_study, "tuned", lambda scene, seed, number: study.TUNED[scene])
     results = [picture_study.MarinePicturesStudy().run(runs, 3, quietly) for runs in (1, 2)]
     labels = {label for label, _ in results[0].tables[0].rows}
     assert labels == {"MANV-like boat 1", "MANV-like boat 2", "DARC-like ship"}

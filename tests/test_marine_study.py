@@ -45,6 +45,7 @@ def test_imm_beats_the_best_cv_on_boats_that_manoeuvre(boats):
         assert not any(each.lost.any() for each in records.values())
         assert outcome.rms(records["IMM-PDAF"], "ais") <= 10.0
         assert outcome.ratio(records, "CV-PDAF", "centre").measured < 0.9
+        assert outcome.ratio(records, "CT-PDAF", "centre").measured < 1.0
 
 
 def test_the_modes_separate_when_tuned_and_do_not_with_one_q(boats):

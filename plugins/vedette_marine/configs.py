@@ -88,7 +88,7 @@ def _in_pictures(chain: dict[str, Any], sigma: float, size: dict[str, float]) ->
     }
 
 
-BOATS_IN_PICTURES = _in_pictures({"link": 30.0, "longest": 60.0}, 6.0, {"clutter": 1.0, "ship": 8.0})
+BOATS_IN_PICTURES = _in_pictures({"link": 30.0, "longest": 40.0}, 6.0, {"clutter": 1.0, "ship": 8.0})
 """The detector for boats of up to 30 m at 6 m a pixel. The evidence's means are those of simulated pictures."""
 
 SHIP_IN_PICTURES = _in_pictures({"link": 140.0, "longest": 250.0}, 20.0, {"clutter": 2.0, "ship": 30.0})

@@ -74,11 +74,13 @@ def grouped(points: Array, weights: Array, link: float, longest: float) -> Label
     """Single-link groups; one that is longer than `longest` becomes the k-means groups with the greatest index of Calinski
     and Harabasz, k from 2 to one more than the lengths that fit into it.
     """
+    from scipy.spatial.distance import pdist
+
     labels = linked(points, link)
     following = int(labels.max(initial=-1)) + 1
     for group in range(following):
         own = np.flatnonzero(labels == group)
-        length = float(np.max(np.ptp(points[own], axis=0), initial=0.0))
+        length = float(np.max(pdist(points[own]), initial=0.0))
         if len(own) < 3 or length <= longest:
             continue
         tried = []
