@@ -118,11 +118,11 @@ def imm(problem: Problem) -> Pipeline:
         log_prob, xs, Ps, _, _ = state
         log_prob, xs, Ps = mix(log_prob, change, xs, Ps)
         xs, Ps = predict(xs, Ps, F, Q)
-        xs, Ps, loglik = update(xs, Ps, z[..., None, :], H, R)
+        xs, Ps, loglik = update(xs, Ps, z, H, R)
         log_prob, x, P, _ = combine(log_prob, loglik, xs, Ps)
         return log_prob, xs, Ps, x, P
 
-    return Pipeline(lambda size: modes_of(problem, size), step, lambda state: state[-2:])
+    return Pipeline(lambda size: modes_of(problem, size), step, lambda state: state[-2:], single=False)
 
 
 def imm_pdaf(problem: Problem) -> Pipeline:

@@ -5,114 +5,25 @@
 
 namespace vedette::VEDETTE_ISA {
 
-// The sizes that banks of filters with stacked states have.
-template <class F>
-VEDETTE_INLINE void with_modes(int n, const F& f) {
-    if (n == 4) return f(std::integral_constant<int, 4>());
-    if (n == 5) return f(std::integral_constant<int, 5>());
-    f(n);
-}
-
-// All modes: means relative to the first one's, covariances.
-template <class T>
-struct Stack {
-    T origin[kMostStates], apart[kMostModes * kMostStates], P[kMostModes * kStates2];
-
-    VEDETTE_INLINE Stack(In xs, In Ps, int n, int r) {
-        load(xs, apart, r * n), load(Ps, P, r * n * n);
-        for (int a = 0; a < n; ++a) origin[a] = apart[a];
-        for (int j = 0; j < r; ++j)
-            for (int a = 0; a < n; ++a) apart[j * n + a] -= origin[a];
-    }
-
-    // Mean, and covariance with the spread of the means, under the weights.
-    template <class N>
-    VEDETTE_INLINE void moments(const T* weights, T* mean, T* cov, N n, int r) const {
-        stage<T>([=] { mix(weights, mean, cov, n, r); });
-    }
-
-    VEDETTE_INLINE void mix(const T* weights, T* mean, T* cov, int n, int r) const {
-        T step[kMostStates], away[kMostStates];
-        for (int a = 0; a < n; ++a) {
-            step[a] = weights[0] * apart[a];
-            for (int j = 1; j < r; ++j) step[a] += weights[j] * apart[j * n + a];
-            mean[a] = origin[a] + step[a];
-            for (int b = a; b < n; ++b) cov[a * n + b] = T{};
-        }
-        for (int j = 0; j < r; ++j) {
-            for (int a = 0; a < n; ++a) away[a] = apart[j * n + a] - step[a];
-            for (int a = 0; a < n; ++a)
-                for (int b = a; b < n; ++b) cov[a * n + b] += weights[j] * (P[(j * n + a) * n + b] + away[a] * away[b]);
-        }
-        for (int a = 0; a < n; ++a)
-            for (int b = a + 1; b < n; ++b) cov[b * n + a] = cov[a * n + b];
-    }
-};
-
 // in: log_prob (r), log_transition (r, r), xs (r, n), Ps (r, n, n); out: log_prob (r), xs, Ps
 struct ImmMix : shapes::ImmMix {
-    mutable const double* read = nullptr;  // where the probabilities of switching were read last
-    mutable double switching[kMostModes * kMostModes] = {};
+    Switching switching;
 
     explicit ImmMix(const shapes::ImmMix& shape) : shapes::ImmMix(shape) {}
 
     template <class T>
     void run(const In* in, const Out* out) const {
-        with_modes(n, [&](auto states) {
-            with_coefficients<T>(states, {in[1]}, [&](auto c) { solve<T, decltype(c)>(in, out, states); });
-        });
+        with_modes(n, [&](auto states) { solve<T>(in, out, states); });
     }
-    template <class C>
-    VEDETTE_INLINE void read_switching(In transition, C* to) const {
-        if constexpr (std::is_same_v<C, double>) {
-            if (read != transition.at)
-                for (int i = 0; i < r * r; ++i) switching[i] = Lane<double>::exp(transition.at[i]);
-            read = transition.at;
-            copy(switching, to, r * r);
-        } else {
-            load(transition, to, r * r);
-            for (int i = 0; i < r * r; ++i) to[i] = Lane<C>::exp(to[i]);
-        }
-    }
-    template <class T, class C, class N>
+    template <class T, class N>
     VEDETTE_INLINE void solve(const In* in, const Out* out, N n) const {
-        C from_to[kMostModes * kMostModes];
-        T before[kMostModes], prob[kMostModes], after[kMostModes], weights[kMostModes * kMostModes];
-        T mean[kMostModes * kMostStates], cov[kMostModes * kStates2];
-        read_switching(in[1], from_to);
-        load(in[0], before, r);
-        T top = before[0];
-        for (int i = 1; i < r; ++i) top = Lane<T>::larger(top, before[i]);
-        for (int i = 0; i < r; ++i) prob[i] = Lane<T>::exp(before[i] - top);
-        bool good = true;
-        for (int j = 0; j < r; ++j) {
-            T sum{};
-            for (int i = 0; i < r; ++i) sum += weights[j * r + i] = from_to[i * r + j] * prob[i];
-            good = good && all_of((sum > 1e-200) & (sum < 1e200));
-            after[j] = Lane<T>::log(sum) + top;
-            const T over = 1.0 / sum;
-            for (int i = 0; i < r; ++i) weights[j * r + i] *= over;
-        }
-        if (!good) in_logarithms(before, in[1], after, weights);
-        const Stack<T> stack(in[2], in[3], n, r);
+        T after[kMostModes], weights[kMostModes * kMostModes], mean[kMostModes * kMostStates], cov[kMostModes * kStates2];
+        switching.weigh(in[0], in[1], after, weights, r);
+        Stack<T> stack;
+        load(in[2], stack.apart, r * n), load(in[3], stack.P, r * n * n);
+        stack.take_origin(n, r, Periods());
         for (int j = 0; j < r; ++j) stack.moments(weights + j * r, mean + j * n, cov + j * n * n, n, r);
         store(out[0], after, r), store(out[1], mean, r * n), store(out[2], cov, r * n * n);
-    }
-
-    // The same where a mode is next to impossible, or no way leads into it: then it starts from the whole mixture.
-    template <class T>
-    __attribute__((noinline, cold)) void in_logarithms(const T* before, In transition, T* after, T* weights) const {
-        constexpr double most = std::numeric_limits<double>::max();
-        T joint[kMostModes];
-        for (int j = 0; j < r; ++j) {
-            for (int i = 0; i < r; ++i) joint[i] = before[i] + Lane<T>::load(transition, i * r + j);
-            T* own = weights + j * r;
-            after[j] = log_sum(joint, r, own);
-            const auto reached = (after[j] >= -most) & (after[j] <= most);
-            T total{};
-            for (int i = 0; i < r; ++i) total += own[i];
-            for (int i = 0; i < r; ++i) own[i] = reached ? own[i] / total : Lane<T>::exp(before[i]);
-        }
     }
 };
 
@@ -129,7 +40,9 @@ struct ImmCombine : shapes::ImmCombine {
         for (int j = 0; j < r; ++j) joint[j] += seen[j];
         const T total = log_sum(joint, r, weights);
         for (int j = 0; j < r; ++j) joint[j] -= total, weights[j] = Lane<T>::exp(joint[j]);
-        const Stack<T> stack(in[2], in[3], n, r);
+        Stack<T> stack;
+        load(in[2], stack.apart, r * n), load(in[3], stack.P, r * n * n);
+        stack.take_origin(n, r, Periods());
         stack.moments(weights, mean, cov, n, r);
         store(out[0], joint, r), store(out[1], mean, n), store(out[2], cov, n * n);
         Lane<T>::store(out[3], 0, total);

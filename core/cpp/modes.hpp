@@ -5,50 +5,49 @@
 
 namespace vedette::VEDETTE_ISA {
 
-// All modes over the same n axes: means relative to the first mode's, which is `origin`.
-template <class T>
-struct Bank {
-    T origin[kMostStates], apart[kMostModes][kMostStates], P[kMostModes][kStates2];
+// The sizes that banks of filters with stacked states have.
+template <class F>
+VEDETTE_INLINE void with_modes(int n, const F& f) {
+    if (n == 4) return f(std::integral_constant<int, 4>());
+    if (n == 5) return f(std::integral_constant<int, 5>());
+    f(n);
+}
 
-    void take(const In* xs, const In* Ps, const int (*own)[kMostStates], const int* sizes, const double* absent, int n, int r,
-              const Periods& periods) {
+// All modes over the same n axes: means relative to the first mode's, which is `origin`; covariances.
+template <class T>
+struct Stack {
+    T origin[kMostStates], apart[kMostModes * kMostStates], P[kMostModes * kStates2];
+
+    // After the means were read into `apart`.
+    VEDETTE_INLINE void take_origin(int n, int r, const Periods& periods) {
+        for (int a = 0; a < n; ++a) origin[a] = apart[a];
         for (int j = 0; j < r; ++j) {
-            for (int a = 0; a < n; ++a) apart[j][a] = Lane<T>::all(absent[a]);
-            if (sizes[j] < n) {
-                for (int a = 0; a < n * n; ++a) P[j][a] = Lane<T>::all(0.0);
-                for (int a = 0; a < n; ++a) P[j][a * n + a] = Lane<T>::all(absent[n + a]);
-            }
-            for (int a = 0; a < sizes[j]; ++a) {
-                apart[j][own[j][a]] = Lane<T>::load(xs[j], a);
-                for (int b = 0; b < sizes[j]; ++b) P[j][own[j][a] * n + own[j][b]] = Lane<T>::load(Ps[j], a * sizes[j] + b);
-            }
-        }
-        for (int a = 0; a < n; ++a) origin[a] = apart[0][a];
-        for (int j = 0; j < r; ++j) {
-            for (int a = 0; a < n; ++a) apart[j][a] -= origin[a];
-            wrap(apart[j], periods);
+            for (int a = 0; a < n; ++a) apart[j * n + a] -= origin[a];
+            wrap(apart + j * n, periods);
         }
     }
 
-    // Mean from the origin, and covariance with the spread of the means, under the weights.
-    VEDETTE_INLINE void moments(const T* weights, T* mean, T* cov, int n, int r) const {
+    // Mean, and covariance with the spread of the means, under the weights.
+    template <class N>
+    VEDETTE_INLINE void moments(const T* weights, T* mean, T* cov, N n, int r) const {
+        stage<T>([=] { mix(weights, mean, cov, n, r); });
+    }
+
+    VEDETTE_INLINE void mix(const T* weights, T* mean, T* cov, int n, int r) const {
+        T step[kMostStates], away[kMostStates];
         for (int a = 0; a < n; ++a) {
-            mean[a] = weights[0] * apart[0][a];
-            for (int j = 1; j < r; ++j) mean[a] += weights[j] * apart[j][a];
+            step[a] = weights[0] * apart[a];
+            for (int j = 1; j < r; ++j) step[a] += weights[j] * apart[j * n + a];
+            mean[a] = origin[a] + step[a];
+            for (int b = a; b < n; ++b) cov[a * n + b] = T{};
         }
-        for (int a = 0; a < n * n; ++a) {
-            cov[a] = weights[0] * P[0][a];
-            for (int j = 1; j < r; ++j) cov[a] += weights[j] * P[j][a];
+        for (int j = 0; j < r; ++j) {
+            for (int a = 0; a < n; ++a) away[a] = apart[j * n + a] - step[a];
+            for (int a = 0; a < n; ++a)
+                for (int b = a; b < n; ++b) cov[a * n + b] += weights[j] * (P[(j * n + a) * n + b] + away[a] * away[b]);
         }
-        make_symmetric(cov, n);
-        for (int j = 0; j < r; ++j)
-            for (int a = 0; a < n; ++a) {
-                const T scaled = weights[j] * (apart[j][a] - mean[a]);
-                for (int b = a; b < n; ++b) {
-                    cov[a * n + b] += scaled * (apart[j][b] - mean[b]);
-                    cov[b * n + a] = cov[a * n + b];
-                }
-            }
+        for (int a = 0; a < n; ++a)
+            for (int b = a + 1; b < n; ++b) cov[b * n + a] = cov[a * n + b];
     }
 };
 
@@ -64,26 +63,108 @@ VEDETTE_INLINE T log_sum(const T* a, int count, T* parts) {
     return Lane<T>::log(sum) + top;
 }
 
+// The modes' probabilities after switching, and from which modes each comes.
+struct Switching {
+    // `log_after` (r), and for each mode to come the weights of those now (r, r).
+    template <class T>
+    VEDETTE_INLINE void weigh(In log_prob, In log_transition, T* log_after, T* weights, int r) const {
+        T before[kMostModes], prob[kMostModes];
+        load(log_prob, before, r);
+        T top = before[0];
+        for (int i = 1; i < r; ++i) top = Lane<T>::larger(top, before[i]);
+        for (int i = 0; i < r; ++i) prob[i] = Lane<T>::exp(before[i] - top);
+        if (log_transition.next == 0) {
+            if (read != log_transition.at)
+                for (int i = 0; i < r * r; ++i) table[i] = Lane<double>::exp(log_transition.at[i]);
+            read = log_transition.at;
+            for (int j = 0; j < r; ++j)
+                for (int i = 0; i < r; ++i) weights[j * r + i] = table[i * r + j] * prob[i];
+        } else {
+            for (int j = 0; j < r; ++j)
+                for (int i = 0; i < r; ++i)
+                    weights[j * r + i] = Lane<T>::exp(Lane<T>::load(log_transition, i * r + j)) * prob[i];
+        }
+        bool good = true;
+        for (int j = 0; j < r; ++j) {
+            T sum = weights[j * r];
+            for (int i = 1; i < r; ++i) sum += weights[j * r + i];
+            good = good && all_of((sum > 1e-200) & (sum < 1e200));
+            log_after[j] = Lane<T>::log(sum) + top;
+            const T over = 1.0 / sum;
+            for (int i = 0; i < r; ++i) weights[j * r + i] *= over;
+        }
+        if (!good) weigh_in_logarithms(before, log_transition, log_after, weights, r);
+    }
+
+  private:
+    // The probabilities of switching that were read last, and where: a batch mostly shares them.
+    mutable const double* read = nullptr;
+    mutable double table[kMostModes * kMostModes] = {};
+
+    // The same where a mode is next to impossible, or no way leads into it: then it starts from the whole mixture.
+    template <class T>
+    __attribute__((noinline, cold)) void weigh_in_logarithms(const T* before, In transition, T* after, T* weights,
+                                                             int r) const {
+        constexpr double most = std::numeric_limits<double>::max();
+        T joint[kMostModes];
+        for (int j = 0; j < r; ++j) {
+            for (int i = 0; i < r; ++i) joint[i] = before[i] + Lane<T>::load(transition, i * r + j);
+            T* own = weights + j * r;
+            after[j] = log_sum(joint, r, own);
+            const auto reached = (after[j] >= -most) & (after[j] <= most);
+            T total{};
+            for (int i = 0; i < r; ++i) total += own[i];
+            for (int i = 0; i < r; ++i) own[i] = reached ? own[i] / total : Lane<T>::exp(before[i]);
+        }
+    }
+};
+
+// Each mode's own axes among the n of all: those that it lacks have the mean and variance stated in `absent`.
+template <class T, class N>
+VEDETTE_INLINE void gather(Stack<T>& stack, const In* xs, const In* Ps, const shapes::Interact& bank, N n) {
+    const int r = bank.r;
+    for (int j = 0; j < r; ++j) {
+        T *mean = stack.apart + j * n, *cov = stack.P + j * n * n;
+        if (bank.same) {
+            load(xs[j], mean, n), load(Ps[j], cov, n * n);
+            continue;
+        }
+        const int size = bank.sizes[j], *own = bank.own[j];
+        for (int a = 0; a < n; ++a) mean[a] = Lane<T>::all(bank.absent[a]);
+        for (int a = 0; a < n * n; ++a) cov[a] = T{};
+        for (int a = 0; a < n; ++a) cov[a * n + a] = Lane<T>::all(bank.absent[n + a]);
+        for (int a = 0; a < size; ++a) {
+            mean[own[a]] = Lane<T>::load(xs[j], a);
+            for (int b = 0; b < size; ++b) cov[own[a] * n + own[b]] = Lane<T>::load(Ps[j], a * size + b);
+        }
+    }
+    stack.take_origin(n, r, bank.periods);
+}
+
 // in: log_prob (r), log_transition (r, r), then r means, then r covariances; out: log_prob (r), r means, r covariances
 struct Interact : shapes::Interact {
+    Switching switching;
+
+    explicit Interact(const shapes::Interact& shape) : shapes::Interact(shape) {}
+
     template <class T>
     void run(const In* in, const Out* out) const {
-        Bank<T> bank;
-        bank.take(in + 2, in + 2 + r, own, sizes, absent, n, r, periods);
-        T before[kMostModes], joint[kMostModes], weights[kMostModes], mean[kMostStates], cov[kStates2];
-        load(in[0], before, r);
-        constexpr double most = std::numeric_limits<double>::max();
+        with_modes(n, [&](auto states) { solve<T>(in, out, states); });
+    }
+    template <class T, class N>
+    VEDETTE_INLINE void solve(const In* in, const Out* out, N n) const {
+        T after[kMostModes], weights[kMostModes * kMostModes], mean[kMostStates], cov[kStates2];
+        switching.weigh(in[0], in[1], after, weights, r);
+        store(out[0], after, r);
+        Stack<T> stack;
+        gather(stack, in + 2, in + 2 + r, *this, n);
         for (int j = 0; j < r; ++j) {
-            for (int i = 0; i < r; ++i) joint[i] = before[i] + Lane<T>::load(in[1], i * r + j);
-            const T after = log_sum(joint, r, weights);
-            Lane<T>::store(out[0], j, after);
-            const auto reached = (after >= -most) & (after <= most);
-            T total = Lane<T>::all(0.0);
-            for (int i = 0; i < r; ++i) total += weights[i];
-            for (int i = 0; i < r; ++i) weights[i] = reached ? weights[i] / total : Lane<T>::exp(before[i]);
-            bank.moments(weights, mean, cov, n, r);
-            for (int a = 0; a < n; ++a) mean[a] += bank.origin[a];
+            stack.moments(weights + j * r, mean, cov, n, r);
             wrap(mean, periods);
+            if (same) {
+                store(out[1 + j], mean, n), store(out[1 + r + j], cov, n * n);
+                continue;
+            }
             for (int a = 0; a < sizes[j]; ++a) {
                 Lane<T>::store(out[1 + j], a, mean[own[j][a]]);
                 for (int b = 0; b < sizes[j]; ++b)
@@ -97,14 +178,16 @@ struct Interact : shapes::Interact {
 struct Together : shapes::Together {
     template <class T>
     void run(const In* in, const Out* out) const {
-        const int n = bank.n, r = bank.r;
-        Bank<T> all;
-        all.take(in + 1, in + 1 + r, bank.own, bank.sizes, bank.absent, n, r, bank.periods);
+        with_modes(bank.n, [&](auto states) { solve<T>(in, out, states); });
+    }
+    template <class T, class N>
+    VEDETTE_INLINE void solve(const In* in, const Out* out, N n) const {
         T weights[kMostModes], mean[kMostStates], cov[kStates2];
-        load(in[0], weights, r);
-        for (int j = 0; j < r; ++j) weights[j] = Lane<T>::exp(weights[j]);
-        all.moments(weights, mean, cov, n, r);
-        for (int a = 0; a < n; ++a) mean[a] += all.origin[a];
+        load(in[0], weights, bank.r);
+        for (int j = 0; j < bank.r; ++j) weights[j] = Lane<T>::exp(weights[j]);
+        Stack<T> stack;
+        gather(stack, in + 1, in + 1 + bank.r, bank, n);
+        stack.moments(weights, mean, cov, n, bank.r);
         wrap(mean, bank.periods);
         store(out[0], mean, n), store(out[1], cov, n * n);
     }

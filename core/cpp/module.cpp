@@ -262,16 +262,18 @@ bool take_bank(Call& call, Args args, npy_intp r, shapes::Interact& shape) {
     const npy_intp n = PyArray_DIM(absent, 1);
     if (n < 1 || n > kMostStates) return false;
     std::memcpy(shape.absent, PyArray_DATA(absent), 2 * static_cast<size_t>(n) * sizeof(double));
-    shape.n = static_cast<int>(n), shape.r = static_cast<int>(r);
+    shape.n = static_cast<int>(n), shape.r = static_cast<int>(r), shape.same = true;
     for (npy_intp j = 0; j < r; ++j) {
         PyObject* axes = PyTuple_GET_ITEM(args[2], j);
         const npy_intp size = means[j][0];
         if (!PyTuple_CheckExact(axes) || PyTuple_GET_SIZE(axes) != size || size > n || !square(covs[j], size)) return false;
         shape.sizes[j] = static_cast<int>(size);
+        shape.same = shape.same && size == n;
         for (npy_intp a = 0; a < size; ++a) {
             const long axis = PyLong_AsLong(PyTuple_GET_ITEM(axes, a));
             if (axis < 0 || axis >= n) return PyErr_Clear(), false;
             shape.own[j][a] = static_cast<int>(axis);
+            shape.same = shape.same && axis == a;
         }
     }
     return true;

@@ -80,6 +80,7 @@ struct ImmCombine {
     int n, r;
 };
 struct Interact {
+    bool same;  // all modes have all axes, in order
     int n, r, sizes[kMostModes], own[kMostModes][kMostStates];
     double absent[2 * kMostStates];
     Periods periods;

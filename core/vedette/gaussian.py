@@ -118,9 +118,12 @@ def linearised(
     """
     if isinstance(seen, Frame):
         return imaged(belief, state, sensor, seen, p_gate)
-    look = (memo or Memo()).look(state, sensor, belief.mean)
-    x = belief.mean[..., look.where]
-    H = embedded(sensor.jacobian(x), look.where, len(state)) if look.H is None else look.H
+    memo = memo or Memo()
+    look = memo.last
+    if look is None or look.sensor is not sensor:
+        look = memo.look(state, sensor, belief.mean)
+    x = belief.mean[look.where]
+    H = embedded(sensor.jacobian(x), look.where[-1], len(state)) if look.H is None else look.H
     R = look.R if seen.noise is None and look.R is not None else noise_of(sensor, seen, x)
     if seen.missing is not None:
         nu, there = residuals(sensor, seen, sensor.measure(x)), reported(seen)

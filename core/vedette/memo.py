@@ -18,12 +18,12 @@ _MOST = 256
 class Look:
     """How a state is seen by one sensor; None where that depends on the state.
 
-    where: the sensor's axes among the state's; H (m, n) over the whole state, R (1, 1, m, m), detection probability;
-    periods: index and period of measured axes that wrap.
+    where: index of the sensor's axes into states (*b, n); H (m, n) over the whole state, R (1, 1, m, m), detection
+    probability; periods: index and period of measured axes that wrap.
     """
 
     sensor: Sensor
-    where: slice | list[int]
+    where: tuple[Any, ...]
     H: Array | None
     R: Array | None
     p_detect: float | None
@@ -32,10 +32,11 @@ class Look:
     @classmethod
     def of(cls, state: Space, sensor: Sensor, mean: Array) -> Look:
         """Of states like `mean` (*b, t, n)."""
-        where = _as_slice(state.locate(sensor.looks_at))
-        x = mean[..., where]
+        axes = _as_slice(state.locate(sensor.looks_at))
+        where = (..., axes)
+        x = mean[where]
         slope, R, p = sensor.jacobian(x) if sensor.linear else None, sensor.noise(x), np.asarray(sensor.detects(x))
-        H = embedded(slope, where, len(state)) if slope is not None and slope.ndim == 2 else None
+        H = embedded(slope, axes, len(state)) if slope is not None and slope.ndim == 2 else None
         # A result without the batch's axes is one that does not depend on the state: the contract says so.
         constant = R[None, None] if R.ndim == 2 else None
         return cls(sensor, where, H, constant, float(p) if p.ndim == 0 else None, sensor.measurement.periods)
@@ -43,21 +44,25 @@ class Look:
 
 @final
 class Memo:
-    """One filter's memory of the matrices of its motion and its sensors. It saves time and changes no result."""
+    """One filter's memory of the matrices of its motion and its sensors. It saves time and changes no result.
 
-    __slots__ = ("_looks", "_steps")
+    steps: time step in s to F and Q, where those are known; last: the look that was asked for last.
+    """
+
+    __slots__ = ("_looks", "last", "steps")
 
     def __init__(self) -> None:
-        self._steps: dict[float, tuple[Array, Array]] = {}
+        self.steps: dict[float, tuple[Array, Array]] = {}
+        self.last: Look | None = None
         self._looks: dict[int, Look] = {}
 
     def step(self, motion: MotionModel, x: Array, dt: float) -> tuple[Array, Array]:
         """F and Q of a linear motion over `dt` s."""
-        found = self._steps.get(dt)
+        found = self.steps.get(dt)
         if found is None:
             found = motion.jacobian(x, dt), motion.noise(x, dt)
             if found[0].ndim == found[1].ndim == 2:
-                keep(self._steps, dt, found)
+                keep(self.steps, dt, found)
         return found
 
     def look(self, state: Space, sensor: Sensor, mean: Array) -> Look:
@@ -66,6 +71,7 @@ class Memo:
         if found is None or found.sensor is not sensor:
             found = Look.of(state, sensor, mean)
             keep(self._looks, id(sensor), found)
+        self.last = found
         return found
 
 

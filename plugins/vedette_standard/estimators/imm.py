@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from functools import reduce
+from operator import attrgetter
 from typing import Any, ClassVar, final
 
 import numpy as np
 from attrs import Factory, field, frozen
 
 from vedette import Array, Detections, Estimator, Frame, Gaussian, Innovation, Sensor, Space, fields, kernels
-from vedette.gaussian import own_part, turns_its_frame, without_variance
+from vedette.gaussian import GaussianFilter, own_part, turns_its_frame, without_variance
 from vedette.space import NO_AXES
 from vedette.types import new_gaussian, new_innovation
 from vedette.values import maker
@@ -37,6 +38,8 @@ class ModeHypotheses:
 
 
 new_mode_hypotheses = maker(ModeHypotheses)
+_said = attrgetter("loglik", "distance", "log_volume", "nis")
+_mean_of, _cov_of = attrgetter("mean"), attrgetter("cov")
 
 
 def _state(self: Imm) -> Space:
@@ -87,6 +90,7 @@ class Imm(Estimator[Modes]):
     carried: Space = field(init=False, repr=False, eq=False, default=Factory(_carried, takes_self=True))
     _own: tuple[tuple[int, ...], ...] = field(init=False, repr=False, eq=False)
     _turning: bool = field(init=False, repr=False, eq=False)
+    _plain: bool = field(init=False, repr=False, eq=False)
     _switch: Transition = field(init=False, repr=False, eq=False)
     _absent: Array = field(init=False, repr=False, eq=False)
 
@@ -97,6 +101,11 @@ class Imm(Estimator[Modes]):
     @_turning.default
     def _any_turns(self) -> bool:
         return any(turns_its_frame(mode) for mode in self.modes)
+
+    @_plain.default
+    def _beliefs_are_gaussians(self) -> bool:
+        """Whether a mode's belief is its mean and covariance and nothing else, so that none need be asked."""
+        return all(isinstance(mode, GaussianFilter) and not mode.carried for mode in self.modes)
 
     @_switch.default
     def _transition(self) -> Transition:
@@ -125,7 +134,7 @@ class Imm(Estimator[Modes]):
     @_absent.default
     def _moments_of_the_absent(self) -> Array:
         stated = [self.absent.get(axis.name, (0.0, 0.0)) for axis in self.state.axes]
-        return np.array([[mean, deviation**2] for mean, deviation in stated]).reshape(-1, 2).T
+        return np.array([[mean for mean, _ in stated], [deviation**2 for _, deviation in stated]]).reshape(2, -1)
 
     def refuses(self, sensor: Sensor) -> str | None:
         """What any mode refuses."""
@@ -147,6 +156,9 @@ class Imm(Estimator[Modes]):
         )
         if combined is None and self._turning:
             combined = self.moments(belief)
+        if combined is None and self._plain:
+            each = zip(self.modes, means, covs, strict=True)
+            return new_modes(tuple([mode.predict(new_gaussian(mean, cov), dt, rng) for mode, mean, cov in each]), log_prob)
         beliefs = []
         for mode, mean, cov in zip(self.modes, means, covs, strict=True):
             seen = None if combined is None else own_part(combined, self.state, mode.state, NO_AXES)
@@ -155,14 +167,10 @@ class Imm(Estimator[Modes]):
 
     def innovate(self, belief: Modes, sensor: Sensor, seen: Detections | Frame, p_gate: float) -> Innovation:
         """The modes' likelihoods weighted by their predicted probabilities; a miss is a hypothesis like any other."""
-        parts = tuple(mode.innovate(own, sensor, seen, p_gate) for mode, own in zip(self.modes, belief.beliefs, strict=True))
-        loglik, distance, log_volume, nis, share = kernels.weigh_modes(
-            belief.log_prob,
-            [part.loglik for part in parts],
-            [part.distance for part in parts],
-            [part.log_volume for part in parts],
-            [part.nis for part in parts],
-        )
+        each = zip(self.modes, belief.beliefs, strict=True)
+        parts = tuple([mode.innovate(own, sensor, seen, p_gate) for mode, own in each])
+        said = zip(*map(_said, parts), strict=True)
+        loglik, distance, log_volume, nis, share = kernels.weigh_modes(belief.log_prob, *said)
         return new_innovation(loglik, distance, log_volume, nis, new_mode_hypotheses(parts, share))
 
     def absorb(self, belief: Modes, innovation: Innovation, weights: Array) -> Modes:
@@ -221,7 +229,9 @@ class Imm(Estimator[Modes]):
         )
         return Modes(beliefs, log_prob - kernels.log_sum(log_prob)[..., None])
 
-    def _each(self, belief: Modes) -> tuple[list[Array], list[Array]]:
+    def _each(self, belief: Modes) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
         """The modes' means and covariances, each over its own axes."""
-        parts = [mode.moments(part) for mode, part in zip(self.modes, belief.beliefs, strict=True)]
-        return [part.mean for part in parts], [part.cov for part in parts]
+        parts = belief.beliefs
+        if not self._plain:
+            parts = tuple(mode.moments(part) for mode, part in zip(self.modes, parts, strict=True))
+        return tuple(map(_mean_of, parts)), tuple(map(_cov_of, parts))

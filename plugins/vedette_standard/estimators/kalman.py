@@ -38,8 +38,10 @@ class Kalman(GaussianFilter):
         """The belief `dt` s later."""
         if dt == 0:
             return belief
-        x = belief.mean
-        return new_gaussian(*kernels.predict(x, belief.cov, *self._memo.step(self.motion, x, dt)))
+        x, memo = belief.mean, self._memo
+        F, Q = memo.steps.get(dt) or memo.step(self.motion, x, dt)
+        mean, cov = kernels.predict(x, belief.cov, F, Q)
+        return new_gaussian(mean, cov)
 
     def innovate(self, belief: Gaussian, sensor: Sensor, seen: Detections | Frame, p_gate: float) -> Innovation:
         """Every return against every track."""
