@@ -30,10 +30,10 @@ class Failed:
     text: str
 
 
-def attempt(config: Mapping[str, Any] | Experiment, seed: int, runs: range) -> Chunk | Failed:
+def attempt(config: Mapping[str, Any] | Experiment, seed: int, runs: range, together: bool) -> Chunk | Failed:
     """One chunk, wherever this is called."""
     try:
-        return run_chunk(config, seed, runs)
+        return run_chunk(config, seed, runs, together)
     except VedetteError as error:
         return Failed(str(error))
 
@@ -114,10 +114,10 @@ class _Work:
             for future in running:
                 future.cancel()
 
-    def _order(self, k: int, point: int, here: bool) -> tuple[Mapping[str, Any] | Experiment, int, range]:
+    def _order(self, k: int, point: int, here: bool) -> tuple[Mapping[str, Any] | Experiment, int, range, bool]:
         """What to run: ready to run in this process, as a config for others."""
         at = self.plan.points[point]
-        return at.experiment if here else at.config, self.plan.seed, self.plan.runs_of(k)
+        return at.experiment if here else at.config, self.plan.seed, self.plan.runs_of(k), self.plan.together
 
     def _missing(self) -> Iterator[tuple[int, int]]:
         """The chunks that are to be run, until enough are; those in the store are taken from there."""

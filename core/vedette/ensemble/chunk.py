@@ -10,7 +10,7 @@ from attrs import frozen
 
 from vedette.config import load
 from vedette.consistency import gate_truncation, nees
-from vedette.ensemble.generators import Generators
+from vedette.ensemble.generators import Generators, NotInLockStep
 from vedette.errors import ConfigError, Problem
 from vedette.experiment import Experiment
 from vedette.lockstep import run_together
@@ -57,39 +57,46 @@ def sequence(seed: int, run: int) -> np.random.SeedSequence:
     return np.random.SeedSequence(seed, spawn_key=(run,))
 
 
-def run_chunk(config: Mapping[str, Any] | Experiment, seed: int, runs: Sequence[int]) -> Chunk:
-    """The runs of one point of the grid. ConfigError if it cannot be built or run here."""
+def run_chunk(config: Mapping[str, Any] | Experiment, seed: int, runs: Sequence[int], together: bool) -> Chunk:
+    """The runs of one point of the grid, in lock-step or one by one. ConfigError if it cannot be built or run here."""
     experiment = config if isinstance(config, Experiment) else load(config)
-    seeds = [sequence(seed, run) for run in runs]
-    together = _together(experiment, seeds)
-    return _one_by_one(experiment, seeds) if together is None else together
+    return (_together if together else _one_by_one)(experiment, [sequence(seed, run) for run in runs])
 
 
 def goes_together(experiment: Experiment) -> bool:
-    """Whether the runs of an experiment are run in lock-step. ConfigError if its scene cannot be drawn."""
-    return _opened(experiment, [sequence(0, 0)]) is not None
+    """Whether the runs of an experiment can go in lock-step. ConfigError if its scene cannot be drawn.
+
+    Three runs rehearse it up to the first time step. Two would not do: an estimator may draw pairs for all runs at once.
+    """
+    seeds = [sequence(0, run) for run in range(3)]
+    try:
+        given, scenes = _opened(experiment, seeds)
+        begin = scenes.scans[0].time
+        some = 1 + next((i for i, scan in enumerate(scenes.scans) if scan.time > begin), 0)
+        run_together(experiment.tracker, given, begin, scenes.scans[:some], Generators(seeds))
+    except NotInLockStep:
+        return False
+    return True
 
 
-def _opened(experiment: Experiment, seeds: Sequence[np.random.SeedSequence]) -> tuple[Gaussian, Scenes] | None:
-    """Priors and scenes; None where a run has several tracks or a source that cannot draw them so."""
+def _opened(experiment: Experiment, seeds: Sequence[np.random.SeedSequence]) -> tuple[Gaussian, Scenes]:
+    """Priors and scenes. NotInLockStep where a run may have several tracks or a source that cannot draw them so."""
     tracker, source = experiment.tracker, experiment.source
     starts = any(tracker.lifecycle.starts(name, np.zeros(1)).any() for name in tracker.sensors)
     if starts or experiment.detectors or not isinstance(source, DrawsTogether):
-        return None
+        raise NotInLockStep("several tracks, detectors, or a source that draws run by run")
     try:
         scenes = source.open_together(tracker.sensors, [np.random.Generator(np.random.PCG64(each)) for each in seeds])
     except ConfigError as error:
         raise error.within("source") from None
-    given = None if scenes is None else _given(experiment, scenes)
-    return None if scenes is None or given is None else (given, scenes)
+    if scenes is None:
+        raise NotInLockStep("a scene that is drawn run by run")
+    return _given(experiment, scenes), scenes
 
 
-def _together(experiment: Experiment, seeds: Sequence[np.random.SeedSequence]) -> Chunk | None:
-    """The runs in lock-step, where they can be."""
-    opened = _opened(experiment, seeds)
-    if opened is None:
-        return None
-    (given, scenes), tracker, judged = opened, experiment.tracker, experiment.judge
+def _together(experiment: Experiment, seeds: Sequence[np.random.SeedSequence]) -> Chunk:
+    """The runs in lock-step."""
+    (given, scenes), tracker, judged = _opened(experiment, seeds), experiment.tracker, experiment.judge
     runs = run_together(tracker, given, scenes.scans[0].time, scenes.scans, Generators(seeds))
     common = [name for name in scenes.space.names if name in runs.space]
     own = [runs.space.names.index(name) for name in common]
@@ -119,29 +126,30 @@ def _sums(v: Array, e: Array) -> list[Array]:
     return [np.einsum("rs,rs->s", a, b) for a, b in ((v, one), (v, v), (e, one), (e, e), (v, e))]
 
 
-def _given(experiment: Experiment, scenes: Scenes) -> Gaussian | None:
-    """Where the tracker starts in each run: (r, 1, n)."""
+def _given(experiment: Experiment, scenes: Scenes) -> Gaussian:
+    """Where the tracker starts in each run: (r, 1, n). NotInLockStep if not with one track."""
     states = scenes.states[:, 0]
     alike = _prior(experiment, scenes, np.full_like(states[0], np.nan))
-    if alike is None or alike.mean.shape[0] != 1:
-        return None
     if np.all(np.isfinite(alike.mean)) and np.all(np.isfinite(alike.cov)):  # unknown truth shows nowhere: it takes no part
         priors = [alike]
     else:
-        priors = [one for state in states if (one := _prior(experiment, scenes, state)) is not None]
+        priors = [_prior(experiment, scenes, state) for state in states]
     mean, cov = np.stack([one.mean for one in priors]), np.stack([one.cov for one in priors])
     r = len(states)
     return Gaussian(np.broadcast_to(mean, (r, *mean.shape[1:])), np.broadcast_to(cov, (r, *cov.shape[1:])))
 
 
-def _prior(experiment: Experiment, scenes: Scenes, state: Array) -> Gaussian | None:
+def _prior(experiment: Experiment, scenes: Scenes, state: Array) -> Gaussian:
     """Where the tracker starts if the truth does so at `state` (n,)."""
     tracker, time, sensor = experiment.tracker, scenes.scans[0].time, scenes.scans[0].sensor
     truth = Trajectory("", scenes.space, np.array([time]), state[None])
     try:
-        return tracker.lifecycle.given(tracker.state, Recording((Scan(time, sensor, Detections.of([], 1)),), (truth,)))
+        prior = tracker.lifecycle.given(tracker.state, Recording((Scan(time, sensor, Detections.of([], 1)),), (truth,)))
     except ValueError as error:
         raise ConfigError([Problem("", str(error))]) from None
+    if prior is None or len(prior.mean) != 1:
+        raise NotInLockStep("a lifecycle that does not start with one track")
+    return prior
 
 
 def _nees(error: Array, cov: Array) -> Array:

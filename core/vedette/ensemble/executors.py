@@ -13,9 +13,6 @@ from vedette.ensemble.store import made_by
 from vedette.errors import ConfigError, Problem, VedetteError
 from vedette.registry import Registry
 
-RETRIES = 5
-"""How often a chunk is begun anew whose worker died, before the study gives up on it."""
-
 
 @contextmanager
 def local(plan: Plan, width: int) -> Iterator[tuple[Executor | None, int]]:
@@ -51,7 +48,7 @@ def cluster(plan: Plan, address: str, seconds: float = 10.0) -> Iterator[tuple[E
         if not known:
             raise ConfigError([Problem("--scheduler", f"the scheduler at {address!r} has no workers")])
         _check(client, plan)
-        yield client.get_executor(pure=False, retries=RETRIES), sum(each["nthreads"] for each in known.values())
+        yield client.get_executor(pure=False), sum(each["nthreads"] for each in known.values())
     finally:
         client.close()
 

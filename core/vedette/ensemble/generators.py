@@ -7,13 +7,22 @@ from typing import Any
 
 import numpy as np
 
+from vedette.errors import VedetteError
 from vedette.space import Array
+
+_LAW = "draws of runs in lock-step are `random` and `standard_normal` whose size leads with the runs"
+_OTHERS = {name for name in dir(np.random.Generator) if name[0] != "_"} - {"random", "standard_normal"}
+
+
+class NotInLockStep(VedetteError):
+    """A draw that cannot be had for each run from its own stream."""
 
 
 class Generators(np.random.Generator):
     """Draws of shape (r, ...) whose row i comes from the i-th seed alone, for estimators that draw in lock-step.
 
-    Streams are made when they are first drawn from. They differ from those of the scene, which the same seeds give.
+    NotInLockStep for any other draw: numbers that the runs share would make a run depend on its company. Streams are made
+    when they are first drawn from. They differ from those of the scene, which the same seeds give.
     """
 
     def __init__(self, seeds: Sequence[np.random.SeedSequence]) -> None:
@@ -21,22 +30,30 @@ class Generators(np.random.Generator):
         self._seeds = tuple(seeds)
         self._streams: list[np.random.Generator] = []
 
+    def __getattribute__(self, name: str) -> Any:
+        if name in _OTHERS:
+            raise NotInLockStep(f"{name}: {_LAW}")
+        return super().__getattribute__(name)
+
+    def random(self, size: Any = None) -> Array:  # type: ignore[override]
+        """Uniform in [0, 1)."""
+        own = self._own(size)
+        return np.stack([stream.random(own) for stream in self._each()])
+
+    def standard_normal(self, size: Any = None) -> Array:  # type: ignore[override]
+        """Standard normal."""
+        own = self._own(size)
+        return np.stack([stream.standard_normal(own) for stream in self._each()])
+
     def _each(self) -> list[np.random.Generator]:
         if not self._streams:
             own = [np.random.SeedSequence(seed.entropy, spawn_key=(*seed.spawn_key, 1)) for seed in self._seeds]
             self._streams = [np.random.Generator(np.random.PCG64(seed)) for seed in own]
         return self._streams
 
-    def random(self, size: Any = None, *_: Any, **__: Any) -> Array:  # type: ignore[override]
-        """Uniform in [0, 1)."""
-        return np.stack([stream.random(self._row(size)) for stream in self._each()])
-
-    def standard_normal(self, size: Any = None, *_: Any, **__: Any) -> Array:  # type: ignore[override]
-        """Standard normal."""
-        return np.stack([stream.standard_normal(self._row(size)) for stream in self._each()])
-
-    def _row(self, size: Any) -> tuple[int, ...]:
+    def _own(self, size: Any) -> tuple[int, ...]:
+        """What each run draws of a size."""
         shape = tuple(size) if isinstance(size, tuple | list) else (size,)
         if shape[0] != len(self._seeds):
-            raise ValueError(f"size: must lead with the {len(self._seeds)} runs, got {size}")
+            raise NotInLockStep(f"size: {_LAW}, {len(self._seeds)} of them; got {size}")
         return shape[1:]

@@ -22,7 +22,7 @@ from vedette.space import Array
 from vedette.units import in_unit
 
 MOST_RUNS, MOST_POINTS = 1_000_000_000, 10_000
-TOGETHER, ALONE = 500, 10
+TOGETHER, ALONE = 1000, 10
 """Runs of a chunk: in lock-step about as many as fit the cache with their scans; else few, that all processes have work."""
 UNITS = {
     "position_rmse": "m",
