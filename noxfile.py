@@ -78,9 +78,11 @@ def benchmarks(session: nox.Session) -> None:
 def memory(session: nox.Session) -> None:
     """The compiled kernels' tests under the address and undefined-behaviour sanitizers of GCC."""
     flags = "-fsanitize=address,undefined -fno-sanitize-recover=undefined -g -O1"
-    session.install(".[testing]", env={"CXXFLAGS": flags, "LDFLAGS": "-fsanitize=address,undefined"})
+    build = {"CXXFLAGS": flags, "LDFLAGS": "-fsanitize=address,undefined", "SKBUILD_CMAKE_BUILD_TYPE": "Debug"}
+    session.install(".[testing]", env=build)
     runtime = session.run("g++", "-print-file-name=libasan.so", silent=True, external=True)
-    tests = [str(HERE / "tests" / f"test_{name}.py") for name in ("kernel_twins", "kernels", "tracker", "imm", "values")]
+    names = ("kernel_arrays", "kernel_twins", "kernels", "kernel_imm_pdaf", "imm", "values")
+    tests = [str(HERE / "tests" / f"test_{name}.py") for name in names]
     session.chdir(session.create_tmp())  # away from the checkout, so that the installed kernels are tested
     sanitized = {"LD_PRELOAD": str(runtime).strip(), "ASAN_OPTIONS": "detect_leaks=0"}
     options = ["-q", "-p", "no:cacheprovider", "-c", os.devnull, "--rootdir", str(HERE), "--import-mode=importlib"]
