@@ -1,6 +1,7 @@
 """Studies of many runs: their figures, what they do not depend on, their files, and what they refuse."""
 
 import json
+import multiprocessing
 import os
 import resource
 import signal
@@ -19,6 +20,7 @@ from vedette.ensemble.statistics import difference, mean, ratios
 START = {"x": [0, 10], "y": [0, 10], "vx": [5, 2], "vy": [3, 2]}
 CV = {"kind": "constant_velocity", "sigma_accel": 0.5}
 ACCEL = "estimator.motion.sigma_accel"
+SWEEP = {ACCEL: [0.2, 0.5]}
 
 
 def config(clutter=True, steps=10, **more):
@@ -59,11 +61,11 @@ def equal(a, b, exactly=True):
 
 @pytest.fixture(scope="module")
 def undisturbed():
-    return vedette.monte_carlo(config(), 60, 3, chunk=10, sweep={ACCEL: [0.2, 0.5]})
+    return vedette.monte_carlo(config(), 60, 3, chunk=10, sweep=SWEEP)
 
 
 def write(folder, **table):
-    table = {"experiment": config(), "runs": 60, "seed": 3, "chunk": 10, "sweep": {ACCEL: [0.2, 0.5]}} | table
+    table = {"experiment": config(), "runs": 60, "seed": 3, "chunk": 10, "sweep": SWEEP} | table
     path = folder / "study.json"
     path.write_text(json.dumps(table))
     return path
@@ -95,7 +97,7 @@ def test_runs_draw_from_their_own_seed_sequence():
 
 @pytest.mark.parametrize(("exactly", "options"), [(True, {"threads": 2}), (False, {"chunk": 7}), (False, {"chunk": 60})])
 def test_neither_threads_nor_chunks_change_the_result(undisturbed, exactly, options):
-    equal(undisturbed, vedette.monte_carlo(config(), 60, 3, sweep={ACCEL: [0.2, 0.5]}, **{"chunk": 10} | options), exactly)
+    equal(undisturbed, vedette.monte_carlo(config(), 60, 3, sweep=SWEEP, **{"chunk": 10} | options), exactly)
 
 
 def test_points_share_their_random_numbers():
@@ -161,35 +163,34 @@ def test_files_of_a_study(tmp_path, capsys, undisturbed):
         assert json.loads(found.attrs["study"])["runs"] == 60
 
 
-def killed(path, out, seconds):
-    """Begin the study in a process and kill it so long after its first chunk."""
-    command = [sys.executable, "-m", "vedette", "study", str(path), "--out", str(out), "--threads", "1"]
-    child = subprocess.Popen(
-        [*command, "--resume"] if (out / "manifest.json").exists() else command, stdout=subprocess.DEVNULL
-    )
-    chunks = out / "chunks"
+def killed(path, out, chunks, seconds):
+    """Begin the study in a process of its own, and kill it so long after it has finished so many chunks."""
+    apart = multiprocessing.get_context("forkserver")
+    apart.set_forkserver_preload(["vedette.cli", "vedette.commands.study"])
+    child = apart.Process(target=main, args=(["study", str(path), "--out", str(out), "--threads", "1"],))
+    child.start()
     deadline = time.monotonic() + 60
-    while child.poll() is None and time.monotonic() < deadline and not (chunks.is_dir() and any(chunks.glob("*.npz"))):
-        time.sleep(0.005)
-    try:
-        child.wait(seconds)
-    except subprocess.TimeoutExpired:
-        child.send_signal(signal.SIGKILL)
-    child.wait()
+    while child.is_alive() and time.monotonic() < deadline and len(list(out.glob("chunks/*.npz"))) < chunks:
+        time.sleep(0.001)
+    time.sleep(seconds)
+    child.kill()
+    child.join()
+    return child.exitcode
 
 
-def test_killed_and_resumed_equals_undisturbed(tmp_path, undisturbed, vedette_profile):
-    path, rng = write(tmp_path), np.random.default_rng(1)
-    for i in range(10 if vedette_profile.name == "nightly" else 2):
+def test_killed_at_random_moments_and_resumed_equals_undisturbed(tmp_path, undisturbed):
+    """Ten times: after none to nine of the twelve chunks, and a random while."""
+    path, rng, codes = write(tmp_path), np.random.default_rng(1), []
+    for i in range(10):
         out = tmp_path / f"out{i}"
-        killed(path, out, rng.uniform(0.0, 0.15))
-        assert list((out / "chunks").glob("*.npz"))
-        resumed = vedette.monte_carlo(config(), 60, 3, chunk=10, sweep={ACCEL: [0.2, 0.5]}, out=out, resume=True)
-        equal(undisturbed, resumed)
+        codes.append(killed(path, out, i, rng.uniform(0.0, 0.02)))
+        assert len(list(out.glob("chunks/*.npz"))) >= i
+        equal(undisturbed, vedette.monte_carlo(config(), 60, 3, chunk=10, sweep=SWEEP, out=out, resume=True))
+    assert codes.count(-signal.SIGKILL) > 5, "most were to be killed before they were done"
 
 
 def test_resuming_runs_only_what_is_missing(tmp_path, undisturbed, monkeypatch):
-    options = {"chunk": 10, "sweep": {ACCEL: [0.2, 0.5]}, "out": tmp_path}
+    options = {"chunk": 10, "sweep": SWEEP, "out": tmp_path}
     vedette.monte_carlo(config(), 60, 3, **options)
     (tmp_path / "chunks" / "00001-0000002.npz").write_bytes(b"torn")
     (tmp_path / "chunks" / "00000-0000004.npz").unlink()
@@ -212,7 +213,7 @@ def test_ctrl_c_keeps_what_all_points_have(monkeypatch, undisturbed):
         return run_chunk(*given)
 
     monkeypatch.setattr(carry, "run_chunk", chunk)
-    found = vedette.monte_carlo(config(), 60, 3, chunk=10, sweep={ACCEL: [0.2, 0.5]})
+    found = vedette.monte_carlo(config(), 60, 3, chunk=10, sweep=SWEEP)
     assert found.interrupted
     assert found.runs == 20
     np.testing.assert_array_equal(found.figures["nees"], undisturbed.figures["nees"][:, :20])
@@ -272,7 +273,7 @@ def test_a_study_may_be_extended(tmp_path):
 
 def test_a_full_disk_keeps_what_is_finished(tmp_path, undisturbed):
     path, out = write(tmp_path, chunk=10), tmp_path / "out"
-    vedette.monte_carlo(config(), 20, 3, chunk=10, sweep={ACCEL: [0.2, 0.5]}, out=out)
+    vedette.monte_carlo(config(), 20, 3, chunk=10, sweep=SWEEP, out=out)
     kept = sorted(each.name for each in (out / "chunks").iterdir())
     full = subprocess.run(
         [sys.executable, "-m", "vedette", "study", str(path), "--out", str(out), "--resume", "--threads", "1"],
@@ -286,4 +287,4 @@ def test_a_full_disk_keeps_what_is_finished(tmp_path, undisturbed):
     assert "File too large; the finished chunks are kept, and --resume goes on" in full.stderr
     assert "Traceback" not in full.stderr
     assert sorted(each.name for each in (out / "chunks").iterdir()) == kept
-    equal(undisturbed, vedette.monte_carlo(config(), 60, 3, chunk=10, sweep={ACCEL: [0.2, 0.5]}, out=out, resume=True))
+    equal(undisturbed, vedette.monte_carlo(config(), 60, 3, chunk=10, sweep=SWEEP, out=out, resume=True))
