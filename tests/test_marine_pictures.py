@@ -270,14 +270,20 @@ def short(name, frames, **more):
     return {name: lambda: scene}
 
 
-def errors_from_pictures(name, runs, seed, filters=outcome.FILTERS):
-    """Each target's records by filter, tracked from the scene's pictures."""
+def tracked_from_pictures(name, runs, seed):
+    """Each target's records by filter, tracked from the scene's pictures. Their figures are printed: pytest -rP."""
     points = picture_study.seen(name, runs, seed, quietly)
-    presets = study.TUNED[name]
-    return {
-        target: {each: study.record(name, points, k, presets[each], study.SIGMA[name]) for each in filters}
-        for k, target in enumerate(points.names)
-    }
+    presets, found = study.TUNED[name], {}
+    for k, target in enumerate(points.names):
+        found[target] = {each: study.record(name, points, k, presets[each], study.SIGMA[name]) for each in outcome.FILTERS}
+    rows = {(target, "tuned"): records for target, records in found.items()}
+    for table in (outcome.error_table(name, "tuned", rows, "RMSE in m"), outcome.ratio_table(rows)):
+        for label, cells in table.rows:
+            print(
+                label,
+                *(f"{c}: {v.measured or 0:.4g} +- {v.error or 0:.2g}" for c, v in zip(table.columns, cells, strict=True)),
+            )
+    return found
 
 
 def test_boats_are_tracked_from_simulated_pictures(pytestconfig, monkeypatch):
@@ -288,7 +294,7 @@ def test_boats_are_tracked_from_simulated_pictures(pytestconfig, monkeypatch):
     night = pytestconfig.getoption("vedette_profile") == "nightly"
     if not night:
         monkeypatch.setattr(picture_study, "SCENES", short("MANV-like", 30))
-    for records in errors_from_pictures("MANV-like", 20 if night else 1, 2026).values():
+    for records in tracked_from_pictures("MANV-like", 20 if night else 1, 2026).values():
         assert not any(each.lost.any() for each in records.values())
         assert outcome.rms(records["IMM-PDAF"], "ais") <= (12.0 if night else 20.0)
         if night:
@@ -319,7 +325,7 @@ def test_boats_are_kept_in_a_rough_sea(pytestconfig, monkeypatch):
     """Announced boats, whose tracks need the gate alone: no worse than in the scene's own sea. Four runs at night."""
     night = pytestconfig.getoption("vedette_profile") == "nightly"
     monkeypatch.setattr(picture_study, "SCENES", short("MANV-like", 1000 if night else 30, sea=ROUGH))
-    for records in errors_from_pictures("MANV-like", 4 if night else 1, 2027).values():
+    for records in tracked_from_pictures("MANV-like", 4 if night else 1, 2027).values():
         assert not any(each.lost.any() for each in records.values())
         assert outcome.rms(records["IMM-PDAF"], "ais") <= (12.0 if night else 20.0)
 
@@ -329,7 +335,7 @@ def test_the_large_ship_is_tracked_from_simulated_pictures(pytestconfig, monkeyp
     night = pytestconfig.getoption("vedette_profile") == "nightly"
     if not night:
         monkeypatch.setattr(picture_study, "SCENES", short("DARC-like", 40))
-    (records,) = errors_from_pictures("DARC-like", 4 if night else 1, 2026).values()
+    (records,) = tracked_from_pictures("DARC-like", 4 if night else 1, 2026).values()
     assert not any(each.lost.any() for each in records.values())
     assert outcome.rms(records["IMM-PDAF"], "centre") <= 30.0
     assert 40.0 < outcome.rms(records["IMM-PDAF"], "ais") < 90.0
