@@ -35,6 +35,11 @@ class Generators(np.random.Generator):
             raise NotInLockStep(f"{name}: {_LAW}")
         return super().__getattribute__(name)
 
+    def __str__(self) -> str:
+        return f"generators of {len(self._seeds)} runs"
+
+    __repr__ = __str__
+
     def random(self, size: Any = None) -> Array:  # type: ignore[override]
         """Uniform in [0, 1)."""
         own = self._own(size)
@@ -54,6 +59,6 @@ class Generators(np.random.Generator):
     def _own(self, size: Any) -> tuple[int, ...]:
         """What each run draws of a size."""
         shape = tuple(size) if isinstance(size, tuple | list) else (size,)
-        if shape[0] != len(self._seeds):
+        if not shape or shape[0] != len(self._seeds):
             raise NotInLockStep(f"size: {_LAW}, {len(self._seeds)} of them; got {size}")
         return shape[1:]
