@@ -1,4 +1,4 @@
-"""The filters of the study, as configs; examples/marine holds some for people to change."""
+"""The filters of the study, as configs; examples/marine_picture.toml and joyride_marine.toml are some to change."""
 
 from __future__ import annotations
 
