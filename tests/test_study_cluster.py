@@ -2,6 +2,7 @@
 
 import os
 import signal
+import sys
 import threading
 import time
 
@@ -9,7 +10,7 @@ import numpy as np
 import pytest
 
 import vedette
-from vedette.ensemble import executors
+from vedette.ensemble import carry, executors
 
 distributed = pytest.importorskip("distributed")
 
@@ -57,17 +58,63 @@ def test_a_worker_that_dies_changes_nothing(cluster):
         np.testing.assert_array_equal(values, there.figures[name])
 
 
-def test_a_worker_without_the_plugin_is_told(cluster, monkeypatch):
-    own = executors.answer_of_worker
+STILL = """
+import attrs, vedette
+from vedette_standard.associators.pda import Pda
 
-    def lacking(kinds):
-        missing, versions = own(kinds)
-        return [*missing, "kalman"], versions
+@vedette.plugin
+def vedette_components():
+    return [attrs.make_class("Own", {}, (vedette.Associator,), frozen=True, class_body={
+        "kind": "of_here_alone", "associate": lambda self, scores, evidence: Pda().associate(scores, evidence)})]
+"""
+
+
+@pytest.fixture
+def of_here_alone(tmp_path, monkeypatch):
+    """A plugin that is installed in this process alone."""
+    info = tmp_path / "site" / "alone-1.0.dist-info"
+    info.mkdir(parents=True)
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: alone\nVersion: 1.0\n")
+    (info / "entry_points.txt").write_text("[vedette]\nalone = alone_plugin\n")
+    (tmp_path / "site" / "alone_plugin.py").write_text(STILL)
+    monkeypatch.syspath_prepend(tmp_path / "site")
+    yield CONFIG | {"associator": {"kind": "of_here_alone"}}
+    sys.modules.pop("alone_plugin", None)
+
+
+def test_a_worker_without_the_plugin_is_told_and_finished_chunks_are_kept(cluster, of_here_alone, tmp_path):
+    options = {"chunk": 5, "out": tmp_path / "out"}
+    first = vedette.monte_carlo(of_here_alone, 10, 3, **options)
+    wait_for_workers(cluster)
+    with pytest.raises(vedette.ConfigError, match="lacks 'of_here_alone': install the same plugins there as here"):
+        vedette.monte_carlo(of_here_alone, 20, 3, resume=True, scheduler=cluster.scheduler_address, **options)
+    again = vedette.monte_carlo(of_here_alone, 20, 3, resume=True, **options)
+    for name, values in first.figures.items():
+        np.testing.assert_array_equal(values, again.figures[name][:, :10])
+
+
+def test_a_chunk_that_kills_its_workers_ends_the_study_and_keeps_the_others(cluster, monkeypatch, tmp_path):
+    monkeypatch.setattr(cluster.scheduler, "allowed_failures", 0)
+    own = carry.attempt
+
+    def fatal(config, seed, runs, together):
+        return os._exit(1) if runs.start == 160 else own(config, seed, runs, together)
 
     wait_for_workers(cluster)
-    monkeypatch.setattr(executors, "answer_of_worker", lacking)
-    with pytest.raises(vedette.ConfigError, match="lacks 'kalman': install the same plugins there as here"):
-        vedette.monte_carlo(CONFIG, 4, scheduler=cluster.scheduler_address)
+    options = {"chunk": 20, "out": tmp_path / "out"}
+    with monkeypatch.context() as patched:
+        patched.setattr(carry, "attempt", fatal)
+        with pytest.raises(vedette.VedetteError, match=r"a worker failed: KilledWorker.*--resume goes on"):
+            vedette.monte_carlo(CONFIG, 200, 3, scheduler=cluster.scheduler_address, **options)
+    kept = {path.name for path in (tmp_path / "out" / "chunks").iterdir()}
+    assert len(kept) >= 5
+    assert "00000-0000008.npz" not in kept
+    resumed, local = (
+        vedette.monte_carlo(CONFIG, 200, 3, resume=True, **options),
+        vedette.monte_carlo(CONFIG, 200, 3, chunk=20),
+    )
+    for name, values in local.figures.items():
+        np.testing.assert_array_equal(values, resumed.figures[name])
 
 
 def test_a_kind_that_no_worker_has_is_missing():
