@@ -25,9 +25,8 @@ SECONDS = {"MANV-like": (12.4, 11.6, 10.8), "DARC-like": (3.38, 2.89, 3.02)}
 
 @frozen(eq=False)
 class Record:
-    """One filter on one target: squared errors against AIS and against the hull's centre (r, s), NEES / 4 of position and
-    velocity against the centre's path (r, s), NIS / 2 (r, s), lost (r,), mode probabilities (s, q) or None; `path` (s, 2)
-    of the first run.
+    """One filter on one target: squared errors against AIS and against the hull's centre (r, s), NIS / 2 (r, s), lost (r,),
+    mode probabilities (s, q) or None; `path` (s, 2) of the first run.
     """
 
     ais: Array
@@ -71,8 +70,8 @@ def ratio_table(found: Found) -> Table:
         "Ratios of RMSE, and consistency",
         ("IMM/CV AIS", "IMM/CT AIS", "IMM/CV centre", "IMM/CT centre", "NIS IMM", "NIS CV", "NIS CT", "CT mode"),
         tuple(rows),
-        "NIS is 1 where R and the models are right: R = 10^2 is too large for the boats, too small for the ship. With the "
-        "same Q in both modes they do not separate, and the CT mode stays at .50.",
+        "NIS / 2, which is 1 where R and the models are right and errors are independent. With the same Q in both modes they "
+        "do not separate, and the CT mode stays at .50.",
     )
 
 

@@ -16,7 +16,7 @@ from vedette_marine.ais.reports import Reports
 from vedette_marine.ais.tracks import STATE, motion
 
 MARGIN = 400.0
-"""m around the paths in which returns are kept: no gate reaches farther."""
+"""m around the paths in which returns are kept: the gate of a track that is not lost ends long before."""
 
 
 @frozen(eq=False)
