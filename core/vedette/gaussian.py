@@ -52,11 +52,11 @@ class GaussianFilter(Estimator[Gaussian]):
     def absorb(self, belief: Gaussian, innovation: Innovation, weights: Array) -> Gaussian:
         """Moments of the weighted hypotheses, the spread of their means included."""
         detail: Hypotheses = innovation.detail
-        motion = self.motion
-        periods = motion.state.periods
+        memo = self._memo
+        periods, carried = memo.frame or memo.framed(self.motion)
         mean, cov = kernels.absorb(belief.mean, belief.cov, detail.shift, detail.post, weights, periods)
-        if motion.carried.axes:
-            cov = without_variance(cov, motion.state.locate(motion.carried))
+        if carried:
+            cov = without_variance(cov, carried)
         return new_gaussian(mean, cov)
 
     def moments(self, belief: Gaussian) -> Gaussian:

@@ -46,14 +46,16 @@ class Look:
 class Memo:
     """One filter's memory of the matrices of its motion and its sensors. It saves time and changes no result.
 
-    steps: time step in s to F and Q, where those are known; last: the look that was asked for last.
+    steps: time step in s to F and Q, where those are known; last: the look that was asked for last; frame: the state's
+    periods, and its carried axes.
     """
 
-    __slots__ = ("_looks", "last", "steps")
+    __slots__ = ("_looks", "frame", "last", "steps")
 
     def __init__(self) -> None:
         self.steps: dict[float, tuple[Array, Array]] = {}
         self.last: Look | None = None
+        self.frame: tuple[Periods, list[int]] | None = None
         self._looks: dict[int, Look] = {}
 
     def step(self, motion: MotionModel, x: Array, dt: float) -> tuple[Array, Array]:
@@ -64,6 +66,11 @@ class Memo:
             if found[0].ndim == found[1].ndim == 2:
                 keep(self.steps, dt, found)
         return found
+
+    def framed(self, motion: MotionModel) -> tuple[Periods, list[int]]:
+        """`frame` of the filter's motion."""
+        self.frame = motion.state.periods, motion.state.locate(motion.carried)
+        return self.frame
 
     def look(self, state: Space, sensor: Sensor, mean: Array) -> Look:
         """How `sensor` sees states like `mean` (*b, t, n)."""

@@ -45,4 +45,4 @@ class Kalman(GaussianFilter):
 
     def innovate(self, belief: Gaussian, sensor: Sensor, seen: Detections | Frame, p_gate: float) -> Innovation:
         """Every return against every track."""
-        return linearised(belief, self.state, sensor, seen, p_gate, self._memo)
+        return linearised(belief, self.motion.state, sensor, seen, p_gate, self._memo)
