@@ -70,8 +70,8 @@ def ratio_table(found: Found) -> Table:
         "Ratios of RMSE, and consistency",
         ("IMM/CV AIS", "IMM/CT AIS", "IMM/CV centre", "IMM/CT centre", "NIS IMM", "NIS CV", "NIS CT", "CT mode"),
         tuple(rows),
-        "NIS / 2, which is 1 where R and the models are right and errors are independent. With the same Q in both modes they "
-        "do not separate, and the CT mode stays at .50.",
+        "NIS / 2, which is 1 where R and the models are right and errors are independent. With the same Q in both modes "
+        "they do not separate, and the CT mode stays at .50.",
     )
 
 
