@@ -1,8 +1,8 @@
-"""What studies cost: against Stone Soup, on two threads, in memory, and the target-oriented paper's own.
+"""What studies cost: against Stone Soup, on two threads, on a cluster, in memory, and the target-oriented paper's own.
 
-    python -m benchmarks.study [--quick]
+    python -m benchmarks.study [--quick] [--only stonesoup|threads|cluster|paper|memory]
 
-CPU times of one process, in turns, so that what else the machine does strikes both; ratios within a turn.
+CPU times, in turns, so that what else the machine does strikes both; ratios within a turn.
 """
 
 from __future__ import annotations
@@ -12,14 +12,16 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from importlib.util import find_spec
+from pathlib import Path
 from time import perf_counter, process_time
 from typing import Any
 
 import numpy as np
 
 import vedette
-from vedette.ensemble.plan import plan
+from vedette.ensemble.plan import Plan, plan
 from vedette.ensemble.study import perform
 
 RUNS, STEPS = 100, 100
@@ -84,13 +86,6 @@ def cpu(work: Callable[[], Any]) -> float:
     return process_time() - before
 
 
-def wall(work: Callable[[], Any]) -> float:
-    """Seconds on the wall: all that threads can shorten."""
-    before = perf_counter()
-    work()
-    return perf_counter() - before
-
-
 def spread(values: list[float]) -> str:
     """Median and quartiles."""
     low, middle, high = np.quantile(values, [0.25, 0.5, 0.75])
@@ -115,14 +110,65 @@ def against_stone_soup(rounds: int) -> None:
         print(f"Stone Soup / Vedette, {name}: {spread([b / a for a, b in zip(took, theirs, strict=True)])}")
 
 
+def queued() -> dict[str, float]:
+    """Seconds that each thread of this process, by its id, has stood in the queue for a processor."""
+    found = {}
+    for task in Path("/proc/self/task").iterdir():
+        with suppress(OSError):  # a thread that just ended
+            found[task.name] = int((task / "schedstat").read_text().split()[1]) / 1e9
+    return found
+
+
+def undisturbed(planned: Plan, threads: int) -> tuple[float, float]:
+    """Wall time, and the same less what the working threads stood in the queue for a processor."""
+    before, after, begin = queued(), dict[str, float](), perf_counter()
+
+    def advance(done: int, total: int) -> None:
+        if done == total:
+            after.update(queued())
+
+    perform(planned, threads=threads, advance=advance)
+    took = perf_counter() - begin
+    fresh = [after[name] for name in after if name not in before]
+    main = str(os.getpid())
+    return took, took - (float(np.mean(fresh)) if threads > 1 else after[main] - before[main])
+
+
 def on_two_threads(rounds: int, runs: int) -> None:
-    """Wall time of one thread over that of two."""
-    alone, both = [], []
-    for _ in range(rounds):
-        alone.append(wall(lambda: vedette.monte_carlo(CONFIG, runs, 1)))
-        both.append(wall(lambda: vedette.monte_carlo(CONFIG, runs, 1, threads=2)))
-    load = os.getloadavg()[0]
-    print(f"{runs:,} runs, one thread / two: {spread([a / b for a, b in zip(alone, both, strict=True)])}; load {load:.1f}")
+    """One thread over two, on the wall, and as if nobody else took the processors meanwhile (Linux tells)."""
+    planned = plan({"experiment": CONFIG, "runs": runs, "seed": 1})
+    turns = [[undisturbed(planned, threads) for threads in (1, 2)] for _ in range(rounds + 1)][1:]
+    wall, alone = ([one[i] / two[i] for one, two in turns] for i in (0, 1))
+    print(f"{runs:,} runs, one thread / two: {spread(alone)} without waiting for a processor")
+    print(f"  on the wall: {spread(wall)}, load {os.getloadavg()[0]:.1f}")
+
+
+KEPT = {"MALLOC_MMAP_THRESHOLD_": str(2**30), "MALLOC_TRIM_THRESHOLD_": str(2**30)}
+"""The C library keeps memory for the next chunk; Dask's own setting gives all back."""
+
+
+def on_a_cluster(runs: int) -> None:
+    """The same study in two threads here and on a Dask cluster of two processes: CPU of all that take part."""
+    if find_spec("distributed") is None:
+        print("Dask is not installed: left out")
+        return
+    from distributed import Client, LocalCluster
+
+    planned = plan({"experiment": CONFIG, "runs": runs, "seed": 1})
+    before, begin = process_time(), perf_counter()
+    perform(planned, threads=2)
+    cpu, wall = process_time() - before, perf_counter() - begin
+    print(f"{runs:,} runs: {cpu:.1f} s of CPU here")
+    for name, variables in (("as Dask sets them up", {}), ("with memory kept", KEPT)):
+        os.environ.update(variables)
+        options = {"dashboard_address": None, "host": "127.0.0.1"}
+        with LocalCluster(n_workers=2, threads_per_worker=1, **options) as made, Client(made) as client:
+            perform(plan({"experiment": CONFIG, "runs": 4000, "seed": 1}), scheduler=made.scheduler_address)  # imports
+            before, begin = process_time() + sum(client.run(process_time).values()), perf_counter()
+            perform(planned, scheduler=made.scheduler_address)
+            took = process_time() + sum(client.run(process_time).values()) - before
+            ratio = (perf_counter() - begin) / wall
+        print(f"  on a cluster of two processes {name}: {took / cpu:.2f} of that; on the wall {ratio:.2f} of two threads'")
 
 
 def target_oriented(rounds: int) -> None:
@@ -148,12 +194,13 @@ def memory(runs: int) -> None:
 if __name__ == "__main__":
     parser = argparse.ArgumentParser("python -m benchmarks.study")
     parser.add_argument("--quick", action="store_true", help="fewer rounds and runs")
-    parser.add_argument("--only", default="", choices=["", "stonesoup", "threads", "paper", "memory"])
+    parser.add_argument("--only", default="", choices=["", "stonesoup", "threads", "cluster", "paper", "memory"])
     given = parser.parse_args()
     few = given.quick
     jobs: dict[str, Callable[[], None]] = {
         "stonesoup": lambda: against_stone_soup(3 if few else 7),
-        "threads": lambda: on_two_threads(2 if few else 5, 2000 if few else 10_000),
+        "threads": lambda: on_two_threads(3 if few else 15, 10_000),
+        "cluster": lambda: on_a_cluster(60_000 if few else 600_000),
         "paper": lambda: target_oriented(1 if few else 3),
         "memory": lambda: memory(10_000 if few else 100_000),
     }

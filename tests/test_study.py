@@ -85,10 +85,14 @@ def test_too_trusting_a_filter_shows_in_both():
 
 
 def test_a_run_is_the_same_in_any_company():
-    whole, part = run_chunk(config(), 3, range(20), True), run_chunk(config(), 3, range(13, 15), True)
+    made = vedette.load(config())
+    whole, part = (
+        run_chunk(made, 3, range(20), True),
+        run_chunk(made, 3, range(13, 15), True),
+    )
     for name, values in whole.figures.items():
         np.testing.assert_allclose(part.figures[name], values[13:15], 1e-9, 1e-12)
-    assert not np.allclose(part.figures["position_rmse"], run_chunk(config(), 3, range(2), True).figures["position_rmse"])
+    assert not np.allclose(part.figures["position_rmse"], run_chunk(made, 3, range(2), True).figures["position_rmse"])
 
 
 def test_runs_draw_from_their_own_seed_sequence():

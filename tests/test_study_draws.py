@@ -67,8 +67,8 @@ def test_a_size_that_does_not_lead_with_the_runs_is_refused(size):
 
 
 def test_an_estimator_that_draws_goes_in_lock_step():
-    made = estimator("bootstrap_particles")
-    assert goes_together(vedette.load(made))
+    made = vedette.load(estimator("bootstrap_particles"))
+    assert goes_together(made)
     many, alone = run_chunk(made, 3, range(5), True), run_chunk(made, 3, range(3, 4), True)
     for name, values in many.figures.items():
         np.testing.assert_allclose(alone.figures[name], values[3:4], 1e-9, 1e-12)

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
+from collections.abc import Callable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from contextlib import contextmanager
-from typing import Any
 
 from attrs import frozen
 
@@ -30,10 +29,10 @@ class Failed:
     text: str
 
 
-def attempt(config: Mapping[str, Any] | Experiment, seed: int, runs: range, together: bool) -> Chunk | Failed:
+def attempt(experiment: Experiment, seed: int, runs: range, together: bool) -> Chunk | Failed:
     """One chunk, wherever this is called."""
     try:
-        return run_chunk(config, seed, runs, together)
+        return run_chunk(experiment, seed, runs, together)
     except VedetteError as error:
         return Failed(str(error))
 
@@ -95,17 +94,16 @@ class _Work:
     def here(self) -> None:
         """One after the other."""
         for k, point in self._missing():
-            self._take(k, point, attempt(*self._order(k, point, True)))
+            self._take(k, point, attempt(*self._order(k, point)))
 
     def on(self, executor: Executor, width: int) -> None:
         """Up to twice `width` at a time on `executor`, so that no worker waits and an interrupt loses little."""
-        here = isinstance(executor, ThreadPoolExecutor)
         missing, running = self._missing(), dict[Future[Chunk | Failed], tuple[int, int]]()
         try:
             while True:
                 while len(running) < 2 * width and (following := next(missing, None)) is not None:
                     k, point = following
-                    running[executor.submit(attempt, *self._order(k, point, here))] = following
+                    running[executor.submit(attempt, *self._order(k, point))] = following
                 if not running:
                     return
                 for future in wait(running, return_when=FIRST_COMPLETED).done:
@@ -114,10 +112,9 @@ class _Work:
             for future in running:
                 future.cancel()
 
-    def _order(self, k: int, point: int, here: bool) -> tuple[Mapping[str, Any] | Experiment, int, range, bool]:
-        """What to run: ready to run in this process, as a config for others."""
-        at = self.plan.points[point]
-        return at.experiment if here else at.config, self.plan.seed, self.plan.runs_of(k), self.plan.together
+    def _order(self, k: int, point: int) -> tuple[Experiment, int, range, bool]:
+        """What to run; some kilobytes where it goes to another process."""
+        return self.plan.points[point].experiment, self.plan.seed, self.plan.runs_of(k), self.plan.together
 
     def _missing(self) -> Iterator[tuple[int, int]]:
         """The chunks that are to be run, until enough are; those in the store are taken from there."""

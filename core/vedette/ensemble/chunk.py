@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 from attrs import frozen
 
-from vedette.config import load
 from vedette.consistency import gate_truncation, nees
 from vedette.ensemble.generators import Generators, NotInLockStep
 from vedette.errors import ConfigError, Problem
@@ -57,9 +55,8 @@ def sequence(seed: int, run: int) -> np.random.SeedSequence:
     return np.random.SeedSequence(seed, spawn_key=(run,))
 
 
-def run_chunk(config: Mapping[str, Any] | Experiment, seed: int, runs: Sequence[int], together: bool) -> Chunk:
-    """The runs of one point of the grid, in lock-step or one by one. ConfigError if it cannot be built or run here."""
-    experiment = config if isinstance(config, Experiment) else load(config)
+def run_chunk(experiment: Experiment, seed: int, runs: Sequence[int], together: bool) -> Chunk:
+    """The runs of one point of the grid, in lock-step or one by one. ConfigError if it cannot be run."""
     return (_together if together else _one_by_one)(experiment, [sequence(seed, run) for run in runs])
 
 
