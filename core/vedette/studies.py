@@ -54,15 +54,16 @@ class Claim:
 
 @frozen(eq=False)
 class Curve:
-    """Points x (s,), y (s,) with a label; as a line, a dashed line or dots, of the n-th `colour`; default: its place.
+    """Points x (s,), y (s,) with a label; as a line, one with its points marked, a dashed line or dots.
 
+    `colour`: the n-th; default: that of its place.
     `doubt` (s,) is half the height of a band around it.
     """
 
     label: str
     x: Array
     y: Array
-    style: Literal["line", "dashed", "dots"] = "line"
+    style: Literal["line", "marked", "dashed", "dots"] = "line"
     colour: int | None = None
     doubt: Array | None = None
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from attrs import evolve
 
 from vedette.ensemble.outcome import Outcome, numeric_axes
 from vedette.ensemble.plan import UNITS, short, told
@@ -18,7 +19,16 @@ from vedette.studies import Cell, Chart, Curve, Panel, Table
 
 MOST_CURVES = 8
 """More points than this are too many for one panel."""
-_SERIES = {"position_rmse": "RMS position error [m]", "nees": "NEES / axes", "nis": "NIS / expected"}
+_WORDS = {
+    "position_rmse": "RMS position error [m]",
+    "nees": "NEES over the number of axes",
+    "nis": "NIS over what is expected",
+    "lost": "share of lost runs",
+}
+"""What is drawn, and what it is called."""
+_SERIES = tuple(_WORDS)[:3]
+_RIGHT = ("nees", "nis")
+"""Figures that are 1 on matched truth."""
 
 
 def text(outcome: Outcome) -> str:
@@ -81,24 +91,33 @@ def charts(outcome: Outcome) -> Iterator[Chart]:
     title = outcome.plan.title or "Study"
     shown = range(min(len(points), MOST_CURVES))
     if all(len(outcome.against[i].times) for i in shown):
-        panels = []
-        for name, upright in _SERIES.items():
+        panels: list[Panel] = []
+        for name in _SERIES:
             curves = []
             for i in shown:
                 each = outcome.against[i]
                 curves.append(Curve(points[i].name, each.times, each.values[name], doubt=2 * each.errors[name]))
-            panels.append(Panel(name, "time [s]", upright, tuple(curves)))
+            panels.append(_panel(outcome, name, "time [s]", curves, first=not panels))
         yield Chart("time", title, tuple(panels))
     for path in numeric_axes(outcome.plan):
-        panels = [
-            Panel(name, path, f"{name} [{UNITS[name]}]", _along(outcome, path, name))
-            for name in ("position_rmse", "nees", "nis", "lost")
-            if name in outcome.figures
-        ]
+        panels = []
+        for name in _WORDS:
+            if name in outcome.figures:
+                panels.append(_panel(outcome, name, path, _along(outcome, path, name), first=not panels))
         yield Chart(f"sweep_{short(path)}", title, tuple(panels))
 
 
-def _along(outcome: Outcome, path: str, name: str) -> tuple[Curve, ...]:
+def _panel(outcome: Outcome, name: str, across: str, curves: Sequence[Curve], *, first: bool) -> Panel:
+    """One figure. What holds for all panels is said in the first: which curve is which, and what the bands are."""
+    title = f"{outcome.runs:,} runs; bands: two standard errors" if first else ""
+    drawn = [curve if first else evolve(curve, label="") for curve in curves]
+    if name in _RIGHT:
+        ends = np.array([np.min(curves[0].x), np.max(curves[0].x)])
+        drawn.append(Curve("", ends, np.ones(2), "dashed", colour=MOST_CURVES + 1))
+    return Panel(title, across, _WORDS[name], tuple(drawn))
+
+
+def _along(outcome: Outcome, path: str, name: str) -> list[Curve]:
     """A curve along one axis for each choice of all the others."""
     lines: dict[str, list[tuple[float, float, float]]] = {}
     for i, at in enumerate(outcome.plan.points):
@@ -109,5 +128,5 @@ def _along(outcome: Outcome, path: str, name: str) -> tuple[Curve, ...]:
     curves = []
     for label, line in list(lines.items())[:MOST_CURVES]:
         x, y, error = np.array(sorted(line)).T
-        curves.append(Curve(label or name, x, y, doubt=2 * error))
-    return tuple(curves)
+        curves.append(Curve(label, x, y, "marked", doubt=2 * error))
+    return curves

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 _WIDTH = 118
 _LOOKS: dict[str, dict[str, Any]] = {
     "line": {"linewidth": 1.5},
+    "marked": {"linewidth": 1.5, "marker": "o", "markersize": 4.0},
     "dashed": {"linewidth": 1.5, "linestyle": (0, (5, 2))},
     "dots": {"linestyle": "none", "marker": ".", "markersize": 3.0, "alpha": 0.6},
 }
