@@ -85,5 +85,5 @@ def memory(session: nox.Session) -> None:
     tests = [str(HERE / "tests" / f"test_{name}.py") for name in names]
     session.chdir(session.create_tmp())  # away from the checkout, so that the installed kernels are tested
     sanitized = {"LD_PRELOAD": str(runtime).strip(), "ASAN_OPTIONS": "detect_leaks=0"}
-    options = ["-q", "-p", "no:cacheprovider", "-c", os.devnull, "--rootdir", str(HERE), "--import-mode=importlib"]
+    options = ["-q", "-s", "-p", "no:cacheprovider", "-c", os.devnull, "--rootdir", str(HERE), "--import-mode=importlib"]
     session.run("python", "-m", "pytest", *options, *tests, env=sanitized)

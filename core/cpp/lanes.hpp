@@ -17,6 +17,7 @@ namespace vedette::VEDETTE_ISA {
 
 typedef double Eight __attribute__((vector_size(8 * kLanes)));
 typedef long long Eight64 __attribute__((vector_size(8 * kLanes)));
+typedef unsigned long long EightWords __attribute__((vector_size(8 * kLanes)));
 
 typedef double Row __attribute__((vector_size(8 * 4)));
 typedef long long Row64 __attribute__((vector_size(8 * 4)));
@@ -87,16 +88,18 @@ constexpr bool kTurnsRows = true;
 constexpr bool kTurnsRows = false;  // without vectors of four, numbers are gathered one by one
 #endif
 
-// The bits of numbers, and back.
+// The bits of numbers, and back; `words` may be shifted to the left whatever they hold.
 template <class T>
 struct Bits;
 template <>
 struct Bits<double> {
     typedef long long type;
+    typedef unsigned long long words;
 };
 template <>
 struct Bits<Eight> {
     typedef Eight64 type;
+    typedef EightWords words;
 };
 template <class To, class From>
 VEDETTE_INLINE To same_bits(From from) {
@@ -124,6 +127,7 @@ constexpr double kToWhole = 0x1.8p52;  // adding it rounds to a whole number, wh
 template <class T>
 VEDETTE_INLINE T exp_of(T x) {
     typedef typename Bits<T>::type I;
+    typedef typename Bits<T>::words W;
     x = x > 710.0 ? 710.0 - T{} : x;
     x = x < -746.0 ? -746.0 - T{} : x;
     const T shifted = x * 1.4426950408889634 + kToWhole, whole = shifted - kToWhole;
@@ -134,15 +138,16 @@ VEDETTE_INLINE T exp_of(T x) {
     for (int i = 1; i < 14; ++i) sum = sum * r + series[i];
     // 2^w in two factors, so that results below the normal numbers come out too.
     const I w = same_bits<I>(shifted) - same_bits<I>(kToWhole - T{}), half = w >> 1;
-    return sum * same_bits<T>(I((half + 1023) << 52)) * same_bits<T>(I((w - half + 1023) << 52));
+    return sum * same_bits<T>(W(same_bits<W>(I(half + 1023)) << 52)) * same_bits<T>(W(same_bits<W>(I(w - half + 1023)) << 52));
 }
 
-// log to two units in the last place, of normal numbers: x = 2^e m, log m = 2 artanh((m-1)/(m+1)) with 1/sqrt(2) <= m < sqrt(2).
+// log to two units in the last place, of normal numbers: x = 2^e m, 1/sqrt(2) <= m < sqrt(2), log m = 2 artanh((m-1)/(m+1)).
 template <class T>
 VEDETTE_INLINE T log_of_normal(T x) {
     typedef typename Bits<T>::type I;
+    typedef typename Bits<T>::words W;
     const I shifted = same_bits<I>(x) - 0x3fe6a09e667f3bcdLL, e = shifted >> 52;
-    const T m = same_bits<T>(I(same_bits<I>(x) - (e << 52))), t = (m - 1.0) / (m + 1.0), square = t * t;
+    const T m = same_bits<T>(W(same_bits<W>(x) - (same_bits<W>(e) << 52))), t = (m - 1.0) / (m + 1.0), square = t * t;
     T sum = 1.0 / 23 - T{};
     for (int i = 21; i > 0; i -= 2) sum = sum * square + 1.0 / i;
     const T whole = same_bits<T>(I(e + same_bits<I>(kToWhole - T{}))) - kToWhole;
