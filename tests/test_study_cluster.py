@@ -2,6 +2,7 @@
 
 import os
 import signal
+import socket
 import sys
 import threading
 import time
@@ -115,6 +116,19 @@ def test_a_chunk_that_kills_its_workers_ends_the_study_and_keeps_the_others(clus
     )
     for name, values in local.figures.items():
         np.testing.assert_array_equal(values, resumed.figures[name])
+
+
+def test_a_server_of_another_kind_is_no_scheduler():
+    with socket.create_server(("127.0.0.1", 0)) as server:
+
+        def answer():
+            line, _ = server.accept()
+            with line:
+                line.sendall(b"HTTP/1.1 400 Bad Request\r\n" * 20)
+
+        threading.Thread(target=answer, daemon=True).start()
+        with pytest.raises(vedette.ConfigError, match="no Dask scheduler answers at"):
+            vedette.monte_carlo(CONFIG, 4, scheduler=f"tcp://127.0.0.1:{server.getsockname()[1]}")
 
 
 def test_a_kind_that_no_worker_has_is_missing():

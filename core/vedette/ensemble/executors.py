@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Iterator, Mapping
 from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import contextmanager
@@ -39,8 +40,10 @@ def cluster(plan: Plan, address: str, seconds: float = 10.0) -> Iterator[tuple[E
         raise VedetteError("--scheduler needs Dask: pip install 'vedette[cluster]'") from None
     dask: Any = distributed
     try:
+        with ThreadPoolExecutor(1) as aside:  # this thread may have a loop that runs; a client that fails would linger
+            aside.submit(asyncio.run, _knock(address, seconds)).result()
         client = dask.Client(address, timeout=seconds, set_as_default=False)
-    except (OSError, ValueError, TypeError) as error:
+    except Exception as error:  # whatever answers there, if it is no scheduler
         text = f"no Dask scheduler answers at {address!r}: {str(error).splitlines()[0] if str(error) else 'no answer'}"
         raise ConfigError([Problem("--scheduler", text)]) from None
     try:
@@ -51,6 +54,15 @@ def cluster(plan: Plan, address: str, seconds: float = 10.0) -> Iterator[tuple[E
         yield client.get_executor(pure=False), sum(each["nthreads"] for each in known.values())
     finally:
         client.close()
+
+
+async def _knock(address: str, seconds: float) -> None:
+    """Raises if no Dask process answers in time."""
+    from distributed import comm
+
+    dask: Any = comm
+    line = await asyncio.wait_for(dask.connect(address, timeout=seconds), seconds)
+    line.abort()
 
 
 def _check(client: Any, plan: Plan) -> None:
