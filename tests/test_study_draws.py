@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import vedette
+from vedette.draws import factor, follow
 from vedette.ensemble.chunk import goes_together, run_chunk, sequence
 from vedette.ensemble.generators import Generators, NotInLockStep
 from vedette.metrics import judge
@@ -95,3 +96,21 @@ def test_a_point_that_must_go_run_by_run_takes_the_others_with_it():
             alone.tracks, alone.recording.truth, alone.scans, experiment.judge, experiment.tracker.gate.probability
         )
         assert squares == score.position_rmse_m**2
+
+
+@pytest.mark.parametrize(
+    ("config", "alike"),
+    [(CV, True), ({"kind": "target_oriented", "sigma_forward": 0.5, "sigma_side": 2.0}, False)],
+)
+def test_paths_take_the_noise_of_each_state_and_step(config, alike):
+    """As step by step, over steps of two lengths; where noise depends on the state it is not taken from another."""
+    model = vedette.load(CONFIG | {"estimator": {"kind": "ekf", "motion": config}}).tracker.estimator.motion
+    n, rng = len(model.state), np.random.default_rng(1)
+    x0, times = rng.normal(5, 2, (3, n)), np.array([0.0, 1.0, 3.0, 4.0, 6.0])
+    standard = rng.standard_normal((3, 4, n))
+    x = model.state.canonical(x0)
+    assert (model.noise(x, 1.0).ndim == 2) == alike
+    for k, dt in enumerate(np.diff(times)):
+        lower = np.broadcast_to(factor(model.noise(x, dt)), (3, n, n))
+        x = model.state.displace(model.move(x, dt), (lower @ standard[:, k, :, None])[..., 0])
+        np.testing.assert_allclose(follow(model, x0, times, standard)[:, k + 1], x, rtol=0, atol=1e-12)
