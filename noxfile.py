@@ -84,6 +84,6 @@ def memory(session: nox.Session) -> None:
     names = ("kernel_arrays", "kernel_twins", "kernels", "kernel_imm_pdaf", "imm", "values")
     tests = [str(HERE / "tests" / f"test_{name}.py") for name in names]
     session.chdir(session.create_tmp())  # away from the checkout, so that the installed kernels are tested
-    sanitized = {"LD_PRELOAD": str(runtime).strip(), "ASAN_OPTIONS": "detect_leaks=0"}
+    sanitized = {"LD_PRELOAD": str(runtime).strip(), "ASAN_OPTIONS": "detect_leaks=0:quarantine_size_mb=1"}
     options = ["-q", "-s", "-p", "no:cacheprovider", "-c", os.devnull, "--rootdir", str(HERE), "--import-mode=importlib"]
     session.run("python", "-m", "pytest", *options, *tests, env=sanitized)
