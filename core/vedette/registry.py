@@ -14,7 +14,7 @@ from vedette.parameters import Parameter, parameters, role_of, tables
 from vedette.roles import CONTRACT, ROLES, Component
 
 if TYPE_CHECKING:
-    from importlib.metadata import EntryPoint
+    from importlib.metadata import Distribution, EntryPoint
 
 GROUP = "vedette"
 """The entry point group, and the name of the pluggy project."""
@@ -108,8 +108,10 @@ class Registry:
 
         entries: list[Installed] = []
         broken: list[BrokenPlugin] = []
-        points = [(_owner(point), point) for point in entry_points(group=GROUP)]
-        for (name, version), point in sorted(points, key=lambda each: (each[0], each[1].name)):
+        points = entry_points(group=GROUP)
+        owners = {id(dist): _owner(dist) for dist in {id(point.dist): point.dist for point in points}.values()}
+        for point in sorted(points, key=lambda point: (owners[id(point.dist)], point.name)):
+            name, version = owners[id(point.dist)]
             try:
                 classes = _components(point, f"{name} {version}")
             except PluginError:
@@ -164,11 +166,11 @@ def did_you_mean(given: str, known: Iterable[str]) -> str:
     return f" did you mean {near!r}?" if near else ""
 
 
-def _owner(point: EntryPoint) -> tuple[str, str]:
-    """Name and version of the distribution that an entry point belongs to."""
-    if point.dist is None:
+def _owner(dist: Distribution | None) -> tuple[str, str]:
+    """Name and version of a distribution."""
+    if dist is None:
         return "an unnamed distribution", ""
-    metadata = point.dist.metadata  # parsed anew each time that it is asked for, in .name and .version too
+    metadata = dist.metadata  # parsed anew each time that it is asked for
     return metadata["Name"], metadata["Version"]
 
 
