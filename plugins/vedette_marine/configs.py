@@ -65,7 +65,7 @@ TABLE_6 = {
 
 TUNED_BOATS = {
     "IMM-PDAF": imm_pdaf(0.05, (0.2, 1e-2), 0.95),
-    "CV-PDAF": cv_pdaf(0.5),
+    "CV-PDAF": cv_pdaf(0.7),
     "CT-PDAF": ct_pdaf(0.2, 1e-2),
 }
 """For small boats that manoeuvre hard: the two modes differ, so that they separate."""

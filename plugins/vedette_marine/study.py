@@ -21,7 +21,7 @@ CLUTTER = 1e-6
 GRID = (0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 1.4)
 """Process noise of the CV-PDAF in m/s^2 among which it is chosen."""
 
-TUNING_RUNS = 8
+TUNING_RUNS = 20
 
 LOST = {"MANV-like": 100.0, "DARC-like": 300.0}
 """m of error of the centre: a run with more in `IN_A_ROW` successive scans is lost."""
