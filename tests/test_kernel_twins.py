@@ -210,7 +210,7 @@ def test_modes_weighed_and_weights_split(seed, batch, kind, r, k):
     logliks = [np.broadcast_to(draw.logs(1 + k), (*batch, 1 + k)) for _ in range(r)]
     distances, nis = ([np.broadcast_to(np.exp(draw.logs(k)), (*batch, k)) for _ in range(r)] for _ in range(2))
     volumes = [np.broadcast_to(draw.logs(), batch) for _ in range(r)]
-    agree("weigh_modes", log_prob, logliks, distances, volumes, nis)
+    agree("weigh_modes", log_prob, list(zip(logliks, distances, volumes, nis, strict=True)))
     weights = draw.rng.dirichlet(np.ones(1 + k), size=batch)
     if k:
         weights[..., 0] *= draw.rng.random(batch) < 0.5

@@ -320,16 +320,22 @@ PyObject* together(PyObject*, Args args, Py_ssize_t count) {
 
 PyObject* weigh_modes(PyObject*, Args args, Py_ssize_t count) {
     Call call;
-    if (count != 5) return refer(kWeighModes, args, count);
-    const npy_intp* prob = call.in(args[0], 1);
-    const npy_intp *logliks[kMostModes], *distances[kMostModes], *volumes[kMostModes], *nis[kMostModes];
-    if (!call.ok || prob[0] < 1 || prob[0] > kMostModes || !take_modes(call, args[1], prob[0], 1, logliks) ||
-        !take_modes(call, args[2], prob[0], 1, distances) || !take_modes(call, args[3], prob[0], 0, volumes) ||
-        !take_modes(call, args[4], prob[0], 1, nis))
+    if (count != 2) return refer(kWeighModes, args, count);
+    const npy_intp *prob = call.in(args[0], 1), *sizes[4][kMostModes];
+    const npy_intp r = call.ok ? prob[0] : 0;
+    if (r < 1 || r > kMostModes || !PyList_CheckExact(args[1]) || PyList_GET_SIZE(args[1]) != r)
         return refer(kWeighModes, args, count);
-    const npy_intp r = prob[0], k = distances[0][0];
+    constexpr int core[4] = {1, 1, 0, 1};  // loglik, distance, log volume, squared distance expected
+    for (int what = 0; what < 4; ++what)
+        for (npy_intp j = 0; j < r; ++j) {
+            PyObject* said = PyList_GET_ITEM(args[1], j);
+            if (!PyTuple_CheckExact(said) || PyTuple_GET_SIZE(said) != 4) return refer(kWeighModes, args, count);
+            sizes[what][j] = call.in(PyTuple_GET_ITEM(said, what), core[what]);
+            if (!call.ok) return refer(kWeighModes, args, count);
+        }
+    const npy_intp k = sizes[1][0][0];
     for (npy_intp j = 0; j < r; ++j)
-        if (logliks[j][0] != 1 + k || distances[j][0] != k || nis[j][0] != k) return refer(kWeighModes, args, count);
+        if (sizes[0][j][0] != 1 + k || sizes[1][j][0] != k || sizes[3][j][0] != k) return refer(kWeighModes, args, count);
     if (!call.broadcast()) return refer(kWeighModes, args, count);
     PyObject *loglik = call.out(1, 1 + k), *distance = call.out(1, k), *volume = call.out(0), *expected = call.out(1, k),
              *share = call.out(2, 1 + k, r);

@@ -63,17 +63,14 @@ def together(
 
 
 def weigh_modes(
-    log_prob: Array,
-    logliks: Sequence[Array],
-    distances: Sequence[Array],
-    log_volumes: Sequence[Array],
-    nis: Sequence[Array],
+    log_prob: Array, said: Sequence[tuple[Array, Array, Array, Array]]
 ) -> tuple[Array, Array, Array, Array, Array]:
     """What the modes say of a scan, together: loglik (*b, 1+k), the least distance (*b, k), the largest log volume (*b), the
     squared distance expected over modes (*b, k), and the log posterior of the modes under each hypothesis (*b, 1+k, r).
 
-    log_prob (*b, r); of each mode loglik (*b, 1+k), distance and nis (*b, k), log volume (*b).
+    log_prob (*b, r); of each mode loglik (*b, 1+k), distance (*b, k), log volume (*b) and its own expected distance (*b, k).
     """
+    logliks, distances, log_volumes, nis = zip(*said, strict=True)
     joint = np.stack(logliks, axis=-1) + log_prob[..., None, :]
     loglik = log_sum(joint)
     share = joint - loglik[..., None]

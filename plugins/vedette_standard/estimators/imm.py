@@ -52,10 +52,6 @@ def _carried(self: Imm) -> Space:
     return Space(tuple(axis for axis in self.state.axes if axis.name not in free))
 
 
-def _absorbed(mode: Estimator[Any], belief: Any, innovation: Innovation, weights: Array) -> Any:
-    return mode.absorb(belief, innovation, weights)
-
-
 @final
 @frozen
 class Imm(Estimator[Modes]):
@@ -156,10 +152,11 @@ class Imm(Estimator[Modes]):
         )
         if combined is None and self._turning:
             combined = self.moments(belief)
-        if combined is None and self._plain:
-            each = zip(self.modes, means, covs, strict=True)
-            return new_modes(tuple([mode.predict(new_gaussian(mean, cov), dt, rng) for mode, mean, cov in each]), log_prob)
         beliefs = []
+        if combined is None and self._plain:
+            for j, mode in enumerate(self.modes):
+                beliefs.append(mode.predict(new_gaussian(means[j], covs[j]), dt, rng))
+            return new_modes(tuple(beliefs), log_prob)
         for mode, mean, cov in zip(self.modes, means, covs, strict=True):
             seen = None if combined is None else own_part(combined, self.state, mode.state, NO_AXES)
             beliefs.append(mode.predict(mode.start(new_gaussian(mean, cov), mode.state, rng), dt, rng, seen))
@@ -167,17 +164,22 @@ class Imm(Estimator[Modes]):
 
     def innovate(self, belief: Modes, sensor: Sensor, seen: Detections | Frame, p_gate: float) -> Innovation:
         """The modes' likelihoods weighted by their predicted probabilities; a miss is a hypothesis like any other."""
-        each = zip(self.modes, belief.beliefs, strict=True)
-        parts = tuple([mode.innovate(own, sensor, seen, p_gate) for mode, own in each])
-        said = zip(*map(_said, parts), strict=True)
-        loglik, distance, log_volume, nis, share = kernels.weigh_modes(belief.log_prob, *said)
-        return new_innovation(loglik, distance, log_volume, nis, new_mode_hypotheses(parts, share))
+        parts, said = [], []
+        for j, mode in enumerate(self.modes):
+            part = mode.innovate(belief.beliefs[j], sensor, seen, p_gate)
+            parts.append(part)
+            said.append(_said(part))
+        loglik, distance, log_volume, nis, share = kernels.weigh_modes(belief.log_prob, said)
+        return new_innovation(loglik, distance, log_volume, nis, new_mode_hypotheses(tuple(parts), share))
 
     def absorb(self, belief: Modes, innovation: Innovation, weights: Array) -> Modes:
         """Split the track's weights among the modes, and let each absorb its own."""
         detail: ModeHypotheses = innovation.detail
         log_prob, own = kernels.split_weights(weights, detail.log_share)
-        return new_modes(tuple(map(_absorbed, self.modes, belief.beliefs, detail.innovations, own)), log_prob)
+        beliefs = []
+        for j, mode in enumerate(self.modes):
+            beliefs.append(mode.absorb(belief.beliefs[j], detail.innovations[j], own[j]))
+        return new_modes(tuple(beliefs), log_prob)
 
     def moments(self, belief: Modes) -> Gaussian:
         """Mean and covariance of the mixture over all modes' axes, the spread of the means included."""
