@@ -183,6 +183,24 @@ def test_points_of_axes_without_variance():
     agree("sigma_points", np.stack([P, np.eye(3)] * 5), 1.0)
 
 
+@given(seeds, batches, kinds, states, st.booleans())
+def test_whitened_errors(seed, batch, kind, n, carried):
+    draw = Draw(seed, batch, kind)
+    P = draw.cov(n)
+    if carried:
+        P = P * np.outer(np.arange(n) > 0, np.arange(n) > 0)
+    agree("whiten", draw.vector(n), P)
+
+
+@pytest.mark.parametrize(
+    "flaw", [[[1.0, 2.0], [2.0, 1.0]], [[-1.0, 0.0], [0.0, 1.0]], [[np.nan, 0.0], [0.0, 1.0]], [[1.0, 1.0], [1.0, 1.0]]]
+)
+def test_whitening_refuses_what_is_no_covariance(flaw):
+    with pytest.raises(ValueError, match="cov: "):
+        kernels.whiten(np.zeros((20, 2)), np.stack([np.eye(2)] * 19 + [np.array(flaw)]))
+    assert np.isnan(kernels.whiten(np.array([np.nan, 0.0]), np.eye(2))[0])
+
+
 @given(seeds, batches, kinds, st.integers(1, 7), states, measured, counts, st.booleans())
 def test_the_stacked_imm_pdaf(seed, batch, kind, r, n, m, k, possible):
     draw = Draw(seed, batch, kind)

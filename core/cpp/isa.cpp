@@ -59,6 +59,7 @@ const Table table = {
     drive<Update, shapes::Update>,
     drive<InnovateReturns, shapes::InnovateReturns>,
     drive<Absorb, shapes::Absorb>,
+    drive<Whiten, shapes::Whiten>,
     drive<SigmaPoints, shapes::SigmaPoints>,
     drive<InnovatePoints, shapes::InnovatePoints>,
     drive<PdaUpdate, shapes::PdaUpdate>,

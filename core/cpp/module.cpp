@@ -24,11 +24,11 @@ extern const Table table;
 namespace {
 
 enum Name {
-    kPredict, kPropagate, kUpdate, kFilterStep, kInnovateReturns, kAbsorb, kSigmaPoints, kInnovatePoints, kPdaUpdate, kImmMix, kImmCombine, kInteract, kTogether, kWeighModes, kSplitWeights,
+    kPredict, kPropagate, kUpdate, kFilterStep, kInnovateReturns, kAbsorb, kWhiten, kSigmaPoints, kInnovatePoints, kPdaUpdate, kImmMix, kImmCombine, kInteract, kTogether, kWeighModes, kSplitWeights,
     kGateScores, kSampleDensity, kSoftmax, kOneHot, kExistence, kIsPlain, kNames
 };
 const char* const kText[kNames] = {
-    "predict", "propagate", "update", "filter_step", "innovate_returns", "absorb", "sigma_points", "innovate_points", "pda_update", "imm_mix", "imm_combine", "interact", "together", "weigh_modes",
+    "predict", "propagate", "update", "filter_step", "innovate_returns", "absorb", "whiten", "sigma_points", "innovate_points", "pda_update", "imm_mix", "imm_combine", "interact", "together", "weigh_modes",
     "split_weights", "gate_scores", "sample_density", "softmax", "one_hot", "existence", "is_plain",
 };
 
@@ -148,6 +148,26 @@ PyObject* absorb(PyObject*, Args args, Py_ssize_t count) {
     PyObject *to = call.out(1, n), *cov = call.out(2, n, n);
     if (to != nullptr && cov != nullptr) call.run(table->absorb, shape);
     return pack(to, cov);
+}
+
+// The reference tells what is wrong with a covariance, so it takes what came out without a number.
+PyObject* whiten(PyObject*, Args args, Py_ssize_t count) {
+    Call call;
+    if (count != 2) return refer(kWhiten, args, count);
+    const npy_intp *vector = call.in(args[0], 1), *cov = call.in(args[1], 2);
+    if (!call.ok || vector[0] < 1 || vector[0] > kMostStates || !square(cov, vector[0]) || !call.broadcast())
+        return refer(kWhiten, args, count);
+    PyObject* white = call.out(1, vector[0]);
+    if (white == nullptr) return nullptr;
+    call.run(table->whiten, {static_cast<int>(vector[0])});
+    auto* array = reinterpret_cast<PyArrayObject*>(white);
+    const auto* numbers = static_cast<const double*>(PyArray_DATA(array));
+    for (npy_intp i = 0, size = PyArray_SIZE(array); i < size; ++i)
+        if (std::isnan(numbers[i])) {
+            Py_DECREF(white);
+            return refer(kWhiten, args, count);
+        }
+    return white;
 }
 
 PyObject* sigma_points(PyObject*, Args args, Py_ssize_t count) {
@@ -526,7 +546,7 @@ PyObject* instruction_sets(PyObject*, PyObject*) {
 #define FAST(name) {#name, reinterpret_cast<PyCFunction>(reinterpret_cast<void (*)()>(name)), METH_FASTCALL, nullptr}
 PyMethodDef methods[] = {
     FAST(predict), FAST(propagate), FAST(update), FAST(filter_step), FAST(innovate_returns), FAST(absorb),
-    FAST(sigma_points), FAST(innovate_points), FAST(pda_update),
+    FAST(whiten), FAST(sigma_points), FAST(innovate_points), FAST(pda_update),
     FAST(imm_mix), FAST(imm_combine), FAST(interact),
     FAST(together), FAST(weigh_modes), FAST(split_weights), FAST(gate_scores), FAST(sample_density), FAST(softmax),
     FAST(one_hot), FAST(existence), FAST(is_plain), FAST(bind),

@@ -1,9 +1,44 @@
-// The kernels of the unscented filters, for one problem or eight: what reference.py says in numpy. s points.
+// The kernels that take roots of covariances, for one problem or eight: what reference.py says in numpy. s points.
 #pragma once
 
 #include "filters.hpp"
 
 namespace vedette::VEDETTE_ISA {
+
+// in: vector (n), covariance; out: L^-1 vector, NaN where the covariance is not positive definite
+struct Whiten : shapes::Whiten {
+    template <class T>
+    void run(const In* in, const Out* out) const {
+        with_sizes(n, [&](auto states) { solve<T>(in, out, states); });
+    }
+    template <class T, class N>
+    VEDETTE_INLINE void solve(const In* in, const Out* out, N n) const {
+        T white[kMostStates], P[kStates2], L[kStates2], over[kMostStates], inverse[kMostStates];
+        load(in[0], white, n), load(in[1], P, n * n);
+        const T none = Lane<T>::all(std::numeric_limits<double>::quiet_NaN());
+        for (int i = 0; i < n; ++i) {
+            const T variance = P[i * n + i];
+            const auto free = variance > 0.0;
+            over[i] = free ? 1.0 / Lane<T>::sqrt(free ? variance : Lane<T>::all(1.0)) : Lane<T>::all(1.0);
+            white[i] = variance >= 0.0 ? (free ? white[i] * over[i] : T{}) : none;
+        }
+        for (int j = 0; j < n; ++j) {  // L L' is the correlation
+            T pivot = Lane<T>::all(1.0);
+            for (int l = 0; l < j; ++l) pivot -= L[j * n + l] * L[j * n + l];
+            inverse[j] = 1.0 / Lane<T>::sqrt(pivot > 0.0 ? pivot : none);
+            for (int i = j + 1; i < n; ++i) {
+                T sum = P[i * n + j] * over[i] * over[j];
+                for (int l = 0; l < j; ++l) sum -= L[i * n + l] * L[j * n + l];
+                L[i * n + j] = sum * inverse[j];
+            }
+        }
+        for (int j = 0; j < n; ++j) {
+            for (int l = 0; l < j; ++l) white[j] -= L[j * n + l] * white[l];
+            white[j] *= inverse[j];
+        }
+        store(out[0], white, n);
+    }
+};
 
 // in: P; out: offsets (2n+1, n) from the mean
 struct SigmaPoints : shapes::SigmaPoints {

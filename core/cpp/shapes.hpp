@@ -62,6 +62,9 @@ struct Absorb {
     bool shared;
     Periods periods;
 };
+struct Whiten {
+    int n;
+};
 struct SigmaPoints {
     int n;
     double scale;
@@ -123,6 +126,7 @@ struct Table {
     void (*update)(const Batch&, const shapes::Update&);
     void (*innovate_returns)(const Batch&, const shapes::InnovateReturns&);
     void (*absorb)(const Batch&, const shapes::Absorb&);
+    void (*whiten)(const Batch&, const shapes::Whiten&);
     void (*sigma_points)(const Batch&, const shapes::SigmaPoints&);
     void (*innovate_points)(const Batch&, const shapes::InnovatePoints&);
     void (*pda_update)(const Batch&, const shapes::PdaUpdate&);

@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 from attrs import frozen
 
+from vedette import kernels
 from vedette.space import Array, Mask
 
 
@@ -53,36 +54,13 @@ class Credibility:
     inclination: float
 
 
-def whiten(vector: Array, cov: Array) -> Array:
-    """L^-1 v with cov = L L': (*b, n), (*b, n, n) -> (*b, n). Axes without variance give 0.
-
-    On matched truth the result is N(0, I). ValueError if `cov` is not positive definite on the other axes.
-    """
-    variance = np.diagonal(cov, axis1=-2, axis2=-1)
-    if not np.all(variance >= 0):  # also False for NaN
-        raise ValueError(f"cov: variances must be >= 0, got {np.min(variance):.6g}")
-    free = variance > 0
-    scale = np.where(free, np.sqrt(variance), 1.0)
-    correlation = cov / (scale[..., :, None] * scale[..., None, :])
-    correlation[..., range(cov.shape[-1]), range(cov.shape[-1])] = 1.0
-    try:
-        root = np.linalg.cholesky(correlation)
-    except np.linalg.LinAlgError:
-        raise ValueError("cov: must be positive definite on its axes of variance > 0") from None
-    white: Array = np.where(free, vector, 0.0) / scale
-    for j in range(cov.shape[-1]):
-        known = np.sum(root[..., j, :j] * white[..., :j], axis=-1)
-        white[..., j] = (white[..., j] - known) / root[..., j, j]
-    return white
-
-
 def nees(error: Array, cov: Array) -> Array:
     """Normalised estimation error squared e' P^-1 e: (*b, n), (*b, n, n) -> (*b). Axes without variance are skipped.
 
     The same of an innovation and its covariance is the NIS. Chi-square with `free_axes(cov)` degrees of freedom where the
     filter is linear, Gaussian and right.
     """
-    squares: Array = np.sum(whiten(error, cov) ** 2, axis=-1)
+    squares: Array = np.sum(kernels.whiten(error, cov) ** 2, axis=-1)
     return squares
 
 
@@ -124,7 +102,7 @@ def autocorrelation(innovation: Array, cov: Array, lags: int, valid: Mask | None
     scans that both have a return (`valid` (*b, s)). White innovations: mean 0, variance 1 / number, whatever their scale.
     Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, section 5.4.2.
     """
-    u = whiten(innovation, cov)
+    u = kernels.whiten(innovation, cov)
     if not 0 < lags < u.shape[-2]:
         raise ValueError(f"lags: must be > 0 and < {u.shape[-2]}, the number of scans, got {lags}")
     known = np.ones(u.shape[:-1], dtype=bool) if valid is None else np.broadcast_to(valid, u.shape[:-1])

@@ -31,6 +31,7 @@ predict = _fastest(reference.predict)
 propagate = _fastest(reference.propagate)
 sigma_points = _fastest(reference.sigma_points)
 update = _fastest(reference.update)
+whiten = _fastest(reference.whiten)
 
 imm_combine = _fastest(reference.imm_combine)
 imm_mix = _fastest(reference.imm_mix)
@@ -80,4 +81,5 @@ __all__ = [
     "unroot",
     "update",
     "weigh_modes",
+    "whiten",
 ]

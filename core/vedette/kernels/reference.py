@@ -141,6 +141,29 @@ def root(P: Array) -> Array:
     return L
 
 
+def whiten(vector: Array, cov: Array) -> Array:
+    """L^-1 v with cov = L L': (*b, n), (*b, n, n) -> (*b, n). Axes without variance give 0.
+
+    On matched truth the result is N(0, I). ValueError if `cov` is not positive definite on the other axes.
+    """
+    variance = np.diagonal(cov, axis1=-2, axis2=-1)
+    if not np.all(variance >= 0):  # also False for NaN
+        raise ValueError(f"cov: variances must be >= 0, got {np.min(variance):.6g}")
+    free = variance > 0
+    scale = np.where(free, np.sqrt(variance), 1.0)
+    correlation = cov / (scale[..., :, None] * scale[..., None, :])
+    correlation[..., range(cov.shape[-1]), range(cov.shape[-1])] = 1.0
+    try:
+        root = np.linalg.cholesky(correlation)
+    except np.linalg.LinAlgError:
+        raise ValueError("cov: must be positive definite on its axes of variance > 0") from None
+    white: Array = np.where(free, vector, 0.0) / scale
+    for j in range(cov.shape[-1]):
+        known = np.sum(root[..., j, :j] * white[..., :j], axis=-1)
+        white[..., j] = (white[..., j] - known) / root[..., j, j]
+    return white
+
+
 def sigma_points(P: Array, kappa: float) -> tuple[Array, Array]:
     """Offsets (*b, 2n+1, n) from the mean and weights (2n+1,) that have mean 0 and covariance P (*b, n, n).
 
