@@ -14,7 +14,8 @@ import pytest
 
 import vedette
 from vedette.cli import main
-from vedette.ensemble.chunk import run_chunk, sequence
+from vedette.ensemble.chunk import run_chunk
+from vedette.ensemble.seeds import sequence
 from vedette.ensemble.statistics import difference, mean, ratios
 
 START = {"x": [0, 10], "y": [0, 10], "vx": [5, 2], "vy": [3, 2]}

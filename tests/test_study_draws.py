@@ -5,8 +5,9 @@ import pytest
 
 import vedette
 from vedette.draws import factor, follow
-from vedette.ensemble.chunk import goes_together, run_chunk, sequence
+from vedette.ensemble.chunk import goes_together, run_chunk
 from vedette.ensemble.generators import Generators, NotInLockStep
+from vedette.ensemble.seeds import Seeds, sequence
 from vedette.metrics import judge
 
 START = {"x": [0, 10], "y": [0, 10], "vx": [5, 2], "vy": [3, 2]}
@@ -31,7 +32,7 @@ def estimator(kind):
 
 
 def seeds(runs):
-    return [sequence(3, run) for run in runs]
+    return Seeds(3, tuple(runs))
 
 
 def depends_on_company(make):
@@ -49,9 +50,18 @@ def normals(rng, runs):
     return rng.standard_normal((runs, 2, 3))
 
 
+@pytest.mark.parametrize("seed", [0, 1, 2**31, 2**32, 2**70 + 5, 2**150 + 1])
+@pytest.mark.parametrize("branch", [(), (1,), (0, 7), (2**40,)])
+def test_streams_are_numpys_own(seed, branch):
+    runs = (0, 1, 5, 999, 10**6, 2**32 - 1)
+    for run, found in zip(runs, Seeds(seed, runs, branch).generators(), strict=True):
+        expected = np.random.Generator(np.random.PCG64(sequence(seed, run, branch)))
+        assert found.bit_generator.state == expected.bit_generator.state
+
+
 def test_a_run_draws_the_same_in_any_company():
     assert not depends_on_company(Generators)
-    assert depends_on_company(lambda given: np.random.default_rng(given[0])), "a shared stream must show"
+    assert depends_on_company(lambda given: np.random.default_rng(sequence(3, given.runs[0]))), "a shared stream must show"
 
 
 @pytest.mark.parametrize("name", sorted(name for name in dir(np.random.Generator) if name[0] != "_" and name not in ALLOWED))

@@ -9,6 +9,7 @@ from attrs import frozen
 
 from vedette.consistency import gate_truncation, nees
 from vedette.ensemble.generators import Generators, NotInLockStep
+from vedette.ensemble.seeds import Seeds, sequence
 from vedette.errors import ConfigError, Problem
 from vedette.experiment import Experiment
 from vedette.lockstep import run_together
@@ -50,14 +51,9 @@ class Chunk:
     sums: Array
 
 
-def sequence(seed: int, run: int) -> np.random.SeedSequence:
-    """All randomness of a run, wherever and with whatever others it is run."""
-    return np.random.SeedSequence(seed, spawn_key=(run,))
-
-
 def run_chunk(experiment: Experiment, seed: int, runs: Sequence[int], together: bool) -> Chunk:
     """The runs of one point of the grid, in lock-step or one by one. ConfigError if it cannot be run."""
-    return (_together if together else _one_by_one)(experiment, [sequence(seed, run) for run in runs])
+    return (_together if together else _one_by_one)(experiment, Seeds(seed, tuple(runs)))
 
 
 def goes_together(experiment: Experiment) -> bool:
@@ -65,7 +61,7 @@ def goes_together(experiment: Experiment) -> bool:
 
     Three runs rehearse it up to the first time step. Two would not do: an estimator may draw pairs for all runs at once.
     """
-    seeds = [sequence(0, run) for run in range(3)]
+    seeds = Seeds(0, (0, 1, 2))
     try:
         given, scenes = _opened(experiment, seeds)
         begin = scenes.scans[0].time
@@ -76,14 +72,14 @@ def goes_together(experiment: Experiment) -> bool:
     return True
 
 
-def _opened(experiment: Experiment, seeds: Sequence[np.random.SeedSequence]) -> tuple[Gaussian, Scenes]:
+def _opened(experiment: Experiment, seeds: Seeds) -> tuple[Gaussian, Scenes]:
     """Priors and scenes. NotInLockStep where a run may have several tracks or a source that cannot draw them so."""
     tracker, source = experiment.tracker, experiment.source
     starts = any(tracker.lifecycle.starts(name, np.zeros(1)).any() for name in tracker.sensors)
     if starts or experiment.detectors or not isinstance(source, DrawsTogether):
         raise NotInLockStep("several tracks, detectors, or a source that draws run by run")
     try:
-        scenes = source.open_together(tracker.sensors, [np.random.Generator(np.random.PCG64(each)) for each in seeds])
+        scenes = source.open_together(tracker.sensors, seeds.generators())
     except ConfigError as error:
         raise error.within("source") from None
     if scenes is None:
@@ -91,7 +87,7 @@ def _opened(experiment: Experiment, seeds: Sequence[np.random.SeedSequence]) -> 
     return _given(experiment, scenes), scenes
 
 
-def _together(experiment: Experiment, seeds: Sequence[np.random.SeedSequence]) -> Chunk:
+def _together(experiment: Experiment, seeds: Seeds) -> Chunk:
     """The runs in lock-step."""
     (given, scenes), tracker, judged = _opened(experiment, seeds), experiment.tracker, experiment.judge
     runs = run_together(tracker, given, scenes.scans[0].time, scenes.scans, Generators(seeds))
@@ -169,11 +165,11 @@ def _lost(far: Mask, scans: int) -> Array:
     return lost
 
 
-def _one_by_one(experiment: Experiment, seeds: Sequence[np.random.SeedSequence]) -> Chunk:
+def _one_by_one(experiment: Experiment, seeds: Seeds) -> Chunk:
     """Each run by itself, as `vedette run` does it, judged against its truth."""
     rows = []
-    for each in seeds:
-        result = experiment.run(seeds=np.random.SeedSequence(each.entropy, spawn_key=each.spawn_key))
+    for run in seeds.runs:
+        result = experiment.run(seeds=sequence(seeds.seed, run))
         if result.interrupted:
             raise KeyboardInterrupt
         score = judge(

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
+from vedette.ensemble.seeds import Seeds
 from vedette.errors import VedetteError
 from vedette.space import Array
 
@@ -19,15 +19,15 @@ class NotInLockStep(VedetteError):
 
 
 class Generators(np.random.Generator):
-    """Draws of shape (r, ...) whose row i comes from the i-th seed alone, for estimators that draw in lock-step.
+    """Draws of shape (r, ...) whose row i comes from the i-th run's seed alone, for estimators that draw in lock-step.
 
     NotInLockStep for any other draw: numbers that the runs share would make a run depend on its company. Streams are made
     when they are first drawn from. They differ from those of the scene, which the same seeds give.
     """
 
-    def __init__(self, seeds: Sequence[np.random.SeedSequence]) -> None:
+    def __init__(self, seeds: Seeds) -> None:
         super().__init__(np.random.PCG64(0))
-        self._seeds = tuple(seeds)
+        self._seeds = seeds.child(1)
         self._streams: list[np.random.Generator] = []
 
     def __getattribute__(self, name: str) -> Any:
@@ -36,7 +36,7 @@ class Generators(np.random.Generator):
         return super().__getattribute__(name)
 
     def __str__(self) -> str:
-        return f"generators of {len(self._seeds)} runs"
+        return f"generators of {len(self._seeds.runs)} runs"
 
     __repr__ = __str__
 
@@ -52,13 +52,12 @@ class Generators(np.random.Generator):
 
     def _each(self) -> list[np.random.Generator]:
         if not self._streams:
-            own = [np.random.SeedSequence(seed.entropy, spawn_key=(*seed.spawn_key, 1)) for seed in self._seeds]
-            self._streams = [np.random.Generator(np.random.PCG64(seed)) for seed in own]
+            self._streams = self._seeds.generators()
         return self._streams
 
     def _own(self, size: Any) -> tuple[int, ...]:
         """What each run draws of a size."""
         shape = tuple(size) if isinstance(size, tuple | list) else (size,)
-        if not shape or shape[0] != len(self._seeds):
-            raise NotInLockStep(f"size: {_LAW}, {len(self._seeds)} of them; got {size}")
+        if not shape or shape[0] != len(self._seeds.runs):
+            raise NotInLockStep(f"size: {_LAW}, {len(self._seeds.runs)} of them; got {size}")
         return shape[1:]
