@@ -9,8 +9,8 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
 #include <cstring>
+#include <new>
 
 namespace vedette {
 
@@ -78,7 +78,7 @@ class Blocks {
             free_[kind] = block->next;
             kept_ -= size_of(kind);
         } else {
-            block = static_cast<Block*>(std::aligned_alloc(kHead, kHead + size_of(kind)));
+            block = static_cast<Block*>(::operator new(kHead + size_of(kind), std::align_val_t{kHead}, std::nothrow));
             if (block == nullptr) return nullptr;
         }
         block->kind = kind;
@@ -89,7 +89,7 @@ class Blocks {
         if (memory == nullptr) return;
         auto* block = reinterpret_cast<Block*>(static_cast<char*>(memory) - kHead);
         if (kept_ + size_of(block->kind) > kMostKept) {
-            std::free(block);
+            ::operator delete(block, std::align_val_t{kHead});
             return;
         }
         kept_ += size_of(block->kind);

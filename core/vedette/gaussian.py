@@ -116,7 +116,7 @@ def linearised(
 
     `memo`: the filter's own, so that the matrices of a linear sensor are taken once.
     """
-    if isinstance(seen, Frame):
+    if not isinstance(seen, Detections):
         return imaged(belief, state, sensor, seen, p_gate)
     memo = memo or Memo()
     look = memo.last

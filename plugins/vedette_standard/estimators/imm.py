@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import reduce
-from operator import attrgetter
 from typing import Any, ClassVar, final
 
 import numpy as np
@@ -38,8 +37,6 @@ class ModeHypotheses:
 
 
 new_mode_hypotheses = maker(ModeHypotheses)
-_said = attrgetter("loglik", "distance", "log_volume", "nis")
-_mean_of, _cov_of = attrgetter("mean"), attrgetter("cov")
 
 
 def _state(self: Imm) -> Space:
@@ -168,7 +165,7 @@ class Imm(Estimator[Modes]):
         for j, mode in enumerate(self.modes):
             part = mode.innovate(belief.beliefs[j], sensor, seen, p_gate)
             parts.append(part)
-            said.append(_said(part))
+            said.append((part.loglik, part.distance, part.log_volume, part.nis))
         loglik, distance, log_volume, nis, share = kernels.weigh_modes(belief.log_prob, said)
         return new_innovation(loglik, distance, log_volume, nis, new_mode_hypotheses(tuple(parts), share))
 
@@ -231,9 +228,13 @@ class Imm(Estimator[Modes]):
         )
         return Modes(beliefs, log_prob - kernels.log_sum(log_prob)[..., None])
 
-    def _each(self, belief: Modes) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
+    def _each(self, belief: Modes) -> tuple[list[Array], list[Array]]:
         """The modes' means and covariances, each over its own axes."""
         parts = belief.beliefs
         if not self._plain:
             parts = tuple(mode.moments(part) for mode, part in zip(self.modes, parts, strict=True))
-        return tuple(map(_mean_of, parts)), tuple(map(_cov_of, parts))
+        means, covs = [], []
+        for part in parts:
+            means.append(part.mean)
+            covs.append(part.cov)
+        return means, covs
