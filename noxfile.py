@@ -87,3 +87,22 @@ def memory(session: nox.Session) -> None:
     sanitized = {"LD_PRELOAD": str(runtime).strip(), "ASAN_OPTIONS": "detect_leaks=0:quarantine_size_mb=1"}
     options = ["-q", "-s", "-p", "no:cacheprovider", "-c", os.devnull, "--rootdir", str(HERE), "--import-mode=importlib"]
     session.run("python", "-m", "pytest", *options, *tests, env=sanitized)
+
+
+@nox.session(venv_backend="none")
+def arm64(session: nox.Session) -> None:
+    """The kernels' results on ARM64, emulated, beside this processor's. Needs g++-aarch64-linux-gnu and qemu-user."""
+    flags = ["-O3", "-std=c++17", "-fno-math-errno", "-fno-trapping-math", "-w", "-DVEDETTE_ISA=baseline"]
+    folder = Path(session.create_tmp())
+    found = {}
+    for compiler, run in (("g++", []), ("aarch64-linux-gnu-g++", ["qemu-aarch64"])):
+        program = str(folder / compiler)
+        session.run(compiler, *flags, "-static", "core/cpp/check.cpp", "-o", program)
+        found[compiler] = [line.split() for line in str(session.run(*run, program, silent=True)).splitlines()]
+    here, there = found.values()
+    if [name for name, _ in here] != [name for name, _ in there] or not here:
+        session.error("the two print other kernels")
+    worst = max(abs(float(a) - float(b)) / max(1.0, abs(float(a))) for (_, a), (_, b) in zip(here, there, strict=True))
+    session.log(f"{len(here)} numbers, the largest difference {worst:.1e}")
+    if not worst < 1e-12:
+        session.error("they differ")
