@@ -285,6 +285,21 @@ def test_common_sizes_are_taken_and_others_left_to_the_reference():
                     kernels.predict(x, P, P, P)
 
 
+def test_a_mode_that_a_return_is_next_to_impossible_for():
+    xs, Ps = np.array([[0.0], [53.54]]), np.ones((2, 1, 1))
+    agree("pda_update", xs, Ps, np.zeros((1, 1)), np.eye(1), np.eye(1), 0.9, 0.99, 9.0, -2.0)
+
+
+def test_an_axis_that_is_not_there_cannot_wrap():
+    P, periods = np.eye(2)[None], ((2, 6.28),)
+    with pytest.raises(IndexError):
+        kernels.innovate_returns(P, np.zeros((1, 2)), np.zeros((1, 2)), np.eye(2), P[None], 0.9, 0.99, periods)
+    with pytest.raises(IndexError):
+        kernels.absorb(np.zeros((1, 2)), P, np.zeros((1, 1, 2)), P[None], np.ones((1, 2)), periods)
+    with pytest.raises(IndexError):
+        kernels.together(np.zeros(1), (np.zeros(2),), (np.eye(2),), ((0, 1),), np.zeros((2, 2)), periods)
+
+
 def test_wrong_shapes_get_the_references_error():
     with pytest.raises(ValueError, match=r"matmul|broadcast|mismatch"):
         kernels.predict(np.zeros(2), np.eye(2), np.eye(3), np.eye(2))

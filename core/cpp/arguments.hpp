@@ -187,4 +187,11 @@ inline bool read_periods(PyObject* given, Periods& periods) {
     return true;
 }
 
+// Whether all of them are among `count` axes.
+inline bool are_among(const Periods& periods, npy_intp count) {
+    for (int i = 0; i < periods.count; ++i)
+        if (periods.each[i].axis >= count) return false;
+    return true;
+}
+
 }  // namespace vedette

@@ -114,7 +114,7 @@ struct PdaUpdate : shapes::PdaUpdate {
             hit += weights[h];
             for (int i = 0; i < m; ++i) mean[i] += weights[h] * (z[h * m + i] - expected[i]);
         }
-        const T miss = 1.0 - hit, over = hit > 0.0 ? 1.0 / hit : T{};
+        const T miss = 1.0 - hit, over = hit > 1e-300 ? 1.0 / hit : T{};  // beyond, 1 / hit overflows
         for (int i = 0; i < m; ++i)
             for (int l = i; l < m; ++l) noise[i * m + l] = miss * mean[i] * mean[l];
         for (int h = 0; h < k; ++h) {

@@ -123,7 +123,7 @@ PyObject* innovate_returns(PyObject*, Args args, Py_ssize_t count) {
     if (!call.ok) return refer(kInnovateReturns, args, count);
     const npy_intp n = P[0], m = z[1], k = z[0], noises = R[0];
     if (n < 1 || n > kMostStates || m < 1 || m > kMostMeasured || !square(P, n) || expected[0] != m || H[0] != m ||
-        H[1] != n || !square(R + 1, m) || (noises != 1 && noises != k) || !call.broadcast())
+        H[1] != n || !square(R + 1, m) || (noises != 1 && noises != k) || !are_among(shape.periods, m) || !call.broadcast())
         return refer(kInnovateReturns, args, count);
     shape.n = static_cast<int>(n), shape.m = static_cast<int>(m), shape.k = static_cast<int>(k);
     shape.noises = static_cast<int>(noises);
@@ -142,7 +142,7 @@ PyObject* absorb(PyObject*, Args args, Py_ssize_t count) {
     if (!call.ok) return refer(kAbsorb, args, count);
     const npy_intp n = x[0], k = shift[0];
     if (n < 1 || n > kMostStates || !square(P, n) || shift[1] != n || !square(post + 1, n) || weights[0] != 1 + k ||
-        (post[0] != 1 && post[0] != k) || !call.broadcast())
+        (post[0] != 1 && post[0] != k) || !are_among(shape.periods, n) || !call.broadcast())
         return refer(kAbsorb, args, count);
     shape.n = static_cast<int>(n), shape.k = static_cast<int>(k), shape.shared = post[0] == 1;
     PyObject *to = call.out(1, n), *cov = call.out(2, n, n);
@@ -280,7 +280,7 @@ bool take_bank(Call& call, Args args, npy_intp r, shapes::Interact& shape) {
     PyArrayObject* absent = call.as_doubles(args[3], 2);
     if (absent == nullptr || PyArray_NDIM(absent) != 2 || PyArray_DIM(absent, 0) != 2) return false;
     const npy_intp n = PyArray_DIM(absent, 1);
-    if (n < 1 || n > kMostStates) return false;
+    if (n < 1 || n > kMostStates || !are_among(shape.periods, n)) return false;
     std::memcpy(shape.absent, PyArray_DATA(absent), 2 * static_cast<size_t>(n) * sizeof(double));
     shape.n = static_cast<int>(n), shape.r = static_cast<int>(r), shape.same = true;
     for (npy_intp j = 0; j < r; ++j) {
@@ -455,7 +455,7 @@ PyObject* one_hot(PyObject*, Args args, Py_ssize_t count) { return choose(kOneHo
 PyObject* existence(PyObject*, Args args, Py_ssize_t count) {
     Call call;
     shapes::Existence shape;
-    if (count != 6) return refer(kExistence, args, count);
+    if (count != 6 || !PyBool_Check(args[5])) return refer(kExistence, args, count);
     const npy_intp *scores = call.in(args[0], 2), *weights = call.in(args[1], 2), *prior = call.in(args[2], 1),
                    *loglik = call.in(args[3], 2);
     shape.p_gate = PyFloat_AsDouble(args[4]);
