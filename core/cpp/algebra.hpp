@@ -1,5 +1,6 @@
-// Small matrices, of one problem or of eight side by side. Row-major; symmetric results are so to the last bit, as their
-// upper triangles are mirrored.
+// Small matrices, of one problem or of eight side by side. Row-major. Of symmetric ones the upper triangle is read, and one
+// problem's come out symmetric to the last bit; eight problems' have no lower triangle, as they do not fit into the registers
+// and each number that is not needed saves a way to memory and back.
 #pragma once
 
 #include <initializer_list>
@@ -31,20 +32,21 @@ VEDETTE_INLINE void with_sizes(int n, int m, const F& f) {
 
 // Calls f with a number of the type that matrices are read as: double if all eight problems share each of them, and sizes are
 // constants.
+VEDETTE_INLINE bool are_shared(const In* in, std::initializer_list<int> which) {
+    bool all = true;
+    for (const int i : which) all = all && in[i].next == 0;
+    return all;
+}
 template <class T, class N, class F>
-VEDETTE_INLINE void with_coefficients(N, std::initializer_list<In> matrices, const F& f) {
-    if constexpr (std::is_same_v<T, double>) {
+VEDETTE_INLINE void with_coefficients(N, bool shared, const F& f) {
+    if constexpr (std::is_same_v<T, double>)
         f(0.0);
-    } else if constexpr (std::is_same_v<N, int>) {
+    else if constexpr (std::is_same_v<N, int>)
         f(T{});
-    } else {
-        bool shared = true;
-        for (const In& matrix : matrices) shared = shared && matrix.next == 0;
-        if (shared)
-            f(0.0);
-        else
-            f(T{});
-    }
+    else if (shared)
+        f(0.0);
+    else
+        f(T{});
 }
 
 // A stage of eight problems stands apart, or the compiler would keep too much in memory, and be at it for minutes.
@@ -89,14 +91,72 @@ VEDETTE_INLINE void mirror_rows(double* C) {
     set_row(C + 12, VEDETTE_SHUFFLE(Row64, turned[3], row[3], 0, 1, 2, 7));
 }
 
-// Products take numbers that all eight problems share as they are: A, B may be double where T is Eight.
-
-// Entry (i, j) of A, of which the upper triangle is enough if it is symmetric: eight problems' numbers do not all fit into the
-// processor's registers, and each that is not needed saves a way to memory and back.
-template <bool symmetric, class T>
+// Entry (i, j) of A, if it is symmetric from its upper triangle.
+template <bool symmetric = true, class T>
 VEDETTE_INLINE const T& entry(const T* A, int i, int j, int columns) {
     return symmetric && i > j ? A[j * columns + i] : A[i * columns + j];
 }
+
+// Makes the lower triangle of a symmetric C that of its upper one.
+template <class T>
+VEDETTE_INLINE void mirror(T* C, int n) {
+    for (int i = 0; i < n; ++i)
+        for (int j = i + 1; j < n; ++j) C[j * n + i] = C[i * n + j];
+}
+
+// Sets entry (i, j) of a symmetric C, i <= j.
+template <class T>
+VEDETTE_INLINE void set_entry(T* C, int i, int j, int n, const T& value) {
+    C[i * n + j] = value;
+    if constexpr (std::is_same_v<T, double>) C[j * n + i] = value;
+}
+
+// `count` symmetric matrices (n, n) one after another, eight problems' side by side: their upper triangles alone where n is a
+// constant.
+struct Symmetry {};
+constexpr Symmetry kSymmetric{};
+template <class T, class N>
+VEDETTE_INLINE void load_symmetric(In a, T* to, N n, int count = 1) {
+    if constexpr (std::is_same_v<T, double> || std::is_same_v<N, int>)
+        load(a, to, count * n * n);
+    else
+        for (int c = 0; c < count; ++c) load_some(part(a, c * n * n), to + c * n * n, n * n, [&](int i) { return i / n <= i % n; });
+}
+template <class T, class N>
+VEDETTE_INLINE void store_symmetric(Out a, T* from, N n, int count = 1) {
+    for (int c = 0; c < count; ++c) {
+        if constexpr (!std::is_same_v<T, double> && std::is_same_v<N, int>) mirror(from + c * n * n, n);
+        if constexpr (std::is_same_v<T, double> || std::is_same_v<N, int>)
+            store(part(a, c * n * n), from + c * n * n, n * n);
+        else
+            store_as(part(a, c * n * n), n * n, [&](int i) { return entry(from + c * n * n, i / n, i % n, n); });
+    }
+}
+
+// A matrix among the inputs: one problem's where it lies, eight problems' side by side.
+template <class T, int most>
+struct Matrix {
+    T at[most];
+    VEDETTE_INLINE Matrix(In a, int count) { load(a, at, count); }
+    template <class N>
+    VEDETTE_INLINE Matrix(In a, N n, Symmetry) { load_symmetric(a, at, n); }
+    VEDETTE_INLINE operator const T*() const { return at; }
+};
+template <int most>
+struct Matrix<double, most> {
+    const double* at;
+    VEDETTE_INLINE Matrix(In a, int) : at(a.at) {}
+    VEDETTE_INLINE Matrix(In a, int, Symmetry) : at(a.at) {}
+    VEDETTE_INLINE operator const double*() const { return at; }
+};
+template <class T>
+using Vector = Matrix<T, kMostStates>;
+template <class T>
+using Square = Matrix<T, kStates2>;
+template <class T>
+using Rectangle = Matrix<T, kMostMeasured * kMostStates>;
+
+// Products take numbers that all eight problems share as they are: A, B may be double where T is Eight.
 
 enum Symmetric { kNeither, kLeft, kRight };
 
@@ -120,26 +180,6 @@ VEDETTE_INLINE void multiply(const L* A, const R* B, T* C, int p, int s, int q) 
         }
 }
 
-// C (p, p) += A' B with A and B (s, p), where that is symmetric
-template <class T, class L, class R>
-VEDETTE_INLINE void add_turned_product(const L* A, const R* B, T* C, int p, int s) {
-    if constexpr (std::is_same_v<T, double>)
-        if (VEDETTE_BY_ROWS(p)) {
-            for (int i = 0; i < p; ++i) {
-                Row sum = row_at(C + 4 * i);
-                for (int l = 0; l < s; ++l) sum += A[l * 4 + i] * row_at(B + 4 * l);
-                set_row(C + 4 * i, sum);
-            }
-            return mirror_rows(C);
-        }
-    for (int i = 0; i < p; ++i)
-        for (int j = i; j < p; ++j) {
-            T sum = C[i * p + j];
-            for (int l = 0; l < s; ++l) sum += A[l * p + i] * B[l * p + j];
-            C[i * p + j] = C[j * p + i] = sum;
-        }
-}
-
 // C (p, q) = A' B with A (s, p), B (s, q)
 template <class T, class L, class R>
 VEDETTE_INLINE void multiply_turned(const L* A, const R* B, T* C, int p, int s, int q) {
@@ -160,40 +200,66 @@ VEDETTE_INLINE void multiply_turned(const L* A, const R* B, T* C, int p, int s, 
         }
 }
 
-// B (q, p) = A' of A (p, q)
-template <class T>
-VEDETTE_INLINE void transpose(const T* A, T* B, int p, int q) {
+// Symmetric C (p, p) = D + sign A' B with A, B (s, p)
+template <int sign = 1, class T, class C, class L, class R>
+VEDETTE_INLINE void add_turned_product(const C* D, const L* A, const R* B, T* to, int p, int s) {
     if constexpr (std::is_same_v<T, double>)
-        if (VEDETTE_BY_ROWS(q) && p == 4) {
-            Row rows[4] = {row_at(A), row_at(A + 4), row_at(A + 8), row_at(A + 12)};
-            turn(rows);
-            for (int i = 0; i < 4; ++i) set_row(B + 4 * i, rows[i]);
-            return;
+        if (VEDETTE_BY_ROWS(p)) {
+            for (int i = 0; i < p; ++i) {
+                Row sum = row_at(D + 4 * i);
+                for (int l = 0; l < s; ++l) sum += sign * A[l * 4 + i] * row_at(B + 4 * l);
+                set_row(to + 4 * i, sum);
+            }
+            return mirror_rows(to);
         }
     for (int i = 0; i < p; ++i)
-        for (int j = 0; j < q; ++j) B[j * p + i] = A[i * q + j];
-}
-
-template <class T>
-VEDETTE_INLINE void make_symmetric(T* A, int n) {
-    if constexpr (std::is_same_v<T, double>)
-        if (VEDETTE_BY_ROWS(n)) {
-            Row turned[4] = {row_at(A), row_at(A + 4), row_at(A + 8), row_at(A + 12)};
-            turn(turned);
-            for (int i = 0; i < 4; ++i) set_row(A + 4 * i, 0.5 * (row_at(A + 4 * i) + turned[i]));
-            return;
+        for (int j = i; j < p; ++j) {
+            T sum = T{} + D[i * p + j];
+            for (int l = 0; l < s; ++l) sum += sign * A[l * p + i] * B[l * p + j];
+            set_entry(to, i, j, p, sum);
         }
-    for (int i = 0; i < n; ++i)
-        for (int j = i + 1; j < n; ++j) A[i * n + j] = A[j * n + i] = 0.5 * (A[i * n + j] + A[j * n + i]);
 }
 
-// F P F' + Q, with F transposed; Q symmetric
+// B (4, 4) = A'
+VEDETTE_INLINE void turn_rows(const double* A, double* B) {
+    Row rows[4] = {row_at(A), row_at(A + 4), row_at(A + 8), row_at(A + 12)};
+    turn(rows);
+    for (int i = 0; i < 4; ++i) set_row(B + 4 * i, rows[i]);
+}
+
+// A x with A (p, n)
 template <class T, class C>
-VEDETTE_INLINE void propagated(const T* P, const C* turned, const C* Q, T* to, int n) {
-    T ahead[kStates2];
-    multiply<kLeft>(P, turned, ahead, n, n, n);
-    for (int i = 0; i < n * n; ++i) to[i] = T{} + Q[i];
-    add_turned_product(turned, ahead, to, n, n);
+VEDETTE_INLINE void apply(const C* A, const T* x, T* to, int p, int n) {
+    if constexpr (std::is_same_v<T, double>)
+        if (VEDETTE_BY_ROWS(n) && p == 4) {
+            double turned[16];
+            turn_rows(A, turned);
+            return multiply(x, turned, to, 1, n, n);
+        }
+    multiply(A, x, to, p, n, 1);
+}
+
+// A P (p, n) and A P A' + D (p, p) with A (p, n); P and D symmetric
+template <class T, class C>
+VEDETTE_INLINE void congruence(const C* A, const T* P, const C* D, T* AP, T* to, int p, int n) {
+    multiply<kRight>(A, P, AP, p, n, n);
+    if constexpr (std::is_same_v<T, double>)
+        if (VEDETTE_BY_ROWS(n) && p == 4) {
+            double turned[16];
+            turn_rows(A, turned);
+            for (int i = 0; i < 4; ++i) {
+                Row sum = row_at(D + 4 * i);
+                for (int l = 0; l < 4; ++l) sum += AP[4 * i + l] * row_at(turned + 4 * l);
+                set_row(to + 4 * i, sum);
+            }
+            return mirror_rows(to);
+        }
+    for (int i = 0; i < p; ++i)
+        for (int j = i; j < p; ++j) {
+            T sum = T{} + D[i * p + j];
+            for (int l = 0; l < n; ++l) sum += AP[i * n + l] * A[j * n + l];
+            set_entry(to, i, j, p, sum);
+        }
 }
 
 // The inverse of a positive definite S (m, m), and the logarithm of its determinant.
@@ -204,9 +270,9 @@ VEDETTE_INLINE T invert(const T* S, T* inverse, int m) {
         return Lane<T>::log(S[0]);
     }
     if (m == 2) {
-        const T d1 = S[0], over1 = 1.0 / d1, slope = S[2] * over1, d2 = S[3] - slope * S[2], over2 = 1.0 / d2;
+        const T d1 = S[0], over1 = 1.0 / d1, slope = S[1] * over1, d2 = S[3] - slope * S[1], over2 = 1.0 / d2;
         inverse[3] = over2;
-        inverse[1] = inverse[2] = -slope * over2;
+        set_entry(inverse, 0, 1, 2, -slope * over2);
         inverse[0] = over1 - slope * inverse[1];
         return Lane<T>::log(d1 * d2);
     }
@@ -218,7 +284,7 @@ VEDETTE_INLINE T invert(const T* S, T* inverse, int m) {
         for (int l = 0; l < j; ++l) D[j] -= L[j * m + l] * L[j * m + l] * D[l];
         log_det += Lane<T>::log(D[j]);
         for (int i = j + 1; i < m; ++i) {
-            T sum = S[i * m + j];
+            T sum = S[j * m + i];
             for (int l = 0; l < j; ++l) sum -= L[i * m + l] * L[j * m + l] * D[l];
             L[i * m + j] = sum / D[j];
         }
@@ -235,7 +301,7 @@ VEDETTE_INLINE T invert(const T* S, T* inverse, int m) {
         for (int j = i; j < m; ++j) {
             T sum = Lane<T>::all(0.0);
             for (int l = j; l < m; ++l) sum += M[l * m + i] * M[l * m + j] / D[l];
-            inverse[i * m + j] = inverse[j * m + i] = sum;
+            set_entry(inverse, i, j, m, sum);
         }
     return log_det;
 }

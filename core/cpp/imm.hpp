@@ -20,10 +20,10 @@ struct ImmMix : shapes::ImmMix {
         T after[kMostModes], weights[kMostModes * kMostModes], mean[kMostModes * kMostStates], cov[kMostModes * kStates2];
         switching.weigh(in[0], in[1], after, weights, r);
         Stack<T> stack;
-        load(in[2], stack.apart, r * n), load(in[3], stack.P, r * n * n);
+        load(in[2], stack.apart, r * n), load_symmetric(in[3], stack.P, n, r);
         stack.take_origin(n, r, Periods());
         for (int j = 0; j < r; ++j) stack.moments(weights + j * r, mean + j * n, cov + j * n * n, n, r);
-        store(out[0], after, r), store(out[1], mean, r * n), store(out[2], cov, r * n * n);
+        store(out[0], after, r), store(out[1], mean, r * n), store_symmetric(out[2], cov, n, r);
     }
 };
 
@@ -41,37 +41,41 @@ struct ImmCombine : shapes::ImmCombine {
         const T total = log_sum(joint, r, weights);
         for (int j = 0; j < r; ++j) joint[j] -= total, weights[j] = Lane<T>::exp(joint[j]);
         Stack<T> stack;
-        load(in[2], stack.apart, r * n), load(in[3], stack.P, r * n * n);
+        load(in[2], stack.apart, r * n), load_symmetric(in[3], stack.P, n, r);
         stack.take_origin(n, r, Periods());
         stack.moments(weights, mean, cov, n, r);
-        store(out[0], joint, r), store(out[1], mean, n), store(out[2], cov, n * n);
+        store(out[0], joint, r), store(out[1], mean, n), store_symmetric(out[2], cov, n);
         Lane<T>::store(out[3], 0, total);
     }
 };
 
 // in: xs (r, n), Ps (r, n, n), z (k, m), H, R; out: xs, Ps, loglik (r)
 struct PdaUpdate : shapes::PdaUpdate {
+    double log_miss, log_detect;
+
+    explicit PdaUpdate(const shapes::PdaUpdate& shape)
+        : shapes::PdaUpdate(shape), log_miss(safe_log(1.0 - p_detect * p_gate)), log_detect(safe_log(p_detect) - log_density) {}
+
     template <class T>
     void run(const In* in, const Out* out) const {
         with_sizes(n, m, [&](auto states, auto measured) {
-            with_coefficients<T>(states, {in[3], in[4]}, [&](auto c) { solve<T, decltype(c)>(in, out, states, measured); });
+            with_coefficients<T>(states, are_shared(in, {3, 4}), [&](auto c) { solve<T, decltype(c)>(in, out, states, measured); });
         });
     }
     template <class T, class C, class N, class M>
     VEDETTE_INLINE void solve(const In* in, const Out* out, N n, M m) const {
-        C H[kMostMeasured * kMostStates], R[kMeasured2];
-        T x[kMostModes * kMostStates], P[kMostModes * kStates2], z[kMostReturns * kMostMeasured];
+        const Rectangle<C> H(in[3], m * n);
+        const Square<C> R(in[4], m, kSymmetric);
+        const Matrix<T, kMostReturns * kMostMeasured> z(in[2], k * m);
+        T x[kMostModes * kMostStates], P[kMostModes * kStates2];
         T expected[kMostModes * kMostMeasured], distance[kMostModes * kMostReturns], nearest[kMostReturns];
         Sight<T> sights[kMostModes];
-        load(in[0], x, r * n), load(in[1], P, r * n * n), load(in[2], z, k * m), load(in[3], H, m * n), load(in[4], R, m * m);
+        load(in[0], x, r * n), load_symmetric(in[1], P, n, r);
         for (int h = 0; h < k; ++h) nearest[h] = Lane<T>::all(std::numeric_limits<double>::infinity());
         for (int j = 0; j < r; ++j) {
             T nu[kMostMeasured], *own = expected + j * m;
-            sights[j].take(P + j * n * n, H, R, n, m);
-            for (int i = 0; i < m; ++i) {
-                own[i] = T{};
-                for (int l = 0; l < n; ++l) own[i] += H[i * n + l] * x[j * n + l];
-            }
+            sights[j].template take<C>(P + j * n * n, H, R, n, m);
+            apply<T, C>(H, x + j * n, own, m, n);
             for (int h = 0; h < k; ++h) {
                 for (int i = 0; i < m; ++i) nu[i] = z[h * m + i] - own[i];
                 const T d = distance[j * k + h] = sights[j].distance(nu, m);
@@ -82,54 +86,60 @@ struct PdaUpdate : shapes::PdaUpdate {
             const T loglik = weigh(sights[j].log_det, nearest, distance + j * k, m);
             Lane<T>::store(out[2], j, loglik);
             const Sight<T>* sight = sights + j;
-            stage<T>([&, j] { absorb(*sight, x + j * n, P + j * n * n, H, R, z, expected + j * m, distance + j * k, n, m); });
+            stage<T>([&, j] { absorb<T, C>(*sight, x + j * n, P + j * n * n, H, R, z, expected + j * m, distance + j * k, n, m); });
         }
-        store(out[0], x, r * n), store(out[1], P, r * n * n);
+        store(out[0], x, r * n), store_symmetric(out[1], P, n, r);
     }
 
     // Squared distances (k) into association weights; gives the log-likelihood of the scan.
     template <class T>
     __attribute__((noinline)) T weigh(T log_det, const T* nearest, T* distance, int m) const {
-        const double miss = safe_log(1.0 - p_detect * p_gate);
-        const T least = safe_log(p_detect) - log_density - 0.5 * (log_det + m * kLog2Pi);
-        T top = Lane<T>::all(miss);
+        const T least = log_detect - 0.5 * (log_det + m * kLog2Pi);
+        T top = Lane<T>::all(log_miss);
         for (int h = 0; h < k; ++h) {
             distance[h] = nearest[h] <= limit ? least - 0.5 * distance[h] : Lane<T>::all(-std::numeric_limits<double>::max());
             top = Lane<T>::larger(top, distance[h]);
         }
-        T sum = Lane<T>::exp(miss - top);
+        T sum = Lane<T>::exp(log_miss - top);
         for (int h = 0; h < k; ++h) sum += distance[h] = Lane<T>::exp(distance[h] - top);
         const T over = 1.0 / sum;
         for (int h = 0; h < k; ++h) distance[h] *= over;
         return top + Lane<T>::log(sum);
     }
 
-    // x and P after association: w_0 P + (1 - w_0) (I - K H) P (I - K H)' + K ((1 - w_0) R + the spread of the returns) K'.
+    // x and P after association, with D the spread of the returns: w_0 P + (1 - w_0) (P - K S K') + K D K', which is
+    // P - K ((1 - w_0) S - D) K' where that keeps its digits; else as a sum of squares, the noise being R + D / (1 - w_0).
     template <class T, class C, class N, class M>
     VEDETTE_INLINE void absorb(const Sight<T>& sight, T* x, T* P, const C* H, const C* R, const T* z, const T* expected,
                                const T* weights, N n, M m) const {
-        T nu[kMostMeasured], mean[kMostMeasured], noise[kMeasured2], step[kMostStates], post[kStates2], hit{};
+        T nu[kMostMeasured], mean[kMostMeasured], spread[kMeasured2], turned[kMostMeasured * kMostStates], hit{};
         for (int i = 0; i < m; ++i) mean[i] = T{};
         for (int h = 0; h < k; ++h) {
             hit += weights[h];
             for (int i = 0; i < m; ++i) mean[i] += weights[h] * (z[h * m + i] - expected[i]);
         }
-        const T miss = 1.0 - hit, over = hit > 1e-300 ? 1.0 / hit : T{};  // beyond, 1 / hit overflows
+        const T miss = 1.0 - hit;
         for (int i = 0; i < m; ++i)
-            for (int l = i; l < m; ++l) noise[i * m + l] = miss * mean[i] * mean[l];
+            for (int l = i; l < m; ++l) set_entry(spread, i, l, m, T(miss * mean[i] * mean[l]));
         for (int h = 0; h < k; ++h) {
             for (int i = 0; i < m; ++i) nu[i] = z[h * m + i] - expected[i] - mean[i];
             for (int i = 0; i < m; ++i)
-                for (int l = i; l < m; ++l) noise[i * m + l] += weights[h] * nu[i] * nu[l];
+                for (int l = i; l < m; ++l) set_entry(spread, i, l, m, T(spread[i * m + l] + weights[h] * nu[i] * nu[l]));
         }
+        sight.shift(mean, turned, n, m);
+        for (int i = 0; i < n; ++i) x[i] += turned[i];
+        if (sight.mild) {
+            multiply<kLeft>(spread, sight.gain, turned, m, m, n);
+            for (int i = 0; i < m * n; ++i) turned[i] = hit * sight.cross[i] - turned[i];
+            return sight.shorten(P, turned, P, n, m);
+        }
+        T post[kStates2];
+        const T over = hit > 1e-300 ? 1.0 / hit : T{};  // beyond, 1 / hit overflows
         for (int i = 0; i < m; ++i)
-            for (int l = i; l < m; ++l) noise[i * m + l] = noise[l * m + i] = R[i * m + l] + noise[i * m + l] * over;
-        sight.shift(mean, step, n, m);
-        sight.joseph(P, H, noise, post, n, m);
-        for (int i = 0; i < n; ++i) {
-            x[i] += step[i];
-            for (int l = i; l < n; ++l) P[i * n + l] = P[l * n + i] = miss * P[i * n + l] + hit * post[i * n + l];
-        }
+            for (int l = i; l < m; ++l) set_entry(spread, i, l, m, T(R[i * m + l] + spread[i * m + l] * over));
+        sight.joseph(P, H, spread, post, n, m);
+        for (int i = 0; i < n; ++i)
+            for (int l = i; l < n; ++l) set_entry(P, i, l, n, T(miss * P[i * n + l] + hit * post[i * n + l]));
     }
 };
 

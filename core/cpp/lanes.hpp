@@ -171,29 +171,33 @@ struct Lane;
 template <>
 struct Lane<double> {
     static constexpr int count = 1;
-    static double load(In a, std::ptrdiff_t i) { return a.at[i]; }
-    static void store(Out a, std::ptrdiff_t i, double value) { a.at[i] = value; }
+    static double load(const In& a, std::ptrdiff_t i) { return a.at[i]; }
+    static void store(const Out& a, std::ptrdiff_t i, double value) { a.at[i] = value; }
     static double all(double value) { return value; }
     static double log(double value) { return is_usual(value) ? log_of(value) : std::log(value); }
     static double exp(double value) { return exp_of(value); }
     static double sqrt(double value) { return std::sqrt(value); }
-    static double larger(double a, double b) { return a > b ? a : b; }
+    static double larger(double a, double b) { return a <= b ? b : a; }  // a where it is NaN
     static double wrap(double x, double period) {
         const double half = period / 2, near = x - period * std::nearbyint(x / period);
-        return near < half ? larger(near, -half) : -half;
+        return near >= half ? -half : larger(near, -half);
     }
 };
 
 template <>
 struct Lane<Eight> {
     static constexpr int count = kLanes;
-    static Eight load(In a, std::ptrdiff_t i) {
+    static Eight load(const In& a, std::ptrdiff_t i) {
         const double* p = a.at + i;
         const std::ptrdiff_t s = a.next;
         if (s == 0) return all(*p);
         return Eight{p[0], p[s], p[2 * s], p[3 * s], p[4 * s], p[5 * s], p[6 * s], p[7 * s]};
     }
-    static void store(Out a, std::ptrdiff_t i, Eight value) {
+    static void store(const Out& a, std::ptrdiff_t i, Eight value) {
+        if (a.next == 1) {
+            std::memcpy(a.at + i, &value, sizeof value);
+            return;
+        }
         for (int l = 0; l < kLanes; ++l) a.at[l * a.next + i] = value[l];
     }
     static Eight all(double value) { return Eight{value, value, value, value, value, value, value, value}; }
@@ -212,7 +216,7 @@ struct Lane<Eight> {
     static Eight sqrt(Eight value) {
         return each(value, [](double v) { return std::sqrt(v); });
     }
-    static Eight larger(Eight a, Eight b) { return a > b ? a : b; }
+    static Eight larger(Eight a, Eight b) { return a <= b ? b : a; }
     static Eight wrap(Eight x, double period) {
         return each(x, [period](double v) { return Lane<double>::wrap(v, period); });
     }
@@ -225,8 +229,12 @@ VEDETTE_INLINE void copy(const double* from, double* to, int count) {
     for (; i < count; ++i) to[i] = from[i];
 }
 
-template <class T>
-VEDETTE_INLINE void load(In a, T* to, int count) {
+VEDETTE_INLINE In part(const In& a, std::ptrdiff_t from) { return {a.at + from, a.next}; }
+VEDETTE_INLINE Out part(const Out& a, std::ptrdiff_t from) { return {a.at + from, a.next}; }
+
+// Of a problem's `count` numbers those that `want` says.
+template <class T, class F>
+VEDETTE_INLINE void load_some(const In& a, T* to, int count, const F& want) {
     if constexpr (kTurnsRows && std::is_same_v<T, Eight>)
         if (a.next != 0 && count >= 4) {
             for (int i = 0; i < count; i += 4) {
@@ -235,33 +243,46 @@ VEDETTE_INLINE void load(In a, T* to, int count) {
                 Eight four[4];
                 for (int l = 0; l < 4; ++l) four[l] = pair_at(p + l * a.next, p + (l + 4) * a.next);
                 turn(four);
-                for (int l = 0; l < 4; ++l) to[i + l] = four[l];
+                for (int l = 0; l < 4; ++l)
+                    if (want(i + l)) to[i + l] = four[l];
             }
             return;
         }
-    if constexpr (std::is_same_v<T, double>)
-        copy(a.at, to, count);
-    else
-        for (int i = 0; i < count; ++i) to[i] = Lane<T>::load(a, i);
+    for (int i = 0; i < count; ++i)
+        if (want(i)) to[i] = Lane<T>::load(a, i);
 }
 
 template <class T>
-VEDETTE_INLINE void store(Out a, const T* from, int count) {
-    if constexpr (kTurnsRows && std::is_same_v<T, Eight>)
+VEDETTE_INLINE void load(const In& a, T* to, int count) {
+    if constexpr (std::is_same_v<T, double>)
+        copy(a.at, to, count);
+    else
+        load_some(a, to, count, [](int) { return true; });
+}
+
+// Number i is what `value` says.
+template <class F>
+VEDETTE_INLINE void store_as(const Out& a, int count, const F& value) {
+    if constexpr (kTurnsRows)
         if (count >= 4) {
             for (int i = 0; i < count; i += 4) {
                 if (i > count - 4) i = count - 4;
                 double* p = a.at + i;
-                Eight four[4] = {from[i], from[i + 1], from[i + 2], from[i + 3]};
+                Eight four[4] = {value(i), value(i + 1), value(i + 2), value(i + 3)};
                 turn(four);
                 for (int l = 0; l < 4; ++l) set_pair(p + l * a.next, p + (l + 4) * a.next, four[l]);
             }
             return;
         }
+    for (int i = 0; i < count; ++i) Lane<Eight>::store(a, i, value(i));
+}
+
+template <class T>
+VEDETTE_INLINE void store(const Out& a, const T* from, int count) {
     if constexpr (std::is_same_v<T, double>)
         copy(from, a.at, count);
     else
-        for (int i = 0; i < count; ++i) Lane<T>::store(a, i, from[i]);
+        store_as(a, count, [from](int i) { return from[i]; });
 }
 
 }  // namespace vedette::VEDETTE_ISA

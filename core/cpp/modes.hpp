@@ -46,8 +46,7 @@ struct Stack {
             for (int a = 0; a < n; ++a)
                 for (int b = a; b < n; ++b) cov[a * n + b] += weights[j] * (P[(j * n + a) * n + b] + away[a] * away[b]);
         }
-        for (int a = 0; a < n; ++a)
-            for (int b = a + 1; b < n; ++b) cov[b * n + a] = cov[a * n + b];
+        if constexpr (std::is_same_v<T, double>) mirror(cov, n);
     }
 };
 
@@ -126,7 +125,7 @@ VEDETTE_INLINE void gather(Stack<T>& stack, const In* xs, const In* Ps, const sh
     for (int j = 0; j < r; ++j) {
         T *mean = stack.apart + j * n, *cov = stack.P + j * n * n;
         if (bank.same) {
-            load(xs[j], mean, n), load(Ps[j], cov, n * n);
+            load(xs[j], mean, n), load_symmetric(Ps[j], cov, n);
             continue;
         }
         const int size = bank.sizes[j], *own = bank.own[j];
@@ -162,13 +161,13 @@ struct Interact : shapes::Interact {
             stack.moments(weights + j * r, mean, cov, n, r);
             wrap(mean, periods);
             if (same) {
-                store(out[1 + j], mean, n), store(out[1 + r + j], cov, n * n);
+                store(out[1 + j], mean, n), store_symmetric(out[1 + r + j], cov, n);
                 continue;
             }
             for (int a = 0; a < sizes[j]; ++a) {
                 Lane<T>::store(out[1 + j], a, mean[own[j][a]]);
                 for (int b = 0; b < sizes[j]; ++b)
-                    Lane<T>::store(out[1 + r + j], a * sizes[j] + b, cov[own[j][a] * n + own[j][b]]);
+                    Lane<T>::store(out[1 + r + j], a * sizes[j] + b, entry(cov, own[j][a], own[j][b], n));
             }
         }
     }
@@ -189,7 +188,7 @@ struct Together : shapes::Together {
         gather(stack, in + 1, in + 1 + bank.r, bank, n);
         stack.moments(weights, mean, cov, n, bank.r);
         wrap(mean, bank.periods);
-        store(out[0], mean, n), store(out[1], cov, n * n);
+        store(out[0], mean, n), store_symmetric(out[1], cov, n);
     }
 };
 

@@ -13,8 +13,9 @@ struct Whiten : shapes::Whiten {
     }
     template <class T, class N>
     VEDETTE_INLINE void solve(const In* in, const Out* out, N n) const {
-        T white[kMostStates], P[kStates2], L[kStates2], over[kMostStates], inverse[kMostStates];
-        load(in[0], white, n), load(in[1], P, n * n);
+        const Square<T> P(in[1], n, kSymmetric);
+        T white[kMostStates], L[kStates2], over[kMostStates], inverse[kMostStates];
+        load(in[0], white, n);
         const T none = Lane<T>::all(std::numeric_limits<double>::quiet_NaN());
         for (int i = 0; i < n; ++i) {
             const T variance = P[i * n + i];
@@ -27,7 +28,7 @@ struct Whiten : shapes::Whiten {
             for (int l = 0; l < j; ++l) pivot -= L[j * n + l] * L[j * n + l];
             inverse[j] = 1.0 / Lane<T>::sqrt(pivot > 0.0 ? pivot : none);
             for (int i = j + 1; i < n; ++i) {
-                T sum = P[i * n + j] * over[i] * over[j];
+                T sum = P[j * n + i] * over[i] * over[j];
                 for (int l = 0; l < j; ++l) sum -= L[i * n + l] * L[j * n + l];
                 L[i * n + j] = sum * inverse[j];
             }
@@ -48,23 +49,23 @@ struct SigmaPoints : shapes::SigmaPoints {
     }
     template <class T, class N>
     VEDETTE_INLINE void solve(const In* in, const Out* out, N n) const {
-        T P[kStates2], L[kStates2], turned[kStates2], nothing[kMostStates];
-        load(in[0], P, n * n);
-        for (int i = 0; i < n * n; ++i) P[i] *= scale, L[i] = T{};
+        const Square<T> P(in[0], n, kSymmetric);
+        T turned[kStates2], nothing[kMostStates];  // turned: L'
+        for (int i = 0; i < n * n; ++i) turned[i] = T{};
         for (int i = 0; i < n; ++i) nothing[i] = T{};
         for (int j = 0; j < n; ++j) {
-            T pivot = P[j * n + j];
-            for (int l = 0; l < j; ++l) pivot -= L[j * n + l] * L[j * n + l];
-            const auto free = pivot > 1e-14 * P[j * n + j];  // else the axis is known exactly, and has no variance
+            const T variance = scale * P[j * n + j];
+            T pivot = variance;
+            for (int l = 0; l < j; ++l) pivot -= turned[l * n + j] * turned[l * n + j];
+            const auto free = pivot > 1e-14 * variance;  // else the axis is known exactly, and has no variance
             const T root = Lane<T>::sqrt(free ? pivot : Lane<T>::all(1.0)), over = free ? 1.0 / root : T{};
-            L[j * n + j] = free ? root : T{};
+            turned[j * n + j] = free ? root : T{};
             for (int i = j + 1; i < n; ++i) {
-                T sum = P[i * n + j];
-                for (int l = 0; l < j; ++l) sum -= L[i * n + l] * L[j * n + l];
-                L[i * n + j] = sum * over;
+                T sum = scale * P[j * n + i];
+                for (int l = 0; l < j; ++l) sum -= turned[l * n + i] * turned[l * n + j];
+                turned[j * n + i] = sum * over;
             }
         }
-        transpose(L, turned, n, n);
         store(out[0], nothing, n), store(part(out[0], n), turned, n * n);
         for (int i = 0; i < n * n; ++i) turned[i] = -turned[i];
         store(part(out[0], n + n * n), turned, n * n);
@@ -80,9 +81,10 @@ struct InnovatePoints : shapes::InnovatePoints {
     }
     template <class T, class N, class M>
     VEDETTE_INLINE void solve(const In* in, const Out* out, N n, M m) const {
-        T dx[kMostPoints * kMostStates], dz[kMostPoints * kMostMeasured], weights[kMostPoints];
+        const Matrix<T, kMostPoints * kMostStates> dx(in[0], s * n);
+        const Matrix<T, kMostPoints * kMostMeasured> dz(in[1], s * m);
+        const Matrix<T, kMostPoints> weights(in[2], s);
         T cross[kMostMeasured * kMostStates], spread[kMeasured2];
-        load(in[0], dx, s * n), load(in[1], dz, s * m), load(in[2], weights, s);
         for (int i = 0; i < m * n; ++i) cross[i] = T{};
         for (int i = 0; i < m * m; ++i) spread[i] = T{};
         for (int p = 0; p < s; ++p)
@@ -92,16 +94,15 @@ struct InnovatePoints : shapes::InnovatePoints {
                 for (int j = i; j < m; ++j) spread[i * m + j] += scaled * dz[p * m + j];
             }
         for (int h = 0; h < noises; ++h) {
-            T R[kMeasured2], S[kMeasured2], post[kStates2], nu[kMostMeasured], shift[kMostStates];
+            const Square<T> R(part(in[4], h * m * m), m, kSymmetric);
+            T S[kMeasured2], post[kStates2], nu[kMostMeasured], shift[kMostStates];
             Sight<T> sight;
-            load(part(in[4], h * m * m), R, m * m);
-            make_symmetric(R, m);
             for (int i = 0; i < m; ++i)
-                for (int j = i; j < m; ++j) S[i * m + j] = S[j * m + i] = spread[i * m + j] + R[i * m + j];
+                for (int j = i; j < m; ++j) set_entry(S, i, j, m, T(spread[i * m + j] + R[i * m + j]));
             sight.log_det = invert(S, sight.inverse, m);
-            multiply(sight.inverse, cross, sight.gain, m, m, n);
-            narrow(dx, dz, weights, R, sight.gain, post, n, m);
-            store(part(out[4], h * n * n), post, n * n);
+            multiply<kLeft>(sight.inverse, cross, sight.gain, m, m, n);
+            narrow<T>(dx, dz, weights, R, sight.gain, post, n, m);
+            store_symmetric(part(out[4], h * n * n), post, n);
             Lane<T>::store(out[2], h, 0.5 * sight.log_det);
             const T least = -0.5 * (sight.log_det + m * kLog2Pi);
             for (int g = noises == 1 ? 0 : h; g < (noises == 1 ? k : h + 1); ++g) {
@@ -120,9 +121,9 @@ struct InnovatePoints : shapes::InnovatePoints {
     VEDETTE_INLINE void narrow(const T* dx, const T* dz, const T* weights, const T* R, const T* gain, T* post, int n,
                                int m) const {
         T left[kMostStates], noisy[kMostMeasured * kMostStates];
-        multiply(R, gain, noisy, m, m, n);
+        multiply<kLeft>(R, gain, noisy, m, m, n);
         for (int i = 0; i < n * n; ++i) post[i] = T{};
-        add_turned_product(gain, noisy, post, n, m);
+        add_turned_product(post, gain, noisy, post, n, m);
         for (int p = 0; p < s; ++p) {
             for (int i = 0; i < n; ++i) {
                 left[i] = dx[p * n + i];
@@ -133,8 +134,7 @@ struct InnovatePoints : shapes::InnovatePoints {
                 for (int j = i; j < n; ++j) post[i * n + j] += scaled * left[j];
             }
         }
-        for (int i = 0; i < n; ++i)
-            for (int j = i + 1; j < n; ++j) post[j * n + i] = post[i * n + j];
+        if constexpr (std::is_same_v<T, double>) mirror(post, n);
     }
 };
 
