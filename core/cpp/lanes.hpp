@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstring>
+#include <initializer_list>
 #include <limits>
 #include <type_traits>
 #ifdef __AVX512F__
@@ -122,34 +123,52 @@ VEDETTE_INLINE bool all_of(Eight64 which) {
 constexpr double kLn2High = 0x1.62e42fee00000p-1, kLn2Low = 0x1.a39ef35793c76p-33;  // the first has 21 zero bits at its end
 constexpr double kToWhole = 0x1.8p52;  // adding it rounds to a whole number, which then stands in the lowest bits
 
-// exp to two units in the last place: 2^w e^r with |r| <= ln(2)/2, e^r by its series to the 13th power. Written out, as a call
-// of the library's for each of eight would be most of a kernel's time, and for one it would keep all else waiting.
+// x 2^w, with w in the lowest bits of `shifted`.
 template <class T>
-VEDETTE_INLINE T exp_of(T x) {
+VEDETTE_INLINE T times_power(T x, T shifted) {
+#ifdef __AVX512F__
+    const T whole = shifted - kToWhole;
+    if constexpr (std::is_same_v<T, Eight>)
+        return _mm512_scalef_pd(x, whole);
+    else
+        return _mm_cvtsd_f64(_mm_scalef_sd(_mm_set_sd(x), _mm_set_sd(whole)));
+#else
     typedef typename Bits<T>::type I;
     typedef typename Bits<T>::words W;
+    const I w = same_bits<I>(shifted) - same_bits<I>(kToWhole - T{}), half = w >> 1;  // two factors: results may be subnormal
+    return x * same_bits<T>(W(same_bits<W>(I(half + 1023)) << 52)) * same_bits<T>(W(same_bits<W>(I(w - half + 1023)) << 52));
+#endif
+}
+
+// exp to two units in the last place: 2^w e^r with |r| <= ln(2)/2. For e^r the polynomial through Chebyshev's nodes, off by 2e-17,
+// its even and odd powers apart, as then half as many steps wait for another. Written out, as a call of the library's for each
+// of eight would be most of a kernel's time, and for one it would keep all else waiting.
+template <class T>
+VEDETTE_INLINE T exp_of(T x) {
     x = x > 710.0 ? 710.0 - T{} : x;
     x = x < -746.0 ? -746.0 - T{} : x;
     const T shifted = x * 1.4426950408889634 + kToWhole, whole = shifted - kToWhole;
-    const T r = (x - whole * kLn2High) - whole * kLn2Low;
-    constexpr double series[] = {1.0 / 6227020800, 1.0 / 479001600, 1.0 / 39916800, 1.0 / 3628800, 1.0 / 362880,
-                                 1.0 / 40320, 1.0 / 5040, 1.0 / 720, 1.0 / 120, 1.0 / 24, 1.0 / 6, 0.5, 1.0, 1.0};
-    T sum = series[0] - T{};
-    for (int i = 1; i < 14; ++i) sum = sum * r + series[i];
-    // 2^w in two factors, so that results below the normal numbers come out too.
-    const I w = same_bits<I>(shifted) - same_bits<I>(kToWhole - T{}), half = w >> 1;
-    return sum * same_bits<T>(W(same_bits<W>(I(half + 1023)) << 52)) * same_bits<T>(W(same_bits<W>(I(w - half + 1023)) << 52));
+    const T r = (x - whole * kLn2High) - whole * kLn2Low, square = r * r;
+    T even = 0x1.28b40581fba5cp-22 - T{}, odd = 0x1.af631d03b18bfp-26 - T{};
+    for (double c : {0x1.a01991ac8440bp-16, 0x1.6c16c187fbe13p-10, 0x1.555555554f0cep-5, 0x1.0000000000011p-1, 1.0})
+        even = even * square + c;
+    for (double c : {0x1.71ddf5749b43dp-19, 0x1.a01a01b14379ap-13, 0x1.111111110f225p-7, 0x1.555555555555ap-3, 1.0})
+        odd = odd * square + c;
+    return times_power(odd * r + even, shifted);
 }
 
-// log to two units in the last place, of normal numbers: x = 2^e m, 1/sqrt(2) <= m < sqrt(2), log m = 2 artanh((m-1)/(m+1)).
+// log to two units in the last place, of normal numbers: x = 2^e m, 1/sqrt(2) <= m < sqrt(2), log m = 2 artanh((m-1)/(m+1)), for
+// which again a polynomial through Chebyshev's nodes, off by 5e-18.
 template <class T>
 VEDETTE_INLINE T log_of_normal(T x) {
     typedef typename Bits<T>::type I;
     typedef typename Bits<T>::words W;
     const I shifted = same_bits<I>(x) - 0x3fe6a09e667f3bcdLL, e = shifted >> 52;
     const T m = same_bits<T>(W(same_bits<W>(x) - (same_bits<W>(e) << 52))), t = (m - 1.0) / (m + 1.0), square = t * t;
-    T sum = 1.0 / 23 - T{};
-    for (int i = 21; i > 0; i -= 2) sum = sum * square + 1.0 / i;
+    T sum = 0.07308224910391238 - T{};
+    for (double c : {0.07665860794787153, 0.0909144456279605, 0.11111105567395273, 0.14285714312987757, 0.19999999999949752,
+                     0.3333333333333335, 1.0})
+        sum = sum * square + c;
     const T whole = same_bits<T>(I(e + same_bits<I>(kToWhole - T{}))) - kToWhole;
     return whole * kLn2High + (whole * kLn2Low + 2.0 * t * sum);
 }
