@@ -43,9 +43,10 @@ class Pipeline:
         scans = [[z[part] for part in parts] for z in zs]
 
         def run() -> Any:
-            states = begins
+            states = list(begins)
             for scan in scans:
-                states = [step(state, z) for state, z in zip(states, scan, strict=True)]
+                for i, z in enumerate(scan):
+                    states[i] = step(states[i], z)
             return states
 
         def answer(states: Any) -> Answer:

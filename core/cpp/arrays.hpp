@@ -11,6 +11,9 @@
 #include <cstdint>
 #include <cstring>
 #include <new>
+#ifdef __linux__
+#include <sys/mman.h>
+#endif
 
 namespace vedette {
 
@@ -67,7 +70,8 @@ class Shelf {
     }
 };
 
-// numpy's allocator for large arrays: blocks of a few sizes, four to a power of two, kept up to a total.
+// numpy's allocator for large arrays: blocks of a few sizes, four to a power of two. Those that are gone are kept, up to 64 MB or
+// twice what is in use.
 class Blocks {
   public:
     static void* take(void*, std::size_t size) {
@@ -80,21 +84,29 @@ class Blocks {
         } else {
             block = static_cast<Block*>(::operator new(kHead + size_of(kind), std::align_val_t{kHead}, std::nothrow));
             if (block == nullptr) return nullptr;
+            want_huge_pages(block, kHead + size_of(kind));
         }
         block->kind = kind;
+        used_ += size_of(kind);
         return reinterpret_cast<char*>(block) + kHead;
     }
 
     static void give(void*, void* memory, std::size_t) {
         if (memory == nullptr) return;
         auto* block = reinterpret_cast<Block*>(static_cast<char*>(memory) - kHead);
-        if (kept_ + size_of(block->kind) > kMostKept) {
-            ::operator delete(block, std::align_val_t{kHead});
-            return;
-        }
-        kept_ += size_of(block->kind);
+        const std::size_t size = size_of(block->kind);
+        used_ -= size;
+        kept_ += size;
         block->next = free_[block->kind];
         free_[block->kind] = block;
+        const std::size_t most = 2 * used_ > kMostKept ? 2 * used_ : kMostKept;
+        for (int kind = kKinds - 1; kept_ > most; --kind)  // the largest first: they are the fewest
+            while (free_[kind] != nullptr && kept_ > most) {
+                Block* gone = free_[kind];
+                free_[kind] = gone->next;
+                kept_ -= size_of(kind);
+                ::operator delete(gone, std::align_val_t{kHead});
+            }
     }
 
     static void* take_zeros(void* context, std::size_t count, std::size_t each) {
@@ -117,10 +129,10 @@ class Blocks {
         int kind;
         Block* next;
     };
-    static constexpr std::size_t kHead = 64, kLeast = 4096, kMostKept = std::size_t(64) << 20;
+    static constexpr std::size_t kHead = 64, kLeast = 4096, kMostKept = std::size_t(64) << 20, kHuge = std::size_t(4) << 20;
     static constexpr int kKinds = 4 * 40;
     static inline Block* free_[kKinds] = {};
-    static inline std::size_t kept_ = 0;
+    static inline std::size_t kept_ = 0, used_ = 0;
 
     static std::size_t size_of(int kind) { return (kLeast << (kind / 4)) / 4 * static_cast<std::size_t>(4 + kind % 4); }
     static int kind_of(std::size_t size) {
@@ -128,6 +140,15 @@ class Blocks {
         while (kind + 4 < kKinds && size_of(kind + 4) <= size) kind += 4;
         while (kind < kKinds && size_of(kind) < size) ++kind;
         return kind;
+    }
+
+    // As numpy does for its own.
+    static void want_huge_pages([[maybe_unused]] void* block, [[maybe_unused]] std::size_t size) {
+#ifdef __linux__
+        if (size < kHuge) return;
+        const std::size_t skipped = 4096 - reinterpret_cast<std::uintptr_t>(block) % 4096;
+        madvise(static_cast<char*>(block) + skipped, size - skipped, MADV_HUGEPAGE);
+#endif
     }
 };
 

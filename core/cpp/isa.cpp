@@ -8,6 +8,10 @@ namespace vedette::VEDETTE_ISA {
 
 namespace {
 
+// Problems that are taken along the last axis before those beside them on the other axes, which often lie in the same places of
+// the cache: the modes of a track.
+constexpr std::ptrdiff_t kTile = 512;
+
 // One problem after another along the batch; eight at a time along its last axis, which is the longest.
 template <class Kernel, class Shape, bool alone = false>
 void drive(const Batch& batch, const Shape& shape) {
@@ -18,35 +22,37 @@ void drive(const Batch& batch, const Shape& shape) {
     const std::ptrdiff_t length = batch.dims == 0 ? 1 : batch.shape[last];
     std::ptrdiff_t rows = 1, index[kMostDims] = {};
     for (int d = 0; d < last; ++d) rows *= batch.shape[d];
-    if (length == 0) return;
-    for (std::ptrdiff_t row = 0; row < rows; ++row) {
-        for (int i = 0; i < batch.ins; ++i) {
-            std::ptrdiff_t offset = 0;
-            for (int d = 0; d < last; ++d) offset += index[d] * batch.in_steps[i][d];
-            in[i] = {batch.in[i] + offset, batch.dims == 0 ? 0 : batch.in_steps[i][last]};
-        }
-        for (int o = 0; o < batch.outs; ++o) {
-            std::ptrdiff_t problem = 0;
-            for (int d = 0; d < last; ++d) problem += index[d] * batch.places[d];
-            out[o] = {batch.out[o] + problem * batch.out_size[o],
-                      batch.dims == 0 ? 0 : batch.places[last] * batch.out_size[o]};
-        }
-        std::ptrdiff_t i = 0;
-        if constexpr (!alone)
-            for (; i + kLanes <= length; i += kLanes) {
-                kernel.template run<Eight>(in, out);
-                for (int j = 0; j < batch.ins; ++j) in[j].at += kLanes * in[j].next;
-                for (int j = 0; j < batch.outs; ++j) out[j].at += kLanes * out[j].next;
+    for (std::ptrdiff_t from = 0; from < length; from += kTile) {
+        const std::ptrdiff_t count = length - from < kTile ? length - from : kTile;
+        for (std::ptrdiff_t row = 0; row < rows; ++row) {
+            for (int i = 0; i < batch.ins; ++i) {
+                const std::ptrdiff_t next = batch.dims == 0 ? 0 : batch.in_steps[i][last];
+                std::ptrdiff_t offset = from * next;
+                for (int d = 0; d < last; ++d) offset += index[d] * batch.in_steps[i][d];
+                in[i] = {batch.in[i] + offset, next};
             }
-        for (; i < length; ++i) {
-            if constexpr (alone)
-                kernel.run(in, out);
-            else
-                kernel.template run<double>(in, out);
-            for (int j = 0; j < batch.ins; ++j) in[j].at += in[j].next;
-            for (int j = 0; j < batch.outs; ++j) out[j].at += out[j].next;
+            std::ptrdiff_t place = batch.dims == 0 ? 0 : from * batch.places[last];
+            for (int d = 0; d < last; ++d) place += index[d] * batch.places[d];
+            for (int o = 0; o < batch.outs; ++o)
+                out[o] = {batch.out[o] + place * batch.out_size[o],
+                          batch.dims == 0 ? 0 : batch.places[last] * batch.out_size[o]};
+            std::ptrdiff_t i = 0;
+            if constexpr (!alone)
+                for (; i + kLanes <= count; i += kLanes) {
+                    kernel.template run<Eight>(in, out);
+                    for (int j = 0; j < batch.ins; ++j) in[j].at += kLanes * in[j].next;
+                    for (int j = 0; j < batch.outs; ++j) out[j].at += kLanes * out[j].next;
+                }
+            for (; i < count; ++i) {
+                if constexpr (alone)
+                    kernel.run(in, out);
+                else
+                    kernel.template run<double>(in, out);
+                for (int j = 0; j < batch.ins; ++j) in[j].at += in[j].next;
+                for (int j = 0; j < batch.outs; ++j) out[j].at += out[j].next;
+            }
+            for (int d = last - 1; d >= 0 && ++index[d] == batch.shape[d]; --d) index[d] = 0;
         }
-        for (int d = last - 1; d >= 0 && ++index[d] == batch.shape[d]; --d) index[d] = 0;
     }
 }
 
