@@ -30,23 +30,35 @@ VEDETTE_INLINE void with_sizes(int n, int m, const F& f) {
     f(n, m);
 }
 
-// Calls f with a number of the type that matrices are read as: double if all eight problems share each of them, and sizes are
-// constants.
+// Whether all eight problems share each of these inputs.
 VEDETTE_INLINE bool are_shared(const In* in, std::initializer_list<int> which) {
     bool all = true;
     for (const int i : which) all = all && in[i].next == 0;
     return all;
 }
+
+// Calls f with the sizes, and with a number of the type that a model's matrices are read as: double if they are shared, and
+// sizes are constants.
 template <class T, class N, class F>
-VEDETTE_INLINE void with_coefficients(N, bool shared, const F& f) {
+VEDETTE_INLINE void with_coefficients(N n, bool shared, const F& f) {
     if constexpr (std::is_same_v<T, double>)
-        f(0.0);
+        f(n, 0.0);
     else if constexpr (std::is_same_v<N, int>)
-        f(T{});
+        f(n, T{});
     else if (shared)
-        f(0.0);
+        f(n, 0.0);
     else
-        f(T{});
+        f(n, T{});
+}
+template <class T, class F>
+VEDETTE_INLINE void specialised(int n, bool shared, const F& f) {
+    with_sizes(n, [&](auto states) { with_coefficients<T>(states, shared, f); });
+}
+template <class T, class F>
+VEDETTE_INLINE void specialised(int n, int m, bool shared, const F& f) {
+    with_sizes(n, m, [&](auto states, auto measured) {
+        with_coefficients<T>(states, shared, [&](auto, auto c) { f(states, measured, c); });
+    });
 }
 
 // A stage of eight problems stands apart, or the compiler would keep too much in memory, and be at it for minutes.
@@ -270,11 +282,11 @@ VEDETTE_INLINE T invert(const T* S, T* inverse, int m) {
         return Lane<T>::log(S[0]);
     }
     if (m == 2) {
-        const T d1 = S[0], over1 = 1.0 / d1, slope = S[1] * over1, d2 = S[3] - slope * S[1], over2 = 1.0 / d2;
-        inverse[3] = over2;
-        set_entry(inverse, 0, 1, 2, -slope * over2);
-        inverse[0] = over1 - slope * inverse[1];
-        return Lane<T>::log(d1 * d2);
+        const T det = S[0] * S[3] - S[1] * S[1], over = 1.0 / det;
+        inverse[0] = S[3] * over;
+        inverse[3] = S[0] * over;
+        set_entry(inverse, 0, 1, 2, T(-S[1] * over));
+        return Lane<T>::log(det);
     }
     // S = L D L' with a unit lower triangular L; then the inverse of L by substitution.
     T L[kMeasured2], D[kMostMeasured], M[kMeasured2];

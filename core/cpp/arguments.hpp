@@ -52,6 +52,7 @@ class Call {
         if (!ok) return false;
         whole_ = 0;
         for (int i = 0; i < batch.ins; ++i) whole_ = dims_[i] > whole_ ? dims_[i] : whole_;
+        if (whole_ == 0) return true;
         for (int d = 0; d < whole_; ++d) {
             npy_intp size = 1;
             for (int i = 0; i < batch.ins; ++i) {

@@ -21,7 +21,7 @@ constexpr int kMostShelvedDims = 4;
 constexpr npy_intp kMostShelved = 128, kLeastKept = 2048;  // numbers
 
 // Arrays of one shape. A slot's array is free while its one reference is the shelf's: then no name, view or buffer of it
-// exists, and it may have no weak one. What Python can change in place (shape, type, flags, memory) is looked at again.
+// exists, and its list of weak ones must be empty. What Python can change in place (shape, type, flags, memory) is looked at again.
 class Shelf {
   public:
     bool is_for(int dims, const npy_intp* shape) const {
@@ -61,12 +61,12 @@ class Shelf {
     npy_intp shape_[kMostShelvedDims] = {};
     PyArrayObject* slots_[kSlots] = {};
 
-    bool is_free(PyArrayObject* array) const {
-        if (Py_REFCNT(array) != 1) return false;
-        const char* weak = reinterpret_cast<const char*>(array) + Py_TYPE(array)->tp_weaklistoffset;
-        return *reinterpret_cast<PyObject* const*>(weak) == nullptr && PyArray_CHKFLAGS(array, kFlags) &&
-               PyArray_TYPE(array) == NPY_DOUBLE && PyArray_ISNOTSWAPPED(array) && PyArray_BASE(array) == nullptr &&
-               is_for(PyArray_NDIM(array), PyArray_DIMS(array));
+    bool is_free(PyArrayObject* given) const {
+        if (Py_REFCNT(given) != 1) return false;
+        static PyArray_Descr* const doubles = PyArray_DescrFromType(NPY_DOUBLE);
+        const auto* array = reinterpret_cast<const PyArrayObject_fields*>(given);
+        return array->weakreflist == nullptr && (array->flags & kFlags) == kFlags && array->descr == doubles &&
+               array->base == nullptr && is_for(array->nd, array->dimensions);
     }
 };
 

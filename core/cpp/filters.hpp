@@ -114,9 +114,7 @@ VEDETTE_INLINE void mix(T* x, T* P, In shift, In post, In weights, int n, int k,
 struct Predict : shapes::Predict {
     template <class T>
     void run(const In* in, const Out* out) const {
-        with_sizes(n, [&](auto states) {
-            with_coefficients<T>(states, are_shared(in, {2, 3}), [&](auto c) { solve<T, decltype(c)>(in, out, states); });
-        });
+        specialised<T>(n, are_shared(in, {2, 3}), [&](auto states, auto c) { solve<T, decltype(c)>(in, out, states); });
     }
     template <class T, class C, class N>
     VEDETTE_INLINE void solve(const In* in, const Out* out, N n) const {
@@ -148,14 +146,14 @@ struct Propagate : shapes::Propagate {
 struct Update : shapes::Update {
     template <class T>
     void run(const In* in, const Out* out) const {
-        with_sizes(n, m, [&](auto states, auto measured) {
-            if (step)
-                with_coefficients<T>(states, are_shared(in, {2, 3, 5, 6}),
-                                     [&](auto c) { ahead<T, decltype(c)>(in, out, states, measured); });
-            else
-                with_coefficients<T>(states, are_shared(in, {3, 4}),
-                                     [&](auto c) { now<T, decltype(c)>(in, out, states, measured); });
-        });
+        if (step)
+            specialised<T>(n, m, are_shared(in, {2, 3, 5, 6}), [&](auto states, auto measured, auto c) {
+                ahead<T, decltype(c)>(in, out, states, measured);
+            });
+        else
+            specialised<T>(n, m, are_shared(in, {3, 4}), [&](auto states, auto measured, auto c) {
+                now<T, decltype(c)>(in, out, states, measured);
+            });
     }
     template <class T, class C, class N, class M>
     VEDETTE_INLINE void ahead(const In* in, const Out* out, N n, M m) const {
@@ -195,8 +193,8 @@ struct Update : shapes::Update {
 struct InnovateReturns : shapes::InnovateReturns {
     template <class T>
     void run(const In* in, const Out* out) const {
-        with_sizes(n, m, [&](auto states, auto measured) {
-            with_coefficients<T>(states, are_shared(in, {3, 4}), [&](auto c) { solve<T, decltype(c)>(in, out, states, measured); });
+        specialised<T>(n, m, are_shared(in, {3, 4}), [&](auto states, auto measured, auto c) {
+            solve<T, decltype(c)>(in, out, states, measured);
         });
     }
     template <class T, class C, class N, class M>

@@ -58,8 +58,8 @@ struct PdaUpdate : shapes::PdaUpdate {
 
     template <class T>
     void run(const In* in, const Out* out) const {
-        with_sizes(n, m, [&](auto states, auto measured) {
-            with_coefficients<T>(states, are_shared(in, {3, 4}), [&](auto c) { solve<T, decltype(c)>(in, out, states, measured); });
+        specialised<T>(n, m, are_shared(in, {3, 4}), [&](auto states, auto measured, auto c) {
+            solve<T, decltype(c)>(in, out, states, measured);
         });
     }
     template <class T, class C, class N, class M>

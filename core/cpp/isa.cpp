@@ -12,30 +12,42 @@ namespace {
 // the cache: the modes of a track.
 constexpr std::ptrdiff_t kTile = 512;
 
+template <bool alone, class Kernel>
+VEDETTE_INLINE void one(const Kernel& kernel, const In* in, const Out* out) {
+    if constexpr (alone)
+        kernel.run(in, out);
+    else
+        kernel.template run<double>(in, out);
+}
+
 // One problem after another along the batch; eight at a time along its last axis, which is the longest.
 template <class Kernel, class Shape, bool alone = false>
 void drive(const Batch& batch, const Shape& shape) {
     const Kernel kernel{shape};
     In in[kMostOperands];
     Out out[kMostOperands];
+    if (batch.dims == 0) {
+        for (int i = 0; i < batch.ins; ++i) in[i] = {batch.in[i], 0};
+        for (int o = 0; o < batch.outs; ++o) out[o] = {batch.out[o], 0};
+        return one<alone>(kernel, in, out);
+    }
     const int last = batch.dims - 1;
-    const std::ptrdiff_t length = batch.dims == 0 ? 1 : batch.shape[last];
+    const std::ptrdiff_t length = batch.shape[last];
     std::ptrdiff_t rows = 1, index[kMostDims] = {};
     for (int d = 0; d < last; ++d) rows *= batch.shape[d];
     for (std::ptrdiff_t from = 0; from < length; from += kTile) {
         const std::ptrdiff_t count = length - from < kTile ? length - from : kTile;
         for (std::ptrdiff_t row = 0; row < rows; ++row) {
             for (int i = 0; i < batch.ins; ++i) {
-                const std::ptrdiff_t next = batch.dims == 0 ? 0 : batch.in_steps[i][last];
+                const std::ptrdiff_t next = batch.in_steps[i][last];
                 std::ptrdiff_t offset = from * next;
                 for (int d = 0; d < last; ++d) offset += index[d] * batch.in_steps[i][d];
                 in[i] = {batch.in[i] + offset, next};
             }
-            std::ptrdiff_t place = batch.dims == 0 ? 0 : from * batch.places[last];
+            std::ptrdiff_t place = from * batch.places[last];
             for (int d = 0; d < last; ++d) place += index[d] * batch.places[d];
             for (int o = 0; o < batch.outs; ++o)
-                out[o] = {batch.out[o] + place * batch.out_size[o],
-                          batch.dims == 0 ? 0 : batch.places[last] * batch.out_size[o]};
+                out[o] = {batch.out[o] + place * batch.out_size[o], batch.places[last] * batch.out_size[o]};
             std::ptrdiff_t i = 0;
             if constexpr (!alone)
                 for (; i + kLanes <= count; i += kLanes) {
@@ -44,10 +56,7 @@ void drive(const Batch& batch, const Shape& shape) {
                     for (int j = 0; j < batch.outs; ++j) out[j].at += kLanes * out[j].next;
                 }
             for (; i < count; ++i) {
-                if constexpr (alone)
-                    kernel.run(in, out);
-                else
-                    kernel.template run<double>(in, out);
+                one<alone>(kernel, in, out);
                 for (int j = 0; j < batch.ins; ++j) in[j].at += in[j].next;
                 for (int j = 0; j < batch.outs; ++j) out[j].at += out[j].next;
             }
