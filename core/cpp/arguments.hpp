@@ -38,6 +38,7 @@ class Call {
         if (all < 0 || all + extra > kMostDims) return refuse();
         batch.in[i] = static_cast<const double*>(PyArray_DATA(array));
         dims_[i] = all + extra;
+        if (dims_[i] > whole_) whole_ = dims_[i];
         for (int d = 0; d < all; ++d) {
             shape_[i][d] = PyArray_DIM(array, d);
             batch.in_steps[i][d] = PyArray_STRIDE(array, d) / static_cast<npy_intp>(sizeof(double));
@@ -48,26 +49,7 @@ class Call {
     }
 
     // The batch's axes from those of all inputs.
-    bool broadcast() {
-        if (!ok) return false;
-        whole_ = 0;
-        for (int i = 0; i < batch.ins; ++i) whole_ = dims_[i] > whole_ ? dims_[i] : whole_;
-        if (whole_ == 0) return true;
-        for (int d = 0; d < whole_; ++d) {
-            npy_intp size = 1;
-            for (int i = 0; i < batch.ins; ++i) {
-                const int own = d - (whole_ - dims_[i]);
-                if (own < 0 || shape_[i][own] == 1) continue;
-                if (size != 1 && size != shape_[i][own]) return refuse(), false;
-                size = shape_[i][own];
-            }
-            full_[d] = size;
-        }
-        size_ = 1;
-        for (int d = 0; d < whole_; ++d) size_ *= full_[d];
-        if (size_ != 1) merge();
-        return true;
-    }
+    bool broadcast() { return ok && (whole_ == 0 || align()); }
 
     // A new array of the batch's axes and the problem's own.
     PyObject* out(int core, npy_intp a = 1, npy_intp b = 1, npy_intp c = 1) {
@@ -123,6 +105,23 @@ class Call {
     int dims_[kMostOperands];
     npy_intp shape_[kMostOperands][kMostDims];
     double numbers_[kMostOperands];
+
+    __attribute__((noinline)) bool align() {
+        for (int d = 0; d < whole_; ++d) {
+            npy_intp size = 1;
+            for (int i = 0; i < batch.ins; ++i) {
+                const int own = d - (whole_ - dims_[i]);
+                if (own < 0 || shape_[i][own] == 1) continue;
+                if (size != 1 && size != shape_[i][own]) return refuse(), false;
+                size = shape_[i][own];
+            }
+            full_[d] = size;
+        }
+        size_ = 1;
+        for (int d = 0; d < whole_; ++d) size_ *= full_[d];
+        if (size_ != 1) merge();
+        return true;
+    }
 
     // Whether the last `core` axes lie one after another.
     static bool dense(PyArrayObject* array, int core) {
