@@ -8,6 +8,8 @@
 
 namespace vedette {
 
+using Args = PyObject* const*;
+
 // The arguments of one call. Anything that is not as a kernel wants it makes `ok` false: the reference then takes the call.
 class Call {
   public:
@@ -34,17 +36,12 @@ class Call {
         }
         PyArrayObject* array = as_doubles(given, core);
         if (array == nullptr) return nullptr;
-        const int all = PyArray_NDIM(array) - core, extra = apart ? 1 : 0;
-        if (all < 0 || all + extra > kMostDims) return refuse();
+        if (!take_axes(array, core, apart)) return refuse();
         batch.in[i] = static_cast<const double*>(PyArray_DATA(array));
-        dims_[i] = all + extra;
-        if (dims_[i] > whole_) whole_ = dims_[i];
-        for (int d = 0; d < all; ++d) {
-            shape_[i][d] = PyArray_DIM(array, d);
+        const int all = PyArray_NDIM(array) - core;
+        for (int d = 0; d < all; ++d)
             batch.in_steps[i][d] = PyArray_STRIDE(array, d) / static_cast<npy_intp>(sizeof(double));
-        }
-        if (apart) shape_[i][all] = 1, batch.in_steps[i][all] = 0;
-        ++batch.ins;
+        if (apart) batch.in_steps[i][all] = 0;
         return PyArray_DIMS(array) + all;
     }
 
@@ -81,6 +78,29 @@ class Call {
         return nullptr;
     }
 
+    double number(PyObject* given) {
+        const double value = PyFloat_AsDouble(given);
+        if (value == -1.0 && PyErr_Occurred()) refuse();
+        return value;
+    }
+
+    // Axes that the batch has, without numbers that a kernel would read.
+    const npy_intp* shape_of(PyArrayObject* array, int core, bool apart = false) {
+        const int i = batch.ins;
+        if (!take_axes(array, core, apart)) return refuse();
+        batch.in[i] = &numbers_[i];
+        for (int d = 0; d < dims_[i]; ++d) batch.in_steps[i][d] = 0;
+        return PyArray_DIMS(array) + PyArray_NDIM(array) - core;
+    }
+
+    // A list or tuple as one whose items stay, whatever becomes of it meanwhile.
+    PyObject* held(PyObject* given) {
+        if (!ok || PyTuple_CheckExact(given)) return given;
+        PyObject* tuple = PyList_CheckExact(given) ? PyList_AsTuple(given) : nullptr;
+        if (tuple == nullptr) return refuse(), nullptr;
+        return keep_[owned_++] = tuple;
+    }
+
     // An array whose parts the kernels can read in place, or a copy that they can.
     PyArrayObject* as_doubles(PyObject* given, int core) {
         if (PyArray_CheckExact(given)) {
@@ -88,23 +108,29 @@ class Call {
             if (PyArray_TYPE(array) == NPY_DOUBLE && PyArray_ISBEHAVED_RO(array) && dense(array, core)) return array;
         }
         PyObject* copy = PyArray_FROM_OTF(given, NPY_DOUBLE, NPY_ARRAY_CARRAY_RO);
-        if (copy == nullptr || owned_ == kMostOperands) {
-            PyErr_Clear();
-            Py_XDECREF(copy);
-            refuse();
-            return nullptr;
-        }
-        keep_[owned_++] = copy;
-        return reinterpret_cast<PyArrayObject*>(copy);
+        if (copy == nullptr) return refuse(), nullptr;
+        return reinterpret_cast<PyArrayObject*>(keep_[owned_++] = copy);
     }
 
   private:
-    PyObject* keep_[kMostOperands];
+    PyObject* keep_[kMostOperands + 4];  // copies of operands, lists held, and an array of two rows
     int owned_ = 0, whole_ = 0;
     npy_intp full_[kMostDims], size_ = 1, numbers_size_ = 0;
     int dims_[kMostOperands];
     npy_intp shape_[kMostOperands][kMostDims];
     double numbers_[kMostOperands];
+
+    // The batch's axes of one more operand.
+    bool take_axes(PyArrayObject* array, int core, bool apart) {
+        const int i = batch.ins, all = PyArray_NDIM(array) - core, extra = apart ? 1 : 0;
+        if (i == kMostOperands || all < 0 || all + extra > kMostDims) return false;
+        dims_[i] = all + extra;
+        if (dims_[i] > whole_) whole_ = dims_[i];
+        for (int d = 0; d < all; ++d) shape_[i][d] = PyArray_DIM(array, d);
+        if (apart) shape_[i][all] = 1;
+        ++batch.ins;
+        return true;
+    }
 
     __attribute__((noinline)) bool align() {
         for (int d = 0; d < whole_; ++d) {
@@ -181,7 +207,7 @@ inline bool read_periods(PyObject* given, Periods& periods) {
         if (!PyTuple_CheckExact(one) || PyTuple_GET_SIZE(one) != 2) return false;
         const long axis = PyLong_AsLong(PyTuple_GET_ITEM(one, 0));
         const double period = PyFloat_AsDouble(PyTuple_GET_ITEM(one, 1));
-        if (PyErr_Occurred() || axis < 0 || axis >= kMostStates) return PyErr_Clear(), false;
+        if (PyErr_Occurred() || axis < 0 || axis >= kMostStates) return false;
         periods.each[periods.count++] = {static_cast<int>(axis), period};
     }
     return true;

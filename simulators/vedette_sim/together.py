@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Detections, Mask, MotionModel, Pose, Scan, Sensor
+from vedette import Array, Detections, Mask, MotionModel, Pose, Scan, Sensor, kernels
 from vedette.draws import common_state, follow, follow_modes, switch, union_state
 from vedette.returns import Bounds, ceiling, corners, densities, returns
 from vedette_sim.ships import PLANE, Ship
@@ -42,12 +42,8 @@ def drawn_states(
     space, steps = union_state(models), len(times) - 1
     mean, deviation = np.array([start[name] for name in space.names]).T
     many = len(models) > 1
-    normal = np.empty((len(rngs), 1 + steps * (1 + many), len(space)))
-    uniform = np.empty((len(rngs), steps * many))
-    for rng, row, chances in zip(rngs, normal, uniform, strict=True):
-        rng.standard_normal(out=row)
-        if many:
-            rng.random(out=chances)
+    normal = kernels.normals(rngs, (1 + steps * (1 + many), len(space)))
+    uniform = kernels.uniforms(rngs, (steps * many,))
     x0, standard = mean + deviation * normal[:, 0], normal[:, 1 : 1 + steps]
     if not many:
         return follow(models[0], x0, times, standard)
@@ -59,10 +55,7 @@ def drawn_states(
 def look_together(gaze: Gaze, x: Array, rngs: Generators) -> list[Scan]:
     """The scans of one sensor of objects x (r, s, n) over what it looks at."""
     r, s, m = len(rngs), len(gaze.times), len(gaze.placed[0].measurement)
-    normal, uniform = np.empty((r, s, m)), np.empty((r, s))
-    for rng, row, chances in zip(rngs, normal, uniform, strict=True):
-        rng.standard_normal(out=row)
-        rng.random(out=chances)
+    normal, uniform = kernels.normals(rngs, (s, m)), kernels.uniforms(rngs, (s,))
     if gaze.poses[0] is None:
         z, seen = returns(gaze.placed[0], x, uniform, normal)
         seen = np.broadcast_to(seen, (r, s))

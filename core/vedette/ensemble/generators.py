@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from vedette import kernels
 from vedette.ensemble.seeds import Seeds
 from vedette.errors import VedetteError
 from vedette.space import Array
@@ -42,13 +43,11 @@ class Generators(np.random.Generator):
 
     def random(self, size: Any = None) -> Array:  # type: ignore[override]
         """Uniform in [0, 1)."""
-        own = self._own(size)
-        return np.stack([stream.random(own) for stream in self._each()])
+        return kernels.uniforms(self._each(), self._own(size))
 
     def standard_normal(self, size: Any = None) -> Array:  # type: ignore[override]
         """Standard normal."""
-        own = self._own(size)
-        return np.stack([stream.standard_normal(own) for stream in self._each()])
+        return kernels.normals(self._each(), self._own(size))
 
     def _each(self) -> list[np.random.Generator]:
         if not self._streams:

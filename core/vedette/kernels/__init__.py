@@ -4,7 +4,7 @@ They trust their input. Covariances stay symmetric positive semi-definite by con
 every scan goes through have a compiled twin, which takes the calls where it was built; `RUNNING` says what runs and why.
 """
 
-from vedette.kernels import association, modes, reference
+from vedette.kernels import association, modes, reference, streams
 from vedette.kernels.backward import retrace, unroot
 from vedette.kernels.derivative import numerical_jacobian
 from vedette.kernels.modes import stacked
@@ -47,6 +47,9 @@ one_hot = _fastest(association.one_hot)
 sample_density = _fastest(association.sample_density)
 softmax = _fastest(association.softmax)
 
+normals = _fastest(streams.normals)
+uniforms = _fastest(streams.uniforms)
+
 __all__ = [
     "RUNNING",
     "absorb",
@@ -63,6 +66,7 @@ __all__ = [
     "log_sum",
     "mixture",
     "moments",
+    "normals",
     "numerical_jacobian",
     "one_hot",
     "pda_update",
@@ -78,6 +82,7 @@ __all__ = [
     "stacked",
     "symmetric",
     "together",
+    "uniforms",
     "unroot",
     "update",
     "weigh_modes",

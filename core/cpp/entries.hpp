@@ -1,0 +1,426 @@
+// How a kernel is called: its arguments are taken and its results made. Null without an exception says that the call is none that
+// the kernel is made for, by its sizes, types or number of axes.
+#pragma once
+
+#include <cmath>
+#include <cstring>
+
+#include "arguments.hpp"
+
+namespace vedette {
+
+// The kernels of the instruction set that is in use.
+inline const Table* table = nullptr;
+
+namespace entries {
+
+template <class... Parts>
+PyObject* pack(Parts... parts) {
+    PyObject* all[] = {parts...};
+    constexpr Py_ssize_t count = sizeof...(parts);
+    PyObject* tuple = PyTuple_New(count);
+    bool good = tuple != nullptr;
+    for (PyObject* part : all) good = good && part != nullptr;
+    if (!good) {
+        for (PyObject* part : all) Py_XDECREF(part);
+        Py_XDECREF(tuple);
+        return nullptr;
+    }
+    for (Py_ssize_t i = 0; i < count; ++i) PyTuple_SET_ITEM(tuple, i, all[i]);
+    return tuple;
+}
+
+inline bool square(const npy_intp* sizes, npy_intp n) { return sizes != nullptr && sizes[0] == n && sizes[1] == n; }
+
+inline PyObject* predict(Call& call, Args args) {
+    const npy_intp *x = call.in(args[0], 1), *P = call.in(args[1], 2), *F = call.in(args[2], 2), *Q = call.in(args[3], 2);
+    if (!call.ok || x[0] < 1 || x[0] > kMostStates || !square(P, x[0]) || !square(F, x[0]) || !square(Q, x[0]) ||
+        !call.broadcast())
+        return nullptr;
+    const npy_intp n = x[0];
+    PyObject *to = call.out(1, n), *cov = call.out(2, n, n);
+    if (to != nullptr && cov != nullptr) call.run(table->predict, {static_cast<int>(n)});
+    return pack(to, cov);
+}
+
+inline PyObject* propagate(Call& call, Args args) {
+    const npy_intp *P = call.in(args[0], 2), *F = call.in(args[1], 2), *Q = call.in(args[2], 2);
+    if (!call.ok || P[0] < 1 || P[0] > kMostStates || !square(P, P[0]) || !square(F, P[0]) || !square(Q, P[0]) ||
+        !call.broadcast())
+        return nullptr;
+    PyObject* cov = call.out(2, P[0], P[0]);
+    if (cov != nullptr) call.run(table->propagate, {static_cast<int>(P[0])});
+    return cov;
+}
+
+inline PyObject* updated(Call& call, Args args, bool step) {
+    const npy_intp *x = call.in(args[0], 1), *P = call.in(args[1], 2), *F = nullptr, *Q = nullptr;
+    if (step) F = call.in(args[2], 2), Q = call.in(args[3], 2);
+    Args rest = args + (step ? 4 : 2);
+    const npy_intp *z = call.in(rest[0], 1), *H = call.in(rest[1], 2), *R = call.in(rest[2], 2);
+    if (!call.ok) return nullptr;
+    const npy_intp n = x[0], m = z[0];
+    if (n < 1 || n > kMostStates || m < 1 || m > kMostMeasured || !square(P, n) || !square(R, m) || H[0] != m || H[1] != n ||
+        (step && (!square(F, n) || !square(Q, n))) || !call.broadcast())
+        return nullptr;
+    PyObject *to = call.out(1, n), *cov = call.out(2, n, n), *loglik = call.out(0);
+    if (to != nullptr && cov != nullptr && loglik != nullptr)
+        call.run(table->update, {static_cast<int>(n), static_cast<int>(m), step});
+    return pack(to, cov, loglik);
+}
+
+inline PyObject* update(Call& call, Args args) { return updated(call, args, false); }
+inline PyObject* filter_step(Call& call, Args args) { return updated(call, args, true); }
+
+inline PyObject* innovate_returns(Call& call, Args args) {
+    shapes::InnovateReturns shape;
+    if (!read_periods(args[7], shape.periods)) return nullptr;
+    const npy_intp *P = call.in(args[0], 2), *z = call.in(args[1], 2, true), *expected = call.in(args[2], 1),
+                   *H = call.in(args[3], 2), *R = call.in(args[4], 3);
+    call.in(args[5], 0);
+    shape.p_gate = call.number(args[6]);
+    if (!call.ok) return nullptr;
+    const npy_intp n = P[0], m = z[1], k = z[0], noises = R[0];
+    if (n < 1 || n > kMostStates || m < 1 || m > kMostMeasured || !square(P, n) || expected[0] != m || H[0] != m ||
+        H[1] != n || !square(R + 1, m) || (noises != 1 && noises != k) || !are_among(shape.periods, m) || !call.broadcast())
+        return nullptr;
+    shape.n = static_cast<int>(n), shape.m = static_cast<int>(m), shape.k = static_cast<int>(k);
+    shape.noises = static_cast<int>(noises);
+    PyObject *loglik = call.out(1, 1 + k), *distance = call.out(1, k), *volume = call.out(0), *shift = call.out(2, k, n),
+             *post = call.out(3, noises, n, n);
+    if (loglik && distance && volume && shift && post) call.run(table->innovate_returns, shape);
+    return pack(loglik, distance, volume, shift, post);
+}
+
+inline PyObject* absorb(Call& call, Args args) {
+    shapes::Absorb shape;
+    if (!read_periods(args[5], shape.periods)) return nullptr;
+    const npy_intp *x = call.in(args[0], 1), *P = call.in(args[1], 2), *shift = call.in(args[2], 2),
+                   *post = call.in(args[3], 3), *weights = call.in(args[4], 1);
+    if (!call.ok) return nullptr;
+    const npy_intp n = x[0], k = shift[0];
+    if (n < 1 || n > kMostStates || !square(P, n) || shift[1] != n || !square(post + 1, n) || weights[0] != 1 + k ||
+        (post[0] != 1 && post[0] != k) || !are_among(shape.periods, n) || !call.broadcast())
+        return nullptr;
+    shape.n = static_cast<int>(n), shape.k = static_cast<int>(k), shape.shared = post[0] == 1;
+    PyObject *to = call.out(1, n), *cov = call.out(2, n, n);
+    if (to != nullptr && cov != nullptr) call.run(table->absorb, shape);
+    return pack(to, cov);
+}
+
+// The reference tells what is wrong with a covariance, so it takes what came out without a number.
+inline PyObject* whiten(Call& call, Args args) {
+    const npy_intp *vector = call.in(args[0], 1), *cov = call.in(args[1], 2);
+    if (!call.ok || vector[0] < 1 || vector[0] > kMostStates || !square(cov, vector[0]) || !call.broadcast())
+        return nullptr;
+    PyObject* white = call.out(1, vector[0]);
+    if (white == nullptr) return nullptr;
+    call.run(table->whiten, {static_cast<int>(vector[0])});
+    auto* array = reinterpret_cast<PyArrayObject*>(white);
+    const auto* numbers = static_cast<const double*>(PyArray_DATA(array));
+    for (npy_intp i = 0, size = PyArray_SIZE(array); i < size; ++i)
+        if (std::isnan(numbers[i])) {
+            Py_DECREF(white);
+            return nullptr;
+        }
+    return white;
+}
+
+inline PyObject* sigma_points(Call& call, Args args) {
+    const npy_intp* P = call.in(args[0], 2);
+    const double kappa = call.number(args[1]);
+    if (!call.ok || P[0] < 1 || P[0] > kMostStates || !square(P, P[0]) || !call.broadcast())
+        return nullptr;
+    const npy_intp n = P[0];
+    npy_intp points = 2 * n + 1;
+    PyObject *offsets = call.out(2, points, n), *weights = new_array(1, &points);
+    if (offsets != nullptr && weights != nullptr) {
+        const double scale = static_cast<double>(n) + kappa;
+        auto* each = static_cast<double*>(PyArray_DATA(reinterpret_cast<PyArrayObject*>(weights)));
+        each[0] = kappa / scale;
+        for (npy_intp i = 1; i < points; ++i) each[i] = 0.5 / scale;
+        call.run(table->sigma_points, {static_cast<int>(n), scale});
+    }
+    return pack(offsets, weights);
+}
+
+inline PyObject* innovate_points(Call& call, Args args) {
+    const npy_intp *dx = call.in(args[0], 2), *dz = call.in(args[1], 2), *weights = call.in(args[2], 1),
+                   *nu = call.in(args[3], 2), *R = call.in(args[4], 3);
+    if (!call.ok) return nullptr;
+    const npy_intp s = dx[0], n = dx[1], k = nu[0], m = nu[1], noises = R[0];
+    if (n < 1 || n > kMostStates || m < 1 || m > kMostMeasured || s < 1 || s > kMostPoints || dz[0] != s || dz[1] != m ||
+        weights[0] != s || !square(R + 1, m) || (noises != 1 && noises != k) || !call.broadcast())
+        return nullptr;
+    PyObject *loglik = call.out(1, k), *distance = call.out(1, k), *volume = call.out(1, noises), *shift = call.out(2, k, n),
+             *post = call.out(3, noises, n, n);
+    if (loglik && distance && volume && shift && post)
+        call.run(table->innovate_points, {static_cast<int>(n), static_cast<int>(m), static_cast<int>(k), static_cast<int>(s),
+                                          static_cast<int>(noises)});
+    return pack(loglik, distance, volume, shift, post);
+}
+
+inline PyObject* pda_update(Call& call, Args args) {
+    shapes::PdaUpdate shape;
+    const npy_intp *xs = call.in(args[0], 2), *Ps = call.in(args[1], 3), *z = call.in(args[2], 2), *H = call.in(args[3], 2),
+                   *R = call.in(args[4], 2);
+    double* const numbers[] = {&shape.p_detect, &shape.p_gate, &shape.limit, &shape.log_density};
+    for (int i = 0; i < 4; ++i) *numbers[i] = call.number(args[5 + i]);
+    if (!call.ok) return nullptr;
+    const npy_intp r = xs[0], n = xs[1], k = z[0], m = z[1];
+    if (r < 1 || r > kMostModes || n < 1 || n > kMostStates || m < 1 || m > kMostMeasured || k > kMostReturns || Ps[0] != r ||
+        !square(Ps + 1, n) || H[0] != m || H[1] != n || !square(R, m) || !call.broadcast())
+        return nullptr;
+    shape.n = static_cast<int>(n), shape.m = static_cast<int>(m), shape.k = static_cast<int>(k), shape.r = static_cast<int>(r);
+    PyObject *to = call.out(2, r, n), *cov = call.out(3, r, n, n), *loglik = call.out(1, r);
+    if (to && cov && loglik) call.run(table->pda_update, shape);
+    return pack(to, cov, loglik);
+}
+
+inline PyObject* imm_mix(Call& call, Args args) {
+    const npy_intp *prob = call.in(args[0], 1), *transition = call.in(args[1], 2), *xs = call.in(args[2], 2),
+                   *Ps = call.in(args[3], 3);
+    if (!call.ok) return nullptr;
+    const npy_intp r = prob[0], n = xs[1];
+    if (r < 1 || r > kMostModes || n < 1 || n > kMostStates || !square(transition, r) || xs[0] != r || Ps[0] != r ||
+        !square(Ps + 1, n) || !call.broadcast())
+        return nullptr;
+    PyObject *after = call.out(1, r), *means = call.out(2, r, n), *covs = call.out(3, r, n, n);
+    if (after && means && covs) call.run(table->imm_mix, {static_cast<int>(n), static_cast<int>(r)});
+    return pack(after, means, covs);
+}
+
+inline PyObject* imm_combine(Call& call, Args args) {
+    const npy_intp *prob = call.in(args[0], 1), *seen = call.in(args[1], 1), *xs = call.in(args[2], 2),
+                   *Ps = call.in(args[3], 3);
+    if (!call.ok) return nullptr;
+    const npy_intp r = prob[0], n = xs[1];
+    if (r < 1 || r > kMostModes || n < 1 || n > kMostStates || seen[0] != r || xs[0] != r || Ps[0] != r ||
+        !square(Ps + 1, n) || !call.broadcast())
+        return nullptr;
+    PyObject *after = call.out(1, r), *mean = call.out(1, n), *cov = call.out(2, n, n), *loglik = call.out(0);
+    if (after && mean && cov && loglik) call.run(table->imm_combine, {static_cast<int>(n), static_cast<int>(r)});
+    return pack(after, mean, cov, loglik);
+}
+
+// The arrays of a list or tuple, one a mode.
+inline bool take_modes(Call& call, PyObject* given, Py_ssize_t r, int core, const npy_intp** sizes) {
+    PyObject* items = call.held(given);
+    if (items == nullptr || PyTuple_GET_SIZE(items) != r) return false;
+    for (Py_ssize_t j = 0; j < r; ++j) {
+        sizes[j] = call.in(PyTuple_GET_ITEM(items, j), core);
+        if (!call.ok) return false;
+    }
+    return true;
+}
+
+// The means, covariances and axes of a bank: arguments xs, Ps, own, absent, periods.
+inline bool take_bank(Call& call, Args args, npy_intp r, shapes::Interact& shape) {
+    const npy_intp *means[kMostModes], *covs[kMostModes];
+    if (r < 1 || r > kMostModes || !take_modes(call, args[0], r, 1, means) || !take_modes(call, args[1], r, 2, covs) ||
+        !read_periods(args[4], shape.periods) || !PyTuple_CheckExact(args[2]) || PyTuple_GET_SIZE(args[2]) != r)
+        return false;
+    PyArrayObject* absent = call.as_doubles(args[3], 2);
+    if (absent == nullptr || PyArray_NDIM(absent) != 2 || PyArray_DIM(absent, 0) != 2) return false;
+    const npy_intp n = PyArray_DIM(absent, 1);
+    if (n < 1 || n > kMostStates || !are_among(shape.periods, n)) return false;
+    std::memcpy(shape.absent, PyArray_DATA(absent), 2 * static_cast<size_t>(n) * sizeof(double));
+    shape.n = static_cast<int>(n), shape.r = static_cast<int>(r), shape.same = true;
+    for (npy_intp j = 0; j < r; ++j) {
+        PyObject* axes = PyTuple_GET_ITEM(args[2], j);
+        const npy_intp size = means[j][0];
+        if (!PyTuple_CheckExact(axes) || PyTuple_GET_SIZE(axes) != size || size > n || !square(covs[j], size)) return false;
+        shape.sizes[j] = static_cast<int>(size);
+        shape.same = shape.same && size == n;
+        for (npy_intp a = 0; a < size; ++a) {
+            const long axis = PyLong_AsLong(PyTuple_GET_ITEM(axes, a));
+            if (axis < 0 || axis >= n) return false;
+            shape.own[j][a] = static_cast<int>(axis);
+            shape.same = shape.same && axis == a;
+        }
+    }
+    return true;
+}
+
+inline PyObject* interact(Call& call, Args args) {
+    shapes::Interact shape;
+    const npy_intp *prob = call.in(args[0], 1), *transition = call.in(args[1], 2);
+    if (!call.ok || !square(transition, prob[0]) || !take_bank(call, args + 2, prob[0], shape) || !call.broadcast())
+        return nullptr;
+    const int r = shape.r;
+    PyObject *after = call.out(1, r), *means = PyTuple_New(r), *covs = PyTuple_New(r);
+    bool good = after != nullptr && means != nullptr && covs != nullptr;
+    for (int j = 0; good && j < r; ++j) {
+        PyObject* mean = call.out(1, shape.sizes[j]);
+        good = mean != nullptr;
+        if (good) PyTuple_SET_ITEM(means, j, mean);
+    }
+    for (int j = 0; good && j < r; ++j) {
+        PyObject* cov = call.out(2, shape.sizes[j], shape.sizes[j]);
+        good = cov != nullptr;
+        if (good) PyTuple_SET_ITEM(covs, j, cov);
+    }
+    if (!good) {
+        Py_XDECREF(after), Py_XDECREF(means), Py_XDECREF(covs);
+        return nullptr;
+    }
+    call.run(table->interact, shape);
+    return pack(after, means, covs);
+}
+
+inline PyObject* together(Call& call, Args args) {
+    shapes::Together shape;
+    const npy_intp* prob = call.in(args[0], 1);
+    if (!call.ok || !take_bank(call, args + 1, prob[0], shape.bank) || !call.broadcast()) return nullptr;
+    PyObject *mean = call.out(1, shape.bank.n), *cov = call.out(2, shape.bank.n, shape.bank.n);
+    if (mean != nullptr && cov != nullptr) call.run(table->together, shape);
+    return pack(mean, cov);
+}
+
+inline PyObject* weigh_modes(Call& call, Args args) {
+    const npy_intp *prob = call.in(args[0], 1), *sizes[4][kMostModes];
+    PyObject* all = call.held(args[1]);
+    const npy_intp r = call.ok ? prob[0] : 0;
+    if (r < 1 || r > kMostModes || PyTuple_GET_SIZE(all) != r) return nullptr;
+    constexpr int core[4] = {1, 1, 0, 1};  // loglik, distance, log volume, squared distance expected
+    for (int what = 0; what < 4; ++what)
+        for (npy_intp j = 0; j < r; ++j) {
+            PyObject* said = PyTuple_GET_ITEM(all, j);
+            if (!PyTuple_CheckExact(said) || PyTuple_GET_SIZE(said) != 4) return nullptr;
+            sizes[what][j] = call.in(PyTuple_GET_ITEM(said, what), core[what]);
+            if (!call.ok) return nullptr;
+        }
+    const npy_intp k = sizes[1][0][0];
+    for (npy_intp j = 0; j < r; ++j)
+        if (sizes[0][j][0] != 1 + k || sizes[1][j][0] != k || sizes[3][j][0] != k) return nullptr;
+    if (!call.broadcast()) return nullptr;
+    PyObject *loglik = call.out(1, 1 + k), *distance = call.out(1, k), *volume = call.out(0), *expected = call.out(1, k),
+             *share = call.out(2, 1 + k, r);
+    if (loglik && distance && volume && expected && share)
+        call.run(table->weigh_modes, {static_cast<int>(k), static_cast<int>(r)});
+    return pack(loglik, distance, volume, expected, share);
+}
+
+inline PyObject* split_weights(Call& call, Args args) {
+    const npy_intp *weights = call.in(args[0], 1), *share = call.in(args[1], 2);
+    if (!call.ok || weights[0] < 1 || share[0] != weights[0] || share[1] < 1 || share[1] > kMostModes || !call.broadcast())
+        return nullptr;
+    const npy_intp k = weights[0] - 1, r = share[1];
+    PyObject *after = call.out(1, r), *own = PyTuple_New(r);
+    bool good = after != nullptr && own != nullptr;
+    for (npy_intp j = 0; good && j < r; ++j) {
+        PyObject* part = call.out(1, 1 + k);
+        good = part != nullptr;
+        if (good) PyTuple_SET_ITEM(own, j, part);
+    }
+    if (!good) {
+        Py_XDECREF(after), Py_XDECREF(own);
+        return nullptr;
+    }
+    call.run(table->split_weights, {static_cast<int>(k), static_cast<int>(r)});
+    return pack(after, own);
+}
+
+// Which returns count: as numbers, or where all do for their shape alone.
+inline bool take_valid(Call& call, PyObject* valid, npy_intp k, bool& needed) {
+    if (!PyArray_CheckExact(valid)) return false;
+    auto* array = reinterpret_cast<PyArrayObject*>(valid);
+    if (PyArray_TYPE(array) != NPY_BOOL || PyArray_NDIM(array) < 1 ||
+        PyArray_DIM(array, PyArray_NDIM(array) - 1) != k)
+        return false;
+    needed = !PyArray_IS_C_CONTIGUOUS(array) ||
+             std::memchr(PyArray_DATA(array), 0, static_cast<size_t>(PyArray_SIZE(array))) != nullptr;
+    return (needed ? call.in(valid, 1, true) : call.shape_of(array, 1, true)) != nullptr;
+}
+
+inline PyObject* gate_scores(Call& call, Args args) {
+    shapes::GateScores shape;
+    if (!PyFloat_Check(args[4])) return nullptr;
+    const npy_intp *loglik = call.in(args[0], 1), *distance = call.in(args[1], 1);
+    call.in(args[3], 0);
+    shape.limit = PyFloat_AS_DOUBLE(args[4]);
+    const bool is_number = PyFloat_Check(args[5]) ||
+                           (PyArray_CheckExact(args[5]) && PyArray_NDIM(reinterpret_cast<PyArrayObject*>(args[5])) == 0);
+    const npy_intp* density = call.in(args[5], is_number ? 0 : 1);
+    if (!call.ok) return nullptr;
+    const npy_intp k = distance[0];
+    shape.k = static_cast<int>(k);
+    shape.per_return = !is_number && density[0] != 1;
+    shape.evidence = args[6] != Py_None;
+    if (loglik[0] != 1 + k || (shape.per_return && density[0] != k)) return nullptr;
+    if (shape.evidence) {
+        const npy_intp* evidence = call.in(args[6], 1);
+        if (!call.ok || evidence[0] != k) return nullptr;
+    }
+    if (!take_valid(call, args[2], k, shape.valid) || !call.broadcast()) return nullptr;
+    PyObject* scores = call.out(1, 1 + k);
+    if (scores != nullptr) call.run(table->gate_scores, shape);
+    return scores;
+}
+
+inline PyObject* sample_density(Call& call, Args args) {
+    shapes::SampleDensity shape;
+    if (!PyFloat_Check(args[2]) || !PyFloat_Check(args[4])) return nullptr;
+    const npy_intp* distance = call.in(args[0], 1);
+    call.in(args[3], 0);
+    shape.limit = PyFloat_AS_DOUBLE(args[2]), shape.log_ball = PyFloat_AS_DOUBLE(args[4]);
+    if (!call.ok || !take_valid(call, args[1], distance[0], shape.valid) || !call.broadcast())
+        return nullptr;
+    shape.k = static_cast<int>(distance[0]);
+    PyObject* density = call.out(1, 1);
+    if (density != nullptr) call.run(table->sample_density, shape);
+    return density;
+}
+
+inline PyObject* choose(Call& call, Args args, bool hard) {
+    const npy_intp* scores = call.in(args[0], 1);
+    if (!call.ok || scores[0] < 1 || !call.broadcast()) return nullptr;
+    PyObject* weights = call.out(1, scores[0]);
+    if (weights != nullptr) call.run(table->choose, {static_cast<int>(scores[0] - 1), hard});
+    return weights;
+}
+
+inline PyObject* softmax(Call& call, Args args) { return choose(call, args, false); }
+inline PyObject* one_hot(Call& call, Args args) { return choose(call, args, true); }
+
+inline PyObject* existence(Call& call, Args args) {
+    shapes::Existence shape;
+    if (!PyBool_Check(args[5])) return nullptr;
+    const npy_intp *scores = call.in(args[0], 2), *weights = call.in(args[1], 2), *prior = call.in(args[2], 1),
+                   *loglik = call.in(args[3], 2);
+    shape.p_gate = call.number(args[4]);
+    shape.exclusive = args[5] == Py_True;
+    if (!call.ok) return nullptr;
+    const npy_intp t = scores[0], columns = scores[1];
+    if (columns < 1 || weights[0] != t || weights[1] != columns || prior[0] != t || loglik[0] != t || loglik[1] != columns ||
+        !call.broadcast())
+        return nullptr;
+    shape.t = static_cast<int>(t), shape.k = static_cast<int>(columns - 1);
+    PyObject *hit = call.out(1, t), *exists = call.out(1, t), *detected = call.out(1, t), *room = call.out(1, columns - 1);
+    if (hit && exists && detected && room) call.run(table->existence, shape);
+    Py_XDECREF(room);
+    return room == nullptr ? (Py_XDECREF(hit), Py_XDECREF(exists), Py_XDECREF(detected), nullptr) : pack(hit, exists, detected);
+}
+
+inline PyObject* is_plain(Call&, Args args) {
+    if (!PyArray_CheckExact(args[0]) || !PyArray_CheckExact(args[1]) || !PyFloat_Check(args[3]))
+        return nullptr;
+    auto *z = reinterpret_cast<PyArrayObject*>(args[0]), *valid = reinterpret_cast<PyArrayObject*>(args[1]);
+    const int dims = PyArray_NDIM(valid);
+    const long axes = PyLong_AsLong(args[2]);
+    if (PyErr_Occurred() || dims < 1 || PyArray_TYPE(z) != NPY_DOUBLE || PyArray_TYPE(valid) != NPY_BOOL ||
+        !PyArray_ISCARRAY_RO(z) || !PyArray_ISCARRAY_RO(valid))
+        return nullptr;
+    if (PyArray_NDIM(z) != dims + 1 || PyArray_DIM(z, dims) != axes ||
+        !PyArray_CompareLists(PyArray_DIMS(z), PyArray_DIMS(valid), dims) ||
+        std::memchr(PyArray_DATA(valid), 0, static_cast<size_t>(PyArray_SIZE(valid))) != nullptr)
+        Py_RETURN_FALSE;
+    const auto* numbers = static_cast<const double*>(PyArray_DATA(z));
+    const double limit = PyFloat_AS_DOUBLE(args[3]);
+    for (npy_intp i = 0, size = PyArray_SIZE(z); i < size; ++i)
+        if (!(std::fabs(numbers[i]) <= limit)) Py_RETURN_FALSE;
+    Py_RETURN_TRUE;
+}
+
+}  // namespace entries
+}  // namespace vedette

@@ -1,0 +1,27 @@
+"""Random numbers of many generators at once: what each would draw by itself."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from vedette.space import Array
+
+Generators = Sequence[np.random.Generator]
+
+
+def normals(rngs: Generators, shape: tuple[int, ...]) -> Array:
+    """Standard normal: (r, *shape), row i from generator i. No other thread may draw from them meanwhile."""
+    drawn = np.empty((len(rngs), *shape))
+    for i, rng in enumerate(rngs):
+        drawn[i] = rng.standard_normal(shape)
+    return drawn
+
+
+def uniforms(rngs: Generators, shape: tuple[int, ...]) -> Array:
+    """Uniform in [0, 1): (r, *shape), row i from generator i. No other thread may draw from them meanwhile."""
+    drawn = np.empty((len(rngs), *shape))
+    for i, rng in enumerate(rngs):
+        drawn[i] = rng.random(shape)
+    return drawn
