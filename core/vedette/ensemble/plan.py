@@ -22,8 +22,8 @@ from vedette.space import Array
 from vedette.units import in_unit
 
 MOST_RUNS, MOST_POINTS = 1_000_000_000, 10_000
-TOGETHER, ALONE = 1000, 10
-"""Runs of a chunk: in lock-step about as many as fit the cache with their scans; else few, that all processes have work."""
+TOGETHER, ALONE = 2000, 10
+"""Most runs of a chunk: in lock-step about as many as fit the cache with their scans; else few, that all processes have work."""
 UNITS = {
     "position_rmse": "m",
     "velocity_rmse": "m/s",
@@ -139,17 +139,24 @@ def plan(table: Mapping[str, Any]) -> Plan:
     points = _points(experiment, trackers, sweep)
     together = all(_goes_together(point) for point in points)
     axes: dict[str, tuple[Any, ...]] = {"tracker": tuple(trackers)} if trackers else {}
+    runs = whole("runs", table.get("runs", 1000), 1)
     return Plan(
         title=str(table.get("title", experiment.get("title", ""))),
         points=points,
         axes=axes | {path: tuple(values) for path, values in sweep.items()},
-        runs=whole("runs", table.get("runs", 1000), 1),
+        runs=runs,
         seed=whole("seed", table.get("seed", 0), 0, 2**63 - 1),
-        chunk=whole("chunk", table.get("chunk", 0), 0) or (TOGETHER if together else ALONE),
+        chunk=whole("chunk", table.get("chunk", 0), 0) or (_piece(runs) if together else ALONE),
         together=together,
         precision=_precision(table.get("precision")),
         given=json.loads(json.dumps(dict(table), default=plain)),
     )
+
+
+def _piece(runs: int) -> int:
+    """Runs of a chunk in lock-step; chunks are even in number, that two threads end together, but for few runs."""
+    pieces = 2 * -(-runs // (2 * TOGETHER)) if 2 * runs > TOGETHER else 1
+    return -(-runs // pieces)
 
 
 def _precision(given: Any) -> dict[str, float]:
