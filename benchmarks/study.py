@@ -204,7 +204,7 @@ if __name__ == "__main__":
     jobs: dict[str, Callable[[], None]] = {
         "stonesoup": lambda: against_stone_soup(3 if few else 7),
         "threads": lambda: on_two_threads(3 if few else 15, 10_000),
-        "cluster": lambda: on_a_cluster(60_000 if few else 600_000),
+        "cluster": lambda: on_a_cluster(60_000 if few else 1_200_000),
         "paper": lambda: target_oriented(1 if few else 3),
         "memory": lambda: memory(10_000 if few else 100_000),
     }

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vedette import kernels
-from vedette.kernels import association, modes, reference
+from vedette.kernels import association, modes, reference, streams
 
 if kernels.absorb is reference.absorb:
     pytest.skip(f"kernels: {kernels.RUNNING}", allow_module_level=True)
@@ -17,7 +17,7 @@ from vedette.kernels import _compiled
 
 REFERENCE = {
     name: getattr(home, name)
-    for home in (reference, modes, association)
+    for home in (reference, modes, association, streams)
     for name in kernels.__all__
     if hasattr(_compiled, name) and hasattr(home, name)
 }
@@ -82,7 +82,7 @@ class Draw:
 
 
 seeds = st.integers(0, 2**32 - 1)
-batches = st.sampled_from([(), (1,), (3,), (8,), (19,), (0,), (2, 1), (3, 4), (2, 9), (2, 3, 2)])
+batches = st.sampled_from([(), (1,), (3,), (8,), (19,), (0,), (2, 1), (3, 4), (2, 9), (19, 2), (70,), (2, 3, 2)])
 kinds = st.sampled_from(["plain", "shared", "strided", "reversed", "broadcast"])
 states = st.integers(1, 14)
 measured = st.integers(1, 5)
@@ -119,11 +119,12 @@ def test_prediction(seed, batch, kind, n):
     agree("propagate", P, F, Q)
 
 
-@given(seeds, batches, kinds, states, measured)
-def test_one_sure_return(seed, batch, kind, n, m):
+@given(seeds, batches, kinds, states, measured, st.floats(-7, 2))
+def test_one_sure_return(seed, batch, kind, n, m, sharpness):
+    """Of any sharpness, as the covariance is updated in another way where digits would cancel."""
     draw = Draw(seed, batch, kind)
     x, P, F, Q = draw.vector(n), draw.cov(n), draw.vector(n, n), draw.cov(n)
-    z, H, R = draw.vector(m), draw.vector(m, n), draw.cov(m)
+    z, H, R = draw.vector(m), draw.vector(m, n), draw.cov(m) * (10.0**sharpness if m <= min(n, 2) else 1.0)
     agree("update", x, P, z, H, R)
     agree("filter_step", x, P, F, Q, z, H[(0,) * (H.ndim - 2)] if H.size else np.ones((m, n)), R)
 
@@ -201,10 +202,10 @@ def test_whitening_refuses_what_is_no_covariance(flaw):
     assert np.isnan(kernels.whiten(np.array([np.nan, 0.0]), np.eye(2))[0])
 
 
-@given(seeds, batches, kinds, st.integers(1, 7), states, measured, counts, st.booleans())
-def test_the_stacked_imm_pdaf(seed, batch, kind, r, n, m, k, possible):
+@given(seeds, batches, kinds, st.integers(1, 7), states, measured, counts, st.booleans(), st.sampled_from([1.0, 1e-5]))
+def test_the_stacked_imm_pdaf(seed, batch, kind, r, n, m, k, possible, sharpness):
     draw = Draw(seed, batch, kind)
-    xs, Ps, H, R = draw.vector(r, n), draw.cov(n, r), draw.vector(m, n), draw.cov(m)
+    xs, Ps, H, R = draw.vector(r, n), draw.cov(n, r), draw.vector(m, n), draw.cov(m) * (sharpness if m <= min(n, 2) else 1.0)
     xs, Ps = np.broadcast_to(xs, (*batch, r, n)), np.broadcast_to(Ps, (*batch, r, n, n))
     log_prob = np.log(draw.rng.dirichlet(np.ones(r), size=batch))
     transition = draw.rng.dirichlet(np.ones(r), size=r)
@@ -283,6 +284,127 @@ def test_common_sizes_are_taken_and_others_left_to_the_reference():
             else:
                 with pytest.raises(AssertionError, match="left the call"):
                     kernels.predict(x, P, P, P)
+
+
+def an_example_of_each():
+    """Name to a call of usual sizes: n = 4, m = 2, r = 2, k = 3, two tracks."""
+    x, P, F, H, R = np.ones((2, 4)), np.eye(4) + np.zeros((2, 1, 1)), np.eye(4), np.eye(2, 4), np.eye(2)
+    xs, Ps, log_prob, k = np.ones((2, 2, 4)), np.eye(4) + np.zeros((2, 2, 1, 1)), np.log(np.full((2, 2), 0.5)), 3
+    columns, distance, valid, exists = -np.ones((2, 1 + k)), np.ones((2, k)), np.ones(k, bool), np.full(2, 0.5)
+    bank = ([x, x], [P, P], ((0, 1, 2, 3), (0, 1, 2, 3)), np.zeros((2, 4)), ())
+    weights, said = np.full((2, 1 + k), 0.25), (columns, distance, np.ones(2), distance)
+    points = (
+        np.ones((2, 9, 4)),
+        np.ones((2, 9, 2)),
+        np.full(9, 1 / 9),
+        np.ones((2, k, 2)),
+        np.eye(2) + np.zeros((2, 1, 1, 1)),
+    )
+    clutter = np.ones((2, k, 2)), H, R, 0.9, 0.99, 9.0, -2.0
+    return {
+        "predict": (x, P, F, F),
+        "propagate": (P, F, F),
+        "update": (x, P, x[:, :2], H, R),
+        "filter_step": (x, P, F, F, x[:, :2], H, R),
+        "innovate_returns": (P, np.ones((k, 2)), x[:, :2], H, R[None], 0.9, 0.99, ((1, 6.0),)),
+        "absorb": (x, P, np.ones((2, k, 4)), P[:, None], weights, ((1, 6.0),)),
+        "whiten": (x, P),
+        "sigma_points": (P, 1.0),
+        "innovate_points": points,
+        "pda_update": (xs, Ps, *clutter),
+        "imm_mix": (log_prob, log_prob, xs, Ps),
+        "imm_combine": (log_prob, log_prob, xs, Ps),
+        "interact": (log_prob, log_prob, *bank),
+        "together": (log_prob, *bank),
+        "weigh_modes": (log_prob, [said, said]),
+        "split_weights": (weights, np.full((2, 1 + k, 2), 0.5)),
+        "gate_scores": (columns, distance, valid, exists, 2.0, np.array(-2.0), None),
+        "sample_density": (distance, valid, 2.0, np.ones(2), 0.3),
+        "softmax": (columns,),
+        "one_hot": (columns,),
+        "existence": (columns, weights, exists, columns, 0.99, True),
+        "is_plain": (distance[..., None], valid | np.zeros((2, 1), bool), 1, 1e12),
+        "normals": ([np.random.default_rng(1)], (3,)),
+        "uniforms": ([np.random.default_rng(1)], (3,)),
+    }
+
+
+@pytest.mark.parametrize("name", sorted(REFERENCE))
+def test_a_call_of_usual_sizes_is_not_left_to_the_reference(name):
+    with without_reference(name):
+        getattr(kernels, name)(*an_example_of_each()[name])
+
+
+@pytest.mark.parametrize("name", sorted(REFERENCE))
+def test_a_wrong_number_of_arguments_gets_the_references_error(name):
+    with pytest.raises(TypeError, match="argument"):
+        getattr(kernels, name)(*an_example_of_each()[name], None, None)
+
+
+def test_a_scan_whose_returns_all_count_still_has_its_batch():
+    valid = np.ones((4, 2), bool)
+    given = np.ones((1, 1, 2)), valid, 2.0, np.zeros((1, 1)), 0.3
+    assert kernels.sample_density(*given).shape == REFERENCE["sample_density"](*given).shape == (4, 1, 1)
+    with pytest.raises(ValueError, match="broadcast"):
+        kernels.gate_scores(-np.ones((3, 1, 3)), np.ones((3, 1, 2)), valid, np.ones((3, 1)), 2.0, np.array(-2.0), None)
+
+
+class Meddler:
+    """Becomes an array, and does something else on the way."""
+
+    def __init__(self, array, act):
+        self.array, self.act = array, act
+
+    def __array__(self, dtype=None, copy=None):
+        self.act()
+        return self.array
+
+
+def test_a_list_that_changes_while_it_is_read_does_no_harm():
+    log_prob, bank = np.log([0.5, 0.5]), (((0, 1),) * 2, np.zeros((2, 2)), ())
+    xs, Ps = [np.zeros(2), np.ones(2)], [np.eye(2), 2 * np.eye(2)]
+    expected = kernels.together(log_prob, list(xs), list(Ps), *bank)
+    gone = [Meddler(xs[0], lambda: gone.clear()), xs[1] + 0]
+    compare(kernels.together(log_prob, gone, list(Ps), *bank), expected, "together")
+    assert gone == []
+
+
+def test_an_interruption_is_not_taken_for_a_strange_argument():
+    def interrupt():
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        kernels.predict(Meddler(np.zeros(2), interrupt), np.eye(2), np.eye(2), np.eye(2))
+
+
+def test_no_number_stays_none():
+    nan = np.full((9, 1), np.nan)
+    P, z = np.ones((9, 1, 1)), np.zeros((9, 1, 1))
+    assert np.isnan(kernels.innovate_returns(P[:, None], z, nan[:, None], np.eye(1), P[:1], nan, 0.99, ((0, 6.0),))[0]).all()
+
+
+@pytest.mark.parametrize("shape", [(), (0,), (5,), (3, 2)])
+@pytest.mark.parametrize("name", ["normals", "uniforms"])
+def test_numbers_are_what_each_generator_draws_by_itself(name, shape):
+    def generators():
+        return [np.random.default_rng(7), np.random.Generator(np.random.MT19937(8)), np.random.default_rng(9)]
+
+    ours, theirs = generators(), generators()
+    for _ in range(2):
+        np.testing.assert_array_equal(getattr(kernels, name)(ours, shape), REFERENCE[name](theirs, shape))
+    assert [a.bit_generator.random_raw() for a in ours] == [b.bit_generator.random_raw() for b in theirs]
+    same = np.random.default_rng(1)
+    np.testing.assert_array_equal(
+        getattr(kernels, name)([same, same], (4,)).ravel(), REFERENCE[name]([np.random.default_rng(1)], (8,)).ravel()
+    )
+
+
+def test_a_generator_of_another_kind_draws_in_its_own_way():
+    class Halves(np.random.Generator):
+        def random(self, size=None):
+            return np.full(size, 0.5)
+
+    assert np.all(kernels.uniforms([Halves(np.random.PCG64(1))], (4,)) == 0.5)
 
 
 def test_a_mode_that_a_return_is_next_to_impossible_for():

@@ -23,7 +23,7 @@ from vedette.units import in_unit
 
 MOST_RUNS, MOST_POINTS = 1_000_000_000, 10_000
 TOGETHER, ALONE = 2000, 10
-"""Most runs of a chunk: in lock-step about as many as fit the cache with their scans; else few, that all processes have work."""
+"""Most runs of a chunk: in lock-step about as many as fit the cache; else few, that all processes have work."""
 UNITS = {
     "position_rmse": "m",
     "velocity_rmse": "m/s",
