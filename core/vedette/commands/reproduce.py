@@ -12,11 +12,12 @@ from pathlib import Path
 from time import process_time
 from typing import Any
 
+from vedette.commands.output import write_charts
 from vedette.errors import ConfigError, Problem
 from vedette.io.atomic import whole_file
 from vedette.registry import Registry
 from vedette.report.files import check_folder
-from vedette.report.study import data, draw, text
+from vedette.report.study import data, text
 from vedette.roles import Study
 from vedette.studies import Progress, StudyResult
 
@@ -67,16 +68,7 @@ def _write(folder: Path, result: StudyResult) -> list[str]:
     for name, content in (("study.txt", text(result)), ("study.json", json.dumps(data(result), indent=2))):
         with whole_file(folder / name) as file:
             file.write(content + "\n")
-    written = ["study.txt", "study.json"]
-    if find_spec("matplotlib") is None:
-        print("vedette: no pictures without matplotlib: pip install 'vedette[report]'", file=sys.stderr)
-        return written
-    from vedette.report import canvas
-
-    for chart in result.charts:
-        canvas.save(draw(chart), folder / f"{chart.name}.png")
-        written.append(f"{chart.name}.png")
-    return written
+    return ["study.txt", "study.json", *write_charts(folder, result.charts)]
 
 
 @contextmanager

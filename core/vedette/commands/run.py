@@ -7,11 +7,11 @@ import sys
 from argparse import Namespace
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from importlib.util import find_spec
 from pathlib import Path
 
+from vedette.commands.output import can_draw
 from vedette.config import load
-from vedette.experiment import Experiment, Progress, Result
+from vedette.experiment import Progress
 from vedette.metrics import judge
 from vedette.report.figures import figures, timings
 from vedette.report.files import check_folder, write_files, write_of_plugins, write_pictures
@@ -41,7 +41,8 @@ def run(arguments: Namespace) -> int:
     written = write_files(folder, experiment, result, found, text)
     if smoothed is not None:
         written += write_smoothed(folder, experiment, smoothed)
-    written += _pictures(folder, experiment, result)
+    if can_draw():
+        written += write_pictures(folder, experiment, result)
     written += write_of_plugins(folder, experiment, result)
     took = timings(result)
     print(text)
@@ -51,13 +52,6 @@ def run(arguments: Namespace) -> int:
     if arguments.json:
         print(json.dumps(found | took))
     return 130 if result.interrupted else 0
-
-
-def _pictures(folder: Path, experiment: Experiment, result: Result) -> list[str]:
-    if find_spec("matplotlib") is None:
-        print("vedette: no pictures without matplotlib: pip install 'vedette[report]'", file=sys.stderr)
-        return []
-    return write_pictures(folder, experiment, result)
 
 
 @contextmanager

@@ -12,6 +12,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from time import perf_counter, process_time
 
+from vedette.commands.output import can_write, write_charts
 from vedette.ensemble.carry import Advance
 from vedette.ensemble.outcome import Outcome
 from vedette.ensemble.plan import plan, read_study
@@ -60,22 +61,11 @@ def _number(option: str, given: str) -> int:
 def _write(folder: Path, outcome: Outcome) -> list[str]:
     """Tables always; labelled arrays and pictures where their libraries are installed."""
     written = write_study(folder, outcome)
-    if find_spec("xarray") is None or find_spec("zarr") is None:
-        print("vedette: no labelled arrays without xarray and zarr: pip install 'vedette[study]'", file=sys.stderr)
-    else:
+    if can_write("labelled arrays", "study", "xarray", "zarr"):
         from vedette.ensemble.arrays import write_zarr
 
         written.append(write_zarr(folder, outcome))
-    if find_spec("matplotlib") is None:
-        print("vedette: no pictures without matplotlib: pip install 'vedette[report]'", file=sys.stderr)
-        return written
-    from vedette.report import canvas
-    from vedette.report.study import draw
-
-    for chart in charts(outcome):
-        canvas.save(draw(chart), folder / f"{chart.name}.png")
-        written.append(f"{chart.name}.png")
-    return written
+    return written + write_charts(folder, charts(outcome))
 
 
 @contextmanager

@@ -1,0 +1,37 @@
+"""What the commands write only where its libraries are installed, and how they say that it is missing."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable
+from importlib.util import find_spec
+from pathlib import Path
+
+from vedette.studies import Chart
+
+
+def can_write(what: str, extra: str, *modules: str) -> bool:
+    """Whether all modules are installed; else it says on standard error how to get them."""
+    if all(find_spec(module) for module in modules):
+        return True
+    print(f"vedette: no {what} without {' and '.join(modules)}: pip install 'vedette[{extra}]'", file=sys.stderr)
+    return False
+
+
+def can_draw() -> bool:
+    """Whether there can be pictures."""
+    return can_write("pictures", "report", "matplotlib")
+
+
+def write_charts(folder: Path, charts: Iterable[Chart]) -> list[str]:
+    """A picture of each chart; returns the names of the files."""
+    if not can_draw():
+        return []
+    from vedette.report import canvas
+    from vedette.report.study import draw
+
+    written = []
+    for chart in charts:
+        canvas.save(draw(chart), folder / f"{chart.name}.png")
+        written.append(f"{chart.name}.png")
+    return written
