@@ -8,6 +8,7 @@ CPU times, in turns, so that what else the machine does strikes both; ratios wit
 from __future__ import annotations
 
 import argparse
+import json
 import os
 import subprocess
 import sys
@@ -134,13 +135,30 @@ def undisturbed(planned: Plan, threads: int) -> tuple[float, float]:
     return took, took - (float(np.mean(fresh)) if threads > 1 else after[main] - before[main])
 
 
-def on_two_threads(rounds: int, runs: int) -> None:
-    """One thread over two, on the wall, and as if nobody else took the processors meanwhile (Linux tells)."""
+def turns(rounds: int, runs: int) -> list[list[tuple[float, float]]]:
+    """`undisturbed` of one thread and of two, in turns, the first turn left out."""
     planned = plan({"experiment": CONFIG, "runs": runs, "seed": 1})
-    turns = [[undisturbed(planned, threads) for threads in (1, 2)] for _ in range(rounds + 1)][1:]
-    wall, alone = ([one[i] / two[i] for one, two in turns] for i in (0, 1))
-    print(f"{runs:,} runs, one thread / two: {spread(alone)} without waiting for a processor")
-    print(f"  on the wall: {spread(wall)}, load {os.getloadavg()[0]:.1f}")
+    return [[undisturbed(planned, threads) for threads in (1, 2)] for _ in range(rounds + 1)][1:]
+
+
+def on_two_threads(processes: int, rounds: int, runs: int) -> None:
+    """One thread over two, on the wall, and as if nobody else took the processors meanwhile (Linux tells).
+
+    In several processes, as where the system puts a process's memory makes a tenth either way for all its rounds.
+    """
+    code = f"from benchmarks import study; import json; print(json.dumps(study.turns({rounds}, {runs})))"
+    found = [json.loads(output_of(code)) for _ in range(processes)]
+    for name, i in (("without waiting for a processor", 1), ("on the wall", 0)):
+        each = [[one[i] / two[i] for one, two in rounds] for rounds in found]
+        text = spread([ratio for ratios in each for ratio in ratios])
+        medians = ", ".join(f"{np.median(ratios):.3g}" for ratios in each)
+        print(f"{runs:,} runs, one thread / two, {name}: {text}; medians of {processes} processes: {medians}")
+    print(f"load {os.getloadavg()[0]:.1f}")
+
+
+def output_of(code: str) -> str:
+    """What a process of its own prints."""
+    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
 
 
 KEPT = {
@@ -191,8 +209,7 @@ def memory(runs: int) -> None:
         f"vedette.monte_carlo(study.CONFIG, {runs}, 1, threads=2);"
         "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)"
     )
-    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    print(f"{runs:,} runs: {int(found.stdout) / 1024:.0f} MB at most")
+    print(f"{runs:,} runs: {int(output_of(code)) / 1024:.0f} MB at most")
 
 
 if __name__ == "__main__":
@@ -203,7 +220,7 @@ if __name__ == "__main__":
     few = given.quick
     jobs: dict[str, Callable[[], None]] = {
         "stonesoup": lambda: against_stone_soup(3 if few else 7),
-        "threads": lambda: on_two_threads(3 if few else 15, 10_000),
+        "threads": lambda: on_two_threads(1 if few else 7, 3 if few else 7, 10_000),
         "cluster": lambda: on_a_cluster(60_000 if few else 1_200_000),
         "paper": lambda: target_oriented(1 if few else 3),
         "memory": lambda: memory(10_000 if few else 100_000),
