@@ -247,6 +247,24 @@ def by_points(P, H, R):
     return kernels.innovate_points(dx, dz, weights, np.zeros((len(P), 1, 0, 2)), R[:, None, None])[-1][:, 0, 0]
 
 
+def by_update(P, H, R):
+    return kernels.update(np.zeros(4), P, np.zeros(2), H, R)[1]
+
+
+def by_scan(P, H, R):
+    none = np.zeros((len(P), 1, 2))
+    return kernels.innovate_returns(P[:, None], none[:, :0], none, H[:, None], R[:, None, None], 0.9, 0.99, ())[-1][:, 0, 0]
+
+
+def by_modes(P, H, R):
+    """One mode, and one return that is surely the target's."""
+    each = [
+        kernels.pda_update(np.zeros((1, 4)), P[i, None], np.zeros((1, 2)), H[i], R[i], 1.0, 1.0, 9.0, 0.0)
+        for i in range(len(P))
+    ]
+    return np.stack([Ps[0] for _, Ps, _ in each])
+
+
 def without_joseph(P, H, R):
     S = H @ P @ np.swapaxes(H, -1, -2) + R
     K = P @ np.swapaxes(H, -1, -2) @ np.linalg.inv(S)
@@ -254,7 +272,7 @@ def without_joseph(P, H, R):
     return 0.5 * (post + np.swapaxes(post, -1, -2))
 
 
-@pytest.mark.parametrize("update", [by_kernel, by_points])
+@pytest.mark.parametrize("update", [by_kernel, by_update, by_scan, by_modes, by_points])
 def test_covariances_stay_psd_where_the_short_form_breaks(update):
     assert hard_recursion(update) > -1e-14
     assert hard_recursion(without_joseph) < -1e-6

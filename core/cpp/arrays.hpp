@@ -152,17 +152,19 @@ class Blocks {
     }
 };
 
+// Where a program has set an allocator of its own, that one serves.
 inline PyObject* new_large_array(int dims, npy_intp* shape) {
     static PyDataMem_Handler handler = {
         "vedette", 1, {nullptr, Blocks::take, Blocks::take_zeros, Blocks::change, Blocks::give}};
-    static PyObject* capsule = PyCapsule_New(&handler, "mem_handler", nullptr);
-    PyObject* usual = capsule == nullptr ? nullptr : PyDataMem_SetHandler(capsule);
+    static PyObject* const own = PyCapsule_New(&handler, "mem_handler", nullptr);
+    PyObject* usual = PyDataMem_GetHandler();
     if (usual == nullptr) return nullptr;
-    PyObject* array = PyArray_SimpleNew(dims, shape, NPY_DOUBLE);
-    PyObject* own = PyDataMem_SetHandler(usual);
-    Py_DECREF(usual);
-    if (own == nullptr) Py_CLEAR(array);
-    Py_XDECREF(own);
+    const bool ours = own != nullptr && usual == PyDataMem_DefaultHandler;
+    PyObject* before = ours ? PyDataMem_SetHandler(own) : nullptr;
+    PyObject* array = ours && before == nullptr ? nullptr : PyArray_SimpleNew(dims, shape, NPY_DOUBLE);
+    PyObject* after = before == nullptr ? nullptr : PyDataMem_SetHandler(usual);
+    if (before != nullptr && after == nullptr) Py_CLEAR(array);
+    Py_XDECREF(before), Py_XDECREF(after), Py_DECREF(usual);
     return array;
 }
 
