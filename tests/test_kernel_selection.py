@@ -57,6 +57,15 @@ def test_an_unknown_wish_is_refused():
     assert "VEDETTE_KERNELS: must be 'numpy' or 'compiled', got 'fortran'" in refused.stderr
 
 
+def test_the_command_line_refuses_it_in_a_line():
+    environment = os.environ | {"VEDETTE_KERNELS": "fortran"}
+    told = subprocess.run(
+        [sys.executable, "-m", "vedette", "info"], capture_output=True, text=True, env=environment, check=False
+    )
+    assert told.returncode == 2
+    assert told.stderr == "vedette: error: VEDETTE_KERNELS: must be 'numpy' or 'compiled', got 'fortran'\n"
+
+
 HIDE = "import sys; sys.modules['vedette.kernels._compiled'] = None; sys.modules['vedette._values'] = None\n"
 
 

@@ -10,6 +10,8 @@ from typing import Any, TypeVar
 
 from attrs import frozen
 
+from vedette.errors import ConfigError, Problem
+
 F = TypeVar("F", bound=Callable[..., Any])
 
 
@@ -22,17 +24,17 @@ class Selection:
 
     @classmethod
     def now(cls) -> Selection:
-        """By what is built and what the environment asks for; ImportError if that cannot be."""
+        """By what is built and what the environment asks for; ConfigError if that cannot be."""
         wanted = os.environ.get("VEDETTE_KERNELS", "")
         if wanted not in ("", "numpy", "compiled"):
-            raise ImportError(f"VEDETTE_KERNELS: must be 'numpy' or 'compiled', got {wanted!r}")
+            raise ConfigError([Problem("VEDETTE_KERNELS", f"must be 'numpy' or 'compiled', got {wanted!r}")])
         if wanted == "numpy":
             return cls(None, "numpy, as the environment variable VEDETTE_KERNELS asks for")
         try:
             module = import_module("vedette.kernels._compiled")
         except ModuleNotFoundError:
             if wanted == "compiled":
-                raise ImportError("VEDETTE_KERNELS: the compiled kernels were not built here") from None
+                raise ConfigError([Problem("VEDETTE_KERNELS", "the compiled kernels were not built here")]) from None
             return cls(None, "numpy, as the compiled kernels were not built here")
         return cls(module, f"compiled, for the instruction set {module.instruction_set()}")
 
