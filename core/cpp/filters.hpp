@@ -70,6 +70,16 @@ struct Sight {
         return total;
     }
 
+    // Of a residual: log-likelihood, with `least` its part that no residual changes, squared distance, and the mean's shift.
+    VEDETTE_INLINE void judge(const T* nu, const T& least, Out loglik, Out squared, Out shifted, int n, int m) const {
+        T to[kMostStates];
+        const T d = distance(nu, m);
+        Lane<T>::store(squared, 0, d);
+        Lane<T>::store(loglik, 0, least - 0.5 * d);
+        shift(nu, to, n, m);
+        store(shifted, to, n);
+    }
+
     // K nu
     VEDETTE_INLINE void shift(const T* nu, T* to, int n, int m) const { multiply(nu, gain, to, 1, m, n); }
 };
@@ -202,7 +212,7 @@ struct InnovateReturns : shapes::InnovateReturns {
         const Square<T> P(in[0], n, kSymmetric);
         const Vector<T> expected(in[2], m);
         const Rectangle<C> H(in[3], m * n);
-        T nu[kMostMeasured], shift[kMostStates], post[kStates2];
+        T nu[kMostMeasured], post[kStates2];
         const T p_detect = Lane<T>::load(in[5], 0);
         Lane<T>::store(out[0], 0, safe_log(1.0 - p_detect * p_gate));
         const T log_detect = safe_log(p_detect);
@@ -219,11 +229,7 @@ struct InnovateReturns : shapes::InnovateReturns {
                 load(part(in[1], g * m), nu, m);
                 for (int i = 0; i < m; ++i) nu[i] -= expected[i];
                 wrap(nu, periods);
-                const T distance = sight.distance(nu, m);
-                Lane<T>::store(out[1], g, distance);
-                Lane<T>::store(out[0], 1 + g, least - 0.5 * distance);
-                sight.shift(nu, shift, n, m);
-                store(part(out[3], g * n), shift, n);
+                sight.judge(nu, least, part(out[0], 1 + g), part(out[1], g), part(out[3], g * n), n, m);
             }
         }
         Lane<T>::store(out[2], 0, volume);

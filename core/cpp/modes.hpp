@@ -50,13 +50,19 @@ struct Stack {
     }
 };
 
+// Neither infinite nor NaN.
+template <class T>
+VEDETTE_INLINE auto is_finite(const T& a) {
+    constexpr double most = std::numeric_limits<double>::max();
+    return (a >= -most) & (a <= most);
+}
+
 // The logarithm of sum exp, -inf where all are, and the exponentials up to a common factor.
 template <class T>
 VEDETTE_INLINE T log_sum(const T* a, int count, T* parts) {
     T top = a[0];
     for (int i = 1; i < count; ++i) top = Lane<T>::larger(top, a[i]);
-    constexpr double most = std::numeric_limits<double>::max();
-    top = (top >= -most) & (top <= most) ? top : Lane<T>::all(0.0);
+    top = is_finite(top) ? top : Lane<T>::all(0.0);
     T sum = Lane<T>::all(0.0);
     for (int i = 0; i < count; ++i) sum += parts[i] = Lane<T>::exp(a[i] - top);
     return Lane<T>::log(sum) + top;
@@ -104,13 +110,12 @@ struct Switching {
     template <class T>
     __attribute__((noinline, cold)) void weigh_in_logarithms(const T* before, In transition, T* after, T* weights,
                                                              int r) const {
-        constexpr double most = std::numeric_limits<double>::max();
         T joint[kMostModes];
         for (int j = 0; j < r; ++j) {
             for (int i = 0; i < r; ++i) joint[i] = before[i] + Lane<T>::load(transition, i * r + j);
             T* own = weights + j * r;
             after[j] = log_sum(joint, r, own);
-            const auto reached = (after[j] >= -most) & (after[j] <= most);
+            const auto reached = is_finite(after[j]);
             T total{};
             for (int i = 0; i < r; ++i) total += own[i];
             for (int i = 0; i < r; ++i) own[i] = reached ? own[i] / total : Lane<T>::exp(before[i]);
@@ -227,7 +232,6 @@ struct SplitWeights : shapes::SplitWeights {
     template <class T>
     void run(const In* in, const Out* out) const {
         T after[kMostModes], top[kMostModes], sum[kMostModes];
-        constexpr double most = std::numeric_limits<double>::max();
         for (int j = 0; j < r; ++j) {
             top[j] = Lane<T>::all(-std::numeric_limits<double>::infinity());
             sum[j] = Lane<T>::all(0.0);
@@ -241,7 +245,7 @@ struct SplitWeights : shapes::SplitWeights {
             }
         }
         for (int j = 0; j < r; ++j) {
-            top[j] = (top[j] >= -most) & (top[j] <= most) ? top[j] : Lane<T>::all(0.0);
+            top[j] = is_finite(top[j]) ? top[j] : Lane<T>::all(0.0);
             const In own{out[1 + j].at, out[1 + j].next};
             for (int h = 0; h <= k; ++h) {
                 const T part = Lane<T>::exp(Lane<T>::load(own, h) - top[j]);

@@ -95,7 +95,7 @@ struct InnovatePoints : shapes::InnovatePoints {
             }
         for (int h = 0; h < noises; ++h) {
             const Square<T> R(part(in[4], h * m * m), m, kSymmetric);
-            T S[kMeasured2], post[kStates2], nu[kMostMeasured], shift[kMostStates];
+            T S[kMeasured2], post[kStates2], nu[kMostMeasured];
             Sight<T> sight;
             for (int i = 0; i < m; ++i)
                 for (int j = i; j < m; ++j) set_entry(S, i, j, m, T(spread[i * m + j] + R[i * m + j]));
@@ -107,11 +107,7 @@ struct InnovatePoints : shapes::InnovatePoints {
             const T least = -0.5 * (sight.log_det + m * kLog2Pi);
             for (int g = noises == 1 ? 0 : h; g < (noises == 1 ? k : h + 1); ++g) {
                 load(part(in[3], g * m), nu, m);
-                const T distance = sight.distance(nu, m);
-                Lane<T>::store(out[1], g, distance);
-                Lane<T>::store(out[0], g, least - 0.5 * distance);
-                sight.shift(nu, shift, n, m);
-                store(part(out[3], g * n), shift, n);
+                sight.judge(nu, least, part(out[0], g), part(out[1], g), part(out[3], g * n), n, m);
             }
         }
     }

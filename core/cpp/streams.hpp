@@ -1,4 +1,4 @@
-// Random numbers of many generators at once, by numpy's own functions: with the interpreter's lock released once, not once for each.
+// Random numbers of many generators at once, by numpy's own functions: the lock is released once, not once for each.
 #pragma once
 
 #include "entries.hpp"
