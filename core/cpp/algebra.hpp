@@ -1,6 +1,6 @@
-// Small matrices, of one problem or of eight side by side. Row-major. Of symmetric ones the upper triangle is read, and one
-// problem's come out symmetric to the last bit; eight problems' have no lower triangle, as they do not fit into the registers
-// and each number that is not needed saves a way to memory and back.
+// Small matrices, of one problem or of eight side by side. Row-major. Of symmetric ones the upper triangle is read. One problem's
+// come out symmetric to the last bit; eight problems' have no lower triangle if sizes are constants, as they do not fit into the
+// registers, and each number that is not needed saves a way to memory and back.
 #pragma once
 
 #include <initializer_list>
