@@ -232,7 +232,7 @@ def worst_digit(estimator, ratio):
 
 
 def test_roots_keep_their_digits_where_covariances_lose_theirs():
-    """Noises 1e12 and 7e13 below the prior: the root's covariance is right along every principal axis, the other's is not."""
+    """Noises 1e12 and 7e13 below the prior: a root's covariance is right along every principal axis, the other's is not."""
     assert worst_digit(SquareRootKalman(Still()), 2.0**-40) < 1e-3
     least = 2.0**-46
     assert worst_digit(ExtendedKalman(Still()), least) > 1.0 > 1000 * worst_digit(SquareRootKalman(Still()), least)
