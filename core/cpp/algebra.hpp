@@ -170,10 +170,11 @@ using Rectangle = Matrix<T, kMostMeasured * kMostStates>;
 
 // Products take numbers that all eight problems share as they are: A, B may be double where T is Eight.
 
-enum Symmetric { kNeither, kLeft, kRight };
+// Which of a product's two matrices is symmetric.
+enum Side { kNeither, kLeft, kRight };
 
 // C (p, q) = A (p, s) B (s, q)
-template <Symmetric which = kNeither, class T, class L, class R>
+template <Side which = kNeither, class T, class L, class R>
 VEDETTE_INLINE void multiply(const L* A, const R* B, T* C, int p, int s, int q) {
     if constexpr (std::is_same_v<T, double>)
         if (VEDETTE_BY_ROWS(q)) {

@@ -121,6 +121,17 @@ VEDETTE_INLINE void mix(T* x, T* P, In shift, In post, In weights, int n, int k,
     wrap(x, periods);
 }
 
+// F x and F P F' + Q of the inputs x, P, F, Q.
+template <class T, class C, class N>
+VEDETTE_INLINE void step_ahead(const In* in, T* to, T* cov, N n) {
+    const Vector<T> x(in[0], n);
+    const Square<T> P(in[1], n, kSymmetric);
+    const Square<C> F(in[2], n * n), Q(in[3], n, kSymmetric);
+    T ahead[kStates2];
+    apply<T, C>(F, x, to, n, n);
+    congruence<T, C>(F, P, Q, ahead, cov, n, n);
+}
+
 struct Predict : shapes::Predict {
     template <class T>
     void run(const In* in, const Out* out) const {
@@ -128,12 +139,8 @@ struct Predict : shapes::Predict {
     }
     template <class T, class C, class N>
     VEDETTE_INLINE void solve(const In* in, const Out* out, N n) const {
-        const Vector<T> x(in[0], n);
-        const Square<T> P(in[1], n, kSymmetric);
-        const Square<C> F(in[2], n * n), Q(in[3], n, kSymmetric);
-        T to[kMostStates], ahead[kStates2], cov[kStates2];
-        apply<T, C>(F, x, to, n, n);
-        congruence<T, C>(F, P, Q, ahead, cov, n, n);
+        T to[kMostStates], cov[kStates2];
+        step_ahead<T, C>(in, to, cov, n);
         store(out[0], to, n), store_symmetric(out[1], cov, n);
     }
 };
@@ -167,12 +174,8 @@ struct Update : shapes::Update {
     }
     template <class T, class C, class N, class M>
     VEDETTE_INLINE void ahead(const In* in, const Out* out, N n, M m) const {
-        const Vector<T> x(in[0], n);
-        const Square<T> P(in[1], n, kSymmetric);
-        const Square<C> F(in[2], n * n), Q(in[3], n, kSymmetric);
-        T to[kMostStates], ahead[kStates2], cov[kStates2];
-        apply<T, C>(F, x, to, n, n);
-        congruence<T, C>(F, P, Q, ahead, cov, n, n);
+        T to[kMostStates], cov[kStates2];
+        step_ahead<T, C>(in, to, cov, n);
         solve<T, C>(to, cov, in + 4, out, n, m);
     }
     template <class T, class C, class N, class M>
