@@ -12,7 +12,7 @@ from time import process_time
 import numpy as np
 
 from vedette import Frame, Gaussian
-from vedette.gaussian import imaged
+from vedette.filters.gaussian import imaged
 from vedette_flir.camera import Camera
 from vedette_flir.matched import FRAMES, record
 from vedette_flir.motion.carrying import Carrying

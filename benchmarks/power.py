@@ -18,10 +18,10 @@ from scipy.linalg import solve_discrete_lyapunov
 
 import vedette
 from vedette import Array, Gaussian
-from vedette.consistency import chi_square_band, nees
+from vedette.metrics.consistency import chi_square_band, nees
 from vedette.testing.montecarlo import Looks, Runs, play, prior_of
 from vedette.testing.trackers import FAMILIES, judge
-from vedette.tracker import Tracker
+from vedette.tracking.tracker import Tracker
 from vedette_standard.estimators.kalman import Kalman
 
 SCANS = 20

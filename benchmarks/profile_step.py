@@ -22,7 +22,7 @@ from benchmarks.contenders import vedette as contender
 from benchmarks.contenders import vedette_kernels
 from benchmarks.problems import Problem, make
 from vedette import Detections, Scan, kernels
-from vedette import tracker as tracker_module
+from vedette.tracking import tracker as tracker_module
 
 CASES: dict[str, dict[str, Any]] = {
     "kf": {},

@@ -22,8 +22,8 @@ from typing import Any
 import numpy as np
 
 import vedette
-from vedette.ensemble.plan import Plan, plan
-from vedette.ensemble.study import perform
+from vedette.montecarlo.plan import Plan, plan
+from vedette.montecarlo.study import perform
 
 RUNS, STEPS = 100, 100
 CV = {"kind": "constant_velocity", "sigma_accel": 0.5}

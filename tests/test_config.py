@@ -20,9 +20,9 @@ from hypothesis.errors import Unsatisfiable
 import vedette
 from vedette import Array, Associator, ConfigError, Estimator, Registry, Sensor, fields
 from vedette.config import build, load, to_config
+from vedette.config.parameters import parameters, plain
+from vedette.config.registry import Installed
 from vedette.config.walker import Walker
-from vedette.parameters import parameters, plain
-from vedette.registry import Installed
 from vedette.testing.judging import Misuse
 from vedette.testing.strategies import components
 

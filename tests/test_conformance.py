@@ -7,9 +7,9 @@ import pytest
 from hypothesis import strategies as st
 
 import vedette
+from vedette.config.registry import Registry
 from vedette.io import write_recording
 from vedette.io.csv_returns import DetectionColumns
-from vedette.registry import Registry
 from vedette.roles import ROLES
 from vedette.testing import conformance, examine, laws_of
 from vedette.testing.strategies import SENSOR, components

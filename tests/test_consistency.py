@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 from scipy.special import chdtr, stdtr
 
-from vedette import consistency as c
+from vedette.metrics import consistency as c
 
 ALPHA = 1e-7
 Z = 5.33

@@ -11,7 +11,7 @@ from attrs import frozen
 
 import vedette
 from vedette import Detections, Detector, Recording, Scan, ScanRefused, Sensor, Source, Space, fields
-from vedette.detection import check_detectors, detect_all, detected, raw_sensors
+from vedette.tracking.preprocessing import check_detectors, detect_all, detected, raw_sensors
 from vedette_standard.sensors.cartesian_position import CartesianPosition
 from vedette_standard.sensors.range_bearing import RangeBearing
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from vedette import Frame, Gaussian
-from vedette.gaussian import imaged
-from vedette.registry import Registry
+from vedette.config.registry import Registry
+from vedette.filters.gaussian import imaged
 from vedette.testing import conformance
 from vedette_flir.camera import Camera
 from vedette_flir.motion.atmospheric_wander import AtmosphericWander

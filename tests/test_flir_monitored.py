@@ -5,9 +5,9 @@ import pytest
 
 import vedette
 from vedette import Detections, Gaussian, Scan
-from vedette.consistency import nees
-from vedette.draws import draw_states
-from vedette.lockstep import run_together
+from vedette.metrics.consistency import nees
+from vedette.montecarlo.lockstep import run_together
+from vedette.sampling.trajectories import draw_states
 from vedette_standard.motion.constant_velocity import ConstantVelocity
 
 

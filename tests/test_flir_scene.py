@@ -8,9 +8,9 @@ from attrs import evolve
 
 import vedette
 from vedette import Frame, Gaussian, Scan
-from vedette.consistency import nees
-from vedette.draws import draw_gaussian, draw_states
-from vedette.lockstep import run_together
+from vedette.metrics.consistency import nees
+from vedette.montecarlo.lockstep import run_together
+from vedette.sampling.trajectories import draw_gaussian, draw_states
 from vedette_flir.motion.atmospheric_wander import AtmosphericWander
 from vedette_flir.motion.image_velocity import ImageVelocity
 from vedette_flir.sensors.gaussian_spot import GaussianSpot

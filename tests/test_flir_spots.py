@@ -5,7 +5,7 @@ import pytest
 from attrs import evolve
 
 from vedette import Frame, Gaussian
-from vedette.gaussian import imaged
+from vedette.filters.gaussian import imaged
 from vedette_flir.camera import Camera
 from vedette_flir.motion.carrying import Carrying
 from vedette_flir.motion.jittered_wander import JitteredWander

@@ -8,7 +8,8 @@ from attrs import frozen
 from scipy import stats
 from scipy.linalg import expm
 
-from vedette import Detections, Gate, Gaussian, MotionModel, Sensor, Space, kernels, trees
+from vedette import Detections, Gate, Gaussian, MotionModel, Sensor, Space, kernels
+from vedette.tracking import trees
 from vedette_standard.associators.global_nearest import GlobalNearest
 from vedette_standard.associators.jpda import Jpda
 from vedette_standard.associators.nearest import Nearest

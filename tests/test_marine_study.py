@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from vedette import Detections, Gaussian, Scan, build, load, to_config
-from vedette.consistency import nees
-from vedette.draws import draw_states
-from vedette.lockstep import run_together
+from vedette.metrics.consistency import nees
+from vedette.montecarlo.lockstep import run_together
+from vedette.sampling.trajectories import draw_states
 from vedette_marine import configs, outcome, scenes, study
 from vedette_marine.points import by_frame_number, draw
 from vedette_marine.study import MarineStudy, record, tuned

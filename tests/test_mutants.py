@@ -13,8 +13,8 @@ from attrs import evolve, frozen
 from hypothesis import strategies as st
 
 from vedette import Detections, Gaussian, MotionModel, Space, fields, kernels
-from vedette.gaussian import Hypotheses
-from vedette.parameters import role_of
+from vedette.config.parameters import role_of
+from vedette.filters.gaussian import Hypotheses
 from vedette.testing import FAST, examine, laws_of
 from vedette.testing.strategies import SENSOR, components
 from vedette.types import Recording, Scan, Trajectory

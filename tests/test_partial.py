@@ -8,7 +8,7 @@ import pytest
 
 import vedette
 from vedette import Detections, Gaussian, Pose, Scan, ScanRefused
-from vedette.gate import Gate
+from vedette.tracking.gate import Gate
 from vedette_standard.estimators.auxiliary import AuxiliaryParticles
 from vedette_standard.estimators.bootstrap import BootstrapParticles
 from vedette_standard.estimators.cubature import CubatureKalman

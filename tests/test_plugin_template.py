@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import vedette
-from vedette.registry import Registry
+from vedette.config.registry import Registry
 from vedette.testing import FAST, consistency, examine, laws_of
 from vedette.testing.strategies import components
 

@@ -9,8 +9,8 @@ import pytest
 
 from vedette import Gaussian, Registry, Space
 from vedette.cli import main
-from vedette.report.study import data, draw, text
-from vedette.studies import (
+from vedette.report.reproduction import data, draw, text
+from vedette.reproduction import (
     Cell,
     Chart,
     Claim,

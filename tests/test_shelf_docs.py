@@ -11,8 +11,8 @@ import pytest
 
 import vedette
 from vedette import metrics
+from vedette.config.registry import Registry
 from vedette.config.walker import Walker
-from vedette.registry import Registry
 
 ROOT = Path(__file__).parent.parent
 INSTALLED = Registry.installed()

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from vedette import Detections, Gaussian, Pose, kernels
-from vedette.gaussian import linearised
+from vedette.filters.gaussian import linearised
 from vedette_standard.sensors.bearing_only import BearingOnly
 from vedette_standard.sensors.biased import Biased
 from vedette_standard.sensors.cartesian_position import CartesianPosition

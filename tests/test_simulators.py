@@ -23,7 +23,7 @@ from scipy.integrate import solve_ivp
 import vedette
 import vedette_sim as sim
 from vedette import Array, ConfigError, Gaussian, MotionModel, Pose, Sensor, Space
-from vedette.returns import shuffled
+from vedette.sampling.detections import shuffled
 from vedette_standard.motion.constant_velocity import ConstantVelocity
 from vedette_standard.sensors.cartesian_position import CartesianPosition
 

@@ -14,14 +14,15 @@ from scipy import stats
 from scipy.linalg import block_diag
 
 import vedette
-from vedette import Associator, Detections, Estimator, Gaussian, MotionModel, Scan, Sensor, Space, Tracker, trees
+from vedette import Associator, Detections, Estimator, Gaussian, MotionModel, Scan, Sensor, Space, Tracker
 from vedette.cli import main
-from vedette.draws import draw_jump_markov, draw_states
 from vedette.errors import ConfigError
 from vedette.io import read_tracks
 from vedette.kernels import backward
 from vedette.report.smoothed import smooth_result
-from vedette.smoothing import check_smoothing, smooth, smoothed
+from vedette.sampling.trajectories import draw_jump_markov, draw_states
+from vedette.tracking import trees
+from vedette.tracking.smoothing import check_smoothing, smooth, smoothed
 from vedette_standard.associators.pda import Pda
 from vedette_standard.estimators import imm as imm_module
 from vedette_standard.estimators import unmixing

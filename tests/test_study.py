@@ -14,9 +14,9 @@ import pytest
 
 import vedette
 from vedette.cli import main
-from vedette.ensemble.chunk import run_chunk
-from vedette.ensemble.seeds import sequence
-from vedette.ensemble.statistics import difference, mean, ratios
+from vedette.montecarlo.chunk import run_chunk
+from vedette.montecarlo.seeds import sequence
+from vedette.montecarlo.statistics import difference, mean, ratios
 
 START = {"x": [0, 10], "y": [0, 10], "vx": [5, 2], "vy": [3, 2]}
 CV = {"kind": "constant_velocity", "sigma_accel": 0.5}
@@ -199,7 +199,7 @@ def test_resuming_runs_only_what_is_missing(tmp_path, undisturbed, monkeypatch):
     vedette.monte_carlo(config(), 60, 3, **options)
     (tmp_path / "chunks" / "00001-0000002.npz").write_bytes(b"torn")
     (tmp_path / "chunks" / "00000-0000004.npz").unlink()
-    from vedette.ensemble import carry
+    from vedette.montecarlo import carry
 
     done = []
     monkeypatch.setattr(carry, "run_chunk", lambda *given: (done.append(given[2]), run_chunk(*given))[1])
@@ -208,7 +208,7 @@ def test_resuming_runs_only_what_is_missing(tmp_path, undisturbed, monkeypatch):
 
 
 def test_ctrl_c_keeps_what_all_points_have(monkeypatch, undisturbed):
-    from vedette.ensemble import carry
+    from vedette.montecarlo import carry
 
     left = iter(range(5))
 
@@ -245,7 +245,7 @@ def test_ctrl_c_keeps_what_all_points_have(monkeypatch, undisturbed):
     ],
 )
 def test_bad_input_is_told(options, said, monkeypatch):
-    from vedette.ensemble import study
+    from vedette.montecarlo import study
 
     if "scheduler" in options:
         pytest.importorskip("distributed")

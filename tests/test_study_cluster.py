@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import vedette
-from vedette.ensemble import carry, executors
+from vedette.montecarlo import carry, executors
 
 distributed = pytest.importorskip("distributed")
 

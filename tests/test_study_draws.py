@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 import vedette
-from vedette.draws import factor, follow
-from vedette.ensemble.chunk import goes_together, run_chunk
-from vedette.ensemble.generators import Generators, NotInLockStep
-from vedette.ensemble.seeds import Seeds, sequence
 from vedette.metrics import judge
+from vedette.montecarlo.chunk import goes_together, run_chunk
+from vedette.montecarlo.generators import Generators, NotInLockStep
+from vedette.montecarlo.seeds import Seeds, sequence
+from vedette.sampling.trajectories import factor, follow
 
 START = {"x": [0, 10], "y": [0, 10], "vx": [5, 2], "vy": [3, 2]}
 CV = {"kind": "constant_velocity", "sigma_accel": 0.5}

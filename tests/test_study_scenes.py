@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import vedette
-from vedette.consistency import nees
-from vedette.lockstep import run_together
+from vedette.metrics.consistency import nees
+from vedette.montecarlo.lockstep import run_together
 
 CLUTTER = {"x": {"low": -500, "high": 500}, "y": {"low": -500, "high": 500}}
 START = {"x": [0, 10], "y": [0, 10], "vx": [5, 2], "vy": [3, 2]}

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 
 import vedette
 from vedette import Detections, Gaussian, Scan
-from vedette.consistency import nees
-from vedette.draws import draw_gaussian, draw_jump_markov
-from vedette.lockstep import run_together
+from vedette.metrics.consistency import nees
+from vedette.montecarlo.lockstep import run_together
+from vedette.sampling.trajectories import draw_gaussian, draw_jump_markov
 from vedette_standard.motion.known_turn import KnownTurn
 from vedette_target_oriented import accelerations
 from vedette_target_oriented.along_velocity import chord

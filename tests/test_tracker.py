@@ -5,8 +5,8 @@ import pytest
 from attrs import evolve
 
 from vedette import Detections, Gate, Gaussian, Pose, Recording, Scan, ScanRefused, Tracker
-from vedette.history import History
-from vedette.lockstep import run_together
+from vedette.montecarlo.lockstep import run_together
+from vedette.tracking.history import History
 from vedette_standard.associators.global_nearest import GlobalNearest
 from vedette_standard.associators.jpda import Jpda
 from vedette_standard.associators.pda import Pda

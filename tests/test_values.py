@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from vedette import values
-from vedette.gaussian import Hypotheses
-from vedette.tracker import State
+from vedette.filters.gaussian import Hypotheses
+from vedette.tracking.tracker import State
 from vedette.types import Gaussian, Innovation
 
 needs_maker = pytest.mark.skipif(not values.COMPILED, reason="nothing is compiled here: the maker is the class")

@@ -9,7 +9,7 @@ import pytest
 
 import vedette
 from vedette import Detections, Pose, Scan
-from vedette.lockstep import run_together
+from vedette.montecarlo.lockstep import run_together
 from vedette_standard.detectors.debiased_conversion import DebiasedConversion
 from vedette_standard.detectors.modified_unbiased_conversion import ModifiedUnbiasedConversion
 from vedette_standard.detectors.naive_conversion import NaiveConversion

@@ -26,7 +26,8 @@ if TYPE_CHECKING:
     from vedette.config import build as build
     from vedette.config import load as load
     from vedette.config import to_config as to_config
-    from vedette.ensemble.study import monte_carlo as monte_carlo
+    from vedette.config.hooks import plugin as plugin
+    from vedette.config.registry import Registry as Registry
     from vedette.errors import ConfigError as ConfigError
     from vedette.errors import InputError as InputError
     from vedette.errors import PluginError as PluginError
@@ -35,10 +36,8 @@ if TYPE_CHECKING:
     from vedette.errors import VedetteError as VedetteError
     from vedette.experiment import Experiment as Experiment
     from vedette.experiment import Result as Result
-    from vedette.gate import Gate as Gate
-    from vedette.hooks import plugin as plugin
     from vedette.metrics import Judge as Judge
-    from vedette.registry import Registry as Registry
+    from vedette.montecarlo.study import monte_carlo as monte_carlo
     from vedette.roles import Associator as Associator
     from vedette.roles import Component as Component
     from vedette.roles import Detector as Detector
@@ -49,14 +48,15 @@ if TYPE_CHECKING:
     from vedette.roles import Sensor as Sensor
     from vedette.roles import Source as Source
     from vedette.roles import Study as Study
-    from vedette.smoothing import smooth as smooth
-    from vedette.smoothing import smoothed as smoothed
     from vedette.space import Array as Array
     from vedette.space import Axis as Axis
     from vedette.space import Mask as Mask
     from vedette.space import Space as Space
     from vedette.space import SpaceError as SpaceError
-    from vedette.tracker import Tracker as Tracker
+    from vedette.tracking.gate import Gate as Gate
+    from vedette.tracking.smoothing import smooth as smooth
+    from vedette.tracking.smoothing import smoothed as smoothed
+    from vedette.tracking.tracker import Tracker as Tracker
     from vedette.types import Detections as Detections
     from vedette.types import Frame as Frame
     from vedette.types import Gaussian as Gaussian
@@ -70,20 +70,20 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "config": ("build", "load", "to_config"),
-    "ensemble.study": ("monte_carlo",),
+    "montecarlo.study": ("monte_carlo",),
     "errors": ("ConfigError", "InputError", "PluginError", "Problem", "ScanRefused", "VedetteError"),
     "experiment": ("Experiment", "Result"),
-    "gate": ("Gate",),
-    "hooks": ("plugin",),
+    "tracking.gate": ("Gate",),
+    "config.hooks": ("plugin",),
     "metrics": ("Judge",),
-    "registry": ("Registry",),
+    "config.registry": ("Registry",),
     "roles": (
         *("Associator", "Component", "Detector", "Estimator", "ImagingSensor", "Lifecycle", "MotionModel"),
         *("Sensor", "Source", "Study"),
     ),
-    "smoothing": ("smooth", "smoothed"),
+    "tracking.smoothing": ("smooth", "smoothed"),
     "space": ("Array", "Axis", "Mask", "Space", "SpaceError"),
-    "tracker": ("Tracker",),
+    "tracking.tracker": ("Tracker",),
     "types": (
         "Detections",
         "Frame",

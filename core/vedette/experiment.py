@@ -10,13 +10,13 @@ import numpy as np
 from attrs import Factory, frozen
 
 from vedette import fields
-from vedette.admission import without_bad_returns
-from vedette.detection import check_detectors, detect_all, raw_sensors
 from vedette.errors import ConfigError, Problem, ScanRefused
-from vedette.history import History
 from vedette.metrics import Judge
 from vedette.roles import Detector, Source
-from vedette.tracker import State, Tracker
+from vedette.tracking.history import History
+from vedette.tracking.preprocessing import check_detectors, detect_all, raw_sensors
+from vedette.tracking.tracker import State, Tracker
+from vedette.tracking.validation import without_bad_returns
 from vedette.types import Recording, Scan, Track
 
 Progress = Callable[[Sequence[Scan]], Iterable[Scan]]

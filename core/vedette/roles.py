@@ -16,8 +16,8 @@ import numpy as np
 
 from vedette.kernels import backward
 from vedette.kernels.derivative import numerical_jacobian
+from vedette.reproduction import Progress, StudyResult
 from vedette.space import NO_AXES, Array, Mask, Space
-from vedette.studies import Progress, StudyResult
 from vedette.types import Detections, Frame, Gaussian, Innovation, Pose, Recording, Scan
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Experiment, Mask
-from vedette.studies import Cell, Chart, Claim, Curve, Panel, Table, mean_cell, ratio_cell, rms_cell
+from vedette.reproduction import Cell, Chart, Claim, Curve, Panel, Table, mean_cell, ratio_cell, rms_cell
 from vedette_bayes_risk.fusion import DistributedDetection
 
 WINDOWS = {"6-20 s": slice(4, 19), "21-30 s": slice(19, 29), "51-90 s": slice(49, 89)}

@@ -8,7 +8,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, fields
-from vedette.gaussian import GaussianFilter, Hypotheses, linearised, moved
+from vedette.filters.gaussian import GaussianFilter, Hypotheses, linearised, moved
 
 
 @final

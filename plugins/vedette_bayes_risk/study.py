@@ -9,11 +9,11 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Experiment, Mask, Scan, Space, Study, load
-from vedette.consistency import nees
-from vedette.detection import detected, raw_sensors
-from vedette.lockstep import run_together
-from vedette.returns import Bounds, draw_detections
-from vedette.studies import Progress, StudyResult, over_axes, two_point
+from vedette.metrics.consistency import nees
+from vedette.montecarlo.lockstep import run_together
+from vedette.reproduction import Progress, StudyResult, over_axes, two_point
+from vedette.sampling.detections import Bounds, draw_detections
+from vedette.tracking.preprocessing import detected, raw_sensors
 from vedette.types import Gaussian
 from vedette_bayes_risk import outcome
 from vedette_bayes_risk.configs import CONTESTED, FILTERS, SENSORS

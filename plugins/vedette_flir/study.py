@@ -8,7 +8,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Study
-from vedette.studies import Cell, Claim, Progress, StudyResult, Table, mean_cell, rms_cell
+from vedette.reproduction import Cell, Claim, Progress, StudyResult, Table, mean_cell, rms_cell
 from vedette_flir.matched import Record, bound, information, record
 
 CASES = tuple(

@@ -8,7 +8,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Mask
-from vedette.studies import Cell, Chart, Claim, Curve, Panel, Table, mean_cell, ratio_cell, rms_cell
+from vedette.reproduction import Cell, Chart, Claim, Curve, Panel, Table, mean_cell, ratio_cell, rms_cell
 
 FILTERS = ("IMM-PDAF", "CV-PDAF", "CT-PDAF")
 

@@ -8,7 +8,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Study
-from vedette.studies import Progress, StudyResult
+from vedette.reproduction import Progress, StudyResult
 from vedette_marine import configs, outcome
 from vedette_marine.outcome import FILTERS, Record
 from vedette_marine.points import Points, see

@@ -9,8 +9,8 @@ import numpy as np
 from attrs import evolve, frozen
 
 from vedette import Array, Detections, Gaussian, Mask, Scan, Space, load
-from vedette.detection import detected
-from vedette.studies import Progress, over_axes
+from vedette.reproduction import Progress, over_axes
+from vedette.tracking.preprocessing import detected
 from vedette_marine import configs
 from vedette_marine.ais.reports import Reports
 from vedette_marine.ais.tracks import STATE, motion

@@ -9,8 +9,8 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Mask, Study, build
-from vedette.lockstep import run_together
-from vedette.studies import Progress, StudyResult
+from vedette.montecarlo.lockstep import run_together
+from vedette.reproduction import Progress, StudyResult
 from vedette_marine import configs, outcome, scenes
 from vedette_marine.outcome import FILTERS, Record
 from vedette_marine.points import Points, by_frame_number, draw, prior

@@ -6,7 +6,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array
-from vedette.studies import Cell, Chart, Claim, Curve, Panel, Table, mean_cell
+from vedette.reproduction import Cell, Chart, Claim, Curve, Panel, Table, mean_cell
 
 SECONDS = 10_000
 LAGS = 100

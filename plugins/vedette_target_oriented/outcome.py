@@ -8,7 +8,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Mask, Scan
-from vedette.studies import Cell, Chart, Claim, Curve, Panel, Table, mean_cell, ratio_cell, rms_cell
+from vedette.reproduction import Cell, Chart, Claim, Curve, Panel, Table, mean_cell, ratio_cell, rms_cell
 from vedette_target_oriented.configs import SCANS
 
 FIRST = 5

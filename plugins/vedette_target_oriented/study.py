@@ -8,10 +8,10 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Experiment, Gaussian, Scan, Space, Study, load
-from vedette.consistency import nees
-from vedette.lockstep import run_together
-from vedette.returns import Bounds, draw_detections
-from vedette.studies import Progress, StudyResult, over_axes, two_point
+from vedette.metrics.consistency import nees
+from vedette.montecarlo.lockstep import run_together
+from vedette.reproduction import Progress, StudyResult, over_axes, two_point
+from vedette.sampling.detections import Bounds, draw_detections
 from vedette_target_oriented import accelerations, outcome
 from vedette_target_oriented.configs import FILTERS
 from vedette_target_oriented.frames import cartesian, in_frame

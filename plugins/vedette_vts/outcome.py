@@ -8,7 +8,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Mask, Scan
-from vedette.studies import Chart, Claim, Curve, Panel, Table, mean_cell, ratio_cell, rms_cell
+from vedette.reproduction import Chart, Claim, Curve, Panel, Table, mean_cell, ratio_cell, rms_cell
 from vedette_vts.configs import LEGS
 
 SETTLED = 20

@@ -8,11 +8,11 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Detections, Experiment, Gaussian, Scan, Space, Study, load
-from vedette.consistency import nees
-from vedette.detection import detected, raw_sensors
-from vedette.lockstep import run_together
-from vedette.returns import returns
-from vedette.studies import Progress, StudyResult, over_axes, two_point
+from vedette.metrics.consistency import nees
+from vedette.montecarlo.lockstep import run_together
+from vedette.reproduction import Progress, StudyResult, over_axes, two_point
+from vedette.sampling.detections import returns
+from vedette.tracking.preprocessing import detected, raw_sensors
 from vedette_vts import outcome
 from vedette_vts.configs import FILTERS
 from vedette_vts.gating import watch

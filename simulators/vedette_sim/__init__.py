@@ -3,7 +3,8 @@
 from collections.abc import Iterable
 
 import vedette
-from vedette.draws import (
+from vedette.sampling.detections import Bounds, draw_clutter, draw_detections, returns
+from vedette.sampling.trajectories import (
     common_state,
     draw_gaussian,
     draw_jump_markov,
@@ -14,7 +15,6 @@ from vedette.draws import (
     switch,
     union_state,
 )
-from vedette.returns import Bounds, draw_clutter, draw_detections, returns
 from vedette_sim.ais import Transponder
 from vedette_sim.infrared import HotSpot, HotTarget, InfraredScene
 from vedette_sim.marine_hull import Vessel

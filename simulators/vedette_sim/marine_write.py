@@ -19,7 +19,7 @@ from attrs import evolve
 
 import vedette
 from vedette import ConfigError, InputError, Problem, VedetteError
-from vedette.studies import Progress
+from vedette.reproduction import Progress
 from vedette_marine.ais.reports import KNOT, ROT_STEP
 from vedette_marine.geometry import write_geometry
 from vedette_sim.marine_scene import RadarPicturesScene

@@ -8,8 +8,8 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Detections, Mask, MotionModel, Pose, Scan, Sensor, kernels
-from vedette.draws import common_state, follow, follow_modes, switch, union_state
-from vedette.returns import Bounds, ceiling, corners, densities, returns
+from vedette.sampling.detections import Bounds, ceiling, corners, densities, returns
+from vedette.sampling.trajectories import common_state, follow, follow_modes, switch, union_state
 from vedette_sim.ships import PLANE, Ship
 
 Generators = Sequence[np.random.Generator]

@@ -8,9 +8,9 @@ from importlib import import_module
 from types import ModuleType
 
 from vedette.cli import complain
+from vedette.config.parameters import role_of
+from vedette.config.registry import Registry, did_you_mean
 from vedette.errors import ConfigError, PluginError, Problem
-from vedette.parameters import role_of
-from vedette.registry import Registry, did_you_mean
 from vedette.roles import Component
 
 HELD, FAILED = 0, 1

@@ -8,7 +8,7 @@ from argparse import Namespace
 from importlib.metadata import PackageNotFoundError, version
 
 from vedette import kernels, values
-from vedette.registry import Registry
+from vedette.config.registry import Registry
 
 _LIBRARIES = ("numpy", "scipy", "attrs", "pluggy", "opencv-python-headless", "matplotlib", "xarray", "dask")
 

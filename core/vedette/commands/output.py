@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from importlib.util import find_spec
 from pathlib import Path
 
-from vedette.studies import Chart
+from vedette.reproduction import Chart
 
 
 def can_write(what: str, extra: str, *modules: str) -> bool:
@@ -28,7 +28,7 @@ def write_charts(folder: Path, charts: Iterable[Chart]) -> list[str]:
     if not can_draw():
         return []
     from vedette.report import canvas
-    from vedette.report.study import draw
+    from vedette.report.reproduction import draw
 
     written = []
     for chart in charts:

@@ -13,13 +13,13 @@ from time import process_time
 from typing import Any
 
 from vedette.commands.output import write_charts
+from vedette.config.registry import Registry
 from vedette.errors import ConfigError, Problem
 from vedette.io.atomic import whole_file
-from vedette.registry import Registry
 from vedette.report.files import check_folder
-from vedette.report.study import data, text
+from vedette.report.reproduction import data, text
+from vedette.reproduction import Progress, StudyResult
 from vedette.roles import Study
-from vedette.studies import Progress, StudyResult
 
 
 def run(arguments: Namespace) -> int:

@@ -17,7 +17,7 @@ from vedette.report.figures import figures, timings
 from vedette.report.files import check_folder, write_files, write_of_plugins, write_pictures
 from vedette.report.smoothed import read_lag, smooth_result, smoothed_figures, smoothed_summary, write_smoothed
 from vedette.report.summary import summary
-from vedette.smoothing import check_smoothing
+from vedette.tracking.smoothing import check_smoothing
 from vedette.types import Scan
 
 

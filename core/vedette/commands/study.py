@@ -13,14 +13,14 @@ from pathlib import Path
 from time import perf_counter, process_time
 
 from vedette.commands.output import can_write, write_charts
-from vedette.ensemble.carry import Advance
-from vedette.ensemble.outcome import Outcome
-from vedette.ensemble.plan import plan, read_study
-from vedette.ensemble.store import told
-from vedette.ensemble.study import perform
 from vedette.errors import ConfigError, Problem
-from vedette.report.ensemble import charts, text, write_study
+from vedette.montecarlo.carry import Advance
+from vedette.montecarlo.outcome import Outcome
+from vedette.montecarlo.plan import plan, read_study
+from vedette.montecarlo.store import told
+from vedette.montecarlo.study import perform
 from vedette.report.files import check_folder
+from vedette.report.montecarlo import charts, text, write_study
 
 
 def run(arguments: Namespace) -> int:
@@ -62,7 +62,7 @@ def _write(folder: Path, outcome: Outcome) -> list[str]:
     """Tables always; labelled arrays and pictures where their libraries are installed."""
     written = write_study(folder, outcome)
     if can_write("labelled arrays", "study", "xarray", "zarr"):
-        from vedette.ensemble.arrays import write_zarr
+        from vedette.montecarlo.arrays import write_zarr
 
         written.append(write_zarr(folder, outcome))
     return written + write_charts(folder, charts(outcome))

@@ -23,12 +23,12 @@ from typing import Any
 
 from vedette.config.files import check_size, read_file
 from vedette.config.overrides import apply_overrides
+from vedette.config.parameters import parameters, plain
+from vedette.config.registry import Registry
 from vedette.config.walker import Walker, told
 from vedette.errors import ConfigError, Problem
 from vedette.experiment import Experiment
-from vedette.parameters import parameters, plain
-from vedette.registry import Registry
-from vedette.tracker import Tracker
+from vedette.tracking.tracker import Tracker
 
 __all__ = ["apply_overrides", "build", "load", "to_config"]
 

@@ -8,9 +8,9 @@ from typing import Any
 
 from attrs import frozen
 
+from vedette.config.registry import Registry, did_you_mean, nearest
 from vedette.config.walker import LONGEST, below, told
 from vedette.errors import ConfigError, Problem
-from vedette.registry import Registry, did_you_mean, nearest
 
 _STEP = re.compile(r'(?:^|\.)(?:(?P<name>[A-Za-z0-9_-]+)|"(?P<quoted>[^"]*)")|\[(?P<index>\d+)\]')
 

@@ -9,11 +9,11 @@ import attrs
 import numpy as np
 
 from vedette.config import INLINE
+from vedette.config.parameters import Leaf, Many, Maybe, Names, Parameter, Part, Shape, Table, parameters, plain, tables
+from vedette.config.registry import Registry
 from vedette.experiment import Experiment
-from vedette.parameters import Leaf, Many, Maybe, Names, Parameter, Part, Shape, Table, parameters, plain, tables
-from vedette.registry import Registry
 from vedette.roles import ROLES
-from vedette.tracker import Tracker
+from vedette.tracking.tracker import Tracker
 from vedette.units import spellings
 
 _NUMBER = r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?"

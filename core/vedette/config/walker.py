@@ -9,9 +9,21 @@ from typing import Any, TypeVar
 import attrs
 from attrs import field, frozen
 
+from vedette.config.parameters import (
+    Leaf,
+    Many,
+    Maybe,
+    Names,
+    Parameter,
+    Part,
+    Shape,
+    Table,
+    holds_parts,
+    in_words,
+    parameters,
+)
+from vedette.config.registry import Registry, did_you_mean, nearest
 from vedette.errors import ConfigError, Problem, VedetteError
-from vedette.parameters import Leaf, Many, Maybe, Names, Parameter, Part, Shape, Table, holds_parts, in_words, parameters
-from vedette.registry import Registry, did_you_mean, nearest
 
 T = TypeVar("T")
 

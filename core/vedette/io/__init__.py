@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 
-from vedette.hooks import plugin
+from vedette.config.hooks import plugin
 from vedette.io.autoferry import AutoferrySource
 from vedette.io.csv_source import CsvSource
 from vedette.io.jsonl import read_recording, write_recording

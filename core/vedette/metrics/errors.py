@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vedette.consistency import Estimate, mean_over_runs
+from vedette.metrics.consistency import Estimate, mean_over_runs
 from vedette.space import Array
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from vedette.consistency import nees, pooled_nis
+from vedette.metrics.consistency import nees, pooled_nis
 from vedette.metrics.coverage import NONE, Indices, is_lost, switches
 from vedette.metrics.errors import rmse
 from vedette.metrics.gospa import gospa, ospa

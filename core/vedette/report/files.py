@@ -50,8 +50,8 @@ def write_of_plugins(folder: Path, experiment: Experiment, result: Result) -> li
 
     import pluggy
 
-    from vedette import hooks
-    from vedette.registry import GROUP
+    from vedette.config import hooks
+    from vedette.config.registry import GROUP
 
     manager = pluggy.PluginManager(GROUP)
     manager.add_hookspecs(hooks)

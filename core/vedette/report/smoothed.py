@@ -12,7 +12,7 @@ from vedette.errors import ConfigError, Problem
 from vedette.experiment import Experiment, Result
 from vedette.io import write_tracks_csv, write_tracks_jsonl
 from vedette.metrics import Score, judge
-from vedette.smoothing import smooth
+from vedette.tracking.smoothing import smooth
 from vedette.types import Track
 from vedette.units import in_unit
 

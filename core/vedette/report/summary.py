@@ -7,9 +7,9 @@ from textwrap import wrap
 
 import numpy as np
 
-from vedette.consistency import chi_square_band
 from vedette.experiment import Experiment, Result
 from vedette.metrics import Score
+from vedette.metrics.consistency import chi_square_band
 from vedette.report.figures import count
 from vedette.report.traces import BAND, Normalised, band, innovations, mode_names, position_nees, traces
 

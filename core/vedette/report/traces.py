@@ -7,12 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 from attrs import frozen
 
-from vedette.consistency import chi_square_band, nees
+from vedette.config.parameters import plain
 from vedette.experiment import Experiment, Result
+from vedette.metrics.consistency import chi_square_band, nees
 from vedette.metrics.coverage import NONE, Indices
 from vedette.metrics.histories import positions, velocities
 from vedette.metrics.matching import Match, Pairs, match
-from vedette.parameters import plain
 from vedette.space import Array, Mask
 
 BAND = 0.05

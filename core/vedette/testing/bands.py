@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vedette.consistency import chi_square_band
+from vedette.metrics.consistency import chi_square_band
 from vedette.space import Array
 from vedette.testing.judging import demand
 

@@ -15,8 +15,8 @@ from attrs import frozen
 from hypothesis import strategies as st
 from hypothesis.errors import HypothesisException, Unsatisfiable
 
-from vedette.parameters import role_of
-from vedette.registry import did_you_mean
+from vedette.config.parameters import role_of
+from vedette.config.registry import did_you_mean
 from vedette.roles import ROLES, Component
 from vedette.testing.judging import Closed, Misuse
 from vedette.testing.law import Law, Profile

@@ -8,13 +8,13 @@ from copy import deepcopy
 import numpy as np
 from attrs import evolve, field, frozen
 
-from vedette.registry import Registry
-from vedette.returns import returns
+from vedette.config.registry import Registry
 from vedette.roles import Lifecycle, Sensor
+from vedette.sampling.detections import returns
 from vedette.space import Array, Mask
 from vedette.testing.judging import Misuse
 from vedette.testing.truth import draw_truth, motion_of
-from vedette.tracker import Tracker
+from vedette.tracking.tracker import Tracker
 from vedette.types import Detections, Gaussian, Recording, Scan
 
 OPEN_GATE = 1.0 - 1e-9

@@ -7,8 +7,8 @@ from copy import deepcopy
 import numpy as np
 from attrs import frozen
 
-from vedette.consistency import Credibility, autocorrelation, free_axes, nees, noncredibility, pooled_nis
 from vedette.experiment import Experiment, Result
+from vedette.metrics.consistency import Credibility, autocorrelation, free_axes, nees, noncredibility, pooled_nis
 from vedette.space import Array, Mask, Space
 from vedette.testing.judging import Misuse
 from vedette.testing.montecarlo import innovation

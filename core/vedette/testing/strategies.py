@@ -14,8 +14,8 @@ from attrs import NOTHING
 from hypothesis import reject
 from hypothesis import strategies as st
 
-from vedette.parameters import Leaf, Many, Maybe, Names, Parameter, Part, Shape, Table, holds_parts, parameters
-from vedette.registry import Registry, did_you_mean
+from vedette.config.parameters import Leaf, Many, Maybe, Names, Parameter, Part, Shape, Table, holds_parts, parameters
+from vedette.config.registry import Registry, did_you_mean
 from vedette.roles import Component
 from vedette.testing.judging import Misuse
 

@@ -10,7 +10,8 @@ import numpy as np
 from attrs import evolve, frozen
 
 from vedette.config import build
-from vedette.consistency import (
+from vedette.experiment import Experiment
+from vedette.metrics.consistency import (
     Verdict,
     bias_verdict,
     chi_square_band,
@@ -20,11 +21,10 @@ from vedette.consistency import (
     run_mean_verdict,
     whiteness_verdict,
 )
-from vedette.experiment import Experiment
 from vedette.space import Array, Mask
 from vedette.testing.judging import Misuse
 from vedette.testing.montecarlo import Looks, Runs, play, prior_of
-from vedette.tracker import Tracker
+from vedette.tracking.tracker import Tracker
 
 LAGS = 5
 MOST_LOST = 0.05

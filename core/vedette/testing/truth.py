@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from vedette.draws import draw_gaussian, draw_jump_markov, draw_states, union_state
 from vedette.roles import Estimator, MotionModel
+from vedette.sampling.trajectories import draw_gaussian, draw_jump_markov, draw_states, union_state
 from vedette.space import Array
 from vedette.testing.judging import Misuse
 from vedette.types import Gaussian

@@ -10,7 +10,7 @@ import numpy as np
 from attrs import evolve, frozen
 
 from vedette import Array, Detections, Estimator, Frame, Gaussian, Innovation, MotionModel, Sensor, Space, fields, kernels
-from vedette.gaussian import Hypotheses, joined, linearised, own_part, without_variance
+from vedette.filters.gaussian import Hypotheses, joined, linearised, own_part, without_variance
 
 MOST = 60.0
 """The largest log-likelihood ratio that a match gives."""

@@ -8,7 +8,7 @@ import numpy as np
 from attrs import evolve, frozen
 
 from vedette import Array, Detections, Estimator, Frame, Gaussian, Innovation, Sensor, Space, fields
-from vedette.gaussian import GaussianFilter
+from vedette.filters.gaussian import GaussianFilter
 
 
 @frozen(eq=False)

@@ -9,7 +9,7 @@ import numpy as np
 from attrs import Factory, field, frozen
 
 from vedette import Array, Detections, Estimator, Frame, Gaussian, Innovation, MotionModel, Sensor, Space, fields
-from vedette.draws import factor
+from vedette.sampling.trajectories import factor
 from vedette_standard.estimators import cloud as clouds
 from vedette_standard.estimators.bootstrap import BootstrapParticles
 from vedette_standard.estimators.cloud import Cloud

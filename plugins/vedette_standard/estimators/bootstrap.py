@@ -9,9 +9,9 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Detections, Estimator, Frame, Gaussian, Innovation, MotionModel, Sensor, Space, fields
-from vedette.draws import factor
-from vedette.gaussian import own_part
+from vedette.filters.gaussian import own_part
 from vedette.roles import ImagingSensor
+from vedette.sampling.trajectories import factor
 from vedette_standard.estimators import cloud as clouds
 from vedette_standard.estimators.cloud import Cloud
 

@@ -9,8 +9,8 @@ from attrs import frozen
 from numpy.typing import NDArray
 
 from vedette import Array, Detections, Gaussian, Innovation, MotionModel, Sensor, Space, kernels
-from vedette.draws import factor
-from vedette.gaussian import among_present, missing_share, reported, without_variance
+from vedette.filters.gaussian import among_present, missing_share, reported, without_variance
+from vedette.sampling.trajectories import factor
 from vedette.space import Mask
 
 

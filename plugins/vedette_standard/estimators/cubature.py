@@ -8,7 +8,7 @@ import numpy as np
 from attrs import Factory, field, frozen
 
 from vedette import Array, Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, fields
-from vedette.gaussian import GaussianFilter
+from vedette.filters.gaussian import GaussianFilter
 from vedette_standard.estimators.unscented import UnscentedKalman
 
 

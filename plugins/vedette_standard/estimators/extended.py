@@ -8,7 +8,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, fields
-from vedette.gaussian import GaussianFilter, linearised, moved
+from vedette.filters.gaussian import GaussianFilter, linearised, moved
 
 
 @final

@@ -9,7 +9,7 @@ import numpy as np
 from attrs import Factory, field, frozen
 
 from vedette import Array, Detections, Estimator, Frame, Gaussian, Innovation, Sensor, Space, fields, kernels
-from vedette.gaussian import GaussianFilter, own_part, turns_its_frame, without_variance
+from vedette.filters.gaussian import GaussianFilter, own_part, turns_its_frame, without_variance
 from vedette.space import NO_AXES
 from vedette.types import new_gaussian, new_innovation
 from vedette.values import maker

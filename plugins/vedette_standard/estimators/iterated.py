@@ -8,7 +8,7 @@ import numpy as np
 from attrs import Factory, field, frozen
 
 from vedette import Array, Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, fields
-from vedette.gaussian import GaussianFilter, among_present, imaged, joined, noise_of, one_by_one, reported
+from vedette.filters.gaussian import GaussianFilter, among_present, imaged, joined, noise_of, one_by_one, reported
 from vedette.space import Mask
 from vedette_standard.estimators.extended import ExtendedKalman
 

@@ -8,7 +8,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, fields, kernels
-from vedette.gaussian import GaussianFilter, linearised
+from vedette.filters.gaussian import GaussianFilter, linearised
 from vedette.types import new_gaussian
 
 

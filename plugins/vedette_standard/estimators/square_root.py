@@ -9,8 +9,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Detections, Estimator, Frame, Gaussian, Innovation, MotionModel, Sensor, Space, fields, kernels
-from vedette.draws import factor
-from vedette.gaussian import (
+from vedette.filters.gaussian import (
     among_present,
     keeps_its_frame,
     missing_share,
@@ -20,6 +19,7 @@ from vedette.gaussian import (
     residuals,
 )
 from vedette.roles import ImagingSensor
+from vedette.sampling.trajectories import factor
 
 
 @frozen(eq=False)

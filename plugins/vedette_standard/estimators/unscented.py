@@ -8,7 +8,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Detections, Frame, Gaussian, ImagingSensor, Innovation, MotionModel, Sensor, fields, kernels
-from vedette.gaussian import (
+from vedette.filters.gaussian import (
     GaussianFilter,
     among_present,
     joined,

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from attrs import evolve
 
-from vedette.consistency import nees
+from vedette.metrics.consistency import nees
 from vedette.roles import Estimator
 from vedette.space import Space
 from vedette.testing.bands import judge_run_means, judge_scale

@@ -6,8 +6,8 @@ import numpy as np
 from attrs import frozen
 from hypothesis import strategies as st
 
-from vedette.draws import factor
 from vedette.roles import Detector
+from vedette.sampling.trajectories import factor
 from vedette.space import Array
 from vedette.testing.judging import covariance, demand, finite, frozen_copy, same
 from vedette.testing.law import Law, Profile

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from vedette import trees
 from vedette.roles import Estimator
 from vedette.space import Axis, Space
 from vedette.testing.judging import Closed, demand, frozen_copy, same
@@ -28,6 +27,7 @@ from vedette.testing.laws.scene import (
 )
 from vedette.testing.truth import modes_of
 from vedette.testing.watch import Watch
+from vedette.tracking import trees
 from vedette.types import Detections, Gaussian
 
 

@@ -9,13 +9,13 @@ from attrs import frozen
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from vedette import trees
 from vedette.roles import Lifecycle
 from vedette.space import Array, Mask, Space
 from vedette.testing.judging import Closed, covariance, demand, frozen_copy, same
 from vedette.testing.law import Law, Profile
 from vedette.testing.states import SEEDS, STEPS, random_gaussian
 from vedette.testing.strategies import SENSOR
+from vedette.tracking import trees
 from vedette.types import Gaussian
 
 SEEN = Space.of(x="m", y="m")

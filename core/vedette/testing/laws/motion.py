@@ -8,8 +8,8 @@ import numpy as np
 from attrs import frozen
 from hypothesis import strategies as st
 
-from vedette.draws import draw_states, factor
 from vedette.roles import MotionModel
+from vedette.sampling.trajectories import draw_states, factor
 from vedette.space import Array
 from vedette.testing.bands import judge_standard_normal
 from vedette.testing.judging import Closed, covariance, demand, finite, frozen_copy, is_derivative, same

@@ -8,11 +8,11 @@ import numpy as np
 from attrs import frozen
 from hypothesis import strategies as st
 
-from vedette.consistency import nees
-from vedette.draws import factor
-from vedette.gaussian import linearised
-from vedette.returns import returns
+from vedette.filters.gaussian import linearised
+from vedette.metrics.consistency import nees
 from vedette.roles import Sensor
+from vedette.sampling.detections import returns
+from vedette.sampling.trajectories import factor
 from vedette.space import Array, Axis, Space
 from vedette.testing.bands import judge_frequency, judge_standard_normal
 from vedette.testing.judging import Closed, covariance, demand, finite, frozen_copy, is_derivative, same

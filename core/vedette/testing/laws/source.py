@@ -6,8 +6,8 @@ import numpy as np
 from attrs import frozen
 from hypothesis import strategies as st
 
+from vedette.config.registry import Registry
 from vedette.errors import ConfigError, InputError
-from vedette.registry import Registry
 from vedette.roles import Sensor, Source
 from vedette.testing.judging import Closed, demand, finite, same
 from vedette.testing.law import Law, Profile

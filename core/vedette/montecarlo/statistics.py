@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from attrs import frozen
 
-from vedette.ensemble.chunk import SQUARED, Chunk
+from vedette.montecarlo.chunk import SQUARED, Chunk
 from vedette.space import Array
 
 

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from vedette import kernels
-from vedette.ensemble.seeds import Seeds
 from vedette.errors import VedetteError
+from vedette.montecarlo.seeds import Seeds
 from vedette.space import Array
 
 _LAW = "draws of runs in lock-step are `random` and `standard_normal` whose size leads with the runs"

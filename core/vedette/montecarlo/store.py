@@ -16,10 +16,10 @@ import numpy as np
 from attrs import frozen
 
 from vedette import kernels
-from vedette.ensemble.chunk import Chunk
-from vedette.ensemble.plan import Plan
 from vedette.errors import ConfigError, InputError, Problem, VedetteError
 from vedette.io.atomic import whole_file
+from vedette.montecarlo.chunk import Chunk
+from vedette.montecarlo.plan import Plan
 
 MANIFEST, CHUNKS = "manifest.json", "chunks"
 

@@ -13,11 +13,11 @@ from attrs import field, frozen
 
 from vedette.config import apply_overrides, load
 from vedette.config.files import read_file
-from vedette.ensemble.chunk import goes_together
+from vedette.config.parameters import plain
+from vedette.config.registry import Registry, did_you_mean
 from vedette.errors import ConfigError, Problem
 from vedette.experiment import Experiment
-from vedette.parameters import plain
-from vedette.registry import Registry, did_you_mean
+from vedette.montecarlo.chunk import goes_together
 from vedette.space import Array
 from vedette.units import in_unit
 

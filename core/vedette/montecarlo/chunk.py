@@ -7,16 +7,16 @@ from collections.abc import Sequence
 import numpy as np
 from attrs import frozen
 
-from vedette.consistency import gate_truncation, nees
-from vedette.ensemble.generators import Generators, NotInLockStep
-from vedette.ensemble.seeds import Seeds, sequence
 from vedette.errors import ConfigError, Problem
 from vedette.experiment import Experiment
-from vedette.lockstep import run_together
 from vedette.metrics import judge
+from vedette.metrics.consistency import gate_truncation, nees
 from vedette.metrics.histories import positions, velocities
+from vedette.montecarlo.generators import Generators, NotInLockStep
+from vedette.montecarlo.lockstep import run_together
+from vedette.montecarlo.scenes import DrawsTogether, Scenes
+from vedette.montecarlo.seeds import Seeds, sequence
 from vedette.space import Array, Mask, Space
-from vedette.together import DrawsTogether, Scenes
 from vedette.types import Detections, Gaussian, Recording, Scan, Trajectory
 
 SERIES = ("square", "nees", "nis")

@@ -9,7 +9,7 @@ import numpy as np
 from attrs import field, frozen
 
 from vedette import kernels
-from vedette.memo import Memo, embedded
+from vedette.filters.memo import Memo, embedded
 from vedette.roles import Estimator, ImagingSensor, MotionModel, Sensor
 from vedette.space import Array, Mask, Space
 from vedette.types import Detections, Frame, Gaussian, Innovation, new_gaussian, new_innovation

@@ -9,10 +9,10 @@ from contextlib import contextmanager
 from multiprocessing import get_context
 from typing import Any
 
-from vedette.ensemble.plan import Plan
-from vedette.ensemble.store import made_by
+from vedette.config.registry import Registry
 from vedette.errors import ConfigError, Problem, VedetteError
-from vedette.registry import Registry
+from vedette.montecarlo.plan import Plan
+from vedette.montecarlo.store import made_by
 
 
 @contextmanager

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, Self
 
 from attrs import Factory, field, frozen
 
+from vedette.config.parameters import Parameter, parameters, role_of, tables
 from vedette.errors import ConfigError, PluginError, Problem
-from vedette.parameters import Parameter, parameters, role_of, tables
 from vedette.roles import CONTRACT, ROLES, Component
 
 if TYPE_CHECKING:
@@ -178,7 +178,7 @@ def _components(point: EntryPoint, owner: str) -> list[type[Component]]:
     """Import one plugin and call its hook. Whatever its own code raises is passed on; PluginError is the contract's."""
     import pluggy
 
-    from vedette import hooks
+    from vedette.config import hooks
 
     who = f"plugin {point.name!r} of {owner}"
     module = point.load()

@@ -7,12 +7,12 @@ from pathlib import Path
 from typing import Any
 
 from vedette.config.files import read_file
-from vedette.ensemble.carry import Advance, carry_out
-from vedette.ensemble.executors import cluster, local
-from vedette.ensemble.outcome import Outcome, outcome
-from vedette.ensemble.plan import Plan, plan, whole
-from vedette.ensemble.store import open_store
 from vedette.errors import ConfigError, Problem
+from vedette.montecarlo.carry import Advance, carry_out
+from vedette.montecarlo.executors import cluster, local
+from vedette.montecarlo.outcome import Outcome, outcome
+from vedette.montecarlo.plan import Plan, plan, whole
+from vedette.montecarlo.store import open_store
 
 
 def monte_carlo(

@@ -8,7 +8,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette.space import Array, Space
-from vedette.tracker import Tracker
+from vedette.tracking.tracker import Tracker
 from vedette.types import Gaussian, Scan
 
 

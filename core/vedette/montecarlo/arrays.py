@@ -6,7 +6,7 @@ import shutil
 import warnings
 from pathlib import Path
 
-from vedette.ensemble.outcome import Outcome
+from vedette.montecarlo.outcome import Outcome
 
 
 def write_zarr(folder: Path, outcome: Outcome) -> str:

@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 from attrs import evolve
 
-from vedette import trees
 from vedette.errors import ConfigError, Problem
-from vedette.history import History
 from vedette.roles import Estimator
-from vedette.tracker import State, Tracker
+from vedette.tracking import trees
+from vedette.tracking.history import History
+from vedette.tracking.tracker import State, Tracker
 from vedette.types import Gaussian, Track
 
 

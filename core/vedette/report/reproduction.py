@@ -10,7 +10,7 @@ import attrs
 import numpy as np
 
 from vedette.report import canvas
-from vedette.studies import Cell, Chart, Panel, StudyResult, Table
+from vedette.reproduction import Cell, Chart, Panel, StudyResult, Table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

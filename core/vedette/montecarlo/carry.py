@@ -8,12 +8,12 @@ from contextlib import contextmanager
 
 from attrs import frozen
 
-from vedette.ensemble.chunk import Chunk, run_chunk
-from vedette.ensemble.plan import Plan
-from vedette.ensemble.statistics import precise
-from vedette.ensemble.store import Store
 from vedette.errors import VedetteError
 from vedette.experiment import Experiment
+from vedette.montecarlo.chunk import Chunk, run_chunk
+from vedette.montecarlo.plan import Plan
+from vedette.montecarlo.statistics import precise
+from vedette.montecarlo.store import Store
 
 Advance = Callable[[int, int], None]
 """Told how many runs are done, of how many."""

@@ -7,7 +7,7 @@ from typing import Any, final
 import numpy as np
 
 from vedette.space import Array
-from vedette.tracker import State, Tracker
+from vedette.tracking.tracker import State, Tracker
 from vedette.types import Track
 
 

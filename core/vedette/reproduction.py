@@ -1,6 +1,6 @@
 """What a published study gives when it is run anew: tables with errors, verdicts on its claims, data of its figures.
 
-Plain values; `vedette.report.study` prints and draws them.
+Plain values; `vedette.report.reproduction` prints and draws them.
 """
 
 from __future__ import annotations

@@ -9,11 +9,12 @@ import numpy as np
 from attrs import evolve, field, frozen
 from numpy.typing import NDArray
 
-from vedette import fields, kernels, trees
-from vedette.admission import admitted
-from vedette.gate import Gate, Reach
+from vedette import fields, kernels
 from vedette.roles import Associator, Estimator, Lifecycle, Sensor
 from vedette.space import Array, Mask, Space, SpaceError
+from vedette.tracking import trees
+from vedette.tracking.gate import Gate, Reach
+from vedette.tracking.validation import admitted
 from vedette.types import Detections, Gaussian, Scan
 from vedette.values import maker
 

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from attrs import field, frozen
 
-from vedette.ensemble.carry import Chunks
-from vedette.ensemble.chunk import SERIES
-from vedette.ensemble.plan import UNITS, Plan, by_point, short
-from vedette.ensemble.statistics import Mean, difference, gathered, mean, ratios
-from vedette.ensemble.store import made_by
 from vedette.errors import VedetteError
+from vedette.montecarlo.carry import Chunks
+from vedette.montecarlo.chunk import SERIES
+from vedette.montecarlo.plan import UNITS, Plan, by_point, short
+from vedette.montecarlo.statistics import Mean, difference, gathered, mean, ratios
+from vedette.montecarlo.store import made_by
 from vedette.space import Array
 
 if TYPE_CHECKING:

@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 from attrs import evolve
 
-from vedette.ensemble.outcome import Outcome, numeric_axes
-from vedette.ensemble.plan import UNITS, short, told
-from vedette.ensemble.statistics import Mean
 from vedette.io.atomic import whole_file
-from vedette.report.study import rows
-from vedette.studies import Cell, Chart, Curve, Panel, Table
+from vedette.montecarlo.outcome import Outcome, numeric_axes
+from vedette.montecarlo.plan import UNITS, short, told
+from vedette.montecarlo.statistics import Mean
+from vedette.report.reproduction import rows
+from vedette.reproduction import Cell, Chart, Curve, Panel, Table
 
 MOST_CURVES = 8
 """More points than this are too many for one panel."""

@@ -11,10 +11,10 @@ from attrs import evolve
 from vedette import kernels
 from vedette.errors import Problem, ScanRefused
 from vedette.fields import ABSURD
-from vedette.gate import Reach
-from vedette.gaussian import among_present
+from vedette.filters.gaussian import among_present
 from vedette.roles import ImagingSensor, Sensor
 from vedette.space import Array, Mask
+from vedette.tracking.gate import Reach
 from vedette.types import Detections, Frame, Pose, Scan
 
 

@@ -9,8 +9,8 @@ import numpy as np
 from attrs import frozen
 
 from vedette import fields
-from vedette.draws import factor
 from vedette.roles import Sensor
+from vedette.sampling.trajectories import factor
 from vedette.space import Array, Mask, Space
 from vedette.types import Detections
 

@@ -8,9 +8,9 @@ from itertools import groupby
 import numpy as np
 from attrs import evolve
 
-from vedette.admission import flaws, without_bad_returns
 from vedette.errors import Problem, ScanRefused
 from vedette.roles import Detector, Sensor
+from vedette.tracking.validation import flaws, without_bad_returns
 from vedette.types import Scan
 
 

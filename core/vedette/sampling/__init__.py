@@ -1,0 +1,1 @@
+"""Drawing trajectories from motion models, and detections of them from sensors."""
