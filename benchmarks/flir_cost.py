@@ -41,7 +41,7 @@ def updates():
     frame = Frame(np.random.default_rng(1).standard_normal((80, 80)))
     for window in (8, 24, 64):
         sensor = GaussianSpot(across=("x", "jx"), down=("y", "jy"), camera=Camera(window=window))
-        where = motion.state.locate(sensor.looks_at)
+        where = motion.state.locate(sensor.observes)
         whole = least(lambda: imaged(Gaussian(mean, cov), motion.state, sensor, frame, 0.99), 50)  # noqa: B023
         cut = sensor.camera.cut(frame, sensor.measure(mean[:, where]))
         image, slopes, _ = circular(*cut.offsets(sensor.measure(mean[:, where])), mean[..., 9])

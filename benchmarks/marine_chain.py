@@ -19,13 +19,13 @@ import numpy as np
 
 import vedette
 from vedette_marine import configs, scenes
-from vedette_marine.detectors.radar_picture import RadarPicture
 from vedette_marine.opencv import opencv
 from vedette_marine.picture.artefacts import rain, spokes
 from vedette_marine.picture.blobs import find_blobs
 from vedette_marine.picture.chain import Chain, blind, right_ahead
 from vedette_marine.picture.clusters import grouped
 from vedette_marine.picture.colours import palette
+from vedette_marine.preprocessors.radar_picture import RadarPicture
 from vedette_marine.screen import RadarScreen
 from vedette_sim import PpiRadar
 
@@ -53,9 +53,9 @@ def pictures(cross_section: float, count: int, seed: int, size: int = 1024) -> A
         "width": 7.0,
         "cross_section": cross_section,
     }
-    detector = {"kind": "radar_picture", "sensors": {"screen": {"kind": "radar_screen"}}}
+    preprocessor = {"kind": "radar_picture", "sensors": {"screen": {"kind": "radar_screen"}}}
     source = scene | {"vessels": {"boat": boat}, "frames": count, "lost": 0, "interval": 7.0, "buoys": []}
-    config = configs.tracker(configs.TABLE_6["CV-PDAF"], 6.0) | {"source": source, "detectors": {"radar": detector}}
+    config = configs.tracker(configs.TABLE_6["CV-PDAF"], 6.0) | {"source": source, "preprocessors": {"radar": preprocessor}}
     opened: Any = vedette.load(config).source
     return opened.open({"screen": RadarScreen()}, np.random.default_rng(seed))
 
@@ -90,8 +90,8 @@ def contrast(count: int) -> None:
         for scan in recording.scans:
             truth = recording.truth[0].at(scan.time)[:2]
             for name, chain in chains.items():
-                detector = RadarPicture({"screen": RadarScreen()}, chain=chain)
-                geometry, stages = detector.geometry_of(scan.frame), detector.stages(scan.frame, scan.pose)
+                preprocessor = RadarPicture({"screen": RadarScreen()}, chain=chain)
+                geometry, stages = preprocessor.geometry_of(scan.frame), preprocessor.stages(scan.frame, scan.pose)
                 found = {name: geometry.from_antenna(stages.groups.at)}
                 if name == "threshold 90" and find_spec("skimage"):
                     spots = middles(doh(stages.left / 255.0), geometry.metres_per_pixel, chain)
@@ -122,10 +122,10 @@ def milliseconds(call: Callable[[], Any], rounds: int = 20) -> float:
 
 
 def stages() -> None:
-    """Milliseconds of each stage, and of the whole detector."""
+    """Milliseconds of each stage, and of the whole preprocessor."""
     scan = pictures(100.0, 2, 2).scans[1]
-    detector, chain = RadarPicture({"screen": RadarScreen()}), Chain()
-    geometry, seen = detector.geometry_of(scan.frame), detector.stages(scan.frame, scan.pose)
+    preprocessor, chain = RadarPicture({"screen": RadarScreen()}), Chain()
+    geometry, seen = preprocessor.geometry_of(scan.frame), preprocessor.stages(scan.frame, scan.pose)
     picture = np.ascontiguousarray(np.moveaxis(scan.frame.pixels, 0, -1))
     colours = palette(tuple(map(tuple, geometry.colours.tolist())), chain.tolerance)
     above, image = seen.echoes > 0, seen.left.astype(np.float32) / 255
@@ -138,7 +138,7 @@ def stages() -> None:
         "blobs, masks": lambda: find_blobs(image, scales, chain.strength),
         "blobs, exact": lambda: find_blobs(image, scales, chain.strength, exact=True),
         "groups": lambda: grouped(seen.blobs.at * 6.0, seen.blobs.strength, chain.link, chain.longest),
-        "whole detector": lambda: detector.detect({"screen": scan}),
+        "whole preprocessor": lambda: preprocessor.process({"screen": scan}),
     }
     if find_spec("skimage"):
         rows["scikit-image blob_doh"] = lambda: doh(image)

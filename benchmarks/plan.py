@@ -30,8 +30,8 @@ NAMES: dict[Entry, str] = {
     SIMDKALMAN: "simdkalman",
     LIMIT: "C limit",
     ("vedette", "predict"): "Vedette, predict alone",
-    ("vedette", "innovate"): "Vedette, innovate alone",
-    ("vedette", "absorb"): "Vedette, absorb alone",
+    ("vedette", "evaluate"): "Vedette, evaluate alone",
+    ("vedette", "update"): "Vedette, update alone",
     ("vedette", "own"): "the sensor's own functions",
 }
 
@@ -46,7 +46,7 @@ class Heat:
     batch: bool = False
 
 
-STAGES = (("vedette", "predict"), ("vedette", "innovate"), ("vedette", "absorb"))
+STAGES = (("vedette", "predict"), ("vedette", "evaluate"), ("vedette", "update"))
 ONLINE = (
     Heat("KF", Case("kf"), (STEP, ESTIMATOR, STAGED, FUSED, NUMPY_STEP, TEXTBOOK, FILTERPY, STONESOUP, BY_MATRICES, LIMIT)),
     Heat("EKF, range and bearing", Case("ekf"), (STEP, ESTIMATOR, NUMPY_STEP, TEXTBOOK, FILTERPY, STONESOUP)),

@@ -71,7 +71,7 @@ class Part:
 
 
 WATCHED = {
-    "estimator": ("predict", "innovate", "absorb"),
+    "estimator": ("predict", "evaluate", "update"),
     "associator": ("associate",),
     "lifecycle": ("survive", "review"),
     "gate": ("scores",),

@@ -195,9 +195,9 @@ def on_a_cluster(runs: int) -> None:
 
 def target_oriented(rounds: int) -> None:
     """The paper's 1,000 runs of five IMM-PDAFs."""
-    from vedette_target_oriented.study import TargetOrientedStudy
+    from vedette_target_oriented.reproduction import TargetOrientedReproduction
 
-    study = TargetOrientedStudy()
+    study = TargetOrientedReproduction()
     took = [cpu(lambda: study.run(1000, 1, lambda items, about: items)) for _ in range(rounds)]
     print(f"target-oriented, 1,000 runs: {spread(took)} s of CPU")
 

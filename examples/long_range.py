@@ -10,10 +10,10 @@ target is (as a filter meets it), and given the return. NEES is 1 where the stat
 import numpy as np
 
 import vedette
-from vedette_standard.detectors.debiased_conversion import DebiasedConversion
-from vedette_standard.detectors.modified_unbiased_conversion import ModifiedUnbiasedConversion
-from vedette_standard.detectors.naive_conversion import NaiveConversion
-from vedette_standard.detectors.unbiased_conversion import UnbiasedConversion
+from vedette_standard.preprocessors.debiased_conversion import DebiasedConversion
+from vedette_standard.preprocessors.modified_unbiased_conversion import ModifiedUnbiasedConversion
+from vedette_standard.preprocessors.naive_conversion import NaiveConversion
+from vedette_standard.preprocessors.unbiased_conversion import UnbiasedConversion
 from vedette_standard.sensors.range_bearing import RangeBearing
 
 R, SIGMA_RANGE, SIGMA_BEARING, DRAWS = 100e3, 50.0, np.deg2rad(1.5), 400_000
@@ -27,10 +27,10 @@ FACTORS = {
 """What each conversion multiplies the naive position with, whose mean is exp(-S/2) of the true one."""
 
 
-def figures(kind: type[vedette.Detector], z: np.ndarray, truth: np.ndarray) -> tuple[float, float, float]:
+def figures(kind: type[vedette.Preprocessor], z: np.ndarray, truth: np.ndarray) -> tuple[float, float, float]:
     """Mean error along the line of sight in m, its standard error, and NEES over the number of axes."""
     radar = RangeBearing(SIGMA_RANGE, SIGMA_BEARING)
-    seen = kind({"raw": radar}).detect({"raw": vedette.Scan(0.0, "raw", vedette.Detections.of(z))})
+    seen = kind({"raw": radar}).process({"raw": vedette.Scan(0.0, "raw", vedette.Detections.of(z))})
     error = seen.z - truth
     nees = np.mean(np.sum(error * np.linalg.solve(seen.noise, error[..., None])[..., 0], axis=-1)) / 2
     return error[:, 0].mean(), error[:, 0].std() / np.sqrt(DRAWS), nees

@@ -19,8 +19,8 @@ from vedette_bayes_risk.likelihood import CountLikelihoodDetection
 from vedette_bayes_risk.outcome import WINDOWS
 from vedette_bayes_risk.parallel import ParallelKalmanPrinted
 from vedette_bayes_risk.printed import BayesRiskPrinted
+from vedette_bayes_risk.reproduction import DENSE_REACH, REACH, BayesRiskReproduction, contest, draw, record
 from vedette_bayes_risk.risk import Costs
-from vedette_bayes_risk.study import DENSE_REACH, REACH, BayesRiskStudy, contest, draw, record
 from vedette_bayes_risk.tail import BayesRiskDetection
 from vedette_standard.estimators.kalman import Kalman
 from vedette_standard.motion.constant_velocity import ConstantVelocity
@@ -50,7 +50,7 @@ def scan(name, z, valid=None):
     return Scan(0.0, name, Detections(z, np.ones(z.shape[:-1], dtype=bool) if valid is None else valid))
 
 
-def detector(kind=BayesRiskDetection, sensors=3, sigma=5.0, threshold=20.0, **more):
+def preprocessor(kind=BayesRiskDetection, sensors=3, sigma=5.0, threshold=20.0, **more):
     own = {name: CartesianPosition(sigma, 1.0, 1e-5) for name in "abcdefg"[:sensors]}
     return kind(own, "a", threshold, **more)
 
@@ -126,7 +126,7 @@ def test_the_published_clutter():
 
 
 def test_the_weights_of_two_sensors_by_hand():
-    made = detector(sensors=2, costs=Costs(miss=2.0, false_alarm=3.0, prior=0.25))
+    made = preprocessor(sensors=2, costs=Costs(miss=2.0, false_alarm=3.0, prior=0.25))
     target, clutter = made.confirmation.given_target(20.0)[1], made.confirmation.given_clutter(20.0)[1]
     risks = [3.0 * 0.75, 2.0 * (1 - target) * 0.25 + 3.0 * clutter * 0.75]
     np.testing.assert_allclose(np.exp(made.log_weights()), np.cumsum(1 / np.array(risks)), rtol=1e-12)
@@ -160,8 +160,8 @@ def test_the_likelihood_ratio_is_of_confirmed_returns():
 @pytest.mark.parametrize("kind", KINDS)
 def test_detection_by_hand(kind):
     """Two returns are confirmed, by two sensors and by one; a third stands alone and goes."""
-    made = detector(kind, sensors=3)
-    seen = made.detect(
+    made = preprocessor(kind, sensors=3)
+    seen = made.process(
         {
             "a": scan("a", [[0, 0], [500, 0], [1000, 0]]),
             "b": scan("b", [[6, 0], [9, 0], [1000, 18]]),
@@ -176,19 +176,19 @@ def test_detection_by_hand(kind):
 
 def test_unlike_sensors_are_weighted_by_their_information():
     made = BayesRiskDetection({"a": CartesianPosition(1.0), "b": CartesianPosition(2.0, 0.9, 1e-6)}, "a", 10.0)
-    seen = made.detect({"a": scan("a", [[0, 0]]), "b": scan("b", [[5, 0]])})
+    seen = made.process({"a": scan("a", [[0, 0]]), "b": scan("b", [[5, 0]])})
     np.testing.assert_allclose(seen.z, [[1, 0]])
     np.testing.assert_allclose(seen.noise, [0.8 * np.eye(2)])
 
 
 def test_a_batch_is_a_loop_and_padding_counts_for_nothing():
     rng = np.random.default_rng(4)
-    made = detector(sensors=4, threshold=30.0)
+    made = preprocessor(sensors=4, threshold=30.0)
     z = {name: rng.uniform(0, 150, (6, 5, 2)) for name in made.sensors}
     valid = {name: rng.random((6, 5)) < 0.7 for name in made.sensors}
-    both = made.detect({name: scan(name, z[name], valid[name]) for name in made.sensors})
+    both = made.process({name: scan(name, z[name], valid[name]) for name in made.sensors})
     for run in range(6):
-        alone = made.detect({name: scan(name, z[name][run][valid[name][run]]) for name in made.sensors})
+        alone = made.process({name: scan(name, z[name][run][valid[name][run]]) for name in made.sensors})
         mine = both.valid[run]
         np.testing.assert_allclose(both.z[run][mine], alone.z[alone.valid], rtol=1e-12)
         np.testing.assert_allclose(both.noise[run][mine], alone.noise[alone.valid], rtol=1e-12)
@@ -206,7 +206,7 @@ def test_a_batch_is_a_loop_and_padding_counts_for_nothing():
     ids=["no scan of the base", "nothing at the base", "nothing elsewhere", "no other scan"],
 )
 def test_nothing_is_left(scans):
-    seen = detector(sensors=3).detect({name: scan(name, z) for name, z in scans.items()})
+    seen = preprocessor(sensors=3).process({name: scan(name, z) for name, z in scans.items()})
     assert seen.z.shape == (0, 2)
     assert seen.noise.shape == (0, 2, 2)
     assert seen.evidence.shape == (0,)
@@ -215,11 +215,11 @@ def test_nothing_is_left(scans):
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda kind: detector(kind, sensors=1), "sensors: must be at least 2, for one to confirm the other, got 1"),
+        (lambda kind: preprocessor(kind, sensors=1), "sensors: must be at least 2, for one to confirm the other, got 1"),
         (lambda kind: kind(SEVEN, "s8", 20.0), "base: must be one of 's1'.*got 's8'"),
-        (lambda kind: detector(kind, threshold=0.0), "threshold: must be > 0, got 0 m"),
-        (lambda kind: detector(kind, threshold=float("inf")), "threshold: must be a finite number"),
-        (lambda kind: detector(kind, threshold=float("nan")), "threshold: must be a finite number"),
+        (lambda kind: preprocessor(kind, threshold=0.0), "threshold: must be > 0, got 0 m"),
+        (lambda kind: preprocessor(kind, threshold=float("inf")), "threshold: must be a finite number"),
+        (lambda kind: preprocessor(kind, threshold=float("nan")), "threshold: must be a finite number"),
         (lambda kind: kind({"a": RangeBearing(1.0, 0.1), "b": SEVEN["s1"]}, "b", 9.0), "sensors.a: must report positions"),
     ],
 )
@@ -233,14 +233,14 @@ def test_what_cannot_detect_is_refused(kind, make, message):
 @pytest.mark.parametrize("costs", [Costs(0, 0), Costs(miss=-5.0), Costs(miss=1, false_alarm=-1.0), Costs(detection=-3.0)])
 def test_costs_that_make_no_risk_are_refused(kind, costs):
     with pytest.raises(ValueError, match=r"costs: must make every Bayes risk > 0, got R\(\d\) = "):
-        detector(kind, costs=costs)
+        preprocessor(kind, costs=costs)
 
 
 def test_a_config_tells_where_the_costs_are_wrong():
     config = FILTERS["proposed"]
     costs = {"miss": -5}
-    wrong = config | {"detectors": {"fused": config["detectors"]["fused"] | {"costs": costs}}}
-    with pytest.raises(vedette.ConfigError, match=r"detectors.fused.costs: must make every Bayes risk > 0"):
+    wrong = config | {"preprocessors": {"fused": config["preprocessors"]["fused"] | {"costs": costs}}}
+    with pytest.raises(vedette.ConfigError, match=r"preprocessors.fused.costs: must make every Bayes risk > 0"):
         vedette.load(wrong)
 
 
@@ -265,12 +265,12 @@ def test_weights_follow_the_evidence_of_what_is_in_the_gate():
 def test_the_printed_covariance_is_the_mixtures_less_the_spread_of_the_means():
     motion, sensor = ConstantVelocity(1.0), CartesianPosition(5.0)
     belief = Gaussian(np.zeros((1, 4)), np.diag([90.0, 80, 10, 10])[None])
-    seen = Detections.of([[10.0, 0], [-20, 5]])
+    detections = Detections.of([[10.0, 0], [-20, 5]])
     weights = np.array([[0.2, 0.5, 0.3]])
     printed, right = ParallelKalmanPrinted(motion), Kalman(motion)
-    innovation = right.innovate(belief, sensor, seen, 0.99)
-    ours = printed.absorb(belief, printed.innovate(belief, sensor, seen, 0.99), weights)
-    mixture = right.absorb(belief, innovation, weights)
+    innovation = right.evaluate(belief, sensor, detections, 0.99)
+    ours = printed.update(belief, printed.evaluate(belief, sensor, detections, 0.99), weights)
+    mixture = right.update(belief, innovation, weights)
     means = np.concatenate([np.zeros((1, 4)), innovation.detail.shift[0]])
     apart = means - weights[0] @ means
     np.testing.assert_allclose(ours.mean, mixture.mean, rtol=1e-12)
@@ -320,7 +320,7 @@ def test_where_returns_compete_the_printed_covariance_is_twice_too_small(pytestc
 
 
 def test_the_study_claims_no_gain_and_is_the_same_again():
-    first, again = (BayesRiskStudy().run(6, 5, lambda items, about: items) for _ in range(2))
+    first, again = (BayesRiskReproduction().run(6, 5, lambda items, about: items) for _ in range(2))
     assert first.tables == again.tables
     assert first.claims == again.claims
     verdicts = {claim.text: claim.verdict for claim in first.claims}

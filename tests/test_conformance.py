@@ -7,10 +7,10 @@ import pytest
 from hypothesis import strategies as st
 
 import vedette
+from vedette.config.parameters import ROLES
 from vedette.config.registry import Registry
 from vedette.io import write_recording
 from vedette.io.csv_returns import DetectionColumns
-from vedette.roles import ROLES
 from vedette.testing import conformance, examine, laws_of
 from vedette.testing.strategies import SENSOR, components
 from vedette_bayes_risk.risk import Costs
@@ -72,11 +72,11 @@ GIVEN = {
     ("estimator", "template_filter"): {"motion": BOXED, "cells": st.just(8)},
     ("estimator", "correlation_filter"): {"motion": BOXED, "cells": st.just(8)},
     ("estimator", "residual_monitored"): {"of": st.builds(Kalman, st.builds(ConstantVelocity, st.floats(0.1, 1.0)))},
-    ("detector", "bayes_risk_detection"): COUNTING | COSTS,
-    ("detector", "bayes_risk_printed"): COUNTING | COSTS,
-    ("detector", "count_likelihood_detection"): COUNTING,
-    ("detector", "cfar"): {"sensors": st.just({"receiver": RadarScreen()}), "window": st.sampled_from([2, 16, 32])},
-    ("detector", "radar_picture"): {
+    ("preprocessor", "bayes_risk_detection"): COUNTING | COSTS,
+    ("preprocessor", "bayes_risk_printed"): COUNTING | COSTS,
+    ("preprocessor", "count_likelihood_detection"): COUNTING,
+    ("preprocessor", "cfar"): {"sensors": st.just({"receiver": RadarScreen()}), "window": st.sampled_from([2, 16, 32])},
+    ("preprocessor", "radar_picture"): {
         "sensors": st.just({"screen": RadarScreen()}),  # the kit draws no pictures: tests/test_marine_chain.py does
         "chain": st.just(Chain()),
         "geometry": st.none(),
@@ -132,7 +132,7 @@ BREAKS = {
 NEED_FILES = {("source", "autoferry"), ("source", "csv"), ("source", "jsonl"), ("source", "radar_pictures")}
 """Sources that read a recording: the last test writes one for those that take any sensor; the others have their own."""
 
-INSTALLED = [entry for entry in Registry.installed() if entry.role != "study"]
+INSTALLED = [entry for entry in Registry.installed() if entry.role != "reproduction"]
 
 for entry in INSTALLED:
     if (entry.role, entry.kind) not in NEED_FILES:
@@ -165,4 +165,4 @@ def test_no_component_was_forgotten():
     tested = {name for name in vars(sys.modules[__name__]) if name.startswith("Test_")}
     wanted = {f"Test_{e.role}_{e.kind}" for e in INSTALLED if (e.role, e.kind) not in NEED_FILES}
     assert wanted <= tested
-    assert {entry.role for entry in INSTALLED} == set(ROLES) - {"study"}
+    assert {entry.role for entry in INSTALLED} == set(ROLES) - {"reproduction"}

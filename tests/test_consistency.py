@@ -343,8 +343,8 @@ def test_credibility_of_a_mixed_fault_does_not_cancel():
     assert mixed.index > 2
     one, two = (c.noncredibility(part, np.eye(2)) for part in error)
     assert right.index == pytest.approx((one.index + two.index) / 2, rel=1e-9)
-    carried = c.noncredibility(np.concatenate([error, error[..., :1]], axis=-1), np.diag([1.0, 1.0, 0.0]))
-    assert carried.index == pytest.approx(right.index, rel=1e-9)
+    zero_variance = c.noncredibility(np.concatenate([error, error[..., :1]], axis=-1), np.diag([1.0, 1.0, 0.0]))
+    assert zero_variance.index == pytest.approx(right.index, rel=1e-9)
 
 
 # A Kalman filter on matched truth, and its mutants

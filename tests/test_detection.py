@@ -10,8 +10,8 @@ import pytest
 from attrs import frozen
 
 import vedette
-from vedette import Detections, Detector, Recording, Scan, ScanRefused, Sensor, Source, Space, fields
-from vedette.tracking.preprocessing import check_detectors, detect_all, detected, raw_sensors
+from vedette import Detections, Preprocessor, Recording, Scan, ScanRefused, Sensor, Source, Space, fields
+from vedette.tracking.preprocessing import check_preprocessors, preprocess, preprocessed, raw_sensors
 from vedette_standard.sensors.cartesian_position import CartesianPosition
 from vedette_standard.sensors.range_bearing import RangeBearing
 
@@ -20,7 +20,7 @@ RADAR = CartesianPosition(5.0)
 
 @final
 @frozen
-class Joined(Detector):
+class Joined(Preprocessor):
     """All returns of its sensors, as if of one."""
 
     kind: ClassVar[str] = "joined"
@@ -31,7 +31,7 @@ class Joined(Detector):
     def measurement(self) -> Space:
         return RADAR.measurement
 
-    def detect(self, scans: Mapping[str, Scan]) -> Detections:
+    def process(self, scans: Mapping[str, Scan]) -> Detections:
         return Detections.of(np.concatenate([scans[name].detections.z for name in sorted(scans)]), 2)
 
 
@@ -69,16 +69,16 @@ def test_scans_of_a_moment_make_one():
         scan(3, "a"),
     ]
     expected = [(0, "other", [9]), (0, "radar", [1, 2, 3]), (1, "radar", [4]), (2, "other", [8]), (3, "radar", [])]
-    assert summary(detected(raw, JOINED)) == expected
+    assert summary(preprocessed(raw, JOINED)) == expected
 
 
 def test_a_sensor_that_looks_twice_at_a_moment_makes_two():
     raw = [scan(0, "a", [1, 0]), scan(0, "b", [2, 0]), scan(0, "a", [3, 0])]
-    assert summary(detected(raw, JOINED)) == [(0, "radar", [1, 2]), (0, "radar", [3])]
+    assert summary(preprocessed(raw, JOINED)) == [(0, "radar", [1, 2]), (0, "radar", [3])]
 
 
 def test_a_return_that_lacks_a_component_is_padding_to_a_detector():
-    seen = Detections(
+    detections = Detections(
         np.array([[1.0, 2], [np.nan, 3]]), np.ones(2, dtype=bool), missing=np.array([[False, False], [True, False]])
     )
     kept = []
@@ -86,11 +86,11 @@ def test_a_return_that_lacks_a_component_is_padding_to_a_detector():
     class Watching:
         sensors: ClassVar = {"a": RADAR}
 
-        def detect(self, scans):
+        def process(self, scans):
             kept.append(scans["a"].detections)
             return Detections.of([], 2)
 
-    list(detected([Scan(0.0, "a", seen)], {"radar": Watching()}))
+    list(preprocessed([Scan(0.0, "a", detections)], {"radar": Watching()}))
     assert kept[0].valid.tolist() == [True, False]
     assert kept[0].missing is None
     np.testing.assert_array_equal(kept[0].z, [[1, 2], [0, 0]])
@@ -98,7 +98,7 @@ def test_a_return_that_lacks_a_component_is_padding_to_a_detector():
 
 def test_without_detectors_scans_are_as_they_come():
     raw = (scan(0, "radar", [1, 0]), scan(0, "radar", [np.nan, 0]))
-    assert tuple(detect_all(raw, {}, problems := [], strict=True)) == raw
+    assert tuple(preprocess(raw, {}, problems := [], strict=True)) == raw
     assert problems == []
 
 
@@ -106,30 +106,34 @@ def test_a_source_delivers_what_detectors_take():
     sensors = {"radar": RADAR, "other": RangeBearing(1.0, 0.1)}
     assert raw_sensors(JOINED, sensors) == {"other": sensors["other"], "a": RADAR, "b": RADAR}
     same = {"radar": Joined({"radar": RADAR})}
-    check_detectors(same, {"radar": RADAR})
+    check_preprocessors(same, {"radar": RADAR})
     assert raw_sensors(same, {"radar": RADAR}) == {"radar": RADAR}
 
 
 @pytest.mark.parametrize(
-    ("detectors", "sensors", "message"),
+    ("preprocessors", "sensors", "message"),
     [
-        (JOINED, {"sonar": RADAR}, "detectors.radar: must be named as one of the sensors: 'sonar'"),
-        (JOINED, {"radar": RangeBearing(1.0, 0.1)}, r"detectors.radar: must make what the sensor 'radar' measures, \(range"),
+        (JOINED, {"sonar": RADAR}, "preprocessors.radar: must be named as one of the sensors: 'sonar'"),
+        (
+            JOINED,
+            {"radar": RangeBearing(1.0, 0.1)},
+            r"preprocessors.radar: must make what .* measures, \(range",
+        ),
         (
             JOINED,
             {"radar": RADAR, "a": RADAR},
-            "detectors.radar.sensors.a: scans of this name go to the tracker's own sensor 'a'",
+            "preprocessors.radar.sensors.a: scans of this name go to the tracker's own sensor 'a'",
         ),
         (
             JOINED | {"two": Joined({"b": RADAR})},
             {"radar": RADAR, "two": RADAR},
-            "detectors.two.sensors.b: scans of this name go to the detector 'radar'",
+            "preprocessors.two.sensors.b: scans of this name go to the preprocessor 'radar'",
         ),
     ],
 )
-def test_names_that_clash_are_told(detectors, sensors, message):
+def test_names_that_clash_are_told(preprocessors, sensors, message):
     with pytest.raises(ValueError, match=message):
-        check_detectors(detectors, sensors)
+        check_preprocessors(preprocessors, sensors)
 
 
 def test_bad_raw_returns_are_left_out_and_told():
@@ -139,12 +143,12 @@ def test_bad_raw_returns_are_left_out_and_told():
         scan(1, "b", [np.inf, 0]),
         scan(2, "a", [5, 0]),
     ]
-    scans = tuple(detect_all(raw, JOINED, problems := [], strict=False))
+    scans = tuple(preprocess(raw, JOINED, problems := [], strict=False))
     assert summary(scans) == [(0, "radar", [1]), (1, "radar", []), (2, "radar", [5])]
     assert [problem.place for problem in problems] == ["raw scan 0, return 1", "raw scan 1, z", "raw scan 2, return 0"]
     for bad in (0, 1, 2):
         with pytest.raises(ScanRefused, match=r"raw scan of '[ab]' at"):
-            tuple(detect_all(raw[bad : bad + 1], JOINED, [], strict=True))
+            tuple(preprocess(raw[bad : bad + 1], JOINED, [], strict=True))
 
 
 def experiment(*scans):
@@ -158,7 +162,7 @@ def experiment(*scans):
             }
         ),
         source=Given(scans),
-        detectors=JOINED,
+        preprocessors=JOINED,
     )
 
 
@@ -170,5 +174,5 @@ def test_an_experiment_tracks_what_its_detectors_make():
 
 
 def test_an_experiment_refuses_a_detector_of_no_sensor():
-    with pytest.raises(ValueError, match=r"detectors.sonar: must be named as one of the sensors"):
-        vedette.Experiment(experiment().tracker, detectors={"sonar": JOINED["radar"]})
+    with pytest.raises(ValueError, match=r"preprocessors.sonar: must be named as one of the sensors"):
+        vedette.Experiment(experiment().tracker, preprocessors={"sonar": JOINED["radar"]})

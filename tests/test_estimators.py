@@ -59,7 +59,7 @@ class Looking(Sensor):
     linear = True
 
     @property
-    def looks_at(self):
+    def observes(self):
         return space("x", self.H.shape[1])
 
     @property
@@ -114,10 +114,10 @@ def run(estimator, prior, scans):
     belief, total = estimator.start(prior, estimator.state, RNG), 0.0
     for dt, sensor, z in scans:
         belief = estimator.predict(belief, dt, RNG)
-        seen = Detections.of([] if z is None else [z], len(sensor.measurement))
-        innovation = estimator.innovate(belief, sensor, seen, 1.0)
+        detections = Detections.of([] if z is None else [z], len(sensor.measurement))
+        innovation = estimator.evaluate(belief, sensor, detections, 1.0)
         weights = np.ones((1, 1)) if z is None else np.array([[0.0, 1.0]])
-        belief = estimator.absorb(belief, innovation, weights)
+        belief = estimator.update(belief, innovation, weights)
         total += 0.0 if z is None else innovation.loglik[0, 1]
     return estimator.moments(belief), total
 
@@ -193,14 +193,14 @@ def test_equals_exact_conditioning_of_the_joint_gaussian(kind, seed, spread):
     check_exact(kind, seed, spread)
 
 
-REAL_ABSORB, REAL_PREDICT, REAL_RETURNS = kernels.absorb, kernels.predict, kernels.innovate_returns
+REAL_ABSORB, REAL_PREDICT, REAL_RETURNS = kernels.weighted_update, kernels.predict, kernels.evaluate_returns
 
 
 @pytest.mark.parametrize(
     ("name", "mutant"),
     [
-        ("absorb", lambda x, P, shift, *rest: REAL_ABSORB(x, P, shift + 1e-6, *rest)),
-        ("absorb", lambda x, P, *rest: (REAL_ABSORB(x, P, *rest)[0], P)),
+        ("weighted_update", lambda x, P, shift, *rest: REAL_ABSORB(x, P, shift + 1e-6, *rest)),
+        ("weighted_update", lambda x, P, *rest: (REAL_ABSORB(x, P, *rest)[0], P)),
         ("predict", lambda x, P, F, Q: REAL_PREDICT(x, P, F, 0 * Q)),
         ("predict", lambda x, P, F, Q: REAL_PREDICT(x, P, np.swapaxes(F, -1, -2), Q)),
     ],
@@ -247,7 +247,7 @@ def returns(sensor, estimator, belief, k, seed=1, own=False):
     """Returns about the first track of each batch entry, (*b, k, m)"""
     rng = np.random.default_rng(seed)
     m = len(sensor.measurement)
-    x = belief.mean[..., :1, estimator.state.locate(sensor.looks_at)]
+    x = belief.mean[..., :1, estimator.state.locate(sensor.observes)]
     x = x + 10 * rng.normal(size=(*x.shape[:-2], k, x.shape[-1]))
     z = sensor.measure(x)
     a = np.sqrt(sensor.noise(x)) @ (np.eye(m) + rng.normal(size=(*z.shape, m)) / 4) if own else None
@@ -257,9 +257,9 @@ def returns(sensor, estimator, belief, k, seed=1, own=False):
 
 def scan(estimator, belief, sensor, seen, dt=1.5):
     predicted = estimator.predict(belief, dt, RNG)
-    innovation = estimator.innovate(predicted, sensor, seen, 0.99)
+    innovation = estimator.evaluate(predicted, sensor, seen, 0.99)
     weights = np.exp(innovation.loglik - kernels.log_sum(innovation.loglik)[..., None])
-    return predicted, innovation, estimator.absorb(predicted, innovation, weights)
+    return predicted, innovation, estimator.update(predicted, innovation, weights)
 
 
 @named
@@ -287,8 +287,8 @@ def test_no_tracks_and_no_returns_are_no_special_case(estimator, sensor, batch, 
     m = len(sensor.measurement)
     z = np.full((*batch[:-1], k, m), 0.5)
     noise = np.broadcast_to(np.eye(m), (*z.shape, m)) if own else None
-    seen = Detections(z, np.ones(z.shape[:-1], dtype=bool), None, noise)
-    predicted, innovation, posterior = scan(estimator, belief, sensor, seen)
+    detections = Detections(z, np.ones(z.shape[:-1], dtype=bool), None, noise)
+    predicted, innovation, posterior = scan(estimator, belief, sensor, detections)
     assert innovation.loglik.shape == (*batch, 1 + k)
     assert innovation.distance.shape == innovation.nis.shape == (*batch, k)
     assert innovation.log_volume.shape == batch
@@ -303,7 +303,7 @@ def test_a_miss_leaves_the_prediction_and_no_time_leaves_the_belief(estimator, s
     belief = start(estimator, 2)
     assert estimator.predict(belief, 0.0, RNG) is belief
     predicted, innovation, _ = scan(estimator, belief, sensor, returns(sensor, estimator, belief, 2))
-    missed = estimator.absorb(predicted, innovation, np.array([[1.0, 0.0, 0.0]] * 2))
+    missed = estimator.update(predicted, innovation, np.array([[1.0, 0.0, 0.0]] * 2))
     np.testing.assert_array_equal(missed.mean, predicted.mean)
     np.testing.assert_array_equal(missed.cov, predicted.cov)
 
@@ -312,12 +312,12 @@ def test_a_miss_leaves_the_prediction_and_no_time_leaves_the_belief(estimator, s
 def test_detection_probability_enters_every_column(estimator, sensor):
     belief = start(estimator, 2)
     seen = returns(sensor, estimator, belief, 3)
-    likely = estimator.innovate(belief, sensor, seen, 0.99).loglik
-    rarely = estimator.innovate(belief, evolve(sensor, detection_probability=0.3), seen, 0.99).loglik
+    likely = estimator.evaluate(belief, sensor, seen, 0.99).loglik
+    rarely = estimator.evaluate(belief, evolve(sensor, detection_probability=0.3), seen, 0.99).loglik
     np.testing.assert_allclose(likely[:, 0], np.log(1 - 0.9 * 0.99), rtol=1e-12)
     np.testing.assert_allclose(rarely[:, 0], np.log(1 - 0.3 * 0.99), rtol=1e-12)
     np.testing.assert_allclose(likely[:, 1:] - rarely[:, 1:], np.log(3.0), rtol=1e-12)
-    certain = estimator.innovate(belief, evolve(sensor, detection_probability=1.0), seen, 1.0).loglik
+    certain = estimator.evaluate(belief, evolve(sensor, detection_probability=1.0), seen, 1.0).loglik
     assert np.all(np.isfinite(certain))
 
 
@@ -354,8 +354,8 @@ def check_turned(estimator, angle):
             belief = estimator.predict(belief, 2.0, RNG)
             x = ahead.mean[..., :2] @ T[:2, :2].T
             z = sensor.measurement.displace(sensor.measure(x), rng.normal(size=(1, 2)) * [10, 0.1])
-            innovation = estimator.innovate(belief, sensor, Detections.of(z), 1.0)
-            belief = estimator.absorb(belief, innovation, np.array([[0.0, 1.0]]))
+            innovation = estimator.evaluate(belief, sensor, Detections.of(z), 1.0)
+            belief = estimator.update(belief, innovation, np.array([[0.0, 1.0]]))
         return turned(-by, belief)[0]
 
     straight, around = walk(0.0), walk(angle)
@@ -383,7 +383,7 @@ def plain_mean(self, points, weights):
 @pytest.mark.parametrize(
     ("estimator", "where", "name", "mutant"),
     [
-        (NONLINEAR[0], kernels, "innovate_returns", lambda *given: REAL_RETURNS(*given[:-1], ())),
+        (NONLINEAR[0], kernels, "evaluate_returns", lambda *given: REAL_RETURNS(*given[:-1], ())),
         (NONLINEAR[1], Space, "difference", lambda self, a, b: a - b),
         (NONLINEAR[1], Space, "mean", plain_mean),
     ],
@@ -397,7 +397,7 @@ def test_the_turned_frame_bites(monkeypatch, estimator, where, name, mutant):
 
 @frozen(eq=False)
 class Drifting(MotionModel):
-    """One axis with noise, and a carried one that counts the time."""
+    """One axis with noise, and a zero_variance one that counts the time."""
 
     kind = "test_drifting"
 
@@ -406,7 +406,7 @@ class Drifting(MotionModel):
         return Space.of(clock="s", x="m", v="m/s")
 
     @property
-    def carried(self):
+    def zero_variance(self):
         return Space.of(clock="s")
 
     def move(self, x, dt):
@@ -418,7 +418,7 @@ class Drifting(MotionModel):
 
 class AlongX(Looking):
     @property
-    def looks_at(self):
+    def observes(self):
         return Space.of(x="m")
 
 
@@ -428,8 +428,8 @@ def test_carried_axes_have_no_variance_and_are_moved_by_the_model(kind):
     belief = estimator.start(Gaussian(np.array([[5.0, 0.0, 1.0]]), np.ones((1, 3, 3)) + np.eye(3)), estimator.state, RNG)
     for _ in range(3):
         belief = estimator.predict(belief, 0.5, RNG)
-        innovation = estimator.innovate(belief, sensor, Detections.of([[1.0]]), 1.0)
-        belief = estimator.absorb(belief, innovation, np.array([[0.0, 1.0]]))
+        innovation = estimator.evaluate(belief, sensor, Detections.of([[1.0]]), 1.0)
+        belief = estimator.update(belief, innovation, np.array([[0.0, 1.0]]))
     np.testing.assert_allclose(belief.mean[0, 0], 6.5, rtol=1e-12)
     assert np.all(belief.cov[0, 0] == 0.0)
     assert np.all(belief.cov[0, :, 0] == 0.0)
@@ -476,7 +476,7 @@ def drawn(motion, prior, sensor, runs, scans, dt, seed):
 
 
 def sensor_axes(motion, sensor):
-    return motion.state.locate(sensor.looks_at)
+    return motion.state.locate(sensor.observes)
 
 
 def consistency(estimator, prior, sensor, truth, seen, dt):
@@ -487,8 +487,8 @@ def consistency(estimator, prior, sensor, truth, seen, dt):
     nees, nis = [], []
     for x, z in zip(truth, seen, strict=True):
         belief = estimator.predict(belief, dt, RNG)
-        innovation = estimator.innovate(belief, sensor, Detections(z, np.ones((runs, 1), bool)), 1.0)
-        belief = estimator.absorb(belief, innovation, np.broadcast_to([0.0, 1.0], (runs, 1, 2)))
+        innovation = estimator.evaluate(belief, sensor, Detections(z, np.ones((runs, 1), bool)), 1.0)
+        belief = estimator.update(belief, innovation, np.broadcast_to([0.0, 1.0], (runs, 1, 2)))
         error = estimator.state.difference(x, belief.mean)
         nees.append((error[..., None, :] @ np.linalg.solve(belief.cov, error[..., None]))[:, 0, 0, 0])
         nis.append(innovation.nis[:, 0, 0])

@@ -86,7 +86,7 @@ def test_carrying_adds_still_axes():
     np.testing.assert_array_equal(model.move(x, 0.1)[:, :4], inner.move(x[:, :4], 0.1))
     np.testing.assert_array_equal(model.move(x, 0.1)[:, 4:], x[:, 4:])
     assert not model.noise(x, 0.1)[..., 4:, :].any()
-    assert model.carried.names == tuple(LOOKS)
+    assert model.zero_variance.names == tuple(LOOKS)
     with pytest.raises(ValueError, match=r"carries\.x"):
         Carrying(inner, {"x": "px"})
 
@@ -135,9 +135,9 @@ def test_information_form_equals_innovation_form(correlated, snr):
     cov = np.zeros((1, 11, 11))
     cov[0, :8, :8] = root @ root.T + 0.01 * np.eye(8)
     frame = Frame(
-        5.0 + 1.3 * rng.standard_normal((24, 24)) + sensor.render(mean[:, motion.state.locate(sensor.looks_at)], (24, 24))[0]
+        5.0 + 1.3 * rng.standard_normal((24, 24)) + sensor.render(mean[:, motion.state.locate(sensor.observes)], (24, 24))[0]
     )
-    where = motion.state.locate(sensor.looks_at)
+    where = motion.state.locate(sensor.observes)
     innovation = imaged(Gaussian(mean, cov), motion.state, sensor, frame, 0.99)
     window = camera.cut(frame, sensor.measure(mean[:, where]))
     image, slopes, _ = circular(*window.offsets(sensor.measure(mean[:, where])), mean[..., 9])

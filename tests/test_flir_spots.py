@@ -111,7 +111,7 @@ def test_information_form_equals_innovation_form(name, holes, correlated):
     x, frame = seen_by(sensor, looks)
     if holes:
         frame.pixels[8:10, 11] = np.nan
-    motion = Carrying(JitteredWander(), {axis.name: _unit(axis) for axis in sensor.looks_at.axes[2:]})
+    motion = Carrying(JitteredWander(), {axis.name: _unit(axis) for axis in sensor.observes.axes[2:]})
     root = np.random.default_rng(3).standard_normal((4, 4)) * 0.2
     P = np.zeros((4 + len(looks),) * 2)
     P[:4, :4] = root @ root.T + 0.01 * np.eye(4)

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from vedette_flir import study
+from vedette_flir import reproduction as study
 from vedette_flir.matched import bound, information, record
-from vedette_flir.study import FlirStudy
+from vedette_flir.reproduction import FlirReproduction
 
 
 def test_the_bound_is_the_riccati_equation_s():
@@ -34,7 +34,7 @@ def test_the_seed_decides():
 
 def test_verdicts_follow_the_figures(monkeypatch):
     monkeypatch.setattr(study, "CASES", ((0.2, 1.0, 10.0), (0.2, 2.0, 10.0)))
-    result = FlirStudy().run(30, 3, lambda items, about: items)
+    result = FlirReproduction().run(30, 3, lambda items, about: items)
     assert [claim.verdict for claim in result.claims] == ["reproduced", "not reproduced", "not testable"]
     once, iterated = (table.cell("jitter 0.2, spread 1, SNR 10", "NEES/4").measured for table in result.tables)
     assert once > 1.8 > 1.15 > iterated

@@ -64,7 +64,7 @@ class Looking(Sensor):
     linear = True
 
     @property
-    def looks_at(self):
+    def observes(self):
         return Space.of(**{f"x{i}": "m" for i in range(self.H.shape[1])})
 
     @property
@@ -96,11 +96,11 @@ def step(imm, belief, sensor, seen, dt=1.0, gate=None, associator=None):
     """Prior, association weights, posterior of one scan for tracks (*b, t)."""
     gate = gate or Gate(0.99)
     prior = imm.predict(belief, dt, RNG)
-    innovation = imm.innovate(prior, sensor, seen, gate.probability)
+    innovation = imm.evaluate(prior, sensor, seen, gate.probability)
     ones = np.ones(innovation.loglik.shape[:-1])
-    scores = gate.scores(innovation, sensor, seen, ones, gate.reach(sensor))
+    scores = gate.scores(innovation, sensor, seen, ones, gate.for_sensor(sensor))
     weights = (associator or Pda()).associate(scores, None)
-    return prior, innovation, weights, imm.absorb(prior, innovation, weights)
+    return prior, innovation, weights, imm.update(prior, innovation, weights)
 
 
 def normal(nu, S):
@@ -268,16 +268,16 @@ def together_without_spread(log_prob, xs, Ps, *rest):
 
 def absorb_without_spread(x, P, shift, post, weights, periods):
     within = np.sum(weights[..., 1:, None, None] * post, axis=-3) + weights[..., :1, None] * P
-    return REAL["absorb"](x, P, shift, post, weights, periods)[0], within
+    return REAL["weighted_update"](x, P, shift, post, weights, periods)[0], within
 
 
 def innovate_without_likelihood(*given):
-    loglik, *rest = REAL["innovate_returns"](*given)
+    loglik, *rest = REAL["evaluate_returns"](*given)
     return np.concatenate([loglik[..., :1], np.full_like(loglik[..., 1:], -5.0)], axis=-1), *rest
 
 
 def innovate_with_evidence_counted_twice(*given):
-    loglik, *rest = REAL["innovate_returns"](*given)
+    loglik, *rest = REAL["evaluate_returns"](*given)
     return np.concatenate([loglik[..., :1], 2 * loglik[..., 1:]], axis=-1), *rest
 
 
@@ -286,13 +286,13 @@ def absorb_by_track(self, belief, innovation, weights):
     detail = innovation.detail
     joint = np.log(np.maximum(weights, 1e-300))[..., None] + detail.log_share
     beliefs = tuple(
-        mode.absorb(part, inner, weights)
+        mode.update(part, inner, weights)
         for mode, part, inner in zip(self.modes, belief.beliefs, detail.innovations, strict=True)
     )
     return type(belief)(beliefs, kernels.log_sum(joint, axis=-2))
 
 
-REAL_INNOVATE = Imm.innovate
+REAL_INNOVATE = Imm.evaluate
 
 
 def innovate_without_gate_correction(self, belief, sensor, seen, p_gate):
@@ -304,10 +304,10 @@ MUTANTS = [
     (kernels, "interact", interact_mixing_nothing),
     (kernels, "interact", interact_without_spread),
     (kernels, "together", together_without_spread),
-    (kernels, "absorb", absorb_without_spread),
-    (kernels, "innovate_returns", innovate_without_likelihood),
-    (kernels, "innovate_returns", innovate_with_evidence_counted_twice),
-    (Imm, "absorb", absorb_by_track),
+    (kernels, "weighted_update", absorb_without_spread),
+    (kernels, "evaluate_returns", innovate_without_likelihood),
+    (kernels, "evaluate_returns", innovate_with_evidence_counted_twice),
+    (Imm, "update", absorb_by_track),
 ]
 
 
@@ -320,7 +320,7 @@ def test_both_oracles_bite(monkeypatch, check, where, name, mutant):
 
 
 def test_the_textbook_bites_on_the_gate_correction(monkeypatch):
-    monkeypatch.setattr(Imm, "innovate", innovate_without_gate_correction)
+    monkeypatch.setattr(Imm, "evaluate", innovate_without_gate_correction)
     with pytest.raises(AssertionError):
         check_against_the_textbook(0)
 
@@ -437,8 +437,8 @@ def test_one_mode_is_its_estimator_and_single_modes_nest_without_a_trace():
 def test_a_nested_imm_starts_each_prediction_from_its_initial_probabilities():
     """The outer one mixes through means and covariances alone."""
     prior, inner = NESTED.predict(start(NESTED, 1), 2.0, RNG), NESTED.modes[0]
-    far = NESTED.innovate(prior, FILTERED, Detections.of([[1500.0, 500.0]]), 0.99)
-    belief = NESTED.absorb(prior, far, np.array([[0.0, 1.0]]))
+    far = NESTED.evaluate(prior, FILTERED, Detections.of([[1500.0, 500.0]]), 0.99)
+    belief = NESTED.update(prior, far, np.array([[0.0, 1.0]]))
     assert inner.mode_prob(belief.beliefs[0])[0, 1] > 0.6
     np.testing.assert_allclose(inner.mode_prob(NESTED.predict(belief, 1.0, RNG).beliefs[0]), [[0.5, 0.5]], rtol=1e-12)
 
@@ -456,7 +456,7 @@ def test_an_axis_that_a_mode_lacks_is_there_as_declared():
 
 @frozen(eq=False)
 class Headed(MotionModel):
-    """x stays, and a carried heading of its own."""
+    """x stays, and a zero_variance heading of its own."""
 
     turn: float
     kind = "test_headed"
@@ -466,7 +466,7 @@ class Headed(MotionModel):
         return Space.of(x0="m", heading="rad mod 2pi")
 
     @property
-    def carried(self):
+    def zero_variance(self):
         return Space.of(heading="rad mod 2pi")
 
     def move(self, x, dt):
@@ -478,7 +478,7 @@ class Headed(MotionModel):
 
 def test_carried_axes_stay_without_variance_where_modes_disagree_about_them():
     imm = Imm((ExtendedKalman(Headed(0.1)), UnscentedKalman(Headed(0.3))), transition=[[0.5, 0.5], [0.5, 0.5]])
-    assert imm.carried.names == ("heading",)
+    assert imm.zero_variance.names == ("heading",)
     belief = imm.start(Gaussian(np.array([[0.0, np.pi - 0.1]]), np.eye(2)[None]), imm.state, RNG)
     belief = run(imm, belief, Looking(np.eye(1), np.eye(1)), [Detections.of([[0.5]])])
     found = imm.moments(belief)
@@ -490,7 +490,7 @@ def test_settle_gets_each_modes_mixed_belief_and_the_estimate_over_its_axes():
     told = []
 
     class Settling(Linear):
-        def settle(self, own, combined):
+        def reframe(self, own, combined):
             told.append((own, combined))
             return own
 
@@ -613,8 +613,8 @@ def test_a_far_return_still_tells_the_modes_apart():
     imm = Imm(TWO, transition=SWITCH)
     prior = imm.predict(start(imm, 1), 1.0, RNG)
     for far in (1e3, 1e4, 1e6):
-        innovation = imm.innovate(prior, FILTERED, Detections.of([[800.0 + far, 500.0]]), 0.99)
-        posterior = imm.absorb(prior, innovation, np.array([[0.0, 1.0]]))
+        innovation = imm.evaluate(prior, FILTERED, Detections.of([[800.0 + far, 500.0]]), 0.99)
+        posterior = imm.update(prior, innovation, np.array([[0.0, 1.0]]))
         distance = [part.distance[0, 0] for part in innovation.detail.innovations]
         volume = [part.log_volume[0] for part in innovation.detail.innovations]
         assert max(distance) > 500
@@ -641,8 +641,8 @@ def test_a_miss_moves_the_modes_only_as_their_detection_probabilities_differ():
         (Looking(np.eye(1), np.eye(1), 0.7), [1.0, 1.0]),
         (SeesTheFast(np.eye(1), np.eye(1)), [0.802, 0.109]),
     ):
-        innovation = imm.innovate(prior, sensor, nothing, 0.99)
-        posterior = imm.absorb(prior, innovation, np.ones((1, 1)))
+        innovation = imm.evaluate(prior, sensor, nothing, 0.99)
+        posterior = imm.update(prior, innovation, np.ones((1, 1)))
         expected = c * miss / np.sum(c * miss)
         np.testing.assert_allclose(imm.mode_prob(posterior), expected, rtol=1e-12)
         np.testing.assert_allclose(imm.moments(posterior).mean[0], expected[0] @ [0.2, 0.9], rtol=1e-12)
@@ -651,8 +651,8 @@ def test_a_miss_moves_the_modes_only_as_their_detection_probabilities_differ():
 def test_hard_weights_are_the_update_by_that_return_alone():
     imm, returns = unlike(), Detections.of([[790.0, 510.0], [805.0, 497.0]])
     prior = imm.predict(start(imm, 1), 1.5, RNG)
-    chosen = imm.absorb(prior, imm.innovate(prior, FILTERED, returns, 0.99), np.array([[0.0, 0.0, 1.0]]))
-    only = imm.absorb(prior, imm.innovate(prior, FILTERED, Detections.of(returns.z[1:]), 0.99), np.array([[0.0, 1.0]]))
+    chosen = imm.update(prior, imm.evaluate(prior, FILTERED, returns, 0.99), np.array([[0.0, 0.0, 1.0]]))
+    only = imm.update(prior, imm.evaluate(prior, FILTERED, Detections.of(returns.z[1:]), 0.99), np.array([[0.0, 1.0]]))
     np.testing.assert_allclose(imm.mode_prob(chosen), imm.mode_prob(only), rtol=1e-12)
     np.testing.assert_allclose(imm.moments(chosen).mean, imm.moments(only).mean, rtol=1e-12)
 
@@ -679,7 +679,7 @@ def test_nis_of_an_imm_has_mean_m_where_its_prior_is_exact():
     imm = Imm(TWO, transition=SWITCH, initial=initial)
     spread = Gaussian(np.broadcast_to(prior.mean, (runs, 1, 4)), np.broadcast_to(prior.cov, (runs, 1, 4, 4)))
     predicted = imm.predict(imm.start(spread, imm.state, RNG), 2.0, RNG)
-    innovation = imm.innovate(predicted, sensor, Detections(z, np.ones((runs, 1), bool)), 1.0)
+    innovation = imm.evaluate(predicted, sensor, Detections(z, np.ones((runs, 1), bool)), 1.0)
     each = np.stack([part.nis[:, 0, 0] for part in innovation.detail.innovations], axis=-1)
 
     def is_two(nis):
@@ -720,8 +720,8 @@ def test_nees_and_nis_of_an_imm_on_jump_markov_truth(switch, sigma, consistent):
     nees, nis = [], []
     for x, z in jump_markov(modes, SWITCH, initial, prior, sensor, runs, 30, 2.0, seed=3):
         belief = imm.predict(belief, 2.0, RNG)
-        innovation = imm.innovate(belief, CartesianPosition(sigma), Detections(z, np.ones((runs, 1), bool)), 1.0)
-        belief = imm.absorb(belief, innovation, np.broadcast_to([0.0, 1.0], (runs, 1, 2)))
+        innovation = imm.evaluate(belief, CartesianPosition(sigma), Detections(z, np.ones((runs, 1), bool)), 1.0)
+        belief = imm.update(belief, innovation, np.broadcast_to([0.0, 1.0], (runs, 1, 2)))
         found = imm.moments(belief)
         error = x - found.mean
         nees.append((error[..., None, :] @ np.linalg.solve(found.cov, error[..., None]))[:, 0, 0, 0])
@@ -748,9 +748,9 @@ def test_nis_under_pda_is_that_of_a_return_in_the_gate(estimator):
     clutter = x[..., :2] + rng.uniform(-side / 2, side / 2, (runs, most, 2))
     counts = np.minimum(rng.poisson(2e-4 * side**2, runs), most)
     valid = np.concatenate([rng.random((runs, 1)) < 0.8, np.arange(most) < counts[:, None]], axis=1)
-    seen = Detections(np.concatenate([z, clutter], axis=1), valid)
+    detections = Detections(np.concatenate([z, clutter], axis=1), valid)
     spread = Gaussian(np.broadcast_to(prior.mean, (runs, 1, 4)), np.broadcast_to(prior.cov, (runs, 1, 4, 4)))
-    _, innovation, weights, _ = step(estimator, estimator.start(spread, estimator.state, RNG), sensor, seen, dt, gate)
+    _, innovation, weights, _ = step(estimator, estimator.start(spread, estimator.state, RNG), sensor, detections, dt, gate)
     used = np.sum(weights[:, 0, 1:] * innovation.nis[:, 0], axis=-1)
     hit = 1 - weights[:, 0, 0]
     if len(modes) == 1:

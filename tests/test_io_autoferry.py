@@ -28,7 +28,7 @@ class Camera(Sensor):
     """Measures the bearing; the tests only read for it."""
 
     @property
-    def looks_at(self):
+    def observes(self):
         return Space.of(x="m", y="m")
 
     @property

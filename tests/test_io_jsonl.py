@@ -39,8 +39,8 @@ def scans(draw, time):
     k, m = draw(st.integers(0, 3)), len(SPACES[name])
     evidence = draw(st.none() | arrays(float, k, elements=NUMBERS))
     noise = draw(st.none() | arrays(float, (k, m, m), elements=NUMBERS))
-    seen = Detections(draw(arrays(float, (k, m), elements=NUMBERS)), np.ones(k, dtype=bool), evidence, noise)
-    return Scan(time, name, seen, draw(st.none() | poses()))
+    detections = Detections(draw(arrays(float, (k, m), elements=NUMBERS)), np.ones(k, dtype=bool), evidence, noise)
+    return Scan(time, name, detections, draw(st.none() | poses()))
 
 
 @st.composite
@@ -103,8 +103,8 @@ def test_a_file_cut_anywhere_loses_no_whole_line_before_the_cut(tmp_path):
 
 
 def test_padding_is_not_written(tmp_path):
-    seen = Detections(np.array([[1.0, 0.0], [2.0, 0.0]]), np.array([False, True]), np.array([3.0, 4.0]))
-    write_recording(tmp_path / "r.jsonl", Recording((Scan(0.0, "radar", seen),)), SPACES)
+    detections = Detections(np.array([[1.0, 0.0], [2.0, 0.0]]), np.array([False, True]), np.array([3.0, 4.0]))
+    write_recording(tmp_path / "r.jsonl", Recording((Scan(0.0, "radar", detections),)), SPACES)
     (scan,) = read_recording(tmp_path / "r.jsonl")[0].scans
     assert (scan.detections.z.tolist(), scan.detections.evidence.tolist()) == ([[2, 0]], [4])
 

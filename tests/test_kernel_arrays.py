@@ -68,7 +68,7 @@ def test_an_array_changed_in_place_is_not_handed_out_again(change):
 def test_results_of_one_call_share_no_memory():
     for shape in ((), (1,), (2, 3), (0,), (300,)):
         x, P = np.zeros((*shape, N)), np.broadcast_to(np.eye(N), (*shape, N, N))
-        parts = kernels.innovate_returns(P, np.zeros((N, N)), x, np.eye(N), np.ones((N, N, N)) + np.eye(N), 0.9, 0.9, ())
+        parts = kernels.evaluate_returns(P, np.zeros((N, N)), x, np.eye(N), np.ones((N, N, N)) + np.eye(N), 0.9, 0.9, ())
         assert not any(np.shares_memory(a, b) for i, a in enumerate(parts) for b in parts[:i])
 
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from vedette import kernels
 from vedette.kernels import association, modes, reference, streams
 
-if kernels.absorb is reference.absorb:
+if kernels.weighted_update is reference.weighted_update:
     pytest.skip(f"kernels: {kernels.RUNNING}", allow_module_level=True)
 
 from vedette.kernels import _compiled
@@ -140,10 +140,10 @@ def test_returns_of_a_scan_and_their_mixture(seed, batch, kind, n, m, k, shared,
     z, expected = np.broadcast_to(z, (*batch, k, m)), np.broadcast_to(expected, (*batch, t, m))
     P = np.broadcast_to(P, (*batch, t, n, n))
     given = P, z, expected, H, R, p_detect, 0.99, periods
-    agree("innovate_returns", *given)
-    *_, shift, post = REFERENCE["innovate_returns"](*given)
+    agree("evaluate_returns", *given)
+    *_, shift, post = REFERENCE["evaluate_returns"](*given)
     weights = draw.rng.dirichlet(np.ones(1 + k), size=(*batch, t))
-    agree("absorb", np.broadcast_to(draw.vector(n), (*batch, t, n)), P, shift, post, weights, periods)
+    agree("weighted_update", np.broadcast_to(draw.vector(n), (*batch, t, n)), P, shift, post, weights, periods)
 
 
 @given(seeds, batches, kinds, st.integers(1, 7), st.integers(1, 6), st.sampled_from(PERIODS), st.booleans())
@@ -176,7 +176,7 @@ def test_points(seed, batch, kind, n, m, k, shared, kappa):
     if not shared and k == 0:
         R = R[..., :0, :, :]
     nu, R = np.broadcast_to(draw.vector(k, m), (*batch, k, m)), np.broadcast_to(R, (*batch, *R.shape[-3:]))
-    agree("innovate_points", dx, dz, weights, nu, R)
+    agree("evaluate_points", dx, dz, weights, nu, R)
 
 
 def test_points_of_axes_without_variance():
@@ -185,10 +185,10 @@ def test_points_of_axes_without_variance():
 
 
 @given(seeds, batches, kinds, states, st.booleans())
-def test_whitened_errors(seed, batch, kind, n, carried):
+def test_whitened_errors(seed, batch, kind, n, zero_variance):
     draw = Draw(seed, batch, kind)
     P = draw.cov(n)
-    if carried:
+    if zero_variance:
         P = P * np.outer(np.arange(n) > 0, np.arange(n) > 0)
     agree("whiten", draw.vector(n), P)
 
@@ -306,11 +306,11 @@ def an_example_of_each():
         "propagate": (P, F, F),
         "update": (x, P, x[:, :2], H, R),
         "filter_step": (x, P, F, F, x[:, :2], H, R),
-        "innovate_returns": (P, np.ones((k, 2)), x[:, :2], H, R[None], 0.9, 0.99, ((1, 6.0),)),
-        "absorb": (x, P, np.ones((2, k, 4)), P[:, None], weights, ((1, 6.0),)),
+        "evaluate_returns": (P, np.ones((k, 2)), x[:, :2], H, R[None], 0.9, 0.99, ((1, 6.0),)),
+        "weighted_update": (x, P, np.ones((2, k, 4)), P[:, None], weights, ((1, 6.0),)),
         "whiten": (x, P),
         "sigma_points": (P, 1.0),
-        "innovate_points": points,
+        "evaluate_points": points,
         "pda_update": (xs, Ps, *clutter),
         "imm_mix": (log_prob, log_prob, xs, Ps),
         "imm_combine": (log_prob, log_prob, xs, Ps),
@@ -380,7 +380,7 @@ def test_an_interruption_is_not_taken_for_a_strange_argument():
 def test_no_number_stays_none():
     nan = np.full((9, 1), np.nan)
     P, z = np.ones((9, 1, 1)), np.zeros((9, 1, 1))
-    assert np.isnan(kernels.innovate_returns(P[:, None], z, nan[:, None], np.eye(1), P[:1], nan, 0.99, ((0, 6.0),))[0]).all()
+    assert np.isnan(kernels.evaluate_returns(P[:, None], z, nan[:, None], np.eye(1), P[:1], nan, 0.99, ((0, 6.0),))[0]).all()
 
 
 @pytest.mark.parametrize("shape", [(), (0,), (5,), (3, 2)])
@@ -415,9 +415,9 @@ def test_a_mode_that_a_return_is_next_to_impossible_for():
 def test_an_axis_that_is_not_there_cannot_wrap():
     P, periods = np.eye(2)[None], ((2, 6.28),)
     with pytest.raises(IndexError):
-        kernels.innovate_returns(P, np.zeros((1, 2)), np.zeros((1, 2)), np.eye(2), P[None], 0.9, 0.99, periods)
+        kernels.evaluate_returns(P, np.zeros((1, 2)), np.zeros((1, 2)), np.eye(2), P[None], 0.9, 0.99, periods)
     with pytest.raises(IndexError):
-        kernels.absorb(np.zeros((1, 2)), P, np.zeros((1, 1, 2)), P[None], np.ones((1, 2)), periods)
+        kernels.weighted_update(np.zeros((1, 2)), P, np.zeros((1, 1, 2)), P[None], np.ones((1, 2)), periods)
     with pytest.raises(IndexError):
         kernels.together(np.zeros(1), (np.zeros(2),), (np.eye(2),), ((0, 1),), np.zeros((2, 2)), periods)
 
@@ -444,7 +444,7 @@ def test_covariances_stay_what_they_are_on_ill_conditioned_input(seed, n, m, exp
         assert np.linalg.eigvalsh(scaled).min() > -1e-7
 
 
-@pytest.mark.parametrize("mutant", ["predict", "absorb", "interact", "existence"])
+@pytest.mark.parametrize("mutant", ["predict", "weighted_update", "interact", "existence"])
 def test_the_comparison_bites(monkeypatch, mutant):
     """A reference that is wrong by 1e-8 is told from the kernels."""
     right = REFERENCE[mutant]
@@ -456,7 +456,7 @@ def test_the_comparison_bites(monkeypatch, mutant):
     monkeypatch.setitem(REFERENCE, mutant, wrong)
     checks = {
         "predict": test_prediction,
-        "absorb": test_returns_of_a_scan_and_their_mixture,
+        "weighted_update": test_returns_of_a_scan_and_their_mixture,
         "interact": test_modes_that_interact,
         "existence": test_scores_weights_and_existence,
     }
@@ -477,7 +477,7 @@ def test_exponentials_and_logarithms_of_eight_lanes_are_the_librarys():
     for instruction_set in _compiled.instruction_sets():
         with on(instruction_set):
             mean = kernels.together(log_prob, ends, cov, ((0,), (0,)), np.zeros((2, 1)), ())[0][:, 0]
-            loglik = kernels.innovate_returns(*looks, p_detect, 0.0, ())[0][:, 0, 1]
+            loglik = kernels.evaluate_returns(*looks, p_detect, 0.0, ())[0][:, 0, 1]
         np.testing.assert_allclose(mean, np.exp(logs), rtol=1e-15, atol=5e-324)
-        certain = kernels.innovate_returns(*(a[:1] if a.shape[0] == n else a for a in looks), 1.0, 0.0, ())[0][0, 0, 1]
+        certain = kernels.evaluate_returns(*(a[:1] if a.shape[0] == n else a for a in looks), 1.0, 0.0, ())[0][0, 0, 1]
         np.testing.assert_allclose(loglik - certain, reference.safe_log(p_detect[:, 0]), rtol=1e-15, atol=3e-16)

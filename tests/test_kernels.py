@@ -40,7 +40,7 @@ def close(actual, expected):
 
 def check_innovate(P, nu, H, R):
     """Of every return and track on its own."""
-    loglik, distance, log_volume, shift, post = kernels.innovate(P, nu, H, R)
+    loglik, distance, log_volume, shift, post = kernels.evaluate(P, nu, H, R)
     shape, n, m = nu.shape[:-1], P.shape[-1], nu.shape[-1]
     assert loglik.shape == distance.shape == shape
     assert shift.shape == (*shape, n)
@@ -69,9 +69,9 @@ def test_innovate_is_the_textbooks_update(problem):
 def test_points_of_a_linear_model_innovate_as_the_model_does(problem, kappa):
     P, nu, H, R = problem
     dx, weights = kernels.sigma_points(P, kappa)
-    found = kernels.innovate_points(dx, dx @ np.swapaxes(H, -1, -2), weights, nu, R)
+    found = kernels.evaluate_points(dx, dx @ np.swapaxes(H, -1, -2), weights, nu, R)
     assert_symmetric(found[-1])
-    for one, other in zip(found, kernels.innovate(P, nu, H, R), strict=True):
+    for one, other in zip(found, kernels.evaluate(P, nu, H, R), strict=True):
         close(one, other)
 
 
@@ -127,7 +127,7 @@ def mixture_by_moments(P, shift, post, weights):
 
 
 def check_mixture(P, nu, H, R):
-    shift, post = kernels.innovate(P, nu, H, R)[-2:]
+    shift, post = kernels.evaluate(P, nu, H, R)[-2:]
     shape = nu.shape[:-2]
     weights = weights_for(np.random.default_rng(0), *shape, 1 + nu.shape[-2])
     mean, cov = kernels.mixture(P, shift, post, weights)
@@ -202,11 +202,11 @@ def test_a_batch_is_the_loop_over_its_problems(seed, own_noise, m):
     log_prob, log_transition = np.log(weights_for(rng, b, t)), np.log(weights_for(rng, t, t))
 
     def run(i):
-        linear = kernels.innovate(P[i], nu[i], H[i], R[i])
+        linear = kernels.evaluate(P[i], nu[i], H[i], R[i])
         return [
             kernels.propagate(P[i], H[i][..., :1, :] + np.eye(n), P[i]),
             *linear,
-            *kernels.innovate_points(dx[i], dz[i], w, nu[i], R[i]),
+            *kernels.evaluate_points(dx[i], dz[i], w, nu[i], R[i]),
             *kernels.mixture(P[i], *linear[-2:], weights[i]),
             *kernels.imm_mix(log_prob[i], log_transition, nu[i][..., 0, :], R[i][..., 0, :, :]),
         ]
@@ -238,13 +238,13 @@ def hard_recursion(update, steps=2000, runs=48):
 
 
 def by_kernel(P, H, R):
-    return kernels.innovate(P[:, None], np.zeros((len(P), 1, 0, 2)), H[:, None], R[:, None, None])[-1][:, 0, 0]
+    return kernels.evaluate(P[:, None], np.zeros((len(P), 1, 0, 2)), H[:, None], R[:, None, None])[-1][:, 0, 0]
 
 
 def by_points(P, H, R):
     dx, weights = kernels.sigma_points(P[:, None], 0.0)
     dz = dx @ np.swapaxes(H, -1, -2)[:, None]
-    return kernels.innovate_points(dx, dz, weights, np.zeros((len(P), 1, 0, 2)), R[:, None, None])[-1][:, 0, 0]
+    return kernels.evaluate_points(dx, dz, weights, np.zeros((len(P), 1, 0, 2)), R[:, None, None])[-1][:, 0, 0]
 
 
 def by_update(P, H, R):
@@ -253,7 +253,7 @@ def by_update(P, H, R):
 
 def by_scan(P, H, R):
     none = np.zeros((len(P), 1, 2))
-    return kernels.innovate_returns(P[:, None], none[:, :0], none, H[:, None], R[:, None, None], 0.9, 0.99, ())[-1][:, 0, 0]
+    return kernels.evaluate_returns(P[:, None], none[:, :0], none, H[:, None], R[:, None, None], 0.9, 0.99, ())[-1][:, 0, 0]
 
 
 def by_modes(P, H, R):
@@ -317,21 +317,21 @@ REAL = {name: getattr(kernels, name) for name in kernels.__all__}
 
 
 def innovate_without_noise(P, nu, H, R):
-    return REAL["innovate"](P, nu, H, 1e-6 * R)
+    return REAL["evaluate"](P, nu, H, 1e-6 * R)
 
 
 def innovate_without_determinant(P, nu, H, R):
-    loglik, distance, log_volume, shift, post = REAL["innovate"](P, nu, H, R)
+    loglik, distance, log_volume, shift, post = REAL["evaluate"](P, nu, H, R)
     return loglik + log_volume, distance, log_volume, shift, post
 
 
 def innovate_with_the_first_noise(P, nu, H, R):
-    return REAL["innovate"](P, nu, H, R[..., :1, :, :])
+    return REAL["evaluate"](P, nu, H, R[..., :1, :, :])
 
 
 def innovate_in_plain_form(P, nu, H, R):
     """(I - K H) P is symmetric but for rounding."""
-    parts = REAL["innovate"](P, nu, H, R)
+    parts = REAL["evaluate"](P, nu, H, R)
     S = H @ P @ np.swapaxes(H, -1, -2) + R[..., 0, :, :]
     K = P @ np.swapaxes(H, -1, -2) @ np.linalg.inv(S)
     return *parts[:-1], ((np.eye(P.shape[-1]) - K @ H) @ P)[..., None, :, :]
@@ -356,10 +356,10 @@ def imm_mix_without_spread(log_prob, log_transition, xs, Ps):
 
 
 MUTANTS = [
-    ("innovate", innovate_without_noise, check_innovate),
-    ("innovate", innovate_without_determinant, check_innovate),
-    ("innovate", innovate_with_the_first_noise, check_innovate),
-    ("innovate", innovate_in_plain_form, check_innovate),
+    ("evaluate", innovate_without_noise, check_innovate),
+    ("evaluate", innovate_without_determinant, check_innovate),
+    ("evaluate", innovate_with_the_first_noise, check_innovate),
+    ("evaluate", innovate_in_plain_form, check_innovate),
     ("mixture", mixture_without_spread, check_mixture),
     ("mixture", mixture_without_spread_of_the_miss, check_mixture),
     ("imm_mix", imm_mix_transposed, check_imm_mix),

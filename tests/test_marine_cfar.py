@@ -9,17 +9,17 @@ from attrs import evolve
 from vedette import Frame, InputError, Pose, Scan, load
 from vedette.metrics import judge
 from vedette_marine import configs, scenes
-from vedette_marine.detectors.cfar import Cfar
-from vedette_marine.detectors.rates import cell_average, factor, greatest_of, ordered
+from vedette_marine.preprocessors.cfar import Cfar
+from vedette_marine.preprocessors.rates import cell_average, factor, greatest_of, ordered
 from vedette_marine.screen import RadarScreen
 
 SCREEN = {"receiver": RadarScreen()}
 TESTS = ("CA", "GO", "OS")
 
 
-def seen(detector, power, pose=None):
+def seen(preprocessor, power, pose=None):
     plain = Scan.image(0.0, "receiver", Frame(power))
-    return detector.detect({"receiver": evolve(plain, pose=pose)})
+    return preprocessor.process({"receiver": evolve(plain, pose=pose)})
 
 
 @pytest.mark.parametrize("rate", [1e-1, 1e-3, 1e-6])
@@ -49,11 +49,11 @@ def test_closed_forms_against_integrals():
 @pytest.mark.parametrize("test", TESTS)
 def test_false_alarms_in_noise_come_at_the_rate(test):
     """400,000 independent windows, one tested cell each; 5 standard errors: 6e-7 a test. The level does not matter."""
-    detector = Cfar(SCREEN, cell=5.0, test=test, rate=0.01, window=16, guard=2)
+    preprocessor = Cfar(SCREEN, cell=5.0, test=test, rate=0.01, window=16, guard=2)
     rng = np.random.default_rng(1)
     count = 400_000
     noise = rng.standard_exponential((count, 16 + 4 + 1)) * rng.uniform(0.1, 100.0, (count, 1))
-    found = detector.echoes(noise)
+    found = preprocessor.echoes(noise)
     assert not found[:, :10].any()
     assert not found[:, 11:].any()
     assert abs(found.sum() - 0.01 * count) < 5 * math.sqrt(0.01 * 0.99 * count)
@@ -64,9 +64,9 @@ def test_false_alarms_in_noise_come_at_the_rate(test):
 def test_each_test_is_its_definition():
     power = np.random.default_rng(2).standard_exponential((3, 40))
     for test in TESTS:
-        detector = Cfar(SCREEN, cell=5.0, test=test, rate=0.05, window=8, guard=1)
+        preprocessor = Cfar(SCREEN, cell=5.0, test=test, rate=0.05, window=8, guard=1)
         t = factor(test, 8, 6, 0.05)
-        for row, found in zip(power, detector.echoes(power), strict=True):
+        for row, found in zip(power, preprocessor.echoes(power), strict=True):
             for j in range(5, 35):
                 near, far = row[j - 5 : j - 1], row[j + 2 : j + 6]
                 level = {"CA": np.mean([near, far]), "GO": max(near.mean(), far.mean())}
@@ -78,13 +78,13 @@ def test_an_edge_of_clutter_hurts_go_less_and_a_neighbour_hurts_os_less():
     """What the three tests are for: false alarms at a step of 15 dB, and a target 10 cells before a stronger one."""
     alarms, hits = {}, {}
     for test in TESTS:
-        detector = Cfar(SCREEN, cell=5.0, test=test, rate=1e-3, window=32, guard=2)
+        preprocessor = Cfar(SCREEN, cell=5.0, test=test, rate=1e-3, window=32, guard=2)
         noise = np.random.default_rng(4).standard_exponential((4000, 101)) * np.where(np.arange(101) < 50, 1.0, 30.0)
-        alarms[test] = detector.echoes(noise)[:, 51:60].mean()
+        alarms[test] = preprocessor.echoes(noise)[:, 51:60].mean()
         pair = np.random.default_rng(5).standard_exponential((4000, 101))
         pair[:, 50] += 40.0
         pair[:, 60] += 400.0
-        hits[test] = detector.echoes(pair)[:, 50].mean()
+        hits[test] = preprocessor.echoes(pair)[:, 50].mean()
     assert alarms["GO"] < 0.3 * alarms["CA"]
     assert hits["OS"] > 0.9 > 0.2 > hits["CA"]
 
@@ -95,9 +95,9 @@ def test_a_target_lies_where_it_is(test, up, heading):
     power = np.random.default_rng(6).standard_exponential((360, 200))
     rows, columns = np.mgrid[:360, :200]
     power += 3000 * np.exp(-0.5 * ((rows - 44.5) ** 2 / 1.0 + (columns - 99.5) ** 2 / 1.0))
-    detector = Cfar(SCREEN, cell=10.0, test=test, rate=1e-8, guard=6, up=up)
+    preprocessor = Cfar(SCREEN, cell=10.0, test=test, rate=1e-8, guard=6, up=up)
     pose = Pose(np.array([100.0, -50.0]), heading=np.pi / 2 - heading)
-    made = seen(detector, power, pose)
+    made = seen(preprocessor, power, pose)
     bearing = np.deg2rad(45.0) + (heading if up == "head-up" else 0.0)
     assert len(made.z) == 1
     np.testing.assert_allclose(made.z[0], [100 + 1000 * np.sin(bearing), -50 + 1000 * np.cos(bearing)], atol=3.0)
@@ -122,7 +122,9 @@ def test_boats_are_tracked_from_simulated_sweeps(test):
     settings = {"cell": 3.0, "test": test, "rate": 1e-9, "window": 64, "guard": 24, "up": "head-up", "link": 30.0}
     scene = scenes.manoeuvres() | {"video": "sweeps", "frames": 12, "lost": 1}
     tracker = configs.tracker(configs.TUNED_BOATS["IMM-PDAF"], 8.0, automatic=True)
-    experiment = load(tracker | {"source": scene, "detectors": {"radar": {"kind": "cfar", "sensors": receiver} | settings}})
+    experiment = load(
+        tracker | {"source": scene, "preprocessors": {"radar": {"kind": "cfar", "sensors": receiver} | settings}}
+    )
     result = experiment.run()
     score = judge(result.tracks, result.recording.truth, result.scans, experiment.judge, 0.99)
     assert not result.refused

@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 
 import vedette
 from vedette import ConfigError, Frame, InputError, Pose, Scan
-from vedette_marine.detectors.radar_picture import RadarPicture
 from vedette_marine.geometry import PictureGeometry, nautical, read_geometry, write_geometry
 from vedette_marine.picture.artefacts import rain, spokes
 from vedette_marine.picture.blobs import BLOCK, determinants, find_blobs, hessian_exact, surroundings
@@ -20,6 +19,7 @@ from vedette_marine.picture.clusters import calinski_harabasz, grouped, k_means,
 from vedette_marine.picture.colours import Palette
 from vedette_marine.picture.evidence import Evidence, Excess
 from vedette_marine.picture.looking import sheet, stage_pictures
+from vedette_marine.preprocessors.radar_picture import RadarPicture
 from vedette_marine.screen import RadarScreen
 
 cv2 = pytest.importorskip("cv2")
@@ -48,12 +48,12 @@ def scan(pixels, geometry=GEOMETRY, pose=None, **more):
     return evolve(Scan.image(1.0, "screen", Frame(channels, geometry=known)), pose=pose)
 
 
-def detector(**more):
+def preprocessor(**more):
     return RadarPicture({"screen": RadarScreen()}, **more)
 
 
 def returns(pixels, made=None, **more):
-    return (made or detector()).detect({"screen": scan(pixels, **more)})
+    return (made or preprocessor()).process({"screen": scan(pixels, **more)})
 
 
 # Geometry.
@@ -256,7 +256,7 @@ def test_rain_is_dense_over_a_wide_area():
     assert not found[290:310, 290:340].any()
 
 
-# The detector.
+# The preprocessor.
 
 
 SPOTS = ((300.3, 140.7), (101.5, 260.0))
@@ -265,7 +265,7 @@ SPOTS = ((300.3, 140.7), (101.5, 260.0))
 @pytest.mark.parametrize("colours", [None, GEOMETRY.colours])
 @pytest.mark.parametrize("derivatives", ["masks", "exact"])
 def test_spots_become_returns_where_they_are(colours, derivatives):
-    made = returns(picture(SPOTS, colours), detector(chain=Chain(derivatives=derivatives)))
+    made = returns(picture(SPOTS, colours), preprocessor(chain=Chain(derivatives=derivatives)))
     expected = GEOMETRY.from_antenna(np.array(SPOTS))
     assert len(made.z) == 2
     np.testing.assert_allclose(made.z[np.argsort(-made.z[:, 0])], expected, atol=2.0)  # .4 px
@@ -283,15 +283,15 @@ def test_own_ship_s_place_and_heading_count(up):
 
 
 def test_noise_grows_across_the_line_of_sight_and_with_a_ship_s_extent():
-    plain = returns(picture(SPOTS[:1]), detector(sigma=6.0)).noise[0]
+    plain = returns(picture(SPOTS[:1]), preprocessor(sigma=6.0)).noise[0]
     np.testing.assert_allclose(plain, 36 * np.eye(2), atol=1e-9)
-    polar = returns(picture(SPOTS[:1]), detector(sigma=6.0, sigma_bearing="1 deg"))
+    polar = returns(picture(SPOTS[:1]), preprocessor(sigma=6.0, sigma_bearing="1 deg"))
     line = polar.z[0] / np.linalg.norm(polar.z[0])
     assert line @ polar.noise[0] @ line == pytest.approx(36, rel=1e-6)
     across = np.array([-line[1], line[0]])
     assert across @ polar.noise[0] @ across == pytest.approx(36 + (np.linalg.norm(polar.z) * math.radians(1)) ** 2, rel=1e-6)
     long = [(x, 150.0) for x in range(100, 140, 6)]  # a ridge: blobs at its ends, so the link is its length
-    seen = returns(picture(long), detector(sigma=6.0, extent=0.5, chain=Chain(link=200.0, longest=400.0)))
+    seen = returns(picture(long), preprocessor(sigma=6.0, extent=0.5, chain=Chain(link=200.0, longest=400.0)))
     assert len(seen.z) == 1
     assert seen.noise[0, 0, 0] > 36 + 0.25 * (5 * 14) ** 2 > 200 > seen.noise[0, 1, 1]
 
@@ -306,7 +306,7 @@ def test_evidence_is_the_log_likelihood_ratio_of_brightness_and_size():
     seen = picture([ship]).astype(float)
     seen[round(spike[1]) :, round(spike[0]) :][:2, :2] = 190
     made = {
-        name: returns(seen.astype(np.uint8), detector(evidence=Evidence(**given)))
+        name: returns(seen.astype(np.uint8), preprocessor(evidence=Evidence(**given)))
         for name, given in {
             "brightness": {"brightness": Excess(30, 120)},
             "size": {"size": Excess(1, 8)},
@@ -349,7 +349,7 @@ def test_a_line_of_the_interface_does_not_cut_a_ship_in_two(line):
     plain[..., 1] = np.minimum(2.0 * ship, 255)
     crossed = plain.copy()
     cv2.line(crossed, line[:2], line[2:], (200, 60, 0), 2)
-    made = detector(chain=Chain(link=20.0))
+    made = preprocessor(chain=Chain(link=20.0))
     assert len(returns(crossed, made).z) == 1
     np.testing.assert_allclose(returns(crossed, made).z, returns(plain, made).z, atol=8.0)
     assert len(returns(np.where(np.all(crossed == (200, 60, 0), axis=-1), 0, ship).astype(np.uint8), made).z) == 2
@@ -377,7 +377,7 @@ def test_a_palette_gives_back_its_own_levels():
 
 
 def test_stages_can_be_looked_at():
-    stages = detector().stages(scan(picture(SPOTS, GEOMETRY.colours)).frame, None)
+    stages = preprocessor().stages(scan(picture(SPOTS, GEOMETRY.colours)).frame, None)
     pictures = stage_pictures(stages)
     assert [name[0] for name in pictures] == list("12345")
     assert all(each.shape == (SIZE, SIZE, 3) for each in pictures.values())
@@ -391,13 +391,13 @@ def test_stages_can_be_looked_at():
 @pytest.mark.parametrize("pixels", [np.zeros((SIZE, SIZE), dtype=np.uint8), np.full((SIZE, SIZE), 255, dtype=np.uint8)])
 def test_black_and_white_pictures_have_no_returns(pixels):
     assert len(returns(pixels).z) == 0
-    assert len(detector().detect({"screen": Scan(0.0, "screen", vedette.Detections.of([], 2))}).z) == 0
+    assert len(preprocessor().process({"screen": Scan(0.0, "screen", vedette.Detections.of([], 2))}).z) == 0
 
 
 def test_pictures_that_cannot_be_used_are_told():
     with pytest.raises(ConfigError, match="come without a geometry"):
         returns(picture(SPOTS), geometry=None)
-    assert len(returns(picture(SPOTS), detector(geometry=GEOMETRY), geometry=None).z) == 2
+    assert len(returns(picture(SPOTS), preprocessor(geometry=GEOMETRY), geometry=None).z) == 2
     with pytest.raises(InputError, match="is of 400 x 400 px, the picture has 300 x 300"):
         returns(picture([], size=300))
     with pytest.raises(InputError, match="must be 8 bit"):

@@ -12,7 +12,8 @@ import vedette
 from vedette import ConfigError, Gaussian, InputError, LazyScans, Recording, Scan, ScanRefused, Trajectory
 from vedette.cli import main
 from vedette.metrics import judge
-from vedette_marine import configs, outcome, picture_study, study
+from vedette_marine import configs, outcome, picture_runs
+from vedette_marine import reproduction as study
 from vedette_marine.geometry import PictureGeometry, write_geometry
 from vedette_marine.lifecycles.announced import Announced
 from vedette_marine.picture import colours
@@ -67,7 +68,7 @@ def config(folder, lifecycle="announced", **source):
         spread |= {"x": 10.0, "y": 10.0}
     return {
         "source": {"kind": "radar_pictures", "path": str(folder), **source},
-        "detectors": {
+        "preprocessors": {
             "radar": {"kind": "radar_picture", "sensors": {"screen": {"kind": "radar_screen"}}, "chain": {"nearest": 20}}
         },
         "sensors": {
@@ -228,7 +229,7 @@ def test_wrong_uses_are_told(folder):
         opened("")
     with pytest.raises(ConfigError, match="there is no file or folder"):
         opened(folder / "none")
-    with pytest.raises(ConfigError, match="need one screen behind a detector"):
+    with pytest.raises(ConfigError, match="need one screen behind a preprocessor"):
         RadarPictures(str(folder)).open({}, np.random.default_rng(0))
 
 
@@ -264,7 +265,7 @@ def quietly(items, about):
 
 def short(name, frames, **more):
     """A scene's first frames."""
-    from vedette_marine.study import SCENES
+    from vedette_marine.reproduction import SCENES
 
     scene = SCENES[name]() | {"frames": frames, "lost": frames // 20} | more
     return {name: lambda: scene}
@@ -272,7 +273,7 @@ def short(name, frames, **more):
 
 def tracked_from_pictures(name, runs, seed):
     """Each target's records by filter, tracked from the scene's pictures. Their figures are printed: pytest -rP."""
-    points = picture_study.seen(name, runs, seed, quietly)
+    points = picture_runs.seen(name, runs, seed, quietly)
     presets, found = study.TUNED[name], {}
     for k, target in enumerate(points.names):
         found[target] = {each: study.record(name, points, k, presets[each], study.SIGMA[name]) for each in outcome.FILTERS}
@@ -293,7 +294,7 @@ def test_boats_are_tracked_from_simulated_pictures(pytestconfig, monkeypatch):
     """
     night = pytestconfig.getoption("vedette_profile") == "nightly"
     if not night:
-        monkeypatch.setattr(picture_study, "SCENES", short("MANV-like", 30))
+        monkeypatch.setattr(picture_runs, "SCENES", short("MANV-like", 30))
     for records in tracked_from_pictures("MANV-like", 20 if night else 1, 2026).values():
         assert not any(each.lost.any() for each in records.values())
         assert outcome.rms(records["IMM-PDAF"], "ais") <= (12.0 if night else 20.0)
@@ -313,7 +314,7 @@ def test_evidence_of_the_picture_keeps_spikes_from_becoming_tracks():
     config["judge"].pop("near")
     result, informed = judged(config)
     assert all(scan.detections.evidence is not None for scan in result.scans)
-    config["detectors"]["radar"].pop("evidence")
+    config["preprocessors"]["radar"].pop("evidence")
     result, plain = judged(config)
     assert all(scan.detections.evidence is None for scan in result.scans)
     assert plain.false_tracks > 2
@@ -324,7 +325,7 @@ def test_evidence_of_the_picture_keeps_spikes_from_becoming_tracks():
 def test_boats_are_kept_in_a_rough_sea(pytestconfig, monkeypatch):
     """Announced boats, whose tracks need the gate alone: no worse than in the scene's own sea. Four runs at night."""
     night = pytestconfig.getoption("vedette_profile") == "nightly"
-    monkeypatch.setattr(picture_study, "SCENES", short("MANV-like", 1000 if night else 30, sea=ROUGH))
+    monkeypatch.setattr(picture_runs, "SCENES", short("MANV-like", 1000 if night else 30, sea=ROUGH))
     for records in tracked_from_pictures("MANV-like", 4 if night else 1, 2027).values():
         assert not any(each.lost.any() for each in records.values())
         assert outcome.rms(records["IMM-PDAF"], "ais") <= (12.0 if night else 20.0)
@@ -334,7 +335,7 @@ def test_the_large_ship_is_tracked_from_simulated_pictures(pytestconfig, monkeyp
     """A beacon sends every 45 s. What is seen is the hull; the antenna that AIS tells of stands 65 m aft of its middle."""
     night = pytestconfig.getoption("vedette_profile") == "nightly"
     if not night:
-        monkeypatch.setattr(picture_study, "SCENES", short("DARC-like", 40))
+        monkeypatch.setattr(picture_runs, "SCENES", short("DARC-like", 40))
     (records,) = tracked_from_pictures("DARC-like", 4 if night else 1, 2026).values()
     assert not any(each.lost.any() for each in records.values())
     assert outcome.rms(records["IMM-PDAF"], "centre") <= 30.0
@@ -344,9 +345,9 @@ def test_the_large_ship_is_tracked_from_simulated_pictures(pytestconfig, monkeyp
 
 def test_the_study_from_pictures_says_all_and_a_run_is_the_same_among_others(monkeypatch):
     scenes = short("MANV-like", 24) | short("DARC-like", 20)
-    monkeypatch.setattr(picture_study, "SCENES", scenes)
-    monkeypatch.setattr(picture_study, "tuned", lambda scene, seed, number: study.TUNED[scene])
-    results = [picture_study.MarinePicturesStudy().run(runs, 3, quietly) for runs in (1, 2)]
+    monkeypatch.setattr(picture_runs, "SCENES", scenes)
+    monkeypatch.setattr(picture_runs, "tuned", lambda scene, seed, number: study.TUNED[scene])
+    results = [picture_runs.MarinePicturesReproduction().run(runs, 3, quietly) for runs in (1, 2)]
     labels = {label for label, _ in results[0].tables[0].rows}
     assert labels == {"MANV-like boat 1", "MANV-like boat 2", "DARC-like ship"}
     alone, both = (result.charts[0].panels[0].curves[1] for result in results)
@@ -354,9 +355,9 @@ def test_the_study_from_pictures_says_all_and_a_run_is_the_same_among_others(mon
     assert len(results[0].claims) == 4
 
 
-def loaded(scene, detector):
+def loaded(scene, preprocessor):
     config = configs.tracker(configs.TUNED_SHIP["CV-PDAF"], 20.0)
-    return vedette.load(config | {"source": scene, "detectors": {"radar": detector}}).detectors["radar"]
+    return vedette.load(config | {"source": scene, "preprocessors": {"radar": preprocessor}}).preprocessors["radar"]
 
 
 def test_a_boat_under_the_heading_line_is_one_return(monkeypatch):
@@ -365,13 +366,13 @@ def test_a_boat_under_the_heading_line_is_one_return(monkeypatch):
     from vedette_marine.points import source
 
     scene = scenes.manoeuvres()
-    opened, detector = source(scene), loaded(scene, configs.BOATS_IN_PICTURES)
+    opened, preprocessor = source(scene), loaded(scene, configs.BOATS_IN_PICTURES)
     painter, boat = opened.painter(5), opened.centres(opened.times(5))[0]
 
     def returns():
         counts = []
         for time in np.arange(11.0, 18.0):
-            z = detector.detect({"screen": painter.scan(time, "screen")}).z
+            z = preprocessor.process({"screen": painter.scan(time, "screen")}).z
             counts.append(int(np.sum(np.linalg.norm(z - boat.at(time)[:2], axis=1) < 50)))
         return counts
 
@@ -389,18 +390,18 @@ def test_a_beacon_leaves_no_returns_and_hides_who_is_on_its_spoke():
     scene = scenes.large_ship() | {"racons": [{"at": at.tolist(), "length": 1800.0}], "buoys": [], "frames": 60, "lost": 0}
     opened = source(scene)
     painter, (ship,) = opened.painter(5), opened.centres(opened.times(5))
-    detector = loaded(scene, configs.SHIP_IN_PICTURES)
-    blind = evolve(detector, chain=evolve(detector.chain, spoke_length=1e5))
+    preprocessor = loaded(scene, configs.SHIP_IN_PICTURES)
+    blind = evolve(preprocessor, chain=evolve(preprocessor.chain, spoke_length=1e5))
     for time, on in [(4.0, True), (10.0, True), (15.0, True), (22.0, False), (30.0, False), (40.0, False), (50.0, True)]:
         scan = painter.scan(time, "screen")
-        z = detector.detect({"screen": scan}).z
+        z = preprocessor.process({"screen": scan}).z
         beside = np.abs(np.arctan2(z[:, 0], z[:, 1]) - azimuth) > np.radians(3.0)
-        stages = detector.stages(scan.frame, scan.pose)
+        stages = preprocessor.stages(scan.frame, scan.pose)
         assert (stages.beacon.sum() > 500) == on
         hull = ship.at(time)[:2]
         if on:
             assert not np.any(~beside & (np.linalg.norm(z, axis=1) > np.hypot(*at) + 50.0))
-            assert len(blind.detect({"screen": scan}).z) > len(z)
+            assert len(blind.process({"screen": scan}).z) > len(z)
         elif np.hypot(*hull) > 1000:
             assert np.min(np.linalg.norm(z - hull, axis=1)) < 90.0
 

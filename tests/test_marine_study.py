@@ -11,9 +11,10 @@ from vedette import Detections, Gaussian, Scan, build, load, to_config
 from vedette.metrics.consistency import nees
 from vedette.montecarlo.lockstep import run_together
 from vedette.sampling.trajectories import draw_states
-from vedette_marine import configs, outcome, scenes, study
+from vedette_marine import configs, outcome, scenes
+from vedette_marine import reproduction as study
 from vedette_marine.points import by_frame_number, draw
-from vedette_marine.study import MarineStudy, record, tuned
+from vedette_marine.reproduction import MarineReproduction, record, tuned
 from vedette_standard.motion.constant_velocity import ConstantVelocity
 from vedette_standard.motion.coordinated_turn import CoordinatedTurn
 
@@ -93,7 +94,7 @@ def test_the_study_says_all_and_its_seed_decides(monkeypatch):
     monkeypatch.setattr(study, "SCENES", short)
     monkeypatch.setattr(study, "GRID", (0.3, 0.7))
     monkeypatch.setattr(study, "TUNING_RUNS", 1)
-    results = [MarineStudy().run(2, seed, lambda items, about: items) for seed in (1, 1, 2)]
+    results = [MarineReproduction().run(2, seed, lambda items, about: items) for seed in (1, 1, 2)]
     assert results[0].tables == results[1].tables
     assert results[0].claims == results[1].claims
     assert results[0].tables != results[2].tables

@@ -23,7 +23,6 @@ from vedette_standard.associators.global_nearest import GlobalNearest
 from vedette_standard.associators.jpda import Jpda
 from vedette_standard.associators.nearest import Nearest
 from vedette_standard.associators.pda import Pda
-from vedette_standard.detectors.unbiased_conversion import UnbiasedConversion
 from vedette_standard.estimators.extended import ExtendedKalman
 from vedette_standard.estimators.imm import Imm, Modes
 from vedette_standard.estimators.kalman import Kalman
@@ -34,6 +33,7 @@ from vedette_standard.motion.constant_velocity import ConstantVelocity
 from vedette_standard.motion.coordinated_turn import CoordinatedTurn
 from vedette_standard.motion.known_turn import KnownTurn
 from vedette_standard.motion.singer import Singer
+from vedette_standard.preprocessors.unbiased_conversion import UnbiasedConversion
 from vedette_standard.sensors.cartesian_position import CartesianPosition
 from vedette_standard.sensors.range_bearing import RangeBearing
 
@@ -53,7 +53,7 @@ class Heading(MotionModel):
         return Space.of(x="m", y="m", speed="m/s", heading="rad mod 2pi", mark="m")
 
     @property
-    def carried(self):
+    def zero_variance(self):
         return Space.of(mark="m")
 
     def move(self, x, dt):
@@ -193,10 +193,10 @@ MOTION = [
      {"state": over(Heading().state, Unwrapped)}),
     ("heading from 0 to 2 pi", Heading, "angles_wrap", {"state": over(Heading().state, FromZero)}),
     ("position wrapped", Heading, "differences_undo_steps", {"state": over(Heading().state, Narrow)}),
-    ("noise on a carried axis", Heading, "carried_axes_have_no_noise",
+    ("noise on a zero_variance axis", Heading, "zero_variance_axes_have_no_noise",
      {"noise": lambda s, x, dt: Heading.noise(s, x, dt) + 0.01 * dt * np.eye(5)}),
-    ("settles to what is no covariance", CV, "settling_keeps_a_belief",
-     {"settle": lambda s, own, combined: Gaussian(own.mean, own.cov - 2 * np.eye(4) * own.cov)}),
+    ("settles to what is no covariance", CV, "reframing_keeps_a_belief",
+     {"reframe": lambda s, own, combined: Gaussian(own.mean, own.cov - 2 * np.eye(4) * own.cov)}),
 ]  # fmt: skip
 
 POLAR = RB(1, 0.01).measurement
@@ -300,10 +300,10 @@ ASSOCIATORS = [
 
 def without_joseph(self, belief, sensor, seen, p_gate):
     """P - K S K', which is the same on paper."""
-    innovation = ExtendedKalman.innovate(self, belief, sensor, seen, p_gate)
-    x = belief.mean[..., self.state.locate(sensor.looks_at)]
+    innovation = ExtendedKalman.evaluate(self, belief, sensor, seen, p_gate)
+    x = belief.mean[..., self.state.locate(sensor.observes)]
     H = np.zeros((len(sensor.measurement), len(self.state)))
-    H[:, self.state.locate(sensor.looks_at)] = sensor.jacobian(x)
+    H[:, self.state.locate(sensor.observes)] = sensor.jacobian(x)
     R = seen.noise if seen.noise is not None else sensor.noise(x)[..., None, :, :]
     P = belief.cov[..., None, :, :]
     S = H @ P @ H.T + R
@@ -351,7 +351,7 @@ def fresh_points(self, belief, dt, rng, combined=None):
 
 def iterated(self, belief, innovation, weights):
     """The update again with the posterior as its prior: the return counts twice."""
-    once = EKF.absorb(self, belief, innovation, weights)
+    once = EKF.update(self, belief, innovation, weights)
     gain = np.linalg.solve(np.swapaxes(belief.cov, -1, -2), np.swapaxes(once.cov, -1, -2))
     return Gaussian(once.mean, np.swapaxes(gain, -1, -2) @ once.cov)
 
@@ -365,7 +365,7 @@ class Shared:
 
 
 ESTIMATORS = [
-    ("dynamax's iterated update", KF, "equals_joint_conditioning", {"absorb": iterated}, LINEAR),
+    ("dynamax's iterated update", KF, "equals_joint_conditioning", {"update": iterated}, LINEAR),
     ("no process noise", KF, "equals_joint_conditioning",
      {"predict": lambda s, b, dt, rng, c=None: predicted(s, b, dt, lambda F, Q: (F, 0 * Q))}, LINEAR),
     ("process noise twice", EKF, "equals_joint_conditioning",
@@ -373,35 +373,35 @@ ESTIMATORS = [
     ("F transposed", KF, "equals_joint_conditioning",
      {"predict": lambda s, b, dt, rng, c=None: predicted(s, b, dt, lambda F, Q: (F.T, Q))}, LINEAR),
     ("a gain of nine tenths", EKF, "equals_joint_conditioning",
-     {"innovate": lambda s, b, z, d, g: change_detail(i := EKF.innovate(s, b, z, d, g), shift=0.9 * i.detail.shift)},
+     {"evaluate": lambda s, b, z, d, g: change_detail(i := EKF.evaluate(s, b, z, d, g), shift=0.9 * i.detail.shift)},
      LINEAR),
     ("weights of the points for another kappa", UKF, "equals_joint_conditioning",
      {"predict": lambda s, b, dt, rng, c=None: UKF.predict(s, wider(b, 4 / 5), dt, rng, c)}, LINEAR),
-    ("Joseph's form missing", EKF, "covariances_survive_a_long_run", {"innovate": without_joseph}, LINEAR),
+    ("Joseph's form missing", EKF, "covariances_survive_a_long_run", {"evaluate": without_joseph}, LINEAR),
     ("covariance not kept symmetric", EKF, "covariances_survive_a_long_run",
-     {"absorb": lambda s, b, i, w: Gaussian((a := EKF.absorb(s, b, i, w)).mean, a.cov * np.triu(np.full((4, 4), 1 + 1e-8)) +
+     {"update": lambda s, b, i, w: Gaussian((a := EKF.update(s, b, i, w)).mean, a.cov * np.triu(np.full((4, 4), 1 + 1e-8)) +
                                             np.tril(a.cov, -1))}, LINEAR),
     ("PDA without the spread", EKF, "soft_weights_give_the_mixtures_moments",
-     {"absorb": lambda s, b, i, w: mixed(s, b, i, w, spread=False)}, LINEAR),
+     {"update": lambda s, b, i, w: mixed(s, b, i, w, spread=False)}, LINEAR),
     ("PDA without the miss's covariance", EKF, "soft_weights_give_the_mixtures_moments",
-     {"absorb": lambda s, b, i, w: mixed(s, b, i, w, miss=False) if w[..., 1:].any() else EKF.absorb(s, b, i, w)}, LINEAR),
+     {"update": lambda s, b, i, w: mixed(s, b, i, w, miss=False) if w[..., 1:].any() else EKF.update(s, b, i, w)}, LINEAR),
     ("gate without its probability", EKF, "a_miss_has_its_probability",
-     {"innovate": lambda s, b, z, d, g: EKF.innovate(s, b, z, d, 1.0)}, LINEAR),
+     {"evaluate": lambda s, b, z, d, g: EKF.evaluate(s, b, z, d, 1.0)}, LINEAR),
     ("detection probability left out", EKF, "return_likelihood_is_a_density",
-     {"innovate": lambda s, b, z, d, g: evolve(i := EKF.innovate(s, b, z, d, g), loglik=np.concatenate(
+     {"evaluate": lambda s, b, z, d, g: evolve(i := EKF.evaluate(s, b, z, d, g), loglik=np.concatenate(
          [i.loglik[..., :1], i.loglik[..., 1:] + 0.05], -1))}, LINEAR),
     ("likelihood without 2 pi", UKF, "return_likelihood_is_a_density",
-     {"innovate": lambda s, b, z, d, g: evolve(i := UKF.innovate(s, b, z, d, g), loglik=i.loglik + np.log(2 * np.pi) *
+     {"evaluate": lambda s, b, z, d, g: evolve(i := UKF.evaluate(s, b, z, d, g), loglik=i.loglik + np.log(2 * np.pi) *
                                                len(z.measurement) / 2 * (np.arange(i.loglik.shape[-1]) > 0))}, LINEAR),
     ("noise over no time", EKF, "no_time_changes_nothing",
      {"predict": lambda s, b, dt, rng, c=None: wider(EKF.predict(s, b, dt, rng, c), 1.001)}, LINEAR),
     ("a miss widens", EKF, "a_missed_scan_equals_prediction",
-     {"absorb": lambda s, b, i, w: wider(EKF.absorb(s, b, i, w), 1.01 if w.shape[-1] == 1 else 1.0)}, LINEAR),
+     {"update": lambda s, b, i, w: wider(EKF.update(s, b, i, w), 1.01 if w.shape[-1] == 1 else 1.0)}, LINEAR),
     ("takes the nearest whatever its weight", EKF, "returns_of_weight_zero_change_nothing",
-     {"absorb": lambda s, b, i, w: EKF.absorb(s, b, i, Nearest().associate(
+     {"update": lambda s, b, i, w: EKF.update(s, b, i, Nearest().associate(
          i.loglik - 1e6 * (np.arange(w.shape[-1]) < 1), None) if w.shape[-1] == 3 else w)}, LINEAR),
     ("the first return counts most", EKF, "order_of_returns_is_free",
-     {"absorb": lambda s, b, i, w: EKF.absorb(s, b, i, w * (f := np.r_[1, 1.1, np.ones(w.shape[-1] - 2)]) /
+     {"update": lambda s, b, i, w: EKF.update(s, b, i, w * (f := np.r_[1, 1.1, np.ones(w.shape[-1] - 2)]) /
                                               (w * f).sum(-1, keepdims=True) if w.shape[-1] > 1 else w)}, LINEAR),
     ("one track's covariance for all", EKF, "batches_as_it_loops",
      {"predict": lambda s, b, dt, rng, c=None: Gaussian(EKF.predict(s, b, dt, rng, c).mean,
@@ -414,9 +414,9 @@ ESTIMATORS = [
     ("start by position in the list", EKF, "starts_at_its_prior",
      {"start": lambda s, p, a, rng: Gaussian(p.mean[..., :4], p.cov[..., :4, :4])}, LINEAR),
     ("forgets correlations after a scan", EKF, "order_of_sensors_is_free",
-     {"absorb": lambda s, b, i, w: Gaussian((a := EKF.absorb(s, b, i, w)).mean, a.cov * np.eye(4))}, LINEAR),
+     {"update": lambda s, b, i, w: Gaussian((a := EKF.update(s, b, i, w)).mean, a.cov * np.eye(4))}, LINEAR),
     ("posterior too sure by a third", UKF, "nees_and_nis_fit_matched_truth",
-     {"absorb": lambda s, b, i, w: wider(UKF.absorb(s, b, i, w), 0.67)}, LINEAR),
+     {"update": lambda s, b, i, w: wider(UKF.update(s, b, i, w), 0.67)}, LINEAR),
     ("a fiftieth of the process noise", EKF, "nees_and_nis_fit_matched_truth",
      {"predict": lambda s, b, dt, rng, c=None: predicted(s, b, dt, lambda F, Q: (F, 0.02 * Q))},
      {"motion": st.just(CV(60.0))}),
@@ -455,7 +455,7 @@ def chain(matrix_of):
 
 def likely_alone(self, belief, innovation, weights):
     """Modes judged by their likelihood alone, without what was predicted of them."""
-    after = Imm.absorb(self, belief, innovation, weights)
+    after = Imm.update(self, belief, innovation, weights)
     free = after.log_prob - belief.log_prob
     return Modes(after.beliefs, free - kernels.log_sum(free)[..., None])
 
@@ -467,12 +467,12 @@ MIXTURES = [
      {"predict": chain(lambda s, b: np.log(n := np.exp(b.log_prob) @ s.transition.T) - np.log(n.sum(-1, keepdims=True)))},
      TWO),
     ("mode update without the predicted probabilities", Imm, "first_scan_is_the_exact_mixture",
-     {"absorb": likely_alone}, TWO),
+     {"update": likely_alone}, TWO),
     ("combined without the spread of the modes", Imm, "first_scan_is_the_exact_mixture", {"moments": without_spread}, TWO),
     ("combined with equal weights", Imm, "first_scan_is_the_exact_mixture",
      {"moments": lambda s, b: Imm.moments(s, Modes(b.beliefs, 0 * b.log_prob - np.log(2)))}, TWO),
     ("the best mode's likelihood only", Imm, "first_scan_is_the_exact_mixture",
-     {"innovate": lambda s, b, z, d, g: evolve(i := Imm.innovate(s, b, z, d, g), loglik=np.max(np.stack(
+     {"evaluate": lambda s, b, z, d, g: evolve(i := Imm.evaluate(s, b, z, d, g), loglik=np.max(np.stack(
          [p.loglik for p in i.detail.innovations], -1) + b.log_prob[..., None, :], -1))}, TWO),
     ("mixing that widens", Imm, "equal_modes_are_one",
      {"_each": wider_modes, "moments": taken_together}, TWO),
@@ -501,7 +501,7 @@ LIFECYCLES = [
     ("one run's verdict for all", Existence, "batches_as_it_loops",
      {"review": lambda s, m, e, h, x: (lambda r: (r[0], r[1] | (r[1].any() & (r[1].ndim > 1)), r[2]))(
          Existence.review(s, m, e, h, x))}),
-    ("tracks that end though they last", MOfN, "lasting_as_declared", {"lasting": True}),
+    ("tracks that end though they last", MOfN, "lasting_as_declared", {"permanent": True}),
     ("a hit ends a track", MOfN, "a_hit_never_harms", {"review": lambda s, m, e, h, x: MOfN.review(s, m, e, 1.0 - h, x)}),
     ("explained returns start tracks", MOfN, "explained_returns_start_nothing",
      {"starts": lambda s, name, claimed: claimed > 0.2}),
@@ -559,22 +559,22 @@ def all_valid(scans):
 def overwrites(self, scans):
     for scan in scans.values():
         scan.detections.z[...] = 0.0
-    return UC.detect(self, scans)
+    return UC.process(self, scans)
 
 
 def remade(change):
-    return {"detect": lambda s, scans: change(UC.detect(s, scans))}
+    return {"process": lambda s, scans: change(UC.process(s, scans))}
 
 
 DETECTORS = [
     ("noise not definite", UC, "noise_is_positive_definite",
      remade(lambda d: Detections(d.z, d.valid, d.evidence, d.noise * np.array([[1.0, 0.0], [0.0, 0.0]])))),
-    ("padding read", UC, "padding_changes_nothing", {"detect": lambda s, scans: UC.detect(s, all_valid(scans))}),
+    ("padding read", UC, "padding_changes_nothing", {"process": lambda s, scans: UC.process(s, all_valid(scans))}),
     ("returns that are no numbers", UC, "makes_finite_returns",
      remade(lambda d: Detections(d.z / np.where(d.valid, 1.0, 1.0)[..., None] * np.nan, d.valid, d.evidence, d.noise))),
-    ("writes into the scan", UC, "pure", {"detect": overwrites}),
+    ("writes into the scan", UC, "pure", {"process": overwrites}),
     ("a return out of nothing", UC, "nothing_comes_of_nothing",
-     {"detect": lambda s, scans: UC.detect(s, scans) if any(len(x.detections.z) for x in scans.values())
+     {"process": lambda s, scans: UC.process(s, scans) if any(len(x.detections.z) for x in scans.values())
       else Detections.of([[1.0, 2.0]])}),
 ]  # fmt: skip
 
@@ -615,7 +615,7 @@ def test_the_unmutated_component_passes(base, law, row):
 def test_there_are_sixty_mutants_over_all_roles():
     roles = Counter(role_of(row[1]) for row in MUTANTS)
     assert sum(roles.values()) >= 60
-    assert set(roles) == {"motion", "sensor", "associator", "estimator", "lifecycle", "detector", "source"}
+    assert set(roles) == {"motion", "sensor", "associator", "estimator", "lifecycle", "preprocessor", "source"}
 
 
 if __name__ == "__main__":

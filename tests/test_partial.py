@@ -73,9 +73,9 @@ def lacking(z, present, m, noise=None):
 def update(estimator, sensor, seen):
     rng = np.random.default_rng(2)
     belief = estimator.predict(estimator.start(prior(2, 3), CV.state, rng), 1.5, rng)
-    innovation = estimator.innovate(belief, sensor, seen, 0.99)
+    innovation = estimator.evaluate(belief, sensor, seen, 0.99)
     weights = np.random.default_rng(3).random(innovation.loglik.shape)
-    after = estimator.moments(estimator.absorb(belief, innovation, weights / weights.sum(axis=-1, keepdims=True)))
+    after = estimator.moments(estimator.update(belief, innovation, weights / weights.sum(axis=-1, keepdims=True)))
     return innovation, after
 
 
@@ -93,7 +93,7 @@ def test_a_return_that_lacks_components_is_one_of_the_sensor_that_measures_the_o
     whole, part, present = CASES[case]
     rng = np.random.default_rng(4)
     m = len(part.measurement)
-    z = part.measure(prior(2, 4).mean[..., CV.state.locate(part.looks_at)])
+    z = part.measure(prior(2, 4).mean[..., CV.state.locate(part.observes)])
     noise = part.noise(z)[..., :m, :m] * (1 + rng.random((2, 4, 1, 1))) if own else None
     narrow = Detections(z, np.ones((2, 4), bool), None, noise)
     wide = lacking(z, present, len(whole.measurement), noise)
@@ -141,7 +141,7 @@ def test_the_gate_takes_each_return_for_the_components_it_has():
     for sensor, seen in ((whole, lacking(z, [0], 2)), (part, Detections(z, np.ones((2, 4), bool)))):
         seen = attrs.evolve(seen, z=np.nan_to_num(seen.z))
         innovation = update(ExtendedKalman(CV), sensor, seen)[0]
-        scores.append(gate.scores(innovation, sensor, seen, np.ones((2, 3)), gate.reach(sensor)))
+        scores.append(gate.scores(innovation, sensor, seen, np.ones((2, 3)), gate.for_sensor(sensor)))
     np.testing.assert_allclose(scores[0], scores[1], rtol=1e-9)
     assert np.isneginf(scores[0]).any()
     assert np.isfinite(scores[0][..., 1:]).any()

@@ -26,7 +26,7 @@ class Along(CartesianPosition.__base__):
     """z = x + v in one dimension."""
 
     kind = "test_along"
-    looks_at = measurement = Space.of(x="m")
+    observes = measurement = Space.of(x="m")
 
     def __init__(self, sigma, p=1.0):
         self.sigma, self.p = sigma, p
@@ -51,10 +51,10 @@ def filtered(estimator, runs, rng, sensor, association=None):
     belief, logliks = estimator.start(start, LINE, rng), []
     for z in scans:
         belief = estimator.predict(belief, 1.0, rng)
-        seen = Detections(np.broadcast_to(np.array(z)[:, None], (runs, 2, 1)), np.ones((runs, 2), bool))
-        innovation = estimator.innovate(belief, sensor, seen, 1.0)
+        detections = Detections(np.broadcast_to(np.array(z)[:, None], (runs, 2, 1)), np.ones((runs, 2), bool))
+        innovation = estimator.evaluate(belief, sensor, detections, 1.0)
         weights = np.broadcast_to([0.0, 1.0, 0.0] if association is None else association, innovation.loglik.shape)
-        belief = estimator.absorb(belief, innovation, weights)
+        belief = estimator.update(belief, innovation, weights)
         logliks.append(innovation.loglik[:, 0, 1])
     moments = estimator.moments(belief)
     return moments.mean[:, 0], moments.cov[:, 0], np.sum(logliks, axis=0)
@@ -118,13 +118,13 @@ def test_soft_association_and_misses_agree_with_the_mixture(kind):
     """One scan, three hypotheses: the exact mixture's moments, by many particles."""
     rng = np.random.default_rng(14)
     sensor, weights = Along(3.0, 0.8), np.array([[[0.2, 0.5, 0.3]]])
-    seen = Detections(np.array([[[3.0], [9.0]]]), np.ones((1, 2), bool))
+    detections = Detections(np.array([[[3.0], [9.0]]]), np.ones((1, 2), bool))
     ends = []
     for estimator in (Kalman(CV), kind(CV, 100_000)):
         start = Gaussian(PRIOR.mean[None], PRIOR.cov[None])
         belief = estimator.predict(estimator.start(start, LINE, rng), 1.0, rng)
-        innovation = estimator.innovate(belief, sensor, seen, 0.95)
-        ends.append((innovation, estimator.moments(estimator.absorb(belief, innovation, weights))))
+        innovation = estimator.evaluate(belief, sensor, detections, 0.95)
+        ends.append((innovation, estimator.moments(estimator.update(belief, innovation, weights))))
     (exact, wanted), (told, found) = ends
     np.testing.assert_allclose(told.loglik, exact.loglik, atol=0.03)
     np.testing.assert_allclose(told.distance, exact.distance, rtol=0.05, atol=0.02)
@@ -170,8 +170,8 @@ def test_only_the_generator_handed_in_decides(kind):
         belief = estimator.start(prior, motion.state, rng)
         for z in ([940.0, 0.56], [945.0, 0.55]):
             belief = estimator.predict(belief, 2.0, rng)
-            innovation = estimator.innovate(belief, sensor, Detections.of([z]), 1.0)
-            belief = estimator.absorb(belief, innovation, np.array([[0.1, 0.9]]))
+            innovation = estimator.evaluate(belief, sensor, Detections.of([z]), 1.0)
+            belief = estimator.update(belief, innovation, np.array([[0.1, 0.9]]))
         return estimator.moments(belief).mean
 
     np.testing.assert_array_equal(run(1), run(1))
@@ -182,9 +182,9 @@ def test_only_the_generator_handed_in_decides(kind):
 def test_a_far_return_leaves_finite_numbers(kind):
     estimator, rng = kind(CV, 200), np.random.default_rng(17)
     belief = estimator.predict(estimator.start(PRIOR, LINE, rng), 1.0, rng)
-    innovation = estimator.innovate(belief, Along(1.0), Detections.of([[1e6]]), 0.99)
+    innovation = estimator.evaluate(belief, Along(1.0), Detections.of([[1e6]]), 0.99)
     assert np.all(np.isfinite(innovation.loglik))
-    after = estimator.moments(estimator.absorb(belief, innovation, np.array([[0.0, 1.0]])))
+    after = estimator.moments(estimator.update(belief, innovation, np.array([[0.0, 1.0]])))
     assert np.all(np.isfinite(after.mean))
     assert np.all(np.isfinite(after.cov))
 
@@ -221,8 +221,8 @@ def test_a_mode_of_an_imm(kind):
         belief = estimator.start(PRIOR, LINE, rng)
         for z in (2.0, 5.0, 4.0):
             belief = estimator.predict(belief, 1.0, rng)
-            innovation = estimator.innovate(belief, Along(2.0), Detections.of([[z]]), 1.0)
-            belief = estimator.absorb(belief, innovation, np.array([[0.0, 1.0]]))
+            innovation = estimator.evaluate(belief, Along(2.0), Detections.of([[z]]), 1.0)
+            belief = estimator.update(belief, innovation, np.array([[0.0, 1.0]]))
         ends.append((estimator.moments(belief), estimator.mode_prob(belief)))
     np.testing.assert_allclose(ends[1][0].mean, ends[0][0].mean, atol=0.1)
     np.testing.assert_allclose(ends[1][1], ends[0][1], atol=0.02)
@@ -240,7 +240,7 @@ class Turning(MotionModel):
     def noise(self, x, dt):
         return np.eye(2) * dt
 
-    def settle(self, own, combined):
+    def reframe(self, own, combined):
         return combined
 
 

@@ -18,7 +18,8 @@ from attrs import frozen
 
 import vedette
 from vedette import Array, Associator, ConfigError, MotionModel, PluginError, Registry, Sensor, Space, fields
-from vedette.roles import CONTRACT, ROLES, Component
+from vedette.config.parameters import ROLES
+from vedette.roles import CONTRACT, Component
 
 
 @frozen

@@ -83,8 +83,8 @@ def track(times, mean, cov, number=0, nis=1.0, hit=1.0, space=PLANE, modes=None)
 
 def result(tracks=(), truth=(), times=(), returns_per_scan=1, refused=(), notes=None):
     """A result whose scans hold returns at the origin."""
-    seen = Detections.of(np.zeros((returns_per_scan, 2)), 2)
-    scans = tuple(Scan(float(time), "beacon", seen) for time in times)
+    detections = Detections.of(np.zeros((returns_per_scan, 2)), 2)
+    scans = tuple(Scan(float(time), "beacon", detections) for time in times)
     recording = Recording(scans, tuple(truth), (), notes or {})
     return Result(tuple(tracks), recording, scans, tuple(refused), len(tracks), 0.0, False)
 
@@ -160,7 +160,7 @@ def test_a_sensor_that_gives_no_position_is_told_not_drawn(scene):
     _, done = scene
 
     class Bearings:
-        looks_at = Space.of(x="m", y="m")
+        observes = Space.of(x="m", y="m")
 
         def at(self, pose):
             return self
@@ -265,7 +265,7 @@ def test_whatever_a_run_lacks_it_can_be_drawn_and_told(case, scene, tmp_path):
 
 def test_one_axis_makes_no_map(tmp_path):
     tracker = SimpleNamespace(state=Space.of(x="m"), sensors={}, estimator=None)
-    experiment = SimpleNamespace(tracker=tracker, title="", judge=metrics.Judge(), detectors={})
+    experiment = SimpleNamespace(tracker=tracker, title="", judge=metrics.Judge(), preprocessors={})
     assert write_pictures(tmp_path, experiment, result()) == ["errors.png"]
 
 

@@ -15,8 +15,8 @@ from vedette.reproduction import (
     Chart,
     Claim,
     Curve,
+    Findings,
     Panel,
-    StudyResult,
     Table,
     mean_cell,
     over_axes,
@@ -53,7 +53,7 @@ def test_a_study_prints_its_tables_and_verdicts_and_ends_well(paper, capsys, tmp
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["no-such-paper"], "study: unknown kind 'no_such_paper'; installed: bayes_risk"),
+        (["no-such-paper"], "reproduction: unknown kind 'no_such_paper'; installed: bayes_risk"),
         (["bayes-rsk"], "did you mean 'bayes_risk'?"),
         (["vts", "--runs", "1"], "--runs: must be a whole number of at least 2, got '1'"),
         (["vts", "--runs", "many"], "--runs: must be a whole number of at least 2, got 'many'"),
@@ -71,8 +71,8 @@ def test_wrong_use_is_told(arguments, message, capsys):
 
 @pytest.mark.parametrize("paper", PAPERS)
 def test_studies_are_components(paper):
-    entry = Registry.installed().get("study", paper.replace("-", "_"))
-    assert entry.cls.usual_runs >= (30 if paper == "marine" else 500)  # a marine run is up to 1,000 scans
+    entry = Registry.installed().get("reproduction", paper.replace("-", "_"))
+    assert entry.cls.default_runs >= (30 if paper == "marine" else 500)  # a marine run is up to 1,000 scans
     assert entry.parameters == ()
 
 
@@ -131,7 +131,7 @@ def test_a_prior_over_more_axes_in_another_order():
     np.testing.assert_array_equal(made.cov, [[[9, 0, 1], [0, 9, 0], [1, 0, 4]]])
 
 
-RESULT = StudyResult(
+RESULT = Findings(
     "A paper",
     1500,
     3,

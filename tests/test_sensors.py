@@ -349,7 +349,7 @@ def mutant(original: Sensor, **changed: Callable[..., Any]) -> Sensor:
         return lambda self, *args: change(original, *args) if change else getattr(original, name)(*args)
 
     names = ("measure", "jacobian", "noise", "detects", "clutter", "invert", "at")
-    spaces = {"kind": "mutant", "looks_at": original.looks_at, "measurement": original.measurement}
+    spaces = {"kind": "mutant", "observes": original.observes, "measurement": original.measurement}
     sensor = type("Mutant", (Sensor,), {name: method(name) for name in names} | spaces)()
     vars(sensor).update({name: getattr(original, name) for name in attrs.fields_dict(type(original))})
     return sensor

@@ -50,11 +50,11 @@ def walk(estimator, sensor, at_start, weights=None, scans=6):
     told = []
     for _ in range(scans):
         belief = estimator.predict(belief, 1.5, RNG)
-        where = CV.state.locate(sensor.looks_at)
+        where = CV.state.locate(sensor.observes)
         z = sensor.measure(at_start.mean[:1, where] + 10 * rng.normal(size=(3, len(where))))
-        innovation = estimator.innovate(belief, sensor, Detections.of(z), 0.99)
+        innovation = estimator.evaluate(belief, sensor, Detections.of(z), 0.99)
         w = rng.random(innovation.loglik.shape)
-        belief = estimator.absorb(belief, innovation, w / w.sum(axis=-1, keepdims=True))
+        belief = estimator.update(belief, innovation, w / w.sum(axis=-1, keepdims=True))
         moments = estimator.moments(belief)
         told.append((moments.mean, moments.cov, innovation.loglik, innovation.distance, innovation.log_volume))
     return [np.stack(part) for part in zip(*told, strict=True)]
@@ -74,10 +74,10 @@ def test_all_are_the_kalman_filter_on_a_linear_problem(estimator):
 
 
 def test_the_comparison_bites(monkeypatch):
-    estimator, absorb = IteratedExtendedKalman(CV), kernels.absorb
+    estimator, update = IteratedExtendedKalman(CV), kernels.weighted_update
     at_start, sensor = prior(4, 2), CartesianPosition(5.0, 0.9)
     exact = walk(Kalman(CV), sensor, at_start)[0]
-    monkeypatch.setattr(kernels, "absorb", lambda x, P, shift, *rest: absorb(x, P, (1 + 1e-7) * shift, *rest))
+    monkeypatch.setattr(kernels, "weighted_update", lambda x, P, shift, *rest: update(x, P, (1 + 1e-7) * shift, *rest))
     with pytest.raises(AssertionError):
         np.testing.assert_allclose(walk(estimator, sensor, at_start)[0], exact, rtol=0, atol=1e-9)
 
@@ -88,9 +88,9 @@ def test_the_comparison_bites(monkeypatch):
 def sharp_update(estimator, sensor, z):
     at_start = Gaussian(np.array([[100.0, 0.0, 0.0, 0.0]]), np.diag([900.0, 900.0, 1.0, 1.0])[None])
     belief = estimator.start(at_start, CV.state, RNG)
-    innovation = estimator.innovate(belief, sensor, Detections.of([z]), 1.0)
+    innovation = estimator.evaluate(belief, sensor, Detections.of([z]), 1.0)
     weights = np.array([[0.0, 1.0]])
-    return at_start, estimator.moments(estimator.absorb(belief, innovation, weights)), innovation
+    return at_start, estimator.moments(estimator.update(belief, innovation, weights)), innovation
 
 
 def objective(at_start, sensor, z, x):
@@ -192,7 +192,7 @@ class Row(Sensor):
     R: float
     kind = "test_row"
     linear = True
-    looks_at = Still.state
+    observes = Still.state
     measurement = Space.of(z="m")
 
     def measure(self, x):
@@ -219,8 +219,8 @@ def worst_digit(estimator, ratio):
     for H in ([1, 1, 1], [1, 1, 1 + 2.0**-18], [1, 1 + 2.0**-18, 1], [1 + 2.0**-17, 1, 1]):
         sensor = Row(np.array([H], float), ratio)
         belief = estimator.predict(belief, 1.0, RNG)
-        innovation = estimator.innovate(belief, sensor, Detections.of([[0.5]]), 1.0)
-        belief = estimator.absorb(belief, innovation, np.array([[0.0, 1.0]]))
+        innovation = estimator.evaluate(belief, sensor, Detections.of([[0.5]]), 1.0)
+        belief = estimator.update(belief, innovation, np.array([[0.0, 1.0]]))
         h = rational(sensor.H)
         exact = exact + rational(2.0**-40 * np.eye(3))
         exact = inverse(inverse(exact) + h.T @ h / Fraction(ratio))
@@ -246,13 +246,13 @@ def test_roots_carry_soft_association_as_covariances_do(own):
     z = sensor.measure(at_start.mean[:, :1, :2]) + rng.normal(size=(2, 4, 2)) * [10, 0.01]
     a = np.diag([9.0, 0.01]) + rng.normal(size=(2, 4, 2, 2)) * [[1.0, 0.001]]
     noise = a @ np.swapaxes(a, -1, -2) if own else None
-    seen = Detections(z, np.ones((2, 4), dtype=bool), None, noise)
+    detections = Detections(z, np.ones((2, 4), dtype=bool), None, noise)
     ends = []
     for estimator in (ExtendedKalman(motion), SquareRootKalman(motion)):
         belief = estimator.predict(estimator.start(at_start, motion.state, RNG), 2.0, RNG)
-        innovation = estimator.innovate(belief, sensor, seen, 0.99)
+        innovation = estimator.evaluate(belief, sensor, detections, 0.99)
         weights = np.exp(innovation.loglik - kernels.log_sum(innovation.loglik)[..., None])
-        ends.append((innovation, estimator.moments(estimator.absorb(belief, innovation, weights))))
+        ends.append((innovation, estimator.moments(estimator.update(belief, innovation, weights))))
     (told, plain), (told_root, root) = ends
     for name in ("loglik", "distance", "log_volume"):
         np.testing.assert_allclose(getattr(told_root, name), getattr(told, name), rtol=1e-9, atol=1e-9)
@@ -269,11 +269,11 @@ def test_roots_take_no_tracks_and_no_returns():
     estimator, sensor = SquareRootKalman(CV), CartesianPosition(5.0)
     for t, k in ((0, 0), (0, 3), (2, 0)):
         belief = estimator.predict(estimator.start(prior(4, t), CV.state, RNG), 1.0, RNG)
-        innovation = estimator.innovate(belief, sensor, Detections.of(np.zeros((k, 2)), 2), 0.99)
+        innovation = estimator.evaluate(belief, sensor, Detections.of(np.zeros((k, 2)), 2), 0.99)
         assert innovation.loglik.shape == (t, 1 + k)
         assert innovation.log_volume.shape == (t,)
         weights = np.full((t, 1 + k), 1.0 / (1 + k))
-        assert estimator.moments(estimator.absorb(belief, innovation, weights)).cov.shape == (t, 4, 4)
+        assert estimator.moments(estimator.update(belief, innovation, weights)).cov.shape == (t, 4, 4)
 
 
 # Sums.
@@ -310,12 +310,12 @@ def test_parts_never_switch_and_follow_bayes():
     parts, log_w = list(belief.beliefs), np.log(estimator.mode_prob(belief)[0])
     for z in ([790.0, 505.0], [770.0, 515.0]):
         belief = estimator.predict(belief, 2.0, RNG)
-        innovation = estimator.innovate(belief, sensor, Detections.of([z]), 1.0)
-        belief = estimator.absorb(belief, innovation, np.array([[0.0, 1.0]]))
+        innovation = estimator.evaluate(belief, sensor, Detections.of([z]), 1.0)
+        belief = estimator.update(belief, innovation, np.array([[0.0, 1.0]]))
         parts = [one.predict(part, 2.0, RNG) for part in parts]
-        told = [one.innovate(part, sensor, Detections.of([z]), 1.0) for part in parts]
+        told = [one.evaluate(part, sensor, Detections.of([z]), 1.0) for part in parts]
         log_w = log_w + [each.loglik[0, 1] for each in told]
-        parts = [one.absorb(part, each, np.array([[0.0, 1.0]])) for part, each in zip(parts, told, strict=True)]
+        parts = [one.update(part, each, np.array([[0.0, 1.0]])) for part, each in zip(parts, told, strict=True)]
     np.testing.assert_allclose(estimator.mode_prob(belief)[0], np.exp(log_w - kernels.log_sum(log_w)), rtol=1e-9)
     for part, alone in zip(belief.beliefs, parts, strict=True):
         np.testing.assert_allclose(part.mean, alone.mean, rtol=1e-10)
@@ -344,8 +344,8 @@ def test_a_sum_holds_the_range_behind_a_bearing():
             sensor = BearingOnly(0.01, y=-y)
             z = sensor.measure(truth[:, None, :2]) + 0.01 * noise.normal(size=(runs, 1, 1))
             belief = estimator.predict(belief, 1.0, RNG)
-            innovation = estimator.innovate(belief, sensor, Detections(z, np.ones((runs, 1), bool)), 1.0)
-            belief = estimator.absorb(belief, innovation, np.broadcast_to([0.0, 1.0], (runs, 1, 2)))
+            innovation = estimator.evaluate(belief, sensor, Detections(z, np.ones((runs, 1), bool)), 1.0)
+            belief = estimator.update(belief, innovation, np.broadcast_to([0.0, 1.0], (runs, 1, 2)))
         errors[estimator.kind] = np.sqrt(np.mean((estimator.moments(belief).mean[:, 0, 0] - r) ** 2))
     assert errors["gaussian_sum"] < 0.7 * errors["ekf"]
 
@@ -373,8 +373,8 @@ def test_an_imm_over_any_of_them_is_the_imm_over_kalman_filters(mode):
 def test_the_detection_probability_enters_every_column(estimator):
     at_start, sensor = prior(4, 2), RangeBearing(10.0, 0.01, detection_probability=0.9)
     belief = estimator.start(at_start, CV.state, RNG)
-    seen = Detections.of(sensor.measure(at_start.mean[:, :2]))
-    likely = estimator.innovate(belief, sensor, seen, 0.99).loglik
-    rarely = estimator.innovate(belief, evolve(sensor, detection_probability=0.3), seen, 0.99).loglik
+    detections = Detections.of(sensor.measure(at_start.mean[:, :2]))
+    likely = estimator.evaluate(belief, sensor, detections, 0.99).loglik
+    rarely = estimator.evaluate(belief, evolve(sensor, detection_probability=0.3), detections, 0.99).loglik
     np.testing.assert_allclose(likely[:, 0], np.log(1 - 0.9 * 0.99), rtol=1e-12)
     np.testing.assert_allclose(likely[:, 1:] - rarely[:, 1:], np.log(3.0), rtol=1e-12)

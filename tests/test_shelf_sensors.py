@@ -173,8 +173,8 @@ def test_nothing_is_seen_beyond_the_limits():
     x = np.array([[30.0, 0, 0, 0], [300.0, 0, 0, 0], [5e3, 0, 0, 0]])
     for sensor in (BearingOnly(0.01), RangeOnly(10.0), DOPPLER, SPACE):
         limited = attrs.evolve(sensor, detection_probability=0.8, min_range=50.0, max_range=4e3)
-        assert limited.detects(x[:, : len(sensor.looks_at)]).tolist() == [0.0, 0.8, 0.0]
-        assert float(attrs.evolve(sensor, detection_probability=0.8).detects(x[:, : len(sensor.looks_at)])) == 0.8
+        assert limited.detects(x[:, : len(sensor.observes)]).tolist() == [0.0, 0.8, 0.0]
+        assert float(attrs.evolve(sensor, detection_probability=0.8).detects(x[:, : len(sensor.observes)])) == 0.8
     overhead = attrs.evolve(SPACE, max_range=4e3)
     assert overhead.detects(np.array([[0.0, 0.0, 3.9e3], [0.0, 0.0, 4.1e3]])).tolist() == [1.0, 0.0]
 
@@ -185,7 +185,7 @@ def test_nothing_is_seen_beyond_the_limits():
 @pytest.mark.parametrize("sensor", [BearingOnly(0.01), RangeOnly(10.0), DOPPLER, SPACE], ids=lambda s: s.kind)
 def test_runs_of_platforms_are_run_by_run(sensor):
     rng = np.random.default_rng(5)
-    n = len(sensor.looks_at)
+    n = len(sensor.observes)
     pose = Pose(rng.normal(size=(3, 2)) * 100, rng.normal(size=(3, 2)), rng.normal(size=3))
     x = rng.normal(size=(3, 4, n)) * 300
     batch = sensor.at(pose)
@@ -207,7 +207,7 @@ def test_only_the_place_relative_to_the_platform_counts():
     T = np.array([[c, -s], [s, c]])
     moved = np.concatenate([x[:, :2] @ T.T + POSE.position, x[:, 2:] @ T.T + POSE.velocity], axis=-1)
     for sensor in (BearingOnly(0.01), RangeOnly(10.0), DOPPLER):
-        n = len(sensor.looks_at)
+        n = len(sensor.observes)
         apart = sensor.measurement.difference(sensor.at(POSE).measure(moved[:, :n]), sensor.measure(x[:, :n]))
         np.testing.assert_allclose(apart, 0, atol=1e-9)
 
@@ -231,10 +231,10 @@ ALL = Biased(RADAR, add={"bearing": "turned"}, offset={"x": "north", "y": "east"
 
 
 def test_biases_are_axes_after_the_sensors_own():
-    assert str(TURNED.looks_at) == "(x [m], y [m], turned [rad], long [m])"
-    assert SHIFTED.looks_at.names == ("x", "y", "north", "east")
-    assert LATE.looks_at.names == ("x", "y", "vx", "vy", "late")
-    assert ALL.looks_at.names == ("x", "y", "vx", "vy", "turned", "north", "east", "late")
+    assert str(TURNED.observes) == "(x [m], y [m], turned [rad], long [m])"
+    assert SHIFTED.observes.names == ("x", "y", "north", "east")
+    assert LATE.observes.names == ("x", "y", "vx", "vy", "late")
+    assert ALL.observes.names == ("x", "y", "vx", "vy", "turned", "north", "east", "late")
 
 
 def test_what_a_biased_sensor_reports():
@@ -263,7 +263,7 @@ def start_is_joint(sensor, bias, size):
     found = sensor.invert(z)
     rng = np.random.default_rng(8)
     draws = rng.normal(size=40_000) * size
-    i, n = sensor.looks_at.names.index(bias), len(sensor.looks_at)
+    i, n = sensor.observes.names.index(bias), len(sensor.observes)
     x = np.zeros((40_000, n))
     x[:, i] = draws
     # The place that the return names, had the bias been so: a step of Newton's from the one without bias.
@@ -332,5 +332,5 @@ def test_an_update_learns_a_bias_with_the_place_known():
     mean = np.array([[800.0, 500.0, 0.0]])
     belief = Gaussian(mean, np.diag([1e-6, 1e-6, 0.05**2])[None])
     z = RangeBearing(10.0, 1e-6).measure(mean[:, :2]) + [0.0, -0.033]
-    told = linearised(belief, sensor.looks_at, sensor, Detections.of(z), 1.0)
+    told = linearised(belief, sensor.observes, sensor, Detections.of(z), 1.0)
     np.testing.assert_allclose(told.detail.shift[0, 0, 2], -0.033, rtol=1e-5)

@@ -84,7 +84,7 @@ class Polar(Sensor):
     heading: float = 0.0
 
     @property
-    def looks_at(self) -> Space:
+    def observes(self) -> Space:
         return Space.of(x="m", y="m")
 
     @property
@@ -799,7 +799,7 @@ def test_a_scene_that_does_not_fit_the_sensors_is_said_to(changes, sensors, said
 def test_a_sensor_that_looks_at_axes_nobody_has_is_refused():
     class Doppler(Polar):
         @property
-        def looks_at(self) -> Space:
+        def observes(self) -> Space:
             return Space.of(x="m", y="m", vz="m/s")
 
     with pytest.raises(ConfigError, match=r"looks.radar: it looks at .*vz.*, but 'ferry' has only"):

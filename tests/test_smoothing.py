@@ -86,7 +86,7 @@ class Looking(Sensor):
     linear = True
 
     @property
-    def looks_at(self):
+    def observes(self):
         return space("x", self.H.shape[1])
 
     @property
@@ -217,30 +217,30 @@ def test_on_linear_problems_it_is_the_joint_gaussians_conditional_and_never_less
     check_exact()
 
 
-REAL = {"retrace": backward.retrace, "future": unmixing.future, "foreseen": unmixing.foreseen}
+REAL = {"smooth_step": backward.smooth_step, "future": unmixing.future, "foreseen": unmixing.foreseen}
 
 
 @pytest.mark.parametrize(
     "mutant",
     [
-        lambda P, ahead, cross, step, later: REAL["retrace"](P, ahead, np.swapaxes(cross, -1, -2), step, later),
-        lambda P, ahead, cross, step, later: REAL["retrace"](P, ahead, cross, 0.99 * step, later),
-        lambda P, ahead, cross, step, later: REAL["retrace"](P, ahead, cross, step, ahead),
-        lambda P, ahead, cross, step, later: (REAL["retrace"](P, ahead, cross, step, later)[0], P),
+        lambda P, ahead, cross, step, later: REAL["smooth_step"](P, ahead, np.swapaxes(cross, -1, -2), step, later),
+        lambda P, ahead, cross, step, later: REAL["smooth_step"](P, ahead, cross, 0.99 * step, later),
+        lambda P, ahead, cross, step, later: REAL["smooth_step"](P, ahead, cross, step, ahead),
+        lambda P, ahead, cross, step, later: (REAL["smooth_step"](P, ahead, cross, step, later)[0], P),
         lambda P, ahead, cross, step, later: (0 * step, P),
     ],
     ids=["transposed", "short step", "nothing learnt of the covariance", "filter's covariance", "filter"],
 )
 def test_the_comparison_finds_a_wrong_step_back(monkeypatch, mutant):
-    monkeypatch.setattr(backward, "retrace", mutant)
+    monkeypatch.setattr(backward, "smooth_step", mutant)
     with pytest.raises(AssertionError):
         check_exact([Kalman])
 
 
 @pytest.mark.parametrize("kind", [ExtendedKalman, UnscentedKalman])
 def test_the_comparison_finds_a_wrong_cross_covariance(monkeypatch, kind):
-    real = kind.cross
-    monkeypatch.setattr(kind, "cross", lambda self, belief, dt: real(self, belief, 0.9 * dt))
+    real = kind.cross_covariance
+    monkeypatch.setattr(kind, "cross_covariance", lambda self, belief, dt: real(self, belief, 0.9 * dt))
     with pytest.raises(AssertionError):
         check_exact([kind])
 
@@ -328,7 +328,7 @@ def turning(rng, runs, count):
     return truth, scans, Gaussian(np.broadcast_to(mean, (runs, 1, 5)), np.broadcast_to(cov, (runs, 1, 5, 5)))
 
 
-RADAR_AXES = TURN.state.locate(RADAR.looks_at)
+RADAR_AXES = TURN.state.locate(RADAR.observes)
 
 
 @pytest.mark.parametrize("estimator", [ExtendedKalman(TURN), UnscentedKalman(TURN), UNLIKE], ids=lambda e: e.kind)
@@ -446,9 +446,9 @@ def smoothed_imm(imm, sensor, prior, dts, zs):
         seen = np.isfinite(zs[:, k, :1])
         # What did not come is a miss of each run alone: weight on column 0.
         moved = imm.predict(state.belief, dt, RNG)
-        innovation = imm.innovate(moved, sensor, Detections(np.nan_to_num(zs[:, k, None]), seen), 1.0)
+        innovation = imm.evaluate(moved, sensor, Detections(np.nan_to_num(zs[:, k, None]), seen), 1.0)
         weights = np.stack([1.0 - seen, 1.0 * seen], axis=-1)
-        state = evolve(state, time=time, belief=imm.absorb(moved, innovation, weights))
+        state = evolve(state, time=time, belief=imm.update(moved, innovation, weights))
         states.append(state)
     before, _ = estimates(tracker, states)
     after = list(smoothed(tracker, states))
@@ -723,11 +723,11 @@ def test_tracks_keep_all_but_their_estimates_and_end_and_begin_where_they_did():
 
 @frozen
 class Heading(MotionModel):
-    """A heading that wanders, and a mark that is carried: it turns by .1 rad/s without noise."""
+    """A heading that wanders, and a mark that is zero_variance: it turns by .1 rad/s without noise."""
 
     kind = "test_heading"
     state = Space.of(heading="rad mod 2pi", mark="rad mod 2pi")
-    carried = Space.of(mark="rad mod 2pi")
+    zero_variance = Space.of(mark="rad mod 2pi")
 
     def move(self, x, dt):
         return self.state.displace(x, np.array([0.0, 0.1 * dt]))
@@ -741,7 +741,7 @@ class Compass(Sensor):
     """The heading."""
 
     kind = "test_compass"
-    looks_at = Space.of(heading="rad mod 2pi")
+    observes = Space.of(heading="rad mod 2pi")
     measurement = Space.of(compass="rad mod 2pi")
 
     def measure(self, x):
@@ -824,11 +824,11 @@ class Silent(Estimator):
     def predict(self, belief, dt, rng, combined=None):
         return self.inner.predict(belief, dt, rng, combined)
 
-    def innovate(self, belief, sensor, seen, p_gate):
-        return self.inner.innovate(belief, sensor, seen, p_gate)
+    def evaluate(self, belief, sensor, seen, p_gate):
+        return self.inner.evaluate(belief, sensor, seen, p_gate)
 
-    def absorb(self, belief, innovation, weights):
-        return self.inner.absorb(belief, innovation, weights)
+    def update(self, belief, innovation, weights):
+        return self.inner.update(belief, innovation, weights)
 
     def moments(self, belief):
         return self.inner.moments(belief)
@@ -840,7 +840,7 @@ class Stating(Silent):
 
     kind = "test_stating"
 
-    def cross(self, belief, dt):
+    def cross_covariance(self, belief, dt):
         return belief.cov @ self.inner.motion.jacobian(belief.mean, dt).T
 
 
@@ -855,7 +855,7 @@ def test_one_method_makes_a_third_partys_filter_smooth():
 class Turning(Linear):
     kind = "test_turning"
 
-    def settle(self, own, combined):
+    def reframe(self, own, combined):
         return own
 
 

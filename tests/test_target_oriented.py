@@ -23,7 +23,7 @@ from vedette_target_oriented.consistent import TargetOriented
 from vedette_target_oriented.frames import cartesian, in_frame
 from vedette_target_oriented.literal import TargetOrientedLiteral
 from vedette_target_oriented.outcome import PHASES, against, claims
-from vedette_target_oriented.study import TargetOrientedStudy, draw, record
+from vedette_target_oriented.reproduction import TargetOrientedReproduction, draw, record
 
 EXAMPLES = Path(__file__).parents[1] / "examples" / "target_oriented"
 FILES = {"Singer": "singer", "CAR": "car", "TOM literal": "tom_literal", "TOM certain": "tom_certain", "TOM": "tom"}
@@ -182,7 +182,7 @@ def test_the_reset(kind, way):
     cov = np.zeros((1, 7, 7))
     cov[0, :4, :4] = root @ root.T
     own = Gaussian(np.array([[11.0, 21, 6, 2, 0.2, 0, 0]]), cov)
-    settled = kind(2.0, 10.0, side_speed=-70.0).settle(own, combined)
+    settled = kind(2.0, 10.0, side_speed=-70.0).reframe(own, combined)
     np.testing.assert_allclose(settled.mean[0], [11, 21, 6, -70, np.arctan2(way[1], way[0]), 10, 20])
     expected = cov.copy()
     if kind is TargetOrientedCertain:
@@ -194,7 +194,7 @@ def test_the_reset(kind, way):
 @pytest.mark.parametrize("kind", RESETTING)
 def test_the_heading_stays_where_there_was_no_motion(kind):
     still = Gaussian(np.array([[10.0, 20, 5, 1, -2.5, 10, 20]]), np.zeros((1, 7, 7)))
-    assert kind(2.0, 10.0).settle(still, still).mean[0, 4] == -2.5
+    assert kind(2.0, 10.0).reframe(still, still).mean[0, 4] == -2.5
 
 
 @pytest.mark.parametrize("kind", [TargetOriented, *RESETTING])
@@ -339,10 +339,10 @@ def test_the_trajectory_is_the_papers():
 
 
 def test_the_same_seed_gives_the_same_study():
-    first, again = (TargetOrientedStudy().run(2, 5, lambda items, about: items) for _ in range(2))
+    first, again = (TargetOrientedReproduction().run(2, 5, lambda items, about: items) for _ in range(2))
     assert first.tables == again.tables
     assert first.claims == again.claims
-    assert TargetOrientedStudy().run(2, 6, lambda items, about: items).tables != first.tables
+    assert TargetOrientedReproduction().run(2, 6, lambda items, about: items).tables != first.tables
 
 
 # Section 4.1.

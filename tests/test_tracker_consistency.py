@@ -69,8 +69,8 @@ class Sure(Kalman):
     kind = "test_sure"
     factors: tuple = (1.0, 1.0, 1.0, 1.0)
 
-    def absorb(self, belief, innovation, weights):
-        after = Kalman.absorb(self, belief, innovation, weights)
+    def update(self, belief, innovation, weights):
+        after = Kalman.update(self, belief, innovation, weights)
         scale = np.sqrt(self.factors)
         return Gaussian(after.mean, after.cov * np.outer(scale, scale))
 

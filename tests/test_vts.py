@@ -10,15 +10,15 @@ import pytest
 import vedette
 from vedette import Detections, Pose, Scan
 from vedette.montecarlo.lockstep import run_together
-from vedette_standard.detectors.debiased_conversion import DebiasedConversion
-from vedette_standard.detectors.modified_unbiased_conversion import ModifiedUnbiasedConversion
-from vedette_standard.detectors.naive_conversion import NaiveConversion
-from vedette_standard.detectors.unbiased_conversion import UnbiasedConversion
+from vedette_standard.preprocessors.debiased_conversion import DebiasedConversion
+from vedette_standard.preprocessors.modified_unbiased_conversion import ModifiedUnbiasedConversion
+from vedette_standard.preprocessors.naive_conversion import NaiveConversion
+from vedette_standard.preprocessors.unbiased_conversion import UnbiasedConversion
 from vedette_standard.sensors.range_bearing import RangeBearing
 from vedette_vts.configs import FILTERS
 from vedette_vts.gating import watch
 from vedette_vts.outcome import GATE, MANOEUVRES, claims, leg
-from vedette_vts.study import VtsStudy, draw, record
+from vedette_vts.reproduction import VtsReproduction, draw, record
 
 EXAMPLES = Path(__file__).parents[1] / "examples" / "vts"
 FILES = {
@@ -37,8 +37,8 @@ COARSE = RangeBearing(1.5, np.deg2rad(1.0))
 
 
 def converted(kind, radar, z, pose=None, noise=None):
-    seen = Detections(np.asarray(z, dtype=float), np.ones(np.shape(z)[:-1], dtype=bool), noise=noise)
-    return kind({"radar": radar}).detect({"radar": Scan(0.0, "radar", seen, pose)})
+    detections = Detections(np.asarray(z, dtype=float), np.ones(np.shape(z)[:-1], dtype=bool), noise=noise)
+    return kind({"radar": radar}).process({"radar": Scan(0.0, "radar", detections, pose)})
 
 
 def polar_draws(radar, r, angle, count, rng):
@@ -241,7 +241,7 @@ def test_the_trajectory_is_table_1():
 
 
 def test_the_same_seed_gives_the_same_study():
-    first, again = (VtsStudy().run(3, 5, lambda items, about: items) for _ in range(2))
+    first, again = (VtsReproduction().run(3, 5, lambda items, about: items) for _ in range(2))
     assert first.tables == again.tables
     assert first.claims == again.claims
-    assert VtsStudy().run(3, 6, lambda items, about: items).tables != first.tables
+    assert VtsReproduction().run(3, 6, lambda items, about: items).tables != first.tables

@@ -23,7 +23,7 @@ class Sonar(Sensor):
     kind: ClassVar[str] = "sonar"
 
     @property
-    def looks_at(self) -> Space:
+    def observes(self) -> Space:
         return Space.of(x="m", depth="m")
 
     @property

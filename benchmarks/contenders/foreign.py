@@ -17,7 +17,7 @@ class ForeignRadar(Sensor):
     """Range and bearing from the origin."""
 
     kind: ClassVar[str] = "foreign_radar"
-    looks_at: ClassVar[Space] = Space.of(x="m", y="m")
+    observes: ClassVar[Space] = Space.of(x="m", y="m")
     measurement: ClassVar[Space] = Space.of(range="m", bearing="rad mod 2pi")
 
     def measure(self, x: Array) -> Array:

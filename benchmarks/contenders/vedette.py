@@ -86,7 +86,7 @@ def step(problem: Problem) -> Job:
 
 
 def estimator(problem: Problem) -> Job:
-    """Predict, innovate, absorb, with beliefs that are values."""
+    """Predict, evaluate, update, with beliefs that are values."""
     tracker, rng = tracker_of(problem), np.random.default_rng(0)
     filtering, sensor = tracker.estimator, tracker.sensors["radar"]
     begin = filtering.start(prior_of(problem), filtering.state, rng)
@@ -96,7 +96,7 @@ def estimator(problem: Problem) -> Job:
         belief = begin
         for seen in scans:
             belief = filtering.predict(belief, 1.0, rng)
-            belief = filtering.absorb(belief, filtering.innovate(belief, sensor, seen, SURE), certain)
+            belief = filtering.update(belief, filtering.evaluate(belief, sensor, seen, SURE), certain)
         return filtering.moments(belief)
 
     return Job(run, lambda found: chosen(problem, found))
@@ -110,11 +110,11 @@ def stage(name: str) -> Any:
         filtering, sensor = tracker.estimator, tracker.sensors["radar"]
         belief = filtering.start(prior_of(problem), filtering.state, rng)
         seen, certain = Detections.of(problem.z[0]), np.array([[0.0, 1.0]])
-        innovation = filtering.innovate(belief, sensor, seen, SURE)
+        innovation = filtering.evaluate(belief, sensor, seen, SURE)
         stages = {
             "predict": lambda: filtering.predict(belief, 1.0, rng),
-            "innovate": lambda: filtering.innovate(belief, sensor, seen, SURE),
-            "absorb": lambda: filtering.absorb(belief, innovation, certain),
+            "evaluate": lambda: filtering.evaluate(belief, sensor, seen, SURE),
+            "update": lambda: filtering.update(belief, innovation, certain),
         }
         return repeated(problem, stages[name])
 
@@ -150,7 +150,7 @@ STEPS = ("kf", "ekf", "ukf", "imm", "pda", "imm_pdaf", "gnn", "foreign")
 ENTRIES: dict[str, dict[str, Any]] = {family: {"step": step} for family in STEPS}
 for family in ("kf", "ekf", "ukf", "imm", "foreign"):
     ENTRIES[family]["estimator"] = estimator
-    ENTRIES[family] |= {name: stage(name) for name in ("predict", "innovate", "absorb")}
+    ENTRIES[family] |= {name: stage(name) for name in ("predict", "evaluate", "update")}
 ENTRIES["foreign"]["own"] = own
 for family, levels in vedette_kernels.LEVELS.items():
     ENTRIES[family] |= levels

@@ -72,7 +72,7 @@ inline PyObject* updated(Call& call, Args args, bool step) {
 inline PyObject* update(Call& call, Args args) { return updated(call, args, false); }
 inline PyObject* filter_step(Call& call, Args args) { return updated(call, args, true); }
 
-inline PyObject* innovate_returns(Call& call, Args args) {
+inline PyObject* evaluate_returns(Call& call, Args args) {
     shapes::InnovateReturns shape;
     if (!read_periods(args[7], shape.periods)) return nullptr;
     const npy_intp *P = call.in(args[0], 2), *z = call.in(args[1], 2, true), *expected = call.in(args[2], 1),
@@ -88,11 +88,11 @@ inline PyObject* innovate_returns(Call& call, Args args) {
     shape.noises = static_cast<int>(noises);
     PyObject *loglik = call.out(1, 1 + k), *distance = call.out(1, k), *volume = call.out(0), *shift = call.out(2, k, n),
              *post = call.out(3, noises, n, n);
-    if (loglik && distance && volume && shift && post) call.run(table->innovate_returns, shape);
+    if (loglik && distance && volume && shift && post) call.run(table->evaluate_returns, shape);
     return pack(loglik, distance, volume, shift, post);
 }
 
-inline PyObject* absorb(Call& call, Args args) {
+inline PyObject* weighted_update(Call& call, Args args) {
     shapes::Absorb shape;
     if (!read_periods(args[5], shape.periods)) return nullptr;
     const npy_intp *x = call.in(args[0], 1), *P = call.in(args[1], 2), *shift = call.in(args[2], 2),
@@ -104,7 +104,7 @@ inline PyObject* absorb(Call& call, Args args) {
         return nullptr;
     shape.n = static_cast<int>(n), shape.k = static_cast<int>(k), shape.shared = post[0] == 1;
     PyObject *to = call.out(1, n), *cov = call.out(2, n, n);
-    if (to != nullptr && cov != nullptr) call.run(table->absorb, shape);
+    if (to != nullptr && cov != nullptr) call.run(table->weighted_update, shape);
     return pack(to, cov);
 }
 
@@ -144,7 +144,7 @@ inline PyObject* sigma_points(Call& call, Args args) {
     return pack(offsets, weights);
 }
 
-inline PyObject* innovate_points(Call& call, Args args) {
+inline PyObject* evaluate_points(Call& call, Args args) {
     const npy_intp *dx = call.in(args[0], 2), *dz = call.in(args[1], 2), *weights = call.in(args[2], 1),
                    *nu = call.in(args[3], 2), *R = call.in(args[4], 3);
     if (!call.ok) return nullptr;
@@ -155,7 +155,7 @@ inline PyObject* innovate_points(Call& call, Args args) {
     PyObject *loglik = call.out(1, k), *distance = call.out(1, k), *volume = call.out(1, noises), *shift = call.out(2, k, n),
              *post = call.out(3, noises, n, n);
     if (loglik && distance && volume && shift && post)
-        call.run(table->innovate_points, {static_cast<int>(n), static_cast<int>(m), static_cast<int>(k), static_cast<int>(s),
+        call.run(table->evaluate_points, {static_cast<int>(n), static_cast<int>(m), static_cast<int>(k), static_cast<int>(s),
                                           static_cast<int>(noises)});
     return pack(loglik, distance, volume, shift, post);
 }

@@ -86,7 +86,7 @@ struct PdaUpdate : shapes::PdaUpdate {
             const T loglik = weigh(sights[j].log_det, nearest, distance + j * k, m);
             Lane<T>::store(out[2], j, loglik);
             const Sight<T>* sight = sights + j;
-            stage<T>([&, j] { absorb<T, C>(*sight, x + j * n, P + j * n * n, H, R, z, expected + j * m, distance + j * k, n, m); });
+            stage<T>([&, j] { weighted_update<T, C>(*sight, x + j * n, P + j * n * n, H, R, z, expected + j * m, distance + j * k, n, m); });
         }
         store(out[0], x, r * n), store_symmetric(out[1], P, n, r);
     }
@@ -110,7 +110,7 @@ struct PdaUpdate : shapes::PdaUpdate {
     // x and P after association, with D the spread of the returns: w_0 P + (1 - w_0) (P - K S K') + K D K', which is
     // P - K ((1 - w_0) S - D) K' where that keeps its digits; else as a sum of squares, the noise being R + D / (1 - w_0).
     template <class T, class C, class N, class M>
-    VEDETTE_INLINE void absorb(const Sight<T>& sight, T* x, T* P, const C* H, const C* R, const T* z, const T* expected,
+    VEDETTE_INLINE void weighted_update(const Sight<T>& sight, T* x, T* P, const C* H, const C* R, const T* z, const T* expected,
                                const T* weights, N n, M m) const {
         T nu[kMostMeasured], mean[kMostMeasured], spread[kMeasured2], turned[kMostMeasured * kMostStates], hit{};
         for (int i = 0; i < m; ++i) mean[i] = T{};

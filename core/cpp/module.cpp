@@ -23,8 +23,8 @@ extern const Table table;
 namespace {
 
 #define VEDETTE_KERNELS(each)                                                                                              \
-    each(predict, 4) each(propagate, 3) each(update, 5) each(filter_step, 7) each(innovate_returns, 8) each(absorb, 6)     \
-    each(whiten, 2) each(sigma_points, 2) each(innovate_points, 5) each(pda_update, 9) each(imm_mix, 4)                    \
+    each(predict, 4) each(propagate, 3) each(update, 5) each(filter_step, 7) each(evaluate_returns, 8) each(weighted_update, 6)     \
+    each(whiten, 2) each(sigma_points, 2) each(evaluate_points, 5) each(pda_update, 9) each(imm_mix, 4)                    \
     each(imm_combine, 4) each(interact, 7) each(together, 6) each(weigh_modes, 2) each(split_weights, 2)                   \
     each(gate_scores, 7) each(sample_density, 5) each(softmax, 1) each(one_hot, 1) each(existence, 6) each(is_plain, 4)    \
     each(normals, 2) each(uniforms, 2)

@@ -124,11 +124,11 @@ struct Table {
     void (*predict)(const Batch&, const shapes::Predict&);
     void (*propagate)(const Batch&, const shapes::Propagate&);
     void (*update)(const Batch&, const shapes::Update&);
-    void (*innovate_returns)(const Batch&, const shapes::InnovateReturns&);
-    void (*absorb)(const Batch&, const shapes::Absorb&);
+    void (*evaluate_returns)(const Batch&, const shapes::InnovateReturns&);
+    void (*weighted_update)(const Batch&, const shapes::Absorb&);
     void (*whiten)(const Batch&, const shapes::Whiten&);
     void (*sigma_points)(const Batch&, const shapes::SigmaPoints&);
-    void (*innovate_points)(const Batch&, const shapes::InnovatePoints&);
+    void (*evaluate_points)(const Batch&, const shapes::InnovatePoints&);
     void (*pda_update)(const Batch&, const shapes::PdaUpdate&);
     void (*imm_mix)(const Batch&, const shapes::ImmMix&);
     void (*imm_combine)(const Batch&, const shapes::ImmCombine&);

@@ -38,16 +38,16 @@ if TYPE_CHECKING:
     from vedette.experiment import Result as Result
     from vedette.metrics import Judge as Judge
     from vedette.montecarlo.study import monte_carlo as monte_carlo
+    from vedette.reproduction import Reproduction as Reproduction
     from vedette.roles import Associator as Associator
     from vedette.roles import Component as Component
-    from vedette.roles import Detector as Detector
     from vedette.roles import Estimator as Estimator
     from vedette.roles import ImagingSensor as ImagingSensor
     from vedette.roles import Lifecycle as Lifecycle
     from vedette.roles import MotionModel as MotionModel
+    from vedette.roles import Preprocessor as Preprocessor
     from vedette.roles import Sensor as Sensor
     from vedette.roles import Source as Source
-    from vedette.roles import Study as Study
     from vedette.space import Array as Array
     from vedette.space import Axis as Axis
     from vedette.space import Mask as Mask
@@ -77,9 +77,10 @@ _HOMES = {
     "config.hooks": ("plugin",),
     "metrics": ("Judge",),
     "config.registry": ("Registry",),
+    "reproduction": ("Reproduction",),
     "roles": (
-        *("Associator", "Component", "Detector", "Estimator", "ImagingSensor", "Lifecycle", "MotionModel"),
-        *("Sensor", "Source", "Study"),
+        *("Associator", "Component", "Estimator", "ImagingSensor", "Lifecycle", "MotionModel", "Preprocessor"),
+        *("Sensor", "Source"),
     ),
     "tracking.smoothing": ("smooth", "smoothed"),
     "space": ("Array", "Axis", "Mask", "Space", "SpaceError"),

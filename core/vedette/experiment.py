@@ -12,9 +12,9 @@ from attrs import Factory, frozen
 from vedette import fields
 from vedette.errors import ConfigError, Problem, ScanRefused
 from vedette.metrics import Judge
-from vedette.roles import Detector, Source
+from vedette.roles import Preprocessor, Source
 from vedette.tracking.history import History
-from vedette.tracking.preprocessing import check_detectors, detect_all, raw_sensors
+from vedette.tracking.preprocessing import check_preprocessors, preprocess, raw_sensors
 from vedette.tracking.tracker import State, Tracker
 from vedette.tracking.validation import without_bad_returns
 from vedette.types import Recording, Scan, Track
@@ -48,7 +48,7 @@ class Experiment:
 
     tracker: Tracker = fields.part("what turns scans into tracks")
     source: Source | None = fields.part("where the scans come from", default=None)
-    detectors: dict[str, Detector] = fields.part(
+    preprocessors: dict[str, Preprocessor] = fields.part(
         "tracker's sensor to what makes its scans of raw ones; default: its scans come as they are", default=Factory(dict)
     )
     judge: Judge = fields.part("how tracks are held against the truth", default=Judge())
@@ -56,7 +56,7 @@ class Experiment:
     seed: int = fields.integer("of everything random", default=0)
 
     def __attrs_post_init__(self) -> None:
-        check_detectors(self.detectors, self.tracker.sensors)
+        check_preprocessors(self.preprocessors, self.tracker.sensors)
         if self.judge.sensor is not None and self.judge.sensor not in self.tracker.sensors:
             known = ", ".join(map(repr, self.tracker.sensors))
             raise ValueError(f"judge.sensor: must be one of {known}, got {self.judge.sensor!r}")
@@ -80,7 +80,7 @@ class Experiment:
             raise ConfigError([Problem("source", "is missing: there are no scans to run on")])
         for_source, for_tracker = np.random.default_rng(self.seed if seeds is None else seeds).spawn(2)
         try:
-            recording = self.source.open(raw_sensors(self.detectors, self.tracker.sensors), for_source)
+            recording = self.source.open(raw_sensors(self.preprocessors, self.tracker.sensors), for_source)
         except ConfigError as error:
             raise error.within("source") from None
         if strict and recording.refused:
@@ -90,7 +90,7 @@ class Experiment:
         except ValueError as error:
             raise ConfigError([Problem("", str(error))]) from None
         refused, taken, seconds, interrupted = [*recording.refused], [], 0.0, False
-        scans = detect_all(progress(recording.scans), self.detectors, refused, strict=strict)
+        scans = preprocess(progress(recording.scans), self.preprocessors, refused, strict=strict)
         history = History(self.tracker)
         state = self.tracker.start(given, -np.inf, for_tracker)
         states: list[State] = []

@@ -5,12 +5,14 @@ Plain values; `vedette.report.reproduction` prints and draws them.
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from attrs import frozen
 
+from vedette.roles import Component
 from vedette.space import Array, Space
 from vedette.types import Gaussian
 
@@ -90,7 +92,7 @@ class Chart:
 
 
 @frozen(eq=False)
-class StudyResult:
+class Findings:
     """All that came of a study. `machine` depends on the machine: run times, to which no law applies."""
 
     title: str
@@ -100,6 +102,23 @@ class StudyResult:
     claims: tuple[Claim, ...]
     charts: tuple[Chart, ...] = ()
     machine: tuple[Table, ...] = ()
+
+
+class Reproduction(Component):
+    """A published study, run anew: its scenario, its filters by their configs, its figures, and what becomes of its claims.
+
+    Laws: the same runs and seed give the same result, to the last bit.
+    """
+
+    title: ClassVar[str]
+    """The paper."""
+
+    default_runs: ClassVar[int]
+    """How many Monte-Carlo runs it takes unless told otherwise."""
+
+    @abstractmethod
+    def run(self, runs: int, seed: int, progress: Progress) -> Findings:
+        """Run all of it; `progress` wraps its loops."""
 
 
 def mean_cell(values: Array, published: float | None = None, scale: float = 1.0) -> Cell:

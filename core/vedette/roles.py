@@ -9,19 +9,14 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
+from typing import Any, ClassVar, Generic, TypeVar
 
 import numpy as np
 
 from vedette.kernels import backward
 from vedette.kernels.derivative import numerical_jacobian
-from vedette.reproduction import Progress, StudyResult
 from vedette.space import NO_AXES, Array, Mask, Space
 from vedette.types import Detections, Frame, Gaussian, Innovation, Pose, Recording, Scan
-
-if TYPE_CHECKING:
-    from vedette.experiment import Result
 
 CONTRACT = 1
 """The version of this page. A plugin module may state `VEDETTE_CONTRACT = 1`; the registry refuses another."""
@@ -52,7 +47,7 @@ class MotionModel(Component):
         """The axes that this model owns."""
 
     @property
-    def carried(self) -> Space:
+    def zero_variance(self) -> Space:
         """The part of `state` that has no variance and is moved by rules: a heading, a last position."""
         return NO_AXES
 
@@ -68,7 +63,7 @@ class MotionModel(Component):
     def noise(self, x: Array, dt: float) -> Array:
         """(*b, n) -> (*b, n, n) or (n, n)"""
 
-    def settle(self, own: Gaussian, combined: Gaussian) -> Gaussian:
+    def reframe(self, own: Gaussian, combined: Gaussian) -> Gaussian:
         """Re-express a belief whose frame turns with its target; called before each predict with dt > 0."""
         return own
 
@@ -77,14 +72,14 @@ class Sensor(Component):
     """How a state is seen, z = h(x) + v, v ~ N(0, R(x)), over the state axes that it looks at.
 
     Laws: noise is positive definite. jacobian is the derivative of measure, residuals unwrapped. 0 <= detects <= 1.
-    `x` (*b, n) holds the axes of `looks_at` in their order, whatever else the estimator carries.
+    `x` (*b, n) holds the axes of `observes` in their order, whatever else the estimator carries.
     """
 
     linear: ClassVar[bool] = False
 
     @property
     @abstractmethod
-    def looks_at(self) -> Space: ...
+    def observes(self) -> Space: ...
 
     @property
     @abstractmethod
@@ -116,7 +111,7 @@ class Sensor(Component):
         return {}
 
     def invert(self, z: Array, noise: Array | None = None) -> Gaussian:
-        """What one return alone says about `looks_at`: (*b, m) -> mean (*b, n), cov (*b, n, n). Starts tracks."""
+        """What one return alone says about `observes`: (*b, m) -> mean (*b, n), cov (*b, n, n). Starts tracks."""
         raise NotImplementedError(f"one return of {self.kind!r} does not give a position, so it cannot start a track")
 
     def at(self, pose: Pose) -> Sensor:
@@ -128,9 +123,9 @@ class ImagingSensor(Sensor):
     """A camera. It gives no returns: of each frame it says what the pixels tell about where the target appears.
 
     `measure` is the apparent position; `noise` that of one frame at best, the inverse of the information in a target that
-    looks as expected. `at` and the state `x` hold the axes of `looks_at`, for each track (*b, t, n).
+    looks as expected. `at` and the state `x` hold the axes of `observes`, for each track (*b, t, n).
     Laws: J is symmetric PSD, and 0 where no pixel tells anything; g is the derivative of llr with respect to the apparent
-    position at `at`. learn changes nothing but axes that are carried.
+    position at `at`. learn changes nothing but axes without variance.
     """
 
     @abstractmethod
@@ -145,7 +140,7 @@ class ImagingSensor(Sensor):
         return x
 
     def learn(self, x: Array, frame: Frame) -> Array:
-        """`x` after the frame (*b, t, n), its carried axes brought up to what the frame shows: amplitude, spread."""
+        """`x` after the frame (*b, t, n), its zero-variance axes brought up to what the frame shows: amplitude, spread."""
         return x
 
     def clutter(self, z: Array) -> Array:
@@ -187,7 +182,7 @@ class Estimator(Component, Generic[B]):
         """The axes of `moments`."""
 
     @property
-    def carried(self) -> Space:
+    def zero_variance(self) -> Space:
         """The part of `state` without variance."""
         return NO_AXES
 
@@ -204,11 +199,11 @@ class Estimator(Component, Generic[B]):
         """The belief `dt` later; dt == 0 returns it as it is. `combined`: the estimate of an enclosing mixture."""
 
     @abstractmethod
-    def innovate(self, belief: B, sensor: Sensor, seen: Detections | Frame, p_gate: float) -> Innovation:
+    def evaluate(self, belief: B, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
         """What a scan says about the predicted belief; a frame is one return. Does not gate; P_D enters here."""
 
     @abstractmethod
-    def absorb(self, belief: B, innovation: Innovation, weights: Array) -> B:
+    def update(self, belief: B, innovation: Innovation, weights: Array) -> B:
         """The posterior under association weights (*b, t, 1+k)."""
 
     @abstractmethod
@@ -219,11 +214,11 @@ class Estimator(Component, Generic[B]):
         """(*b, t, r) for a mixture of modes, else None."""
         return None
 
-    def cross(self, belief: B, dt: float) -> Array:
+    def cross_covariance(self, belief: B, dt: float) -> Array:
         """Covariance (*b, t, n, n) of the state now (rows) and `dt` s later (columns), dt > 0. Smoothing asks for it."""
         raise NotImplementedError(f"{self.kind!r} does not state how the state of one moment goes with that of another")
 
-    def retrace(self, belief: B, later: B, dt: float, rng: np.random.Generator) -> B:
+    def smooth_step(self, belief: B, later: B, dt: float, rng: np.random.Generator) -> B:
         """The belief of a moment by all scans, from `belief`, by the scans until then, and `later`, by all, `dt` s later.
 
         dt == 0 returns `later`. This is the step of Rauch, Tung and Striebel on `moments`, `predict` and `cross`, exact
@@ -233,7 +228,7 @@ class Estimator(Component, Generic[B]):
             return later
         now, ahead, after = self.moments(belief), self.moments(self.predict(belief, dt, rng)), self.moments(later)
         step = self.state.difference(after.mean, ahead.mean)
-        shift, cov = backward.retrace(now.cov, ahead.cov, self.cross(belief, dt), step, after.cov)
+        shift, cov = backward.smooth_step(now.cov, ahead.cov, self.cross_covariance(belief, dt), step, after.cov)
         return self.start(Gaussian(self.state.displace(now.mean, shift), cov), self.state, rng)
 
 
@@ -241,10 +236,10 @@ class Lifecycle(Component):
     """When tracks begin, count as real, and end; judged on existence probabilities and on what was associated.
 
     Memory: whatever it keeps per track, attrs values, tuples and arrays, every array leading with (*b, t).
-    If lasting, every track surely exists, counts as real and goes on, whatever is seen: a tracker then need not ask.
+    If permanent, every track surely exists, counts as real and goes on, whatever is seen: a tracker then need not ask.
     """
 
-    lasting: ClassVar[bool] = False
+    permanent: ClassVar[bool] = False
 
     @abstractmethod
     def newborn(self, count: int) -> tuple[Any, Array]:
@@ -266,15 +261,15 @@ class Lifecycle(Component):
         """Which returns of a scan start tracks, (k,); `claimed` (k,): probability that a track explains it."""
 
     @abstractmethod
-    def prior(self, seen: Gaussian, looks_at: Space, state: Space) -> Gaussian:
-        """The prior (t, n) over `state` of tracks that start at what was seen (t, s) of `looks_at`."""
+    def prior(self, measured: Gaussian, observes: Space, state: Space) -> Gaussian:
+        """The prior (t, n) over `state` of tracks that start at what was seen (t, s) of `observes`."""
 
     def given(self, state: Space, recording: Recording) -> Gaussian | None:
         """Tracks that are there before the first scan, a prior (t, n) over `state`; None: none are."""
         return None
 
 
-class Detector(Component):
+class Preprocessor(Component):
     """What stands between raw returns and the tracker: it makes the scan of one of the tracker's sensors from what its own
     sensors reported at the same moment. A conversion of coordinates, a fusion of several sensors.
 
@@ -292,12 +287,8 @@ class Detector(Component):
         """The space of what it makes: that of the tracker's sensor whose scans these are."""
 
     @abstractmethod
-    def detect(self, scans: Mapping[str, Scan]) -> Detections:
+    def process(self, scans: Mapping[str, Scan]) -> Detections:
         """The scans of one moment, by sensor, those that came -> (*b, k, m)"""
-
-    def illustrate(self, folder: Path, result: Result) -> list[str]:
-        """Write pictures of what it saw in a run into `folder`; returns the names of the files. None by default."""
-        return []
 
 
 class Source(Component):
@@ -309,33 +300,3 @@ class Source(Component):
 
         InputError for what is unreadable as a whole, ConfigError with places in this component; bad parts are refused.
         """
-
-
-class Study(Component):
-    """A published study, run anew: its scenario, its filters by their configs, its figures, and what becomes of its claims.
-
-    Laws: the same runs and seed give the same result, to the last bit.
-    """
-
-    title: ClassVar[str]
-    """The paper."""
-
-    usual_runs: ClassVar[int]
-    """How many Monte-Carlo runs a full study takes."""
-
-    @abstractmethod
-    def run(self, runs: int, seed: int, progress: Progress) -> StudyResult:
-        """The whole study; `progress` wraps its loops."""
-
-
-ROLES: dict[str, type[Component]] = {
-    "motion": MotionModel,
-    "sensor": Sensor,
-    "associator": Associator,
-    "estimator": Estimator,
-    "lifecycle": Lifecycle,
-    "detector": Detector,
-    "source": Source,
-    "study": Study,
-}
-"""Role names as commands and messages use them."""

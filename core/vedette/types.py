@@ -56,7 +56,7 @@ class Frame:
 
     The pixel in column i and row j covers the unit square around x = i, y = j, in px; x points right and y down. `corner`
     (*b, 2) or (2,): x and y of the first pixel where the image is a window of a larger one; else 0, 0. `geometry` is how
-    pixels lie in the world, as plain data for the detector that reads it. A radar picture in colour is (3, h, w): its
+    pixels lie in the world, as plain data for the preprocessor that reads it. A radar picture in colour is (3, h, w): its
     channels lead as runs do.
     """
 
@@ -104,7 +104,7 @@ class Innovation:
     distance    (*b, t, k)    squared Mahalanobis distance, the least over modes (union gate)
     log_volume  (*b, t)       log sqrt|S|, the largest over modes
     nis         (*b, t, k)    squared distance expected over modes given the return: its mean is m on matched truth
-    detail      what the estimator that made it needs to absorb it
+    detail      what the estimator that made it needs to update it
     """
 
     loglik: Array

@@ -7,7 +7,7 @@ from vedette_bayes_risk.associator import BayesRisk
 from vedette_bayes_risk.likelihood import CountLikelihoodDetection
 from vedette_bayes_risk.parallel import ParallelKalmanPrinted
 from vedette_bayes_risk.printed import BayesRiskPrinted
-from vedette_bayes_risk.study import BayesRiskStudy
+from vedette_bayes_risk.reproduction import BayesRiskReproduction
 from vedette_bayes_risk.tail import BayesRiskDetection
 
 VEDETTE_CONTRACT = 1
@@ -18,5 +18,5 @@ def vedette_components() -> Iterable[type[vedette.Component]]:
     """Everything in this package."""
     return [
         *(BayesRiskDetection, BayesRiskPrinted, CountLikelihoodDetection),
-        *(BayesRisk, ParallelKalmanPrinted, BayesRiskStudy),
+        *(BayesRisk, ParallelKalmanPrinted, BayesRiskReproduction),
     ]

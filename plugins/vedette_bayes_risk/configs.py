@@ -61,7 +61,7 @@ def proposed(detection: str, estimator: str, associator: str = "bayes_risk", clu
     config = _config("", {"kind": estimator, "motion": motion}, associator, clutter, _SPEED)
     detector = {"kind": detection, "sensors": config["sensors"], "base": "s1", "threshold": THRESHOLD}
     title = f"Distributed detection over seven sensors: {detection}, {estimator}"
-    return config | {"title": title, "detectors": {"fused": detector}, "sensors": {"fused": sensor(clutter)}}
+    return config | {"title": title, "preprocessors": {"fused": detector}, "sensors": {"fused": sensor(clutter)}}
 
 
 def baseline(q: tuple[float, float], transition: list[list[float]], title: str) -> dict[str, Any]:

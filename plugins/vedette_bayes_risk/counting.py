@@ -67,7 +67,7 @@ class Confirmation:
 
 def _variance(name: str, sensor: Sensor) -> float:
     """The variance per axis of a sensor whose noise is the same everywhere; ValueError if it is not such a sensor."""
-    if len(sensor.measurement) != 2 or sensor.measurement != sensor.looks_at:
+    if len(sensor.measurement) != 2 or sensor.measurement != sensor.observes:
         raise ValueError(f"sensors.{name}: must report positions over two axes, got {sensor.measurement}")
     here, there = (np.broadcast_to(sensor.noise(np.full((1, 2), at)), (1, 2, 2))[0] for at in (0.0, 1e4))
     if not np.allclose(here, here[0, 0] * np.eye(2)) or not np.allclose(here, there):

@@ -8,12 +8,12 @@ from collections.abc import Mapping
 import numpy as np
 from attrs import field, frozen
 
-from vedette import Array, Detections, Detector, Mask, Scan, Sensor, Space, fields
+from vedette import Array, Detections, Mask, Preprocessor, Scan, Sensor, Space, fields
 from vedette_bayes_risk.counting import Confirmation
 
 
 @frozen
-class DistributedDetection(Detector):
+class DistributedDetection(Preprocessor):
     """For each return of the base sensor the nearest of each other sensor, which counts if it is within `threshold`.
 
     With k returns in all, the base's own included: z = R sum_j z_j / v_j, R = I / sum_j 1/v_j over the k. A return that no
@@ -37,7 +37,7 @@ class DistributedDetection(Detector):
 
     @property
     def measurement(self) -> Space:
-        return self.sensors[self.base].looks_at
+        return self.sensors[self.base].observes
 
     @abstractmethod
     def log_weights(self) -> Array:
@@ -46,49 +46,49 @@ class DistributedDetection(Detector):
     def __attrs_post_init__(self) -> None:
         self.log_weights()
 
-    def detect(self, scans: Mapping[str, Scan]) -> Detections:
+    def process(self, scans: Mapping[str, Scan]) -> Detections:
         """Scans (*b, k_j, 2) of the sensors -> confirmed returns (*b, k, 2) with evidence (*b, k) and noise (*b, k, 2, 2)"""
         if self.base not in scans:
             return _none(next(iter(scans.values())).detections)
-        seen = scans[self.base].detections
-        information = np.full(seen.valid.shape, 1.0 / self.confirmation.base)
-        total = seen.z * information[..., None]
-        count = np.ones(seen.valid.shape, dtype=int)
+        detections = scans[self.base].detections
+        information = np.full(detections.valid.shape, 1.0 / self.confirmation.base)
+        total = detections.z * information[..., None]
+        count = np.ones(detections.valid.shape, dtype=int)
         others = [name for name in self.sensors if name != self.base]
         for name, variance in zip(others, self.confirmation.variance, strict=True):
             if name not in scans or scans[name].detections.z.shape[-2] == 0:
                 continue
-            z, near = _nearest(seen.z, scans[name].detections, self.threshold)
+            z, near = _nearest(detections.z, scans[name].detections, self.threshold)
             weight = np.where(near, 1.0 / variance, 0.0)
             total = total + weight[..., None] * z
             information = information + weight
             count += near
-        valid = seen.valid & (count > 1)
+        valid = detections.valid & (count > 1)
         evidence = self.log_weights()[count - 1]
         noise = np.eye(2) / information[..., None, None]
         return _first(Detections(total / information[..., None], valid, evidence, noise))
 
 
-def _nearest(z: Array, seen: Detections, threshold: float) -> tuple[Array, Mask]:
+def _nearest(z: Array, detections: Detections, threshold: float) -> tuple[Array, Mask]:
     """To each of z (*b, k, 2) the nearest valid return (*b, k, 2), and whether it is within `threshold` (*b, k)."""
-    apart = z[..., :, None, :] - seen.z[..., None, :, :]
-    square = np.where(seen.valid[..., None, :], apart[..., 0] ** 2 + apart[..., 1] ** 2, np.inf)
+    apart = z[..., :, None, :] - detections.z[..., None, :, :]
+    square = np.where(detections.valid[..., None, :], apart[..., 0] ** 2 + apart[..., 1] ** 2, np.inf)
     nearest = np.argmin(square, axis=-1)
-    chosen = np.take_along_axis(seen.z, nearest[..., None], axis=-2)
+    chosen = np.take_along_axis(detections.z, nearest[..., None], axis=-2)
     return chosen, np.take_along_axis(square, nearest[..., None], axis=-1)[..., 0] <= threshold**2
 
 
-def _first(seen: Detections) -> Detections:
+def _first(detections: Detections) -> Detections:
     """The same with the valid returns first, in their order, and no more padding than the fullest run needs."""
-    assert seen.evidence is not None
-    assert seen.noise is not None
-    most = int(np.max(np.sum(seen.valid, axis=-1), initial=0))
-    order = np.argsort(~seen.valid, axis=-1, kind="stable")[..., :most]
+    assert detections.evidence is not None
+    assert detections.noise is not None
+    most = int(np.max(np.sum(detections.valid, axis=-1), initial=0))
+    order = np.argsort(~detections.valid, axis=-1, kind="stable")[..., :most]
     return Detections(
-        np.take_along_axis(seen.z, order[..., None], axis=-2),
-        np.take_along_axis(seen.valid, order, axis=-1),
-        np.take_along_axis(seen.evidence, order, axis=-1),
-        np.take_along_axis(seen.noise, order[..., None, None], axis=-3),
+        np.take_along_axis(detections.z, order[..., None], axis=-2),
+        np.take_along_axis(detections.valid, order, axis=-1),
+        np.take_along_axis(detections.evidence, order, axis=-1),
+        np.take_along_axis(detections.noise, order[..., None, None], axis=-3),
     )
 
 

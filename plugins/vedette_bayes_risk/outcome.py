@@ -96,7 +96,7 @@ def _weights(experiments: Mapping[str, Experiment]) -> Table:
     """What a return weighs by the number of sensors that confirm it, relative to all seven."""
     rows = []
     for label, name in (("printed", "proposed, printed"), ("corrected", "proposed")):
-        detector: Any = experiments[name].detectors["fused"]
+        detector: Any = experiments[name].preprocessors["fused"]
         assert isinstance(detector, DistributedDetection)
         log = detector.log_weights()
         rows.append((label, tuple(Cell(float(np.exp(value - log[-1]))) for value in log)))

@@ -29,11 +29,11 @@ class ParallelKalmanPrinted(GaussianFilter):
         """The belief `dt` s later."""
         return belief if dt == 0 else moved(belief, self.motion, dt, combined)
 
-    def innovate(self, belief: Gaussian, sensor: Sensor, seen: Detections | Frame, p_gate: float) -> Innovation:
+    def evaluate(self, belief: Gaussian, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
         """Every return against every track, linearised at its mean."""
-        return linearised(belief, self.state, sensor, seen, p_gate)
+        return linearised(belief, self.state, sensor, observed, p_gate)
 
-    def absorb(self, belief: Gaussian, innovation: Innovation, weights: Array) -> Gaussian:
+    def update(self, belief: Gaussian, innovation: Innovation, weights: Array) -> Gaussian:
         """Weighted mean of the means, weighted mean of the covariances."""
         detail: Hypotheses = innovation.detail
         step = (weights[..., None, 1:] @ detail.shift)[..., 0, :]

@@ -13,12 +13,12 @@ from vedette_flir.motion.carrying import Carrying
 from vedette_flir.motion.image_velocity import ImageVelocity
 from vedette_flir.motion.jittered_acceleration import JitteredAcceleration
 from vedette_flir.motion.jittered_wander import JitteredWander
+from vedette_flir.reproduction import FlirReproduction
 from vedette_flir.sensors.box_centroid import BoxCentroid
 from vedette_flir.sensors.elliptic_spot import EllipticSpot
 from vedette_flir.sensors.gaussian_spot import GaussianSpot
 from vedette_flir.sensors.hot_spots import HotSpots
 from vedette_flir.sources.video import VideoSource
-from vedette_flir.study import FlirStudy
 
 VEDETTE_CONTRACT = 1
 
@@ -30,7 +30,7 @@ def vedette_components() -> Iterable[type[vedette.Component]]:
         *(JitteredAcceleration, JitteredWander, AtmosphericWander, ImageVelocity, Carrying),
         *(GaussianSpot, EllipticSpot, HotSpots, BoxCentroid),
         *(TemplateFilter, CorrelationFilter, ResidualMonitored),
-        *(VideoSource, FlirStudy),
+        *(VideoSource, FlirReproduction),
     ]
 
 

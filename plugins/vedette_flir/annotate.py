@@ -104,4 +104,4 @@ def _appears(track: Track, scan: Scan, experiment: Experiment) -> Array | None:
     if k >= len(track.times) or track.times[k] != scan.time:
         return None
     sensor = experiment.tracker.sensors[scan.sensor]
-    return sensor.measure(track.mean[k, track.space.locate(sensor.looks_at)])[:2]
+    return sensor.measure(track.mean[k, track.space.locate(sensor.observes)])[:2]

@@ -1,15 +1,17 @@
 """Marine radar: from radar pictures to returns, from AIS to a reference, and the study of IMM-PDAF on ships."""
 
 from collections.abc import Iterable
+from pathlib import Path
 
 import vedette
-from vedette_marine.detectors.cfar import Cfar
-from vedette_marine.detectors.radar_picture import RadarPicture
 from vedette_marine.lifecycles.announced import Announced
-from vedette_marine.picture_study import MarinePicturesStudy
+from vedette_marine.picture.looking import illustrate
+from vedette_marine.picture_runs import MarinePicturesReproduction
+from vedette_marine.preprocessors.cfar import Cfar
+from vedette_marine.preprocessors.radar_picture import RadarPicture
+from vedette_marine.reproduction import MarineReproduction
 from vedette_marine.screen import RadarScreen
 from vedette_marine.sources.pictures import RadarPictures
-from vedette_marine.study import MarineStudy
 
 VEDETTE_CONTRACT = 1
 
@@ -17,4 +19,11 @@ VEDETTE_CONTRACT = 1
 @vedette.plugin
 def vedette_components() -> Iterable[type[vedette.Component]]:
     """Everything in this package."""
-    return [RadarScreen, RadarPicture, Cfar, RadarPictures, Announced, MarineStudy, MarinePicturesStudy]
+    return [RadarScreen, RadarPicture, Cfar, RadarPictures, Announced, MarineReproduction, MarinePicturesReproduction]
+
+
+@vedette.plugin
+def vedette_files(folder: Path, experiment: vedette.Experiment, result: vedette.Result) -> Iterable[str]:
+    """Write pictures of what the radar pictures' preprocessors made of a run."""
+    pictured = [part for part in experiment.preprocessors.values() if isinstance(part, RadarPicture)]
+    return [name for part in pictured for name in illustrate(part, folder, result)]

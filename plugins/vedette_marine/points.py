@@ -10,7 +10,7 @@ from attrs import evolve, frozen
 
 from vedette import Array, Detections, Gaussian, Mask, Scan, Space, load
 from vedette.reproduction import Progress, over_axes
-from vedette.tracking.preprocessing import detected
+from vedette.tracking.preprocessing import preprocessed
 from vedette_marine import configs
 from vedette_marine.ais.reports import Reports
 from vedette_marine.ais.tracks import STATE, motion
@@ -49,11 +49,11 @@ def see(
     made = source(scene | {"lost": 0})
     times = source(scene).times(int(rng.integers(2**63)))
     seeds = rng.integers(2**63, size=runs).tolist()
-    experiment = load(_TRACKER | {"source": scene, "detectors": {"radar": detector}})
+    experiment = load(_TRACKER | {"source": scene, "preprocessors": {"radar": detector}})
     found: list[list[Detections]] = [[] for _ in times]
     painters = [made.painter(seed) for seed in seeds]
     for run, k in progress([(run, k) for run in range(runs) for k in range(len(times))], about):
-        (scan,) = detected([painters[run].scan(float(times[k]), "screen")], experiment.detectors)
+        (scan,) = preprocessed([painters[run].scan(float(times[k]), "screen")], experiment.preprocessors)
         found[k].append(scan.detections)
     scans = tuple(Scan(time, "radar", together(each)) for time, each in zip(times.tolist(), found, strict=True))
     return assembled(made, times, [made.ais(seed) for seed in seeds], scans)
@@ -110,14 +110,16 @@ def _interpolated(reports: Reports, origin: tuple[float, float], times: Array) -
 
 def _within(scan: Scan, low: Array, high: Array) -> Scan:
     """The scan's returns within a box, those of each run moved to the front."""
-    seen = scan.detections
-    valid = seen.valid & np.all((seen.z > low) & (seen.z < high), axis=-1)
+    detections = scan.detections
+    valid = detections.valid & np.all((detections.z > low) & (detections.z < high), axis=-1)
     order = np.argsort(~valid, axis=-1, kind="stable")[:, : max(1, int(valid.sum(axis=-1).max()))]
 
     def kept(values: Any) -> Any:
         return None if values is None else values[np.arange(len(order))[:, None], order]
 
-    return evolve(scan, detections=Detections(*(kept(each) for each in (seen.z, valid, seen.evidence, seen.noise))))
+    return evolve(
+        scan, detections=Detections(*(kept(each) for each in (detections.z, valid, detections.evidence, detections.noise)))
+    )
 
 
 def prior(points: Points, target: int, start: float, state: Space) -> Gaussian:

@@ -27,7 +27,7 @@ class RadarScreen(ImagingSensor):
     resolution: float = fields.quantity("m", "standard deviation of a position read off it, per axis", default=10.0, above=0)
 
     @property
-    def looks_at(self) -> Space:
+    def observes(self) -> Space:
         return POSITION
 
     @property

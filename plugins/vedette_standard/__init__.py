@@ -7,10 +7,6 @@ from vedette_standard.associators.global_nearest import GlobalNearest
 from vedette_standard.associators.jpda import Jpda
 from vedette_standard.associators.nearest import Nearest
 from vedette_standard.associators.pda import Pda
-from vedette_standard.detectors.debiased_conversion import DebiasedConversion
-from vedette_standard.detectors.modified_unbiased_conversion import ModifiedUnbiasedConversion
-from vedette_standard.detectors.naive_conversion import NaiveConversion
-from vedette_standard.detectors.unbiased_conversion import UnbiasedConversion
 from vedette_standard.estimators.auxiliary import AuxiliaryParticles
 from vedette_standard.estimators.bootstrap import BootstrapParticles
 from vedette_standard.estimators.cubature import CubatureKalman
@@ -40,6 +36,10 @@ from vedette_standard.motion.product import Product
 from vedette_standard.motion.random_walk import RandomWalk
 from vedette_standard.motion.singer import Singer
 from vedette_standard.motion.wiener_acceleration_piecewise import WienerAccelerationPiecewise
+from vedette_standard.preprocessors.debiased_conversion import DebiasedConversion
+from vedette_standard.preprocessors.modified_unbiased_conversion import ModifiedUnbiasedConversion
+from vedette_standard.preprocessors.naive_conversion import NaiveConversion
+from vedette_standard.preprocessors.unbiased_conversion import UnbiasedConversion
 from vedette_standard.sensors.bearing_only import BearingOnly
 from vedette_standard.sensors.biased import Biased
 from vedette_standard.sensors.cartesian_position import CartesianPosition

@@ -6,7 +6,7 @@ import vedette
 from vedette_target_oriented.certain import TargetOrientedCertain
 from vedette_target_oriented.consistent import TargetOriented
 from vedette_target_oriented.literal import TargetOrientedLiteral
-from vedette_target_oriented.study import TargetOrientedStudy
+from vedette_target_oriented.reproduction import TargetOrientedReproduction
 
 VEDETTE_CONTRACT = 1
 
@@ -14,4 +14,4 @@ VEDETTE_CONTRACT = 1
 @vedette.plugin
 def vedette_components() -> Iterable[type[vedette.Component]]:
     """Everything in this package."""
-    return [TargetOriented, TargetOrientedLiteral, TargetOrientedCertain, TargetOrientedStudy]
+    return [TargetOriented, TargetOrientedLiteral, TargetOrientedCertain, TargetOrientedReproduction]

@@ -16,7 +16,7 @@ STATE = Space(Space.of(x="m", y="m", v_forward="m/s", v_side="m/s").axes + CARRI
 
 @frozen
 class Resetting(MotionModel):
-    """x, y, v_forward, v_side, the last to the right; heading and the last position are carried.
+    """x, y, v_forward, v_side, the last to the right; heading and the last position are zero_variance.
 
     Before each step: heading = atan2 of the way from the last combined position to this one, and v_side is set anew; on no
     way at all the heading stays. F = I + T [0 B; 0 0] with B = [cos sin; sin -cos] of the heading;
@@ -33,7 +33,7 @@ class Resetting(MotionModel):
         return STATE
 
     @property
-    def carried(self) -> Space:
+    def zero_variance(self) -> Space:
         return CARRIED
 
     @abstractmethod
@@ -68,7 +68,7 @@ class Resetting(MotionModel):
         Q[..., 2, 2], Q[..., 3, 3] = variance * dt**2
         return Q
 
-    def settle(self, own: Gaussian, combined: Gaussian) -> Gaussian:
+    def reframe(self, own: Gaussian, combined: Gaussian) -> Gaussian:
         """Heading and last position from the combined estimate, v_side anew, and the covariance as `reset` leaves it."""
         way = combined.mean[..., :2] - combined.mean[..., 5:7]
         moved = np.any(way != 0, axis=-1)

@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 
 import vedette
-from vedette_vts.study import VtsStudy
+from vedette_vts.reproduction import VtsReproduction
 
 VEDETTE_CONTRACT = 1
 
@@ -11,4 +11,4 @@ VEDETTE_CONTRACT = 1
 @vedette.plugin
 def vedette_components() -> Iterable[type[vedette.Component]]:
     """Everything in this package."""
-    return [VtsStudy]
+    return [VtsReproduction]

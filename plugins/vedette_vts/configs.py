@@ -38,7 +38,7 @@ def config(title: str, estimator: dict[str, Any], spread: dict[str, float]) -> d
         "title": title,
         "seed": 1,
         "source": scene(),
-        "detectors": {"radar": {"kind": "naive_conversion", "sensors": {"antenna": {"kind": "range_bearing", **RADAR}}}},
+        "preprocessors": {"radar": {"kind": "naive_conversion", "sensors": {"antenna": {"kind": "range_bearing", **RADAR}}}},
         "sensors": {"radar": {"kind": "polar_position", **RADAR}},
         "estimator": estimator,
         "gate": {"probability": 0.999},

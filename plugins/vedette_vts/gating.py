@@ -35,10 +35,10 @@ def watch(estimator: Estimator[Any], sensor: Sensor, given: Gaussian, begin: flo
     for scan in scans:
         belief = estimator.predict(belief, scan.time - time, rng)
         time = scan.time
-        innovation = estimator.innovate(belief, sensor, scan.detections, 1.0)
+        innovation = estimator.evaluate(belief, sensor, scan.detections, 1.0)
         sure = np.zeros(innovation.loglik.shape)
         sure[..., 1] = 1.0
-        belief = estimator.absorb(belief, innovation, sure)
+        belief = estimator.update(belief, innovation, sure)
         moments, prob = estimator.moments(belief), estimator.mode_prob(belief)
         means.append(moments.mean[:, 0])
         covs.append(moments.cov[:, 0])

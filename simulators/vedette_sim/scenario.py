@@ -179,7 +179,7 @@ class Simulation(Source):
             if len(gaze.times):
                 at = np.searchsorted(times, gaze.times)
                 with _blamed_on(f"looks.{gaze.name}"):
-                    x = states[:, at][..., space.locate(world[gaze.name].looks_at)]
+                    x = states[:, at][..., space.locate(world[gaze.name].observes)]
                     scans += look_together(gaze, x, rngs)
         scans.sort(key=lambda scan: scan.time)
         return Scenes(tuple(scans), space, states[:, np.searchsorted(times, [scan.time for scan in scans])])
@@ -204,10 +204,10 @@ class Simulation(Source):
 
     def _check_axes(self, world: Mapping[str, Sensor], truth: tuple[Trajectory, ...]) -> None:
         problems = [
-            Problem(f"looks.{name}", f"it looks at {world[name].looks_at}, but {each.name!r} has only {each.space}")
+            Problem(f"looks.{name}", f"it looks at {world[name].observes}, but {each.name!r} has only {each.space}")
             for name in self.looks
             for each in truth
-            if any(axis not in each.space.axes for axis in world[name].looks_at.axes)
+            if any(axis not in each.space.axes for axis in world[name].observes.axes)
         ]
         if problems:
             raise ConfigError(problems)
@@ -234,7 +234,7 @@ class Simulation(Source):
         for i, time in enumerate(times.tolist()):
             pose = self._pose(time)
             here = [j for j, each in enumerate(truth) if each.times[0] <= time <= each.times[-1]]
-            x = np.array([_state(truth[j], time, sensor.looks_at) for j in here]).reshape(len(here), len(sensor.looks_at))
+            x = np.array([_state(truth[j], time, sensor.observes) for j in here]).reshape(len(here), len(sensor.observes))
             with _blamed_on(f"looks.{name}"):
                 placed = sensor if pose is None else sensor.at(pose)
                 z, seen = returns(placed, x, uniform[here, i], standard[here, i])

@@ -18,14 +18,13 @@ from vedette.errors import ConfigError, Problem
 from vedette.io.atomic import whole_file
 from vedette.report.files import check_folder
 from vedette.report.reproduction import data, text
-from vedette.reproduction import Progress, StudyResult
-from vedette.roles import Study
+from vedette.reproduction import Findings, Progress, Reproduction
 
 
 def run(arguments: Namespace) -> int:
     """Run the study, print its tables and verdicts, write them and the figures; 0 whatever the verdicts."""
     study = _study(arguments.paper)
-    runs, seed = _whole("--runs", arguments.runs, study.usual_runs, 2), _whole("--seed", arguments.seed, 1, 0)
+    runs, seed = _whole("--runs", arguments.runs, study.default_runs, 2), _whole("--seed", arguments.seed, 1, 0)
     folder = None if arguments.out is None else Path(arguments.out)
     if folder is not None:
         check_folder(folder)
@@ -42,10 +41,10 @@ def run(arguments: Namespace) -> int:
     return 0
 
 
-def _study(name: str) -> Study:
+def _study(name: str) -> Reproduction:
     """The study of a paper, whose name may be written with hyphens; it has no parameters, so its class alone makes it."""
-    made = Registry.installed().get("study", name.replace("-", "_")).cls()
-    assert isinstance(made, Study)
+    made = Registry.installed().get("reproduction", name.replace("-", "_")).cls()
+    assert isinstance(made, Reproduction)
     return made
 
 
@@ -62,7 +61,7 @@ def _whole(option: str, given: str | None, default: int, least: int) -> int:
     return number
 
 
-def _write(folder: Path, result: StudyResult) -> list[str]:
+def _write(folder: Path, result: Findings) -> list[str]:
     """Text, JSON and, where matplotlib is installed, the figures; returns the names of the files."""
     folder.mkdir(parents=True, exist_ok=True)
     for name, content in (("study.txt", text(result)), ("study.json", json.dumps(data(result), indent=2))):

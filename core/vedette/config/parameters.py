@@ -14,7 +14,29 @@ import attrs
 import numpy as np
 from attrs import frozen
 
-from vedette.roles import ROLES, Component
+from vedette.reproduction import Reproduction
+from vedette.roles import (
+    Associator,
+    Component,
+    Estimator,
+    Lifecycle,
+    MotionModel,
+    Preprocessor,
+    Sensor,
+    Source,
+)
+
+ROLES: dict[str, type[Component]] = {
+    "motion": MotionModel,
+    "sensor": Sensor,
+    "associator": Associator,
+    "estimator": Estimator,
+    "lifecycle": Lifecycle,
+    "preprocessor": Preprocessor,
+    "source": Source,
+    "reproduction": Reproduction,
+}
+"""Role names as configs, commands and messages use them."""
 
 
 @frozen

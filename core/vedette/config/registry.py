@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, Self
 
 from attrs import Factory, field, frozen
 
-from vedette.config.parameters import Parameter, parameters, role_of, tables
+from vedette.config.parameters import ROLES, Parameter, parameters, role_of, tables
 from vedette.errors import ConfigError, PluginError, Problem
-from vedette.roles import CONTRACT, ROLES, Component
+from vedette.roles import CONTRACT, Component
 
 if TYPE_CHECKING:
     from importlib.metadata import Distribution, EntryPoint

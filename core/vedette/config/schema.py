@@ -9,10 +9,22 @@ import attrs
 import numpy as np
 
 from vedette.config import INLINE
-from vedette.config.parameters import Leaf, Many, Maybe, Names, Parameter, Part, Shape, Table, parameters, plain, tables
+from vedette.config.parameters import (
+    ROLES,
+    Leaf,
+    Many,
+    Maybe,
+    Names,
+    Parameter,
+    Part,
+    Shape,
+    Table,
+    parameters,
+    plain,
+    tables,
+)
 from vedette.config.registry import Registry
 from vedette.experiment import Experiment
-from vedette.roles import ROLES
 from vedette.tracking.tracker import Tracker
 from vedette.units import spellings
 

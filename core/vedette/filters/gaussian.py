@@ -42,27 +42,27 @@ class GaussianFilter(Estimator[Gaussian]):
         return self.motion.state
 
     @property
-    def carried(self) -> Space:
-        return self.motion.carried
+    def zero_variance(self) -> Space:
+        return self.motion.zero_variance
 
     def start(self, prior: Gaussian, axes: Space, rng: np.random.Generator) -> Gaussian:
-        """The prior's own axes; those that are carried lose their variance."""
-        return own_part(prior, axes, self.state, self.carried)
+        """The prior's own axes; those without variance lose their variance."""
+        return own_part(prior, axes, self.state, self.zero_variance)
 
-    def absorb(self, belief: Gaussian, innovation: Innovation, weights: Array) -> Gaussian:
+    def update(self, belief: Gaussian, innovation: Innovation, weights: Array) -> Gaussian:
         """Moments of the weighted hypotheses, the spread of their means included."""
         detail: Hypotheses = innovation.detail
         memo = self._memo
-        periods, carried = memo.frame or memo.framed(self.motion)
-        mean, cov = kernels.absorb(belief.mean, belief.cov, detail.shift, detail.post, weights, periods)
-        if carried:
-            cov = without_variance(cov, carried)
+        periods, zero_variance = memo.frame or memo.framed(self.motion)
+        mean, cov = kernels.weighted_update(belief.mean, belief.cov, detail.shift, detail.post, weights, periods)
+        if zero_variance:
+            cov = without_variance(cov, zero_variance)
         return new_gaussian(mean, cov)
 
     def moments(self, belief: Gaussian) -> Gaussian:
         return belief
 
-    def cross(self, belief: Gaussian, dt: float) -> Array:
+    def cross_covariance(self, belief: Gaussian, dt: float) -> Array:
         """P F', F the derivative of the motion at the mean; for filters that predict by it."""
         keeps_its_frame(self.motion)
         return belief.cov @ np.swapaxes(self.motion.jacobian(belief.mean, dt), -1, -2)
@@ -70,28 +70,28 @@ class GaussianFilter(Estimator[Gaussian]):
 
 def turns_its_frame(estimator: Estimator[Any]) -> bool:
     """Whether the estimator needs the estimate of an enclosing mixture: all but filters whose motion keeps its frame."""
-    return not isinstance(estimator, GaussianFilter) or type(estimator.motion).settle is not MotionModel.settle
+    return not isinstance(estimator, GaussianFilter) or type(estimator.motion).reframe is not MotionModel.reframe
 
 
 def keeps_its_frame(motion: MotionModel) -> None:
     """NotImplementedError if beliefs over this motion are re-expressed on the way: two moments have no common frame."""
-    if type(motion).settle is not MotionModel.settle:
+    if type(motion).reframe is not MotionModel.reframe:
         raise NotImplementedError(f"motion {motion.kind!r} turns its frame from scan to scan")
 
 
-def own_part(prior: Gaussian, axes: Space, state: Space, carried: Space) -> Gaussian:
-    """What a Gaussian over `axes` says of `state`, where `carried` axes lose their variance."""
-    if axes is state and not carried:
+def own_part(prior: Gaussian, axes: Space, state: Space, zero_variance: Space) -> Gaussian:
+    """What a Gaussian over `axes` says of `state`, where `zero_variance` axes lose their variance."""
+    if axes is state and not zero_variance:
         return prior
     own = axes.locate(state)
     cov = prior.cov[..., own, :][..., own]
-    if len(carried):
-        cov = without_variance(cov, state.locate(carried))
+    if len(zero_variance):
+        cov = without_variance(cov, state.locate(zero_variance))
     return Gaussian(prior.mean[..., own], cov)
 
 
 def without_variance(cov: Array, axes: list[int]) -> Array:
-    """Covariances (*b, n, n) with zeros in the rows and columns of `axes`, as carried axes have."""
+    """Covariances (*b, n, n) with zeros in the rows and columns of `axes`, as zero-variance axes have."""
     keep = np.ones(cov.shape[-1])
     keep[axes] = 0.0
     return cov * (keep[:, None] * keep)
@@ -102,7 +102,7 @@ def moved(belief: Gaussian, motion: MotionModel, dt: float, combined: Gaussian |
 
     `memo`: the filter's own, so that the matrices of a linear motion are taken once per dt.
     """
-    belief = motion.settle(belief, belief if combined is None else combined)
+    belief = motion.reframe(belief, belief if combined is None else combined)
     x = belief.mean
     if motion.linear:
         return new_gaussian(*kernels.predict(x, belief.cov, *(memo or Memo()).step(motion, x, dt)))
@@ -110,35 +110,35 @@ def moved(belief: Gaussian, motion: MotionModel, dt: float, combined: Gaussian |
 
 
 def linearised(
-    belief: Gaussian, state: Space, sensor: Sensor, seen: Detections | Frame, p_gate: float, memo: Memo | None = None
+    belief: Gaussian, state: Space, sensor: Sensor, observed: Detections | Frame, p_gate: float, memo: Memo | None = None
 ) -> Innovation:
     """Every return against every track, by the sensor's derivative at each track's mean.
 
     `memo`: the filter's own, so that the matrices of a linear sensor are taken once.
     """
-    if not isinstance(seen, Detections):
-        return imaged(belief, state, sensor, seen, p_gate)
+    if not isinstance(observed, Detections):
+        return imaged(belief, state, sensor, observed, p_gate)
     memo = memo or Memo()
-    look = memo.last
-    if look is None or look.sensor is not sensor:
-        look = memo.look(state, sensor, belief.mean)
-    x = belief.mean[look.where]
-    H = embedded(sensor.jacobian(x), look.where[-1], len(state)) if look.H is None else look.H
-    R = look.R if seen.noise is None and look.R is not None else noise_of(sensor, seen, x)
-    if seen.missing is not None:
-        nu, there = residuals(sensor, seen, sensor.measure(x)), reported(seen)
+    constants = memo.last
+    if constants is None or constants.sensor is not sensor:
+        constants = memo.constants(state, sensor, belief.mean)
+    x = belief.mean[constants.where]
+    H = embedded(sensor.jacobian(x), constants.where[-1], len(state)) if constants.H is None else constants.H
+    R = constants.R if observed.noise is None and constants.R is not None else noise_of(sensor, observed, x)
+    if observed.missing is not None:
+        nu, there = residuals(sensor, observed, sensor.measure(x)), reported(observed)
         return joined(sensor, x, p_gate, one_by_one(belief.cov, nu, H[..., None, :, :], R, there))
-    p_detect = sensor.detects(x) if look.p_detect is None else look.p_detect
-    loglik, distance, log_volume, shift, post = kernels.innovate_returns(
-        belief.cov, seen.z, sensor.measure(x), H, R, p_detect, p_gate, look.periods
+    p_detect = sensor.detects(x) if constants.p_detect is None else constants.p_detect
+    loglik, distance, log_volume, shift, post = kernels.evaluate_returns(
+        belief.cov, observed.z, sensor.measure(x), H, R, p_detect, p_gate, constants.periods
     )
     return new_innovation(loglik, distance, log_volume, distance, new_hypotheses(shift, post))
 
 
-def reported(seen: Detections) -> Mask:
+def reported(detections: Detections) -> Mask:
     """Which components the returns have (*b, 1, k, m); the axis of 1 is that of the tracks."""
-    assert seen.missing is not None
-    there: Mask = ~seen.missing[..., None, :, :]
+    assert detections.missing is not None
+    there: Mask = ~detections.missing[..., None, :, :]
     return there
 
 
@@ -160,12 +160,12 @@ def missing_share(there: Mask) -> Array:
 def one_by_one(
     P: Array, nu: Array, H: Array, R: Array, there: Mask | None = None
 ) -> tuple[Array, Array, Array, Array, Array]:
-    """`kernels.innovate` with a derivative H (*b, t, 1|k, m, n) of each return, of the components `there` (*b, 1, k, m)."""
+    """`kernels.evaluate` with a derivative H (*b, t, 1|k, m, n) of each return, of the components `there` (*b, 1, k, m)."""
     share: Array | float = 0.0
     if there is not None:
         nu, H, R = np.where(there, nu, 0.0), H * there[..., None], among_present(R, there)
         share = missing_share(there)
-    parts = kernels.innovate(P[..., None, :, :], nu[..., None, :], H, R[..., None, :, :])
+    parts = kernels.evaluate(P[..., None, :, :], nu[..., None, :], H, R[..., None, :, :])
     loglik, distance, log_volume, shift, post = parts
     return loglik[..., 0] + share, distance[..., 0], log_volume[..., 0], shift[..., 0, :], post[..., 0, :, :]
 
@@ -182,7 +182,7 @@ def imaged(
     Passes end when no track's point moves by more than `least` standard deviations of the update.
     """
     assert isinstance(sensor, ImagingSensor)
-    where = state.locate(sensor.looks_at)
+    where = state.locate(sensor.observes)
     x, m = belief.mean[..., where], len(sensor.measurement)
     slope = sensor.jacobian(x)
     H = embedded(slope, where, len(state))
@@ -224,15 +224,15 @@ def _times(matrix: Array, vector: Array) -> Array:
     return product
 
 
-def residuals(sensor: Sensor, seen: Detections, expected: Array) -> Array:
+def residuals(sensor: Sensor, detections: Detections, expected: Array) -> Array:
     """Every return minus every track's expected one: (*b, k, m), (*b, t, m) -> (*b, t, k, m)"""
-    return sensor.measurement.difference(seen.z[..., None, :, :], expected[..., :, None, :])
+    return sensor.measurement.difference(detections.z[..., None, :, :], expected[..., :, None, :])
 
 
-def noise_of(sensor: Sensor, seen: Detections, x: Array) -> Array:
+def noise_of(sensor: Sensor, detections: Detections, x: Array) -> Array:
     """Measurement noise (*b, t|1, 1|k, m, m): the returns' own where they bring it, else the sensor's at `x` (*b, t, n)."""
-    if seen.noise is not None:
-        return seen.noise[..., None, :, :, :]
+    if detections.noise is not None:
+        return detections.noise[..., None, :, :, :]
     R = sensor.noise(x)
     return R[..., None, :, :]
 

@@ -15,7 +15,7 @@ _MOST = 256
 
 
 @frozen(eq=False)
-class Look:
+class SensorConstants:
     """How a state is seen by one sensor; None where that depends on the state.
 
     where: index of the sensor's axes into states (*b, n); H (m, n) over the whole state, R (1, 1, m, m), detection
@@ -30,9 +30,9 @@ class Look:
     periods: Periods
 
     @classmethod
-    def of(cls, state: Space, sensor: Sensor, mean: Array) -> Look:
+    def of(cls, state: Space, sensor: Sensor, mean: Array) -> SensorConstants:
         """Of states like `mean` (*b, t, n)."""
-        axes = _as_slice(state.locate(sensor.looks_at))
+        axes = _as_slice(state.locate(sensor.observes))
         where = (..., axes)
         x = mean[where]
         slope, R, p = sensor.jacobian(x) if sensor.linear else None, sensor.noise(x), np.asarray(sensor.detects(x))
@@ -47,16 +47,16 @@ class Memo:
     """One filter's memory of the matrices of its motion and its sensors. It saves time and changes no result.
 
     steps: time step in s to F and Q, where those are known; last: the look that was asked for last; frame: the state's
-    periods, and its carried axes.
+    periods, and its zero-variance axes.
     """
 
-    __slots__ = ("_looks", "frame", "last", "steps")
+    __slots__ = ("_constants", "frame", "last", "steps")
 
     def __init__(self) -> None:
         self.steps: dict[float, tuple[Array, Array]] = {}
-        self.last: Look | None = None
+        self.last: SensorConstants | None = None
         self.frame: tuple[Periods, list[int]] | None = None
-        self._looks: dict[int, Look] = {}
+        self._constants: dict[int, SensorConstants] = {}
 
     def step(self, motion: MotionModel, x: Array, dt: float) -> tuple[Array, Array]:
         """F and Q of a linear motion over `dt` s."""
@@ -69,15 +69,15 @@ class Memo:
 
     def framed(self, motion: MotionModel) -> tuple[Periods, list[int]]:
         """`frame` of the filter's motion."""
-        self.frame = motion.state.periods, motion.state.locate(motion.carried)
+        self.frame = motion.state.periods, motion.state.locate(motion.zero_variance)
         return self.frame
 
-    def look(self, state: Space, sensor: Sensor, mean: Array) -> Look:
+    def constants(self, state: Space, sensor: Sensor, mean: Array) -> SensorConstants:
         """How `sensor` sees states like `mean` (*b, t, n)."""
-        found = self._looks.get(id(sensor))
+        found = self._constants.get(id(sensor))
         if found is None or found.sensor is not sensor:
-            found = Look.of(state, sensor, mean)
-            keep(self._looks, id(sensor), found)
+            found = SensorConstants.of(state, sensor, mean)
+            keep(self._constants, id(sensor), found)
         self.last = found
         return found
 

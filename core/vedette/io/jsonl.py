@@ -196,13 +196,13 @@ def _scan(given: Any, sensors: Mapping[str, Space]) -> tuple[Scan | None, list[s
             problems.append(str(error))
     if k and not good:
         return None, problems
-    seen = Detections(
+    detections = Detections(
         np.array([z for z, _, _ in good]).reshape(-1, m),
         np.ones(len(good), dtype=bool),
         np.array([evidence for _, _, evidence in good]) if "evidence" in columns else None,
         np.array([noise for _, noise, _ in good]).reshape(-1, m, m) if "noise" in columns else None,
     )
-    return Scan(time, name, seen, pose), problems
+    return Scan(time, name, detections, pose), problems
 
 
 def _matrix(value: Any, what: str, m: int) -> list[list[float]]:

@@ -64,6 +64,6 @@ def _over(measured: Space, scan: Scan, written: Space) -> Scan:
     if written == measured:
         return scan
     where = written.locate(measured)
-    seen = scan.detections
-    noise = None if seen.noise is None else seen.noise[:, where][:, :, where]
-    return evolve(scan, detections=evolve(seen, z=seen.z[:, where], noise=noise))
+    detections = scan.detections
+    noise = None if detections.noise is None else detections.noise[:, where][:, :, where]
+    return evolve(scan, detections=evolve(detections, z=detections.z[:, where], noise=noise))

@@ -5,11 +5,11 @@ every scan goes through have a compiled twin, which takes the calls where it was
 """
 
 from vedette.kernels import association, modes, reference, streams
-from vedette.kernels.backward import retrace, unroot
+from vedette.kernels.backward import smooth_step, unroot
 from vedette.kernels.derivative import numerical_jacobian
 from vedette.kernels.modes import stacked
 from vedette.kernels.reference import (
-    innovate,
+    evaluate,
     log_sum,
     mixture,
     moments,
@@ -22,10 +22,10 @@ from vedette.kernels.selection import Selection
 _fastest = Selection.now()
 RUNNING = _fastest.why
 
-absorb = _fastest(reference.absorb)
+weighted_update = _fastest(reference.weighted_update)
 filter_step = _fastest(reference.filter_step)
-innovate_points = _fastest(reference.innovate_points)
-innovate_returns = _fastest(reference.innovate_returns)
+evaluate_points = _fastest(reference.evaluate_points)
+evaluate_returns = _fastest(reference.evaluate_returns)
 pda_update = _fastest(reference.pda_update)
 predict = _fastest(reference.predict)
 propagate = _fastest(reference.propagate)
@@ -52,15 +52,14 @@ uniforms = _fastest(streams.uniforms)
 
 __all__ = [
     "RUNNING",
-    "absorb",
+    "evaluate",
+    "evaluate_points",
+    "evaluate_returns",
     "existence",
     "filter_step",
     "gate_scores",
     "imm_combine",
     "imm_mix",
-    "innovate",
-    "innovate_points",
-    "innovate_returns",
     "interact",
     "is_plain",
     "log_sum",
@@ -72,11 +71,11 @@ __all__ = [
     "pda_update",
     "predict",
     "propagate",
-    "retrace",
     "root",
     "safe_log",
     "sample_density",
     "sigma_points",
+    "smooth_step",
     "softmax",
     "split_weights",
     "stacked",
@@ -86,5 +85,6 @@ __all__ = [
     "unroot",
     "update",
     "weigh_modes",
+    "weighted_update",
     "whiten",
 ]

@@ -16,7 +16,7 @@ def unroot(lower: Array, rows: Array) -> Array:
     return np.swapaxes(np.linalg.solve(np.swapaxes(whole, -1, -2), np.swapaxes(rows, -1, -2)), -1, -2)
 
 
-def retrace(P: Array, ahead: Array, cross: Array, step: Array, later: Array) -> tuple[Array, Array]:
+def smooth_step(P: Array, ahead: Array, cross: Array, step: Array, later: Array) -> tuple[Array, Array]:
     """What x, known as N(., P), gains from a y that was expected as N(., ahead) and is known as N(. + step, later).
 
     P (*b, n, n), ahead and later (*b, q, q), cross (*b, n, q) the covariance of x and y, step (*b, q) -> the shift of

@@ -77,7 +77,7 @@ def _score(nu: Array, S: Array) -> tuple[Array, Array, Array, Array]:
     return inverse, loglik, distance, 0.5 * log_det
 
 
-def innovate(P: Array, nu: Array, H: Array, R: Array) -> tuple[Array, Array, Array, Array, Array]:
+def evaluate(P: Array, nu: Array, H: Array, R: Array) -> tuple[Array, Array, Array, Array, Array]:
     """What returns say about predicted tracks, z = H x + v.
 
     P (*b, t, n, n), nu (*b, t, k, m), H (*b, t, m, n) or (m, n), R (*b, t, 1|k, m, m) ->
@@ -94,16 +94,16 @@ def innovate(P: Array, nu: Array, H: Array, R: Array) -> tuple[Array, Array, Arr
     return loglik, distance, log_volume, shift, symmetric(post)
 
 
-def innovate_returns(
+def evaluate_returns(
     P: Array, z: Array, expected: Array, H: Array, R: Array, p_detect: Array | float, p_gate: float, periods: Periods
 ) -> tuple[Array, Array, Array, Array, Array]:
-    """`innovate` for the returns of a scan z (*b, k, m) against tracks that expect (*b, t, m), P_D (*b, t) and P_G included.
+    """`evaluate` for the returns of a scan z (*b, k, m) against tracks that expect (*b, t, m), P_D (*b, t) and P_G included.
 
     periods: index and period of measured axes that wrap. Gives log (1 - P_D P_G) and log P_D + log N(..) in (*b, t, 1+k),
-    squared distance (*b, t, k), the largest log sqrt|S| (*b, t), and the shifts and posterior covariances of `innovate`.
+    squared distance (*b, t, k), the largest log sqrt|S| (*b, t), and the shifts and posterior covariances of `evaluate`.
     """
     nu = wrapped(z[..., None, :, :] - expected[..., :, None, :], periods)
-    loglik, distance, log_volume, shift, post = innovate(P, nu, H, R)
+    loglik, distance, log_volume, shift, post = evaluate(P, nu, H, R)
     p_detect = np.asarray(p_detect)
     columns = np.empty((*loglik.shape[:-1], 1 + loglik.shape[-1]))
     columns[..., 0] = safe_log(1.0 - p_detect * p_gate)
@@ -118,7 +118,7 @@ def update(x: Array, P: Array, z: Array, H: Array, R: Array) -> tuple[Array, Arr
     H (m, n) or (*b, m, n), R (m, m) or (*b, m, m); angles as they are.
     """
     nu = z - (H @ x[..., None])[..., 0]
-    loglik, _, _, shift, post = innovate(P, nu[..., None, :], H, R[..., None, :, :])
+    loglik, _, _, shift, post = evaluate(P, nu[..., None, :], H, R[..., None, :, :])
     return x + shift[..., 0, :], post[..., 0, :, :], loglik[..., 0]
 
 
@@ -177,8 +177,8 @@ def sigma_points(P: Array, kappa: float) -> tuple[Array, Array]:
     return offsets, weights
 
 
-def innovate_points(dx: Array, dz: Array, weights: Array, nu: Array, R: Array) -> tuple[Array, Array, Array, Array, Array]:
-    """`innovate` where points stand for the model: dx (*b, t, s, n) and dz (*b, t, s, m) differences from their means.
+def evaluate_points(dx: Array, dz: Array, weights: Array, nu: Array, R: Array) -> tuple[Array, Array, Array, Array, Array]:
+    """`evaluate` where points stand for the model: dx (*b, t, s, n) and dz (*b, t, s, m) differences from their means.
 
     The posterior covariance is the points' own after the gain, sum w (dx - K dz)(dx - K dz)' + K R K': PSD as they are.
     """
@@ -209,7 +209,7 @@ def mixture(P: Array, shift: Array, post: Array, weights: Array) -> tuple[Array,
     return mean, symmetric(miss[..., None] * P + within + spread)
 
 
-def absorb(x: Array, P: Array, shift: Array, post: Array, weights: Array, periods: Periods) -> tuple[Array, Array]:
+def weighted_update(x: Array, P: Array, shift: Array, post: Array, weights: Array, periods: Periods) -> tuple[Array, Array]:
     """`mixture`, and the mean x (*b, t, n) moved by its shift; periods: index and period of state axes that wrap."""
     step, cov = mixture(P, shift, post, weights)
     return wrapped(x + step, periods), cov
@@ -265,7 +265,7 @@ def pda_update(
     """
     H = H[..., None, :, :]
     nu = z[..., None, :, :] - (H @ xs[..., None])[..., None, :, 0]
-    loglik, distance, _, shift, post = innovate(Ps, nu, H, R[..., None, None, :, :])
+    loglik, distance, _, shift, post = evaluate(Ps, nu, H, R[..., None, None, :, :])
     scores = np.empty((*loglik.shape[:-1], 1 + loglik.shape[-1]))
     scores[..., 0] = safe_log(np.asarray(1.0 - p_detect * p_gate))
     inside = np.min(distance, axis=-2, keepdims=True) <= limit

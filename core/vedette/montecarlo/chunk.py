@@ -76,8 +76,8 @@ def _opened(experiment: Experiment, seeds: Seeds) -> tuple[Gaussian, Scenes]:
     """Priors and scenes. NotInLockStep where a run may have several tracks or a source that cannot draw them so."""
     tracker, source = experiment.tracker, experiment.source
     starts = any(tracker.lifecycle.starts(name, np.zeros(1)).any() for name in tracker.sensors)
-    if starts or experiment.detectors or not isinstance(source, DrawsTogether):
-        raise NotInLockStep("several tracks, detectors, or a source that draws run by run")
+    if starts or experiment.preprocessors or not isinstance(source, DrawsTogether):
+        raise NotInLockStep("several tracks, preprocessors, or a source that draws run by run")
     try:
         scenes = source.open_together(tracker.sensors, seeds.generators())
     except ConfigError as error:

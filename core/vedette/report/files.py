@@ -78,5 +78,4 @@ def write_pictures(folder: Path, experiment: Experiment, result: Result) -> list
         drawings["strip.png"] = strip
     for name, drawing in drawings.items():
         canvas.save(drawing(experiment, result), folder / name)
-    seen = [name for detector in experiment.detectors.values() for name in detector.illustrate(folder, result)]
-    return [*drawings, *seen]
+    return list(drawings)

@@ -63,7 +63,7 @@ def returns(scans: Sequence[Scan], sensors: Mapping[str, Sensor], plane: Plane) 
     for name, sensor in sensors.items():
         own = [scan for scan in scans if scan.sensor == name]
         try:
-            spots = [_spots(scan, sensor, plane) for scan in own] if plane.within(sensor.looks_at) else None
+            spots = [_spots(scan, sensor, plane) for scan in own] if plane.within(sensor.observes) else None
         except NotImplementedError:
             spots = None
         found[name] = None if spots is None else np.concatenate([np.zeros((0, 2)), *spots])
@@ -74,7 +74,7 @@ def _spots(scan: Scan, sensor: Sensor, plane: Plane) -> Array:
     placed = sensor if scan.pose is None else sensor.at(scan.pose)
     seen, valid = scan.detections, scan.detections.valid
     spot = placed.invert(seen.z[valid], None if seen.noise is None else seen.noise[valid])
-    return plane.points(sensor.looks_at, spot.mean)
+    return plane.points(sensor.observes, spot.mean)
 
 
 def stands(scans: Sequence[Scan], sensors: Mapping[str, Sensor], plane: Plane) -> list[Array]:

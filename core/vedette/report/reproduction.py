@@ -10,7 +10,7 @@ import attrs
 import numpy as np
 
 from vedette.report import canvas
-from vedette.reproduction import Cell, Chart, Panel, StudyResult, Table
+from vedette.reproduction import Cell, Chart, Findings, Panel, Table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -25,7 +25,7 @@ _LOOKS: dict[str, dict[str, Any]] = {
 }
 
 
-def text(result: StudyResult) -> str:
+def text(result: Findings) -> str:
     """Tables and verdicts, published figures beside measured ones."""
     lines = [result.title, f"{result.runs:,} runs, seed {result.seed}; +- is one Monte-Carlo standard error"]
     for table in (*result.tables, *result.machine):
@@ -58,7 +58,7 @@ def _measured(cell: Cell) -> str:
     return f"{cell.measured:.{places}f} +- {cell.error:.{places}f}"
 
 
-def data(result: StudyResult) -> dict[str, Any]:
+def data(result: Findings) -> dict[str, Any]:
     """All but the figures as plain data."""
     return {
         "title": result.title,

@@ -32,7 +32,7 @@ class Bounds:
 
 
 def returns(sensor: Sensor, x: Array, uniform: Array, standard: Array) -> tuple[Array, Mask]:
-    """What `sensor` measures of objects x (*b, t, n) over `looks_at`, and which of them it detects: z (*b, t, m), (*b, t).
+    """What `sensor` measures of objects x (*b, t, n) over `observes`, and which of them it detects: z (*b, t, m), (*b, t).
 
     z = h(x) + L w, wrapped, with L L' = R(x) and standard normal w (*b, t, m); an object is detected if its uniform number
     (*b, t) in [0, 1) is below P_D(x).
@@ -123,12 +123,12 @@ def draw_detections(
     region: Mapping[str, Bounds] | None = None,
     alive: Mask | None = None,
 ) -> Detections:
-    """One scan of objects x (*b, t, n) over the sensor's `looks_at`, in random order: z (*b, k, m), valid (*b, k).
+    """One scan of objects x (*b, t, n) over the sensor's `observes`, in random order: z (*b, k, m), valid (*b, k).
 
     With `region`, clutter lies in it (see `draw_clutter`); without, there is none. `alive` (*b, t) masks objects out.
     """
-    if x.shape[-1] != len(sensor.looks_at):
-        raise ValueError(f"x: must have the {len(sensor.looks_at)} axes {sensor.looks_at}, got shape {x.shape}")
+    if x.shape[-1] != len(sensor.observes):
+        raise ValueError(f"x: must have the {len(sensor.observes)} axes {sensor.observes}, got shape {x.shape}")
     shape = x.shape[:-1]
     z, valid = returns(sensor, x, rng.random(shape), rng.standard_normal((*shape, len(sensor.measurement))))
     if alive is not None:

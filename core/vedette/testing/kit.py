@@ -15,12 +15,12 @@ from attrs import frozen
 from hypothesis import strategies as st
 from hypothesis.errors import HypothesisException, Unsatisfiable
 
-from vedette.config.parameters import role_of
+from vedette.config.parameters import ROLES, role_of
 from vedette.config.registry import did_you_mean
-from vedette.roles import ROLES, Component
+from vedette.roles import Component
 from vedette.testing.judging import Closed, Misuse
 from vedette.testing.law import Law, Profile
-from vedette.testing.laws import associator, detector, estimator, lifecycle, motion, scene, sensor, source
+from vedette.testing.laws import associator, estimator, lifecycle, motion, preprocessor, scene, sensor, source
 from vedette.testing.strategies import components
 
 Drawer = Callable[[Any, Profile], st.SearchStrategy[Any]]
@@ -31,7 +31,7 @@ _ROLES: dict[str, tuple[tuple[Law, ...], Drawer]] = {
     "associator": (associator.LAWS, associator.drawn),
     "estimator": (estimator.LAWS, scene.drawn),
     "lifecycle": (lifecycle.LAWS, lifecycle.drawn),
-    "detector": (detector.LAWS, detector.drawn),
+    "preprocessor": (preprocessor.LAWS, preprocessor.drawn),
     "source": (source.LAWS, source.drawn),
 }
 

@@ -62,7 +62,7 @@ def prior_of(tracker: Tracker, given: Mapping[str, tuple[float, float]] | None) 
     for name in given:
         if name not in names:
             raise Misuse(f"prior.{name}: the tracker has no such axis; its axes are {', '.join(names)}")
-    if missing := [name for name in names if name not in given and name not in tracker.estimator.carried]:
+    if missing := [name for name in names if name not in given and name not in tracker.estimator.zero_variance]:
         raise Misuse(f"prior: must give [mean, standard deviation] of {', '.join(missing)} too")
     mean, deviation = np.array([given.get(name, (0.0, 0.0)) for name in names], dtype=float).T
     return Gaussian(mean, np.diag(deviation**2))
@@ -76,7 +76,7 @@ def why_not_exact(tracker: Tracker, prior: Gaussian) -> str:
     if not motion.linear:
         return f"the motion {motion.kind!r} is not linear"
     for name, sensor in tracker.sensors.items():
-        x = prior.mean[tracker.state.locate(sensor.looks_at)]
+        x = prior.mean[tracker.state.locate(sensor.observes)]
         other = x + 100.0 * (1 + np.arange(len(x)))
         z = sensor.measure(x)
         if not sensor.linear:
@@ -140,12 +140,12 @@ def play(
 
 
 def _looked_at(tracker: Tracker, sensor: Sensor, x: Array) -> Array:
-    return x[..., tracker.state.locate(sensor.looks_at)]
+    return x[..., tracker.state.locate(sensor.observes)]
 
 
 def innovation(tracker: Tracker, sensor: Sensor, predicted: Gaussian, z: Array) -> tuple[Array, Array]:
     """A return z (*b, m) minus what was predicted of it, and the covariance of that (*b, m, m), linearised at the mean."""
-    where = tracker.state.locate(sensor.looks_at)
+    where = tracker.state.locate(sensor.observes)
     x, P = predicted.mean[..., where], predicted.cov[..., where, :][..., where]
     H = sensor.jacobian(x)
     S = H @ P @ np.swapaxes(H, -1, -2) + sensor.noise(x)

@@ -40,9 +40,9 @@ CATALOGUE = {
     "estimator": ("kalman", "ekf"),
     "associator": ("pda", "gnn"),
     "lifecycle": ("single_target",),
-    "detector": (),
+    "preprocessor": (),
     "source": ("simulation",),
-    "study": (),
+    "reproduction": (),
 }
 """What stands in where a component holds others and no strategy was given for them."""
 

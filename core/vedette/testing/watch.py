@@ -15,7 +15,7 @@ from vedette.space import Array, Space
 @final
 @frozen(eq=False)
 class Watch(Sensor):
-    """z = H x + v over the axes `looks_at`; v ~ N(0, R) with constant R, P_D and clutter density.
+    """z = H x + v over the axes `observes`; v ~ N(0, R) with constant R, P_D and clutter density.
 
     H is the identity unless `mix` says otherwise; then what is measured has axes z0, z1 ... without a period.
     """
@@ -23,7 +23,7 @@ class Watch(Sensor):
     kind: ClassVar[str] = "kit_watch"
     linear: ClassVar[bool] = True
 
-    looks_at: Space = fields.part("state axes")
+    observes: Space = fields.part("state axes")
     R: Array = fields.array("1", "measurement noise", ndim=2)
     probability: float = fields.probability("of detection", default=1.0)
     density: float = fields.quantity("1", "clutter density", default=0.0, at_least=0)
@@ -31,12 +31,12 @@ class Watch(Sensor):
 
     @property
     def measurement(self) -> Space:
-        return self.looks_at if self.mix is None else Space.of(**{f"z{i}": "1" for i in range(len(self.mix))})
+        return self.observes if self.mix is None else Space.of(**{f"z{i}": "1" for i in range(len(self.mix))})
 
     @property
     def H(self) -> Array:
         """(m, n)"""
-        return np.eye(len(self.looks_at)) if self.mix is None else self.mix
+        return np.eye(len(self.observes)) if self.mix is None else self.mix
 
     def measure(self, x: Array) -> Array:
         return x if self.mix is None else x @ self.mix.T

@@ -14,7 +14,7 @@ from vedette.types import Detections, Innovation
 
 
 @frozen(eq=False)
-class Reach:
+class SensorGate:
     """What a gate makes of one sensor: the threshold on the squared distance, log of the volume inside it where |S| = 1,
     and log of the clutter density where that is the same everywhere (), else None. `axes`: how many a return has, 0 for a
     camera.
@@ -46,41 +46,45 @@ class Gate:
 
         return 2.0 * float(gammaincinv(axes / 2, self.probability))
 
-    def reach(self, sensor: Sensor) -> Reach:
+    def for_sensor(self, sensor: Sensor) -> SensorGate:
         """What the gate makes of one sensor, the same for every scan."""
         axes = len(sensor.measurement)
         shape = 0 if isinstance(sensor, ImagingSensor) else axes
         threshold = self.threshold(axes)
         log_ball = 0.5 * axes * math.log(math.pi * threshold) - math.lgamma(axes / 2 + 1)
         if self.clutter != "sensor":
-            return Reach(sensor, shape, threshold, log_ball, None)
+            return SensorGate(sensor, shape, threshold, log_ball, None)
         # A density without the batch's axes is one that does not depend on the return: the contract says so.
         density = np.asarray(sensor.clutter(np.zeros((0, axes))))
-        return Reach(sensor, shape, threshold, log_ball, kernels.safe_log(density) if density.ndim == 0 else None)
+        return SensorGate(sensor, shape, threshold, log_ball, kernels.safe_log(density) if density.ndim == 0 else None)
 
-    def scores(self, innovation: Innovation, sensor: Sensor, seen: Detections, existence: Array, reach: Reach) -> Array:
+    def scores(
+        self, innovation: Innovation, sensor: Sensor, detections: Detections, existence: Array, sensor_gate: SensorGate
+    ) -> Array:
         """Log scores (*b, t, 1+k) of a miss (column 0) and of every return, relative to clutter; -inf outside the gate.
 
         Existence e (*b, t) enters as log e + score, and log(1 - e + e exp(miss)): e = 1 changes nothing. `sensor` is that of
-        `reach`, or it elsewhere.
+        `sensor_gate`, or it elsewhere.
         """
         distance = innovation.distance
-        limit: float | Array = reach.threshold if seen.missing is None else self._limits(seen.missing)
+        limit: float | Array = sensor_gate.threshold if detections.missing is None else self._limits(detections.missing)
         if self.clutter == "nonparametric":
-            log_density = kernels.sample_density(distance, seen.valid, limit, innovation.log_volume, reach.log_ball)
-        elif seen.missing is None and sensor is reach.sensor and reach.log_density is not None:
-            log_density = reach.log_density
+            log_density = kernels.sample_density(
+                distance, detections.valid, limit, innovation.log_volume, sensor_gate.log_ball
+            )
+        elif detections.missing is None and sensor is sensor_gate.sensor and sensor_gate.log_density is not None:
+            log_density = sensor_gate.log_density
         else:
-            log_density = self._stated_density(sensor, seen)
-        evidence = None if seen.evidence is None else seen.evidence[..., None, :]
-        return kernels.gate_scores(innovation.loglik, distance, seen.valid, existence, limit, log_density, evidence)
+            log_density = self._stated_density(sensor, detections)
+        evidence = None if detections.evidence is None else detections.evidence[..., None, :]
+        return kernels.gate_scores(innovation.loglik, distance, detections.valid, existence, limit, log_density, evidence)
 
-    def _stated_density(self, sensor: Sensor, seen: Detections) -> Array:
+    def _stated_density(self, sensor: Sensor, detections: Detections) -> Array:
         """Log of the sensor's clutter density at each return (*b, 1, k), over the components that there are."""
-        log_density = kernels.safe_log(np.broadcast_to(sensor.clutter(seen.z), seen.valid.shape))
-        if seen.missing is not None:
+        log_density = kernels.safe_log(np.broadcast_to(sensor.clutter(detections.z), detections.valid.shape))
+        if detections.missing is not None:
             lengths = [sensor.optional.get(name, 1.0) for name in sensor.measurement.names]
-            log_density = log_density + seen.missing @ np.log(lengths)
+            log_density = log_density + detections.missing @ np.log(lengths)
         return log_density[..., None, :]
 
     def _limits(self, missing: Mask) -> Array:

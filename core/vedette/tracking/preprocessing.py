@@ -1,4 +1,4 @@
-"""From raw scans to those that a tracker takes, by the detectors of an experiment."""
+"""From raw scans to those that a tracker takes, by the preprocessors of an experiment."""
 
 from __future__ import annotations
 
@@ -9,86 +9,88 @@ import numpy as np
 from attrs import evolve
 
 from vedette.errors import Problem, ScanRefused
-from vedette.roles import Detector, Sensor
+from vedette.roles import Preprocessor, Sensor
 from vedette.tracking.validation import flaws, without_bad_returns
 from vedette.types import Scan
 
 
-def check_detectors(detectors: Mapping[str, Detector], sensors: Mapping[str, Sensor]) -> None:
-    """ValueError if a detector makes scans that no sensor of the tracker reads, or if two take scans of one name."""
-    taken = {name: f"the tracker's own sensor {name!r}" for name in sensors if name not in detectors}
-    for name, detector in detectors.items():
+def check_preprocessors(preprocessors: Mapping[str, Preprocessor], sensors: Mapping[str, Sensor]) -> None:
+    """ValueError if a preprocessor makes scans that no sensor of the tracker reads, or if two take scans of one name."""
+    taken = {name: f"the tracker's own sensor {name!r}" for name in sensors if name not in preprocessors}
+    for name, preprocessor in preprocessors.items():
         if name not in sensors:
-            raise ValueError(f"detectors.{name}: must be named as one of the sensors: {', '.join(map(repr, sensors))}")
-        if detector.measurement != sensors[name].measurement:
+            raise ValueError(f"preprocessors.{name}: must be named as one of the sensors: {', '.join(map(repr, sensors))}")
+        if preprocessor.measurement != sensors[name].measurement:
             raise ValueError(
-                f"detectors.{name}: must make what the sensor {name!r} measures, {sensors[name].measurement}, "
-                f"not {detector.measurement}"
+                f"preprocessors.{name}: must make what the sensor {name!r} measures, {sensors[name].measurement}, "
+                f"not {preprocessor.measurement}"
             )
-        for raw in detector.sensors:
+        for raw in preprocessor.sensors:
             if raw in taken:
-                raise ValueError(f"detectors.{name}.sensors.{raw}: scans of this name go to {taken[raw]}")
-            taken[raw] = f"the detector {name!r}"
+                raise ValueError(f"preprocessors.{name}.sensors.{raw}: scans of this name go to {taken[raw]}")
+            taken[raw] = f"the preprocessor {name!r}"
 
 
-def raw_sensors(detectors: Mapping[str, Detector], sensors: Mapping[str, Sensor]) -> dict[str, Sensor]:
-    """The sensors that a source delivers scans of: the detectors' own, and those of the tracker without a detector."""
-    plain = {name: sensor for name, sensor in sensors.items() if name not in detectors}
-    return plain | {name: sensor for detector in detectors.values() for name, sensor in detector.sensors.items()}
+def raw_sensors(preprocessors: Mapping[str, Preprocessor], sensors: Mapping[str, Sensor]) -> dict[str, Sensor]:
+    """Return the sensors that a source delivers scans of: those of the preprocessors, and the other ones of the tracker."""
+    plain = {name: sensor for name, sensor in sensors.items() if name not in preprocessors}
+    return plain | {name: sensor for preprocessor in preprocessors.values() for name, sensor in preprocessor.sensors.items()}
 
 
-def detected(scans: Iterable[Scan], detectors: Mapping[str, Detector]) -> Iterator[Scan]:
-    """The scans, those that a detector takes replaced by what it makes of them; arrays may lead with runs.
+def preprocessed(scans: Iterable[Scan], preprocessors: Mapping[str, Preprocessor]) -> Iterator[Scan]:
+    """Yield the scans, those that a preprocessor takes replaced by what it makes of them; arrays may lead with runs.
 
-    Scans of the same time that go to one detector make one scan, which comes after those that go to none. Detectors see
-    whole returns only: to them one that lacks a component is padding.
+    Scans of the same time that go to one preprocessor make one scan, which comes after those that go to none. Preprocessors
+    get whole returns only: to them one that lacks a component is padding.
     """
-    goes_to = {raw: name for name, detector in detectors.items() for raw in detector.sensors}
+    goes_to = {raw: name for name, preprocessor in preprocessors.items() for raw in preprocessor.sensors}
     for time, moment in groupby(scans, key=lambda scan: scan.time):
-        waiting: dict[str, dict[str, Scan]] = {name: {} for name in detectors}
+        waiting: dict[str, dict[str, Scan]] = {name: {} for name in preprocessors}
         for scan in moment:
             name = goes_to.get(scan.sensor)
             if name is None:
                 yield scan
                 continue
             if scan.sensor in waiting[name]:  # it looked twice at the same moment
-                yield _made(name, detectors[name], time, waiting.pop(name))
+                yield _made(name, preprocessors[name], time, waiting.pop(name))
                 waiting[name] = {}
             waiting[name][scan.sensor] = scan
         for name, parts in waiting.items():
             if parts:
-                yield _made(name, detectors[name], time, parts)
+                yield _made(name, preprocessors[name], time, parts)
 
 
-def _made(name: str, detector: Detector, time: float, parts: Mapping[str, Scan]) -> Scan:
+def _made(name: str, preprocessor: Preprocessor, time: float, parts: Mapping[str, Scan]) -> Scan:
     pose = next((scan.pose for scan in parts.values()), None)
-    return Scan(time, name, detector.detect({raw: _whole(scan) for raw, scan in parts.items()}), pose)
+    return Scan(time, name, preprocessor.process({raw: _whole(scan) for raw, scan in parts.items()}), pose)
 
 
 def _whole(scan: Scan) -> Scan:
-    """The scan as a detector sees it: a return that lacks a component is padding."""
-    seen = scan.detections
-    if seen.missing is None:
+    """The scan as a preprocessor sees it: a return that lacks a component is padding."""
+    detections = scan.detections
+    if detections.missing is None:
         return scan
-    valid = seen.valid & ~np.any(seen.missing, axis=-1)
-    return evolve(scan, detections=evolve(seen, z=np.where(valid[..., None], seen.z, 0.0), valid=valid, missing=None))
+    valid = detections.valid & ~np.any(detections.missing, axis=-1)
+    return evolve(
+        scan, detections=evolve(detections, z=np.where(valid[..., None], detections.z, 0.0), valid=valid, missing=None)
+    )
 
 
-def detect_all(
-    scans: Iterable[Scan], detectors: Mapping[str, Detector], problems: list[Problem], *, strict: bool
+def preprocess(
+    scans: Iterable[Scan], preprocessors: Mapping[str, Preprocessor], problems: list[Problem], *, strict: bool
 ) -> Iterator[Scan]:
     """The scans of a recording after detection, one at a time, so that pictures need not fit into memory.
 
     What of the raw ones was left out is added to `problems`; if `strict` it raises ScanRefused.
     """
-    return detected(_sound(scans, detectors, problems, strict), detectors)
+    return preprocessed(_sound(scans, preprocessors, problems, strict), preprocessors)
 
 
 def _sound(
-    scans: Iterable[Scan], detectors: Mapping[str, Detector], problems: list[Problem], strict: bool
+    scans: Iterable[Scan], preprocessors: Mapping[str, Preprocessor], problems: list[Problem], strict: bool
 ) -> Iterator[Scan]:
-    """The scans without what no detector can take."""
-    raw = {name: sensor for detector in detectors.values() for name, sensor in detector.sensors.items()}
+    """The scans without what no preprocessor can take."""
+    raw = {name: sensor for preprocessor in preprocessors.values() for name, sensor in preprocessor.sensors.items()}
     for i, scan in enumerate(scans):
         if scan.sensor in raw and (found := flaws(scan, raw, scan.time)):
             if strict:

@@ -27,7 +27,7 @@ def check_smoothing(tracker: Tracker) -> None:
     rng = np.random.default_rng(0)
     none = tracker.estimator.start(Gaussian(np.zeros((0, n)), np.zeros((0, n, n))), tracker.state, rng)
     try:
-        tracker.estimator.retrace(none, none, 1.0, rng)
+        tracker.estimator.smooth_step(none, none, 1.0, rng)
     except NotImplementedError as error:
         raise ConfigError([Problem("estimator", f"cannot smooth: {error}")]) from None
 
@@ -85,8 +85,8 @@ def _retraced(estimator: Estimator[Any], state: State, later: State, rng: np.ran
     after = trees.take(later.belief, np.isin(later.ids, state.ids), axis)
     dt = later.time - state.time
     if goes_on.all():
-        return evolve(state, belief=estimator.retrace(state.belief, after, dt, rng))
-    back = estimator.retrace(trees.take(state.belief, goes_on, axis), after, dt, rng)
+        return evolve(state, belief=estimator.smooth_step(state.belief, after, dt, rng))
+    back = estimator.smooth_step(trees.take(state.belief, goes_on, axis), after, dt, rng)
     both = trees.join(back, trees.take(state.belief, ~goes_on, axis), axis)
     order = np.argsort(np.concatenate([np.flatnonzero(goes_on), np.flatnonzero(~goes_on)]))
     return evolve(state, belief=trees.take(both, order, axis))

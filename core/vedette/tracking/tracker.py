@@ -1,4 +1,4 @@
-"""The loop: predict, innovate, gate, associate, absorb, and the tracks' lifecycle, for all tracks at once."""
+"""The loop: predict, evaluate, gate, associate, update, and the tracks' lifecycle, for all tracks at once."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from vedette import fields, kernels
 from vedette.roles import Associator, Estimator, Lifecycle, Sensor
 from vedette.space import Array, Mask, Space, SpaceError
 from vedette.tracking import trees
-from vedette.tracking.gate import Gate, Reach
+from vedette.tracking.gate import Gate, SensorGate
 from vedette.tracking.validation import admitted
 from vedette.types import Detections, Gaussian, Scan
 from vedette.values import maker
@@ -58,7 +58,7 @@ def _check_sensors(sensors: dict[str, Sensor], estimator: Estimator[Any]) -> Non
         raise ValueError("sensors: must hold at least one sensor, got none")
     for name, sensor in sensors.items():
         try:
-            estimator.state.locate(sensor.looks_at)
+            estimator.state.locate(sensor.observes)
         except SpaceError as error:
             raise ValueError(f"sensors.{name}: looks at an axis that the estimator lacks: {error}") from None
         if reason := estimator.refuses(sensor):
@@ -70,7 +70,7 @@ def _checked_starts(sensors: dict[str, Sensor], lifecycle: Lifecycle, state: Spa
     for name, sensor in sensors.items():
         if lifecycle.starts(name, np.zeros(1)).any():
             try:
-                lifecycle.prior(sensor.invert(np.zeros((0, len(sensor.measurement)))), sensor.looks_at, state)
+                lifecycle.prior(sensor.invert(np.zeros((0, len(sensor.measurement)))), sensor.observes, state)
             except NotImplementedError as error:
                 raise ValueError(f"lifecycle.sensors: must not hold {name!r}: {error}") from None
             except ValueError as error:
@@ -101,16 +101,16 @@ class Tracker:
     associator: Associator = fields.part("which return belongs to which track")
     lifecycle: Lifecycle = fields.part("when tracks begin, count as real, and end")
     gate: Gate = fields.part("which returns a track considers", default=Gate())
-    _reaches: dict[str, Reach] = field(init=False, repr=False, eq=False)
+    _sensor_gates: dict[str, SensorGate] = field(init=False, repr=False, eq=False)
     _starters: frozenset[str] = field(init=False, repr=False, eq=False)
 
-    @_reaches.default
-    def _gate_reaches(self) -> dict[str, Reach]:
+    @_sensor_gates.default
+    def _gates_of_sensors(self) -> dict[str, SensorGate]:
         for name, sensor in self.sensors.items():
             if sensor.optional and self.gate.clutter != "sensor":
                 raise ValueError(f"gate.clutter: must be 'sensor', as returns of {name!r} may lack components")
         _check_sensors(self.sensors, self.estimator)
-        return {name: self.gate.reach(sensor) for name, sensor in self.sensors.items()}
+        return {name: self.gate.for_sensor(sensor) for name, sensor in self.sensors.items()}
 
     @_starters.default
     def _sensors_that_start_tracks(self) -> frozenset[str]:
@@ -143,35 +143,37 @@ class Tracker:
 
     def step(self, state: State, scan: Scan) -> State:
         """The state after one scan; ScanRefused, with the state as it was, if the scan cannot be taken."""
-        seen = admitted(scan, self._reaches, state.time)
-        reach = self._reaches[scan.sensor]
-        sensor = reach.sensor
+        observed = admitted(scan, self._sensor_gates, state.time)
+        sensor_gate = self._sensor_gates[scan.sensor]
+        sensor = sensor_gate.sensor
         if scan.pose is not None:
             sensor = sensor.at(scan.pose)
         estimator, lifecycle, p_gate = self.estimator, self.lifecycle, self.gate.probability
         dt = scan.time - state.time if state.time != -np.inf else 0.0
         belief = estimator.predict(state.belief, dt, state.rng)
-        innovation = estimator.innovate(belief, sensor, seen, p_gate)
-        memory, confirmed, existence, lasting = state.memory, state.confirmed, state.existence, lifecycle.lasting
-        if not lasting:
+        innovation = estimator.evaluate(belief, sensor, observed, p_gate)
+        memory, confirmed, existence, permanent = state.memory, state.confirmed, state.existence, lifecycle.permanent
+        if not permanent:
             existence = lifecycle.survive(existence, dt)
         exclusive, loglik = self.associator.exclusive, innovation.loglik
-        if isinstance(seen, Detections):
-            scores = self.gate.scores(innovation, sensor, seen, existence, reach)
-            weights = self.associator.associate(scores, None if seen.evidence is None else seen.evidence[..., None, :])
-            if not lasting:
+        if isinstance(observed, Detections):
+            scores = self.gate.scores(innovation, sensor, observed, existence, sensor_gate)
+            weights = self.associator.associate(
+                scores, None if observed.evidence is None else observed.evidence[..., None, :]
+            )
+            if not permanent:
                 hit, existence, p_detect = kernels.existence(scores, weights, existence, loglik, p_gate, exclusive)
         else:  # all tracks may see themselves in one frame, so each is associated as if it were alone
-            scores = self.gate.frame_scores(innovation, existence, reach.threshold)[..., None, :]
+            scores = self.gate.frame_scores(innovation, existence, sensor_gate.threshold)[..., None, :]
             alone = self.associator.associate(scores, None)
             each = kernels.existence(scores, alone, existence[..., None], loglik[..., None, :], p_gate, exclusive)
             hit, existence, p_detect = (part[..., 0] for part in each)
             weights = alone[..., 0, :]
-        if not lasting:
+        if not permanent:
             memory, confirmed, alive = lifecycle.review(memory, existence, hit, p_detect)
         after = new_state(
             scan.time,
-            estimator.absorb(belief, innovation, weights),
+            estimator.update(belief, innovation, weights),
             memory,
             state.ids,
             existence,
@@ -181,25 +183,25 @@ class Tracker:
             state.born,
             state.rng,
         )
-        if not lasting and np.count_nonzero(alive) < alive.size:
+        if not permanent and np.count_nonzero(alive) < alive.size:
             after = _keep(after, alive)
-        if scan.sensor not in self._starters or not isinstance(seen, Detections):
+        if scan.sensor not in self._starters or not isinstance(observed, Detections):
             return after
         claimed = 1.0 - np.prod(1.0 - weights[..., 1:], axis=-2)
-        starts = lifecycle.starts(scan.sensor, claimed) & seen.valid
-        if seen.missing is not None:
-            starts = starts & ~seen.missing.any(axis=-1)
-        return self._begin(after, sensor, seen, starts) if starts.any() else after
+        starts = lifecycle.starts(scan.sensor, claimed) & observed.valid
+        if observed.missing is not None:
+            starts = starts & ~observed.missing.any(axis=-1)
+        return self._begin(after, sensor, observed, starts) if starts.any() else after
 
     def estimate(self, state: State) -> Gaussian:
         """Mean (*b, t, n) and covariance (*b, t, n, n) of every track over `self.state`."""
         return self.estimator.moments(state.belief)
 
-    def _begin(self, state: State, sensor: Sensor, seen: Detections, starts: Mask) -> State:
+    def _begin(self, state: State, sensor: Sensor, detections: Detections, starts: Mask) -> State:
         """Join tracks that start at the returns `starts` (k,)."""
-        noise = None if seen.noise is None else seen.noise[starts]
-        spot = sensor.invert(seen.z[starts], noise)
-        prior = self.lifecycle.prior(spot, sensor.looks_at, self.state)
+        noise = None if detections.noise is None else detections.noise[starts]
+        spot = sensor.invert(detections.z[starts], noise)
+        prior = self.lifecycle.prior(spot, sensor.observes, self.state)
         count = len(prior.mean)
         memory, existence = self.lifecycle.newborn(count)
         belief = self.estimator.start(prior, self.state, state.rng)

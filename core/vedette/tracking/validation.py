@@ -14,7 +14,7 @@ from vedette.fields import ABSURD
 from vedette.filters.gaussian import among_present
 from vedette.roles import ImagingSensor, Sensor
 from vedette.space import Array, Mask
-from vedette.tracking.gate import Reach
+from vedette.tracking.gate import SensorGate
 from vedette.types import Detections, Frame, Pose, Scan
 
 
@@ -40,50 +40,50 @@ def flaws(scan: Scan, sensors: Mapping[str, Sensor], since: float) -> list[Probl
     return found + _return_flaws(scan.detections, sensor)
 
 
-def admitted(scan: Scan, reaches: Mapping[str, Reach], since: float) -> Detections | Frame:
+def admitted(scan: Scan, gates: Mapping[str, SensorGate], since: float) -> Detections | Frame:
     """What a scan shows, if a tracker at time `since` in s can take it; else ScanRefused, which says all that is wrong.
 
     What padding and missing components hold is made 0, so that nothing of it can reach a sum, not even as 0 * nan.
     """
-    seen, reach = scan.detections, reaches.get(scan.sensor)
+    detections, sensor_gate = scan.detections, gates.get(scan.sensor)
     if (  # the commonest kind of scan, without a flaw
-        reach is not None
+        sensor_gate is not None
         and since <= scan.time <= ABSURD
         and scan.frame is None
         and scan.pose is None
-        and seen.evidence is None
-        and seen.noise is None
-        and seen.missing is None
+        and detections.evidence is None
+        and detections.noise is None
+        and detections.missing is None
         and since > -ABSURD
-        and reach.axes
-        and kernels.is_plain(seen.z, seen.valid, reach.axes, ABSURD)
+        and sensor_gate.axes
+        and kernels.is_plain(detections.z, detections.valid, sensor_gate.axes, ABSURD)
     ):
-        return seen
-    if problems := flaws(scan, {name: reach.sensor for name, reach in reaches.items()}, since):
+        return detections
+    if problems := flaws(scan, {name: sensor_gate.sensor for name, sensor_gate in gates.items()}, since):
         raise ScanRefused("; ".join(map(str, problems)))
     if scan.frame is not None:
         return scan.frame
-    unread = ~seen.valid[..., None]
-    if seen.missing is not None:
-        unread = unread | seen.missing
-    return evolve(seen, z=np.where(unread, 0.0, seen.z)) if unread.any() else seen
+    unread = ~detections.valid[..., None]
+    if detections.missing is not None:
+        unread = unread | detections.missing
+    return evolve(detections, z=np.where(unread, 0.0, detections.z)) if unread.any() else detections
 
 
 def without_bad_returns(scan: Scan) -> tuple[Scan, list[Problem]]:
     """The scan without returns that are not finite or whose noise is no covariance, and what was wrong with them."""
-    seen = scan.detections
-    if seen.valid.shape != seen.z.shape[:-1]:
+    detections = scan.detections
+    if detections.valid.shape != detections.z.shape[:-1]:
         return scan, []
-    bad = ~_good(seen)
+    bad = ~_good(detections)
     if not bad.any():
         return scan, []
-    problems = [Problem(f"return {i}", _complaint(seen, i)) for i in np.flatnonzero(bad)]
+    problems = [Problem(f"return {i}", _complaint(detections, i)) for i in np.flatnonzero(bad)]
     kept = Detections(
-        seen.z[~bad],
-        seen.valid[~bad],
-        None if seen.evidence is None else seen.evidence[~bad],
-        None if seen.noise is None else seen.noise[~bad],
-        None if seen.missing is None else seen.missing[~bad],
+        detections.z[~bad],
+        detections.valid[~bad],
+        None if detections.evidence is None else detections.evidence[~bad],
+        None if detections.noise is None else detections.noise[~bad],
+        None if detections.missing is None else detections.missing[~bad],
     )
     return evolve(scan, detections=kept), problems
 
@@ -109,41 +109,41 @@ def _frame_flaws(frame: Frame) -> list[Problem]:
     return []
 
 
-def _return_flaws(seen: Detections, sensor: Sensor) -> list[Problem]:
+def _return_flaws(detections: Detections, sensor: Sensor) -> list[Problem]:
     m = len(sensor.measurement)
-    if seen.z.ndim < 2 or seen.z.shape[-1] != m:
-        return [Problem("z", f"must have shape (..., returns, {m}), got {seen.z.shape}")]
+    if detections.z.ndim < 2 or detections.z.shape[-1] != m:
+        return [Problem("z", f"must have shape (..., returns, {m}), got {detections.z.shape}")]
     for name, part, shape in (
-        ("valid", seen.valid, seen.z.shape[:-1]),
-        ("evidence", seen.evidence, seen.z.shape[:-1]),
-        ("noise", seen.noise, (*seen.z.shape, m)),
-        ("missing", seen.missing, seen.z.shape),
+        ("valid", detections.valid, detections.z.shape[:-1]),
+        ("evidence", detections.evidence, detections.z.shape[:-1]),
+        ("noise", detections.noise, (*detections.z.shape, m)),
+        ("missing", detections.missing, detections.z.shape),
     ):
         if part is not None and part.shape != shape:
-            return [Problem(name, f"must have shape {shape} as `z` has {seen.z.shape}, got {part.shape}")]
-    if seen.missing is not None:
-        for name, lacking in zip(sensor.measurement.names, np.moveaxis(seen.missing, -1, 0), strict=True):
-            if name not in sensor.optional and np.any(lacking & seen.valid):
+            return [Problem(name, f"must have shape {shape} as `z` has {detections.z.shape}, got {part.shape}")]
+    if detections.missing is not None:
+        for name, lacking in zip(sensor.measurement.names, np.moveaxis(detections.missing, -1, 0), strict=True):
+            if name not in sensor.optional and np.any(lacking & detections.valid):
                 may = ", ".join(sensor.optional) or "none"
                 return [Problem("missing", f"{sensor.kind!r} always reports {name}; of its axes a return may lack: {may}")]
-    good = _good(seen)
+    good = _good(detections)
     if good.all():
         return []
-    return [Problem(f"return {list(map(int, i))}", _complaint(seen, tuple(i))) for i in np.argwhere(~good)]
+    return [Problem(f"return {list(map(int, i))}", _complaint(detections, tuple(i))) for i in np.argwhere(~good)]
 
 
-def _good(seen: Detections) -> Mask:
+def _good(detections: Detections) -> Mask:
     """Which returns (*b, k) can be used; padding is never looked at."""
-    number = np.abs(seen.z) <= ABSURD
-    if seen.missing is not None:
-        number |= seen.missing & ~seen.missing.all(axis=-1, keepdims=True)
+    number = np.abs(detections.z) <= ABSURD
+    if detections.missing is not None:
+        number |= detections.missing & ~detections.missing.all(axis=-1, keepdims=True)
     good: Mask = np.all(number, axis=-1)
-    if seen.evidence is not None:
-        good &= np.isfinite(seen.evidence)
-    if seen.noise is not None:
-        own = seen.noise if seen.missing is None else among_present(seen.noise, ~seen.missing)
+    if detections.evidence is not None:
+        good &= np.isfinite(detections.evidence)
+    if detections.noise is not None:
+        own = detections.noise if detections.missing is None else among_present(detections.noise, ~detections.missing)
         good &= _is_covariance(own)
-    return good | ~seen.valid
+    return good | ~detections.valid
 
 
 def _is_covariance(noise: Array) -> Mask:
@@ -154,12 +154,12 @@ def _is_covariance(noise: Array) -> Mask:
     return finite & usable
 
 
-def _complaint(seen: Detections, i: Any) -> str:
-    if seen.missing is not None and seen.missing[i].all():
+def _complaint(detections: Detections, i: Any) -> str:
+    if detections.missing is not None and detections.missing[i].all():
         return "must have at least one component"
-    if not np.all((np.abs(seen.z[i]) <= ABSURD) | (False if seen.missing is None else seen.missing[i])):
-        return f"must be finite numbers, got {seen.z[i].tolist()}"
-    if seen.evidence is not None and not np.isfinite(seen.evidence[i]):
-        return f"its evidence must be a finite number, got {seen.evidence[i]}"
-    assert seen.noise is not None
-    return f"its noise must be symmetric and positive definite, got {seen.noise[i].tolist()}"
+    if not np.all((np.abs(detections.z[i]) <= ABSURD) | (False if detections.missing is None else detections.missing[i])):
+        return f"must be finite numbers, got {detections.z[i].tolist()}"
+    if detections.evidence is not None and not np.isfinite(detections.evidence[i]):
+        return f"its evidence must be a finite number, got {detections.evidence[i]}"
+    assert detections.noise is not None
+    return f"its noise must be symmetric and positive definite, got {detections.noise[i].tolist()}"

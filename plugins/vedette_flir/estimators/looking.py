@@ -55,12 +55,12 @@ class Match(Generic[L]):
 class LookingFilter(Estimator[LookBelief[L]], Generic[L]):
     """A Kalman filter behind a search for the target: R = sigma^2 I."""
 
-    motion: MotionModel = fields.part("how the target moves; its carried axes hold `width` and `height`")
+    motion: MotionModel = fields.part("how the target moves; its zero-variance axes hold `width` and `height`")
     sigma: float = fields.quantity("px", "standard deviation of a match", default=1.0, above=0)
 
     def __attrs_post_init__(self) -> None:
         for name in ("width", "height"):
-            if name not in self.motion.carried:
+            if name not in self.motion.zero_variance:
                 raise ValueError(f"motion: must carry the axis {name!r} in px, as the motion 'carrying' does")
 
     @abstractmethod
@@ -80,12 +80,12 @@ class LookingFilter(Estimator[LookBelief[L]], Generic[L]):
         return self.motion.state
 
     @property
-    def carried(self) -> Space:
-        return self.motion.carried
+    def zero_variance(self) -> Space:
+        return self.motion.zero_variance
 
     def start(self, prior: Gaussian, axes: Space, rng: np.random.Generator) -> LookBelief[L]:
         """The prior's own axes, and no look yet."""
-        return LookBelief(own_part(prior, axes, self.state, self.carried), self.unseen(prior.mean.shape[:-1]))
+        return LookBelief(own_part(prior, axes, self.state, self.zero_variance), self.unseen(prior.mean.shape[:-1]))
 
     def predict(
         self, belief: LookBelief[L], dt: float, rng: np.random.Generator, combined: Gaussian | None = None
@@ -93,32 +93,32 @@ class LookingFilter(Estimator[LookBelief[L]], Generic[L]):
         """The position `dt` s later; the look stays."""
         if dt == 0:
             return belief
-        spot = self.motion.settle(belief.spot, belief.spot if combined is None else combined)
+        spot = self.motion.reframe(belief.spot, belief.spot if combined is None else combined)
         x = spot.mean
         cov = kernels.propagate(spot.cov, self.motion.jacobian(x, dt), self.motion.noise(x, dt))
         return evolve(belief, spot=Gaussian(self.motion.move(x, dt), cov))
 
-    def innovate(self, belief: LookBelief[L], sensor: Sensor, seen: Detections | Frame, p_gate: float) -> Innovation:
+    def evaluate(self, belief: LookBelief[L], sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
         """Where each target is found again, as one return; returns that are no frames say nothing of the look."""
-        if not isinstance(seen, Frame):
-            plain = linearised(belief.spot, self.state, sensor, seen, p_gate)
+        if not isinstance(observed, Frame):
+            plain = linearised(belief.spot, self.state, sensor, observed, p_gate)
             return evolve(plain, detail=LookHypothesis(plain.detail, belief.look))
-        where = self.state.locate(sensor.looks_at)
+        where = self.state.locate(sensor.observes)
         x = belief.spot.mean[..., where]
         slope = sensor.jacobian(x)
         H = np.zeros((*slope.shape[:-1], len(self.state)))
         H[..., where] = slope
-        nu, llr, look = self._find(belief, sensor.measure(x), H @ belief.spot.cov @ np.swapaxes(H, -1, -2), seen)
+        nu, llr, look = self._find(belief, sensor.measure(x), H @ belief.spot.cov @ np.swapaxes(H, -1, -2), observed)
         R = np.broadcast_to(self.sigma**2 * np.eye(2), (*llr.shape, 1, 2, 2))
-        _, distance, log_volume, shift, post = kernels.innovate(belief.spot.cov, nu[..., None, :], H, R)
+        _, distance, log_volume, shift, post = kernels.evaluate(belief.spot.cov, nu[..., None, :], H, R)
         made = joined(sensor, x, p_gate, (llr[..., None], distance, log_volume, shift, post))
         return evolve(made, detail=LookHypothesis(made.detail, look))
 
-    def absorb(self, belief: LookBelief[L], innovation: Innovation, weights: Array) -> LookBelief[L]:
+    def update(self, belief: LookBelief[L], innovation: Innovation, weights: Array) -> LookBelief[L]:
         """Position and look, each as far as the frame is believed to show the target; a first look wholly."""
         detail: LookHypothesis[L] = innovation.detail
         step, cov = kernels.mixture(belief.spot.cov, detail.spot.shift, detail.spot.post, weights)
-        cov = without_variance(cov, self.state.locate(self.carried))
+        cov = without_variance(cov, self.state.locate(self.zero_variance))
         part = np.where(belief.look.known > 0, 1.0 - weights[..., 0], 1.0)
         look = _joined(belief.look, detail.look, part)
         return LookBelief(Gaussian(self.state.displace(belief.spot.mean, step), cov), look)

@@ -51,8 +51,8 @@ class ResidualMonitored(Estimator[Monitored]):
         return self.of.state
 
     @property
-    def carried(self) -> Space:
-        return self.of.carried
+    def zero_variance(self) -> Space:
+        return self.of.zero_variance
 
     def refuses(self, sensor: Sensor) -> str | None:
         """What the filter refuses."""
@@ -70,16 +70,16 @@ class ResidualMonitored(Estimator[Monitored]):
         more = (belief.scale - 1.0)[..., None, None] * self.of.motion.noise(belief.belief.mean, dt)
         return evolve(belief, belief=Gaussian(ahead.mean, ahead.cov + more))
 
-    def innovate(self, belief: Monitored, sensor: Sensor, seen: Detections | Frame, p_gate: float) -> Innovation:
+    def evaluate(self, belief: Monitored, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
         """The filter's own."""
-        made = self.of.innovate(belief.belief, sensor, seen, p_gate)
+        made = self.of.evaluate(belief.belief, sensor, observed, p_gate)
         ratio = np.clip(made.nis / len(sensor.measurement), 0.0, self.most)
         return evolve(made, detail=MonitoredInnovation(made.detail, ratio))
 
-    def absorb(self, belief: Monitored, innovation: Innovation, weights: Array) -> Monitored:
+    def update(self, belief: Monitored, innovation: Innovation, weights: Array) -> Monitored:
         """The filter's posterior, and the factor's step."""
         detail: MonitoredInnovation = innovation.detail
-        after = self.of.absorb(belief.belief, evolve(innovation, detail=detail.detail), weights)
+        after = self.of.update(belief.belief, evolve(innovation, detail=detail.detail), weights)
         step = self.gain * np.sum(weights[..., 1:] * (detail.ratio - 1.0), axis=-1)
         return Monitored(after, np.clip(belief.scale * np.exp(step), self.least, self.largest))
 

@@ -10,8 +10,8 @@ from attrs import Factory, field, frozen
 from vedette import Array, Gaussian, MotionModel, Space, fields
 
 
-def _carried(self: Carrying) -> Space:
-    own = self.motion.carried
+def _zero_variance(self: Carrying) -> Space:
+    own = self.motion.zero_variance
     return Space(own.axes + tuple(axis for axis in Space.of(**self.carries).axes if axis.name not in own))
 
 
@@ -34,7 +34,7 @@ class Carrying(MotionModel):
     motion: MotionModel = fields.part("how the target moves")
     carries: dict[str, str] = fields.names('axis to its unit, as in amplitude = "count"')
     state: Space = field(init=False, repr=False, eq=False, default=Factory(_state, takes_self=True))
-    carried: Space = field(init=False, repr=False, eq=False, default=Factory(_carried, takes_self=True))
+    zero_variance: Space = field(init=False, repr=False, eq=False, default=Factory(_zero_variance, takes_self=True))
 
     @property
     def divisible(self) -> bool:  # type: ignore[override]  # a class says it of itself; this one of its part
@@ -65,10 +65,10 @@ class Carrying(MotionModel):
         """(*b, n) -> (*b, n, n) or (n, n)"""
         return self._wide(self.motion.noise(x[..., : len(self.motion.state)], dt), 0.0)
 
-    def settle(self, own: Gaussian, combined: Gaussian) -> Gaussian:
+    def reframe(self, own: Gaussian, combined: Gaussian) -> Gaussian:
         """The motion's part settled, the rest as it was."""
         n = len(self.motion.state)
         inner, whole = (Gaussian(part.mean[..., :n], part.cov[..., :n, :n]) for part in (own, combined))
-        settled = self.motion.settle(inner, whole)
+        settled = self.motion.reframe(inner, whole)
         mean = np.concatenate([settled.mean, own.mean[..., n:]], axis=-1)
         return Gaussian(mean, self._wide(settled.cov, 0.0))

@@ -19,7 +19,7 @@ def _looks_at(self: ApparentPosition) -> Space:
 
 
 def _select(self: ApparentPosition) -> Array:
-    chosen = np.zeros((2, len(self.looks_at)))
+    chosen = np.zeros((2, len(self.observes)))
     chosen[0, : len(self.across)] = 1.0
     chosen[1, len(self.across) : len(self.across) + len(self.down)] = 1.0
     return chosen
@@ -32,7 +32,7 @@ class ApparentPosition(ImagingSensor):
     across: tuple[str, ...] = fields.words("the axes whose sum is the apparent x, the column", default=("x",))
     down: tuple[str, ...] = fields.words("the axes whose sum is the apparent y, the row", default=("y",))
     detection_probability: float = fields.probability("probability that the target is to be seen in a frame", default=1.0)
-    looks_at: Space = field(init=False, repr=False, eq=False, default=Factory(_looks_at, takes_self=True))
+    observes: Space = field(init=False, repr=False, eq=False, default=Factory(_looks_at, takes_self=True))
     _chosen: Array = field(init=False, repr=False, eq=False, default=Factory(_select, takes_self=True))
 
     def appearance(self) -> dict[str, str]:

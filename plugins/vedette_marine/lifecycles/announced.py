@@ -41,7 +41,7 @@ class Announced(Lifecycle):
         """None."""
         return np.zeros(claimed.shape, dtype=bool)
 
-    def prior(self, seen: Gaussian, looks_at: Space, state: Space) -> Gaussian:
+    def prior(self, measured: Gaussian, observes: Space, state: Space) -> Gaussian:
         """No track starts at a return."""
         raise ValueError("an announced target does not start at a return")
 

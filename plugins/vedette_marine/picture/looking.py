@@ -16,7 +16,7 @@ from vedette_marine.picture.colours import Bytes
 
 if TYPE_CHECKING:
     from vedette import Result
-    from vedette_marine.detectors.radar_picture import RadarPicture
+    from vedette_marine.preprocessors.radar_picture import RadarPicture
 
 SIDE, MOST = 768, 600
 """Pixels of a video's side, and the most pictures of it: of a longer run every second or third."""

@@ -67,8 +67,8 @@ class AuxiliaryParticles(Estimator[Cloud | Ahead]):
     state: Space = field(init=False, repr=False, eq=False, default=Factory(lambda self: self.motion.state, takes_self=True))
 
     @property
-    def carried(self) -> Space:
-        return self.motion.carried
+    def zero_variance(self) -> Space:
+        return self.motion.zero_variance
 
     def refuses(self, sensor: Sensor) -> str | None:
         """Cameras."""
@@ -98,17 +98,19 @@ class AuxiliaryParticles(Estimator[Cloud | Ahead]):
     def _scattered(self, centres: Array, roots: Array, standard: Array) -> Array:
         return self.state.displace(centres, (roots @ standard[..., None])[..., 0])
 
-    def innovate(self, belief: Cloud | Ahead, sensor: Sensor, seen: Detections | Frame, p_gate: float) -> Innovation:
+    def evaluate(self, belief: Cloud | Ahead, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
         """Every return against every point and every centre of every track."""
-        assert isinstance(seen, Detections)
-        columns = clouds.likelihoods(belief.points, self.state, sensor, seen, p_gate)
+        assert isinstance(observed, Detections)
+        columns = clouds.likelihoods(belief.points, self.state, sensor, observed, p_gate)
         centres = None
         if isinstance(belief, Ahead):
-            centres = clouds.likelihoods(belief.centres, self.state, sensor, seen, p_gate)
+            centres = clouds.likelihoods(belief.centres, self.state, sensor, observed, p_gate)
         cloud = Cloud(belief.points, belief.log_weights)
-        return clouds.innovation(cloud, columns, self.state, sensor, seen, Look(sensor, seen, p_gate, columns, centres))
+        return clouds.innovation(
+            cloud, columns, self.state, sensor, observed, Look(sensor, observed, p_gate, columns, centres)
+        )
 
-    def absorb(self, belief: Cloud | Ahead, innovation: Innovation, weights: Array) -> Cloud:
+    def update(self, belief: Cloud | Ahead, innovation: Innovation, weights: Array) -> Cloud:
         """Points from ancestors that the scan speaks for, where it speaks; else the same, weighed anew."""
         look: Look = innovation.detail
         told = clouds.claim(look.at_points, innovation.loglik, weights)
@@ -129,4 +131,4 @@ class AuxiliaryParticles(Estimator[Cloud | Ahead]):
 
     def moments(self, belief: Cloud | Ahead) -> Gaussian:
         """Mean and covariance of the points."""
-        return clouds.moments(Cloud(belief.points, belief.log_weights), self.state, self.carried)
+        return clouds.moments(Cloud(belief.points, belief.log_weights), self.state, self.zero_variance)

@@ -42,8 +42,8 @@ class BootstrapParticles(Estimator[Cloud]):
         return self.motion.state
 
     @property
-    def carried(self) -> Space:
-        return self.motion.carried
+    def zero_variance(self) -> Space:
+        return self.motion.zero_variance
 
     def refuses(self, sensor: Sensor) -> str | None:
         """Cameras."""
@@ -51,7 +51,7 @@ class BootstrapParticles(Estimator[Cloud]):
 
     def start(self, prior: Gaussian, axes: Space, rng: np.random.Generator) -> Cloud:
         """Points drawn from the prior, of equal weight."""
-        own = own_part(prior, axes, self.state, self.carried)
+        own = own_part(prior, axes, self.state, self.zero_variance)
         points = self.state.canonical(clouds.scatter(own, self.particles, rng))
         return Cloud(points, np.full(points.shape[:-1], -math.log(self.particles)))
 
@@ -66,17 +66,17 @@ class BootstrapParticles(Estimator[Cloud]):
         moved = self.state.displace(self.motion.move(points, dt), noise[..., 0])
         return Cloud(moved, np.where(due, -math.log(self.particles), belief.log_weights))
 
-    def innovate(self, belief: Cloud, sensor: Sensor, seen: Detections | Frame, p_gate: float) -> Innovation:
+    def evaluate(self, belief: Cloud, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
         """Every return against every point of every track."""
-        assert isinstance(seen, Detections)
-        columns = clouds.likelihoods(belief.points, self.state, sensor, seen, p_gate)
-        return clouds.innovation(belief, columns, self.state, sensor, seen, columns)
+        assert isinstance(observed, Detections)
+        columns = clouds.likelihoods(belief.points, self.state, sensor, observed, p_gate)
+        return clouds.innovation(belief, columns, self.state, sensor, observed, columns)
 
-    def absorb(self, belief: Cloud, innovation: Innovation, weights: Array) -> Cloud:
+    def update(self, belief: Cloud, innovation: Innovation, weights: Array) -> Cloud:
         """The same points, weighed anew."""
         told = clouds.claim(innovation.detail, innovation.loglik, weights)
         return Cloud(belief.points, clouds.normal(belief.log_weights + told))
 
     def moments(self, belief: Cloud) -> Gaussian:
         """Mean and covariance of the points."""
-        return clouds.moments(belief, self.state, self.carried)
+        return clouds.moments(belief, self.state, self.zero_variance)

@@ -24,7 +24,7 @@ class Cloud:
 
 def own_frame(motion: MotionModel) -> None:
     """ValueError for a model whose beliefs are re-expressed on the way: it does so for Gaussians only."""
-    if type(motion).settle is not MotionModel.settle:
+    if type(motion).reframe is not MotionModel.reframe:
         raise ValueError(f"motion: {motion.kind!r} turns its frame with its target, which particles cannot follow")
 
 
@@ -37,12 +37,12 @@ def scatter(prior: Gaussian, count: int, rng: np.random.Generator) -> Array:
     return prior.mean[..., None, :] + white @ np.swapaxes(factor(prior.cov), -1, -2)
 
 
-def moments(cloud: Cloud, state: Space, carried: Space) -> Gaussian:
-    """Mean (*b, t, n) and covariance (*b, t, n, n); carried axes have no variance."""
+def moments(cloud: Cloud, state: Space, zero_variance: Space) -> Gaussian:
+    """Mean (*b, t, n) and covariance (*b, t, n, n); zero-variance axes have no variance."""
     weights = np.exp(cloud.log_weights)
     mean, apart = state.mean(cloud.points, weights)
     cov = kernels.symmetric(np.swapaxes(apart * weights[..., None], -1, -2) @ apart)
-    return Gaussian(mean, without_variance(cov, state.locate(carried)) if len(carried) else cov)
+    return Gaussian(mean, without_variance(cov, state.locate(zero_variance)) if len(zero_variance) else cov)
 
 
 def too_few(log_weights: Array, least: float) -> Mask:
@@ -73,18 +73,18 @@ def taken(points: Array, index: NDArray[np.intp]) -> Array:
     return np.take_along_axis(points, index[..., None], axis=-2)
 
 
-def likelihoods(points: Array, state: Space, sensor: Sensor, seen: Detections, p_gate: float) -> Array:
+def likelihoods(points: Array, state: Space, sensor: Sensor, detections: Detections, p_gate: float) -> Array:
     """Log likelihood of a miss (column 0) and of every return at every point: (*b, t, 1+k, p)"""
-    x = points[..., state.locate(sensor.looks_at)]
-    nu = sensor.measurement.difference(seen.z[..., None, :, None, :], sensor.measure(x)[..., :, None, :, :])
-    if seen.noise is not None:
-        R = seen.noise[..., None, :, None, :, :]
+    x = points[..., state.locate(sensor.observes)]
+    nu = sensor.measurement.difference(detections.z[..., None, :, None, :], sensor.measure(x)[..., :, None, :, :])
+    if detections.noise is not None:
+        R = detections.noise[..., None, :, None, :, :]
     else:
         R = sensor.noise(x)
         R = R[..., None, :, :, :] if R.ndim > 2 else R
     share: Array | float = 0.0
-    if seen.missing is not None:
-        there = reported(seen)[..., None, :]
+    if detections.missing is not None:
+        there = reported(detections)[..., None, :]
         R, nu, share = among_present(R, there), np.where(there, nu, 0.0), missing_share(there)
     root = np.linalg.cholesky(R)
     white = (np.linalg.inv(root) @ nu[..., None])[..., 0]
@@ -97,19 +97,21 @@ def likelihoods(points: Array, state: Space, sensor: Sensor, seen: Detections, p
     return columns
 
 
-def innovation(cloud: Cloud, columns: Array, state: Space, sensor: Sensor, seen: Detections, detail: object) -> Innovation:
+def innovation(
+    cloud: Cloud, columns: Array, state: Space, sensor: Sensor, detections: Detections, detail: object
+) -> Innovation:
     """The columns (*b, t, 1+k, p) averaged over the points; distances by the moments of what the points would give."""
-    x, weights = cloud.points[..., state.locate(sensor.looks_at)], np.exp(cloud.log_weights)
+    x, weights = cloud.points[..., state.locate(sensor.observes)], np.exp(cloud.log_weights)
     expected, dz = sensor.measurement.mean(sensor.measure(x), weights)
     R = sensor.noise(x)
-    if seen.noise is not None:
-        R = seen.noise[..., None, :, :, :]
+    if detections.noise is not None:
+        R = detections.noise[..., None, :, :, :]
     elif R.ndim > 2:
         R = np.sum(weights[..., None, None] * R, axis=-3)[..., None, :, :]
     spread = (np.swapaxes(dz * weights[..., None], -1, -2) @ dz)[..., None, :, :]
-    nu = sensor.measurement.difference(seen.z[..., None, :, :], expected[..., :, None, :])
-    if seen.missing is not None:
-        there = reported(seen)
+    nu = sensor.measurement.difference(detections.z[..., None, :, :], expected[..., :, None, :])
+    if detections.missing is not None:
+        there = reported(detections)
         both = there[..., :, None] & there[..., None, :]
         R, spread, nu = among_present(R, there), np.where(both, spread, 0.0), np.where(there, nu, 0.0)
     S = spread + R

@@ -38,10 +38,10 @@ class CubatureKalman(GaussianFilter):
         """The belief `dt` s later."""
         return self._points.predict(belief, dt, rng, combined)
 
-    def cross(self, belief: Gaussian, dt: float) -> Array:
+    def cross_covariance(self, belief: Gaussian, dt: float) -> Array:
         """Covariance of the points and of where they move: (*b, t, n, n)"""
-        return self._points.cross(belief, dt)
+        return self._points.cross_covariance(belief, dt)
 
-    def innovate(self, belief: Gaussian, sensor: Sensor, seen: Detections | Frame, p_gate: float) -> Innovation:
+    def evaluate(self, belief: Gaussian, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
         """Every return against every track, by the moments of the points' measurements."""
-        return self._points.innovate(belief, sensor, seen, p_gate)
+        return self._points.evaluate(belief, sensor, observed, p_gate)

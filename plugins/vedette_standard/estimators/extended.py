@@ -29,6 +29,6 @@ class ExtendedKalman(GaussianFilter):
         """The belief `dt` s later."""
         return belief if dt == 0 else moved(belief, self.motion, dt, combined, self._memo)
 
-    def innovate(self, belief: Gaussian, sensor: Sensor, seen: Detections | Frame, p_gate: float) -> Innovation:
+    def evaluate(self, belief: Gaussian, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
         """Every return against every track, linearised at its mean."""
-        return linearised(belief, self.state, sensor, seen, p_gate, self._memo)
+        return linearised(belief, self.state, sensor, observed, p_gate, self._memo)

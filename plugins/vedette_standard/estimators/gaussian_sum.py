@@ -35,8 +35,8 @@ class GaussianSum(Estimator[Modes]):
     def _modes(self) -> Imm:
         if self.axis and self.axis not in self.each.state:
             raise ValueError(f"axis: must be one of {', '.join(self.each.state.names)}, got {self.axis!r}")
-        if self.axis in self.each.carried:
-            raise ValueError(f"axis: {self.axis!r} is carried, so it has no variance to split")
+        if self.axis in self.each.zero_variance:
+            raise ValueError(f"axis: {self.axis!r} has no variance to split")
         return Imm((self.each,) * self.parts, transition=np.eye(self.parts))
 
     @property
@@ -44,8 +44,8 @@ class GaussianSum(Estimator[Modes]):
         return self.each.state
 
     @property
-    def carried(self) -> Space:
-        return self.each.carried
+    def zero_variance(self) -> Space:
+        return self.each.zero_variance
 
     def refuses(self, sensor: Sensor) -> str | None:
         """What its parts refuse."""
@@ -79,13 +79,13 @@ class GaussianSum(Estimator[Modes]):
         """Every part `dt` s later."""
         return self._bank.predict(belief, dt, rng, combined)
 
-    def innovate(self, belief: Modes, sensor: Sensor, seen: Detections | Frame, p_gate: float) -> Innovation:
+    def evaluate(self, belief: Modes, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
         """The parts' likelihoods, weighted."""
-        return self._bank.innovate(belief, sensor, seen, p_gate)
+        return self._bank.evaluate(belief, sensor, observed, p_gate)
 
-    def absorb(self, belief: Modes, innovation: Innovation, weights: Array) -> Modes:
+    def update(self, belief: Modes, innovation: Innovation, weights: Array) -> Modes:
         """The track's weights split among the parts, each of which absorbs its own."""
-        return self._bank.absorb(belief, innovation, weights)
+        return self._bank.update(belief, innovation, weights)
 
     def moments(self, belief: Modes) -> Gaussian:
         """Mean and covariance of the sum."""
@@ -95,6 +95,6 @@ class GaussianSum(Estimator[Modes]):
         """Weights of the parts (*b, t, parts)"""
         return self._bank.mode_prob(belief)
 
-    def retrace(self, belief: Modes, later: Modes, dt: float, rng: np.random.Generator) -> Modes:
+    def smooth_step(self, belief: Modes, later: Modes, dt: float, rng: np.random.Generator) -> Modes:
         """Every part by all scans."""
-        return self._bank.retrace(belief, later, dt, rng)
+        return self._bank.smooth_step(belief, later, dt, rng)

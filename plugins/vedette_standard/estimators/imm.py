@@ -43,9 +43,9 @@ def _state(self: Imm) -> Space:
     return reduce(Space.union, (mode.state for mode in self.modes), Space())
 
 
-def _carried(self: Imm) -> Space:
-    """An axis is carried where every mode that has it carries it: then its variance is 0 in the mixture too."""
-    free = {name for mode in self.modes for name in mode.state.names if name not in mode.carried}
+def _zero_variance(self: Imm) -> Space:
+    """An axis has zero variance where it has in every mode that has it: then its variance is 0 in the mixture too."""
+    free = {name for mode in self.modes for name in mode.state.names if name not in mode.zero_variance}
     return Space(tuple(axis for axis in self.state.axes if axis.name not in free))
 
 
@@ -80,7 +80,7 @@ class Imm(Estimator[Modes]):
         "axis to [mean, standard deviation] in the modes that lack it", pairs=True
     )
     state: Space = field(init=False, repr=False, eq=False, default=Factory(_state, takes_self=True))
-    carried: Space = field(init=False, repr=False, eq=False, default=Factory(_carried, takes_self=True))
+    zero_variance: Space = field(init=False, repr=False, eq=False, default=Factory(_zero_variance, takes_self=True))
     _own: tuple[tuple[int, ...], ...] = field(init=False, repr=False, eq=False)
     _turning: bool = field(init=False, repr=False, eq=False)
     _plain: bool = field(init=False, repr=False, eq=False)
@@ -98,7 +98,7 @@ class Imm(Estimator[Modes]):
     @_plain.default
     def _beliefs_are_gaussians(self) -> bool:
         """Whether a mode's belief is its mean and covariance and nothing else, so that none need be asked."""
-        return all(isinstance(mode, GaussianFilter) and not mode.carried for mode in self.modes)
+        return all(isinstance(mode, GaussianFilter) and not mode.zero_variance for mode in self.modes)
 
     @_switch.default
     def _transition(self) -> Transition:
@@ -159,38 +159,38 @@ class Imm(Estimator[Modes]):
             beliefs.append(mode.predict(mode.start(new_gaussian(mean, cov), mode.state, rng), dt, rng, seen))
         return new_modes(tuple(beliefs), log_prob)
 
-    def innovate(self, belief: Modes, sensor: Sensor, seen: Detections | Frame, p_gate: float) -> Innovation:
+    def evaluate(self, belief: Modes, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
         """The modes' likelihoods weighted by their predicted probabilities; a miss is a hypothesis like any other."""
         parts, said = [], []
         for j, mode in enumerate(self.modes):
-            part = mode.innovate(belief.beliefs[j], sensor, seen, p_gate)
+            part = mode.evaluate(belief.beliefs[j], sensor, observed, p_gate)
             parts.append(part)
             said.append((part.loglik, part.distance, part.log_volume, part.nis))
         loglik, distance, log_volume, nis, share = kernels.weigh_modes(belief.log_prob, said)
         return new_innovation(loglik, distance, log_volume, nis, new_mode_hypotheses(tuple(parts), share))
 
-    def absorb(self, belief: Modes, innovation: Innovation, weights: Array) -> Modes:
-        """Split the track's weights among the modes, and let each absorb its own."""
+    def update(self, belief: Modes, innovation: Innovation, weights: Array) -> Modes:
+        """Split the track's weights among the modes, and let each update its own."""
         detail: ModeHypotheses = innovation.detail
         log_prob, own = kernels.split_weights(weights, detail.log_share)
         beliefs = []
         for j, mode in enumerate(self.modes):
-            beliefs.append(mode.absorb(belief.beliefs[j], detail.innovations[j], own[j]))
+            beliefs.append(mode.update(belief.beliefs[j], detail.innovations[j], own[j]))
         return new_modes(tuple(beliefs), log_prob)
 
     def moments(self, belief: Modes) -> Gaussian:
         """Mean and covariance of the mixture over all modes' axes, the spread of the means included."""
         means, covs = self._each(belief)
         mean, cov = kernels.together(belief.log_prob, means, covs, self._own, self._absent, self.state.periods)
-        if self.carried:
-            cov = without_variance(cov, self.state.locate(self.carried))
+        if self.zero_variance:
+            cov = without_variance(cov, self.state.locate(self.zero_variance))
         return Gaussian(mean, cov)
 
     def mode_prob(self, belief: Modes) -> Array:
         """(*b, t, r)"""
         return np.exp(belief.log_prob)
 
-    def retrace(self, belief: Modes, later: Modes, dt: float, rng: np.random.Generator) -> Modes:
+    def smooth_step(self, belief: Modes, later: Modes, dt: float, rng: np.random.Generator) -> Modes:
         """The modes of a moment by all scans, each pair of a mode now and one `dt` s later weighed by Bayes' rule.
 
         The formula is in `unmixing`. Exact for linear modes where the filter's own mixtures are; it mixes as the filter
@@ -212,7 +212,7 @@ class Imm(Estimator[Modes]):
             seen = future(forward, mode.moments(later.beliefs[j]), mode.state)
             own = mode.start(each, self.state, rng)
             ahead, log_weight = foreseen(mode.moments(mode.predict(own, dt, rng)), forward.mean, seen, mode.state)
-            back = mode.moments(mode.retrace(own, mode.start(ahead, mode.state, rng), dt, rng))
+            back = mode.moments(mode.smooth_step(own, mode.start(ahead, mode.state, rng), dt, rng))
             gains.append(carried_over(each, self.state.locate(mode.state), back, self.state))
             joint.append(later.log_prob[..., j, None] + share_of(belief.log_prob, log_switch[:, j] + log_weight))
         log_joint = np.stack(joint, axis=-1)

@@ -38,25 +38,25 @@ class IteratedExtendedKalman(GaussianFilter):
         """The belief `dt` s later, as the extended filter's."""
         return self._extended.predict(belief, dt, rng, combined)
 
-    def innovate(self, belief: Gaussian, sensor: Sensor, seen: Detections | Frame, p_gate: float) -> Innovation:
+    def evaluate(self, belief: Gaussian, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
         """Every return against every track, each linearised where it says that the track is."""
-        if isinstance(seen, Frame):
-            return imaged(belief, self.state, sensor, seen, p_gate, self.passes)
-        where = self.state.locate(sensor.looks_at)
+        if isinstance(observed, Frame):
+            return imaged(belief, self.state, sensor, observed, p_gate, self.passes)
+        where = self.state.locate(sensor.observes)
         prior = belief.mean[..., None, :]
-        R = noise_of(sensor, seen, belief.mean[..., where])
+        R = noise_of(sensor, observed, belief.mean[..., where])
         there = None
-        if seen.missing is not None:
-            there = reported(seen)
+        if observed.missing is not None:
+            there = reported(observed)
             R = among_present(R, there)
-        x = np.broadcast_to(prior, (*belief.mean.shape[:-1], seen.z.shape[-2], len(self.state)))
-        H, nu = used = self._line(x, prior, sensor, seen, where)
+        x = np.broadcast_to(prior, (*belief.mean.shape[:-1], observed.z.shape[-2], len(self.state)))
+        H, nu = used = self._line(x, prior, sensor, observed, where)
         price = np.full(x.shape[:-1], np.inf)
         for _ in range(self.passes):
             cross = belief.cov[..., None, :, :] @ np.swapaxes(H, -1, -2)
             pull = np.linalg.solve(H @ cross + R, nu[..., None])
             step = (cross @ pull)[..., 0]
-            ahead = self._line(self.state.displace(prior, step), prior, sensor, seen, where)
+            ahead = self._line(self.state.displace(prior, step), prior, sensor, observed, where)
             # |x - x-|^2_P is pull' H P H' pull, and the residual at x what the new line leaves there.
             left = ahead[1] - (ahead[0] @ step[..., None])[..., 0]
             cost = np.sum(left * np.linalg.solve(R, left[..., None])[..., 0], axis=-1)
@@ -71,16 +71,16 @@ class IteratedExtendedKalman(GaussianFilter):
         parts = one_by_one(belief.cov, nu, H, R, there)
         return joined(sensor, belief.mean[..., where], p_gate, parts)
 
-    def _line(self, x: Array, prior: Array, sensor: Sensor, seen: Detections, where: list[int]) -> tuple[Array, Array]:
+    def _line(self, x: Array, prior: Array, sensor: Sensor, detections: Detections, where: list[int]) -> tuple[Array, Array]:
         """Derivative (*b, t, k, m, n) at `x` (*b, t, k, n), and what the line through there makes of each return at the
         prior: z - h(x) - H (x- - x), (*b, t, k, m).
         """
         slope = sensor.jacobian(x[..., where])
         H = np.zeros((*x.shape[:-1], len(sensor.measurement), len(self.state)))
         H[..., where] = slope
-        left = sensor.measurement.difference(seen.z[..., None, :, :], sensor.measure(x[..., where]))
-        if seen.missing is not None:
-            there = reported(seen)
+        left = sensor.measurement.difference(detections.z[..., None, :, :], sensor.measure(x[..., where]))
+        if detections.missing is not None:
+            there = reported(detections)
             H, left = H * there[..., None], np.where(there, left, 0.0)
         return H, left - (H @ self.state.difference(prior, x)[..., None])[..., 0]
 

@@ -43,6 +43,6 @@ class Kalman(GaussianFilter):
         mean, cov = kernels.predict(x, belief.cov, F, Q)
         return new_gaussian(mean, cov)
 
-    def innovate(self, belief: Gaussian, sensor: Sensor, seen: Detections | Frame, p_gate: float) -> Innovation:
+    def evaluate(self, belief: Gaussian, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
         """Every return against every track."""
-        return linearised(belief, self.motion.state, sensor, seen, p_gate, self._memo)
+        return linearised(belief, self.motion.state, sensor, observed, p_gate, self._memo)

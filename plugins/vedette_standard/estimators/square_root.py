@@ -58,46 +58,46 @@ class SquareRootKalman(Estimator[Root]):
         return self.motion.state
 
     @property
-    def carried(self) -> Space:
-        return self.motion.carried
+    def zero_variance(self) -> Space:
+        return self.motion.zero_variance
 
     def refuses(self, sensor: Sensor) -> str | None:
         """Cameras: a frame has no root."""
         return "it works on returns, not on frames: use 'ekf' or 'iekf'" if isinstance(sensor, ImagingSensor) else None
 
     def start(self, prior: Gaussian, axes: Space, rng: np.random.Generator) -> Root:
-        """The prior's own axes; those that are carried lose their variance."""
-        own = own_part(prior, axes, self.state, self.carried)
+        """The prior's own axes; those without variance lose their variance."""
+        own = own_part(prior, axes, self.state, self.zero_variance)
         return Root(own.mean, factor(own.cov))
 
     def predict(self, belief: Root, dt: float, rng: np.random.Generator, combined: Gaussian | None = None) -> Root:
         """The belief `dt` s later."""
         if dt == 0:
             return belief
-        if type(self.motion).settle is not MotionModel.settle:
+        if type(self.motion).reframe is not MotionModel.reframe:
             own = self.moments(belief)
-            belief = self.start(self.motion.settle(own, own if combined is None else combined), self.state, rng)
+            belief = self.start(self.motion.reframe(own, own if combined is None else combined), self.state, rng)
         x = belief.mean
         moved = self.motion.jacobian(x, dt) @ belief.root
         added = np.broadcast_to(factor(self.motion.noise(x, dt)), moved.shape)
         return Root(self.motion.move(x, dt), _triangular(np.concatenate([moved, added], axis=-1)))
 
-    def cross(self, belief: Root, dt: float) -> Array:
+    def cross_covariance(self, belief: Root, dt: float) -> Array:
         """P F': (*b, t, n, n)"""
         keeps_its_frame(self.motion)
         return self.moments(belief).cov @ np.swapaxes(self.motion.jacobian(belief.mean, dt), -1, -2)
 
-    def innovate(self, belief: Root, sensor: Sensor, seen: Detections | Frame, p_gate: float) -> Innovation:
+    def evaluate(self, belief: Root, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
         """Every return against every track, linearised at its mean."""
-        assert isinstance(seen, Detections)
-        where, n, m = self.state.locate(sensor.looks_at), len(self.state), len(sensor.measurement)
+        assert isinstance(observed, Detections)
+        where, n, m = self.state.locate(sensor.observes), len(self.state), len(sensor.measurement)
         x = belief.mean[..., where]
-        R = noise_of(sensor, seen, x)
+        R = noise_of(sensor, observed, x)
         seen_root = (sensor.jacobian(x) @ belief.root[..., where, :])[..., None, :, :]
-        nu = residuals(sensor, seen, sensor.measure(x))
+        nu = residuals(sensor, observed, sensor.measure(x))
         share: Array | float = 0.0
-        if seen.missing is not None:
-            there = reported(seen)
+        if observed.missing is not None:
+            there = reported(observed)
             R, seen_root, nu = among_present(R, there), seen_root * there[..., None], np.where(there, nu, 0.0)
             share = missing_share(there)
         shape = (*belief.mean.shape[:-1], R.shape[-3])
@@ -118,7 +118,7 @@ class SquareRootKalman(Estimator[Root]):
         detail = RootHypotheses((gain @ white)[..., 0], after[..., m:, m:])
         return Innovation(columns, distance, np.max(log_volume, axis=-1, initial=-np.inf), distance, detail)
 
-    def absorb(self, belief: Root, innovation: Innovation, weights: Array) -> Root:
+    def update(self, belief: Root, innovation: Innovation, weights: Array) -> Root:
         """Moments of the weighted hypotheses, the spread of their means included, as one root."""
         detail: RootHypotheses = innovation.detail
         miss, w = weights[..., :1], weights[..., 1:]
@@ -134,8 +134,8 @@ class SquareRootKalman(Estimator[Root]):
             (np.sqrt(miss) * mean)[..., None],
         ]
         root = _triangular(np.concatenate(parts, axis=-1))
-        if len(self.carried):
-            root[..., self.state.locate(self.carried), :] = 0.0
+        if len(self.zero_variance):
+            root[..., self.state.locate(self.zero_variance), :] = 0.0
         return Root(self.state.displace(belief.mean, mean), root)
 
     def moments(self, belief: Root) -> Gaussian:

@@ -84,7 +84,7 @@ def carried_over(now: Gaussian, own: list[int], back: Gaussian, state: Space) ->
         cov[..., np.array(own)[:, None], own] = back.cov
         return shift, cov
     seen = now.cov[..., own, :][..., own]
-    return kernels.retrace(now.cov, seen, now.cov[..., :, own], step, back.cov)
+    return kernels.smooth_step(now.cov, seen, now.cov[..., :, own], step, back.cov)
 
 
 def _embedded(mean: Array, own: list[int], part: Array) -> Array:

@@ -20,15 +20,15 @@ class Automatic(Lifecycle):
         """(k,) -> (k,)"""
         return (claimed < self.claimed) & (not self.sensors or sensor in self.sensors)
 
-    def prior(self, seen: Gaussian, looks_at: Space, state: Space) -> Gaussian:
+    def prior(self, measured: Gaussian, observes: Space, state: Space) -> Gaussian:
         """What was seen, and `spread` on the other axes, uncorrelated."""
-        lacking = [name for name in state.names if name not in looks_at and name not in self.spread]
+        lacking = [name for name in state.names if name not in observes and name not in self.spread]
         if lacking:
             raise ValueError(f"spread: must state the standard deviation of {', '.join(map(repr, lacking))} in new tracks")
-        t, n = len(seen.mean), len(state)
-        own = state.locate(looks_at)
+        t, n = len(measured.mean), len(state)
+        own = state.locate(observes)
         mean, cov = np.zeros((t, n)), np.zeros((t, n, n))
         cov[:, range(n), range(n)] = [self.spread.get(name, 0.0) ** 2 for name in state.names]
-        mean[:, own] = seen.mean
-        cov[:, np.array(own)[:, None], own] = seen.cov
+        mean[:, own] = measured.mean
+        cov[:, np.array(own)[:, None], own] = measured.cov
         return Gaussian(mean, cov)

@@ -20,7 +20,7 @@ class SingleTarget(Lifecycle):
     """
 
     kind: ClassVar[str] = "single_target"
-    lasting: ClassVar[bool] = True
+    permanent: ClassVar[bool] = True
 
     start: dict[str, tuple[float, float]] = fields.table("state axis to [mean, standard deviation]", pairs=True)
     spread: dict[str, float] = fields.table("state axis to standard deviation around the first true state")
@@ -43,7 +43,7 @@ class SingleTarget(Lifecycle):
         """None."""
         return np.zeros(claimed.shape, dtype=bool)
 
-    def prior(self, seen: Gaussian, looks_at: Space, state: Space) -> Gaussian:
+    def prior(self, measured: Gaussian, observes: Space, state: Space) -> Gaussian:
         """No track starts at a return."""
         raise ValueError("a single target does not start at a return")
 

@@ -18,14 +18,14 @@ def _state(self: Product) -> Space:
     for i, model in enumerate(self.models):
         if shared := [name for name in model.state.names if name in space]:
             raise ValueError(f"models[{i}]: must own other axes than the models before it, got {', '.join(shared)} again")
-        if type(model).settle is not MotionModel.settle:
+        if type(model).reframe is not MotionModel.reframe:
             raise ValueError(f"models[{i}]: {model.kind!r} turns its frame with its target, so it can only stand alone")
         space = space.union(model.state)
     return space
 
 
-def _carried(self: Product) -> Space:
-    return reduce(Space.union, (model.carried for model in self.models), Space())
+def _zero_variance(self: Product) -> Space:
+    return reduce(Space.union, (model.zero_variance for model in self.models), Space())
 
 
 @final
@@ -42,7 +42,7 @@ class Product(MotionModel):
 
     models: tuple[MotionModel, ...] = fields.part("the models, over disjoint axes")
     state: Space = field(init=False, repr=False, eq=False, default=Factory(_state, takes_self=True))
-    carried: Space = field(init=False, repr=False, eq=False, default=Factory(_carried, takes_self=True))
+    zero_variance: Space = field(init=False, repr=False, eq=False, default=Factory(_zero_variance, takes_self=True))
 
     @property
     def linear(self) -> bool:  # type: ignore[override]  # a class variable elsewhere: here it depends on the models

@@ -13,7 +13,7 @@ from vedette.space import Axis
 
 def _looks_at(self: Biased) -> Space:
     """The sensor's own axes, the velocities that a lag needs, then the biases."""
-    own, measured = self.of.looks_at, self.of.measurement
+    own, measured = self.of.observes, self.of.measurement
     for name, table, known in (("add", self.add, measured), ("offset", self.offset, own)):
         for axis in table:
             if axis not in known:
@@ -46,7 +46,7 @@ class Biased(Sensor):
     offset: dict[str, str] = fields.names("state axis that is seen, such as x, to the state axis by which it is displaced")
     lag: str = fields.text("state axis of the time by which the returns are late", default="")
     spread: dict[str, float] = fields.table("bias to its standard deviation around 0 in a track that starts at a return")
-    looks_at: Space = field(init=False, repr=False, eq=False, default=Factory(_looks_at, takes_self=True))
+    observes: Space = field(init=False, repr=False, eq=False, default=Factory(_looks_at, takes_self=True))
 
     @property
     def linear(self) -> bool:  # type: ignore[override]  # a class variable elsewhere: here it depends on the sensor
@@ -58,18 +58,18 @@ class Biased(Sensor):
         return self.of.measurement
 
     def _biases(self) -> Space:
-        return Space(self.looks_at.axes[len(self.looks_at) - len(self.add) - len(self.offset) - bool(self.lag) :])
+        return Space(self.observes.axes[len(self.observes) - len(self.add) - len(self.offset) - bool(self.lag) :])
 
     def _moving(self) -> tuple[list[int], list[int]]:
         """Where the places and their velocities stand, if there is a lag."""
-        places = [axis.name for axis in self.of.looks_at.axes if axis.unit == "m"] if self.lag else []
-        index = {name: i for i, name in enumerate(self.looks_at.names)}
+        places = [axis.name for axis in self.of.observes.axes if axis.unit == "m"] if self.lag else []
+        index = {name: i for i, name in enumerate(self.observes.names)}
         return [index[name] for name in places], [index[f"v{name}"] for name in places]
 
     def _apparent(self, x: Array) -> Array:
         """What the sensor would have to see to report what it does, but for `add`: (*b, n) -> (*b, n of the sensor)."""
-        index = {name: i for i, name in enumerate(self.looks_at.names)}
-        seen = x[..., : len(self.of.looks_at)].copy()
+        index = {name: i for i, name in enumerate(self.observes.names)}
+        seen = x[..., : len(self.of.observes)].copy()
         for axis, name in self.offset.items():
             seen[..., index[axis]] += x[..., index[name]]
         if self.lag:
@@ -82,15 +82,15 @@ class Biased(Sensor):
         z = self.of.measure(self._apparent(x))
         step = np.zeros(z.shape)
         for axis, name in self.add.items():
-            step[..., self.measurement.names.index(axis)] = x[..., self.looks_at.names.index(name)]
+            step[..., self.measurement.names.index(axis)] = x[..., self.observes.names.index(name)]
         return self.measurement.displace(z, step)
 
     def jacobian(self, x: Array) -> Array:
         """(*b, n) -> (*b, m, n)"""
         inner = self.of.jacobian(self._apparent(x))
-        H = np.zeros((*x.shape[:-1], len(self.measurement), len(self.looks_at)))
-        H[..., : len(self.of.looks_at)] = inner
-        index = {name: i for i, name in enumerate(self.looks_at.names)}
+        H = np.zeros((*x.shape[:-1], len(self.measurement), len(self.observes)))
+        H[..., : len(self.of.observes)] = inner
+        index = {name: i for i, name in enumerate(self.observes.names)}
         for axis, name in self.add.items():
             H[..., self.measurement.names.index(axis), index[name]] = 1.0
         for axis, name in self.offset.items():
@@ -117,13 +117,13 @@ class Biased(Sensor):
     def invert(self, z: Array, noise: Array | None = None) -> Gaussian:
         """What a return says if biases are 0 +- `spread`: (*b, m) -> (*b, n), (*b, n, n); place and biases correlated."""
         biases, seen = self._biases(), self.of.invert(z, noise)
-        lacking = [name for name in self.looks_at.names[len(self.of.looks_at) :] if name not in self.spread]
+        lacking = [name for name in self.observes.names[len(self.of.observes) :] if name not in self.spread]
         if lacking:
             raise NotImplementedError(f"its `spread` does not state the standard deviation of {', '.join(lacking)}")
-        own, n = len(self.of.looks_at), len(self.looks_at)
+        own, n = len(self.of.observes), len(self.observes)
         mean, cov = np.zeros((*z.shape[:-1], n)), np.zeros((*z.shape[:-1], n, n))
         mean[..., :own], cov[..., :own, :own] = seen.mean, seen.cov
-        prior = np.array([self.spread[name] ** 2 for name in self.looks_at.names[own:]])
+        prior = np.array([self.spread[name] ** 2 for name in self.observes.names[own:]])
         H = self.jacobian(mean)
         moves = np.zeros((*z.shape[:-1], own, n - own))
         first = n - own - len(biases)

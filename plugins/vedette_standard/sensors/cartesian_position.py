@@ -24,7 +24,7 @@ class CartesianPosition(Sensor):
     clutter_density: float = fields.quantity("1/m^2", "false returns per scan and area", default=0.0, at_least=0)
 
     @property
-    def looks_at(self) -> Space:
+    def observes(self) -> Space:
         return POSITION
 
     @property

@@ -41,8 +41,8 @@ class Partial(Sensor):
         return self.of.linear
 
     @property
-    def looks_at(self) -> Space:
-        return self.of.looks_at
+    def observes(self) -> Space:
+        return self.of.observes
 
     @property
     def measurement(self) -> Space:

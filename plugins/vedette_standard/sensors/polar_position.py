@@ -46,7 +46,7 @@ class PolarPosition(Sensor):
         return Pose(np.array([self.x, self.y]))
 
     @property
-    def looks_at(self) -> Space:
+    def observes(self) -> Space:
         return POSITION
 
     @property

@@ -31,7 +31,7 @@ class PositionVelocity(Sensor):
     )
 
     @property
-    def looks_at(self) -> Space:
+    def observes(self) -> Space:
         return _STATE
 
     @property

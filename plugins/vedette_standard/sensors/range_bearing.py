@@ -32,7 +32,7 @@ class RangeBearing(Standing):
     sigma_bearing: float = fields.quantity("rad", "standard deviation of the bearing", above=0, at_most=1)
 
     @property
-    def looks_at(self) -> Space:
+    def observes(self) -> Space:
         return POSITION
 
     @property

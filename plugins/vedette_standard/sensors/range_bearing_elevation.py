@@ -35,7 +35,7 @@ class RangeBearingElevation(Standing):
     z: float = fields.quantity("m", "height at which the radar stands", default=0.0)
 
     @property
-    def looks_at(self) -> Space:
+    def observes(self) -> Space:
         return _STATE
 
     @property

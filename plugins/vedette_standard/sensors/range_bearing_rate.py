@@ -40,7 +40,7 @@ class RangeBearingRate(Standing):
     )  # fmt: skip
 
     @property
-    def looks_at(self) -> Space:
+    def observes(self) -> Space:
         return _STATE
 
     @property

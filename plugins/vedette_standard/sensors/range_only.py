@@ -30,7 +30,7 @@ class RangeOnly(Standing):
     sigma_range: float = fields.quantity("m", "standard deviation of the range", above=0)
 
     @property
-    def looks_at(self) -> Space:
+    def observes(self) -> Space:
         return POSITION
 
     @property

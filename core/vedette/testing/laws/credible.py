@@ -20,7 +20,7 @@ from vedette.testing.laws.scene import (
     not_if_it_draws,
     started,
     sure,
-    without_carried,
+    with_zero_variance,
 )
 from vedette.testing.truth import draw_truth, modes_of, motion_of
 from vedette.testing.watch import Watch
@@ -37,28 +37,28 @@ def covariances_survive_a_long_run(estimator: Estimator[Any], drawn: Scene) -> N
     """
     not_if_it_draws(estimator, drawn, "none of its draws may lie where so sharp a return says")
     rng = drawn.rng()
-    looks_at = Space(drawn.watch.looks_at.axes[:1])
+    observes = Space(drawn.watch.observes.axes[:1])
     started(estimator, drawn, rng)
-    i, n = estimator.state.locate(looks_at)[0], len(estimator.state)
+    i, n = estimator.state.locate(observes)[0], len(estimator.state)
     mean = np.broadcast_to(drawn.prior.mean[0, :1], (13, 1, n))
     tight = Gaussian(mean, np.broadcast_to(1e-12 * np.eye(n), (13, 1, n, n)))
     added = estimator.moments(
-        estimator.predict(estimator.start(without_carried(estimator, tight), estimator.state, rng), 1.0, rng)
+        estimator.predict(estimator.start(with_zero_variance(estimator, tight), estimator.state, rng), 1.0, rng)
     ).cov
     noise = np.logspace(-6, 6, 13) * np.median(added[..., i, i])
     wide = np.maximum(noise[:, None, None, None], added) * 1e6
     cov = np.eye(n) * np.diagonal(wide, axis1=-2, axis2=-1)[..., None, :]
-    belief = estimator.start(without_carried(estimator, Gaussian(mean, cov)), estimator.state, rng)
-    watch = Watch(looks_at, np.eye(1))
+    belief = estimator.start(with_zero_variance(estimator, Gaussian(mean, cov)), estimator.state, rng)
+    watch = Watch(observes, np.eye(1))
     R, valid = noise[:, None, None, None], np.ones((13, 1), dtype=bool)
     for step in range(drawn.steps):
         belief = estimator.predict(belief, 1.0, rng)
         centre = estimator.moments(belief).mean[..., i : i + 1]
         # Every third scan a second, almost equal look follows at once: nothing is left to learn, the subtraction is all.
         for _ in range(2 if step % 3 == 0 else 1):
-            seen = Detections(centre, valid, noise=R)
-            innovation = estimator.innovate(belief, watch, seen, 1.0 - 1e-12)
-            belief = estimator.absorb(belief, innovation, sure(innovation.loglik, 1))
+            detections = Detections(centre, valid, noise=R)
+            innovation = estimator.evaluate(belief, watch, detections, 1.0 - 1e-12)
+            belief = estimator.update(belief, innovation, sure(innovation.loglik, 1))
         if step % 97 == 0 or step < 30:
             _still_covariance(estimator, belief, step)
     _still_covariance(estimator, belief, drawn.steps)
@@ -90,8 +90,8 @@ def nees_and_nis_fit_matched_truth(estimator: Estimator[Any], drawn: Scene) -> N
         truth = draw_truth(estimator, prior, times, rng, runs)
     except Misuse as reason:
         raise Closed(str(reason)) from None
-    n, m = len(state) - len(estimator.carried), len(drawn.watch.R)
-    where = state.locate(drawn.watch.looks_at)
+    n, m = len(state) - len(estimator.zero_variance), len(drawn.watch.R)
+    where = state.locate(drawn.watch.observes)
     watch = evolve(drawn.watch, R=0.04 * drawn.watch.R, probability=1.0)
     root = np.linalg.cholesky(watch.R)
     many = Gaussian(np.broadcast_to(prior.mean, (runs, 1, len(state))), np.broadcast_to(prior.cov, (runs, 1, *cov.shape)))
@@ -100,10 +100,10 @@ def nees_and_nis_fit_matched_truth(estimator: Estimator[Any], drawn: Scene) -> N
     for scan in range(1, scans + 1):
         belief = estimator.predict(belief, float(times[scan] - times[scan - 1]), rng)
         z = watch.measure(truth[:, scan, where]) + rng.standard_normal((runs, m)) @ root.T
-        seen = Detections(watch.measurement.canonical(z)[:, None], np.ones((runs, 1), dtype=bool))
-        innovation = estimator.innovate(belief, watch, seen, 1.0 - 1e-12)
+        detections = Detections(watch.measurement.canonical(z)[:, None], np.ones((runs, 1), dtype=bool))
+        innovation = estimator.evaluate(belief, watch, detections, 1.0 - 1e-12)
         shocks.append(innovation.nis[:, 0, 0])
-        belief = estimator.absorb(belief, innovation, sure(innovation.loglik, 1))
+        belief = estimator.update(belief, innovation, sure(innovation.loglik, 1))
         found = estimator.moments(belief)
         errors.append(nees(state.difference(truth[:, scan], found.mean[:, 0]), found.cov[:, 0]))
     if estimator.exact_when_linear and motion is not None and motion.linear:

@@ -41,7 +41,7 @@ def pure(estimator: Estimator[Any], drawn: Scene) -> None:
         kept = Gaussian(np.array(before.mean), np.array(before.cov))
         belief = estimator.predict(start, drawn.dt, rng)
         innovation = innovation_of(estimator, belief, drawn)
-        after = estimator.absorb(belief, innovation, frozen_copy(soft(innovation.loglik, drawn.seed)))
+        after = estimator.update(belief, innovation, frozen_copy(soft(innovation.loglik, drawn.seed)))
         same("start after predict: mean", estimator.moments(start).mean, kept.mean, 0.0)
         same("start after predict: cov", estimator.moments(start).cov, kept.cov, 0.0)
         moments = estimator.moments(after)
@@ -56,16 +56,16 @@ def batches_as_it_loops(estimator: Estimator[Any], drawn: Scene) -> None:
     whole = predicted(estimator, drawn, drawn.rng())
     innovation = innovation_of(estimator, whole, drawn)
     weights = soft(innovation.loglik, drawn.seed)
-    after = estimator.moments(estimator.absorb(whole, innovation, weights))
+    after = estimator.moments(estimator.update(whole, innovation, weights))
     for run in range(2):
-        seen = Detections(drawn.seen.z[run], drawn.seen.valid[run])
+        detections = Detections(drawn.seen.z[run], drawn.seen.valid[run])
         for track in range(2):
             prior = Gaussian(drawn.prior.mean[run, track : track + 1], drawn.prior.cov[run, track : track + 1])
             rng = drawn.rng()
             belief = estimator.predict(estimator.start(prior, estimator.state, rng), drawn.dt, rng)
-            alone = estimator.innovate(belief, drawn.watch, seen, P_GATE)
+            alone = estimator.evaluate(belief, drawn.watch, detections, P_GATE)
             chosen = weights[run, track : track + 1]
-            wanted = estimator.moments(estimator.absorb(belief, alone, chosen))
+            wanted = estimator.moments(estimator.update(belief, alone, chosen))
             scale = np.abs(alone.loglik) + 1.0
             same("log-likelihood", innovation.loglik[run, track : track + 1], alone.loglik, 1e-10, scale)
             alike(estimator, Gaussian(after.mean[run, track : track + 1], after.cov[run, track : track + 1]), wanted, 1e-9)
@@ -111,12 +111,12 @@ def a_missed_scan_equals_prediction(estimator: Estimator[Any], drawn: Scene) -> 
     """Where detection does not depend on the state, a scan without returns says nothing."""
     belief = predicted(estimator, drawn, drawn.rng())
     none = Detections(drawn.seen.z[:, :0], drawn.seen.valid[:, :0])
-    innovation = estimator.innovate(belief, drawn.watch, none, P_GATE)
+    innovation = estimator.evaluate(belief, drawn.watch, none, P_GATE)
     demand(
         innovation.loglik.shape == (2, 2, 1),
         f"loglik: of no returns must have shape (2, 2, 1), got {innovation.loglik.shape}",
     )
-    after = estimator.absorb(belief, innovation, np.ones((2, 2, 1)))
+    after = estimator.update(belief, innovation, np.ones((2, 2, 1)))
     alike(estimator, after, estimator.moments(belief), 1e-9)
 
 
@@ -131,10 +131,10 @@ def order_of_returns_is_free(estimator: Estimator[Any], drawn: Scene) -> None:
     belief = predicted(estimator, drawn, drawn.rng())
     innovation = innovation_of(estimator, belief, drawn)
     weights = soft(innovation.loglik, drawn.seed)
-    wanted = estimator.moments(estimator.absorb(belief, innovation, weights))
-    turned = estimator.innovate(belief, drawn.watch, Detections(drawn.seen.z[:, ::-1], drawn.seen.valid), P_GATE)
+    wanted = estimator.moments(estimator.update(belief, innovation, weights))
+    turned = estimator.evaluate(belief, drawn.watch, Detections(drawn.seen.z[:, ::-1], drawn.seen.valid), P_GATE)
     same("log-likelihood", turned.loglik[..., 1:], innovation.loglik[..., :0:-1], 1e-9, np.abs(innovation.loglik).max())
-    alike(estimator, estimator.absorb(belief, turned, weights[..., [0, 2, 1]]), wanted, 1e-9)
+    alike(estimator, estimator.update(belief, turned, weights[..., [0, 2, 1]]), wanted, 1e-9)
 
 
 def a_miss_has_its_probability(estimator: Estimator[Any], drawn: Scene) -> None:
@@ -148,10 +148,10 @@ def return_likelihood_is_a_density(estimator: Estimator[Any], drawn: Scene) -> N
     """Over all measurements, the likelihood of a return integrates to the detection probability."""
     belief = predicted(estimator, drawn, drawn.rng())
     moments = estimator.moments(belief)
-    axis = drawn.watch.looks_at.axes[:1]
-    looks_at = Space(axis)
-    watch = Watch(looks_at, drawn.watch.R[:1, :1], drawn.watch.probability)
-    i = estimator.state.locate(looks_at)[0]
+    axis = drawn.watch.observes.axes[:1]
+    observes = Space(axis)
+    watch = Watch(observes, drawn.watch.R[:1, :1], drawn.watch.probability)
+    i = estimator.state.locate(observes)[0]
     spread = np.sqrt(float(np.max(moments.cov[..., i, i])) + float(watch.R[0, 0]))
     centres, period = moments.mean[..., i], axis[0].period
     low, high = float(centres.min()) - 9 * spread, float(centres.max()) + 9 * spread
@@ -159,8 +159,8 @@ def return_likelihood_is_a_density(estimator: Estimator[Any], drawn: Scene) -> N
         raise Closed("the measured angle is too uncertain for an unwrapped integral")
     cells = 4000 if modes_of(estimator) else 1500
     grid = np.linspace(low, high, cells)
-    z = np.broadcast_to(looks_at.canonical(grid[:, None]), (2, cells, 1))
-    loglik = estimator.innovate(belief, watch, Detections(z, np.ones((2, cells), dtype=bool)), P_GATE).loglik[..., 1:]
+    z = np.broadcast_to(observes.canonical(grid[:, None]), (2, cells, 1))
+    loglik = estimator.evaluate(belief, watch, Detections(z, np.ones((2, cells), dtype=bool)), P_GATE).loglik[..., 1:]
     narrow = float(np.sqrt(watch.R[0, 0]))
     if (grid[1] - grid[0]) > 0.5 * narrow:
         raise Closed("the tracks lie too far apart for one grid")
@@ -174,9 +174,9 @@ def soft_weights_give_the_mixtures_moments(estimator: Estimator[Any], drawn: Sce
     belief = predicted(estimator, drawn, drawn.rng())
     innovation = innovation_of(estimator, belief, drawn)
     weights = soft(innovation.loglik, drawn.seed)
-    each = [estimator.moments(estimator.absorb(belief, innovation, sure(weights, i))) for i in range(3)]
+    each = [estimator.moments(estimator.update(belief, innovation, sure(weights, i))) for i in range(3)]
     wanted = mixture_moments(estimator.state, weights, each)
-    alike(estimator, estimator.absorb(belief, innovation, weights), wanted, 1e-8)
+    alike(estimator, estimator.update(belief, innovation, weights), wanted, 1e-8)
 
 
 LAWS = (

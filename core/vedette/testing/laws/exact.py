@@ -30,26 +30,26 @@ def equals_joint_conditioning(estimator: Estimator[Any], drawn: Scene) -> None:
     own = motion.state.locate(state)
     scans = ((drawn.dt, drawn.watch, drawn.seen), (drawn.later, drawn.other, drawn.others))
     logs = []
-    for dt, watch, seen in scans:
+    for dt, watch, detections in scans:
         belief = estimator.predict(belief, dt, drawn.rng())
-        innovation = estimator.innovate(belief, watch, seen, P_GATE)
+        innovation = estimator.evaluate(belief, watch, detections, P_GATE)
         logs.append(innovation.loglik[..., 1])
-        belief = estimator.absorb(belief, innovation, sure(innovation.loglik, 1))
+        belief = estimator.update(belief, innovation, sure(innovation.loglik, 1))
     found = estimator.moments(belief)
     for b, t in np.ndindex(2, 2):
         mean, cov = drawn.prior.mean[b, t], drawn.prior.cov[b, t]
         n, zs, mean_z, cross, square = len(mean), np.zeros(0), np.zeros(0), np.zeros((len(mean), 0)), np.zeros((0, 0))
         wanted_logs, before = [], 0.0
-        for dt, watch, seen in scans:
+        for dt, watch, detections in scans:
             F = motion.jacobian(mean[own], dt)[np.ix_(own, own)] if own != list(range(n)) else motion.jacobian(mean, dt)
             Q = motion.noise(mean, dt)
             mean, cov, cross = F @ mean, F @ cov @ F.T + Q, F @ cross
             H = np.zeros((len(watch.R), n))
-            H[:, state.locate(watch.looks_at)] = watch.H
+            H[:, state.locate(watch.observes)] = watch.H
             corner = H @ cross
             square = np.block([[square, corner.T], [corner, H @ cov @ H.T + watch.R]])
             cross = np.concatenate([cross, cov @ H.T], axis=1)
-            zs, mean_z = np.concatenate([zs, seen.z[b, 0]]), np.concatenate([mean_z, H @ mean])
+            zs, mean_z = np.concatenate([zs, detections.z[b, 0]]), np.concatenate([mean_z, H @ mean])
             joint = _log_normal(zs - mean_z, square)
             wanted_logs.append(joint - before + np.log(watch.probability))
             before = joint
@@ -75,8 +75,8 @@ def order_of_sensors_is_free(estimator: Estimator[Any], drawn: Scene) -> None:
     ends = []
     for order in (pairs, pairs[::-1]):
         after = belief
-        for watch, seen in order:
-            after = after_scan(estimator, estimator.predict(after, 0.0, drawn.rng()), watch, seen)
+        for watch, detections in order:
+            after = after_scan(estimator, estimator.predict(after, 0.0, drawn.rng()), watch, detections)
         ends.append(estimator.moments(after))
     alike(estimator, ends[1], ends[0], 1e-7)
 

@@ -136,13 +136,15 @@ def two_waits_make_one(lifecycle: Lifecycle, drawn: Lives) -> None:
 
 
 def lasting_as_declared(lifecycle: Lifecycle, drawn: Lives) -> None:
-    """If lasting: tracks exist for sure, time takes nothing from that, and all are confirmed and go on."""
-    if not lifecycle.lasting:
+    """If permanent: tracks exist for sure, time takes nothing from that, and all are confirmed and go on."""
+    if not lifecycle.permanent:
         raise Closed("it does not say that its tracks last")
     same("newborn existence", lifecycle.newborn(3)[1], np.ones(3), 0.0)
     same("survive", lifecycle.survive(drawn.existence, drawn.dt), drawn.existence, 0.0)
     for confirmed, alive in _live(lifecycle, drawn):
-        demand(bool(confirmed.all() and alive.all()), "review: every track must be confirmed and go on, as they are lasting")
+        demand(
+            bool(confirmed.all() and alive.all()), "review: every track must be confirmed and go on, as they are permanent"
+        )
 
 
 def a_hit_never_harms(lifecycle: Lifecycle, drawn: Lives) -> None:

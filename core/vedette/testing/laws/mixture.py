@@ -53,18 +53,18 @@ def first_scan_is_the_exact_mixture(estimator: Estimator[Any], drawn: Scene) -> 
     c_all = np.broadcast_to(c, (2, 2, len(modes)))
     priors = [mode.moments(part) for mode, part in zip(modes, parts, strict=True)]
     alike(estimator, belief, mixture_moments(estimator.state, c_all, priors), 1e-8, "predicted ")
-    innovations = [mode.innovate(part, drawn.watch, drawn.seen, P_GATE) for mode, part in zip(modes, parts, strict=True)]
+    innovations = [mode.evaluate(part, drawn.watch, drawn.seen, P_GATE) for mode, part in zip(modes, parts, strict=True)]
     likely = np.stack([innovation.loglik[..., 1] for innovation in innovations], axis=-1)
     joint = c * np.exp(likely - likely.max(axis=-1, keepdims=True))
     share = joint / joint.sum(axis=-1, keepdims=True)
     innovation = innovation_of(estimator, belief, drawn)
     total = np.log(joint.sum(axis=-1)) + likely.max(axis=-1)
     same("log-likelihood of a return", innovation.loglik[..., 1], total, 1e-9, np.abs(total) + 1)
-    after = estimator.absorb(belief, innovation, sure(innovation.loglik, 1))
+    after = estimator.update(belief, innovation, sure(innovation.loglik, 1))
     same("mode probabilities", np.asarray(estimator.mode_prob(after)), share, 1e-9, 1.0)
     chosen = sure(innovations[0].loglik, 1)
     updated = zip(modes, parts, innovations, strict=True)
-    ends = [mode.moments(mode.absorb(part, each, chosen)) for mode, part, each in updated]
+    ends = [mode.moments(mode.update(part, each, chosen)) for mode, part, each in updated]
     alike(estimator, after, mixture_moments(estimator.state, share, ends), 1e-8, "updated ")
 
 
@@ -81,8 +81,8 @@ def equal_modes_are_one(estimator: Estimator[Any], drawn: Scene) -> None:
         belief = each.start(prior, one.state, drawn.rng())
         for dt in (drawn.dt, drawn.later):
             belief = each.predict(belief, dt, drawn.rng())
-            innovation = each.innovate(belief, drawn.watch, drawn.seen, P_GATE)
-            belief = each.absorb(belief, innovation, soft(innovation.loglik, drawn.seed))
+            innovation = each.evaluate(belief, drawn.watch, drawn.seen, P_GATE)
+            belief = each.update(belief, innovation, soft(innovation.loglik, drawn.seed))
         ends.append(each.moments(belief))
     alike(one, ends[0], ends[1], 1e-7)
 

@@ -89,13 +89,13 @@ def noise_is_a_covariance(model: MotionModel, drawn: Moves) -> None:
     covariance("noise", _full(model.noise(drawn.x, drawn.dt), drawn.x, 2), definite=False)
 
 
-def carried_axes_have_no_noise(model: MotionModel, drawn: Moves) -> None:
-    """An axis that is carried along gets no noise: it is moved by rules."""
-    if not len(model.carried):
+def zero_variance_axes_have_no_noise(model: MotionModel, drawn: Moves) -> None:
+    """An axis without variance gets no noise: it is moved by rules."""
+    if not len(model.zero_variance):
         raise Closed("it carries no axes")
-    where = model.state.locate(model.carried)
+    where = model.state.locate(model.zero_variance)
     cov = model.noise(drawn.x, drawn.dt)
-    same("noise of carried axes", cov[..., where, :], np.zeros_like(cov[..., where, :]), 0.0)
+    same("noise of zero-variance axes", cov[..., where, :], np.zeros_like(cov[..., where, :]), 0.0)
 
 
 def jacobian_is_the_derivative(model: MotionModel, drawn: Moves) -> None:
@@ -144,17 +144,17 @@ def noise_matches_draws(model: MotionModel, drawn: Moves) -> None:
     judge_standard_normal("noise", within, drawn.alpha)
 
 
-def settling_keeps_a_belief(model: MotionModel, drawn: Moves) -> None:
+def reframing_keeps_a_belief(model: MotionModel, drawn: Moves) -> None:
     """Settling gives a belief over the same axes, with a covariance that is one."""
     rng = np.random.default_rng(drawn.seed)
     own = random_gaussian(model.state, rng, (2, 3))
-    if len(model.carried):
-        where = model.state.locate(model.carried)
+    if len(model.zero_variance):
+        where = model.state.locate(model.zero_variance)
         own.cov[..., where, :] = 0.0
         own.cov[..., :, where] = 0.0
     own = Gaussian(frozen_copy(own.mean), frozen_copy(own.cov))
-    settled = model.settle(own, own)
-    demand(settled.mean.shape == own.mean.shape, f"settle: mean must have shape {own.mean.shape}, got {settled.mean.shape}")
+    settled = model.reframe(own, own)
+    demand(settled.mean.shape == own.mean.shape, f"reframe: mean must have shape {own.mean.shape}, got {settled.mean.shape}")
     finite("mean", settled.mean)
     covariance("covariance", settled.cov, definite=False)
 
@@ -178,12 +178,12 @@ LAWS = (
     Law(gives_finite_numbers),
     Law(zero_step_changes_nothing),
     Law(noise_is_a_covariance),
-    Law(carried_axes_have_no_noise),
+    Law(zero_variance_axes_have_no_noise),
     Law(jacobian_is_the_derivative),
     Law(linear_as_declared, needs="linear"),
     Law(two_steps_make_one, needs="divisible"),
     Law(noise_matches_draws, effort="statistical"),
-    Law(settling_keeps_a_belief),
+    Law(reframing_keeps_a_belief),
     Law(differences_undo_steps),
     Law(angles_wrap),
 )

@@ -49,7 +49,7 @@ def drawn(estimator: Estimator[Any], profile: Profile) -> st.SearchStrategy[Scen
 
 
 def free_axes(estimator: Estimator[Any]) -> Space:
-    return Space(tuple(axis for axis in estimator.state.axes if axis.name not in estimator.carried))
+    return Space(tuple(axis for axis in estimator.state.axes if axis.name not in estimator.zero_variance))
 
 
 def _scene(
@@ -58,15 +58,15 @@ def _scene(
     rng = np.random.default_rng(seed)
     free, state = free_axes(estimator), estimator.state
     prior = random_gaussian(state, rng, (2, 2))
-    if len(estimator.carried):
-        where = state.locate(estimator.carried)
+    if len(estimator.zero_variance):
+        where = state.locate(estimator.zero_variance)
         prior.cov[..., where, :] = 0.0
         prior.cov[..., :, where] = 0.0
     watches = [_watch(free, rng, p_detect, mixed) for mixed in (False, True)]
     returns = []
     for watch in watches:
-        centre = watch.measure(prior.mean[:, :1, state.locate(watch.looks_at)])
-        spread = np.sqrt(np.diagonal(watch.R + watch.H @ np.diag((0.02 * sizes(watch.looks_at)) ** 2) @ watch.H.T))
+        centre = watch.measure(prior.mean[:, :1, state.locate(watch.observes)])
+        spread = np.sqrt(np.diagonal(watch.R + watch.H @ np.diag((0.02 * sizes(watch.observes)) ** 2) @ watch.H.T))
         z = watch.measurement.canonical(centre + spread * rng.standard_normal((2, 2, len(spread))))
         returns.append(Detections(frozen_copy(z), np.ones((2, 2), dtype=bool)))
     belief = Gaussian(frozen_copy(prior.mean), frozen_copy(prior.cov))
@@ -82,8 +82,8 @@ def _watch(free: Space, rng: np.random.Generator, p_detect: float, mixed: bool) 
         size = sizes(Space(tuple(chosen)))
         mix = rng.standard_normal((1, 2)) * size[0] / size
         return Watch(Space(tuple(chosen)), np.array([[(0.02 * size[0]) ** 2]]), p_detect, mix=mix)
-    looks_at = Space(tuple(places[: int(rng.integers(1, 3))]))
-    return Watch(looks_at, random_covariance(looks_at, rng), p_detect)
+    observes = Space(tuple(places[: int(rng.integers(1, 3))]))
+    return Watch(observes, random_covariance(observes, rng), p_detect)
 
 
 def started(estimator: Estimator[Any], scene: Scene, rng: np.random.Generator) -> Any:
@@ -105,7 +105,7 @@ def not_if_it_draws(estimator: Estimator[Any], scene: Scene, why: str) -> None:
 
 
 def innovation_of(estimator: Estimator[Any], belief: Any, scene: Scene) -> Innovation:
-    return estimator.innovate(belief, scene.watch, scene.seen, P_GATE)
+    return estimator.evaluate(belief, scene.watch, scene.seen, P_GATE)
 
 
 def sure(loglik: Array, column: int) -> Array:
@@ -122,10 +122,10 @@ def soft(loglik: Array, seed: int) -> Array:
     return weights
 
 
-def after_scan(estimator: Estimator[Any], belief: Any, watch: Watch, seen: Detections, column: int = 1) -> Any:
+def after_scan(estimator: Estimator[Any], belief: Any, watch: Watch, detections: Detections, column: int = 1) -> Any:
     """The belief after a scan of which every track takes one return, or none (column 0), for sure."""
-    innovation = estimator.innovate(belief, watch, seen, P_GATE)
-    return estimator.absorb(belief, innovation, sure(innovation.loglik, column))
+    innovation = estimator.evaluate(belief, watch, detections, P_GATE)
+    return estimator.update(belief, innovation, sure(innovation.loglik, column))
 
 
 def alike(estimator: Estimator[Any], got: Any, wanted: Gaussian, tolerance: float, what: str = "") -> None:
@@ -152,10 +152,10 @@ def holdable(estimator: Estimator[Any], prior: Gaussian) -> Gaussian:
     return prior
 
 
-def without_carried(estimator: Estimator[Any], prior: Gaussian) -> Gaussian:
-    """The prior without variance on the axes that are carried."""
+def with_zero_variance(estimator: Estimator[Any], prior: Gaussian) -> Gaussian:
+    """The prior without variance on the axes without variance."""
     keep = np.ones(len(estimator.state))
-    keep[estimator.state.locate(estimator.carried)] = 0.0
+    keep[estimator.state.locate(estimator.zero_variance)] = 0.0
     return Gaussian(prior.mean, prior.cov * (keep[:, None] * keep))
 
 

@@ -36,7 +36,7 @@ class Looks:
 
 def drawn(sensor: Sensor, profile: Profile) -> st.SearchStrategy[Looks]:
     """What every law of a sensor is given."""
-    x = points(sensor.looks_at, 3).map(frozen_copy)
+    x = points(sensor.observes, 3).map(frozen_copy)
     z, step = points(sensor.measurement, 3).map(frozen_copy), points(sensor.measurement, 3).map(frozen_copy)
     return st.builds(Looks, x, z, step, SEEDS, st.just(profile.runs), st.just(profile.alpha))
 
@@ -46,7 +46,7 @@ Method = Callable[[Array], Array]
 
 def _methods(sensor: Sensor) -> dict[str, tuple[Method, tuple[int, ...]]]:
     """Each method of a state, and the shape of its result beyond the batch axes."""
-    m, n = len(sensor.measurement), len(sensor.looks_at)
+    m, n = len(sensor.measurement), len(sensor.observes)
     return {
         "measure": (sensor.measure, (m,)),
         "jacobian": (sensor.jacobian, (m, n)),
@@ -102,12 +102,12 @@ def jacobian_is_the_derivative(sensor: Sensor, drawn: Looks) -> None:
     """The jacobian is the derivative of measure, the short way round where axes wrap."""
     for x in drawn.x:
         stated = sensor.jacobian(x)
-        is_derivative(sensor.measure, sensor.measurement.difference, stated, x, steps_of(sensor.looks_at))
+        is_derivative(sensor.measure, sensor.measurement.difference, stated, x, steps_of(sensor.observes))
 
 
 def linear_as_declared(sensor: Sensor, drawn: Looks) -> None:
     """If linear: measure(x) = H x with one H for all states. The noise may still depend on the state."""
-    H = _full(sensor.jacobian(drawn.x), drawn.x, (len(sensor.measurement), len(sensor.looks_at)))
+    H = _full(sensor.jacobian(drawn.x), drawn.x, (len(sensor.measurement), len(sensor.observes)))
     same("jacobian elsewhere", H[1:], np.broadcast_to(H[0], H[1:].shape), 1e-9)
     same("measure", sensor.measure(drawn.x[0]), H[0] @ drawn.x[0], 1e-9, np.abs(H[0]) @ np.abs(drawn.x[0]) + 1e-12)
 
@@ -135,18 +135,18 @@ def clutter_is_a_density(sensor: Sensor, drawn: Looks) -> None:
 
 def further_axes_change_nothing(sensor: Sensor, drawn: Looks) -> None:
     """A filter with more axes than the sensor looks at, in another order, scores returns the same."""
-    own = sensor.looks_at
+    own = sensor.observes
     more = Space((Axis("kit_more", "m"), *own.axes[::-1], Axis("kit_last", "m/s")))
     where = more.locate(own)
     rng = np.random.default_rng(drawn.seed)
     wide = random_covariance(more, rng, (3,))
     mean = np.full((3, len(more)), 7.0)
     mean[:, where] = drawn.x
-    seen = Detections.of(drawn.z)
+    detections = Detections.of(drawn.z)
     with np.errstate(all="ignore"):
         narrow = Gaussian(drawn.x, wide[:, where, :][..., where])
-        alone = linearised(narrow, own, sensor, seen, 0.99)
-        among = linearised(Gaussian(mean, wide), more, sensor, seen, 0.99)
+        alone = linearised(narrow, own, sensor, detections, 0.99)
+        among = linearised(Gaussian(mean, wide), more, sensor, detections, 0.99)
     size = np.where(np.isfinite(alone.loglik), np.abs(alone.loglik), 0.0) + 1.0
     same("log-likelihood", among.loglik, alone.loglik, 1e-6, size)
 
@@ -173,11 +173,11 @@ def inverts_what_it_measures(sensor: Sensor, drawn: Looks) -> None:
         found = sensor.invert(frozen_copy(sensor.measure(drawn.x)))
     except NotImplementedError:
         raise Closed("one return does not give a position") from None
-    n = len(sensor.looks_at)
+    n = len(sensor.observes)
     demand(found.mean.shape == (3, n), f"invert: mean must have shape {(3, n)}, got {found.mean.shape}")
     demand(found.cov.shape == (3, n, n), f"invert: cov must have shape {(3, n, n)}, got {found.cov.shape}")
     covariance("invert", found.cov, definite=True)
-    apart = sensor.looks_at.difference(drawn.x, found.mean)
+    apart = sensor.observes.difference(drawn.x, found.mean)
     worst = float(np.max(nees(apart, found.cov)))
     demand(worst <= 9.0, f"invert: the true state is {np.sqrt(worst):.3g} standard deviations off, allowed 3")
 
@@ -202,7 +202,7 @@ def standing_elsewhere_keeps_the_axes(sensor: Sensor, drawn: Looks) -> None:
     except NotImplementedError:
         raise Closed("it cannot be placed") from None
     demand(there.measurement == sensor.measurement, f"at: measurement must be {sensor.measurement}, got {there.measurement}")
-    demand(there.looks_at == sensor.looks_at, f"at: looks_at must be {sensor.looks_at}, got {there.looks_at}")
+    demand(there.observes == sensor.observes, f"at: observes must be {sensor.observes}, got {there.observes}")
     pure(there, drawn)
     jacobian_is_the_derivative(there, drawn)
     same("measure after at", sensor.measure(drawn.x), before, 0.0)

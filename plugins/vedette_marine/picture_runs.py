@@ -7,19 +7,19 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Study
-from vedette.reproduction import Progress, StudyResult
+from vedette import Reproduction
+from vedette.reproduction import Findings, Progress
 from vedette_marine import configs, outcome
 from vedette_marine.outcome import FILTERS, Record
 from vedette_marine.points import Points, see
-from vedette_marine.study import SCENES, SIGMA, TUNING_RUNS, record, tuned
+from vedette_marine.reproduction import SCENES, SIGMA, TUNING_RUNS, record, tuned
 
 DETECTORS = {"MANV-like": configs.BOATS_IN_PICTURES, "DARC-like": configs.SHIP_IN_PICTURES}
 
 
 @final
 @frozen
-class MarinePicturesStudy(Study):
+class MarinePicturesReproduction(Reproduction):
     """The study `marine` with returns that the picture chain finds in pictures of a simulated radar; a minute a run.
 
     The CV-PDAF's process noise is chosen on drawn returns of other runs.
@@ -27,9 +27,9 @@ class MarinePicturesStudy(Study):
 
     kind: ClassVar[str] = "marine_pictures"
     title: ClassVar[str] = "Ships in radar pictures: IMM-PDAF against CV-PDAF and CT-PDAF, judged by AIS"
-    usual_runs: ClassVar[int] = 20
+    default_runs: ClassVar[int] = 20
 
-    def run(self, runs: int, seed: int, progress: Progress) -> StudyResult:
+    def run(self, runs: int, seed: int, progress: Progress) -> Findings:
         """All filters on the same pictures."""
         found: dict[tuple[str, str], dict[str, Record]] = {}
         times, centres = {}, {}
@@ -45,7 +45,7 @@ class MarinePicturesStudy(Study):
             outcome.error_table("Table 4 from pictures, each filter tuned", "tuned", found, note),
             outcome.ratio_table(found),
         )
-        return StudyResult(
+        return Findings(
             self.title, runs, seed, tables, outcome.claims(found, TUNING_RUNS), outcome.charts(times, centres, found)
         )
 

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, final
 
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, ConfigError, Detections, Detector, Frame, InputError, Mask, Pose, Problem, Scan, Space, fields
+from vedette import Array, ConfigError, Detections, Frame, InputError, Mask, Pose, Preprocessor, Problem, Scan, Space, fields
 from vedette_marine.geometry import PictureGeometry, nautical
 from vedette_marine.opencv import opencv
 from vedette_marine.picture.chain import Chain, Stages
@@ -18,12 +17,12 @@ from vedette_marine.picture.evidence import Evidence
 from vedette_marine.screen import POSITION, RadarScreen
 
 if TYPE_CHECKING:
-    from vedette import Result
+    pass
 
 
 @final
 @frozen
-class RadarPicture(Detector):
+class RadarPicture(Preprocessor):
     """Takes each radar picture by itself: echoes, blobs, groups; each group is a return, its middle in east and north.
 
     R = sigma^2 I + (r sigma_bearing)^2 across the line of sight + extent^2 times the spread of the group's own blobs. The
@@ -48,7 +47,7 @@ class RadarPicture(Detector):
     def measurement(self) -> Space:
         return POSITION
 
-    def detect(self, scans: Mapping[str, Scan]) -> Detections:
+    def process(self, scans: Mapping[str, Scan]) -> Detections:
         """A picture (h, w) or (3, h, w) -> (k, 2) of east and north, their noise and evidence; none without a picture."""
         (scan,) = scans.values()
         if scan.frame is None:
@@ -78,7 +77,8 @@ class RadarPicture(Detector):
             raise ConfigError(
                 [
                     Problem(
-                        "detectors", "the pictures come without a geometry: give the detector's `geometry`, docs/marine.md"
+                        "preprocessors",
+                        "the pictures come without a geometry: give its `geometry`, docs/marine.md",
                     )
                 ]
             )
@@ -102,12 +102,6 @@ class RadarPicture(Detector):
         coloured = picture.ndim == 3 and len(geometry.colours) > 0
         colours = palette(tuple(map(tuple, geometry.colours.tolist())), self.chain.tolerance) if coloured else None
         return self.chain.stages(picture, geometry, colours, land_of(frame, geometry, pose))
-
-    def illustrate(self, folder: Path, result: Result) -> list[str]:
-        """The pictures with returns and tracks as a video, and the stages of one of them."""
-        from vedette_marine.picture.looking import illustrate
-
-        return illustrate(self, folder, result)
 
 
 def place(pose: Pose | None) -> Array:

@@ -7,10 +7,10 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Experiment, Gaussian, Scan, Space, Study, load
+from vedette import Array, Experiment, Gaussian, Reproduction, Scan, Space, load
 from vedette.metrics.consistency import nees
 from vedette.montecarlo.lockstep import run_together
-from vedette.reproduction import Progress, StudyResult, over_axes, two_point
+from vedette.reproduction import Findings, Progress, over_axes, two_point
 from vedette.sampling.detections import Bounds, draw_detections
 from vedette_target_oriented import accelerations, outcome
 from vedette_target_oriented.configs import FILTERS
@@ -28,7 +28,7 @@ RUNS_PER_SEED = 25
 
 @final
 @frozen
-class TargetOrientedStudy(Study):
+class TargetOrientedReproduction(Reproduction):
     """Section 4.1: accelerations along axes and along the velocity; section 4.3: five IMM-PDAFs on one turning aircraft.
 
     Yoon, Ko, a manoeuvring target tracking algorithm with a target-oriented velocity representation (in Korean).
@@ -36,9 +36,9 @@ class TargetOrientedStudy(Study):
 
     kind: ClassVar[str] = "target_oriented"
     title: ClassVar[str] = "Target-oriented velocity in an IMM-PDAF, against Singer models and known turn rates"
-    usual_runs: ClassVar[int] = 1000
+    default_runs: ClassVar[int] = 1000
 
-    def run(self, runs: int, seed: int, progress: Progress) -> StudyResult:
+    def run(self, runs: int, seed: int, progress: Progress) -> Findings:
         """All filters on the same draws."""
         first, second = np.random.default_rng(seed).spawn(2)
         experiments = {name: load(config) for name, config in FILTERS.items()}
@@ -47,7 +47,7 @@ class TargetOrientedStudy(Study):
         study = accelerations.study(max(2, runs // RUNS_PER_SEED), second)
         tables = (*outcome.tables(records), *accelerations.tables(study))
         charts = (*outcome.charts(scene, records), *accelerations.charts(study))
-        return StudyResult(self.title, runs, seed, tables, (*outcome.claims(records), *accelerations.claims(study)), charts)
+        return Findings(self.title, runs, seed, tables, (*outcome.claims(records), *accelerations.claims(study)), charts)
 
 
 def draw(experiment: Experiment, runs: int, rng: np.random.Generator) -> Scene:

@@ -9,11 +9,11 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import field, frozen
 
-from vedette import Array, Detections, Detector, InputError, Mask, Scan, Space, fields
-from vedette_marine.detectors.radar_picture import place
-from vedette_marine.detectors.rates import KINDS, factor
+from vedette import Array, Detections, InputError, Mask, Preprocessor, Scan, Space, fields
 from vedette_marine.geometry import STABILISATIONS, nautical
 from vedette_marine.picture.clusters import linked
+from vedette_marine.preprocessors.radar_picture import place
+from vedette_marine.preprocessors.rates import KINDS, factor
 from vedette_marine.screen import POSITION, RadarScreen
 
 ROWS = 64
@@ -22,7 +22,7 @@ ROWS = 64
 
 @final
 @frozen
-class Cfar(Detector):
+class Cfar(Preprocessor):
     """Tests each range cell of each sweep against its neighbours in range; echoes within the link distance are one return.
 
     Frames are raw video: power (sweeps, range cells), linear, sweep i at (i + .5) turns / sweeps clockwise from up, cell j
@@ -94,7 +94,7 @@ class Cfar(Detector):
         found: Array = np.partition(both, k, axis=-1)[..., k]
         return found
 
-    def detect(self, scans: Mapping[str, Scan]) -> Detections:
+    def process(self, scans: Mapping[str, Scan]) -> Detections:
         """Power (sweeps, cells) -> (k, 2) of east and north, and their noise; none without a frame."""
         (scan,) = scans.values()
         if scan.frame is None:

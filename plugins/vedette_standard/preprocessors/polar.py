@@ -8,13 +8,13 @@ from collections.abc import Mapping
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Detections, Detector, Pose, Scan, Space, fields
+from vedette import Array, Detections, Pose, Preprocessor, Scan, Space, fields
 from vedette_standard.sensors.range_bearing import RangeBearing
 from vedette_standard.sensors.station import POSITION, leading
 
 
 @frozen
-class PolarConversion(Detector):
+class PolarConversion(Preprocessor):
     """Makes a position with its own covariance of each return of one radar; whether returns are valid stays as it is.
 
     z = factor * r (cos b, sin b) from where the radar stands, R = T [along cross; cross across] T' with T the
@@ -35,7 +35,7 @@ class PolarConversion(Detector):
     def moments(self, r: Array, range_variance: Array, bearing_variance: Array) -> tuple[Array, Array, Array]:
         """What the range r (*b) in m is multiplied with, and the variances along and across the line of sight, (*b) each."""
 
-    def detect(self, scans: Mapping[str, Scan]) -> Detections:
+    def process(self, scans: Mapping[str, Scan]) -> Detections:
         """(*b, k, 2) of range and bearing -> (*b, k, 2) of x and y, and noise (*b, k, 2, 2)"""
         ((name, radar),) = self.sensors.items()
         seen, pose = scans[name].detections, scans[name].pose

@@ -7,8 +7,8 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Study
-from vedette.reproduction import Cell, Claim, Progress, StudyResult, Table, mean_cell, rms_cell
+from vedette import Reproduction
+from vedette.reproduction import Cell, Claim, Findings, Progress, Table, mean_cell, rms_cell
 from vedette_flir.matched import Record, bound, information, record
 
 CASES = tuple(
@@ -23,7 +23,7 @@ PASSES = {"one pass": 1, "three passes": 3}
 
 @final
 @frozen
-class FlirStudy(Study):
+class FlirReproduction(Reproduction):
     """The extended Kalman filter on 8 x 8 pixels, with one pass as printed and iterated, against the Riccati bound.
 
     Yang, Lee, Lee, development of an image tracking technique for moving targets (in Korean).
@@ -33,9 +33,9 @@ class FlirStudy(Study):
     title: ClassVar[str] = (
         "A hot spot in infrared images: errors of dynamics and jitter against signal-to-noise ratio and spread"
     )
-    usual_runs: ClassVar[int] = 100
+    default_runs: ClassVar[int] = 100
 
-    def run(self, runs: int, seed: int, progress: Progress) -> StudyResult:
+    def run(self, runs: int, seed: int, progress: Progress) -> Findings:
         """All cases; the filters of a case see the same frames."""
         found = {
             case: {
@@ -44,7 +44,7 @@ class FlirStudy(Study):
             }
             for i, case in enumerate(progress(CASES, "cases"))
         }
-        return StudyResult(self.title, runs, seed, tuple(_table(name, found) for name in PASSES), _claims(found))
+        return Findings(self.title, runs, seed, tuple(_table(name, found) for name in PASSES), _claims(found))
 
 
 Found = dict[tuple[float, float, float], dict[str, Record]]

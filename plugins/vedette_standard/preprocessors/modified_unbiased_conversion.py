@@ -8,7 +8,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array
-from vedette_standard.detectors.polar import PolarConversion
+from vedette_standard.preprocessors.polar import PolarConversion
 
 
 @final

@@ -8,12 +8,12 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Experiment, Mask, Scan, Space, Study, load
+from vedette import Array, Experiment, Mask, Reproduction, Scan, Space, load
 from vedette.metrics.consistency import nees
 from vedette.montecarlo.lockstep import run_together
-from vedette.reproduction import Progress, StudyResult, over_axes, two_point
+from vedette.reproduction import Findings, Progress, over_axes, two_point
 from vedette.sampling.detections import Bounds, draw_detections
-from vedette.tracking.preprocessing import detected, raw_sensors
+from vedette.tracking.preprocessing import preprocessed, raw_sensors
 from vedette.types import Gaussian
 from vedette_bayes_risk import outcome
 from vedette_bayes_risk.configs import CONTESTED, FILTERS, SENSORS
@@ -29,7 +29,7 @@ LOST = 100.0
 
 @final
 @frozen
-class BayesRiskStudy(Study):
+class BayesRiskReproduction(Reproduction):
     """Seven sensors on one target: the proposed filter, an IMM with multi-sensor PDA, the printed forms in dense clutter.
 
     Kim, Choi, Ahn, Ko, on using Bayes risk for data association (in Korean).
@@ -37,9 +37,9 @@ class BayesRiskStudy(Study):
 
     kind: ClassVar[str] = "bayes_risk"
     title: ClassVar[str] = "Detection over seven sensors by Bayes risk, and parallel Kalman filters, against IMM/MSPDA"
-    usual_runs: ClassVar[int] = 1000
+    default_runs: ClassVar[int] = 1000
 
-    def run(self, runs: int, seed: int, progress: Progress) -> StudyResult:
+    def run(self, runs: int, seed: int, progress: Progress) -> Findings:
         """All filters of a part on the same draws."""
         first, second = np.random.default_rng(seed).spawn(2)
         experiments = {name: load(config) for name, config in (FILTERS | CONTESTED).items()}
@@ -56,14 +56,14 @@ class BayesRiskStudy(Study):
                 contests[name] = contest(experiments[name], truth, times, scans)
         tables = outcome.tables(records, contests, experiments)
         claims = outcome.claims(records, contests)
-        return StudyResult(self.title, runs, seed, tables, claims, outcome.charts(truth, records))
+        return Findings(self.title, runs, seed, tables, claims, outcome.charts(truth, records))
 
 
 def draw(
     experiment: Experiment, runs: int, reach: float, rng: np.random.Generator
 ) -> tuple[Array, Array, Sequence[Sequence[Scan]]]:
     """The target's states (s, 4) and times (s,), and at each time all sensors' scans; the first two without clutter."""
-    sensors = raw_sensors(experiment.detectors, experiment.tracker.sensors)
+    sensors = raw_sensors(experiment.preprocessors, experiment.tracker.sensors)
     assert experiment.source is not None
     path = experiment.source.open(sensors, rng).truth[0]
     moments = []
@@ -78,13 +78,13 @@ def draw(
 
 def _prior(experiment: Experiment, moments: Sequence[Sequence[Scan]]) -> Gaussian:
     """From the base sensor's first two returns, for all filters alike."""
-    base = next(iter(raw_sensors(experiment.detectors, experiment.tracker.sensors).values()))
+    base = next(iter(raw_sensors(experiment.preprocessors, experiment.tracker.sensors).values()))
     spots = [base.invert(scans[0].detections.z[:, 0]) for scans in moments[:2]]
     return over_axes(two_point(spots[0], spots[1], 1.0), PLANE, experiment.tracker.state, REST)
 
 
 def _scans(experiment: Experiment, moments: Sequence[Sequence[Scan]]) -> list[Scan]:
-    return list(detected((scan for scans in moments[2:] for scan in scans), experiment.detectors))
+    return list(preprocessed((scan for scans in moments[2:] for scan in scans), experiment.preprocessors))
 
 
 def record(experiment: Experiment, truth: Array, times: Array, moments: Sequence[Sequence[Scan]]) -> Record:

@@ -7,12 +7,12 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Detections, Experiment, Gaussian, Scan, Space, Study, load
+from vedette import Array, Detections, Experiment, Gaussian, Reproduction, Scan, Space, load
 from vedette.metrics.consistency import nees
 from vedette.montecarlo.lockstep import run_together
-from vedette.reproduction import Progress, StudyResult, over_axes, two_point
+from vedette.reproduction import Findings, Progress, over_axes, two_point
 from vedette.sampling.detections import returns
-from vedette.tracking.preprocessing import detected, raw_sensors
+from vedette.tracking.preprocessing import preprocessed, raw_sensors
 from vedette_vts import outcome
 from vedette_vts.configs import FILTERS
 from vedette_vts.gating import watch
@@ -27,7 +27,7 @@ LOST = 200.0
 
 @final
 @frozen
-class VtsStudy(Study):
+class VtsReproduction(Reproduction):
     """Four filters on one manoeuvring vessel: errors by leg, whether returns lie in the gate, and what Q has to do with it.
 
     Kim, Kim, Lee, design of a manoeuvring target tracking algorithm for VTS (in Korean).
@@ -35,20 +35,20 @@ class VtsStudy(Study):
 
     kind: ClassVar[str] = "vts"
     title: ClassVar[str] = "Manoeuvring vessels seen by the radar of a vessel traffic service: IMM against single filters"
-    usual_runs: ClassVar[int] = 500
+    default_runs: ClassVar[int] = 500
 
-    def run(self, runs: int, seed: int, progress: Progress) -> StudyResult:
+    def run(self, runs: int, seed: int, progress: Progress) -> Findings:
         """All filters on the same draws."""
         experiments = {name: load(config) for name, config in FILTERS.items()}
         scene = draw(next(iter(experiments.values())), runs, np.random.default_rng(seed))
         records = {name: record(experiments[name], scene) for name in progress(list(FILTERS), "filters")}
         tables = outcome.tables(scene, records)
-        return StudyResult(self.title, runs, seed, tables, outcome.claims(scene, records), outcome.charts(scene, records))
+        return Findings(self.title, runs, seed, tables, outcome.claims(scene, records), outcome.charts(scene, records))
 
 
 def draw(experiment: Experiment, runs: int, rng: np.random.Generator) -> Scene:
     """The vessel's trajectory, and what the radar reports of it in each run."""
-    ((name, radar),) = raw_sensors(experiment.detectors, experiment.tracker.sensors).items()
+    ((name, radar),) = raw_sensors(experiment.preprocessors, experiment.tracker.sensors).items()
     assert experiment.source is not None
     recording = experiment.source.open({name: radar}, rng)
     times = np.array([scan.time for scan in recording.scans])
@@ -58,7 +58,7 @@ def draw(experiment: Experiment, runs: int, rng: np.random.Generator) -> Scene:
     z, _ = returns(radar, x, rng.random(x.shape[:-1]), rng.standard_normal(x.shape))
     valid = np.ones((runs, 1), dtype=bool)
     raw = [Scan(float(time), name, Detections(z[:, [i]], valid)) for i, time in enumerate(times)]
-    return Scene(times, truth, tuple(detected(raw, experiment.detectors)))
+    return Scene(times, truth, tuple(preprocessed(raw, experiment.preprocessors)))
 
 
 def record(experiment: Experiment, scene: Scene) -> Record:

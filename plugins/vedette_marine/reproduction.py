@@ -8,9 +8,9 @@ from typing import Any, ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Mask, Study, build
+from vedette import Array, Mask, Reproduction, build
 from vedette.montecarlo.lockstep import run_together
-from vedette.reproduction import Progress, StudyResult
+from vedette.reproduction import Findings, Progress
 from vedette_marine import configs, outcome, scenes
 from vedette_marine.outcome import FILTERS, Record
 from vedette_marine.points import Points, by_frame_number, draw, prior
@@ -37,7 +37,7 @@ TUNED: dict[str, dict[str, Any]] = {"MANV-like": configs.TUNED_BOATS, "DARC-like
 
 @final
 @frozen
-class MarineStudy(Study):
+class MarineReproduction(Reproduction):
     """IMM-PDAF beside CV-PDAF and CT-PDAF on ships that a marine radar sees, judged against AIS and against the truth.
 
     Tables 4 and 5 of the paper on tracking maritime objects with radar and AIS (in Korean), on scenes like its recordings.
@@ -46,9 +46,9 @@ class MarineStudy(Study):
 
     kind: ClassVar[str] = "marine"
     title: ClassVar[str] = "Ships seen by a marine radar: IMM-PDAF against CV-PDAF and CT-PDAF, judged by AIS"
-    usual_runs: ClassVar[int] = 30
+    default_runs: ClassVar[int] = 30
 
-    def run(self, runs: int, seed: int, progress: Progress) -> StudyResult:
+    def run(self, runs: int, seed: int, progress: Progress) -> Findings:
         """All filters on the same draws; the CV-PDAF's process noise is chosen on other ones."""
         found: dict[tuple[str, str], dict[str, Record]] = {}
         naive: dict[tuple[str, str], dict[str, Record]] = {}
@@ -77,7 +77,7 @@ class MarineStudy(Study):
                 "Table 4 with the frame's number taken for its time", "by number", naive, f"{notes}; each filter tuned"
             ),
         )
-        return StudyResult(
+        return Findings(
             self.title,
             runs,
             seed,
@@ -128,8 +128,15 @@ def run_times(scene: str, points: Points, estimators: dict[str, Any], sigma: flo
 
     alone = []
     for scan in points.scans:
-        seen = scan.detections
-        alone.append(evolve(scan, detections=Detections(seen.z[:1][:, seen.valid[0]], seen.valid[:1][:, seen.valid[0]])))
+        detections = scan.detections
+        alone.append(
+            evolve(
+                scan,
+                detections=Detections(
+                    detections.z[:1][:, detections.valid[0]], detections.valid[:1][:, detections.valid[0]]
+                ),
+            )
+        )
     first = evolve(points, ais=points.ais[:1], announced=points.announced[:1], scans=tuple(alone))
     took = []
     for name in FILTERS:
