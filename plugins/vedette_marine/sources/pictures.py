@@ -56,7 +56,7 @@ class RadarPictures(Source):
         """All frames, lazily; InputError without a geometry, frames or, where AIS is the reference, AIS."""
         screens = [name for name, sensor in sensors.items() if isinstance(sensor, ImagingSensor)]
         if len(screens) != 1 or len(sensors) != 1:
-            text = f"radar pictures need one screen behind a detector, got {', '.join(sensors) or 'none'}"
+            text = f"radar pictures need one screen behind a preprocessor, got {', '.join(sensors) or 'none'}"
             raise ConfigError([Problem("sensors", text)])
         folder = find(self.path, PUBLISHER)
         geometry = read_geometry(folder)

@@ -19,7 +19,7 @@ from vedette_sim.marine_hull import hull
 from vedette_sim.marine_synthesis import Synthesis, World
 from vedette_sim.sea import TextureMemory, Upsampling, own_stream
 
-EXAMPLES = Path(__file__).parent.parent / "examples"
+EXAMPLES = Path(__file__).parent.parent.parent / "examples"
 SMALL = PpiRadar(metres_per_pixel=6.0, range=600.0, size=202, azimuths=256, beam="3 deg", gain=0.0)
 FAR = Vessel(Ship(start=[0.0, 590.0]), length=2.0, width=1.0, cross_section=1e-9)
 SCREEN = {"screen": RadarScreen()}

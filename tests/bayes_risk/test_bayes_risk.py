@@ -27,7 +27,7 @@ from vedette_standard.motion.constant_velocity import ConstantVelocity
 from vedette_standard.sensors.cartesian_position import CartesianPosition
 from vedette_standard.sensors.range_bearing import RangeBearing
 
-EXAMPLES = Path(__file__).parents[1] / "examples" / "bayes_risk"
+EXAMPLES = Path(__file__).parents[2] / "examples" / "bayes_risk"
 FILES = {
     "proposed": "proposed",
     "proposed, printed": "printed",

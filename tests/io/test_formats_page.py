@@ -9,7 +9,7 @@ import pytest
 import vedette
 from vedette.io import AutoferrySource, CsvSource, read_recording, read_tracks
 
-DOC = (Path(__file__).parents[1] / "docs" / "formats.md").read_text(encoding="utf-8")
+DOC = (Path(__file__).parents[2] / "docs" / "formats.md").read_text(encoding="utf-8")
 TRACKER = {
     "estimator": {"kind": "ekf", "motion": {"kind": "constant_velocity", "sigma_accel": 1}},
     "sensors": {"radar": {"kind": "range_bearing", "sigma_range": 1, "sigma_bearing": 0.1}},

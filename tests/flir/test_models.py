@@ -204,7 +204,7 @@ def test_batch_equals_loop_and_windows_at_the_edge():
 
 
 def test_the_page_names_every_kind_of_the_plugin():
-    page = (Path(__file__).parent.parent / "docs" / "flir.md").read_text()
+    page = (Path(__file__).parent.parent.parent / "docs" / "flir.md").read_text()
     named = {tuple(part.strip(" `") for part in row.split("|")[1:3]) for row in page.splitlines() if row.startswith("| ")}
     own = {(entry.role, entry.kind) for entry in Registry.installed() if entry.cls.__module__.startswith("vedette_flir.")}
     assert own <= named

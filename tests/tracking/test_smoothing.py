@@ -934,7 +934,7 @@ def test_the_command_refuses_a_wrong_lag_before_it_writes(tmp_path, capsys, lag)
 
 
 def test_the_example_runs_and_each_later_scan_helps(capsys):
-    runpy.run_path(str(Path(__file__).parent.parent / "examples" / "smooth.py"))
+    runpy.run_path(str(Path(__file__).parent.parent.parent / "examples" / "smooth.py"))
     told = [float(line.split("RMSE")[1].split()[0]) for line in capsys.readouterr().out.splitlines()]
     assert len(told) == 3
     assert told[0] > told[1] > told[2]
@@ -946,7 +946,7 @@ def test_on_recorded_radar_data_smoothing_lowers_the_error():
     if "VEDETTE_DATA" not in os.environ or not folder.is_dir():
         pytest.skip("needs the recording joyride in the folder that VEDETTE_DATA names")
     experiment = vedette.load(
-        Path(__file__).parent.parent / "examples" / "joyride.toml",
+        Path(__file__).parent.parent.parent / "examples" / "joyride.toml",
         overrides=[
             f"source.path={folder}",
             "lifecycle.kind=single_target",

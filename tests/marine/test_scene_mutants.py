@@ -23,7 +23,7 @@ def module_of(name):
     return module
 
 
-PICTURES, AIS = module_of("test_marine_scene"), module_of("test_marine_scene_ais")
+PICTURES, AIS = module_of("test_scene"), module_of("test_scene_ais")
 
 _strength, _turned, _at, _spread = PpiRadar.strength, display.turned, TextureMemory.at, PpiRadar.spread
 _nominal, _path, _hull = ais.nominal_intervals, ais.antenna_path, marine_hull.hull

@@ -11,7 +11,7 @@ from vedette import ConfigError, load
 from vedette.config.schema import schema
 from vedette.units import in_unit, spellings
 
-PAGE = (Path(__file__).parents[1] / "docs" / "config.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parents[2] / "docs" / "config.md").read_text(encoding="utf-8")
 
 
 def blocks(language: str) -> list[str]:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-EXAMPLE = Path(__file__).parent.parent / "examples" / "marine_filters.py"
+EXAMPLE = Path(__file__).parent.parent.parent / "examples" / "marine_filters.py"
 BOUNDS = {
     "joyride": (0.94, 0.15, 24.0, (1.0, 3.0)),
     "autoferry 2": (0.94, 0.10, 5.0, (0.7, 2.0)),

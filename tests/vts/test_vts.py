@@ -20,7 +20,7 @@ from vedette_vts.gating import watch
 from vedette_vts.outcome import GATE, MANOEUVRES, claims, leg
 from vedette_vts.reproduction import VtsReproduction, draw, record
 
-EXAMPLES = Path(__file__).parents[1] / "examples" / "vts"
+EXAMPLES = Path(__file__).parents[2] / "examples" / "vts"
 FILES = {
     "CVKF": "cvkf",
     "CVKF wide": "cvkf_wide",

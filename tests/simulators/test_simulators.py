@@ -816,7 +816,7 @@ def test_a_sensor_that_cannot_be_carried_is_refused_on_a_ship():
 
 
 def test_an_experiment_says_where_in_the_config_its_source_is_wrong():
-    with (Path(__file__).parent.parent / "examples" / "harbour.toml").open("rb") as file:
+    with (Path(__file__).parent.parent.parent / "examples" / "harbour.toml").open("rb") as file:
         config = tomllib.load(file)
     config["source"]["looks"]["lidar"] = {"interval": 1.0}
     with pytest.raises(vedette.ConfigError, match=r"^source\.looks\.lidar: there is no such sensor; there are radar$"):

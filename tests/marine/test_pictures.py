@@ -24,7 +24,7 @@ from vedette_standard.motion.constant_velocity import ConstantVelocity
 
 cv2 = pytest.importorskip("cv2")
 
-EXAMPLES = Path(__file__).parent.parent / "examples"
+EXAMPLES = Path(__file__).parent.parent.parent / "examples"
 SIZE, FRAMES = 128, 12
 GEOMETRY = PictureGeometry(5.0, [63.5, 63.5], SIZE, SIZE, latitude=54.0, longitude=12.0)
 RADAR = {"kind": "cartesian_position", "sigma": 5.0, "detection_probability": 0.9, "clutter_density": 1e-6}

@@ -19,7 +19,7 @@ from vedette.cli import main
 from vedette.config.schema import schema
 from vedette.io import read_tracks
 
-DOCS = Path(__file__).parent.parent / "docs" / "command-line.md"
+DOCS = Path(__file__).parent.parent.parent / "docs" / "command-line.md"
 
 SCENE = """
 title = "Two ships"

@@ -17,7 +17,7 @@ from vedette_flir.sources.boxes import centred
 from vedette_flir.sources.images import grey_of
 from vedette_flir.sources.video import BOX
 
-EXAMPLE = Path(__file__).parent.parent / "examples" / "flir_clip.toml"
+EXAMPLE = Path(__file__).parent.parent.parent / "examples" / "flir_clip.toml"
 
 
 def errors(path, *overrides):

@@ -18,7 +18,7 @@ from vedette_marine.reproduction import MarineReproduction, record, tuned
 from vedette_standard.motion.constant_velocity import ConstantVelocity
 from vedette_standard.motion.coordinated_turn import CoordinatedTurn
 
-EXAMPLES = Path(__file__).parent.parent / "examples"
+EXAMPLES = Path(__file__).parent.parent.parent / "examples"
 
 
 # The study.

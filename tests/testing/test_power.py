@@ -10,7 +10,7 @@ from scipy import stats
 
 @pytest.fixture(scope="module")
 def study():
-    path = Path(__file__).parent.parent / "benchmarks/power.py"
+    path = Path(__file__).parent.parent.parent / "benchmarks/power.py"
     spec = importlib.util.spec_from_file_location("power_study", path)
     module = importlib.util.module_from_spec(spec)
     sys.modules["power_study"] = module

@@ -14,7 +14,7 @@ from vedette import metrics
 from vedette.config.registry import Registry
 from vedette.config.walker import Walker
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parent.parent.parent
 INSTALLED = Registry.installed()
 SHELF = [entry for entry in INSTALLED if entry.cls.__module__.startswith("vedette_standard.")]
 ROW = re.compile(r"^\| `(?P<kind>\w+)` \| (?P<what>[^|]+) \| `(?P<line>\{.*\})` \| (?P<reference>[^|]+) \|$")

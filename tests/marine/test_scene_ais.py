@@ -17,7 +17,7 @@ from vedette_sim.ais import STEP, antenna_path, nominal_intervals, report_times,
 from vedette_sim.marine_write import main, write_pictures
 from vedette_standard.sensors.cartesian_position import CartesianPosition
 
-EXAMPLES = Path(__file__).parent.parent / "examples"
+EXAMPLES = Path(__file__).parent.parent.parent / "examples"
 HOME = (54.17, 12.1)
 
 

@@ -16,7 +16,7 @@ from vedette_flir.motion.image_velocity import ImageVelocity
 from vedette_flir.sensors.gaussian_spot import GaussianSpot
 from vedette_sim.infrared import HotSpot, HotTarget, InfraredScene
 
-EXAMPLE = Path(__file__).parent.parent / "examples" / "flir.toml"
+EXAMPLE = Path(__file__).parent.parent.parent / "examples" / "flir.toml"
 
 
 def scene(**more):

@@ -25,7 +25,7 @@ from vedette_target_oriented.literal import TargetOrientedLiteral
 from vedette_target_oriented.outcome import PHASES, against, claims
 from vedette_target_oriented.reproduction import TargetOrientedReproduction, draw, record
 
-EXAMPLES = Path(__file__).parents[1] / "examples" / "target_oriented"
+EXAMPLES = Path(__file__).parents[2] / "examples" / "target_oriented"
 FILES = {"Singer": "singer", "CAR": "car", "TOM literal": "tom_literal", "TOM certain": "tom_certain", "TOM": "tom"}
 PROFILE = settings(max_examples=60, deadline=None, derandomize=True)
 HEADINGS = st.floats(-np.pi, np.pi)
