@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from vedette.montecarlo.study import monte_carlo as monte_carlo
     from vedette.reproduction import Reproduction as Reproduction
     from vedette.roles import Associator as Associator
+    from vedette.roles import Birth as Birth
     from vedette.roles import Component as Component
     from vedette.roles import Estimator as Estimator
     from vedette.roles import ImagingSensor as ImagingSensor
@@ -79,7 +80,7 @@ _HOMES = {
     "config.registry": ("Registry",),
     "reproduction": ("Reproduction",),
     "roles": (
-        *("Associator", "Component", "Estimator", "ImagingSensor", "Lifecycle", "MotionModel", "Preprocessor"),
+        *("Associator", "Birth", "Component", "Estimator", "ImagingSensor", "Lifecycle", "MotionModel", "Preprocessor"),
         *("Sensor", "Source"),
     ),
     "tracking.smoothing": ("smooth", "smoothed"),

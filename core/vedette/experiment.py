@@ -15,7 +15,8 @@ from vedette.metrics import Judge
 from vedette.roles import Preprocessor, Source
 from vedette.tracking.history import History
 from vedette.tracking.preprocessing import check_preprocessors, preprocess, raw_sensors
-from vedette.tracking.tracker import State, Tracker
+from vedette.tracking.state import State
+from vedette.tracking.tracker import Tracker
 from vedette.tracking.validation import without_bad_returns
 from vedette.types import Recording, Scan, Track
 
@@ -86,7 +87,7 @@ class Experiment:
         if strict and recording.refused:
             raise ScanRefused(str(recording.refused[0]))
         try:
-            given = self.tracker.lifecycle.given(self.tracker.state, recording)
+            given = self.tracker.given(recording)
         except ValueError as error:
             raise ConfigError([Problem("", str(error))]) from None
         refused, taken, seconds, interrupted = [*recording.refused], [], 0.0, False

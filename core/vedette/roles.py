@@ -1,4 +1,4 @@
-"""The contract: four roles, five supporting ones, and their laws.
+"""The contract: four roles, and those that support them, with their laws.
 
 A component is a final frozen attrs class that holds parameters only and names its `kind`. Its methods are pure functions of
 arrays with any leading batch axes `*b`; randomness comes through the Generator handed in. A result that does not depend on
@@ -16,10 +16,10 @@ import numpy as np
 from vedette.kernels import backward
 from vedette.kernels.derivative import numerical_jacobian
 from vedette.space import NO_AXES, Array, Mask, Space
-from vedette.types import Detections, Frame, Gaussian, Innovation, Pose, Recording, Scan
+from vedette.types import Detections, Frame, Gaussian, Innovation, Newborn, Pose, Recording, Review, Scan
 
-CONTRACT = 1
-"""The version of this page. A plugin module may state `VEDETTE_CONTRACT = 1`; the registry refuses another."""
+CONTRACT = 2
+"""The version of this page. A plugin module states `VEDETTE_CONTRACT = 2`; the registry sets another aside."""
 
 B = TypeVar("B")
 """An estimator's belief: attrs values, tuples and arrays, every array leading with (*b, t)."""
@@ -162,6 +162,15 @@ class Associator(Component):
         """What it finds exactly up to 4 tracks and 4 returns: the "marginals" or the "best" of all associations, or ""."""
         return ""
 
+    @property
+    def approximates(self) -> bool:
+        """Whether some weights may be less exact than the kind promises: `approximated` then says which."""
+        return False
+
+    def approximated(self, scores: Array) -> Mask:
+        """Return the tracks (*b, t) whose weights `associate` only approximates for these scores."""
+        return np.zeros(scores.shape[:-1], dtype=bool)
+
     @abstractmethod
     def associate(self, scores: Array, evidence: Array | None) -> Array:
         """Log scores (*b, t, 1+k), column 0 the miss, and evidence (*b, 1, k) -> weights (*b, t, 1+k)"""
@@ -232,41 +241,87 @@ class Estimator(Component, Generic[B]):
         return self.start(Gaussian(self.state.displace(now.mean, shift), cov), self.state, rng)
 
 
-class Lifecycle(Component):
-    """When tracks begin, count as real, and end; judged on existence probabilities and on what was associated.
+class Birth(Component):
+    """Where tracks come from: the targets that no track holds yet, and the prior of a track that starts at one of them.
 
-    Memory: whatever it keeps per track, attrs values, tuples and arrays, every array leading with (*b, t).
-    If permanent, every track surely exists, counts as real and goes on, whatever is seen: a tracker then need not ask.
+    Memory: what it knows of targets without a track, attrs values, tuples and arrays; None if it keeps nothing. Whatever it
+    needs of the tracker's filter it asks of `estimator`, so that one kind serves all of them.
     """
 
-    permanent: ClassVar[bool] = False
+    models_unseen: ClassVar[bool] = False
+    """Whether it keeps a model of targets without a track: else `predict`, `reveal` and `miss` are never asked."""
 
-    @abstractmethod
-    def newborn(self, count: int) -> tuple[Any, Array]:
-        """Memory and existence (count,) of tracks that start now."""
-
-    @abstractmethod
-    def survive(self, existence: Array, dt: float) -> Array:
-        """Existence (*b, t) that is expected `dt` later."""
-
-    @abstractmethod
-    def review(self, memory: Any, existence: Array, hit: Array, expected: Array) -> tuple[Any, Mask, Mask]:
-        """After a scan: memory, confirmed (*b, t), alive (*b, t).
-
-        hit (*b, t): probability that a return was the track's; expected (*b, t): its detection probability there.
-        """
-
-    @abstractmethod
-    def starts(self, sensor: str, claimed: Array) -> Mask:
-        """Which returns of a scan start tracks, (k,); `claimed` (k,): probability that a track explains it."""
-
-    @abstractmethod
-    def prior(self, measured: Gaussian, observes: Space, state: Space) -> Gaussian:
-        """The prior (t, n) over `state` of tracks that start at what was seen (t, s) of `observes`."""
+    def initial_memory(self, estimator: Estimator[Any], rng: np.random.Generator) -> Any:
+        """Return the memory before the first scan."""
+        return None
 
     def given(self, state: Space, recording: Recording) -> Gaussian | None:
-        """Tracks that are there before the first scan, a prior (t, n) over `state`; None: none are."""
+        """Return the tracks that are there before the first scan, a prior (t, n) over `state`; None: there are none."""
         return None
+
+    def predict(self, memory: Any, estimator: Estimator[Any], dt: float, rng: np.random.Generator) -> Any:
+        """Return the memory `dt` later: targets move, go and come without being seen."""
+        return memory
+
+    def starts_from(self, sensor: str) -> bool:
+        """Return whether returns of the sensor of that name may start tracks."""
+        return True
+
+    def reveal(
+        self, memory: Any, estimator: Estimator[Any], sensor: Sensor, detections: Detections, p_gate: float
+    ) -> tuple[Array | None, Any]:
+        """Return the density (k,) with which targets without a track give each return, and whatever `begin` needs of them.
+
+        The density is in the unit of the clutter's, with which it competes in the gate; None: not stated.
+        """
+        return None, memory
+
+    def miss(self, memory: Any, estimator: Estimator[Any], sensor: Sensor, p_gate: float) -> Any:
+        """Return the memory after a scan: the targets without a track that were not detected in it."""
+        return memory
+
+    @abstractmethod
+    def begin(
+        self, found: Any, estimator: Estimator[Any], sensor: Sensor, name: str, detections: Detections, claimed: Array
+    ) -> Newborn:
+        """Return the tracks that start at returns of the sensor of that name.
+
+        found: what `reveal` gave, or None. claimed (k,): the probability that a return is of a track that is there already.
+        A scan without returns starts nothing, but ValueError says already what keeps the sensor from starting tracks.
+        """
+
+
+class Lifecycle(Component):
+    """When tracks count as real and when they end; judged on existence probabilities and on what was associated.
+
+    Memory: whatever it keeps per track, attrs values, tuples and arrays, every array leading with (*b, t).
+    """
+
+    certain: ClassVar[bool] = False
+    """Whether every track is taken to exist, and judged by its detections alone: existence is 1 throughout."""
+
+    permanent: ClassVar[bool] = False
+    """Whether every track is certain, counts as real and goes on, whatever is detected: a tracker then need not ask."""
+
+    usual_birth: ClassVar[Mapping[str, Any]] = {"kind": "from_returns"}
+    """The birth that goes with it where a config names none."""
+
+    @property
+    def needs_spread(self) -> bool:
+        """Whether `review` wants to know how far the positions are uncertain."""
+        return False
+
+    @abstractmethod
+    def start(self, existence: Array) -> Any:
+        """Return the memory of tracks that start now, with their existence (t,)."""
+
+    def predict(self, existence: Array, dt: float) -> Array:
+        """Return the existence (*b, t) that is expected `dt` later."""
+        return existence
+
+    @abstractmethod
+    def review(self, memory: Any, scan: Review) -> tuple[Any, Mask, Mask]:
+        """Return memory, confirmed (*b, t) and alive (*b, t) after a scan."""
 
 
 class Preprocessor(Component):

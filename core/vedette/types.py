@@ -10,6 +10,7 @@ from typing import Any, overload
 
 import numpy as np
 from attrs import frozen
+from numpy.typing import NDArray
 
 from vedette.errors import Problem
 from vedette.space import Array, Mask, Space
@@ -112,6 +113,33 @@ class Innovation:
     log_volume: Array
     nis: Array
     detail: Any
+
+
+@frozen(eq=False)
+class Newborn:
+    """Tracks that start at returns of a scan: `returns` (j,), their places in it, the prior (j, n), existence (j,)."""
+
+    returns: NDArray[np.intp]
+    prior: Gaussian
+    existence: Array
+
+
+@frozen(eq=False)
+class Review:
+    """What a scan said about the tracks, for those who judge them; all (*b, t) but the time.
+
+    dt            time since the last scan, in s
+    existence     after the scan
+    hit           probability that a return was the track's
+    p_detect      probability with which the sensor should have detected it
+    spread        largest standard deviation of its position, in m; None unless the lifecycle asked for it
+    """
+
+    dt: float
+    existence: Array
+    hit: Array
+    p_detect: Array
+    spread: Array | None = None
 
 
 @frozen(eq=False)

@@ -10,7 +10,7 @@ from vedette_bayes_risk.printed import BayesRiskPrinted
 from vedette_bayes_risk.reproduction import BayesRiskReproduction
 from vedette_bayes_risk.tail import BayesRiskDetection
 
-VEDETTE_CONTRACT = 1
+VEDETTE_CONTRACT = 2
 
 
 @vedette.plugin

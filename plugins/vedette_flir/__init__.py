@@ -20,7 +20,7 @@ from vedette_flir.sensors.gaussian_spot import GaussianSpot
 from vedette_flir.sensors.hot_spots import HotSpots
 from vedette_flir.sources.video import VideoSource
 
-VEDETTE_CONTRACT = 1
+VEDETTE_CONTRACT = 2
 
 
 @vedette.plugin

@@ -4,7 +4,8 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import vedette
-from vedette_marine.lifecycles.announced import Announced
+from vedette_marine.births.announced import Announced
+from vedette_marine.lifecycles.announced import AnnouncedTracks
 from vedette_marine.picture.looking import illustrate
 from vedette_marine.picture_runs import MarinePicturesReproduction
 from vedette_marine.preprocessors.cfar import Cfar
@@ -13,13 +14,22 @@ from vedette_marine.reproduction import MarineReproduction
 from vedette_marine.screen import RadarScreen
 from vedette_marine.sources.pictures import RadarPictures
 
-VEDETTE_CONTRACT = 1
+VEDETTE_CONTRACT = 2
 
 
 @vedette.plugin
 def vedette_components() -> Iterable[type[vedette.Component]]:
     """Everything in this package."""
-    return [RadarScreen, RadarPicture, Cfar, RadarPictures, Announced, MarineReproduction, MarinePicturesReproduction]
+    return [
+        RadarScreen,
+        RadarPicture,
+        Cfar,
+        RadarPictures,
+        Announced,
+        AnnouncedTracks,
+        MarineReproduction,
+        MarinePicturesReproduction,
+    ]
 
 
 @vedette.plugin

@@ -7,6 +7,8 @@ from vedette_standard.associators.global_nearest import GlobalNearest
 from vedette_standard.associators.jpda import Jpda
 from vedette_standard.associators.nearest import Nearest
 from vedette_standard.associators.pda import Pda
+from vedette_standard.births.from_returns import FromReturns
+from vedette_standard.births.given import Given
 from vedette_standard.estimators.auxiliary import AuxiliaryParticles
 from vedette_standard.estimators.bootstrap import BootstrapParticles
 from vedette_standard.estimators.cubature import CubatureKalman
@@ -51,7 +53,7 @@ from vedette_standard.sensors.range_bearing_elevation import RangeBearingElevati
 from vedette_standard.sensors.range_bearing_rate import RangeBearingRate
 from vedette_standard.sensors.range_only import RangeOnly
 
-VEDETTE_CONTRACT = 1
+VEDETTE_CONTRACT = 2
 
 
 @vedette.plugin
@@ -68,5 +70,6 @@ def vedette_components() -> Iterable[type[vedette.Component]]:
         *(BootstrapParticles, AuxiliaryParticles, GaussianSum),
         *(Nearest, GlobalNearest, Pda, Jpda),
         *(NaiveConversion, DebiasedConversion, UnbiasedConversion, ModifiedUnbiasedConversion),
+        *(FromReturns, Given),
         *(SingleTarget, MOfN, Existence, Score, CoastLimited),
     ]

@@ -8,7 +8,7 @@ from vedette_target_oriented.consistent import TargetOriented
 from vedette_target_oriented.literal import TargetOrientedLiteral
 from vedette_target_oriented.reproduction import TargetOrientedReproduction
 
-VEDETTE_CONTRACT = 1
+VEDETTE_CONTRACT = 2
 
 
 @vedette.plugin

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 import vedette
 from vedette_vts.reproduction import VtsReproduction
 
-VEDETTE_CONTRACT = 1
+VEDETTE_CONTRACT = 2
 
 
 @vedette.plugin

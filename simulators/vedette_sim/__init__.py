@@ -61,7 +61,7 @@ __all__ = [
     "union_state",
 ]
 
-VEDETTE_CONTRACT = 1
+VEDETTE_CONTRACT = 2
 
 
 @vedette.plugin

@@ -5,7 +5,8 @@
 ...     "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": -3}},
 ...     "sensors": {"radar": {"kind": "cartesian_position", "sigma": "5 kg"}},
 ...     "associator": {"kind": "pda"},
-...     "lifecycle": {"kind": "m_of_n", "spread": {"vx": 10, "vy": 10}},
+...     "birth": {"kind": "from_returns", "spread": {"vx": 10, "vy": 10}},
+...     "lifecycle": {"kind": "m_of_n"},
 ...     "gate": {"probabilty": 0.9},
 ... })
 Traceback (most recent call last):
@@ -25,6 +26,7 @@ from vedette.config.files import check_size, read_file
 from vedette.config.overrides import apply_overrides
 from vedette.config.parameters import parameters, plain
 from vedette.config.registry import Registry
+from vedette.config.renames import renamed, with_birth
 from vedette.config.walker import Walker, told
 from vedette.errors import ConfigError, Problem
 from vedette.experiment import Experiment
@@ -56,7 +58,8 @@ def load(config: Config, registry: Registry | None = None, overrides: Iterable[s
     if not isinstance(given, Mapping):
         raise ConfigError([Problem("", f"a config must be a table, or the path to a file, got {told(given)}")])
     registry = Registry.installed() if registry is None else registry
-    given = apply_overrides(given, overrides, registry)
+    before = renamed(given, registry)
+    given = with_birth(apply_overrides(before, overrides, registry), before, registry)
     check_size(given)
     walker = Walker(registry)
     experiment = _experiment(walker, {name: value for name, value in given.items() if name != "$schema"})

@@ -9,6 +9,7 @@ from typing import Any
 from attrs import frozen
 
 from vedette.config.registry import Registry, did_you_mean, nearest
+from vedette.config.renames import renamed_path
 from vedette.config.walker import LONGEST, below, told
 from vedette.errors import ConfigError, Problem
 
@@ -31,6 +32,7 @@ def apply_overrides(config: Mapping[str, Any], overrides: Iterable[str], registr
     for override in overrides:
         try:
             path, value = _parse(override)
+            path = renamed_path(path)
             beside = {p[len(path) - 1] for p in done if p[: len(path) - 1] == path[:-1] and len(p) >= len(path)}
             changed = _Change(path, value, registry, frozenset(beside)).of(changed, 0)
             done.append(path)

@@ -17,6 +17,7 @@ from attrs import frozen
 from vedette.reproduction import Reproduction
 from vedette.roles import (
     Associator,
+    Birth,
     Component,
     Estimator,
     Lifecycle,
@@ -31,6 +32,7 @@ ROLES: dict[str, type[Component]] = {
     "sensor": Sensor,
     "associator": Associator,
     "estimator": Estimator,
+    "birth": Birth,
     "lifecycle": Lifecycle,
     "preprocessor": Preprocessor,
     "source": Source,

@@ -10,7 +10,7 @@ from vedette.io.jsonl_source import JsonLinesSource
 from vedette.io.tracks import read_tracks, write_tracks_csv, write_tracks_jsonl
 from vedette.roles import Component
 
-VEDETTE_CONTRACT = 1
+VEDETTE_CONTRACT = 2
 
 __all__ = [
     "AutoferrySource",

@@ -42,6 +42,7 @@ weigh_modes = _fastest(modes.weigh_modes)
 
 existence = _fastest(association.existence)
 gate_scores = _fastest(association.gate_scores)
+given_existence = _fastest(association.given_existence)
 is_plain = _fastest(association.is_plain)
 one_hot = _fastest(association.one_hot)
 sample_density = _fastest(association.sample_density)
@@ -58,6 +59,7 @@ __all__ = [
     "existence",
     "filter_step",
     "gate_scores",
+    "given_existence",
     "imm_combine",
     "imm_mix",
     "interact",

@@ -86,3 +86,20 @@ def existence(
     sure = np.max(weights[..., 1:], axis=-1, initial=0.0) == 1.0
     seen = np.where(sure, chosen / (1.0 + chosen), hit)
     return hit, seen + (1.0 - seen) * unseen, (1.0 - miss) / p_gate
+
+
+def given_existence(weights: Array, scores: Array, loglik: Array, existence: Array) -> Array:
+    """Weights (*b, t, 1+k) of a track that exists, from those of one that does so with a probability `existence` (*b, t).
+
+    A miss says that the target was not detected or that there is none: of its weight, what the first has of both,
+    exp(log e + loglik_0 - score_0), is kept, and the row sums to 1 again. A row of which nothing is left stays as it is.
+    """
+    with np.errstate(invalid="ignore"):
+        kept = np.exp(safe_log(existence) + loglik[..., 0] - scores[..., 0])
+    doubted = (existence < 1.0) & np.isfinite(kept)
+    alive = np.array(weights)
+    alive[..., 0] *= np.where(doubted, np.minimum(kept, 1.0), 1.0)
+    total = np.sum(alive, axis=-1)
+    changed = doubted & (total > 0.0)
+    alive /= np.where(changed, total, 1.0)[..., None]
+    return np.where(changed[..., None], alive, weights)

@@ -75,7 +75,7 @@ def goes_together(experiment: Experiment) -> bool:
 def _opened(experiment: Experiment, seeds: Seeds) -> tuple[Gaussian, Scenes]:
     """Priors and scenes. NotInLockStep where a run may have several tracks or a source that cannot draw them so."""
     tracker, source = experiment.tracker, experiment.source
-    starts = any(tracker.lifecycle.starts(name, np.zeros(1)).any() for name in tracker.sensors)
+    starts = tracker.starts_tracks
     if starts or experiment.preprocessors or not isinstance(source, DrawsTogether):
         raise NotInLockStep("several tracks, preprocessors, or a source that draws run by run")
     try:
@@ -137,11 +137,11 @@ def _prior(experiment: Experiment, scenes: Scenes, state: Array) -> Gaussian:
     tracker, time, sensor = experiment.tracker, scenes.scans[0].time, scenes.scans[0].sensor
     truth = Trajectory("", scenes.space, np.array([time]), state[None])
     try:
-        prior = tracker.lifecycle.given(tracker.state, Recording((Scan(time, sensor, Detections.of([], 1)),), (truth,)))
+        prior = tracker.given(Recording((Scan(time, sensor, Detections.of([], 1)),), (truth,)))
     except ValueError as error:
         raise ConfigError([Problem("", str(error))]) from None
     if prior is None or len(prior.mean) != 1:
-        raise NotInLockStep("a lifecycle that does not start with one track")
+        raise NotInLockStep("a birth that does not start with one track")
     return prior
 
 

@@ -20,7 +20,7 @@ from vedette.config.registry import did_you_mean
 from vedette.roles import Component
 from vedette.testing.judging import Closed, Misuse
 from vedette.testing.law import Law, Profile
-from vedette.testing.laws import associator, estimator, lifecycle, motion, preprocessor, scene, sensor, source
+from vedette.testing.laws import associator, birth, estimator, lifecycle, motion, preprocessor, scene, sensor, source
 from vedette.testing.strategies import components
 
 Drawer = Callable[[Any, Profile], st.SearchStrategy[Any]]
@@ -30,6 +30,7 @@ _ROLES: dict[str, tuple[tuple[Law, ...], Drawer]] = {
     "sensor": (sensor.LAWS, sensor.drawn),
     "associator": (associator.LAWS, associator.drawn),
     "estimator": (estimator.LAWS, scene.drawn),
+    "birth": (birth.LAWS, birth.drawn),
     "lifecycle": (lifecycle.LAWS, lifecycle.drawn),
     "preprocessor": (preprocessor.LAWS, preprocessor.drawn),
     "source": (source.LAWS, source.drawn),

@@ -48,11 +48,11 @@ class Runs:
 
 
 def prior_of(tracker: Tracker, given: Mapping[str, tuple[float, float]] | None) -> Gaussian:
-    """The target's prior, mean (n,) and cov (n, n): `given`, axis to [mean, standard deviation], or the lifecycle's own."""
+    """The target's prior, mean (n,) and cov (n, n): `given`, axis to [mean, standard deviation], or the birth's own."""
     names = tracker.state.names
     if given is None:
         try:
-            own = tracker.lifecycle.given(tracker.state, Recording(()))
+            own = tracker.given(Recording(()))
         except ValueError:
             own = None
         if own is None:
@@ -111,7 +111,7 @@ def play(
     kept = Registry.installed().get("lifecycle", "single_target").cls()
     assert isinstance(kept, Lifecycle)
     gate = tracker.gate if clutter else evolve(tracker.gate, probability=OPEN_GATE, clutter="sensor")
-    tracker = evolve(tracker, lifecycle=kept, gate=gate)
+    tracker = evolve(tracker, lifecycle=kept, birth=None, gate=gate)
     world = tracker if world is None else world
     truth = draw_truth(world.estimator, prior, times, rng, runs)
     n = len(tracker.state)

@@ -102,7 +102,7 @@ def _whiteness(experiment: Experiment, result: Result) -> dict[int, tuple[float 
     """By track id: correlation at lag 1 of its most used sensor's innovations, and the axes measured in each scan."""
     tracker = experiment.tracker
     _, rng = np.random.default_rng(experiment.seed).spawn(2)
-    given = tracker.lifecycle.given(tracker.state, result.recording)
+    given = tracker.given(result.recording)
     begin = result.scans[0].time if given is not None and result.scans else -np.inf
     state = tracker.start(given, begin, rng)
     seen: dict[int, dict[str, list[tuple[Array, Array] | None]]] = {}

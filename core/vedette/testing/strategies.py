@@ -39,6 +39,7 @@ CATALOGUE = {
     "sensor": ("cartesian_position", "range_bearing"),
     "estimator": ("kalman", "ekf"),
     "associator": ("pda", "gnn"),
+    "birth": ("given",),
     "lifecycle": ("single_target",),
     "preprocessor": (),
     "source": ("simulation",),

@@ -95,7 +95,7 @@ def consistency(
 
     Linear and Gaussian, it is judged by chi-square. Else (a mixture, a nonlinear model, clutter) only the mean over runs is
     known to be near 1: it must not contradict `band`. `prior` gives each axis' [mean, standard deviation] at the start,
-    unless the lifecycle states it. `world`, a tracker over the same axes with sensors of the same names, draws truth and
+    unless the birth states it. `world`, a tracker over the same axes with sensors of the same names, draws truth and
     returns from its models instead: to see how far this tracker's may be off. Misuse if no truth can be drawn.
     """
     if runs < 30 or scans < 2 * LAGS:

@@ -10,7 +10,7 @@ from attrs import frozen
 from vedette import fields, kernels
 from vedette.roles import ImagingSensor, Sensor
 from vedette.space import Array, Mask
-from vedette.types import Detections, Innovation
+from vedette.types import Detections, Frame, Innovation
 
 
 @frozen(eq=False)
@@ -59,14 +59,23 @@ class Gate:
         return SensorGate(sensor, shape, threshold, log_ball, kernels.safe_log(density) if density.ndim == 0 else None)
 
     def scores(
-        self, innovation: Innovation, sensor: Sensor, detections: Detections, existence: Array, sensor_gate: SensorGate
+        self,
+        innovation: Innovation,
+        sensor: Sensor,
+        observed: Detections | Frame,
+        existence: Array,
+        sensor_gate: SensorGate,
+        rate: Array | None = None,
     ) -> Array:
-        """Log scores (*b, t, 1+k) of a miss (column 0) and of every return, relative to clutter; -inf outside the gate.
+        """Return log scores (*b, t, 1+k) of a miss (column 0) and each return, relative to clutter; -inf outside the gate.
 
         Existence e (*b, t) enters as log e + score, and log(1 - e + e exp(miss)): e = 1 changes nothing. `sensor` is that of
-        `sensor_gate`, or it elsewhere.
+        `sensor_gate`, or it elsewhere. `rate` (k,) is the density of returns from targets without a track, beside the
+        clutter's. A frame is one return, whose likelihood is relative to its background already.
         """
-        distance = innovation.distance
+        if isinstance(observed, Frame):
+            return self._frame_scores(innovation, existence, sensor_gate.threshold)
+        detections, distance = observed, innovation.distance
         limit: float | Array = sensor_gate.threshold if detections.missing is None else self._limits(detections.missing)
         if self.clutter == "nonparametric":
             log_density = kernels.sample_density(
@@ -76,6 +85,8 @@ class Gate:
             log_density = sensor_gate.log_density
         else:
             log_density = self._stated_density(sensor, detections)
+        if rate is not None:
+            log_density = np.logaddexp(log_density, kernels.safe_log(rate))
         evidence = None if detections.evidence is None else detections.evidence[..., None, :]
         return kernels.gate_scores(innovation.loglik, distance, detections.valid, existence, limit, log_density, evidence)
 
@@ -94,8 +105,8 @@ class Gate:
         limits: Array = table[m - np.sum(missing, axis=-1)][..., None, :]
         return limits
 
-    def frame_scores(self, innovation: Innovation, existence: Array, threshold: float) -> Array:
-        """Log scores (*b, t, 2) of a miss and of the frame, whose likelihood is relative to its background already."""
+    def _frame_scores(self, innovation: Innovation, existence: Array, threshold: float) -> Array:
+        """Return log scores (*b, t, 2) of a miss and of the frame."""
         scores = innovation.loglik + kernels.safe_log(existence)[..., None]
         scores[..., 0] = kernels.safe_log(1.0 - existence + existence * np.exp(innovation.loglik[..., 0]))
         scores[..., 1:] = np.where(innovation.distance <= threshold, scores[..., 1:], -np.inf)

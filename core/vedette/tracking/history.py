@@ -7,7 +7,8 @@ from typing import Any, final
 import numpy as np
 
 from vedette.space import Array
-from vedette.tracking.tracker import State, Tracker
+from vedette.tracking.state import State
+from vedette.tracking.tracker import Tracker
 from vedette.types import Track
 
 

@@ -17,7 +17,8 @@ from vedette.errors import ConfigError, Problem
 from vedette.roles import Estimator
 from vedette.tracking import trees
 from vedette.tracking.history import History
-from vedette.tracking.tracker import State, Tracker
+from vedette.tracking.state import State
+from vedette.tracking.tracker import Tracker
 from vedette.types import Gaussian, Track
 
 

@@ -1,81 +1,20 @@
-"""The loop: predict, evaluate, gate, associate, update, and the tracks' lifecycle, for all tracks at once."""
+"""The loop: predict, evaluate, gate, associate, update, and the tracks' births and ends, for all tracks at once."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any, final
 
 import numpy as np
-from attrs import evolve, field, frozen
-from numpy.typing import NDArray
+from attrs import field, frozen
 
 from vedette import fields, kernels
-from vedette.roles import Associator, Estimator, Lifecycle, Sensor
-from vedette.space import Array, Mask, Space, SpaceError
-from vedette.tracking import trees
+from vedette.roles import Associator, Birth, Estimator, Lifecycle, Sensor
+from vedette.space import Array, Space
+from vedette.tracking import births
 from vedette.tracking.gate import Gate, SensorGate
-from vedette.tracking.validation import admitted
-from vedette.types import Detections, Gaussian, Scan
-from vedette.values import maker
-
-
-@frozen(eq=False)
-class State:
-    """All that a tracker knows after a scan. `t` tracks, oldest first; `*b` runs in lock-step.
-
-    ids (t,), confirmed (*b, t), existence (*b, t); weights (*b, t, 1+k) and squared distances (*b, t, k) say how the tracks
-    used the last scan.
-    """
-
-    time: float
-    belief: Any
-    memory: Any
-    ids: NDArray[np.int64]
-    existence: Array
-    confirmed: Mask
-    weights: Array
-    distances: Array
-    born: int
-    rng: np.random.Generator
-
-    @property
-    def hit(self) -> Array:
-        """The weight of having been detected in the last scan (*b, t)."""
-        return 1.0 - self.weights[..., 0]
-
-    @property
-    def nis(self) -> Array:
-        """The squared distance weighted over the last scan's returns (*b, t)."""
-        total: Array = np.sum(self.weights[..., 1:] * self.distances, axis=-1)
-        return total
-
-
-new_state = maker(State)
-
-
-def _check_sensors(sensors: dict[str, Sensor], estimator: Estimator[Any]) -> None:
-    if not sensors:
-        raise ValueError("sensors: must hold at least one sensor, got none")
-    for name, sensor in sensors.items():
-        try:
-            estimator.state.locate(sensor.observes)
-        except SpaceError as error:
-            raise ValueError(f"sensors.{name}: looks at an axis that the estimator lacks: {error}") from None
-        if reason := estimator.refuses(sensor):
-            raise ValueError(f"sensors.{name}: {reason}")
-
-
-def _checked_starts(sensors: dict[str, Sensor], lifecycle: Lifecycle, state: Space) -> Iterator[str]:
-    """The sensors whose returns may start tracks; rehearses the start of none, so that one that cannot work is told now."""
-    for name, sensor in sensors.items():
-        if lifecycle.starts(name, np.zeros(1)).any():
-            try:
-                lifecycle.prior(sensor.invert(np.zeros((0, len(sensor.measurement)))), sensor.observes, state)
-            except NotImplementedError as error:
-                raise ValueError(f"lifecycle.sensors: must not hold {name!r}: {error}") from None
-            except ValueError as error:
-                raise ValueError(f"lifecycle.{error}") from None
-            yield name
+from vedette.tracking.state import State, kept, new_state
+from vedette.tracking.validation import admitted, check_sensors
+from vedette.types import Detections, Frame, Gaussian, Recording, Review, Scan
 
 
 @final
@@ -88,7 +27,8 @@ class Tracker:
     ...     "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 0.5}},
     ...     "sensors": {"radar": {"kind": "cartesian_position", "sigma": 5.0}},
     ...     "associator": {"kind": "pda"},
-    ...     "lifecycle": {"kind": "m_of_n", "spread": {"vx": 10.0, "vy": 10.0}},
+    ...     "birth": {"kind": "from_returns", "spread": {"vx": 10.0, "vy": 10.0}},
+    ...     "lifecycle": {"kind": "m_of_n"},
     ... })
     >>> state = tracker.start(seed=1)
     >>> state = tracker.step(state, vedette.Scan(0.0, "radar", vedette.Detections.of([[100.0, 50.0]])))
@@ -99,130 +39,131 @@ class Tracker:
     estimator: Estimator[Any] = fields.part("the belief about each track and how it changes")
     sensors: dict[str, Sensor] = fields.part("name to sensor: how scans of that name are to be read")
     associator: Associator = fields.part("which return belongs to which track")
-    lifecycle: Lifecycle = fields.part("when tracks begin, count as real, and end")
+    lifecycle: Lifecycle = fields.part("when tracks count as real, and end")
+    birth: Birth | None = fields.part("where tracks come from; none: only those that `start` is given", default=None)
     gate: Gate = fields.part("which returns a track considers", default=Gate())
     _sensor_gates: dict[str, SensorGate] = field(init=False, repr=False, eq=False)
     _starters: frozenset[str] = field(init=False, repr=False, eq=False)
+    _models_unseen: bool = field(init=False, repr=False, eq=False)
+    _positions: list[int] = field(init=False, repr=False, eq=False)
 
     @_sensor_gates.default
     def _gates_of_sensors(self) -> dict[str, SensorGate]:
-        for name, sensor in self.sensors.items():
-            if sensor.optional and self.gate.clutter != "sensor":
-                raise ValueError(f"gate.clutter: must be 'sensor', as returns of {name!r} may lack components")
-        _check_sensors(self.sensors, self.estimator)
+        check_sensors(self.sensors, self.estimator, self.gate)
         return {name: self.gate.for_sensor(sensor) for name, sensor in self.sensors.items()}
 
     @_starters.default
     def _sensors_that_start_tracks(self) -> frozenset[str]:
-        return frozenset(_checked_starts(self.sensors, self.lifecycle, self.estimator.state))
+        return frozenset(births.starters(self.birth, self.sensors, self.estimator))
+
+    @_models_unseen.default
+    def _birth_keeps_a_memory(self) -> bool:
+        return self.birth is not None and self.birth.models_unseen
+
+    @_positions.default
+    def _axes_of_the_position(self) -> list[int]:
+        return [i for i, axis in enumerate(self.state.axes) if axis.unit == "m"]
 
     @property
     def state(self) -> Space:
         """The axes of the estimates."""
         return self.estimator.state
 
+    @property
+    def starts_tracks(self) -> bool:
+        """Whether returns may start tracks: else those that are given before the first scan are all."""
+        return bool(self._starters)
+
+    def given(self, recording: Recording) -> Gaussian | None:
+        """Return the tracks that the birth has before the first scan of a recording, or None; ValueError with its place."""
+        if self.birth is None:
+            return None
+        try:
+            return self.birth.given(self.state, recording)
+        except ValueError as error:
+            raise ValueError(f"birth.{error}") from None
+
     def start(self, given: Gaussian | None = None, time: float = -np.inf, seed: int | np.random.Generator = 0) -> State:
-        """The state before the first scan: no tracks, or those with the `given` prior (*b, t, n) at `time` in s."""
+        """Return the state before the first scan: the tracks with the `given` prior (*b, t, n) at `time` in s.
+
+        Without it, the tracks that the birth has before any recording is seen: none, unless it says otherwise.
+        """
         rng = np.random.default_rng(seed)
         n = len(self.state)
-        prior = given if given is not None else Gaussian(np.zeros((0, n)), np.zeros((0, n, n)))
+        prior = self.given(Recording(())) if given is None else given
+        confirmed = prior is not None
+        if prior is None:
+            prior = Gaussian(np.zeros((0, n)), np.zeros((0, n, n)))
         shape = prior.mean.shape[:-1]
-        memory, existence = self.lifecycle.newborn(shape[-1])
         return State(
             time=time,
             belief=self.estimator.start(prior, self.state, rng),
-            memory=memory,
+            memory=self.lifecycle.start(np.ones(shape[-1])),
+            unseen=None if self.birth is None else self.birth.initial_memory(self.estimator, rng),
             ids=np.arange(shape[-1]),
-            existence=np.broadcast_to(existence, shape),
-            confirmed=np.full(shape, given is not None),
+            existence=np.ones(shape),
+            confirmed=np.full(shape, confirmed),
             weights=np.ones((*shape, 1)),
             distances=np.zeros((*shape, 0)),
             born=shape[-1],
+            approximated=0,
             rng=rng,
         )
 
     def step(self, state: State, scan: Scan) -> State:
-        """The state after one scan; ScanRefused, with the state as it was, if the scan cannot be taken."""
+        """Return the state after one scan; ScanRefused, with the state as it was, if the scan cannot be taken."""
         observed = admitted(scan, self._sensor_gates, state.time)
-        sensor_gate = self._sensor_gates[scan.sensor]
-        sensor = sensor_gate.sensor
-        if scan.pose is not None:
-            sensor = sensor.at(scan.pose)
-        estimator, lifecycle, p_gate = self.estimator, self.lifecycle, self.gate.probability
+        gate, estimator, lifecycle = self._sensor_gates[scan.sensor], self.estimator, self.lifecycle
+        sensor = gate.sensor if scan.pose is None else gate.sensor.at(scan.pose)
         dt = scan.time - state.time if state.time != -np.inf else 0.0
         belief = estimator.predict(state.belief, dt, state.rng)
-        innovation = estimator.evaluate(belief, sensor, observed, p_gate)
-        memory, confirmed, existence, permanent = state.memory, state.confirmed, state.existence, lifecycle.permanent
-        if not permanent:
-            existence = lifecycle.survive(existence, dt)
-        exclusive, loglik = self.associator.exclusive, innovation.loglik
-        if isinstance(observed, Detections):
-            scores = self.gate.scores(innovation, sensor, observed, existence, sensor_gate)
-            weights = self.associator.associate(
-                scores, None if observed.evidence is None else observed.evidence[..., None, :]
-            )
-            if not permanent:
-                hit, existence, p_detect = kernels.existence(scores, weights, existence, loglik, p_gate, exclusive)
-        else:  # all tracks may see themselves in one frame, so each is associated as if it were alone
-            scores = self.gate.frame_scores(innovation, existence, sensor_gate.threshold)[..., None, :]
-            alone = self.associator.associate(scores, None)
-            each = kernels.existence(scores, alone, existence[..., None], loglik[..., None, :], p_gate, exclusive)
-            hit, existence, p_detect = (part[..., 0] for part in each)
-            weights = alone[..., 0, :]
-        if not permanent:
-            memory, confirmed, alive = lifecycle.review(memory, existence, hit, p_detect)
+        innovation = estimator.evaluate(belief, sensor, observed, self.gate.probability)
+        existence = state.existence if lifecycle.certain else lifecycle.predict(state.existence, dt)
+        unseen, rate, found = state.unseen, None, None
+        if self._models_unseen:
+            unseen, rate, found = births.reveal(self, state, dt, sensor, observed)
+        scores = self.gate.scores(innovation, sensor, observed, existence, gate, rate)
+        weights = self._associate(scores, observed)
+        used = weights
+        approximated = state.approximated
+        if self.associator.approximates and isinstance(observed, Detections):
+            approximated += int(np.count_nonzero(self.associator.approximated(scores)))
         after = new_state(
-            scan.time,
-            estimator.update(belief, innovation, weights),
-            memory,
-            state.ids,
-            existence,
-            confirmed,
-            weights,
-            innovation.nis,
-            state.born,
-            state.rng,
-        )
-        if not permanent and np.count_nonzero(alive) < alive.size:
-            after = _keep(after, alive)
-        if scan.sensor not in self._starters or not isinstance(observed, Detections):
-            return after
-        claimed = 1.0 - np.prod(1.0 - weights[..., 1:], axis=-2)
-        starts = lifecycle.starts(scan.sensor, claimed) & observed.valid
-        if observed.missing is not None:
-            starts = starts & ~observed.missing.any(axis=-1)
-        return self._begin(after, sensor, observed, starts) if starts.any() else after
+            scan.time, estimator.update(belief, innovation, used), state.memory, unseen, state.ids, existence,
+            state.confirmed, weights, innovation.nis, state.born, approximated, state.rng,
+        )  # fmt: skip
+        if not lifecycle.permanent:
+            after = self._reviewed(after, dt, scores, innovation.loglik, isinstance(observed, Frame))
+        if scan.sensor in self._starters and isinstance(observed, Detections):
+            after = births.begin(self, after, found, sensor, scan.sensor, observed, weights)
+        return after
 
     def estimate(self, state: State) -> Gaussian:
-        """Mean (*b, t, n) and covariance (*b, t, n, n) of every track over `self.state`."""
+        """Return mean (*b, t, n) and covariance (*b, t, n, n) of every track over `self.state`."""
         return self.estimator.moments(state.belief)
 
-    def _begin(self, state: State, sensor: Sensor, detections: Detections, starts: Mask) -> State:
-        """Join tracks that start at the returns `starts` (k,)."""
-        noise = None if detections.noise is None else detections.noise[starts]
-        spot = sensor.invert(detections.z[starts], noise)
-        prior = self.lifecycle.prior(spot, sensor.observes, self.state)
-        count = len(prior.mean)
-        memory, existence = self.lifecycle.newborn(count)
-        belief = self.estimator.start(prior, self.state, state.rng)
-        weights = np.zeros((count, state.weights.shape[-1]))
-        weights[range(count), 1 + np.flatnonzero(starts)] = 1.0
-        return evolve(
-            state,
-            belief=trees.join(state.belief, belief, 0),
-            memory=trees.join(state.memory, memory, 0),
-            ids=np.concatenate([state.ids, state.born + np.arange(count)]),
-            existence=np.concatenate([state.existence, existence]),
-            confirmed=np.concatenate([state.confirmed, np.zeros(count, dtype=bool)]),
-            weights=np.concatenate([state.weights, weights]),
-            distances=np.concatenate([state.distances, np.zeros((count, state.distances.shape[-1]))]),
-            born=state.born + count,
+    def _associate(self, scores: Array, observed: Detections | Frame) -> Array:
+        """Return the weights (*b, t, 1+k); each track is alone with a frame, as all may see themselves in it."""
+        if isinstance(observed, Frame):
+            alone: Array = self.associator.associate(scores[..., None, :], None)[..., 0, :]
+            return alone
+        evidence = observed.evidence
+        return self.associator.associate(scores, None if evidence is None else evidence[..., None, :])
+
+    def _reviewed(self, state: State, dt: float, scores: Array, loglik: Array, alone: bool) -> State:
+        """Return the state with its tracks judged, without those that ended."""
+        hit, existence, p_detect = kernels.existence(
+            scores, state.weights, state.existence, loglik, self.gate.probability, alone or self.associator.exclusive
         )
+        spread = self._spread(state) if self.lifecycle.needs_spread else None
+        memory, confirmed, alive = self.lifecycle.review(state.memory, Review(dt, existence, hit, p_detect, spread))
+        after = new_state(
+            state.time, state.belief, memory, state.unseen, state.ids, existence, confirmed, state.weights, state.distances,
+            state.born, state.approximated, state.rng,
+        )  # fmt: skip
+        return after if np.count_nonzero(alive) == alive.size else kept(after, alive)
 
-
-def _keep(state: State, alive: Mask) -> State:
-    """The state without the tracks that ended."""
-    if alive.ndim > 1:
-        raise ValueError("lifecycle: runs in lock-step keep their tracks; use one that ends none, such as 'single_target'")
-    names = ("belief", "memory", "ids", "existence", "confirmed", "weights", "distances")
-    return evolve(state, **{name: trees.take(getattr(state, name), alive, 0) for name in names})
+    def _spread(self, state: State) -> Array:
+        """Return the largest standard deviation of each track's position, in m (*b, t)."""
+        cov = self.estimate(state).cov[..., self._positions, :][..., self._positions]
+        return np.sqrt(np.linalg.eigvalsh(cov)[..., -1])

@@ -12,10 +12,25 @@ from vedette import kernels
 from vedette.errors import Problem, ScanRefused
 from vedette.fields import ABSURD
 from vedette.filters.gaussian import among_present
-from vedette.roles import ImagingSensor, Sensor
-from vedette.space import Array, Mask
-from vedette.tracking.gate import SensorGate
+from vedette.roles import Estimator, ImagingSensor, Sensor
+from vedette.space import Array, Mask, SpaceError
+from vedette.tracking.gate import Gate, SensorGate
 from vedette.types import Detections, Frame, Pose, Scan
+
+
+def check_sensors(sensors: Mapping[str, Sensor], estimator: Estimator[Any], gate: Gate) -> None:
+    """ValueError, with its place, if a sensor does not go with the estimator or the gate."""
+    if not sensors:
+        raise ValueError("sensors: must hold at least one sensor, got none")
+    for name, sensor in sensors.items():
+        try:
+            estimator.state.locate(sensor.observes)
+        except SpaceError as error:
+            raise ValueError(f"sensors.{name}: looks at an axis that the estimator lacks: {error}") from None
+        if reason := estimator.refuses(sensor):
+            raise ValueError(f"sensors.{name}: {reason}")
+        if sensor.optional and gate.clutter != "sensor":
+            raise ValueError(f"gate.clutter: must be 'sensor', as returns of {name!r} may lack components")
 
 
 def flaws(scan: Scan, sensors: Mapping[str, Sensor], since: float) -> list[Problem]:

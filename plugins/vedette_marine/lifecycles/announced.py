@@ -1,64 +1,19 @@
-"""Targets that are known from elsewhere when tracking begins: their AIS, or the truth."""
+"""Tracks of targets that were announced, kept to the end."""
 
 from __future__ import annotations
 
-from typing import ClassVar, final
+from collections.abc import Mapping
+from typing import Any, ClassVar, final
 
-import numpy as np
 from attrs import frozen
 
-from vedette import Array, Gaussian, Lifecycle, Mask, Recording, Space, fields
+from vedette.tracking import PermanentTracks
 
 
 @final
 @frozen
-class Announced(Lifecycle):
-    """One track for each trajectory of the recording's truth that is there at the first scan, as AIS announces it; none else
-    starts, and none ends.
-
-    Each starts at its own place then, with `spread` as the standard deviations; an axis that the truth lacks starts at 0.
-    A good deviation of the place is the greatest of 10 m, the antenna's offset, half the length.
-    """
+class AnnouncedTracks(PermanentTracks):
+    """No track is doubted and none ends; goes with the birth `announced`."""
 
     kind: ClassVar[str] = "announced"
-
-    spread: dict[str, float] = fields.table("state axis to standard deviation around the announced state")
-
-    def newborn(self, count: int) -> tuple[None, Array]:
-        """Existence 1."""
-        return None, np.ones(count)
-
-    def survive(self, existence: Array, dt: float) -> Array:
-        """Unchanged."""
-        return existence
-
-    def review(self, memory: None, existence: Array, hit: Array, expected: Array) -> tuple[None, Mask, Mask]:
-        """Confirmed and alive."""
-        always = np.ones(existence.shape, dtype=bool)
-        return None, always, always
-
-    def starts(self, sensor: str, claimed: Array) -> Mask:
-        """None."""
-        return np.zeros(claimed.shape, dtype=bool)
-
-    def prior(self, measured: Gaussian, observes: Space, state: Space) -> Gaussian:
-        """No track starts at a return."""
-        raise ValueError("an announced target does not start at a return")
-
-    def given(self, state: Space, recording: Recording) -> Gaussian:
-        """Mean (t, n), cov (t, n, n)."""
-        lacking = [name for name in state.names if name not in self.spread]
-        if lacking:
-            raise ValueError(f"lifecycle.spread: must state the standard deviation of {', '.join(map(repr, lacking))}")
-        if not recording.scans:
-            return Gaussian(np.zeros((0, len(state))), np.zeros((0, len(state), len(state))))
-        begin = recording.scans[0].time
-        there = [(path.space.names, path.at(begin)) for path in recording.truth]
-        known = [dict(zip(names, at, strict=True)) for names, at in there if at is not None]
-        if not known:
-            raise ValueError(
-                f"lifecycle: nothing is announced at the first scan, {begin:.6g} s; let tracks start by themselves"
-            )
-        mean = np.array([[one.get(name, 0.0) for name in state.names] for one in known])
-        deviation = np.array([self.spread[name] for name in state.names])
-        return Gaussian(state.canonical(mean), np.broadcast_to(np.diag(deviation**2), (len(mean), len(state), len(state))))
+    usual_birth: ClassVar[Mapping[str, Any]] = {"kind": "announced"}

@@ -9,7 +9,8 @@ from attrs import frozen
 from numpy.typing import NDArray
 
 from vedette import Array, Mask, fields
-from vedette_standard.lifecycles.automatic import Automatic
+from vedette.types import Review
+from vedette_standard.lifecycles.limited import DETECTED, Limited
 
 
 @frozen(eq=False)
@@ -23,7 +24,7 @@ class Coasting:
 
 @final
 @frozen
-class CoastLimited(Automatic):
+class CoastLimited(Limited):
     """A track counts as real after `hits` detections, and ends when it coasts: when too many that were due did not come.
 
     What was due since the last detection is the sum of the detection probabilities of the scans in between, so a sensor
@@ -33,25 +34,22 @@ class CoastLimited(Automatic):
     """
 
     kind: ClassVar[str] = "coast_limited"
+    certain: ClassVar[bool] = True
 
     hits: int = fields.integer("detections that confirm a track", default=3, at_least=1)
     tentative: float = fields.quantity("1", "detections due in a row that a tentative track may miss", default=1.5, above=0)
     confirmed: float = fields.quantity("1", "detections due in a row that a confirmed track may miss", default=5.0, above=0)
 
-    def newborn(self, count: int) -> tuple[Coasting, Array]:
-        """Tracks with one hit, which confirms where `hits` is 1; existence 1."""
-        once = np.ones(count, dtype=np.int64)
-        return Coasting(once, np.zeros(count), np.full(count, self.hits == 1)), np.ones(count)
+    def start_own(self, existence: Array) -> Coasting:
+        """Return one hit for each track, which confirms it where `hits` is 1."""
+        once = np.ones(existence.shape, dtype=np.int64)
+        return Coasting(once, np.zeros(existence.shape), np.full(existence.shape, self.hits == 1))
 
-    def survive(self, existence: Array, dt: float) -> Array:
-        """Unchanged."""
-        return existence
-
-    def review(self, memory: Coasting, existence: Array, hit: Array, expected: Array) -> tuple[Coasting, Mask, Mask]:
+    def judge(self, own: Coasting, scan: Review) -> tuple[Coasting, Mask, Mask]:
         """Count what came and what did not, confirm and end."""
-        detected = hit > 0.5
-        hits = memory.hits + detected
-        missed = np.where(detected, 0.0, memory.missed + expected)
-        confirmed = memory.confirmed | (hits >= self.hits)
+        detected = scan.hit > DETECTED
+        hits = own.hits + detected
+        missed = np.where(detected, 0.0, own.missed + scan.p_detect)
+        confirmed = own.confirmed | (hits >= self.hits)
         alive = missed <= np.where(confirmed, self.confirmed, self.tentative)
         return Coasting(hits, missed, confirmed), confirmed, alive

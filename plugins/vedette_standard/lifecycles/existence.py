@@ -9,12 +9,13 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Mask, fields
-from vedette_standard.lifecycles.automatic import Automatic
+from vedette.types import Review
+from vedette_standard.lifecycles.limited import Limited
 
 
 @final
 @frozen
-class Existence(Automatic):
+class Existence(Limited):
     """Integrated probabilistic data association's view of a track: it exists with probability e, judged by every scan.
 
     Between scans e <- e exp(-dt / lifetime); after one, e <- e L / (1 - e + e L), L the scan's likelihood ratio with the
@@ -25,26 +26,23 @@ class Existence(Automatic):
 
     kind: ClassVar[str] = "existence"
 
-    initial: float = fields.probability("that a return no track explains is a new target", default=0.2, above=0, below=1)
     lifetime: float = fields.quantity("s", "mean time for which a target stays in view", default=600.0, above=0)
     confirm: float = fields.probability("existence that confirms a track", default=0.95)
     delete: float = fields.probability("existence that ends a track", default=0.05)
 
     def __attrs_post_init__(self) -> None:
-        if not self.delete < self.initial:
-            raise ValueError(f"initial: must be > delete, {self.delete:g}, got {self.initial:g}")
         if not self.delete < self.confirm:
             raise ValueError(f"confirm: must be > delete, {self.delete:g}, got {self.confirm:g}")
 
-    def newborn(self, count: int) -> tuple[Mask, Array]:
-        """Not confirmed, with the `initial` existence."""
-        return np.zeros(count, dtype=bool), np.full(count, self.initial)
+    def start_own(self, existence: Array) -> Mask:
+        """Return whether each track is confirmed: none is yet."""
+        return np.zeros(existence.shape, dtype=bool)
 
-    def survive(self, existence: Array, dt: float) -> Array:
+    def predict(self, existence: Array, dt: float) -> Array:
         """(*b, t) -> (*b, t)"""
         return existence * math.exp(-dt / self.lifetime)
 
-    def review(self, memory: Mask, existence: Array, hit: Array, expected: Array) -> tuple[Mask, Mask, Mask]:
-        """Memory is whether a track was ever confirmed."""
-        confirmed = memory | (existence >= self.confirm)
-        return confirmed, confirmed, existence >= self.delete
+    def judge(self, own: Mask, scan: Review) -> tuple[Mask, Mask, Mask]:
+        """Compare the existence with the thresholds; what is kept is whether a track was ever confirmed."""
+        confirmed = own | (scan.existence >= self.confirm)
+        return confirmed, confirmed, scan.existence >= self.delete

@@ -9,7 +9,8 @@ from attrs import frozen
 from numpy.typing import NDArray
 
 from vedette import Array, Mask, fields
-from vedette_standard.lifecycles.automatic import Automatic
+from vedette.types import Review
+from vedette_standard.lifecycles.limited import DETECTED, Limited
 
 
 @frozen(eq=False)
@@ -23,7 +24,7 @@ class Looks:
 
 @final
 @frozen
-class MOfN(Automatic):
+class MOfN(Limited):
     """A track counts as real after `hits` detections in its last `looks` looks, and ends after `misses` looks without one.
 
     A look is a scan in which the sensor should see the track with a probability of at least `worth`; a detection is a
@@ -32,6 +33,7 @@ class MOfN(Automatic):
     """
 
     kind: ClassVar[str] = "m_of_n"
+    certain: ClassVar[bool] = True
 
     hits: int = fields.integer("M, detections that confirm a track", default=3, at_least=1, at_most=60)
     looks: int = fields.integer("N, looks in which they must fall", default=5, at_least=1, at_most=60)
@@ -44,23 +46,19 @@ class MOfN(Automatic):
         if self.hits > self.looks:
             raise ValueError(f"hits: must be <= looks, {self.looks}, got {self.hits}")
 
-    def newborn(self, count: int) -> tuple[Looks, Array]:
-        """Tracks with one look and one hit, which confirms where `hits` is 1; existence 1."""
-        once = np.ones(count, dtype=np.int64)
-        return Looks(once, once, np.full(count, self.hits == 1)), np.ones(count)
+    def start_own(self, existence: Array) -> Looks:
+        """Return one look and one hit for each track, which confirms it where `hits` is 1."""
+        once = np.ones(existence.shape, dtype=np.int64)
+        return Looks(once, once, np.full(existence.shape, self.hits == 1))
 
-    def survive(self, existence: Array, dt: float) -> Array:
-        """Unchanged."""
-        return existence
-
-    def review(self, memory: Looks, existence: Array, hit: Array, expected: Array) -> tuple[Looks, Mask, Mask]:
+    def judge(self, own: Looks, scan: Review) -> tuple[Looks, Mask, Mask]:
         """Count the look, confirm and end."""
-        detected = hit > 0.5
-        looked = detected | (expected >= self.worth)
-        hits = np.where(looked, (memory.hits << 1 | detected) & (1 << 60) - 1, memory.hits)
-        looks = memory.looks + looked
+        detected = scan.hit > DETECTED
+        looked = detected | (scan.p_detect >= self.worth)
+        hits = np.where(looked, (own.hits << 1 | detected) & (1 << 60) - 1, own.hits)
+        looks = own.looks + looked
         recent = np.bitwise_count(hits & (1 << self.looks) - 1)
-        confirmed = memory.confirmed | (recent >= self.hits)
+        confirmed = own.confirmed | (recent >= self.hits)
         coasting = (hits & (1 << self.misses) - 1 == 0) & (looks >= self.misses)
         too_few = looks - recent > self.looks - self.hits
         alive = np.where(confirmed, ~coasting, ~too_few)

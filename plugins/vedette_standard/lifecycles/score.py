@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from typing import ClassVar, final
+from collections.abc import Mapping
+from typing import Any, ClassVar, final
 
 import numpy as np
 from attrs import frozen
 
 from vedette import Array, Mask, fields
-from vedette_standard.lifecycles.automatic import Automatic
+from vedette.types import Review
+from vedette_standard.lifecycles.limited import Limited
 
 _CERTAIN = 1.0 - 5e-13
 """Existence is held below this, so that its odds stay finite and misses can still bring a track down."""
@@ -17,15 +19,16 @@ _CERTAIN = 1.0 - 5e-13
 
 @frozen(eq=False)
 class Scores:
-    """best (*b, t): the highest score so far; confirmed (*b, t)."""
+    """first (*b, t): the log odds of existence at the start; best (*b, t): the highest score so far; confirmed (*b, t)."""
 
+    first: Array
     best: Array
     confirmed: Mask
 
 
 @final
 @frozen
-class Score(Automatic):
+class Score(Limited):
     """Wald's test between a target and a run of false returns, on the log-likelihood ratio of all that was seen.
 
     The score is the log odds of existence, which the tracker brings up to date for every associator, less those of a new
@@ -35,25 +38,26 @@ class Score(Automatic):
     """
 
     kind: ClassVar[str] = "score"
+    usual_birth: ClassVar[Mapping[str, Any]] = {"kind": "from_returns", "initial": 0.1}
 
-    initial: float = fields.probability("that a return no track explains is a new target", default=0.1, above=0, below=1)
     false_tracks: float = fields.probability("share of false tracks that may be confirmed", default=1e-3, above=0, below=0.5)
     lost_targets: float = fields.probability("share of targets that may end tentative", default=0.05, above=0, below=0.5)
     drop: float = fields.quantity("1", "fall of the score, in nats, that ends a confirmed track", default=10.0, above=0)
 
-    def newborn(self, count: int) -> tuple[Scores, Array]:
-        """Not confirmed, at score 0, with the `initial` existence."""
-        return Scores(np.zeros(count), np.zeros(count, dtype=bool)), np.full(count, self.initial)
+    def start_own(self, existence: Array) -> Scores:
+        """Return score 0 for each track, none confirmed."""
+        doubted = np.clip(existence, 1.0 - _CERTAIN, _CERTAIN)
+        return Scores(np.log(doubted / (1.0 - doubted)), np.zeros(existence.shape), np.zeros(existence.shape, dtype=bool))
 
-    def survive(self, existence: Array, dt: float) -> Array:
-        """The same but for a last doubt: the test knows no time."""
+    def predict(self, existence: Array, dt: float) -> Array:
+        """Return the same but for a last doubt: the test knows no time."""
         return np.minimum(existence, _CERTAIN)
 
-    def review(self, memory: Scores, existence: Array, hit: Array, expected: Array) -> tuple[Scores, Mask, Mask]:
+    def judge(self, own: Scores, scan: Review) -> tuple[Scores, Mask, Mask]:
         """Confirm and end by the thresholds."""
-        certain = np.clip(existence, 1.0 - _CERTAIN, _CERTAIN)
-        score = np.log(certain) - np.log1p(-certain) - math.log(self.initial / (1.0 - self.initial))
-        best = np.maximum(memory.best, score)
-        confirmed = memory.confirmed | (score >= math.log((1.0 - self.lost_targets) / self.false_tracks))
+        doubted = np.clip(scan.existence, 1.0 - _CERTAIN, _CERTAIN)
+        score = np.log(doubted) - np.log1p(-doubted) - own.first
+        best = np.maximum(own.best, score)
+        confirmed = own.confirmed | (score >= math.log((1.0 - self.lost_targets) / self.false_tracks))
         tentative_alive = score > math.log(self.lost_targets / (1.0 - self.false_tracks))
-        return Scores(best, confirmed), confirmed, np.where(confirmed, best - score < self.drop, tentative_alive)
+        return Scores(own.first, best, confirmed), confirmed, np.where(confirmed, best - score < self.drop, tentative_alive)

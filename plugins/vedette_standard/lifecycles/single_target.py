@@ -2,68 +2,18 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, final
+from collections.abc import Mapping
+from typing import Any, ClassVar, final
 
-import numpy as np
 from attrs import frozen
 
-from vedette import Array, Gaussian, Lifecycle, Mask, Recording, Space, fields
+from vedette.tracking import PermanentTracks
 
 
 @final
 @frozen
-class SingleTarget(Lifecycle):
-    """One track from before the first scan to the end; it is never doubted and no other starts.
-
-    It starts at `start`; an axis that is not there starts at the recording's first true state, moved by `offset`, with
-    `spread` as its standard deviation (an axis that the truth lacks: at 0).
-    """
+class SingleTarget(PermanentTracks):
+    """The tracks that are given before the first scan are never doubted and never end; goes with the birth `given`."""
 
     kind: ClassVar[str] = "single_target"
-    permanent: ClassVar[bool] = True
-
-    start: dict[str, tuple[float, float]] = fields.table("state axis to [mean, standard deviation]", pairs=True)
-    spread: dict[str, float] = fields.table("state axis to standard deviation around the first true state")
-    offset: dict[str, float] = fields.table("state axis to what is added to the first true state")
-
-    def newborn(self, count: int) -> tuple[None, Array]:
-        """Existence 1."""
-        return None, np.ones(count)
-
-    def survive(self, existence: Array, dt: float) -> Array:
-        """Unchanged."""
-        return existence
-
-    def review(self, memory: None, existence: Array, hit: Array, expected: Array) -> tuple[None, Mask, Mask]:
-        """Confirmed and alive."""
-        always = existence >= 0.0
-        return None, always, always
-
-    def starts(self, sensor: str, claimed: Array) -> Mask:
-        """None."""
-        return np.zeros(claimed.shape, dtype=bool)
-
-    def prior(self, measured: Gaussian, observes: Space, state: Space) -> Gaussian:
-        """No track starts at a return."""
-        raise ValueError("a single target does not start at a return")
-
-    def given(self, state: Space, recording: Recording) -> Gaussian:
-        """The one track: mean (1, n), cov (1, n, n)."""
-        lacking = [name for name in state.names if name not in self.start and name not in self.spread]
-        if lacking:
-            raise ValueError(f"lifecycle.spread: must state the standard deviation of {', '.join(map(repr, lacking))}")
-        rest = [name for name in state.names if name not in self.start]
-        if rest and not recording.truth:
-            raise ValueError(f"lifecycle.start: must state {', '.join(map(repr, rest))}, as the recording has no truth")
-        known = {}
-        if recording.truth:
-            first = min(recording.truth, key=lambda trajectory: trajectory.times[0])
-            at_start = first.at(recording.scans[0].time) if recording.scans else None
-            known = dict(zip(first.space.names, first.states[0] if at_start is None else at_start, strict=True))
-        mean, deviation = np.zeros((1, len(state))), np.zeros(len(state))
-        for i, name in enumerate(state.names):
-            if name in self.start:
-                mean[0, i], deviation[i] = self.start[name]
-            else:
-                mean[0, i], deviation[i] = known.get(name, 0.0) + self.offset.get(name, 0.0), self.spread[name]
-        return Gaussian(state.canonical(mean), np.diag(deviation**2)[None])
+    usual_birth: ClassVar[Mapping[str, Any]] = {"kind": "given"}

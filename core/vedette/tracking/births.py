@@ -1,0 +1,78 @@
+"""How tracks begin: the birth asked, and its tracks joined to those that are there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from attrs import evolve
+
+from vedette.roles import Birth, Estimator, Sensor
+from vedette.space import Array
+from vedette.tracking import trees
+from vedette.tracking.state import State
+from vedette.types import Detections, Frame, Newborn
+
+if TYPE_CHECKING:
+    from vedette.tracking.tracker import Tracker
+
+
+def starters(birth: Birth | None, sensors: Mapping[str, Sensor], estimator: Estimator[Any]) -> Iterator[str]:
+    """Yield the sensors whose returns may start tracks; ValueError, now rather than in a run, if one cannot."""
+    for name, sensor in sensors.items():
+        if birth is None or not birth.starts_from(name):
+            continue
+        nothing = Detections.of([], len(sensor.measurement))
+        try:
+            birth.begin(None, estimator, sensor, name, nothing, np.zeros(0))
+        except NotImplementedError as error:
+            raise ValueError(f"birth.sensors: must not hold {name!r}: {error}") from None
+        except ValueError as error:
+            raise ValueError(f"birth.{error}") from None
+        yield name
+
+
+def reveal(
+    tracker: Tracker, state: State, dt: float, sensor: Sensor, observed: Detections | Frame
+) -> tuple[Any, Array | None, Any]:
+    """Return the birth's memory after the scan, the rate of each return (k,), and what it found to begin tracks with."""
+    birth, estimator, p_gate = tracker.birth, tracker.estimator, tracker.gate.probability
+    assert birth is not None
+    unseen = birth.predict(state.unseen, estimator, dt, state.rng)
+    if isinstance(observed, Frame):
+        return unseen, None, None
+    rate, found = birth.reveal(unseen, estimator, sensor, observed, p_gate)
+    return birth.miss(unseen, estimator, sensor, p_gate), rate, found
+
+
+def begin(
+    tracker: Tracker, state: State, found: Any, sensor: Sensor, name: str, detections: Detections, weights: Array
+) -> State:
+    """Return the state with the tracks that begin at a scan's returns, which come last.
+
+    `weights` (t, 1+k) are those of all tracks that met the scan, some of which may have ended with it.
+    """
+    assert tracker.birth is not None
+    claimed = 1.0 - np.prod(1.0 - weights[..., 1:], axis=-2)
+    newborn = tracker.birth.begin(found, tracker.estimator, sensor, name, detections, claimed)
+    return _joined(tracker, state, newborn) if len(newborn.returns) else state
+
+
+def _joined(tracker: Tracker, state: State, newborn: Newborn) -> State:
+    count, k = len(newborn.returns), state.weights.shape[-1] - 1
+    existence = np.ones(count) if tracker.lifecycle.certain else newborn.existence
+    belief = tracker.estimator.start(newborn.prior, tracker.state, state.rng)
+    weights = np.zeros((count, 1 + k))
+    weights[range(count), 1 + newborn.returns] = 1.0
+    return evolve(
+        state,
+        belief=trees.join(state.belief, belief, 0),
+        memory=trees.join(state.memory, tracker.lifecycle.start(existence), 0),
+        ids=np.concatenate([state.ids, state.born + np.arange(count)]),
+        existence=np.concatenate([state.existence, existence]),
+        confirmed=np.concatenate([state.confirmed, np.zeros(count, dtype=bool)]),
+        weights=np.concatenate([state.weights, weights]),
+        distances=np.concatenate([state.distances, np.zeros((count, k))]),
+        born=state.born + count,
+    )

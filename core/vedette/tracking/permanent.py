@@ -1,0 +1,43 @@
+"""What the births and lifecycles share that start tracks only before the first scan, and never end any."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+import numpy as np
+from attrs import frozen
+
+from vedette.roles import Birth, Estimator, Lifecycle, Sensor
+from vedette.space import Array, Mask
+from vedette.types import Detections, Newborn, Review
+
+
+@frozen
+class GivenTracks(Birth):
+    """A birth whose tracks are all there before the first scan; a kind of it says by `given` which."""
+
+    def starts_from(self, sensor: str) -> bool:
+        """Return False: no return starts a track."""
+        return False
+
+    def begin(
+        self, seen: Any, estimator: Estimator[Any], sensor: Sensor, name: str, detections: Detections, claimed: Array
+    ) -> Newborn:
+        """Refuse: a tracker does not ask, as no return starts a track."""
+        raise ValueError(f"{self.kind!r} starts no track at a return")
+
+
+@frozen
+class PermanentTracks(Lifecycle):
+    """A lifecycle whose tracks are all real and go on to the end."""
+
+    certain: ClassVar[bool] = True
+    permanent: ClassVar[bool] = True
+
+    def start(self, existence: Array) -> None:
+        """Return no memory."""
+
+    def review(self, memory: None, scan: Review) -> tuple[None, Mask, Mask]:
+        """Return that every track is confirmed and alive."""
+        always = np.ones(scan.existence.shape, dtype=bool)
+        return None, always, always

@@ -1,0 +1,58 @@
+"""What a tracker knows after a scan."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from attrs import evolve, frozen
+from numpy.typing import NDArray
+
+from vedette.space import Array, Mask
+from vedette.tracking import trees
+from vedette.values import maker
+
+
+@frozen(eq=False)
+class State:
+    """All that a tracker knows after a scan. `t` tracks, oldest first; `*b` runs in lock-step.
+
+    belief is the estimator's, memory the lifecycle's, unseen the birth's. ids (t,), confirmed (*b, t), existence (*b, t);
+    weights (*b, t, 1+k), the probabilities of association, and squared distances (*b, t, k) say how the tracks met the last
+    scan. born counts the tracks ever begun, approximated those whose weights were not exact, once a scan.
+    """
+
+    time: float
+    belief: Any
+    memory: Any
+    unseen: Any
+    ids: NDArray[np.int64]
+    existence: Array
+    confirmed: Mask
+    weights: Array
+    distances: Array
+    born: int
+    approximated: int
+    rng: np.random.Generator
+
+    @property
+    def hit(self) -> Array:
+        """The probability of having been detected in the last scan (*b, t)."""
+        return 1.0 - self.weights[..., 0]
+
+    @property
+    def nis(self) -> Array:
+        """The squared distance weighted over the last scan's returns (*b, t)."""
+        total: Array = np.sum(self.weights[..., 1:] * self.distances, axis=-1)
+        return total
+
+
+new_state = maker(State)
+
+
+def kept(state: State, alive: Mask) -> State:
+    """Return the state without the tracks that ended."""
+    if alive.ndim > 1:
+        raise ValueError("lifecycle: runs in lock-step keep their tracks; use one that ends none, such as 'single_target'")
+    names = ("belief", "memory", "ids", "existence", "confirmed", "weights", "distances")
+    return evolve(state, **{name: trees.take(getattr(state, name), alive, 0) for name in names})

@@ -1,0 +1,41 @@
+"""Targets that are known from elsewhere when tracking begins: their AIS, or the truth."""
+
+from __future__ import annotations
+
+from typing import ClassVar, final
+
+import numpy as np
+from attrs import frozen
+
+from vedette import Gaussian, Recording, Space, fields
+from vedette.tracking import GivenTracks
+
+
+@final
+@frozen
+class Announced(GivenTracks):
+    """One track for each trajectory of the recording's truth that is there at the first scan, as AIS announces it; no other.
+
+    Each starts at its own place then, with `spread` as the standard deviations; an axis that the truth lacks starts at 0.
+    A good deviation of the place is the greatest of 10 m, the antenna's offset, half the length.
+    """
+
+    kind: ClassVar[str] = "announced"
+
+    spread: dict[str, float] = fields.table("state axis to standard deviation around the announced state")
+
+    def given(self, state: Space, recording: Recording) -> Gaussian:
+        """Return the announced tracks: mean (t, n), cov (t, n, n)."""
+        lacking = [name for name in state.names if name not in self.spread]
+        if lacking:
+            raise ValueError(f"spread: must state the standard deviation of {', '.join(map(repr, lacking))}")
+        if not recording.scans:
+            return Gaussian(np.zeros((0, len(state))), np.zeros((0, len(state), len(state))))
+        begin = recording.scans[0].time
+        there = [(path.space.names, path.at(begin)) for path in recording.truth]
+        known = [dict(zip(names, at, strict=True)) for names, at in there if at is not None]
+        if not known:
+            raise ValueError(f"nothing is announced at the first scan, {begin:.6g} s; let tracks start by themselves")
+        mean = np.array([[one.get(name, 0.0) for name in state.names] for one in known])
+        deviation = np.array([self.spread[name] for name in state.names])
+        return Gaussian(state.canonical(mean), np.broadcast_to(np.diag(deviation**2), (len(mean), len(state), len(state))))

@@ -1,0 +1,70 @@
+"""What lifecycles share that end tracks: limits that hold whatever else they judge by."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from typing import Any
+
+import numpy as np
+from attrs import frozen
+
+from vedette import Array, Lifecycle, Mask, fields
+from vedette.types import Review
+
+DETECTED = 0.5
+"""A track counts as detected if a return was its with a greater probability."""
+
+
+@frozen(eq=False)
+class Since:
+    """Seconds (*b, t) since a sensor last covered the track and since it was last detected, and what the kind keeps."""
+
+    covered: Array
+    detected: Array
+    own: Any
+
+
+@frozen
+class Limited(Lifecycle):
+    """A lifecycle that also ends tracks that no sensor covers, that are not detected, or whose place is no longer known."""
+
+    max_out_of_coverage: float | None = fields.quantity(
+        "s", "a track ends after this time in places where no sensor can detect it", default=60.0, above=0
+    )
+    max_without_detection: float | None = fields.quantity(
+        "s", "a track ends after this time without a detection; default: never for that alone", default=None, above=0
+    )
+    max_spread: float | None = fields.quantity(
+        "m", "a track ends when its position's largest standard deviation exceeds this; default: never for that alone",
+        default=None, above=0,
+    )  # fmt: skip
+
+    @property
+    def needs_spread(self) -> bool:
+        """Return whether the spread is limited."""
+        return self.max_spread is not None
+
+    def start(self, existence: Array) -> Since:
+        """Return the memory of tracks that start now, at a return."""
+        return Since(np.zeros(existence.shape), np.zeros(existence.shape), self.start_own(existence))
+
+    def review(self, memory: Since, scan: Review) -> tuple[Since, Mask, Mask]:
+        """Return the kind's own judgement, and end the tracks that are beyond a limit."""
+        own, confirmed, alive = self.judge(memory.own, scan)
+        covered = np.where(scan.p_detect > 0, 0.0, memory.covered + scan.dt)
+        detected = np.where(scan.hit > DETECTED, 0.0, memory.detected + scan.dt)
+        if self.max_out_of_coverage is not None:
+            alive = alive & (covered <= self.max_out_of_coverage)
+        if self.max_without_detection is not None:
+            alive = alive & (detected <= self.max_without_detection)
+        if self.max_spread is not None and scan.spread is not None:
+            alive = alive & (scan.spread <= self.max_spread)
+        return Since(covered, detected, own), confirmed, alive
+
+    @abstractmethod
+    def start_own(self, existence: Array) -> Any:
+        """Return what the kind keeps of tracks that start now, with their existence (t,)."""
+
+    @abstractmethod
+    def judge(self, own: Any, scan: Review) -> tuple[Any, Mask, Mask]:
+        """Return what the kind keeps, confirmed (*b, t) and alive (*b, t) after a scan, the limits aside."""
