@@ -1,0 +1,82 @@
+"""The IMM's transitions over time, and what is refused."""
+
+from functools import partial
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+from support.imm import NESTED, start, unlike
+from vedette_standard.estimators.imm import Imm
+from vedette_standard.estimators.kalman import Kalman
+from vedette_standard.motion.constant_velocity import ConstantVelocity
+
+RNG = np.random.default_rng(0)
+"""Asked for by the signature; these filters draw nothing."""
+TWO = Kalman(ConstantVelocity(0.1)), Kalman(ConstantVelocity(3.0))
+SWITCH = np.array([[0.9, 0.1], [0.3, 0.7]])
+
+
+def prob_after(imm, *times):
+    belief = start(imm, 1)
+    for dt in times:
+        belief = imm.predict(belief, dt, RNG)
+    return imm.mode_prob(belief)[0]
+
+
+def test_a_transition_holds_per_scan_or_for_its_interval_or_follows_from_rates():
+    p = np.array([0.2, 0.8])
+    per_scan = Imm(TWO, transition=SWITCH, initial=p)
+    per_interval = Imm(TWO, transition=SWITCH, interval=4.0, initial=p)
+    rates = np.array([[-0.2, 0.2], [0.5, -0.5]])
+    by_rates = Imm(TWO, rates=rates, initial=p)
+    close = partial(np.testing.assert_allclose, rtol=1e-12)
+    close(prob_after(per_scan, 0.5), p @ SWITCH)
+    close(prob_after(per_scan, 7.0), p @ SWITCH)
+    close(prob_after(per_interval, 4.0), p @ SWITCH)
+    close(prob_after(per_interval, 2.0, 2.0), p @ SWITCH)
+    close(prob_after(per_interval, 1.0, 3.0, 4.0), p @ SWITCH @ SWITCH)
+    close(prob_after(by_rates, 1.5), p @ expm(rates * 1.5))
+    close(prob_after(by_rates, 1.0, 0.5), p @ expm(rates * 1.5))
+
+
+def test_no_time_leaves_the_belief():
+    for imm in (unlike(), NESTED):
+        belief = start(imm, 2)
+        assert imm.predict(belief, 0.0, RNG) is belief
+
+
+NO_GENERATOR = [[[0.4, 0.6], [0.6, 0.4]], [[0.9, 0.1, 0.0], [0.0, 0.9, 0.1], [0.1, 0.0, 0.9]], [[0.5, 0.5], [0.5, 0.5]]]
+
+
+@pytest.mark.parametrize("matrix", [*NO_GENERATOR, [[0.0, 1.0], [0.0, 1.0]], [[0.0, 1.0], [1.0, 0.0]]])
+def test_an_interval_is_refused_where_the_matrix_has_no_generator(matrix):
+    modes = TWO + TWO[: len(matrix) - 2]
+    Imm(modes, transition=matrix)
+    with pytest.raises(ValueError, match="interval: this transition matrix has no generator"):
+        Imm(modes, transition=matrix, interval=1.0)
+
+
+@pytest.mark.parametrize(
+    ("parameters", "message"),
+    [
+        ({}, "transition: give either `transition` or `rates`"),
+        ({"transition": SWITCH, "rates": [[0, 0], [0, 0]]}, "transition: give either"),
+        ({"transition": [[0.9, 0.2], [0.1, 0.9]]}, "transition: each row must sum to 1, row 0 sums to 1.1"),
+        ({"transition": [[1.1, -0.1], [0.1, 0.9]]}, "transition: probabilities must be >= 0, got -0.1"),
+        ({"transition": [[0.9, 0.1]]}, "transition: must be square, got 1 x 2"),
+        ({"transition": [[1.0]]}, "transition: must have one row for each of the 2 modes, got 1"),
+        ({"rates": [[0.1, -0.1], [0.1, -0.1]]}, "rates: rates from one mode to another must be >= 0 per s, got -0.1"),
+        ({"rates": [[-0.1, 0.2], [0.1, -0.1]]}, "rates: each row must sum to 0"),
+        ({"rates": [[-0.1, 0.1], [0.1, -0.1]], "interval": 1.0}, "interval: goes with `transition`"),
+        ({"transition": SWITCH, "initial": [0.5, 0.4]}, "initial: must be probabilities > 0 that sum to 1"),
+        ({"transition": SWITCH, "initial": [1.0, 0.0]}, "initial: must be probabilities > 0 that sum to 1"),
+        ({"transition": SWITCH, "initial": [1.0]}, "initial: must have one row for each of the 2 modes, got 1"),
+        ({"transition": SWITCH, "interval": 0}, "interval: must be > 0, got 0 s"),
+        ({"transition": SWITCH, "absent": {"turn_rate": [0, 1]}}, "absent.turn_rate: no mode has this axis"),
+        ({"transition": [[np.nan, 1], [0.1, 0.9]]}, "transition: must be finite numbers"),
+    ],
+)
+def test_what_is_wrong_with_a_parameter_is_said(parameters, message):
+    with pytest.raises(ValueError, match=message.replace("[", r"\[")):
+        Imm(TWO, **parameters)
