@@ -1,4 +1,4 @@
-"""Smoothing keeps what tracks are, turns with angles, takes noiseless models and filters of others, and says what it cannot."""
+"""Smoothing keeps what tracks are, turns with angles, takes noiseless models and other filters, and says what it cannot."""
 
 import itertools
 import math

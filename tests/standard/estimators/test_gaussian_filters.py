@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from attrs import evolve, frozen
 
-from support.gaussian import start
+from support.boats import start
 from support.models import Looking
 from vedette import Detections, Gaussian, MotionModel, Space, kernels
 from vedette_standard.estimators.extended import ExtendedKalman

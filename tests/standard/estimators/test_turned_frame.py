@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from support.gaussian import start
+from support.boats import start
 from vedette import Detections, Gaussian, Space, kernels
 from vedette_standard.estimators.extended import ExtendedKalman
 from vedette_standard.estimators.unscented import UnscentedKalman

@@ -1,137 +1,39 @@
 """The laws of sensors, on every one of the standard plugin; and mutants that each law must catch."""
 
-from __future__ import annotations
-
-import re
 from collections.abc import Callable
 from typing import Any
 
 import attrs
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
-from hypothesis.extra import numpy as hnp
 
-from vedette import Pose, Sensor, kernels
-from vedette_standard.sensors.cartesian_position import CartesianPosition
+from support.laws_of_sensors import (
+    LAWS,
+    PROFILE,
+    SENSORS,
+    STANDING,
+    a_batch_is_a_loop,
+    clutter_is_uniform_over_the_area,
+    conversion_has_the_moments_it_states,
+    detection_is_a_probability,
+    everything,
+    inverting_undoes_measuring,
+    jacobian_is_the_derivative,
+    measurements_are_canonical,
+    noise_is_positive_definite,
+    noise_is_that_of_range_and_bearing,
+    nothing_is_seen_out_of_range,
+    nothing_is_written_or_kept,
+    only_the_place_relative_to_the_radar_counts,
+    poses_lead_the_states,
+    powers_of_ten,
+    states,
+)
+from vedette import Pose, Sensor
 from vedette_standard.sensors.polar_position import PolarPosition
 from vedette_standard.sensors.range_bearing import RangeBearing
-
-PROFILE = settings(max_examples=40, deadline=None, derandomize=True)
-
-
-def powers_of_ten(low: float, high: float) -> st.SearchStrategy[float]:
-    return st.floats(low, high).map(lambda exponent: 10.0**exponent)
-
-
-PLACES = st.floats(-1e3, 1e3)
-CHANCES = st.floats(0, 1)
-RADAR = {
-    "sigma_range": powers_of_ten(-1, 2),
-    "sigma_bearing": powers_of_ten(-4, -0.5),
-    "detection_probability": CHANCES,
-    "max_range": powers_of_ten(2.5, 5),
-    "x": PLACES,
-    "y": PLACES,
-}
-SENSORS = {
-    CartesianPosition: st.builds(CartesianPosition, powers_of_ten(-1, 2), CHANCES, powers_of_ten(-9, -3)),
-    RangeBearing: st.builds(
-        RangeBearing,
-        **RADAR,
-        min_range=st.floats(0, 100),
-        clutter_per_scan=st.floats(0, 100),
-        heading=st.floats(-10, 10),
-    ),
-    PolarPosition: st.builds(PolarPosition, **RADAR, sigma_extent=st.floats(0, 10), clutter_density=powers_of_ten(-9, -3)),
-}
-
-
-@st.composite
-def states(draw, sensor: Sensor) -> np.ndarray:
-    """(*b, 2) from 10 m to 100 km from where the sensor stands, for a few kinds of batch axes."""
-    b = draw(st.sampled_from([(), (1,), (3,), (2, 3), (0,)]))
-    r = 10.0 ** draw(hnp.arrays(float, b, elements=st.floats(1, 5)))
-    angle = draw(hnp.arrays(float, b, elements=st.floats(-np.pi, np.pi)))
-    origin = np.array([getattr(sensor, "x", 0.0), getattr(sensor, "y", 0.0)])
-    return origin + r[..., None] * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-
-
-# The laws: each takes a sensor and positions (*b, 2).
-
-
-def noise_is_positive_definite(sensor, x):
-    R = sensor.noise(x)
-    np.testing.assert_array_equal(R, np.swapaxes(R, -1, -2))
-    assert np.all(np.linalg.eigvalsh(R) > 0)
-
-
-def jacobian_is_the_derivative(sensor, x):
-    slope = kernels.numerical_jacobian(sensor.measure, x, sensor.measurement.difference)
-    size = np.max(np.abs(slope), axis=-1, keepdims=True)
-    np.testing.assert_allclose((sensor.jacobian(x) - slope) / size, np.zeros_like(slope), atol=1e-4)
-
-
-def a_batch_is_a_loop(sensor, x):
-    z = sensor.measure(x)
-    assert z.shape == (*x.shape[:-1], len(sensor.measurement))
-    for together, alone in zip(everything(sensor, x, z), each(sensor, x, z), strict=True):
-        np.testing.assert_allclose(np.broadcast_to(together, alone.shape), alone, rtol=1e-12, atol=0)
-
-
-def nothing_is_written_or_kept(sensor, x):
-    before, z = x.copy(), sensor.measure(x).copy()
-    first = [result.copy() for result in everything(sensor, x, z)]
-    for result, again in zip(first, everything(sensor, x, z), strict=True):
-        np.testing.assert_array_equal(result, again)
-    np.testing.assert_array_equal(x, before)
-    np.testing.assert_array_equal(z, sensor.measure(x))
-
-
-def detection_is_a_probability(sensor, x):
-    detects = np.broadcast_to(sensor.detects(x), x.shape[:-1])
-    assert np.all((detects >= 0) & (detects <= 1))
-
-
-def measurements_are_canonical(sensor, x):
-    z = sensor.measure(x)
-    np.testing.assert_array_equal(z, sensor.measurement.canonical(z))
-
-
-def inverting_undoes_measuring(sensor, x):
-    """Up to the correction of a bias, which is less than its deviation."""
-    seen = sensor.invert(sensor.measure(x))
-    error = seen.mean - x
-    assert np.all(np.linalg.eigvalsh(seen.cov) > 0)
-    assert np.all(np.sum(error * np.linalg.solve(seen.cov, error[..., None])[..., 0], axis=-1) < 1)
-
-
-def everything(sensor, x, z):
-    """What a sensor says about positions (*b, 2) and about returns (*b, m)."""
-    seen = sensor.invert(z)
-    methods = sensor.measure, sensor.jacobian, sensor.noise, sensor.detects
-    return [*(method(x) for method in methods), sensor.clutter(z), seen.mean, seen.cov]
-
-
-def each(sensor, x, z):
-    """The same, one by one."""
-    b = x.shape[:-1]
-    singles = [everything(sensor, x[i], z[i]) for i in np.ndindex(b)]
-    if not singles:
-        return [np.empty((0, *np.shape(one))) for one in everything(sensor, np.ones(2), np.ones(2))]
-    return [np.reshape(column, (*b, *np.shape(column[0]))) for column in zip(*singles, strict=True)]
-
-
-LAWS = [
-    noise_is_positive_definite,
-    jacobian_is_the_derivative,
-    a_batch_is_a_loop,
-    nothing_is_written_or_kept,
-    detection_is_a_probability,
-    measurements_are_canonical,
-    inverting_undoes_measuring,
-]
 
 
 @pytest.mark.parametrize("sensor", SENSORS)
@@ -147,48 +49,6 @@ def test_the_last_bearing_below_half_a_turn_is_canonical():
     x = np.array([-10.0, 5.6655389e-15])
     measurements_are_canonical(RangeBearing(10.0, 0.01), x)
     assert RangeBearing(10.0, 0.01).measure(x)[1] == np.nextafter(np.pi, 0)
-
-
-# Laws of sensors that stand somewhere.
-
-
-def only_the_place_relative_to_the_radar_counts(sensor, x):
-    """Radar, platform and target moved and turned together: the same return, on its axes in the sensor's own frame."""
-    there = sensor.at(Pose(np.array([300.0, -200.0]), heading=0.7))
-    here = sensor.at(Pose(np.zeros(2)))
-    turned = turn(-0.7, x - np.array([300.0, -200.0]))
-    np.testing.assert_allclose(sensor.measurement.difference(there.measure(x), here.measure(turned)), 0 * x, atol=1e-9)
-    np.testing.assert_array_equal(there.detects(x), here.detects(turned))
-
-
-def poses_lead_the_states(sensor, x):
-    """Runs (2,) of platforms, each with tracks, or with tracks and points: as run by run."""
-    position, heading = np.array([[300.0, -200.0], [-50.0, 1e3]]), np.array([0.7, -2.0])
-    for inner in ((), (2,), (4,), (2, 3)):
-        runs = np.broadcast_to(x.reshape(-1, 2)[0], (2, *inner, 2)) + np.arange(2.0 * np.prod(inner)).reshape(2, *inner, 1)
-        batch = sensor.at(Pose(position, heading=heading))
-        z = batch.measure(runs)
-        for run in range(2):
-            one = sensor.at(Pose(position[run], heading=heading[run]))
-            for together, alone in zip(everything(batch, runs, z), everything(one, runs[run], z[run]), strict=True):
-                part = together[run] if np.ndim(together) >= np.ndim(alone) + 1 else together
-                np.testing.assert_allclose(np.broadcast_to(part, np.shape(alone)), alone, rtol=1e-12)
-
-
-def nothing_is_seen_out_of_range(sensor, x):
-    r = np.linalg.norm(x - np.array([sensor.x, sensor.y]), axis=-1)
-    detects, inside = sensor.detects(x), (r > getattr(sensor, "min_range", 0.0)) & (r < sensor.max_range)
-    at_an_edge = np.isclose(r, sensor.max_range, rtol=1e-9) | np.isclose(r, getattr(sensor, "min_range", -1.0), rtol=1e-9)
-    np.testing.assert_array_equal(detects[~at_an_edge], np.where(inside, sensor.detection_probability, 0.0)[~at_an_edge])
-
-
-def turn(angle, x):
-    """Vectors (*b, 2) turned counter-clockwise."""
-    c, s = np.cos(angle), np.sin(angle)
-    return x @ np.array([[c, s], [-s, c]])
-
-
-STANDING = [poses_lead_the_states, nothing_is_seen_out_of_range]
 
 
 @pytest.mark.parametrize("sensor", [RangeBearing, PolarPosition])
@@ -222,19 +82,6 @@ def test_a_pose_replaces_where_the_radar_stands(sensor, data):
     np.testing.assert_array_equal(bare.detects(x), attrs.evolve(bare).detects(x))
 
 
-# Clutter and conversion of range and bearing.
-
-
-def clutter_is_uniform_over_the_area(sensor, n, low, high):
-    """Expected false returns within any radius, by Gauss-Legendre quadrature over range and bearing."""
-    for radius in (low + 0.3 * (high - low), high):
-        nodes, weights = np.polynomial.legendre.leggauss(5)
-        r = low + (radius - low) * (nodes + 1) / 2
-        z = np.stack([r, np.linspace(-3, 3, 5)], axis=-1)
-        count = 2 * np.pi * np.sum(weights * sensor.clutter(z)) * (radius - low) / 2
-        np.testing.assert_allclose(count, n * (radius**2 - low**2) / (high**2 - low**2), rtol=1e-12)
-
-
 @PROFILE
 @given(st.floats(0.1, 100), st.floats(0, 100), powers_of_ten(2.5, 5))
 def test_clutter_is_uniform_over_the_area(n, low, high):
@@ -244,54 +91,11 @@ def test_clutter_is_uniform_over_the_area(n, low, high):
     np.testing.assert_array_equal(edges, edges[[1, 1, 2, 2]])
 
 
-def conversion_has_the_moments_it_states(sensor, x):
-    """Against Gauss-Hermite quadrature over the errors of range and bearing."""
-    nodes, weights = np.polynomial.hermite_e.hermegauss(24)
-    deviations = np.sqrt(np.diagonal(sensor.noise(x)))
-    errors = np.stack(np.meshgrid(nodes, nodes, indexing="ij"), axis=-1).reshape(-1, 2) * deviations
-    w = np.outer(weights, weights).ravel() / (2 * np.pi)
-    apart = sensor.invert(sensor.measure(x) + errors).mean - x
-    cov = sensor.invert(sensor.measure(x)).cov
-    spread = np.sqrt(np.diagonal(cov))
-    np.testing.assert_allclose(w @ apart / spread, 0, atol=1e-9)
-    np.testing.assert_allclose((apart / spread).T @ (w[:, None] * apart / spread), cov / np.outer(spread, spread), atol=1e-9)
-
-
 @PROFILE
 @given(SENSORS[RangeBearing], st.floats(-np.pi, np.pi), st.floats(0, 4))
 def test_conversion_has_the_moments_it_states(sensor, angle, log_range):
     offset = 10.0**log_range * np.array([np.cos(angle), np.sin(angle)])
     conversion_has_the_moments_it_states(sensor, np.array([sensor.x, sensor.y]) + offset)
-
-
-def test_conversion_takes_the_noise_of_each_return():
-    """Correlated errors: to first order J R J', per return."""
-    sensor = RangeBearing(10.0, 0.01, heading=0.3)
-    z = np.array([[1e3, 0.5], [2e3, -2.0]])
-    noise = np.array([[[4.0, 1e-4], [1e-4, 1e-8]], [[9.0, -2e-4], [-2e-4, 4e-8]]])
-    for i, (r, bearing) in enumerate(z):
-        c, s = np.cos(bearing + 0.3), np.sin(bearing + 0.3)
-        J = np.array([[c, -r * s], [s, r * c]])
-        np.testing.assert_allclose(sensor.invert(z, noise).cov[i], J @ noise[i] @ J.T, rtol=1e-5)
-
-
-def test_a_position_taken_with_its_own_noise():
-    z, noise = np.zeros((2, 2)), np.array([np.eye(2), 2 * np.eye(2)])
-    for sensor in (CartesianPosition(3.0), PolarPosition(3.0, 0.1)):
-        np.testing.assert_array_equal(sensor.invert(z, noise).cov, noise)
-
-
-# The noise of polar positions.
-
-
-def noise_is_that_of_range_and_bearing(sensor, x):
-    """Against the rotation written out."""
-    dx, dy = x - np.array([sensor.x, sensor.y])
-    theta, r = np.arctan2(dy, dx), np.hypot(dx, dy)
-    T = np.array([[np.cos(theta), -np.sin(theta)], [np.sin(theta), np.cos(theta)]])
-    across = (r**2 + sensor.sigma_range**2) * sensor.sigma_bearing**2
-    expected = T @ np.diag([sensor.sigma_range**2, across]) @ T.T + sensor.sigma_extent**2 * np.eye(2)
-    np.testing.assert_allclose(sensor.noise(x), expected, rtol=0, atol=1e-12 * np.max(expected))
 
 
 @PROFILE
@@ -301,46 +105,7 @@ def test_polar_noise_is_that_of_range_and_bearing(data):
     noise_is_that_of_range_and_bearing(sensor, data.draw(states(sensor).filter(lambda x: x.size > 0)).reshape(-1, 2)[0])
 
 
-def test_polar_noise_agrees_with_the_conversion_of_range_and_bearing():
-    x = np.array([[3e3, 4e3], [-1e3, 200.0], [5.0, -5.0]])
-    converted = RangeBearing(20.0, 1e-3).invert(RangeBearing(20.0, 1e-3).measure(x)).cov
-    np.testing.assert_allclose(PolarPosition(20.0, 1e-3).noise(x), converted, rtol=1e-5)
-
-
-# Over the radar.
-
-
-@pytest.mark.parametrize(
-    "sensor", [RangeBearing(10.0, 0.02, x=5.0, y=-7.0, heading=1.0), PolarPosition(10.0, 0.02, x=5.0, y=-7.0)]
-)
-def test_over_the_radar_all_is_finite_and_definite(sensor):
-    over = np.array([5.0, -7.0])
-    for apart in ([0, 0], [1e-300, 0], [1e-12, 0], [0, 1e-4]):
-        x = over + np.array(apart)
-        z = sensor.measure(x)
-        assert all(np.all(np.isfinite(result)) for result in everything(sensor, x, z))
-        noise_is_positive_definite(sensor, x)
-        assert np.all(np.linalg.eigvalsh(sensor.invert(z).cov) > 0)
-
-
-def test_a_range_and_bearing_of_nothing_moves_nothing():
-    sensor = RangeBearing(10.0, 0.02)
-    np.testing.assert_array_equal(sensor.measure(np.zeros(2)), np.zeros(2))
-    np.testing.assert_array_equal(sensor.jacobian(np.zeros(2)), np.zeros((2, 2)))
-    near, far = sensor.jacobian(np.array([[0.6e-3, 0.8e-3 * (1 - 1e-12)], [0.6e-3, 0.8e-3 * (1 + 1e-12)]]))
-    np.testing.assert_allclose(near, far, rtol=1e-11)
-
-
-def test_over_the_radar_polar_noise_is_the_mean_over_directions():
-    sensor = PolarPosition(10.0, 0.02, sigma_extent=1.0)
-    angle = np.linspace(0, 2 * np.pi, 12, endpoint=False)
-    around = sensor.noise(1e-3 * np.stack([np.cos(angle), np.sin(angle)], axis=-1))
-    np.testing.assert_allclose(sensor.noise(np.zeros(2)), np.mean(around, axis=0), rtol=1e-5, atol=1e-12)
-
-
 # Mutants.
-
-
 def mutant(original: Sensor, **changed: Callable[..., Any]) -> Sensor:
     """A sensor with some methods replaced by functions of the original and their arguments."""
 
@@ -444,20 +209,3 @@ def test_the_law_of_clutter_bites():
     clutter_is_uniform_over_the_area(RANGE_BEARING, 4.0, 20.0, 5e3)
     with pytest.raises(AssertionError):
         clutter_is_uniform_over_the_area(mutant(RANGE_BEARING, clutter=uniform_in_range), 4.0, 20.0, 5e3)
-
-
-@pytest.mark.parametrize(
-    ("make", "message"),
-    [
-        (lambda: CartesianPosition(-3), "sigma: must be > 0, got -3 m"),
-        (lambda: RangeBearing(10, 1.5), "sigma_bearing: must be > 0 and <= 1, got 1.5 rad"),
-        (lambda: RangeBearing(10, 0.01, detection_probability=1.1), "detection_probability: must be >= 0 and <= 1, got 1.1"),
-        (lambda: RangeBearing(10, 0.01, clutter_per_scan=5), "clutter_per_scan: needs max_range"),
-        (lambda: RangeBearing(10, 0.01, min_range=50, max_range=40), "max_range: must be > min_range, 50 m, got 40 m"),
-        (lambda: PolarPosition(10, 0.01, -1), "sigma_extent: must be >= 0, got -1 m"),
-        (lambda: PolarPosition(10, 0.01, max_range="2 kn"), "max_range: must be in m or km or NM or ft, got '2 kn'"),
-    ],
-)
-def test_a_wrong_parameter_is_named_with_what_would_be_right(make, message):
-    with pytest.raises(ValueError, match=re.escape(message)):
-        make()

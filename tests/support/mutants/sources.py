@@ -1,0 +1,50 @@
+"""Sources with one thing wrong."""
+
+import numpy as np
+from attrs import evolve
+from hypothesis import strategies as st
+
+from support.mutants.parts import CALLS
+from vedette import Detections
+from vedette.testing.strategies import SENSOR
+from vedette.types import Recording, Scan, Trajectory
+from vedette_sim import Drawn, Look, Simulation
+from vedette_standard.motion.constant_velocity import ConstantVelocity
+
+CV = ConstantVelocity
+BOAT = Drawn(models=(CV(0.5),), start={"x": (0, 10), "y": (5, 10), "vx": (3, 1), "vy": (-2, 1)}, appears=1.0)
+SCENE = {
+    "duration": st.just(6.0),
+    "looks": st.just({SENSOR: Look(interval=1.0, jitter=0.3)}),
+    "drawn": st.just({"boat": BOAT}),
+}
+
+
+def rescanned(change):
+    """A source whose scans are changed on the way out."""
+
+    def open(self, sensors, rng):  # noqa: A001  # the role's own name
+        recording = Simulation.open(self, sensors, rng)
+        return Recording(tuple(change(recording.scans)), recording.truth)
+
+    return {"open": open}
+
+
+def fresh_seed(self, sensors, rng):
+    return Simulation.open(self, sensors, np.random.default_rng(next(CALLS)))
+
+
+def turned_truth(self, sensors, rng):
+    recording = Simulation.open(self, sensors, rng)
+    return Recording(recording.scans, tuple(Trajectory(t.name, t.space, t.times[::-1], t.states) for t in recording.truth))
+
+
+SOURCES = [
+    ("the seed ignored", Simulation, "the_seed_decides", {"open": fresh_seed}, SCENE),
+    ("scans out of order", Simulation, "scans_come_in_time_order", rescanned(lambda scans: scans[::-1]), SCENE),
+    ("a sensor that nobody has", Simulation, "scans_are_the_sensors",
+     rescanned(lambda scans: [evolve(scan, sensor="sonar") for scan in scans]), SCENE),
+    ("returns that are no numbers", Simulation, "scans_are_the_sensors",
+     rescanned(lambda scans: [Scan(s.time, s.sensor, Detections.of(s.detections.z * np.nan, 2)) for s in scans]), SCENE),
+    ("truth backwards", Simulation, "truth_is_in_order", {"open": turned_truth}, SCENE),
+]  # fmt: skip
