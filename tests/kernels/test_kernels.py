@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vedette import Space, kernels
+from vedette import kernels
 
 exactly = settings(derandomize=True, deadline=None, max_examples=60)
 
@@ -213,104 +213,6 @@ def test_a_batch_is_the_loop_over_its_problems(seed, own_noise, m):
 
     for batched, *alone in zip(run(slice(None)), *(run(i) for i in range(b)), strict=True):
         np.testing.assert_allclose(batched, np.stack(alone), rtol=1e-12, atol=1e-12)
-
-
-def hard_recursion(update, steps=2000, runs=48):
-    """The least eigenvalue, relative to the deviations, that a covariance has over thousands of steps with sensors whose
-    deviations differ by up to 1e6 to either side of the state's; -inf once a variance is not positive.
-    """
-    rng = np.random.default_rng(11)
-    P = np.eye(4) * 10.0 ** rng.uniform(-6, 6, runs)[:, None, None]
-    ratios = 10.0 ** rng.uniform(-12, 12, (2, runs))
-    F, Q = np.eye(4) + np.eye(4, k=2), np.diag([0.0, 0.0, 1.0, 1.0])
-    least = np.inf
-    for step in range(steps):
-        H = rng.normal(size=(runs, 2, 4))
-        P = update(P, H, ratios[step % 2, :, None, None] * np.eye(2))
-        variance = P.diagonal(axis1=-2, axis2=-1)
-        if not np.all(variance > 0):
-            return -np.inf
-        deviation = np.sqrt(variance)
-        least = min(least, np.linalg.eigvalsh(P / (deviation[:, :, None] * deviation[:, None, :])).min())
-        if step % 7 == 0:
-            P = kernels.propagate(P, F, Q * 10.0 ** rng.uniform(-6, 6))
-    return least
-
-
-def by_kernel(P, H, R):
-    return kernels.evaluate(P[:, None], np.zeros((len(P), 1, 0, 2)), H[:, None], R[:, None, None])[-1][:, 0, 0]
-
-
-def by_points(P, H, R):
-    dx, weights = kernels.sigma_points(P[:, None], 0.0)
-    dz = dx @ np.swapaxes(H, -1, -2)[:, None]
-    return kernels.evaluate_points(dx, dz, weights, np.zeros((len(P), 1, 0, 2)), R[:, None, None])[-1][:, 0, 0]
-
-
-def by_update(P, H, R):
-    return kernels.update(np.zeros(4), P, np.zeros(2), H, R)[1]
-
-
-def by_scan(P, H, R):
-    none = np.zeros((len(P), 1, 2))
-    return kernels.evaluate_returns(P[:, None], none[:, :0], none, H[:, None], R[:, None, None], 0.9, 0.99, ())[-1][:, 0, 0]
-
-
-def by_modes(P, H, R):
-    """One mode, and one return that is surely the target's."""
-    each = [
-        kernels.pda_update(np.zeros((1, 4)), P[i, None], np.zeros((1, 2)), H[i], R[i], 1.0, 1.0, 9.0, 0.0)
-        for i in range(len(P))
-    ]
-    return np.stack([Ps[0] for _, Ps, _ in each])
-
-
-def without_joseph(P, H, R):
-    S = H @ P @ np.swapaxes(H, -1, -2) + R
-    K = P @ np.swapaxes(H, -1, -2) @ np.linalg.inv(S)
-    post = P - K @ S @ np.swapaxes(K, -1, -2)
-    return 0.5 * (post + np.swapaxes(post, -1, -2))
-
-
-@pytest.mark.parametrize("update", [by_kernel, by_update, by_scan, by_modes, by_points])
-def test_covariances_stay_psd_where_the_short_form_breaks(update):
-    assert hard_recursion(update) > -1e-14
-    assert hard_recursion(without_joseph) < -1e-6
-
-
-def test_log_sum_and_safe_log_at_their_edges():
-    a = np.array([[-np.inf, -np.inf], [-np.inf, 3.0], [-1000.0, -1000.0], [1000.0, 999.0]])
-    np.testing.assert_allclose(
-        kernels.log_sum(a), [-np.inf, 3.0, -1000 + np.log(2), 1000 + np.log1p(np.exp(-1))], rtol=1e-15
-    )
-    assert kernels.log_sum(a, axis=0).shape == (2,)
-    assert -709 < kernels.safe_log(np.zeros(1))[0] < -708
-    assert kernels.safe_log(np.array([0.3]))[0] == np.log(0.3)
-
-
-POLAR = Space.of(range="m", bearing="rad mod 2pi")
-
-
-def polar(x, origin):
-    d = x - origin
-    return np.stack([np.hypot(d[..., 0], d[..., 1]), np.arctan2(d[..., 1], d[..., 0])], axis=-1)
-
-
-@exactly
-@given(st.floats(10.0, 1e4), st.floats(-np.pi, np.pi), st.sampled_from([0.0, 5e5, 6e6]), st.sampled_from([(), (3,), (2, 2)]))
-def test_numerical_jacobian_is_the_derivative(distance, bearing, origin, batch):
-    """Across the cut of the bearing, and in map coordinates thousands of km from their origin with the sensor near by."""
-    d = distance * np.array([np.cos(bearing), np.sin(bearing)])
-    x = np.broadcast_to(d + origin, (*batch, 2))
-    dx, dy = (x - origin)[..., 0].flat[0], (x - origin)[..., 1].flat[0]
-    r2 = dx**2 + dy**2
-    expected = np.array([[dx / r2**0.5, dy / r2**0.5], [-dy / r2, dx / r2]])
-    found = kernels.numerical_jacobian(lambda y: polar(y, origin), x, POLAR.difference)
-    assert found.shape == (*batch, 2, 2)
-    scale = np.array([1.0, 1 / r2**0.5])[:, None]
-    np.testing.assert_allclose(found / scale, np.broadcast_to(expected / scale, found.shape), atol=1e-5)
-    unwrapped = kernels.numerical_jacobian(lambda y: polar(y, origin), np.array([origin - 10.0, origin]), np.subtract)
-    assert np.abs(unwrapped[1]).max() > 10  # what a plain difference makes of a bearing of pi
 
 
 REAL = {name: getattr(kernels, name) for name in kernels.__all__}

@@ -1,50 +1,13 @@
 """The compiled kernels equal the reference: any sizes, batches, strides and broadcasts, on every instruction set."""
 
-from contextlib import contextmanager
-
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from support.twins import REFERENCE, agree, seeds
 from vedette import kernels
-from vedette.kernels import association, modes, reference, streams
-
-if kernels.weighted_update is reference.weighted_update:
-    pytest.skip(f"kernels: {kernels.RUNNING}", allow_module_level=True)
-
-from vedette.kernels import _compiled
-
-REFERENCE = {
-    name: getattr(home, name)
-    for home in (reference, modes, association, streams)
-    for name in kernels.__all__
-    if hasattr(_compiled, name) and hasattr(home, name)
-}
-
-
-@contextmanager
-def on(instruction_set):
-    usual = _compiled.instruction_set()
-    _compiled.use(instruction_set)
-    try:
-        yield
-    finally:
-        _compiled.use(usual)
-
-
-@contextmanager
-def without_reference(name):
-    """The kernel takes the call itself, or fails."""
-
-    def refused(*given):
-        raise AssertionError(f"{name} left the call to the reference")
-
-    _compiled.bind(name, refused)
-    try:
-        yield
-    finally:
-        _compiled.bind(name, REFERENCE[name])
+from vedette.kernels import reference
 
 
 class Draw:
@@ -81,33 +44,12 @@ class Draw:
         return self.vector(*shape, scale=3.0)
 
 
-seeds = st.integers(0, 2**32 - 1)
 batches = st.sampled_from([(), (1,), (3,), (8,), (19,), (0,), (2, 1), (3, 4), (2, 9), (19, 2), (70,), (2, 3, 2)])
 kinds = st.sampled_from(["plain", "shared", "strided", "reversed", "broadcast"])
 states = st.integers(1, 14)
 measured = st.integers(1, 5)
 counts = st.integers(0, 6)
 PERIODS = [(), ((0, 2 * np.pi),)]
-
-
-def agree(name, *given):
-    expected = REFERENCE[name](*given)
-    for instruction_set in _compiled.instruction_sets():
-        with on(instruction_set):
-            found = getattr(kernels, name)(*given)
-        compare(found, expected, instruction_set)
-
-
-def compare(found, expected, what):
-    if isinstance(expected, tuple):
-        assert isinstance(found, tuple)
-        assert len(found) == len(expected), what
-        for one, other in zip(found, expected, strict=True):
-            compare(one, other, what)
-        return
-    expected = np.broadcast_to(expected, np.shape(found))  # the reference may leave out axes along which nothing changes
-    scale = max(1.0, np.max(np.abs(expected), initial=0.0, where=np.isfinite(expected)))
-    np.testing.assert_allclose(found, expected, rtol=1e-10, atol=1e-11 * scale, err_msg=what)
 
 
 @given(seeds, batches, kinds, states)
@@ -255,193 +197,9 @@ def test_scores_weights_and_existence(seed, batch, kind, t, k, all_valid, eviden
         agree("existence", scores, weights, existence, loglik, 0.99, exclusive)
 
 
-@given(seeds, batches, st.sampled_from([1.0, np.nan, np.inf, 1e13, -1e13]), st.booleans(), st.integers(1, 3))
-def test_plain_is_what_the_reference_calls_so(seed, batch, odd, all_valid, axes):
-    rng = np.random.default_rng(seed)
-    z, valid = rng.normal(size=(*batch, 3, axes)), np.ones((*batch, 3), bool)
-    if z.size:
-        z.flat[rng.integers(z.size)] = odd
-        valid.flat[rng.integers(valid.size)] = all_valid
-    for scan in ((z, valid, axes), (z, valid, axes + 1), (z[..., 0], valid, axes)):
-        assert kernels.is_plain(*scan, 1e12) == REFERENCE["is_plain"](*scan, 1e12)
-
-
-@pytest.mark.parametrize("dtype", [np.float32, np.int64, ">f8"])
-def test_other_numbers_than_double_are_converted(dtype):
-    x, P, F = np.array([1, 2], dtype), np.eye(2).astype(dtype), np.array([[1, 1], [0, 1]], dtype)
-    mean, cov = kernels.predict(x, P, F, P)
-    assert mean.dtype == cov.dtype == np.float64
-    np.testing.assert_array_equal(mean, [3, 2])
-    np.testing.assert_array_equal(cov, [[3, 1], [1, 2]])
-
-
-def test_common_sizes_are_taken_and_others_left_to_the_reference():
-    for n, taken in ((1, True), (4, True), (12, True), (13, False)):
-        x, P = np.zeros(n), np.eye(n)
-        with without_reference("predict"):
-            if taken:
-                kernels.predict(x, P, P, P)
-            else:
-                with pytest.raises(AssertionError, match="left the call"):
-                    kernels.predict(x, P, P, P)
-
-
-def an_example_of_each():
-    """Name to a call of usual sizes: n = 4, m = 2, r = 2, k = 3, two tracks."""
-    x, P, F, H, R = np.ones((2, 4)), np.eye(4) + np.zeros((2, 1, 1)), np.eye(4), np.eye(2, 4), np.eye(2)
-    xs, Ps, log_prob, k = np.ones((2, 2, 4)), np.eye(4) + np.zeros((2, 2, 1, 1)), np.log(np.full((2, 2), 0.5)), 3
-    columns, distance, valid, exists = -np.ones((2, 1 + k)), np.ones((2, k)), np.ones(k, bool), np.full(2, 0.5)
-    bank = ([x, x], [P, P], ((0, 1, 2, 3), (0, 1, 2, 3)), np.zeros((2, 4)), ())
-    weights, said = np.full((2, 1 + k), 0.25), (columns, distance, np.ones(2), distance)
-    points = (
-        np.ones((2, 9, 4)),
-        np.ones((2, 9, 2)),
-        np.full(9, 1 / 9),
-        np.ones((2, k, 2)),
-        np.eye(2) + np.zeros((2, 1, 1, 1)),
-    )
-    clutter = np.ones((2, k, 2)), H, R, 0.9, 0.99, 9.0, -2.0
-    return {
-        "predict": (x, P, F, F),
-        "propagate": (P, F, F),
-        "update": (x, P, x[:, :2], H, R),
-        "filter_step": (x, P, F, F, x[:, :2], H, R),
-        "evaluate_returns": (P, np.ones((k, 2)), x[:, :2], H, R[None], 0.9, 0.99, ((1, 6.0),)),
-        "weighted_update": (x, P, np.ones((2, k, 4)), P[:, None], weights, ((1, 6.0),)),
-        "whiten": (x, P),
-        "sigma_points": (P, 1.0),
-        "evaluate_points": points,
-        "pda_update": (xs, Ps, *clutter),
-        "imm_mix": (log_prob, log_prob, xs, Ps),
-        "imm_combine": (log_prob, log_prob, xs, Ps),
-        "interact": (log_prob, log_prob, *bank),
-        "together": (log_prob, *bank),
-        "weigh_modes": (log_prob, [said, said]),
-        "split_weights": (weights, np.full((2, 1 + k, 2), 0.5)),
-        "gate_scores": (columns, distance, valid, exists, 2.0, np.array(-2.0), None),
-        "sample_density": (distance, valid, 2.0, np.ones(2), 0.3),
-        "softmax": (columns,),
-        "one_hot": (columns,),
-        "existence": (columns, weights, exists, columns, 0.99, True),
-        "is_plain": (distance[..., None], valid | np.zeros((2, 1), bool), 1, 1e12),
-        "normals": ([np.random.default_rng(1)], (3,)),
-        "uniforms": ([np.random.default_rng(1)], (3,)),
-    }
-
-
-@pytest.mark.parametrize("name", sorted(REFERENCE))
-def test_a_call_of_usual_sizes_is_not_left_to_the_reference(name):
-    with without_reference(name):
-        getattr(kernels, name)(*an_example_of_each()[name])
-
-
-@pytest.mark.parametrize("name", sorted(REFERENCE))
-def test_a_wrong_number_of_arguments_gets_the_references_error(name):
-    with pytest.raises(TypeError, match="argument"):
-        getattr(kernels, name)(*an_example_of_each()[name], None, None)
-
-
-def test_a_scan_whose_returns_all_count_still_has_its_batch():
-    valid = np.ones((4, 2), bool)
-    given = np.ones((1, 1, 2)), valid, 2.0, np.zeros((1, 1)), 0.3
-    assert kernels.sample_density(*given).shape == REFERENCE["sample_density"](*given).shape == (4, 1, 1)
-    with pytest.raises(ValueError, match="broadcast"):
-        kernels.gate_scores(-np.ones((3, 1, 3)), np.ones((3, 1, 2)), valid, np.ones((3, 1)), 2.0, np.array(-2.0), None)
-
-
-class Meddler:
-    """Becomes an array, and does something else on the way."""
-
-    def __init__(self, array, act):
-        self.array, self.act = array, act
-
-    def __array__(self, dtype=None, copy=None):
-        self.act()
-        return self.array
-
-
-def test_a_list_that_changes_while_it_is_read_does_no_harm():
-    log_prob, bank = np.log([0.5, 0.5]), (((0, 1),) * 2, np.zeros((2, 2)), ())
-    xs, Ps = [np.zeros(2), np.ones(2)], [np.eye(2), 2 * np.eye(2)]
-    expected = kernels.together(log_prob, list(xs), list(Ps), *bank)
-    gone = [Meddler(xs[0], lambda: gone.clear()), xs[1] + 0]
-    compare(kernels.together(log_prob, gone, list(Ps), *bank), expected, "together")
-    assert gone == []
-
-
-def test_an_interruption_is_not_taken_for_a_strange_argument():
-    def interrupt():
-        raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        kernels.predict(Meddler(np.zeros(2), interrupt), np.eye(2), np.eye(2), np.eye(2))
-
-
-def test_no_number_stays_none():
-    nan = np.full((9, 1), np.nan)
-    P, z = np.ones((9, 1, 1)), np.zeros((9, 1, 1))
-    assert np.isnan(kernels.evaluate_returns(P[:, None], z, nan[:, None], np.eye(1), P[:1], nan, 0.99, ((0, 6.0),))[0]).all()
-
-
-@pytest.mark.parametrize("shape", [(), (0,), (5,), (3, 2)])
-@pytest.mark.parametrize("name", ["normals", "uniforms"])
-def test_numbers_are_what_each_generator_draws_by_itself(name, shape):
-    def generators():
-        return [np.random.default_rng(7), np.random.Generator(np.random.MT19937(8)), np.random.default_rng(9)]
-
-    ours, theirs = generators(), generators()
-    for _ in range(2):
-        np.testing.assert_array_equal(getattr(kernels, name)(ours, shape), REFERENCE[name](theirs, shape))
-    assert [a.bit_generator.random_raw() for a in ours] == [b.bit_generator.random_raw() for b in theirs]
-    same = np.random.default_rng(1)
-    np.testing.assert_array_equal(
-        getattr(kernels, name)([same, same], (4,)).ravel(), REFERENCE[name]([np.random.default_rng(1)], (8,)).ravel()
-    )
-
-
-def test_a_generator_of_another_kind_draws_in_its_own_way():
-    class Halves(np.random.Generator):
-        def random(self, size=None):
-            return np.full(size, 0.5)
-
-    assert np.all(kernels.uniforms([Halves(np.random.PCG64(1))], (4,)) == 0.5)
-
-
 def test_a_mode_that_a_return_is_next_to_impossible_for():
     xs, Ps = np.array([[0.0], [53.54]]), np.ones((2, 1, 1))
     agree("pda_update", xs, Ps, np.zeros((1, 1)), np.eye(1), np.eye(1), 0.9, 0.99, 9.0, -2.0)
-
-
-def test_an_axis_that_is_not_there_cannot_wrap():
-    P, periods = np.eye(2)[None], ((2, 6.28),)
-    with pytest.raises(IndexError):
-        kernels.evaluate_returns(P, np.zeros((1, 2)), np.zeros((1, 2)), np.eye(2), P[None], 0.9, 0.99, periods)
-    with pytest.raises(IndexError):
-        kernels.weighted_update(np.zeros((1, 2)), P, np.zeros((1, 1, 2)), P[None], np.ones((1, 2)), periods)
-    with pytest.raises(IndexError):
-        kernels.together(np.zeros(1), (np.zeros(2),), (np.eye(2),), ((0, 1),), np.zeros((2, 2)), periods)
-
-
-def test_wrong_shapes_get_the_references_error():
-    with pytest.raises(ValueError, match=r"matmul|broadcast|mismatch"):
-        kernels.predict(np.zeros(2), np.eye(2), np.eye(3), np.eye(2))
-    with pytest.raises(TypeError):
-        kernels.predict(np.zeros(2))
-
-
-@given(seeds, st.integers(2, 12), st.integers(1, 4), st.floats(-14, 14))
-def test_covariances_stay_what_they_are_on_ill_conditioned_input(seed, n, m, exponent):
-    """Symmetric to the last bit, and no eigenvalue below rounding, whatever the scales: both twins promise it."""
-    rng = np.random.default_rng(seed)
-    scales = 10.0 ** rng.uniform(-6, 6, n)
-    a = rng.normal(size=(9, n, n)) * scales[:, None]
-    P, H = a @ np.swapaxes(a, -1, -2), rng.normal(size=(m, n)) / scales
-    R = np.eye(m) * 10.0**exponent
-    for update in (kernels.update, reference.update):
-        cov = update(np.zeros(n), P, np.zeros(m), H, R)[1]
-        np.testing.assert_array_equal(cov, np.swapaxes(cov, -1, -2))
-        scaled = cov / np.sqrt(np.einsum("...i,...j->...ij", *2 * [np.diagonal(cov, axis1=-2, axis2=-1)]))
-        assert np.linalg.eigvalsh(scaled).min() > -1e-7
 
 
 @pytest.mark.parametrize("mutant", ["predict", "weighted_update", "interact", "existence"])
@@ -462,22 +220,3 @@ def test_the_comparison_bites(monkeypatch, mutant):
     }
     with pytest.raises(AssertionError):
         checks[mutant]()
-
-
-def test_exponentials_and_logarithms_of_eight_lanes_are_the_librarys():
-    """Those of the vectors are written out; seen through a mixture's weights and a detection probability."""
-    rng = np.random.default_rng(0)
-    logs = np.concatenate([rng.uniform(-745, 0, 40_000), rng.uniform(-1, 0, 39_998), [-np.inf, -746.0]])
-    log_prob = np.stack([np.zeros_like(logs), logs], axis=-1)
-    ends = [np.zeros((len(logs), 1)), np.ones((len(logs), 1))]
-    cov = [np.ones((len(logs), 1, 1))] * 2
-    p_detect = np.concatenate([10 ** rng.uniform(-305, 0, 40_000), rng.random(39_999), [0.0]])[:, None]
-    n = len(p_detect)
-    looks = np.ones((n, 1, 1, 1)), np.zeros((n, 1, 1)), np.zeros((n, 1, 1)), np.ones((1, 1)), np.ones((1, 1, 1))
-    for instruction_set in _compiled.instruction_sets():
-        with on(instruction_set):
-            mean = kernels.together(log_prob, ends, cov, ((0,), (0,)), np.zeros((2, 1)), ())[0][:, 0]
-            loglik = kernels.evaluate_returns(*looks, p_detect, 0.0, ())[0][:, 0, 1]
-        np.testing.assert_allclose(mean, np.exp(logs), rtol=1e-15, atol=5e-324)
-        certain = kernels.evaluate_returns(*(a[:1] if a.shape[0] == n else a for a in looks), 1.0, 0.0, ())[0][0, 0, 1]
-        np.testing.assert_allclose(loglik - certain, reference.safe_log(p_detect[:, 0]), rtol=1e-15, atol=3e-16)

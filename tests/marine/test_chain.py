@@ -1,21 +1,17 @@
-"""Radar pictures to returns: geometry, each stage against an oracle, and what bad pictures do."""
+"""Radar pictures to returns: beacons, rain, places, noise, evidence, and what bad pictures do."""
 
-import json
 import math
 
 import numpy as np
 import pytest
 from attrs import evolve
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 import vedette
+from support.spots import picture
 from vedette import ConfigError, Frame, InputError, Pose, Scan
-from vedette_marine.geometry import PictureGeometry, nautical, read_geometry, write_geometry
+from vedette_marine.geometry import PictureGeometry
 from vedette_marine.picture.artefacts import rain, spokes
-from vedette_marine.picture.blobs import BLOCK, determinants, find_blobs, hessian_exact, surroundings
 from vedette_marine.picture.chain import Chain, right_ahead
-from vedette_marine.picture.clusters import calinski_harabasz, grouped, k_means, linked
 from vedette_marine.picture.colours import Palette
 from vedette_marine.picture.evidence import Evidence, Excess
 from vedette_marine.picture.looking import sheet, stage_pictures
@@ -23,23 +19,8 @@ from vedette_marine.preprocessors.radar_picture import RadarPicture
 from vedette_marine.screen import RadarScreen
 
 cv2 = pytest.importorskip("cv2")
-
 SIZE = 400
 GEOMETRY = PictureGeometry(5.0, [199.5, 199.5], SIZE, SIZE, range=990.0, colours=[[0, 0, 0], [0, 255, 0], [255, 255, 0]])
-SCALES = (1.5, 2.1, 3.0, 4.2, 6.0)
-
-
-def picture(spots, colours=None, size=SIZE, noise=15.0):
-    """Grey (h, w), or in colours (h, w, 3), with a bright spot of 15 x 10 m at each place in px, over dim speckle."""
-    rows, columns = np.mgrid[:size, :size]
-    grey = np.random.default_rng(0).exponential(noise, (size, size)).clip(0, 80)
-    for x, y in spots:
-        grey += 220 * np.exp(-0.5 * ((columns - x) / 3.0) ** 2 - 0.5 * ((rows - y) / 2.0) ** 2)
-    grey = grey.clip(0, 255).astype(np.uint8)
-    if colours is None:
-        return grey
-    line = np.stack([np.interp(np.linspace(0, 2, 256), range(3), c) for c in colours.T], axis=-1)[:, ::-1]
-    return line.astype(np.uint8)[grey]
 
 
 def scan(pixels, geometry=GEOMETRY, pose=None, **more):
@@ -56,185 +37,7 @@ def returns(pixels, made=None, **more):
     return (made or preprocessor()).process({"screen": scan(pixels, **more)})
 
 
-# Geometry.
-
-
-@given(
-    st.sampled_from(["north-up", "head-up"]),
-    st.floats(-10, 10),
-    st.lists(st.tuples(st.floats(-500, 900), st.floats(-500, 900)), min_size=1, max_size=4),
-)
-@settings(max_examples=60)
-def test_pixels_and_places_are_each_other_s_inverse(up, heading, pixels):
-    geometry = evolve(GEOMETRY, stabilisation=up)
-    at = np.array(pixels)
-    places = geometry.from_antenna(at, heading)
-    np.testing.assert_allclose(geometry.to_pixels(places, heading), at, atol=1e-8)
-    np.testing.assert_allclose(np.linalg.norm(places, axis=1), 5 * np.linalg.norm(at - 199.5, axis=1), rtol=1e-9, atol=1e-9)
-
-
-def test_up_is_north_or_ahead():
-    up = np.array([[199.5, 99.5]])
-    np.testing.assert_allclose(GEOMETRY.from_antenna(up, 1.0), [[0, 500]], atol=1e-9)
-    ahead = evolve(GEOMETRY, stabilisation="head-up").from_antenna(up, math.pi / 2)
-    np.testing.assert_allclose(ahead, [[500, 0]], atol=1e-9)  # the bow points east
-    assert nautical(Pose(np.zeros(2), heading=0.0)) == pytest.approx(math.pi / 2)  # a pose counts from east, to port
-
-
-def test_the_sidecar_gives_back_the_geometry(tmp_path):
-    full = evolve(GEOMETRY, latitude=35.0, longitude=129.0, overlays=[[0, 0, 50, 20]], land="land.png")
-    write_geometry(tmp_path, full)
-    assert read_geometry(tmp_path) == full
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"metres_per_pixel": -3}, "metres_per_pixel: must be > 0, got -3 m"),
-        ({"metres_per_pixel": None}, "metres_per_pixel: "),
-        ({"centre": [1, 2, 3]}, r"centre: must be \[x, y\]"),
-        ({"stabilisation": "up"}, "stabilisation: must be one of"),
-        ({"colour": 3}, "colour: there is no such field"),
-        ({"overlays": [[1, 2, 0, 4]]}, "overlays: must hold"),
-        ({"width": "wide"}, "width: "),
-        ({"colours": [[0, 0, 300], [1, 1, 1]]}, "colours: must hold"),
-    ],
-)
-def test_a_wrong_sidecar_is_told_with_its_field(tmp_path, change, message):
-    (tmp_path / "geometry.json").write_text(json.dumps(GEOMETRY.as_json() | change))
-    with pytest.raises(InputError, match=f"geometry.json: {message}"):
-        read_geometry(tmp_path)
-
-
-@pytest.mark.parametrize("text", ["", "[1, 2]", "{", '{"metres_per_pixel": 5}', "\x00\xff"])
-def test_a_sidecar_that_is_none_is_told(tmp_path, text):
-    (tmp_path / "geometry.json").write_text(text)
-    with pytest.raises(InputError, match=r"geometry.json: "):
-        read_geometry(tmp_path)
-    (tmp_path / "geometry.json").unlink()
-    with pytest.raises(InputError, match="is missing: without it no pixel has a place"):
-        read_geometry(tmp_path)
-
-
-# Blobs.
-
-
-@pytest.mark.parametrize("sigma", SCALES)
-def test_the_exact_hessian_is_scipy_s(sigma):
-    """Within .4 % of the greatest determinant of what gaussian_filter gives: both sample the Gaussian's derivatives."""
-    from scipy.ndimage import gaussian_filter
-
-    image = picture([(100, 120), (250.5, 80.2)]).astype(np.float32) / 255
-    orders = {(0, 2): 0, (2, 0): 1, (1, 1): 2}
-    found = hessian_exact(image, sigma)
-    oracle = {o: gaussian_filter(image.astype(float), sigma, order=o, mode="reflect") for o in orders}
-    theirs = oracle[0, 2] * oracle[2, 0] - oracle[1, 1] ** 2
-    ours = found[0].astype(float) * found[1] - found[2].astype(float) ** 2
-    assert np.max(np.abs(ours - theirs)) < 0.004 * np.max(np.abs(theirs))
-
-
-def test_masks_find_what_the_exact_form_finds():
-    spots = [(100.3, 120.1), (250.5, 80.2), (40.0, 333.3)]
-    image = picture(spots).astype(np.float32)
-    image[image < 90] = 0
-    for exact in (False, True):
-        blobs = find_blobs(image / 255, SCALES, 0.01, exact)
-        for spot in spots:
-            assert np.min(np.linalg.norm(blobs.at - spot, axis=1)) < 0.5
-    assert all(np.max(each) > 0 for each in determinants(image / 255, SCALES, False))
-
-
-def test_the_scale_of_a_blob_is_its_size():
-    rows, columns = np.mgrid[:SIZE, :SIZE]
-    for k, size in enumerate(SCALES):
-        image = np.exp(-0.5 * ((columns - 200) ** 2 + (rows - 200) ** 2) / size**2).astype(np.float32)
-        blobs = find_blobs(image, SCALES, 0.01, exact=True)
-        assert blobs.scale[np.argmax(blobs.strength)] == pytest.approx(SCALES[k])
-
-
-@given(st.integers(0, 2**31), st.integers(1, 12), st.booleans())
-@settings(max_examples=30)
-def test_searching_around_echoes_finds_what_searching_everywhere_does(seed, count, exact):
-    """A floor too faint to count, but not 0, makes one box of the whole picture. Equal neighbours may be told apart
-    otherwise: places are compared to a pixel.
-    """
-    rng = np.random.default_rng(seed)
-    image = np.zeros((330, 410), dtype=np.float32)
-    for x, y in rng.uniform([-5, -5], [415, 335], (count, 2)).astype(int).tolist():
-        axes, angle, grey = (int(rng.integers(1, 12)), 2), float(rng.uniform(0, 180)), float(rng.uniform(0.4, 1))
-        cv2.ellipse(image, (x, y), axes, angle, 0, 360, grey, -1)
-    found = find_blobs(image, SCALES, 0.01, exact)
-    whole = find_blobs(np.maximum(image, np.float32(1e-30)), SCALES, 0.01, exact)
-    apart = np.linalg.norm(found.at[:, None] - whole.at, axis=-1)
-    assert (len(found.at) == 0) == (len(whole.at) == 0)
-    assert all(np.max(np.min(each, axis=1)) < 1.0 for each in (apart, apart.T) if each.size)
-
-
-def test_most_of_a_dark_picture_is_not_searched():
-    image = np.zeros((640, 640), dtype=np.float32)
-    image[[100, 130, 500], [200, 210, 639]] = 1.0
-    boxes, owner = surroundings(image, 30.0)
-    assert len(boxes) == 2  # the first two are near one another
-    assert [number for number in np.unique(owner) if number] == [1, 2]
-    for (row, column), box in zip(((100, 200), (500, 639)), boxes, strict=True):
-        rows, columns = box
-        assert owner[row // BLOCK, column // BLOCK] > 0
-        assert rows.start <= row - 30 < row + 30 < rows.stop
-        assert columns.start <= column - 30
-        assert columns.stop == 640 or column + 30 < columns.stop
-    assert len(surroundings(np.ones((640, 640), dtype=np.float32), 30.0)[0]) == 1
-    assert surroundings(np.zeros((640, 640), dtype=np.float32), 30.0)[0] == []
-
-
-# Groups.
-
-
-@given(st.integers(1, 40), st.floats(1, 60), st.integers(0, 2**31))
-@settings(max_examples=40)
-def test_linked_groups_are_single_link(k, distance, seed):
-    from scipy.cluster.hierarchy import fcluster, linkage
-
-    points = np.random.default_rng(seed).uniform(0, 300, (k, 2))
-    labels = linked(points, distance)
-    if k > 1:
-        oracle = fcluster(linkage(points, "single"), distance, "distance")
-        same = labels[:, None] == labels
-        assert np.array_equal(same, oracle[:, None] == oracle)
-
-
-def test_the_index_and_k_means_are_as_in_the_books():
-    rng = np.random.default_rng(1)
-    points = np.concatenate([rng.normal(c, 5.0, (12, 2)) for c in ((0, 0), (60, 10), (20, 70))])
-    labels, centres = k_means(points, np.ones(36), 3)
-    for j in range(3):
-        np.testing.assert_allclose(centres[j], points[labels == j].mean(axis=0), atol=1e-9)
-    assert len({tuple(labels[i : i + 12]) for i in (0, 12, 24)}) == 3
-    middle = points.mean(axis=0)
-    between = sum(12 * np.sum((points[labels == j].mean(axis=0) - middle) ** 2) for j in range(3))
-    within = sum(np.sum((points[labels == j] - points[labels == j].mean(axis=0)) ** 2) for j in range(3))
-    assert calinski_harabasz(points, np.ones(36), labels, centres) == pytest.approx(between / 2 / (within / 33))
-    two = calinski_harabasz(points, np.ones(36), *k_means(points, np.ones(36), 2))
-    assert two < calinski_harabasz(points, np.ones(36), labels, centres)
-
-
-def test_two_ships_side_by_side_are_split_and_one_ship_is_not():
-    along = np.linspace(-80, 80, 9)
-    one = np.stack([along, 0 * along], axis=-1)
-    assert grouped(one, np.ones(9), 30.0, 180.0).max() == 0
-    bow_to_stern = np.concatenate([one, one + [185.0, 0]])
-    labels = grouped(bow_to_stern, np.ones(18), 30.0, 180.0)
-    assert labels.max() == 1
-    assert len(set(labels[:9])) == len(set(labels[9:])) == 1
-    two_boats = np.array([[0.0, 0], [17, 17], [36, 36]])  # and what they look like from afar, between them
-    labels = grouped(two_boats, np.ones(3), 30.0, 40.0)
-    assert labels[0] != labels[2]
-    assert grouped(two_boats, np.ones(3), 30.0, 60.0).max() == 0
-    assert grouped(np.zeros((0, 2)), np.zeros(0), 30.0, 180.0).shape == (0,)
-
-
 # Beacons and rain.
-
-
 def test_a_beacon_s_spoke_is_flagged_and_a_ship_and_a_coast_are_not():
     above = np.zeros((SIZE, SIZE), dtype=np.uint8)
     cv2.line(above, (240, 160), (330, 70), 1, 4)  # 640 m of a bearing
@@ -257,8 +60,6 @@ def test_rain_is_dense_over_a_wide_area():
 
 
 # The preprocessor.
-
-
 SPOTS = ((300.3, 140.7), (101.5, 260.0))
 
 

@@ -23,7 +23,7 @@ def module_of(name):
     return module
 
 
-PICTURES, AIS = module_of("test_scene"), module_of("test_scene_ais")
+PICTURES, SEA, AIS = module_of("test_scene"), module_of("test_sea"), module_of("test_scene_ais")
 
 _strength, _turned, _at, _spread = PpiRadar.strength, display.turned, TextureMemory.at, PpiRadar.spread
 _nominal, _path, _hull = ais.nominal_intervals, ais.antenna_path, marine_hull.hull
@@ -32,19 +32,19 @@ OTHER, ONE_FOR_ALL = sea.texture_table(2.5), np.random.default_rng(1)
 
 MUTANTS = {
     "an untextured sea": (
-        SeaClutter, "texture", lambda self, g: np.ones_like(g), PICTURES.test_the_sea_is_k_distributed, (0.7,)
+        SeaClutter, "texture", lambda self, g: np.ones_like(g), SEA.test_the_sea_is_k_distributed, (0.7,)
     ),
     "a texture of another shape": (
         SeaClutter, "texture", lambda self, g: OTHER.take(np.clip((g + 6) / 12 * 4095, 0, 4095).astype(int)),
-        PICTURES.test_the_sea_is_k_distributed, (2.0,),
+        SEA.test_the_sea_is_k_distributed, (2.0,),
     ),
     "a texture that lives half as long": (
         TextureMemory, "at", lambda self, turn: _at(self, 2 * turn),
-        PICTURES.test_the_texture_is_correlated_in_time_as_stated, (),
+        SEA.test_the_texture_is_correlated_in_time_as_stated, (),
     ),
     "interpolated noise without its scale": (
         Upsampling, "__call__", lambda self, noise: self._smooth(self._smooth(noise, down=False), down=True),
-        PICTURES.test_the_texture_s_field_has_variance_one_everywhere, (),
+        SEA.test_the_texture_s_field_has_variance_one_everywhere, (),
     ),
     "a beam wider by a tenth": (
         PpiRadar, "spread", property(lambda self: (1.1 * _spread.fget(self)[0], _spread.fget(self)[1])),

@@ -1,0 +1,73 @@
+"""What may be claimed of the study of distributed detection."""
+
+import numpy as np
+import pytest
+
+import vedette
+from support import paths
+from vedette_bayes_risk.configs import CONTESTED, FILTERS
+from vedette_bayes_risk.outcome import WINDOWS
+from vedette_bayes_risk.reproduction import DENSE_REACH, REACH, BayesRiskReproduction, contest, draw, record
+
+EXAMPLES = paths.EXAMPLES / "bayes_risk"
+FILES = {
+    "proposed": "proposed",
+    "proposed, printed": "printed",
+    "IMM/MSPDA tuned": "imm_tuned",
+    "IMM/MSPDA soft": "imm_soft",
+    "printed weights, printed P": "dense_printed",
+    "printed weights, with spread": "dense_printed_weights",
+    "corrected weights, printed P": "dense_printed_covariance",
+    "corrected weights, with spread": "dense_proposed",
+    "likelihood ratio, with spread": "dense_likelihood",
+    "likelihood ratio, PDA": "dense_pda",
+}
+
+
+# The study.
+@pytest.mark.parametrize("name", FILES)
+def test_the_example_is_the_studys_filter(name):
+    example = vedette.load(EXAMPLES / f"{FILES[name]}.toml")
+    assert vedette.to_config(example) == vedette.to_config(vedette.load((FILTERS | CONTESTED)[name]))
+    assert {path.stem for path in EXAMPLES.glob("*.toml")} == set(FILES.values())
+
+
+def test_the_path_is_table_1():
+    truth, times, _ = draw(vedette.load(FILTERS["proposed"]), 2, 100.0, np.random.default_rng(0))
+    assert times.tolist() == list(range(91))
+    velocity = {20: (100, 100), 30: (50, 150), 50: (50, 150), 70: (-50, 50), 90: (50, 150)}
+    for time, v in velocity.items():
+        np.testing.assert_allclose(truth[time, 2:], v, atol=1e-9)
+    np.testing.assert_allclose(truth[90, :2], [3750, 10250], rtol=1e-12)
+    np.testing.assert_allclose(np.diff(truth[:, :2], axis=0), (truth[1:, 2:] + truth[:-1, 2:]) / 2, atol=1e-9)
+
+
+def test_the_error_is_3_2_to_3_8_m_and_the_same_in_both_windows():
+    """At 500 runs 3.53 +- .03 and 3.51 +- .013, their ratio .993 +- .009 against .95: 5 standard errors each."""
+    experiment = vedette.load(FILTERS["proposed"])
+    made = record(experiment, *draw(experiment, 500, REACH, np.random.default_rng(40)))
+    rms = [np.sqrt(np.mean(made.squares[:, WINDOWS[window]])) for window in ("21-30 s", "51-90 s")]
+    assert min(rms) > 3.2
+    assert max(rms) < 3.8
+    assert abs(rms[0] / rms[1] - 1) < 0.05
+
+
+def test_where_returns_compete_the_printed_covariance_is_twice_too_small(pytestconfig):
+    """At 100 times the clutter 2.33 +- .04 (1000 runs at night: .03); with corrected weights 1.58. Below 1e-6."""
+    runs = 1000 if pytestconfig.getoption("vedette_profile") == "nightly" else 600
+    experiments = {name: vedette.load(config) for name, config in CONTESTED.items()}
+    scene = draw(experiments["printed weights, printed P"], runs, DENSE_REACH, np.random.default_rng(50))
+    size = {}
+    for name in ("printed weights, printed P", "printed weights, with spread", "corrected weights, with spread"):
+        size[name] = np.mean(contest(experiments[name], *scene).contested)
+    assert size["printed weights, printed P"] > 2 * size["printed weights, with spread"]
+    assert 1.4 < size["corrected weights, with spread"] < 2.2
+
+
+def test_the_study_claims_no_gain_and_is_the_same_again():
+    first, again = (BayesRiskReproduction().run(6, 5, lambda items, about: items) for _ in range(2))
+    assert first.tables == again.tables
+    assert first.claims == again.claims
+    verdicts = {claim.text: claim.verdict for claim in first.claims}
+    assert verdicts["The proposed filter is 2 to 25 % better than IMM/MSPDA in manoeuvres"] == "not reproduced"
+    assert "reproduced" not in verdicts.values()

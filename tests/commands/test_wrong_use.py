@@ -1,0 +1,91 @@
+"""Wrong use is told without a traceback, before anything is written."""
+
+import importlib.metadata
+import os
+import re
+import subprocess
+import sys
+
+import pytest
+
+from support.commands import command
+from vedette.cli import main
+
+WRONG = {
+    "no such file": (lambda path: ["run", path.with_name("none.toml")], "there is no such file"),
+    "not a config": (lambda path: ["run", path.parent], "must end in"),
+    "a typo": (lambda path: ["run", path, "--set", "gate.probabilty=0.9"], "did you mean 'probability'?"),
+    "a kind that is not there": (lambda path: ["run", path, "--set", "associator.kind=gn"], "did you mean 'gnn'?"),
+    "a wrong sign": (lambda path: ["run", path, "--set", "sensors.radar.sigma=-1"], "must be > 0, got -1 m"),
+    "an override without a value": (lambda path: ["run", path, "--set", "seed"], "--set seed"),
+    "a seed that is no number": (lambda path: ["run", path, "--seed", "x"], "seed: must be a number"),
+    "no recording": (
+        lambda path: ["run", path, "--set", "source.kind=jsonl", "--set", "source.path=none"],
+        "source.path: there is no file or folder 'none'",
+    ),
+    "a recording of another format": (
+        lambda path: ["run", path, "--set", "source.kind=jsonl", "--set", f"source.path={path}"],
+        "ships.toml:1: ",
+    ),
+    "an output that is a file": (lambda path: ["run", path, "--out", path], "is a file, and results need a folder"),
+    "an output inside a file": (lambda path: ["run", path, "--out", path / "deep" / "er"], "is a file, and results need"),
+    "no such role": (lambda path: ["components", "motions"], "did you mean 'motion'?"),
+}
+
+
+@pytest.mark.parametrize("case", WRONG, ids=str)
+def test_what_is_wrong_is_told_without_a_traceback_before_anything_is_written(case, config, tmp_path, monkeypatch, capsys):
+    arguments, expected = WRONG[case]
+    monkeypatch.chdir(tmp_path)
+    before = sorted(tmp_path.rglob("*"))
+    assert main(list(map(str, arguments(config)))) == 2
+    told = capsys.readouterr()
+    assert told.out == ""
+    assert expected in told.err
+    assert all(line.startswith("vedette: error: ") for line in told.err.splitlines())
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_all_problems_of_a_config_are_told_one_a_line(config, capsys):
+    wrong = ["--set", "sensors.radar.sigma=-1", "--set", "gate.probability=2", "--set", "judge.cover_radius=0"]
+    assert main(["run", str(config), *wrong]) == 2
+    told = capsys.readouterr().err.splitlines()
+    assert [line.split(": ")[2] for line in told] == ["sensors.radar.sigma", "gate.probability", "judge.cover_radius"]
+
+
+def test_the_process_ends_with_the_code(config, tmp_path):
+    done = command("run", config, "--set", "associator.kind=gn", cwd=tmp_path)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "Traceback" not in done.stderr
+    assert done.stderr.startswith("vedette: error: associator.kind: ")
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_file_that_cannot_be_written_is_told(config, tmp_path, capsys, undrawn):
+    (tmp_path / "results" / "tracks.csv").mkdir(parents=True)
+    assert main(["run", str(config), "--out", str(tmp_path / "results")]) == 2
+    assert re.fullmatch(r"vedette: error: .*tracks\.csv.*: Is a directory\n", capsys.readouterr().err)
+
+
+@pytest.mark.parametrize("arguments", [[], ["fly"], ["run"], ["run", "a.toml", "--sed", "1"]])
+def test_wrong_use_shows_the_usage(arguments, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(arguments)
+    assert ended.value.code == 2
+    assert "usage: vedette" in capsys.readouterr().err
+
+
+def test_the_version_is_the_distributions(capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(["--version"])
+    assert ended.value.code == 0
+    assert capsys.readouterr().out == f"vedette {importlib.metadata.version('vedette')}\n"
+
+
+def test_a_reader_that_goes_away_is_no_error():
+    reading, writing = os.pipe()
+    os.close(reading)
+    line = [sys.executable, "-m", "vedette", "schema"]
+    done = subprocess.run(line, stdout=writing, stderr=subprocess.PIPE, text=True, timeout=300)
+    os.close(writing)
+    assert (done.returncode, done.stderr) == (141, "")

@@ -1,0 +1,69 @@
+"""The summary in words."""
+
+import json
+
+import numpy as np
+import pytest
+from attrs import evolve
+
+import vedette
+from support.results import result, still, track
+from vedette import metrics
+from vedette.report.figures import figures
+from vedette.report.summary import summary
+
+
+def told(experiment, done):
+    return summary(experiment, done, metrics.judge(done.tracks, done.recording.truth, done.scans, experiment.judge))
+
+
+@pytest.mark.parametrize(
+    ("variance", "verdict"),
+    [
+        (1.0, "the covariance fits the errors to within a factor of 2"),
+        (0.1, "the covariance is 10 times too small for the errors"),
+        (20.0, "the covariance is 20 times too large for the errors"),
+    ],
+)
+def test_the_summary_says_how_nees_stands(variance, verdict, scene):
+    done = result(
+        [track(range(5), np.tile([1.0, 1.0, 0.0, 0.0], (5, 1)), variance * np.eye(4))],
+        [still("buoy", [0, 9], (0.0, 0.0))],
+        range(5),
+    )
+    text = told(scene[0], done)
+    assert verdict in text
+    assert f"{2 / variance:.3g} on average, 2 expected" in text
+
+
+@pytest.mark.parametrize(
+    ("nis", "verdict"),
+    [
+        (2.0, "the innovations are as large as the models say"),
+        (8.0, "the squared innovations are 4 times larger"),
+        (0.2, "the squared innovations are 10 times smaller"),
+    ],
+)
+def test_the_summary_says_how_nis_stands(nis, verdict, scene):
+    done = result([track(range(200), np.zeros((200, 4)), np.eye(4), nis=nis)], times=range(200))
+    assert verdict in " ".join(told(scene[0], done).split())
+
+
+def test_the_summary_counts_and_names_what_was_read_and_refused(scene):
+    refused = [vedette.Problem(f"line {i}", "is no good") for i in range(8)]
+    text = told(scene[0], result(times=range(3), returns_per_scan=4, refused=refused, notes={"recording": "of 1999"}))
+    assert "3 scans, 12 returns" in text
+    assert "8 parts of the input left out" in text
+    assert "line 4: is no good" in text
+    assert "line 5: is no good" not in text
+    assert "and 3 more" in text
+    assert "recording: of 1999" in text
+
+
+def test_figures_hold_no_number_that_json_lacks(scene):
+    experiment, done = scene
+    score = metrics.judge(done.tracks, done.recording.truth, done.scans, experiment.judge)
+    found = figures(experiment, done, evolve(score, nis=float("nan"), bias_m=(1.0, float("inf"))))
+    assert found["nis"] is None
+    assert found["bias_m"] == [1.0, None]
+    assert json.loads(json.dumps(found, allow_nan=False)) == found
