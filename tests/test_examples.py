@@ -1,25 +1,16 @@
 """The examples run as they stand, and reach on recorded data what docs/real-data.md says."""
 
-import os
 import runpy
 import tomllib
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 import vedette
+from support.paths import EXAMPLES, recording
 from vedette import metrics
 
-EXAMPLES = Path(__file__).parent.parent / "examples"
 JOYRIDE_WINDOW = ("judge.last_scan=211", "judge.offset=[-4.0, 8.0]")
-
-
-def recording(name):
-    folder = Path(os.environ.get("VEDETTE_DATA", "")) / name
-    if "VEDETTE_DATA" not in os.environ or not folder.is_dir():
-        pytest.skip(f"the recording {name!r} is not in the folder that VEDETTE_DATA names")
-    return folder
 
 
 def judged(name, *overrides):

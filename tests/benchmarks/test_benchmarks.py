@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import sys
 from importlib import import_module
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-ROOT = Path(__file__).parent.parent.parent
+from support.paths import ROOT
+
 SMALL = {
     "kf": {"steps": 20},
     "ekf": {"steps": 20},

@@ -1,120 +1,20 @@
-"""Configs are walked together with the classes: built, written back, and judged with every problem at its path."""
-
-from __future__ import annotations
+"""Configs are walked together with the classes: built, and judged with every problem at its path."""
 
 import copy
 import json
 import sys
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, ClassVar
 
-import attrs
-import numpy as np
 import pytest
 from attrs import frozen
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
-from hypothesis.errors import Unsatisfiable
 
 import vedette
+from support.configs import LEAST, SMALL, experiment_config, tracker_config, walk
 from vedette import Array, Associator, ConfigError, Estimator, Registry, Sensor, fields
-from vedette.config import build, load, to_config
-from vedette.config.parameters import parameters, plain
-from vedette.config.registry import Installed
+from vedette.config import build, load
+from vedette.config.parameters import parameters
 from vedette.config.walker import Walker
-from vedette.testing.judging import Misuse
-from vedette.testing.strategies import components
-
-
-@frozen
-class Rate:
-    """A table inside a table."""
-
-    per_scan: float = fields.quantity("1", "how many", at_least=0)
-
-
-@frozen
-class Region:
-    """A plain table."""
-
-    width: float = fields.quantity("m", "east to west", above=0)
-    corners: Array | None = fields.array("m", "a matrix", ndim=2, default=None)
-    rates: dict[str, Rate] = fields.part("a table of tables", default=attrs.Factory(dict))
-
-
-def _lower(instance: Any, attribute: attrs.Attribute[Any], value: float) -> None:
-    if value > instance.high:
-        raise ValueError(f"low: must be at most high, got {value:g} > {instance.high:g}")
-
-
-@frozen
-class Band(Associator):
-    """Every shape that a parameter can have, and a rule across two of them."""
-
-    kind: ClassVar[str] = "band"
-
-    low: float = attrs.field(converter=float, validator=_lower)
-    high: float = fields.quantity("1", "upper end")
-    region: Region | None = fields.part("optional table", default=None)
-    inner: Associator | None = fields.part("optional component", default=None)
-    several: tuple[Associator, ...] = fields.part("list of components", default=())
-    named: Mapping[str, Associator] = fields.part("table of components", default=attrs.Factory(dict))
-    _hidden: int = fields.integer("a private name", default=3)
-    words: tuple[str, ...] = fields.words("a list", default=())
-
-    def __attrs_post_init__(self) -> None:
-        if len(self.several) > 2:
-            raise ValueError(f"several[2]: must be two at most, got {len(self.several)}")
-        if self._hidden > 100:
-            raise ValueError(f"_hidden: must be 100 at most, got {self._hidden}")
-        if self.high > 1000:
-            raise ValueError("the band is too high as a whole")
-
-    def associate(self, scores: Array, evidence: Array | None) -> Array:
-        return scores
-
-
-SMALL = Registry.of(Band)
-LEAST = {"kind": "band", "low": 1, "high": 2}
-
-
-def walk(config: Mapping[str, Any], registry: Registry = SMALL) -> Any:
-    """The band of a config, or the problems' lines."""
-    walker, own = Walker(registry), parameters(Band)
-    meant = walker.check_names(config, ["kind", *(parameter.name for parameter in own)], "", "band")
-    built = walker.construct(Band, own, config, "", meant)
-    return [str(problem) for problem in walker.problems] or built
-
-
-def tracker_config() -> dict[str, Any]:
-    return {
-        "estimator": {
-            "kind": "imm",
-            "modes": [
-                {"kind": "ekf", "motion": {"kind": "constant_velocity", "sigma_accel": 0.05}},
-                {"kind": "ukf", "motion": {"kind": "coordinated_turn", "sigma_accel": "0.02 g", "sigma_turn_rate": 0.01}},
-            ],
-            "transition": [[0.95, 0.05], [0.05, 0.95]],
-            "absent": {"turn_rate": [0.0, 0.01]},
-        },
-        "sensors": {
-            "radar": {"kind": "range_bearing", "sigma_range": 10.0, "sigma_bearing": "0.5 deg", "max_range": "10 NM"},
-            "lidar": {"kind": "cartesian_position", "sigma": 1},
-        },
-        "gate": {"probability": 0.95, "clutter": "nonparametric"},
-        "associator": {"kind": "pda"},
-        "lifecycle": {"kind": "m_of_n", "spread": {"vx": 10, "vy": 10, "turn_rate": 0.01}},
-    }
-
-
-def experiment_config() -> dict[str, Any]:
-    return {**tracker_config(), "title": "two sensors", "seed": 7, "judge": {"cover_radius": 30}}
-
-
-@pytest.fixture(scope="module")
-def registry() -> Registry:
-    return Registry.installed()
 
 
 def test_a_config_builds_what_its_author_would_write_in_python(registry: Registry) -> None:
@@ -155,126 +55,6 @@ def test_an_experiment_is_flat_and_build_checks_all_of_it(registry: Registry) ->
     with pytest.raises(ConfigError, match=r"^seed: must be a whole number, got 1\.5$"):
         build({**experiment_config(), "seed": 1.5}, registry)
     assert load({"$schema": "vedette.json", **experiment_config()}, registry) == experiment
-
-
-def test_a_config_written_back_builds_the_equal(registry: Registry) -> None:
-    tracker, experiment = build(tracker_config(), registry), load(experiment_config(), registry)
-    written = json.loads(json.dumps(to_config(experiment)))
-    assert load(written, registry) == experiment
-    assert build(json.loads(json.dumps(to_config(tracker))), registry) == tracker
-    assert written["sensors"]["radar"]["sigma_bearing"] == np.deg2rad(0.5)
-    other = load(written, registry, ["estimator.transition=[[0.9, 0.1], [0.05, 0.95]]"])
-    assert other != experiment
-
-
-def test_every_shape_of_parameter_is_written_back() -> None:
-    even = Band(0, 1)
-    region = Region(2.0, np.eye(2), {"a": Rate(0.5)})
-    full = Band(1, 2, region, even, (even, Band(0, 3)), {"first": even}, 4, ("x", "y"))
-    assert walk(json.loads(json.dumps(to_config(full)))) == full
-    assert to_config(full)["hidden"] == 4
-    assert walk({"low": 1, "high": 2, "inner": None, "region": None}) == Band(1, 2)
-
-
-@given(
-    st.floats(-1e6, 1e6),
-    st.lists(st.lists(st.floats(-1e15, 1e15), min_size=3, max_size=3), min_size=1, max_size=4),
-    st.dictionaries(st.text(min_size=1), st.floats(0, 1e15)),
-    st.lists(st.text()),
-)
-def test_written_back_for_any_values(low: float, corners: Any, rates: Any, words: Any) -> None:
-    region = Region(1.0, np.array(corners), {name: Rate(rate) for name, rate in rates.items()})
-    band = Band(low, 1000.0 if low < 1000 else low, region, words=words) if low <= 1000 else Band(0, 1, region, words=words)
-    assert walk(json.loads(json.dumps(to_config(band)))) == band
-
-
-STRAIGHT = {"kind": "constant_velocity", "sigma_accel": 0.1}
-TURNING = {"kind": "coordinated_turn", "sigma_accel": 0.1, "sigma_turn_rate": "1 deg/s^2"}
-SHIP = {
-    "start": [0, 100],
-    "speed": "10 kn",
-    "legs": [{"do": "turn", "seconds": 60, "rate": 0.01}, {"do": "stop", "decel": 1}],
-}
-
-# Kinds whose parameters the kit cannot guess, and some that deserve to be seen with all their parts.
-EXAMPLES: list[tuple[str, dict[str, Any]]] = [
-    (
-        "estimator",
-        {
-            "kind": "imm",
-            "modes": [{"kind": "ekf", "motion": STRAIGHT}, {"kind": "ukf", "motion": TURNING}],
-            "rates": [[-0.1, 0.1], [0.2, -0.2]],
-            "initial": [0.25, 0.75],
-            "absent": {"turn_rate": [0, "0.01"]},
-        },
-    ),
-    ("motion", {"kind": "gauss_markov", "axes": ["bias"], "sigma": 3, "tau": "2 min"}),
-    ("motion", {"kind": "product", "models": [STRAIGHT, {"kind": "gauss_markov", "axes": ["z"], "sigma": 3, "tau": 60}]}),
-    ("lifecycle", {"kind": "m_of_n", "spread": {"vx": 3.5}, "sensors": ["radar"], "hits": 2, "looks": 4}),
-    ("source", {"kind": "autoferry", "scenario": 2, "sensors": ["radar"], "lag": {"radar": "1.7 s"}}),
-    (
-        "source",
-        {
-            "kind": "csv",
-            "path": "somewhere",
-            "detections": {"time": "t", "columns": {"x": "north", "y": "east"}, "units": {"x": "km"}},
-            "truth": {"file": "truth.csv", "time": "t", "columns": {"x": "north", "y": "east"}},
-        },
-    ),
-    (
-        "source",
-        {
-            "kind": "simulation",
-            "duration": "1 h",
-            "looks": {"radar": {"interval": 3}},
-            "ships": {"ferry": SHIP},
-            "drawn": {"buoy": {"models": [STRAIGHT], "start": {"x": [0, 1], "y": [0, 1], "vx": [0, 1], "vy": [0, 1]}}},
-            "sensors": {"radar": {"kind": "cartesian_position", "sigma": 3}},
-        },
-    ),
-]
-
-
-def component(role: str, config: dict[str, Any], registry: Registry) -> Any:
-    """A component by itself."""
-    walker = Walker(registry)
-    entry = registry.get(role, config["kind"])
-    built = walker.construct(entry.cls, entry.parameters, config, role, set())
-    assert walker.problems == []
-    return built
-
-
-@pytest.mark.parametrize(("role", "config"), EXAMPLES, ids=[config["kind"] for _, config in EXAMPLES])
-def test_a_component_is_written_back(registry: Registry, role: str, config: dict[str, Any]) -> None:
-    first = component(role, config, registry)
-    assert component(role, json.loads(json.dumps(to_config(first))), registry) == first
-
-
-INSTALLED = Registry.installed()
-DRAWN = [entry for entry in INSTALLED if entry.kind not in {config["kind"] for _, config in EXAMPLES}]
-
-
-@pytest.mark.parametrize("entry", DRAWN, ids=[f"{entry.role}-{entry.kind}" for entry in DRAWN])
-def test_every_installed_component_is_written_back(entry: Installed) -> None:
-    try:
-        drawn = components(entry.cls)
-    except Misuse as why:
-        pytest.skip(str(why))
-
-    @settings(max_examples=20, deadline=None, suppress_health_check=list(HealthCheck))
-    @given(drawn)
-    def written_back(first: Any) -> None:
-        assert component(entry.role, json.loads(json.dumps(to_config(first))), INSTALLED) == first
-
-    try:
-        written_back()
-    except Unsatisfiable as why:
-        pytest.skip(f"the kit finds no parameters: {why}")
-
-
-def test_what_no_config_can_hold_is_refused() -> None:
-    with pytest.raises(TypeError, match="cannot hold a Generator"):
-        plain({"rng": np.random.default_rng(0)})
 
 
 @pytest.mark.parametrize(

@@ -7,11 +7,12 @@ from pathlib import Path
 
 import pytest
 
+from support.paths import DOCS
 from vedette import ConfigError, load
 from vedette.config.schema import schema
 from vedette.units import in_unit, spellings
 
-PAGE = (Path(__file__).parents[2] / "docs" / "config.md").read_text(encoding="utf-8")
+PAGE = (DOCS / "config.md").read_text(encoding="utf-8")
 
 
 def blocks(language: str) -> list[str]:

@@ -10,11 +10,6 @@ from vedette import ConfigError, Registry
 from vedette.config import apply_overrides, load
 
 
-@pytest.fixture(scope="module")
-def registry() -> Registry:
-    return Registry.installed()
-
-
 def config() -> dict[str, Any]:
     return {
         "estimator": {

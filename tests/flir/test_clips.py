@@ -1,14 +1,13 @@
 """Recorded clips, where they are there; the video source and what it refuses; patches and figures in pixels."""
 
 import json
-import os
-from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
 
 import vedette
+from support.paths import EXAMPLES, recording
 from vedette import ConfigError, InputError, Scan, ScanRefused, Track, Trajectory
 from vedette.cli import main
 from vedette.metrics.pixels import pixel_figures
@@ -17,7 +16,7 @@ from vedette_flir.sources.boxes import centred
 from vedette_flir.sources.images import grey_of
 from vedette_flir.sources.video import BOX
 
-EXAMPLE = Path(__file__).parent.parent.parent / "examples" / "flir_clip.toml"
+EXAMPLE = EXAMPLES / "flir_clip.toml"
 
 
 def errors(path, *overrides):
@@ -31,9 +30,7 @@ def errors(path, *overrides):
 
 @pytest.mark.parametrize("negative", [False, True])
 def test_recorded_segments(negative):
-    folder = Path(os.environ.get("VEDETTE_DATA", "")) / "ir_clips"
-    if "VEDETTE_DATA" not in os.environ or not folder.is_dir():
-        pytest.skip("the recording 'ir_clips' is not in the folder that VEDETTE_DATA names")
+    folder = recording("ir_clips")
     rows = [row.split(",")[0] for row in (folder / "segments.csv").read_text().split()[1:]]
     found = [
         errors(folder / f"{clip}.mp4", f"source.segment={rows[:i].count(clip)}", f"source.negative={str(negative).lower()}")

@@ -1,10 +1,9 @@
 """Models and cameras of the imaging plugin: exact discretisation, derivatives, the information pair."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
+from support.paths import DOCS
 from vedette import Frame, Gaussian
 from vedette.config.registry import Registry
 from vedette.filters.gaussian import imaged
@@ -19,7 +18,6 @@ from vedette_flir.spots import circular
 
 TestJitteredAcceleration = conformance(JitteredAcceleration)
 TestJitteredWander = conformance(JitteredWander)
-
 LOOKS = {"amplitude": "count", "spread": "px", "background": "count"}
 
 
@@ -204,7 +202,7 @@ def test_batch_equals_loop_and_windows_at_the_edge():
 
 
 def test_the_page_names_every_kind_of_the_plugin():
-    page = (Path(__file__).parent.parent.parent / "docs" / "flir.md").read_text()
+    page = (DOCS / "flir.md").read_text()
     named = {tuple(part.strip(" `") for part in row.split("|")[1:3]) for row in page.splitlines() if row.startswith("| ")}
     own = {(entry.role, entry.kind) for entry in Registry.installed() if entry.cls.__module__.startswith("vedette_flir.")}
     assert own <= named

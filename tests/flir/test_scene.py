@@ -1,12 +1,11 @@
 """The simulated infrared scene, and the filter on it and on matched truth in lock-step."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from attrs import evolve
 
 import vedette
+from support.paths import EXAMPLES
 from vedette import Frame, Gaussian, Scan
 from vedette.metrics.consistency import nees
 from vedette.montecarlo.lockstep import run_together
@@ -16,7 +15,7 @@ from vedette_flir.motion.image_velocity import ImageVelocity
 from vedette_flir.sensors.gaussian_spot import GaussianSpot
 from vedette_sim.infrared import HotSpot, HotTarget, InfraredScene
 
-EXAMPLE = Path(__file__).parent.parent.parent / "examples" / "flir.toml"
+EXAMPLE = EXAMPLES / "flir.toml"
 
 
 def scene(**more):

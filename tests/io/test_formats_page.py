@@ -2,14 +2,14 @@
 
 import re
 import tomllib
-from pathlib import Path
 
 import pytest
 
 import vedette
+from support.paths import DOCS
 from vedette.io import AutoferrySource, CsvSource, read_recording, read_tracks
 
-DOC = (Path(__file__).parents[2] / "docs" / "formats.md").read_text(encoding="utf-8")
+DOC = (DOCS / "formats.md").read_text(encoding="utf-8")
 TRACKER = {
     "estimator": {"kind": "ekf", "motion": {"kind": "constant_velocity", "sigma_accel": 1}},
     "sensors": {"radar": {"kind": "range_bearing", "sigma_range": 1, "sigma_bearing": 0.1}},

@@ -1,14 +1,13 @@
 """AIS: what reports mean, readers and what they refuse, places between reports, and recorded AIS where it is there."""
 
 import math
-import os
-from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from support.paths import recording
 from vedette import InputError
 from vedette_marine.ais.csv import read_csv
 from vedette_marine.ais.nmea import checked, read_nmea
@@ -17,14 +16,6 @@ from vedette_marine.ais.tracks import between, motion, trajectories
 
 ORIGIN = (54.0, 12.0)
 HEADER = "Time,MMSI,Latitude_degrees,Longitude_degrees,COG_degrees,SOG_knots"
-
-
-def recorded(*names):
-    folder = Path(os.environ.get("VEDETTE_DATA", ""))
-    path = folder.joinpath(*names)
-    if "VEDETTE_DATA" not in os.environ or not path.exists():
-        pytest.skip(f"the recording {'/'.join(names)!r} is not in the folder that VEDETTE_DATA names")
-    return path
 
 
 def reports(time, east, north, speed, course, mmsi=1):
@@ -242,7 +233,7 @@ def test_no_single_wrong_character_passes(tmp_path):
 
 
 def test_the_solent_s_outlier_is_found_and_nothing_is_lost():
-    ships, refused = read_csv(recorded("solent_ais", "SolentAIS_20160112_130211.csv"))
+    ships, refused = read_csv(recording("solent_ais", "SolentAIS_20160112_130211.csv"))
     assert not refused
     assert len(ships) == 91
     assert sum(len(ship.time) for ship in ships.values()) == 18_623
@@ -255,7 +246,7 @@ def test_the_solent_s_outlier_is_found_and_nothing_is_lost():
 
 
 def test_recorded_sentences_are_all_accounted_for():
-    path = recorded("ais_nmea", "nmea_data_sample.txt")
+    path = recording("ais_nmea", "nmea_data_sample.txt")
     ships, refused = read_nmea(path, interval=1.0)
     text = path.read_text().splitlines()
     assert sum(len(ship.time) for ship in ships.values()) > 0.5 * len(text)

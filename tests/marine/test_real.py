@@ -1,12 +1,12 @@
 """IMM-PDAF beside CV-PDAF and CT-PDAF on recorded radar, tracks started by themselves: what docs/marine.md's table says."""
 
-import os
 import runpy
-from pathlib import Path
 
 import pytest
 
-EXAMPLE = Path(__file__).parent.parent.parent / "examples" / "marine_filters.py"
+from support.paths import EXAMPLES, recording
+
+EXAMPLE = EXAMPLES / "marine_filters.py"
 BOUNDS = {
     "joyride": (0.94, 0.15, 24.0, (1.0, 3.0)),
     "autoferry 2": (0.94, 0.10, 5.0, (0.7, 2.0)),
@@ -19,9 +19,8 @@ BOUNDS = {
 
 @pytest.fixture(scope="module")
 def scores():
-    folder = Path(os.environ.get("VEDETTE_DATA", "none"))
-    if not (folder / "joyride").is_dir() or not (folder / "autoferry").is_dir():
-        pytest.skip("the recordings 'joyride' and 'autoferry' are not in the folder that VEDETTE_DATA names")
+    folder = recording("joyride").parent
+    recording("autoferry")
     found = {}
     for name, label, score in runpy.run_path(str(EXAMPLE))["scores"](folder):
         found.setdefault(name, {})[label] = score

@@ -2,11 +2,11 @@
 
 import math
 import tomllib
-from pathlib import Path
 
 import numpy as np
 import pytest
 
+from support.paths import EXAMPLES
 from vedette import Detections, Gaussian, Scan, build, load, to_config
 from vedette.metrics.consistency import nees
 from vedette.montecarlo.lockstep import run_together
@@ -17,9 +17,6 @@ from vedette_marine.points import by_frame_number, draw
 from vedette_marine.reproduction import MarineReproduction, record, tuned
 from vedette_standard.motion.constant_velocity import ConstantVelocity
 from vedette_standard.motion.coordinated_turn import CoordinatedTurn
-
-EXAMPLES = Path(__file__).parent.parent.parent / "examples"
-
 
 # The study.
 

@@ -1,12 +1,11 @@
 """What simulated ships say of themselves, their scene as points, and the folder of pictures that other programs read."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from attrs import evolve
 
 import vedette
+from support.paths import EXAMPLES
 from vedette import ConfigError
 from vedette_marine.ais.reports import KNOT
 from vedette_marine.ais.tracks import between
@@ -17,7 +16,6 @@ from vedette_sim.ais import STEP, antenna_path, nominal_intervals, report_times,
 from vedette_sim.marine_write import main, write_pictures
 from vedette_standard.sensors.cartesian_position import CartesianPosition
 
-EXAMPLES = Path(__file__).parent.parent.parent / "examples"
 HOME = (54.17, 12.1)
 
 

@@ -1,20 +1,18 @@
 """The page of the standard shelf against the registry, and the shelf's examples as they stand."""
 
-import os
 import re
 import runpy
 import tomllib
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 import vedette
+from support.paths import ROOT, recording
 from vedette import metrics
 from vedette.config.registry import Registry
 from vedette.config.walker import Walker
 
-ROOT = Path(__file__).parent.parent.parent
 INSTALLED = Registry.installed()
 SHELF = [entry for entry in INSTALLED if entry.cls.__module__.startswith("vedette_standard.")]
 ROW = re.compile(r"^\| `(?P<kind>\w+)` \| (?P<what>[^|]+) \| `(?P<line>\{.*\})` \| (?P<reference>[^|]+) \|$")
@@ -90,13 +88,6 @@ def test_long_range_biases_are_their_formulas():
         assert abs(bias - formula) < 5.5 * doubt, kind
         for figure in (nees, given_return):
             assert (abs(figure - 1) < 0.02) == (kind != "naive_conversion"), kind
-
-
-def recording(name):
-    folder = Path(os.environ.get("VEDETTE_DATA", "")) / name
-    if "VEDETTE_DATA" not in os.environ or not folder.is_dir():
-        pytest.skip(f"the recording {name!r} is not in the folder that VEDETTE_DATA names")
-    return folder
 
 
 NO_BIAS = tuple(

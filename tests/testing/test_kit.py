@@ -2,12 +2,12 @@
 
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 from attrs import frozen
 from hypothesis import strategies as st
 
+from support.paths import DOCS
 from vedette import MotionModel, Space, fields
 from vedette.cli import main
 from vedette.testing import FAST, Misuse, conformance, examine, kit, laws_of
@@ -157,7 +157,7 @@ def test_check_of_nothing_is_wrong_use(capsys, subject, words):
 
 
 def test_the_page_names_every_law_and_no_other():
-    page = (Path(__file__).parent.parent.parent / "docs/conformance.md").read_text()
+    page = (DOCS / "conformance.md").read_text()
     for role, (laws, _) in kit._ROLES.items():
         (row,) = [line for line in page.splitlines() if line.startswith(f"| {role} |")]
         assert row == f"| {role} | {', '.join(law.name for law in laws)} |"

@@ -2,16 +2,15 @@
 
 import importlib.util
 import sys
-from pathlib import Path
 
 import pytest
 
 import vedette
+from support.paths import ROOT
 from vedette.config.registry import Registry
 from vedette.testing import FAST, consistency, examine, laws_of
 from vedette.testing.strategies import components
 
-ROOT = Path(__file__).parent.parent.parent
 TEMPLATE = ROOT / "examples/plugin_template"
 FILES = ["pyproject.toml", "src/vedette_clothoid/__init__.py", "tests/test_clothoid.py", "road.toml"]
 

@@ -2,15 +2,16 @@
 
 import importlib.util
 import sys
-from pathlib import Path
 
 import pytest
 from scipy import stats
 
+from support.paths import ROOT
+
 
 @pytest.fixture(scope="module")
 def study():
-    path = Path(__file__).parent.parent.parent / "benchmarks/power.py"
+    path = ROOT / "benchmarks/power.py"
     spec = importlib.util.spec_from_file_location("power_study", path)
     module = importlib.util.module_from_spec(spec)
     sys.modules["power_study"] = module
