@@ -39,10 +39,8 @@ def tracker_of(q: float = 1.0, r: float = 1.0, sigma_accel: float = 0.5, sigma: 
             },
             "sensors": {"radar": {"kind": "cartesian_position", "sigma": sigma * r**0.5}},
             "associator": {"kind": "pda"},
-            "lifecycle": {
-                "kind": "single_target",
-                "start": {"x": [0, sigma], "y": [0, sigma], "vx": [12, 2], "vy": [0, 2]},
-            },
+            "birth": {"kind": "given", "start": {"x": [0, sigma], "y": [0, sigma], "vx": [12, 2], "vy": [0, 2]}},
+            "lifecycle": {"kind": "single_target"},
         }
     )
 

@@ -73,7 +73,7 @@ class Part:
 WATCHED = {
     "estimator": ("predict", "evaluate", "update"),
     "associator": ("associate",),
-    "lifecycle": ("survive", "review"),
+    "lifecycle": ("predict", "review"),
     "gate": ("scores",),
 }
 

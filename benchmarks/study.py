@@ -39,7 +39,8 @@ CONFIG: dict[str, Any] = {
     "estimator": {"kind": "kalman", "motion": CV},
     "gate": {"probability": 0.999999},
     "associator": {"kind": "nearest"},
-    "lifecycle": {"kind": "single_target", "start": START},
+    "birth": {"kind": "given", "start": START},
+    "lifecycle": {"kind": "single_target"},
 }
 
 

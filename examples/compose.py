@@ -9,7 +9,8 @@ tracker = vedette.build(
         "estimator": {"kind": "ekf", "motion": {"kind": "constant_velocity", "sigma_accel": 0.1}},
         "sensors": {"radar": {"kind": "range_bearing", "sigma_range": 10.0, "sigma_bearing": "0.3 deg"}},
         "associator": {"kind": "gnn"},
-        "lifecycle": {"kind": "m_of_n", "spread": {"vx": 10.0, "vy": 10.0}},
+        "birth": {"kind": "from_returns", "spread": {"vx": 10.0, "vy": 10.0}},
+        "lifecycle": {"kind": "m_of_n"},
     }
 )
 rng = np.random.default_rng(1)

@@ -46,7 +46,8 @@ def tracker_of(problem: Problem) -> vedette.Tracker:
             "estimator": mixed if family.startswith("imm") else modes[0],
             "sensors": {"radar": sensor},
             "associator": {"kind": "gnn" if family == "gnn" else "pda"},
-            "lifecycle": {"kind": "single_target", "start": start},
+            "birth": {"kind": "given", "start": start},
+            "lifecycle": {"kind": "single_target"},
             "gate": {"probability": P_GATE if family in CLUTTERED else SURE},
         }
     )

@@ -48,7 +48,8 @@ def _config(
         "estimator": estimator,
         "gate": {"probability": GATE},
         "associator": {"kind": associator},
-        "lifecycle": {"kind": "single_target", "spread": {"x": SIGMA, "y": SIGMA, **rest}},
+        "birth": {"kind": "given", "spread": {"x": SIGMA, "y": SIGMA, **rest}},
+        "lifecycle": {"kind": "single_target"},
     }
 
 

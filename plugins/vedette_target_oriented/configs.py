@@ -43,7 +43,8 @@ def config(title: str, modes: list[dict[str, Any]], transition: list[list[float]
         "estimator": {"kind": "imm", "transition": transition, "modes": modes},
         "gate": {"probability": GATE},
         "associator": {"kind": "pda"},
-        "lifecycle": {"kind": "single_target", **spread},
+        "birth": {"kind": "given", **spread},
+        "lifecycle": {"kind": "single_target"},
     }
 
 

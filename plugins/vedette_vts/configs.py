@@ -43,7 +43,8 @@ def config(title: str, estimator: dict[str, Any], spread: dict[str, float]) -> d
         "estimator": estimator,
         "gate": {"probability": 0.999},
         "associator": {"kind": "nearest"},
-        "lifecycle": {"kind": "single_target", "spread": {"x": 10.0, "y": 10.0, **spread}},
+        "birth": {"kind": "given", "spread": {"x": 10.0, "y": 10.0, **spread}},
+        "lifecycle": {"kind": "single_target"},
     }
 
 

@@ -19,6 +19,7 @@ from vedette.config.walker import Walker
 
 def test_a_config_builds_what_its_author_would_write_in_python(registry: Registry) -> None:
     from vedette_standard.associators.pda import Pda
+    from vedette_standard.births.from_returns import FromReturns
     from vedette_standard.estimators.kalman import Kalman
     from vedette_standard.lifecycles.m_of_n import MOfN
     from vedette_standard.motion.constant_velocity import ConstantVelocity
@@ -34,11 +35,12 @@ def test_a_config_builds_what_its_author_would_write_in_python(registry: Registr
         estimator=Kalman(ConstantVelocity(2.0)),
         sensors={"radar": CartesianPosition(500.0)},
         associator=Pda(),
-        lifecycle=MOfN(spread={"vx": 10.0, "vy": 10.0}),
+        lifecycle=MOfN(),
+        birth=FromReturns(spread={"vx": 10.0, "vy": 10.0}),
     )
     assert build(config, registry) == by_hand
     ready = {"estimator": by_hand.estimator, "sensors": {"radar": by_hand.sensors["radar"]}, "lifecycle": by_hand.lifecycle}
-    assert build({**config, **ready}, registry) == by_hand
+    assert build({**config, **ready, "birth": by_hand.birth}, registry) == by_hand
 
 
 def test_building_leaves_the_config_as_it_was(registry: Registry) -> None:

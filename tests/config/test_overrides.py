@@ -22,7 +22,8 @@ def config() -> dict[str, Any]:
         },
         "sensors": {"radar": {"kind": "cartesian_position", "sigma": 5.0}, "far lidar": {"kind": "cartesian_position"}},
         "associator": {"kind": "pda"},
-        "lifecycle": {"kind": "m_of_n", "spread": {"vx": 10, "vy": 10}, "hits": 4},
+        "birth": {"spread": {"vx": 10, "vy": 10}},
+        "lifecycle": {"kind": "m_of_n", "hits": 4},
         "seed": 1,
     }
 
@@ -45,7 +46,7 @@ def config() -> dict[str, Any]:
         ("sensors.radar.sigma=1.5 km", ["sensors", "radar", "sigma"], "1.5 km"),
         ("gate.probability=0.9", ["gate", "probability"], 0.9),
         ("sensors.radar2.kind=cartesian_position", ["sensors", "radar2", "kind"], "cartesian_position"),
-        ("lifecycle.spread={vx = 1}", ["lifecycle", "spread"], {"vx": 1}),
+        ("lifecycle.spread={vx = 1}", ["birth", "spread"], {"vx": 1}),
         ("flag=true", ["flag"], True),
     ],
 )
@@ -107,7 +108,7 @@ def test_a_path_through_a_ready_object_is_told(registry: Registry) -> None:
 
 def test_a_new_kind_drops_what_only_the_old_one_took(registry: Registry) -> None:
     changed = apply_overrides(config(), ["lifecycle.kind=single_target"], registry)
-    assert changed["lifecycle"] == {"kind": "single_target", "spread": {"vx": 10, "vy": 10}}
+    assert changed["lifecycle"] == {"kind": "single_target"}
     kept = apply_overrides(config(), ["estimator.modes[1].kind=ukf"], registry)["estimator"]["modes"][1]
     assert kept == {"kind": "ukf", "motion": {"kind": "constant_velocity", "sigma_accel": 0.5}}
     same = apply_overrides(config(), ["lifecycle.kind=m_of_n"], registry)

@@ -95,7 +95,7 @@ def test_a_broken_plugin_harms_no_other_and_is_told_when_something_is_missing(di
     [
         (drifting(kind="constant_velocity"), "'constant_velocity' is taken twice: by one-dist 1.0 .* and by vedette "),
         (drifting(contract=CONTRACT + 1), f"one-dist 1.0: is written for version {CONTRACT + 1} of the contract"),
-        ("VEDETTE_CONTRACT = 1\n", "one-dist 1.0: vedette_test_one has no function `vedette_components`"),
+        ("VEDETTE_CONTRACT = 2\n", "one-dist 1.0: vedette_test_one has no function `vedette_components`"),
         ("import vedette\n@vedette.plugin\ndef vedette_components(config): return []\n", "its hook does not fit"),
         (drifting().replace("def move", "def moves"), "Drift of one-dist 1.0: is incomplete; .* define move$"),
     ],

@@ -55,7 +55,8 @@ def config(**more: Any) -> dict[str, Any]:
             "radar": {"kind": "range_bearing", "sigma_range": " 1e1 m", "sigma_bearing": "0.5 deg", "max_range": 1e4}
         },
         "associator": {"kind": "pda"},
-        "lifecycle": {"kind": "m_of_n", "spread": {"vx": 10, "vy": 5, "turn_rate": "0.01"}},
+        "birth": {"kind": "from_returns", "spread": {"vx": 10, "vy": 5, "turn_rate": "0.01"}},
+        "lifecycle": {"kind": "m_of_n"},
         **more,
     }
 
@@ -65,7 +66,7 @@ SPOT = {"kind": "spot", "where": "at:3"}
 RIGHT: list[dict[str, Any]] = [
     {},
     {"gate": {"probability": 0.9, "clutter": "nonparametric"}, "title": "x", "seed": 3, "judge": {"cover_radius": 20}},
-    {"lifecycle": {"kind": "m_of_n", "spread": {"vx": "3", "vy": 4, "turn_rate": 1e-2}, "sensors": ["radar"]}},
+    {"birth": {"kind": "from_returns", "spread": {"vx": "3", "vy": 4, "turn_rate": 1e-2}, "sensors": ["radar"]}},
     {"associator": SPOT},
     {"seed": "3", "$schema": "vedette.json"},
     {"source": None},
@@ -86,7 +87,7 @@ WRONG: list[dict[str, Any]] = [
     {"associator": "pda"},
     {"gate": {"probability": 1}},
     {"gate": {"clutter": "sensr"}},
-    {"lifecycle": {"kind": "m_of_n", "spread": [1, 2]}},
+    {"birth": {"kind": "from_returns", "spread": [1, 2]}},
     {"lifecycle": {"kind": "m_of_n", "hits": 0}},
     {"lifecycle": {"kind": "m_of_n", "hits": 1.5}},
     {"seed": "one"},

@@ -130,8 +130,8 @@ WRONG: list[tuple[str, Any, str, str]] = [
     ("sensors.radar", None, "sensors.radar", "must be a table whose kind is"),
     ("gate", 0.99, "gate", "must be a table of probability, clutter, got 0.99"),
     ("judge", "strict", "judge", "must be a table of "),
-    ("lifecycle.spread", [10, 10], "lifecycle.spread", "must be a table of names, got [10, 10]"),
-    ("lifecycle.spread", {"vx": 10, "vy": "fast", "turn_rate": 0.01}, "lifecycle.spread.vy", "must be a number, got 'fast'"),
+    ("lifecycle.spread", [10, 10], "birth.spread", "must be a table of names, got [10, 10]"),
+    ("lifecycle.spread", {"vx": 10, "vy": "fast", "turn_rate": 0.01}, "birth.spread.vy", "must be a number, got 'fast'"),
     ("estimator.absent", {"turn_rate": [0]}, "estimator.absent.turn_rate", "must be [mean, standard deviation], got [0]"),
     ("estimator.absent", {"turn_rate": [0, -1]}, "estimator.absent.turn_rate", "must be >= 0, got -1"),
     # matrices

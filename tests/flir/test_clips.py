@@ -158,7 +158,7 @@ def test_frames_without_a_target_are_coasted_through(tmp_path, change):
     images, boxes = hot_disc()
     experiment = vedette.load(EXAMPLE, overrides=[f"source.path={folder_of(tmp_path / 'disc', images, boxes)}"])
     tracker, recording = experiment.tracker, experiment.run().recording
-    state = tracker.start(tracker.lifecycle.given(tracker.state, recording), recording.scans[0].time)
+    state = tracker.start(tracker.given(recording), recording.scans[0].time)
     for scan in recording.scans[:12]:
         state = tracker.step(state, scan)
     before = tracker.estimate(state)

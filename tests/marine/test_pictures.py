@@ -14,7 +14,7 @@ from vedette import Gaussian, LazyScans, Recording, Scan, Trajectory
 from vedette.cli import main
 from vedette.metrics import judge
 from vedette_marine import configs
-from vedette_marine.lifecycles.announced import Announced
+from vedette_marine.births.announced import Announced
 from vedette_marine.picture import colours
 from vedette_marine.screen import POSITION
 from vedette_standard.motion.constant_velocity import ConstantVelocity
@@ -73,14 +73,14 @@ def test_every_announced_target_starts_where_it_is():
         Trajectory("late", space, np.array([5.0, 10]), path),
     )
     recording = Recording((Scan(2.0, "radar", vedette.Detections.of([], 2)),), truth)
-    lifecycle = Announced(spread={"x": 10, "y": 10, "vx": 1, "vy": 1})
-    given = lifecycle.given(space, recording)
+    birth = Announced(spread={"x": 10, "y": 10, "vx": 1, "vy": 1})
+    given = birth.given(space, recording)
     assert isinstance(given, Gaussian)
     np.testing.assert_allclose(given.mean, [[2, 4, 1, 2], [7, 9, 0, 0]])
     np.testing.assert_allclose(given.cov[0], np.diag([100, 100, 1, 1]))
     with pytest.raises(ValueError, match="nothing is announced at the first scan"):
-        lifecycle.given(space, Recording(recording.scans, truth[2:]))
-    with pytest.raises(ValueError, match=r"lifecycle.spread: must state the standard deviation of 'vx', 'vy'"):
+        birth.given(space, Recording(recording.scans, truth[2:]))
+    with pytest.raises(ValueError, match=r"spread: must state the standard deviation of 'vx', 'vy'"):
         Announced(spread={"x": 10, "y": 10}).given(space, recording)
 
 

@@ -102,7 +102,7 @@ def test_a_matched_filter_is_consistent_and_a_wrong_one_is_not(factor, matched):
     made = experiment()
     found = scenes(made, range(3000))
     tracker = made.tracker
-    given = tracker.lifecycle.given(tracker.state, vedette.Recording(()))
+    given = tracker.given(vedette.Recording(()))
     prior = vedette.Gaussian(np.broadcast_to(given.mean, (3000, 1, 4)), np.broadcast_to(given.cov, (3000, 1, 4, 4)))
     runs = run_together(tracker, prior, found.scans[0].time, found.scans)
     error = factor * tracker.state.difference(found.states[:, -1], runs.mean[:, -1])

@@ -15,6 +15,7 @@ from vedette.errors import ConfigError
 from vedette.tracking import trees
 from vedette.tracking.smoothing import check_smoothing, smooth, smoothed
 from vedette_standard.associators.pda import Pda
+from vedette_standard.births.from_returns import FromReturns
 from vedette_standard.estimators.bootstrap import BootstrapParticles
 from vedette_standard.estimators.extended import ExtendedKalman
 from vedette_standard.estimators.imm import Imm
@@ -85,7 +86,8 @@ def test_tracks_keep_all_but_their_estimates_and_end_and_begin_where_they_did():
         Kalman(ConstantVelocity(0.3)),
         {"radar": sensor},
         Pda(),
-        MOfN(hits=2, looks=3, misses=2, spread={"vx": 5.0, "vy": 5.0}),
+        MOfN(hits=2, looks=3, misses=2),
+        FromReturns(spread={"vx": 5.0, "vy": 5.0}),
     )
     state, states, scans = tracker.start(), [], []
     for k in range(20):

@@ -4,12 +4,14 @@ import numpy as np
 import pytest
 from attrs import evolve
 
-from vedette import Detections, Gate, Gaussian, Pose, Recording, Scan, ScanRefused, Tracker
+from vedette import Detections, Gate, Gaussian, Pose, Scan, ScanRefused, Tracker
 from vedette.montecarlo.lockstep import run_together
 from vedette.tracking.history import History
 from vedette_standard.associators.global_nearest import GlobalNearest
 from vedette_standard.associators.jpda import Jpda
 from vedette_standard.associators.pda import Pda
+from vedette_standard.births.from_returns import FromReturns
+from vedette_standard.births.given import Given
 from vedette_standard.estimators.extended import ExtendedKalman
 from vedette_standard.estimators.imm import Imm
 from vedette_standard.estimators.kalman import Kalman
@@ -20,11 +22,12 @@ from vedette_standard.motion.constant_velocity import ConstantVelocity
 from vedette_standard.sensors.cartesian_position import CartesianPosition
 
 SPREAD = {"vx": 5.0, "vy": 5.0}
+FROM_RETURNS = FromReturns(spread=SPREAD)
 
 
-def compose(lifecycle, associator=None, estimator=None, **sensor):
+def compose(lifecycle, associator=None, estimator=None, birth=FROM_RETURNS, **sensor):
     radar = CartesianPosition(**({"sigma": 3.0, "detection_probability": 0.9, "clutter_density": 1e-5} | sensor))
-    return Tracker(estimator or Kalman(ConstantVelocity(0.3)), {"radar": radar}, associator or Pda(), lifecycle)
+    return Tracker(estimator or Kalman(ConstantVelocity(0.3)), {"radar": radar}, associator or Pda(), lifecycle, birth)
 
 
 def imm():
@@ -45,7 +48,7 @@ def assert_same(a, b, rtol=0.0):
         np.testing.assert_allclose(getattr(a, name), getattr(b, name), rtol=rtol, atol=rtol, err_msg=name)
 
 
-LIFECYCLES = [MOfN(spread=SPREAD), Existence(spread=SPREAD)]
+LIFECYCLES = [MOfN(), Existence()]
 
 
 @pytest.mark.parametrize("lifecycle", LIFECYCLES, ids=lambda x: x.kind)
@@ -125,8 +128,9 @@ def test_padding_is_never_looked_at():
 
 
 def test_scans_without_returns_only_predict():
-    tracker = compose(SingleTarget(start={"x": [0, 1], "y": [0, 1], "vx": [2, 1], "vy": [0, 1]}))
-    state = tracker.start(tracker.lifecycle.given(tracker.state, Recording(())), 0.0)
+    given = Given(start={"x": [0, 1], "y": [0, 1], "vx": [2, 1], "vy": [0, 1]})
+    tracker = compose(SingleTarget(), birth=given)
+    state = tracker.start(time=0.0)
     state = tracker.step(state, Scan(3.0, "radar", Detections.of([], 2)))
     np.testing.assert_allclose(tracker.estimate(state).mean, [[6.0, 0.0, 2.0, 0.0]])
     empty = compose(LIFECYCLES[0])
@@ -135,7 +139,7 @@ def test_scans_without_returns_only_predict():
 
 
 def test_runs_in_lock_step_equal_runs_alone():
-    tracker = compose(SingleTarget(), estimator=imm())
+    tracker = compose(SingleTarget(), estimator=imm(), birth=None)
     rng = np.random.default_rng(5)
     runs, n = 7, len(tracker.state)
     mean, cov = rng.normal(0, 10, (runs, 1, n)), np.broadcast_to(np.eye(n) * 25.0, (runs, 1, n, n))
@@ -156,15 +160,16 @@ def test_runs_in_lock_step_equal_runs_alone():
 
 
 def test_tracks_that_end_need_runs_of_their_own():
-    tracker = compose(MOfN(spread=SPREAD, hits=1, looks=1, misses=1))
+    tracker = compose(MOfN(hits=1, looks=1, misses=1))
     state = tracker.start(Gaussian(np.zeros((3, 1, 4)), np.broadcast_to(np.eye(4), (3, 1, 4, 4))), 0.0)
-    state = evolve(state, memory=type(state.memory)(*(np.broadcast_to(x, (3, 1)) for x in (1, 1, True))))
+    own = type(state.memory.own)(*(np.broadcast_to(x, (3, 1)) for x in (1, 1, True)))
+    state = evolve(state, memory=type(state.memory)(np.zeros((3, 1)), np.zeros((3, 1)), own))
     with pytest.raises(ValueError, match=r"lifecycle: runs in lock-step keep their tracks; use one that ends none"):
         tracker.step(state, Scan(1.0, "radar", Detections(np.zeros((3, 0, 2)), np.zeros((3, 0), bool))))
 
 
 def test_existence_after_pda_is_that_of_ipda():
-    tracker = compose(Existence(spread=SPREAD, initial=0.4, lifetime=1e9))
+    tracker = compose(Existence(lifetime=1e9), birth=FromReturns(spread=SPREAD, initial=0.4))
     state = tracker.step(tracker.start(), Scan(0.0, "radar", Detections.of([[0.0, 0.0]])))
     scan = Scan(1.0, "radar", Detections.of([[2.0, 1.0], [-6.0, 3.0], [300.0, 0.0]]))
     predicted = tracker.estimator.predict(state.belief, 1.0, state.rng)
@@ -179,7 +184,7 @@ def test_existence_after_pda_is_that_of_ipda():
 
 
 def test_a_hard_choice_does_not_make_a_track_certain():
-    tracker = compose(Existence(spread=SPREAD, initial=0.2, confirm=0.999999), GlobalNearest(), clutter_density=3e-4)
+    tracker = compose(Existence(confirm=0.999999), GlobalNearest(), clutter_density=3e-4)
     state = tracker.step(tracker.start(), Scan(0.0, "radar", Detections.of([[0.0, 0.0]])))
     after = tracker.step(state, Scan(1.0, "radar", Detections.of([[4.0, 0.0]])))
     assert after.hit[0] == 1.0
@@ -189,7 +194,7 @@ def test_a_hard_choice_does_not_make_a_track_certain():
 @pytest.mark.parametrize("associator", [Pda(), Jpda()], ids=lambda x: x.kind)
 def test_a_newborn_does_not_live_off_its_neighbours_returns(associator):
     """A false return starts a track beside a boat's; from then on only the boat gives returns."""
-    tracker = compose(MOfN(spread=SPREAD, hits=3, looks=4, misses=3), associator)
+    tracker = compose(MOfN(hits=3, looks=4, misses=3), associator)
     state = tracker.start()
     for k in range(6):
         state = tracker.step(state, Scan(float(k), "radar", Detections.of([[5.0 * k, 0.0]])))
@@ -201,7 +206,7 @@ def test_a_newborn_does_not_live_off_its_neighbours_returns(associator):
 
 
 def test_ids_are_never_used_twice_and_belong_to_their_tracker():
-    tracker = compose(MOfN(spread=SPREAD, hits=2, looks=2, misses=1))
+    tracker = compose(MOfN(hits=2, looks=2, misses=1))
     for _ in range(2):
         state, seen = tracker.start(), []
         for k in range(6):
@@ -212,7 +217,7 @@ def test_ids_are_never_used_twice_and_belong_to_their_tracker():
 
 def test_simultaneous_sensors_are_successive_steps():
     lidar = CartesianPosition(1.0)
-    tracker = evolve(compose(SingleTarget()), sensors={"radar": CartesianPosition(2.0), "lidar": lidar})
+    tracker = evolve(compose(SingleTarget(), birth=None), sensors={"radar": CartesianPosition(2.0), "lidar": lidar})
     given = Gaussian(np.array([[1.0, 2.0, 0.0, 0.0]]), 100.0 * np.eye(4)[None])
     state = tracker.start(given, 0.0)
     state = tracker.step(state, Scan(0.0, "radar", Detections.of([[3.0, 2.0]])))
@@ -244,7 +249,10 @@ def test_histories_hold_what_each_scan_left():
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [
-        (lambda: compose(MOfN()), r"lifecycle\.spread: must state the standard deviation of 'vx', 'vy' in new tracks"),
+        (
+            lambda: compose(MOfN(), birth=FromReturns()),
+            r"birth\.spread: must state the standard deviation of 'vx', 'vy' in new tracks",
+        ),
         (lambda: Gate(1.0), r"probability: must be > 0 and < 1, got 1"),
     ],
 )
@@ -254,7 +262,7 @@ def test_what_cannot_work_is_refused_when_it_is_built(wrong, message):
 
 
 def test_run_together_collects_what_each_step_left():
-    tracker = compose(SingleTarget(), estimator=imm())
+    tracker = compose(SingleTarget(), estimator=imm(), birth=None)
     rng = np.random.default_rng(8)
     given = Gaussian(rng.normal(0, 10, (5, 1, 4)), np.broadcast_to(25.0 * np.eye(4), (5, 1, 4, 4)))
     scans = [Scan(float(k), "radar", Detections(rng.normal(0, 9, (5, 3, 2)), rng.random((5, 3)) < 0.7)) for k in range(6)]

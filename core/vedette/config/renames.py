@@ -54,8 +54,10 @@ def with_birth(given: Mapping[str, Any], before: Mapping[str, Any], registry: Re
     """
     lifecycle, birth = given.get("lifecycle"), given.get("birth", {})
     usual = _usual_birth(lifecycle, registry)
-    if usual is None or not isinstance(birth, Mapping) or "kind" in birth:
+    if not isinstance(birth, Mapping) or "kind" in birth:
         return dict(given)
+    if usual is None:  # the lifecycle is at fault, and is told: nothing can be said of a birth that goes with it
+        return {name: value for name, value in given.items() if name != "birth"}
     filled = {**usual, **birth}
     if (was := _usual_birth(before.get("lifecycle"), registry)) is not None and was["kind"] != usual["kind"]:
         entry = registry.find("birth", str(usual["kind"]))

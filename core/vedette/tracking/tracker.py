@@ -166,4 +166,5 @@ class Tracker:
     def _spread(self, state: State) -> Array:
         """Return the largest standard deviation of each track's position, in m (*b, t)."""
         cov = self.estimate(state).cov[..., self._positions, :][..., self._positions]
-        return np.sqrt(np.linalg.eigvalsh(cov)[..., -1])
+        spread: Array = np.sqrt(np.linalg.eigvalsh(cov)[..., -1])
+        return spread

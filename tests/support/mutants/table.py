@@ -4,6 +4,7 @@ import attrs
 from hypothesis import strategies as st
 
 from support.mutants.associators import ASSOCIATORS
+from support.mutants.births import BIRTHS
 from support.mutants.estimators import ESTIMATORS
 from support.mutants.lifecycles import LIFECYCLES
 from support.mutants.mixtures import MIXTURES
@@ -18,7 +19,8 @@ from vedette.testing.strategies import components
 SPREAD = {"spread": st.just({"vx": 5.0, "vy": 5.0})}
 MUTANTS = [
     *((*row, {}) for row in (*MOTION, *SENSORS, *ASSOCIATORS, *DETECTORS)),
-    *((*row, SPREAD) for row in LIFECYCLES),
+    *((*row, {}) for row in LIFECYCLES),
+    *((*row, SPREAD) for row in BIRTHS),
     *ESTIMATORS, *MIXTURES, *SOURCES,
 ]  # fmt: skip
 
