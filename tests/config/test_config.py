@@ -1,5 +1,7 @@
 """Configs are walked together with the classes: built, and judged with every problem at its path."""
 
+from __future__ import annotations
+
 import copy
 import json
 import sys

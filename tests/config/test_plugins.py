@@ -1,5 +1,7 @@
 """One broken plugin harms no other."""
 
+from __future__ import annotations
+
 import json
 import os
 import subprocess

@@ -1,5 +1,7 @@
 """What is installed: classes are checked when they are registered."""
 
+from __future__ import annotations
+
 import json
 from pathlib import Path
 from typing import Any, ClassVar

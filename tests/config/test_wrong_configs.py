@@ -1,5 +1,7 @@
 """Wrong configs: each is refused with the place, what is wrong there, and nothing else."""
 
+from __future__ import annotations
+
 import copy
 import re
 from pathlib import Path

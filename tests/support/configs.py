@@ -1,5 +1,7 @@
 """Tables inside tables, as components have them, and a whole config."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from typing import Any, ClassVar
 

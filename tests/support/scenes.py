@@ -1,5 +1,7 @@
 """Models and sensors that no plugin has, and a scene of two ships and a drawn boat."""
 
+from __future__ import annotations
+
 from typing import ClassVar
 
 import numpy as np
