@@ -41,7 +41,8 @@ class MarineReproduction(Reproduction):
     """IMM-PDAF beside CV-PDAF and CT-PDAF on ships that a marine radar sees, judged against AIS and against the truth.
 
     Tables 4 and 5 of the paper on tracking maritime objects with radar and AIS (in Korean), on scenes like its recordings.
-    The returns are drawn as the picture chain reports them; from pictures themselves: tests/marine/test_pictures.py.
+    The returns are drawn as the picture chain reports them; from pictures themselves:
+    tests/marine/test_simulated_pictures.py.
     """
 
     kind: ClassVar[str] = "marine"
