@@ -124,7 +124,7 @@ class Tracker:
             unseen, rate, found = births.reveal(self, state, dt, sensor, observed)
         scores = self.gate.scores(innovation, sensor, observed, existence, gate, rate)
         weights = self._associate(scores, observed)
-        used = weights
+        used = weights if lifecycle.certain else kernels.given_existence(weights, scores, innovation.loglik, existence)
         approximated = state.approximated
         if self.associator.approximates and isinstance(observed, Detections):
             approximated += int(np.count_nonzero(self.associator.approximated(scores)))
