@@ -54,9 +54,19 @@ def begin(
     `weights` (t, 1+k) are those of all tracks that met the scan, some of which may have ended with it.
     """
     assert tracker.birth is not None
-    claimed = 1.0 - np.prod(1.0 - weights[..., 1:], axis=-2)
-    newborn = tracker.birth.begin(found, tracker.estimator, sensor, name, detections, claimed)
+    claims = claimed(weights[..., 1:], tracker.associator.exclusive)
+    newborn = tracker.birth.begin(found, tracker.estimator, sensor, name, detections, claims)
     return _joined(tracker, state, newborn) if len(newborn.returns) else state
+
+
+def claimed(weights: Array, exclusive: bool) -> Array:
+    """Return the probability (k,) that a return is some track's, from the tracks' weights (t, k).
+
+    Where no two tracks share a return, the events exclude each other and add; else they are taken as independent.
+    """
+    if exclusive:
+        return np.minimum(np.sum(weights, axis=-2), 1.0)
+    return 1.0 - np.prod(1.0 - weights, axis=-2)
 
 
 def _joined(tracker: Tracker, state: State, newborn: Newborn) -> State:

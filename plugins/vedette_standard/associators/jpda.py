@@ -37,6 +37,22 @@ class Jpda(Associator):
     def solves(self) -> str:
         return "marginals" if self.exact >= 4 else ""
 
+    @property
+    def approximates(self) -> bool:
+        """Return True: large clusters go by belief propagation."""
+        return True
+
+    def approximated(self, scores: Array) -> Mask:
+        """Return the tracks (*b, t) of clusters that are too large for exact sums."""
+        large = np.zeros(scores.shape[:-1], dtype=bool)
+        for run in np.ndindex(scores.shape[:-2]):
+            linked = np.isfinite(scores[run][:, 1:])
+            if min(linked.shape) <= self.exact:
+                continue
+            for tracks, returns in _clusters(linked):
+                large[run][tracks] = min(len(tracks), len(returns)) > self.exact
+        return large
+
     def associate(self, scores: Array, evidence: Array | None) -> Array:
         """(*b, t, 1+k) -> (*b, t, 1+k)"""
         # A miss that cannot be is given a finite score: its weight is still 0, unless nothing else is left.
