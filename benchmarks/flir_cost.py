@@ -12,7 +12,7 @@ from time import process_time
 import numpy as np
 
 from vedette import Frame, Gaussian
-from vedette.filters.gaussian import imaged
+from vedette.filters import evaluate_frame
 from vedette_flir.camera import Camera
 from vedette_flir.matched import FRAMES, record
 from vedette_flir.motion.carrying import Carrying
@@ -42,7 +42,7 @@ def updates():
     for window in (8, 24, 64):
         sensor = GaussianSpot(across=("x", "jx"), down=("y", "jy"), camera=Camera(window=window))
         where = motion.state.locate(sensor.observes)
-        whole = least(lambda: imaged(Gaussian(mean, cov), motion.state, sensor, frame, 0.99), 50)  # noqa: B023
+        whole = least(lambda: evaluate_frame(Gaussian(mean, cov), motion.state, sensor, frame, 0.99), 50)  # noqa: B023
         cut = sensor.camera.cut(frame, sensor.measure(mean[:, where]))
         image, slopes, _ = circular(*cut.offsets(sensor.measure(mean[:, where])), mean[..., 9])
         pair = least(lambda: sensor.camera.information(cut, image, slopes, mean[..., 10]), 50)  # noqa: B023

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from vedette import values
-from vedette.filters.gaussian import Hypotheses
+from vedette.filters import Hypotheses
 from vedette.tracking.tracker import State
 from vedette.types import Gaussian, Innovation
 

@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from vedette import fields as fields
+    from vedette import filters as filters
     from vedette import kernels as kernels
     from vedette.config import build as build
     from vedette.config import load as load
@@ -103,7 +104,7 @@ _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 
 
 def __getattr__(name: str) -> Any:
-    if name in ("fields", "kernels"):
+    if name in ("fields", "filters", "kernels"):
         return import_module(f"vedette.{name}")
     if name not in _HOME_OF:
         raise AttributeError(f"module 'vedette' has no attribute {name!r}")
@@ -112,4 +113,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return ["fields", "kernels", *_HOME_OF]
+    return ["fields", "filters", "kernels", *_HOME_OF]

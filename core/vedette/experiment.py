@@ -79,9 +79,11 @@ class Experiment:
         """
         if self.source is None:
             raise ConfigError([Problem("source", "is missing: there are no scans to run on")])
-        for_source, for_tracker = np.random.default_rng(self.seed if seeds is None else seeds).spawn(2)
+        for_source, for_tracker = (np.random.SeedSequence(self.seed) if seeds is None else seeds).spawn(2)
         try:
-            recording = self.source.open(raw_sensors(self.preprocessors, self.tracker.sensors), for_source)
+            recording = self.source.open(
+                raw_sensors(self.preprocessors, self.tracker.sensors), np.random.default_rng(for_source)
+            )
         except ConfigError as error:
             raise error.within("source") from None
         if strict and recording.refused:

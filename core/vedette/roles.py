@@ -36,10 +36,12 @@ class MotionModel(Component):
 
     Laws: move(x, 0) = x. noise is symmetric, PSD, and 0 at dt = 0. jacobian is the derivative of move.
     If divisible, two steps make one: F(a+b) = F(b) F(a), Q(a+b) = F(b) Q(a) F(b)' + Q(b).
+    A model that defines `reframe` declares `reframes`: whoever predicts then calls it first.
     """
 
     divisible: ClassVar[bool] = False
     linear: ClassVar[bool] = False
+    reframes: ClassVar[bool] = False
 
     @property
     @abstractmethod
@@ -64,7 +66,11 @@ class MotionModel(Component):
         """(*b, n) -> (*b, n, n) or (n, n)"""
 
     def reframe(self, own: Gaussian, combined: Gaussian) -> Gaussian:
-        """Re-express a belief whose frame turns with its target; called before each predict with dt > 0."""
+        """Return the belief `own` in the frame of the `combined` estimate, for models whose frame turns with their target.
+
+        Called before each prediction with dt > 0 if the model `reframes`. `combined` is that of the enclosing mixture, over
+        this model's axes; without a mixture it is `own`.
+        """
         return own
 
 
@@ -181,9 +187,18 @@ class Estimator(Component, Generic[B]):
 
     Laws: if exact_when_linear, it equals conditioning the joint Gaussian. Every covariance stays symmetric positive
     definite by construction. A scan without returns is k = 0.
+
+    What it can do is declared, and a wrapper forwards what it wraps: `draws`, that it takes numbers from `rng` (any other is
+    handed one that refuses); `reframes`, that `reframe` is to be called before each prediction; `takes_frames`, that
+    `evaluate` takes a camera's frame; `gaussian_belief`, that its belief is its moments, as `vedette.filters.GaussianFilter`
+    defines `start` and `moments`, which are then final.
     """
 
     exact_when_linear: ClassVar[bool] = False
+    draws: ClassVar[bool] = False
+    reframes: ClassVar[bool] = False
+    takes_frames: ClassVar[bool] = False
+    gaussian_belief: ClassVar[bool] = False
 
     @property
     @abstractmethod
@@ -196,16 +211,24 @@ class Estimator(Component, Generic[B]):
         return NO_AXES
 
     def refuses(self, sensor: Sensor) -> str | None:
-        """Why this estimator cannot work with a sensor beyond axes that it lacks, or None."""
+        """Return why this estimator cannot work with a sensor, beyond axes or frames that it does not take, or None."""
         return None
 
     @abstractmethod
     def start(self, prior: Gaussian, axes: Space, rng: np.random.Generator) -> B:
         """A belief from a Gaussian over `axes`, which hold at least those of `state`."""
 
+    def reframe(self, belief: B, combined: Gaussian) -> B:
+        """Return the belief in the frame of the `combined` estimate over `state`.
+
+        Whoever predicts an estimator that `reframes` calls this first, for dt > 0: `vedette.filters.predicted` does both. A
+        mixture does it for its modes, after they are mixed, with its own estimate from before, and declares no `reframes`.
+        """
+        return belief
+
     @abstractmethod
-    def predict(self, belief: B, dt: float, rng: np.random.Generator, combined: Gaussian | None = None) -> B:
-        """The belief `dt` later; dt == 0 returns it as it is. `combined`: the estimate of an enclosing mixture."""
+    def predict(self, belief: B, dt: float, rng: np.random.Generator) -> B:
+        """Return the belief `dt` later; dt == 0 returns it as it is."""
 
     @abstractmethod
     def evaluate(self, belief: B, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
@@ -230,11 +253,13 @@ class Estimator(Component, Generic[B]):
     def smooth_step(self, belief: B, later: B, dt: float, rng: np.random.Generator) -> B:
         """The belief of a moment by all scans, from `belief`, by the scans until then, and `later`, by all, `dt` s later.
 
-        dt == 0 returns `later`. This is the step of Rauch, Tung and Striebel on `moments`, `predict` and `cross`, exact
-        for linear models; a belief that is more than its moments needs its own.
+        dt == 0 returns `later`. This is the step of Rauch, Tung and Striebel on `moments`, `predict` and
+        `cross_covariance`, exact for linear models; a belief that is more than its moments needs its own.
         """
         if dt == 0:
             return later
+        if self.reframes:
+            raise NotImplementedError(f"the motion of {self.kind!r} turns its frame: two moments have none in common")
         now, ahead, after = self.moments(belief), self.moments(self.predict(belief, dt, rng)), self.moments(later)
         step = self.state.difference(after.mean, ahead.mean)
         shift, cov = backward.smooth_step(now.cov, ahead.cov, self.cross_covariance(belief, dt), step, after.cov)
@@ -248,6 +273,8 @@ class Birth(Component):
     needs of the tracker's filter it asks of `estimator`, so that one kind serves all of them.
     """
 
+    draws: ClassVar[bool] = False
+    """Whether it takes numbers from `rng`: else it is handed one that refuses."""
     models_unseen: ClassVar[bool] = False
     """Whether it keeps a model of targets without a track: else `predict`, `reveal` and `miss` are never asked."""
 

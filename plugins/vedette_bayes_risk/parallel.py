@@ -8,7 +8,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, fields
-from vedette.filters.gaussian import GaussianFilter, Hypotheses, linearised, moved
+from vedette.filters import GaussianFilter, Hypotheses, evaluate_linearised, predict_linearised
 
 
 @final
@@ -22,16 +22,17 @@ class ParallelKalmanPrinted(GaussianFilter):
     """
 
     kind: ClassVar[str] = "parallel_kalman_printed"
+    takes_frames: ClassVar[bool] = True
 
     motion: MotionModel = fields.part("how the target moves")
 
-    def predict(self, belief: Gaussian, dt: float, rng: np.random.Generator, combined: Gaussian | None = None) -> Gaussian:
+    def predict(self, belief: Gaussian, dt: float, rng: np.random.Generator) -> Gaussian:
         """The belief `dt` s later."""
-        return belief if dt == 0 else moved(belief, self.motion, dt, combined)
+        return belief if dt == 0 else predict_linearised(belief, self.motion, dt)
 
     def evaluate(self, belief: Gaussian, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
         """Every return against every track, linearised at its mean."""
-        return linearised(belief, self.state, sensor, observed, p_gate)
+        return evaluate_linearised(belief, self.state, sensor, observed, p_gate)
 
     def update(self, belief: Gaussian, innovation: Innovation, weights: Array) -> Gaussian:
         """Weighted mean of the means, weighted mean of the covariances."""

@@ -7,7 +7,7 @@ from typing import ClassVar, final
 from attrs import frozen
 
 from vedette import Array
-from vedette.filters.gaussian import without_variance
+from vedette.filters import without_variance
 from vedette_target_oriented.resets import Resetting
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from typing import ClassVar
 
 import numpy as np
 from attrs import evolve, frozen
@@ -23,6 +24,8 @@ class Resetting(MotionModel):
     Q = G diag(sigma_forward^2, sigma_side^2) G', G = [B T^2/2; I T]. Left open is what the reset does to the covariance.
     Yoon, Ko, a manoeuvring target tracking algorithm with a target-oriented velocity representation (in Korean).
     """
+
+    reframes: ClassVar[bool] = True
 
     sigma_forward: float = fields.quantity("m/s^2", "standard deviation of the forward acceleration", above=0)
     sigma_side: float = fields.quantity("m/s^2", "standard deviation of the side acceleration", above=0)

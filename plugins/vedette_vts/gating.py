@@ -9,6 +9,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Estimator, Gaussian, Scan, Sensor
+from vedette.filters import predicted
 
 
 @frozen(eq=False)
@@ -33,7 +34,7 @@ def watch(estimator: Estimator[Any], sensor: Sensor, given: Gaussian, begin: flo
     means, covs, distances, nis, modes = [], [], [], [], []
     time = begin
     for scan in scans:
-        belief = estimator.predict(belief, scan.time - time, rng)
+        belief = predicted(estimator, belief, scan.time - time, rng)
         time = scan.time
         innovation = estimator.evaluate(belief, sensor, scan.detections, 1.0)
         sure = np.zeros(innovation.loglik.shape)

@@ -6,7 +6,7 @@ import pytest
 from support.paths import DOCS
 from vedette import Frame, Gaussian
 from vedette.config.registry import Registry
-from vedette.filters.gaussian import imaged
+from vedette.filters import evaluate_frame
 from vedette.testing import conformance
 from vedette_flir.camera import Camera
 from vedette_flir.motion.atmospheric_wander import AtmosphericWander
@@ -136,7 +136,7 @@ def test_information_form_equals_innovation_form(correlated, snr):
         5.0 + 1.3 * rng.standard_normal((24, 24)) + sensor.render(mean[:, motion.state.locate(sensor.observes)], (24, 24))[0]
     )
     where = motion.state.locate(sensor.observes)
-    innovation = imaged(Gaussian(mean, cov), motion.state, sensor, frame, 0.99)
+    innovation = evaluate_frame(Gaussian(mean, cov), motion.state, sensor, frame, 0.99)
     window = camera.cut(frame, sensor.measure(mean[:, where]))
     image, slopes, _ = circular(*window.offsets(sensor.measure(mean[:, where])), mean[..., 9])
     C = np.zeros((2, 11))
@@ -166,7 +166,7 @@ def test_a_frame_that_tells_nothing_leaves_the_belief():
     mean = np.array([[50.0, 50.0, 0, 0, 10.0, 2.0, 0.0]])
     cov = np.diag([1.0, 1, 0.1, 0.1, 0, 0, 0])[None]
     for pixels in (np.full((20, 20), 7.0), np.full((100, 100), np.nan)):
-        innovation = imaged(Gaussian(mean, cov), motion.state, sensor, Frame(pixels), 0.99, passes=3)
+        innovation = evaluate_frame(Gaussian(mean, cov), motion.state, sensor, Frame(pixels), 0.99, passes=3)
         assert not innovation.detail.shift.any()
         np.testing.assert_allclose(innovation.detail.post[0, 0], cov[0], atol=1e-15)
         assert innovation.nis[0, 0] == 0

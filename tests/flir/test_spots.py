@@ -5,7 +5,7 @@ import pytest
 from attrs import evolve
 
 from vedette import Frame, Gaussian
-from vedette.filters.gaussian import imaged
+from vedette.filters import evaluate_frame
 from vedette_flir.camera import Camera
 from vedette_flir.motion.carrying import Carrying
 from vedette_flir.motion.jittered_wander import JitteredWander
@@ -117,7 +117,7 @@ def test_information_form_equals_innovation_form(name, holes, correlated):
     P[:4, :4] = root @ root.T + 0.01 * np.eye(4)
     mean = np.array([[*x[0, :2], 0.1, -0.2, *looks]])
     shift, post, J, g = innovation_form(sensor, looks, x, frame, P, motion.state)
-    found = imaged(Gaussian(mean, P[None]), motion.state, sensor, frame, 0.99)
+    found = evaluate_frame(Gaussian(mean, P[None]), motion.state, sensor, frame, 0.99)
     np.testing.assert_allclose(found.detail.shift[0, 0], shift, rtol=0, atol=1e-9)
     np.testing.assert_allclose(found.detail.post[0, 0], post, rtol=0, atol=1e-9)
     own = sensor.information(x, frame, x)

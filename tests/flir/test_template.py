@@ -5,7 +5,7 @@ import pytest
 
 import vedette
 from vedette import Frame, Scan
-from vedette_flir.estimators.looking import match_ratio
+from vedette_flir.estimators.appearance import match_ratio
 from vedette_flir.finding import target_in
 
 TRACKER = {

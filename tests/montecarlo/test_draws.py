@@ -6,9 +6,9 @@ import pytest
 import vedette
 from vedette.metrics import judge
 from vedette.montecarlo.chunk import goes_together, run_chunk
-from vedette.montecarlo.generators import Generators, NotInLockStep
-from vedette.montecarlo.seeds import Seeds, sequence
-from vedette.sampling.trajectories import factor, follow
+from vedette.sampling.generators import NotInLockStep
+from vedette.sampling.seeds import Seeds, sequence
+from vedette.sampling.trajectories import follow, psd_root
 
 START = {"x": [0, 10], "y": [0, 10], "vx": [5, 2], "vy": [3, 2]}
 CV = {"kind": "constant_velocity", "sigma_accel": 0.5}
@@ -60,21 +60,21 @@ def test_streams_are_numpys_own(seed, branch):
 
 
 def test_a_run_draws_the_same_in_any_company():
-    assert not depends_on_company(Generators)
+    assert not depends_on_company(lambda given: given.generator(4))
     assert depends_on_company(lambda given: np.random.default_rng(sequence(3, given.runs[0]))), "a shared stream must show"
 
 
 @pytest.mark.parametrize("name", sorted(name for name in dir(np.random.Generator) if name[0] != "_" and name not in ALLOWED))
 def test_any_other_draw_is_refused(name):
     with pytest.raises(NotInLockStep, match=f"{name}: draws of runs in lock-step are"):
-        getattr(Generators(seeds(range(3))), name)
+        getattr(seeds(range(3)).generator(0), name)
 
 
 @pytest.mark.parametrize("size", [None, 2, (2, 3), ()])
 def test_a_size_that_does_not_lead_with_the_runs_is_refused(size):
     for draw in ALLOWED:
         with pytest.raises(NotInLockStep, match="leads with the runs, 3 of them"):
-            getattr(Generators(seeds(range(3))), draw)(size)
+            getattr(seeds(range(3)).generator(0), draw)(size)
 
 
 def test_an_estimator_that_draws_goes_in_lock_step():
@@ -121,6 +121,6 @@ def test_paths_take_the_noise_of_each_state_and_step(config, alike):
     x = model.state.canonical(x0)
     assert (model.noise(x, 1.0).ndim == 2) == alike
     for k, dt in enumerate(np.diff(times)):
-        lower = np.broadcast_to(factor(model.noise(x, dt)), (3, n, n))
+        lower = np.broadcast_to(psd_root(model.noise(x, dt)), (3, n, n))
         x = model.state.displace(model.move(x, dt), (lower @ standard[:, k, :, None])[..., 0])
         np.testing.assert_allclose(follow(model, x0, times, standard)[:, k + 1], x, rtol=0, atol=1e-12)

@@ -15,8 +15,8 @@ import pytest
 import vedette
 from vedette.cli import main
 from vedette.montecarlo.chunk import run_chunk
-from vedette.montecarlo.seeds import sequence
 from vedette.montecarlo.statistics import difference, mean, ratios
+from vedette.sampling.seeds import sequence
 
 START = {"x": [0, 10], "y": [0, 10], "vx": [5, 2], "vy": [3, 2]}
 CV = {"kind": "constant_velocity", "sigma_accel": 0.5}

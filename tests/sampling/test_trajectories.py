@@ -23,7 +23,7 @@ def test_factor_squares_to_the_covariance_whatever_its_rank(seed, n, data):
     root = rng.standard_normal((3, n, rank)) * 10.0 ** rng.uniform(-4, 4, n)[:, None]
     root[:, rng.random(n) < 0.2] = 0.0
     cov = root @ np.swapaxes(root, -1, -2)
-    lower = sim.factor(cov)
+    lower = sim.psd_root(cov)
     scale = np.sqrt(np.einsum("bii->bi", cov))
     assert np.all(np.abs(lower @ np.swapaxes(lower, -1, -2) - cov) <= 1e-7 * scale[:, :, None] * scale[:, None, :])
     assert np.all(lower[scale == 0] == 0)
@@ -36,12 +36,12 @@ def test_factor_squares_to_the_covariance_whatever_its_rank(seed, n, data):
 )
 def test_factor_refuses_what_is_no_covariance(cov):
     with pytest.raises(ValueError, match="symmetric positive semi-definite"):
-        sim.factor(np.array(cov))
+        sim.psd_root(np.array(cov))
 
 
 def test_rounding_adds_no_noise_to_a_singular_covariance():
     cov = np.stack([PulledVelocity().noise(np.zeros(4), dt) for dt in np.linspace(0.01, 30, 500)])
-    assert np.all(np.sum(np.any(sim.factor(cov) != 0, axis=-2), axis=-1) == 2)
+    assert np.all(np.sum(np.any(sim.psd_root(cov) != 0, axis=-2), axis=-1) == 2)
 
 
 @pytest.mark.parametrize("model", [ConstantVelocity(0.3), PulledVelocity(), Weaving()], ids=lambda model: model.kind)

@@ -99,8 +99,8 @@ class Pulled(Kalman):
 
     kind = "test_pulled"
 
-    def predict(self, belief, dt, rng, combined=None):
-        after = Kalman.predict(self, belief, dt, rng, combined)
+    def predict(self, belief, dt, rng):
+        after = Kalman.predict(self, belief, dt, rng)
         return Gaussian(after.mean + np.array([2.0, 0, 0, 0]) * (dt > 0), after.cov)
 
 

@@ -221,8 +221,8 @@ class Silent(Estimator):
     def start(self, prior, axes, rng):
         return self.inner.start(prior, axes, rng)
 
-    def predict(self, belief, dt, rng, combined=None):
-        return self.inner.predict(belief, dt, rng, combined)
+    def predict(self, belief, dt, rng):
+        return self.inner.predict(belief, dt, rng)
 
     def evaluate(self, belief, sensor, seen, p_gate):
         return self.inner.evaluate(belief, sensor, seen, p_gate)
@@ -254,6 +254,7 @@ def test_one_method_makes_a_third_partys_filter_smooth():
 
 class Turning(Linear):
     kind = "test_turning"
+    reframes = True
 
     def reframe(self, own, combined):
         return own
@@ -267,7 +268,7 @@ def test_what_cannot_be_smoothed_is_told_with_its_place():
     with pytest.raises(ConfigError, match="estimator: cannot smooth: 'bootstrap"):
         check_smoothing(tracker_of(BootstrapParticles(motion), sensors))
     for kind in (ExtendedKalman, UnscentedKalman, SquareRootKalman):
-        with pytest.raises(ConfigError, match="motion 'test_turning' turns its frame"):
+        with pytest.raises(ConfigError, match=r"cannot smooth: the motion of .* turns its frame"):
             check_smoothing(tracker_of(kind(Turning(motion.A, motion.C)), sensors))
     tracker = tracker_of(Kalman(motion), sensors)
     states = states_of(tracker, prior, scans)

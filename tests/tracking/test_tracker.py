@@ -172,7 +172,7 @@ def test_existence_after_pda_is_that_of_ipda():
     tracker = compose(Existence(lifetime=1e9), birth=FromReturns(spread=SPREAD, initial=0.4))
     state = tracker.step(tracker.start(), Scan(0.0, "radar", Detections.of([[0.0, 0.0]])))
     scan = Scan(1.0, "radar", Detections.of([[2.0, 1.0], [-6.0, 3.0], [300.0, 0.0]]))
-    predicted = tracker.estimator.predict(state.belief, 1.0, state.rng)
+    predicted = tracker.predict(state, state.time + 1.0)
     S = predicted.cov[0, :2, :2] + 9.0 * np.eye(2)
     likelihood = 1 - 0.9 * 0.99
     for z in scan.detections.z[:2]:

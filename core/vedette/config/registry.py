@@ -11,6 +11,7 @@ from attrs import Factory, field, frozen
 
 from vedette.config.parameters import ROLES, Parameter, parameters, role_of, tables
 from vedette.errors import ConfigError, PluginError, Problem
+from vedette.filters.declared import contradiction
 from vedette.roles import CONTRACT, Component
 
 if TYPE_CHECKING:
@@ -206,6 +207,8 @@ def _installed(cls: type[Component], distribution: str, version: str) -> Install
         raise PluginError(f"{who}: plays none of the roles {', '.join(ROLES)}; derive it from one of their classes")
     if missing := sorted(getattr(cls, "__abstractmethods__", ())):
         raise PluginError(f"{who}: is incomplete; a {role} must also define {', '.join(missing)}")
+    if reason := contradiction(cls):
+        raise PluginError(f"{who}: {reason}")
     if "__attrs_attrs__" not in vars(cls):
         raise PluginError(f"{who}: is not an attrs class; decorate it with @attrs.frozen")
     kind = getattr(cls, "kind", None)

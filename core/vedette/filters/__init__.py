@@ -1,1 +1,69 @@
-"""What the author of an estimator builds on."""
+"""What the author of an estimator builds on.
+
+An estimator derives from `vedette.Estimator`, or from one of the bases here that leave less to define:
+
+- `OverMotion`: one motion model, whose axes and frame are the estimator's.
+- `GaussianFilter`: the belief is a mean and a covariance; `predict` and `evaluate` are left open.
+- `PointFilter`: a Gaussian filter by sigma points, of which only `kappa` is open.
+
+Predicting: `predict_linearised` by the motion's derivative; `predicted` for loops outside the tracker, which also calls
+`reframe` where that is declared. Evaluating: `evaluate_linearised` and `evaluate_frame` do all of it; `prepare` gives
+residuals and noises that already stand for what each detection brought, noises of its own and missing components,
+`evaluate_each` and `make_innovation` go on from there. `Hypotheses` is the detail that `GaussianFilter.update` reads.
+`Memo` keeps the matrices of linear models. Particles: `Particles` and the functions on them.
+"""
+
+from vedette.filters.declared import contradiction
+from vedette.filters.detections import Prepared, make_innovation, prepare, present_noise
+from vedette.filters.frames import evaluate_frame
+from vedette.filters.gaussian import GaussianFilter, Hypotheses, marginal, without_variance
+from vedette.filters.linear import evaluate_each, evaluate_linearised, predict_linearised
+from vedette.filters.memo import Memo, SensorConstants, embedded
+from vedette.filters.motion import OverMotion, predicted
+from vedette.filters.particles import (
+    Particles,
+    check_particle_motion,
+    draw_particles,
+    log_association,
+    normalised,
+    particle_innovation,
+    particle_moments,
+    point_likelihoods,
+    points_at,
+    resample,
+    too_few,
+)
+from vedette.filters.points import PointFilter
+
+__all__ = [
+    "GaussianFilter",
+    "Hypotheses",
+    "Memo",
+    "OverMotion",
+    "Particles",
+    "PointFilter",
+    "Prepared",
+    "SensorConstants",
+    "check_particle_motion",
+    "contradiction",
+    "draw_particles",
+    "embedded",
+    "evaluate_each",
+    "evaluate_frame",
+    "evaluate_linearised",
+    "log_association",
+    "make_innovation",
+    "marginal",
+    "normalised",
+    "particle_innovation",
+    "particle_moments",
+    "point_likelihoods",
+    "points_at",
+    "predict_linearised",
+    "predicted",
+    "prepare",
+    "present_noise",
+    "resample",
+    "too_few",
+    "without_variance",
+]

@@ -128,17 +128,19 @@ def filter_step(x: Array, P: Array, F: Array, Q: Array, z: Array, H: Array, R: A
 
 
 def root(P: Array) -> Array:
-    """L (*b, n, n), lower triangular, with L L' = P; where P is singular, its columns without variance are 0."""
-    try:
-        return np.linalg.cholesky(P)
-    except np.linalg.LinAlgError:  # some of P are only semidefinite: an axis is known exactly
-        L = np.zeros_like(P)
-    for j in range(P.shape[-1]):
-        column = P[..., j:, j] - (L[..., j:, :j] @ L[..., j, :j, None])[..., 0]
-        pivot = column[..., :1]
-        free = pivot > 1e-14 * P[..., j, j, None]
-        L[..., j:, j] = np.where(free, column / np.sqrt(np.where(free, pivot, 1.0)), 0.0)
-    return L
+    """L (*b, n, n), lower triangular, with L L' = P (*b, n, n): Cholesky's, which also takes singular covariances.
+
+    A pivot that rounding alone explains counts as zero, and its column with it: an axis without variance gets none at all.
+    """
+    n = P.shape[-1]
+    scale = np.diagonal(P, axis1=-2, axis2=-1)
+    lower = np.zeros(P.shape)
+    for j in range(n):
+        column = P[..., j:, j] - (lower[..., j:, :j] @ lower[..., j, :j, None])[..., 0]
+        free = column[..., 0] > 8 * n * np.finfo(float).eps * scale[..., j]
+        pivot = np.sqrt(np.where(free, column[..., 0], 1.0))
+        lower[..., j:, j] = np.where(free[..., None], column / pivot[..., None], 0.0)
+    return lower
 
 
 def whiten(vector: Array, cov: Array) -> Array:

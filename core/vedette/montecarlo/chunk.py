@@ -12,10 +12,10 @@ from vedette.experiment import Experiment
 from vedette.metrics import judge
 from vedette.metrics.consistency import gate_truncation, nees
 from vedette.metrics.histories import positions, velocities
-from vedette.montecarlo.generators import Generators, NotInLockStep
 from vedette.montecarlo.lockstep import run_together
 from vedette.montecarlo.scenes import DrawsTogether, Scenes
-from vedette.montecarlo.seeds import Seeds, sequence
+from vedette.sampling.generators import NotInLockStep
+from vedette.sampling.seeds import Seeds, sequence
 from vedette.space import Array, Mask, Space
 from vedette.types import Detections, Gaussian, Recording, Scan, Trajectory
 
@@ -66,7 +66,7 @@ def goes_together(experiment: Experiment) -> bool:
         given, scenes = _opened(experiment, seeds)
         begin = scenes.scans[0].time
         some = 1 + next((i for i, scan in enumerate(scenes.scans) if scan.time > begin), 0)
-        run_together(experiment.tracker, given, begin, scenes.scans[:some], Generators(seeds))
+        run_together(experiment.tracker, given, begin, scenes.scans[:some], seeds.child(1))
     except NotInLockStep:
         return False
     return True
@@ -90,7 +90,7 @@ def _opened(experiment: Experiment, seeds: Seeds) -> tuple[Gaussian, Scenes]:
 def _together(experiment: Experiment, seeds: Seeds) -> Chunk:
     """The runs in lock-step."""
     (given, scenes), tracker, judged = _opened(experiment, seeds), experiment.tracker, experiment.judge
-    runs = run_together(tracker, given, scenes.scans[0].time, scenes.scans, Generators(seeds))
+    runs = run_together(tracker, given, scenes.scans[0].time, scenes.scans, seeds.child(1))
     common = [name for name in scenes.space.names if name in runs.space]
     own = [runs.space.names.index(name) for name in common]
     space = Space(tuple(runs.space.axes[i] for i in own))

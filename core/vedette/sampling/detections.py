@@ -10,7 +10,7 @@ from attrs import frozen
 
 from vedette import fields
 from vedette.roles import Sensor
-from vedette.sampling.trajectories import factor
+from vedette.sampling.trajectories import psd_root
 from vedette.space import Array, Mask, Space
 from vedette.types import Detections
 
@@ -37,7 +37,7 @@ def returns(sensor: Sensor, x: Array, uniform: Array, standard: Array) -> tuple[
     z = h(x) + L w, wrapped, with L L' = R(x) and standard normal w (*b, t, m); an object is detected if its uniform number
     (*b, t) in [0, 1) is below P_D(x).
     """
-    noise = (factor(sensor.noise(x)) @ standard[..., None])[..., 0]
+    noise = (psd_root(sensor.noise(x)) @ standard[..., None])[..., 0]
     return sensor.measurement.displace(sensor.measure(x), noise), uniform < sensor.detects(x)
 
 

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from vedette import kernels
 from vedette.roles import MotionModel
 from vedette.space import Array, Space
 
@@ -19,21 +20,13 @@ Modes = np.ndarray[Any, np.dtype[np.intp]]
 """Which model of a list is at work, counted from 0."""
 
 
-def factor(cov: Array) -> Array:
-    """Lower triangular L (*b, n, n) with L L' = cov (*b, n, n): Cholesky's, which also takes singular covariances.
+def psd_root(cov: Array) -> Array:
+    """Return L (*b, n, n), lower triangular, with L L' = cov (*b, n, n): Cholesky's, which also takes singular covariances.
 
-    A pivot that rounding alone explains counts as zero, and its column with it, so an axis without noise gets none at all.
     ValueError if `cov` is not symmetric positive semi-definite.
     """
-    n = cov.shape[-1]
-    scale = np.diagonal(cov, axis1=-2, axis2=-1)
-    lower = np.zeros(cov.shape)
-    for j in range(n):
-        column = cov[..., j:, j] - (lower[..., j:, :j] @ lower[..., j, :j, None])[..., 0]
-        free = column[..., 0] > 8 * n * np.finfo(float).eps * scale[..., j]
-        root = np.sqrt(np.where(free, column[..., 0], 1.0))
-        lower[..., j:, j] = np.where(free[..., None], column / root[..., None], 0.0)
-    spread = np.sqrt(np.maximum(scale, 0.0))
+    lower = kernels.root(cov)
+    spread = np.sqrt(np.maximum(np.diagonal(cov, axis1=-2, axis2=-1), 0.0))
     left = np.abs(lower @ np.swapaxes(lower, -1, -2) - cov)
     if not np.all(left <= 1e-6 * spread[..., :, None] * spread[..., None, :]):
         raise ValueError(f"covariance: must be symmetric positive semi-definite, got {cov}")
@@ -46,7 +39,7 @@ def draw_gaussian(mean: Array, cov: Array, rng: np.random.Generator, size: tuple
 
 
 def _coloured(cov: Array, standard: Array) -> Array:
-    return _spread(factor(cov), standard)
+    return _spread(psd_root(cov), standard)
 
 
 def _spread(lower: Array, standard: Array) -> Array:
@@ -72,7 +65,7 @@ def _step(model: MotionModel, x: Array, dt: float, standard: Array, factors: dic
     """One step; `factors` of this model holds L by dt where Q lacks the batch's axes: it depends on dt alone then."""
     lower = factors.get(dt)
     if lower is None:
-        lower = factor(model.noise(x, dt))
+        lower = psd_root(model.noise(x, dt))
         if lower.ndim == 2:
             factors[dt] = lower
     return model.state.displace(model.move(x, dt), _spread(lower, standard))

@@ -17,6 +17,7 @@ from hypothesis.errors import HypothesisException, Unsatisfiable
 
 from vedette.config.parameters import ROLES, role_of
 from vedette.config.registry import did_you_mean
+from vedette.filters import contradiction
 from vedette.roles import Component
 from vedette.testing.judging import Closed, Misuse
 from vedette.testing.law import Law, Profile
@@ -60,6 +61,8 @@ def laws_of(cls: type[Component]) -> tuple[Law, ...]:
         raise Misuse(f"{cls.__name__}: plays no role that has laws; derive it from one of {', '.join(_ROLES)}")
     if missing := sorted(getattr(cls, "__abstractmethods__", ())):
         raise Misuse(f"{cls.__name__}: is abstract: define {', '.join(missing)}, or give the kit a class that does")
+    if reason := contradiction(cls):
+        raise Misuse(reason)
     if "__attrs_attrs__" not in vars(cls):
         raise Misuse(f"{cls.__name__}: is not an attrs class: decorate it with @attrs.frozen")
     return _ROLES[role][0]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from copy import deepcopy
 
 import numpy as np
 from attrs import evolve, field, frozen
@@ -116,13 +115,12 @@ def play(
     truth = draw_truth(world.estimator, prior, times, rng, runs)
     n = len(tracker.state)
     many = Gaussian(np.broadcast_to(prior.mean, (runs, 1, n)), np.broadcast_to(prior.cov, (runs, 1, n, n)))
-    state = tracker.start(many, float(times[0]), rng)
+    state = tracker.start(many, float(times[0]), rng.spawn(1)[0])
     means, covs = [], []
     looks: dict[str, list[tuple[Array, Array, Mask]]] = {name: [] for name in tracker.sensors}
     for k, time in enumerate(times[1:].tolist(), 1):
         for name, sensor in tracker.sensors.items():
-            predicted = tracker.estimator.predict(state.belief, time - state.time, deepcopy(state.rng))
-            moments = tracker.estimator.moments(predicted)
+            moments = tracker.estimator.moments(tracker.predict(state, time))
             x = _looked_at(tracker, sensor, truth[:, k])
             z, seen = returns(world.sensors[name], x, rng.random(runs), rng.standard_normal((runs, len(sensor.measurement))))
             residual, S = innovation(tracker, sensor, Gaussian(moments.mean[:, 0], moments.cov[:, 0]), z)

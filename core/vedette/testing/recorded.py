@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from copy import deepcopy
-
 import numpy as np
 from attrs import frozen
 
@@ -101,16 +99,15 @@ def _told(path: Trajectory, track: Track, white: tuple[float | None, Array] | No
 def _whiteness(experiment: Experiment, result: Result) -> dict[int, tuple[float | None, Array]]:
     """By track id: correlation at lag 1 of its most used sensor's innovations, and the axes measured in each scan."""
     tracker = experiment.tracker
-    _, rng = np.random.default_rng(experiment.seed).spawn(2)
+    _, seed = np.random.SeedSequence(experiment.seed).spawn(2)
     given = tracker.given(result.recording)
     begin = result.scans[0].time if given is not None and result.scans else -np.inf
-    state = tracker.start(given, begin, rng)
+    state = tracker.start(given, begin, seed)
     seen: dict[int, dict[str, list[tuple[Array, Array] | None]]] = {}
     axes: dict[int, list[int]] = {}
     for scan in result.scans:
         sensor = tracker.sensors[scan.sensor] if scan.pose is None else tracker.sensors[scan.sensor].at(scan.pose)
-        dt = scan.time - state.time if np.isfinite(state.time) else 0.0
-        predicted = tracker.estimator.moments(tracker.estimator.predict(state.belief, dt, deepcopy(state.rng)))
+        predicted = tracker.estimator.moments(tracker.predict(state, scan.time))
         before = state.ids.tolist()
         state = tracker.step(state, scan)
         for track, weights in zip(state.ids.tolist(), state.weights, strict=True):

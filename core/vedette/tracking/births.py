@@ -34,12 +34,12 @@ def starters(birth: Birth | None, sensors: Mapping[str, Sensor], estimator: Esti
 
 
 def reveal(
-    tracker: Tracker, state: State, dt: float, sensor: Sensor, observed: Detections | Frame
+    tracker: Tracker, state: State, dt: float, sensor: Sensor, observed: Detections | Frame, rng: np.random.Generator
 ) -> tuple[Any, Array | None, Any]:
     """Return the birth's memory after the scan, the rate of each return (k,), and what it found to begin tracks with."""
     birth, estimator, p_gate = tracker.birth, tracker.estimator, tracker.gate.probability
     assert birth is not None
-    unseen = birth.predict(state.unseen, estimator, dt, state.rng)
+    unseen = birth.predict(state.unseen, estimator, dt, rng)
     if isinstance(observed, Frame):
         return unseen, None, None
     rate, found = birth.reveal(unseen, estimator, sensor, observed, p_gate)
@@ -47,7 +47,14 @@ def reveal(
 
 
 def begin(
-    tracker: Tracker, state: State, found: Any, sensor: Sensor, name: str, detections: Detections, weights: Array
+    tracker: Tracker,
+    state: State,
+    found: Any,
+    sensor: Sensor,
+    name: str,
+    detections: Detections,
+    weights: Array,
+    rng: np.random.Generator,
 ) -> State:
     """Return the state with the tracks that begin at a scan's returns, which come last.
 
@@ -56,7 +63,7 @@ def begin(
     assert tracker.birth is not None
     claims = claimed(weights[..., 1:], tracker.associator.exclusive)
     newborn = tracker.birth.begin(found, tracker.estimator, sensor, name, detections, claims)
-    return _joined(tracker, state, newborn) if len(newborn.returns) else state
+    return _joined(tracker, state, newborn, rng) if len(newborn.returns) else state
 
 
 def claimed(weights: Array, exclusive: bool) -> Array:
@@ -69,10 +76,10 @@ def claimed(weights: Array, exclusive: bool) -> Array:
     return 1.0 - np.prod(1.0 - weights, axis=-2)
 
 
-def _joined(tracker: Tracker, state: State, newborn: Newborn) -> State:
+def _joined(tracker: Tracker, state: State, newborn: Newborn, rng: np.random.Generator) -> State:
     count, k = len(newborn.returns), state.weights.shape[-1] - 1
     existence = np.ones(count) if tracker.lifecycle.certain else newborn.existence
-    belief = tracker.estimator.start(newborn.prior, tracker.state, state.rng)
+    belief = tracker.estimator.start(newborn.prior, tracker.state, rng)
     weights = np.zeros((count, 1 + k))
     weights[range(count), 1 + newborn.returns] = 1.0
     return evolve(

@@ -15,6 +15,8 @@ from attrs import evolve
 
 from vedette.errors import ConfigError, Problem
 from vedette.roles import Estimator
+from vedette.sampling.generators import NO_DRAWS
+from vedette.sampling.seeds import Seed, Seeds
 from vedette.tracking import trees
 from vedette.tracking.history import History
 from vedette.tracking.state import State
@@ -25,7 +27,7 @@ from vedette.types import Gaussian, Track
 def check_smoothing(tracker: Tracker) -> None:
     """ConfigError if the tracker's estimator cannot smooth: told before a long run rather than after it."""
     n = len(tracker.state)
-    rng = np.random.default_rng(0)
+    rng = np.random.default_rng(0) if tracker.estimator.draws else NO_DRAWS
     none = tracker.estimator.start(Gaussian(np.zeros((0, n)), np.zeros((0, n, n))), tracker.state, rng)
     try:
         tracker.estimator.smooth_step(none, none, 1.0, rng)
@@ -56,23 +58,24 @@ def smoothed(
     """
     if not lag >= 0:
         raise ValueError(f"lag: must be >= 0 s, got {lag:g} s")
-    rng = np.random.default_rng(seed)
+    source = Seed.of(seed)
     window: list[State] = []
     for state in states:
         if window and state.time < window[-1].time:
             raise ValueError(f"states: times must not go backwards, got {state.time:.6f} s after {window[-1].time:.6f} s")
         due = sum(old.time + lag < state.time for old in window)
         if due:
-            yield from _backwards(tracker.estimator, window, rng)[:due]
+            yield from _backwards(tracker.estimator, window, source)[:due]
             del window[:due]
         window.append(state)
-    yield from _backwards(tracker.estimator, window, rng)
+    yield from _backwards(tracker.estimator, window, source)
 
 
-def _backwards(estimator: Estimator[Any], states: Sequence[State], rng: np.random.Generator) -> list[State]:
+def _backwards(estimator: Estimator[Any], states: Sequence[State], seed: Seed | Seeds) -> list[State]:
     """Every state by all of them."""
     found: list[State] = []
     for state in reversed(states):
+        rng = seed.generator(state.steps) if estimator.draws else NO_DRAWS
         found.append(_retraced(estimator, state, found[-1], rng) if found else state)
     return found[::-1]
 

@@ -8,6 +8,7 @@ import numpy as np
 from attrs import evolve, frozen
 from numpy.typing import NDArray
 
+from vedette.sampling.seeds import Seed, Seeds
 from vedette.space import Array, Mask
 from vedette.tracking import trees
 from vedette.values import maker
@@ -19,7 +20,8 @@ class State:
 
     belief is the estimator's, memory the lifecycle's, unseen the birth's. ids (t,), confirmed (*b, t), existence (*b, t);
     weights (*b, t, 1+k), the probabilities of association, and squared distances (*b, t, k) say how the tracks met the last
-    scan. born counts the tracks ever begun, approximated those whose weights were not exact, once a scan.
+    scan. born counts the tracks ever begun, approximated those whose weights were not exact, once a scan. The
+    seed and the number of steps say what the next step draws: the same, whenever it is taken.
     """
 
     time: float
@@ -33,7 +35,8 @@ class State:
     distances: Array
     born: int
     approximated: int
-    rng: np.random.Generator
+    seed: Seed | Seeds
+    steps: int
 
     @property
     def hit(self) -> Array:

@@ -8,7 +8,10 @@ import numpy as np
 from attrs import field, frozen
 
 from vedette import fields, kernels
+from vedette.filters.motion import predicted
 from vedette.roles import Associator, Birth, Estimator, Lifecycle, Sensor
+from vedette.sampling.generators import NO_DRAWS
+from vedette.sampling.seeds import Seed, Seeds
 from vedette.space import Array, Space
 from vedette.tracking import births
 from vedette.tracking.gate import Gate, SensorGate
@@ -46,6 +49,8 @@ class Tracker:
     _starters: frozenset[str] = field(init=False, repr=False, eq=False)
     _models_unseen: bool = field(init=False, repr=False, eq=False)
     _positions: list[int] = field(init=False, repr=False, eq=False)
+    _draws: bool = field(init=False, repr=False, eq=False)
+    _reframes: bool = field(init=False, repr=False, eq=False)
 
     @_sensor_gates.default
     def _gates_of_sensors(self) -> dict[str, SensorGate]:
@@ -63,6 +68,14 @@ class Tracker:
     @_positions.default
     def _axes_of_the_position(self) -> list[int]:
         return [i for i, axis in enumerate(self.state.axes) if axis.unit == "m"]
+
+    @_draws.default
+    def _draws_numbers(self) -> bool:
+        return self.estimator.draws or (self.birth is not None and self.birth.draws)
+
+    @_reframes.default
+    def _turns_its_frame(self) -> bool:
+        return self.estimator.reframes
 
     @property
     def state(self) -> Space:
@@ -83,12 +96,18 @@ class Tracker:
         except ValueError as error:
             raise ValueError(f"birth.{error}") from None
 
-    def start(self, given: Gaussian | None = None, time: float = -np.inf, seed: int | np.random.Generator = 0) -> State:
+    def start(
+        self,
+        given: Gaussian | None = None,
+        time: float = -np.inf,
+        seed: int | np.random.Generator | np.random.SeedSequence | Seed | Seeds = 0,
+    ) -> State:
         """Return the state before the first scan: the tracks with the `given` prior (*b, t, n) at `time` in s.
 
         Without it, the tracks that the birth has before any recording is seen: none, unless it says otherwise.
         """
-        rng = np.random.default_rng(seed)
+        source = Seed.of(seed)
+        rng = source.generator(0) if self._draws else NO_DRAWS
         n = len(self.state)
         prior = self.given(Recording(())) if given is None else given
         confirmed = prior is not None
@@ -107,7 +126,8 @@ class Tracker:
             distances=np.zeros((*shape, 0)),
             born=shape[-1],
             approximated=0,
-            rng=rng,
+            seed=source,
+            steps=1,
         )
 
     def step(self, state: State, scan: Scan) -> State:
@@ -116,12 +136,16 @@ class Tracker:
         gate, estimator, lifecycle = self._sensor_gates[scan.sensor], self.estimator, self.lifecycle
         sensor = gate.sensor if scan.pose is None else gate.sensor.at(scan.pose)
         dt = scan.time - state.time if state.time != -np.inf else 0.0
-        belief = estimator.predict(state.belief, dt, state.rng)
+        rng = state.seed.generator(state.steps) if self._draws else NO_DRAWS
+        belief = state.belief
+        if self._reframes and dt > 0:
+            belief = estimator.reframe(belief, estimator.moments(belief))
+        belief = estimator.predict(belief, dt, rng)
         innovation = estimator.evaluate(belief, sensor, observed, self.gate.probability)
         existence = state.existence if lifecycle.certain else lifecycle.predict(state.existence, dt)
         unseen, rate, found = state.unseen, None, None
         if self._models_unseen:
-            unseen, rate, found = births.reveal(self, state, dt, sensor, observed)
+            unseen, rate, found = births.reveal(self, state, dt, sensor, observed, rng)
         scores = self.gate.scores(innovation, sensor, observed, existence, gate, rate)
         weights = self._associate(scores, observed)
         used = weights if lifecycle.certain else kernels.given_existence(weights, scores, innovation.loglik, existence)
@@ -130,13 +154,18 @@ class Tracker:
             approximated += int(np.count_nonzero(self.associator.approximated(scores)))
         after = new_state(
             scan.time, estimator.update(belief, innovation, used), state.memory, unseen, state.ids, existence,
-            state.confirmed, weights, innovation.nis, state.born, approximated, state.rng,
+            state.confirmed, weights, innovation.nis, state.born, approximated, state.seed, state.steps + 1,
         )  # fmt: skip
         if not lifecycle.permanent:
             after = self._reviewed(after, dt, scores, innovation.loglik, isinstance(observed, Frame))
         if scan.sensor in self._starters and isinstance(observed, Detections):
-            after = births.begin(self, after, found, sensor, scan.sensor, observed, weights)
+            after = births.begin(self, after, found, sensor, scan.sensor, observed, weights, rng)
         return after
+
+    def predict(self, state: State, time: float) -> Any:
+        """Return the belief at `time` in s, as `step` predicts it for a scan of that time."""
+        rng = state.seed.generator(state.steps) if self._draws else NO_DRAWS
+        return predicted(self.estimator, state.belief, time - state.time if state.time != -np.inf else 0.0, rng)
 
     def estimate(self, state: State) -> Gaussian:
         """Return mean (*b, t, n) and covariance (*b, t, n, n) of every track over `self.state`."""
@@ -159,7 +188,7 @@ class Tracker:
         memory, confirmed, alive = self.lifecycle.review(state.memory, Review(dt, existence, hit, p_detect, spread))
         after = new_state(
             state.time, state.belief, memory, state.unseen, state.ids, existence, confirmed, state.weights, state.distances,
-            state.born, state.approximated, state.rng,
+            state.born, state.approximated, state.seed, state.steps,
         )  # fmt: skip
         return after if np.count_nonzero(alive) == alive.size else kept(after, alive)
 

@@ -11,7 +11,7 @@ from attrs import evolve
 from vedette import kernels
 from vedette.errors import Problem, ScanRefused
 from vedette.fields import ABSURD
-from vedette.filters.gaussian import among_present
+from vedette.filters.detections import present_noise
 from vedette.roles import Estimator, ImagingSensor, Sensor
 from vedette.space import Array, Mask, SpaceError
 from vedette.tracking.gate import Gate, SensorGate
@@ -27,6 +27,8 @@ def check_sensors(sensors: Mapping[str, Sensor], estimator: Estimator[Any], gate
             estimator.state.locate(sensor.observes)
         except SpaceError as error:
             raise ValueError(f"sensors.{name}: looks at an axis that the estimator lacks: {error}") from None
+        if isinstance(sensor, ImagingSensor) and not estimator.takes_frames:
+            raise ValueError(f"sensors.{name}: is a camera, but {estimator.kind!r} takes no frames: use 'ekf' or 'iekf'")
         if reason := estimator.refuses(sensor):
             raise ValueError(f"sensors.{name}: {reason}")
         if sensor.optional and gate.clutter != "sensor":
@@ -156,7 +158,7 @@ def _good(detections: Detections) -> Mask:
     if detections.evidence is not None:
         good &= np.isfinite(detections.evidence)
     if detections.noise is not None:
-        own = detections.noise if detections.missing is None else among_present(detections.noise, ~detections.missing)
+        own = detections.noise if detections.missing is None else present_noise(detections.noise, ~detections.missing)
         good &= _is_covariance(own)
     return good | ~detections.valid
 

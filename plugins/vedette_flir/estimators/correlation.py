@@ -8,13 +8,13 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, fields
-from vedette_flir.estimators.looking import Look, LookingFilter, Match, match_ratio
+from vedette_flir.estimators.appearance import Appearance, AppearanceFilter, Match, match_ratio
 from vedette_flir.patches import peak, sample
 from vedette_flir.sources.images import opencv
 
 
 @frozen(eq=False)
-class BoxPatch(Look):
+class BoxPatch(Appearance):
     """What the box showed: patch (*b, t, p, p) in count, and how many of its columns and rows are the box's (*b, t, 2)."""
 
     patch: Array
@@ -23,7 +23,7 @@ class BoxPatch(Look):
 
 @final
 @frozen
-class CorrelationFilter(LookingFilter[BoxPatch]):
+class CorrelationFilter(AppearanceFilter[BoxPatch]):
     """OpenCV's matchTemplate (TM_CCOEFF_NORMED) of the whole box, and a Kalman filter behind it: a baseline.
 
     The template is the first frame's box. Each frame renews a part: 0 keeps the first, 1 takes the frame before. The search
@@ -49,24 +49,26 @@ class CorrelationFilter(LookingFilter[BoxPatch]):
         size = np.clip(np.rint(box / step), 3, self.cells)
         return BoxPatch(np.ones(()), sample(pixels, where, step, self.cells), size)
 
-    def again(self, pixels: Array, where: Array, box: Array, S: Array, look: BoxPatch) -> Match[BoxPatch]:
+    def find(self, pixels: Array, where: Array, box: Array, S: Array, appearance: BoxPatch) -> Match[BoxPatch]:
         """The best correlation, its top by a parabola."""
         cv2, step, p = opencv(), self._step(box), self.cells
         centre = np.clip(where, 0.0, np.array(pixels.shape[::-1]) - 1.0)
         reach = int(np.clip(np.ceil((3.5 * np.sqrt(np.max(np.diagonal(S))) + 2.0) / step), 3, self.search))
         image = sample(pixels, centre, step, p + 2 * reach)
-        (left, width), (top, height) = (((p - int(n)) // 2, int(n)) for n in look.size)
-        patch = look.patch[top : top + height, left : left + width]
+        (left, width), (top, height) = (((p - int(n)) // 2, int(n)) for n in appearance.size)
+        patch = appearance.patch[top : top + height, left : left + width]
         part = image[top : top + height + 2 * reach, left : left + width + 2 * reach]
         rho = cv2.matchTemplate(part.astype(np.float32), patch.astype(np.float32), cv2.TM_CCOEFF_NORMED)
         # A template or a place without contrast has no correlation; OpenCV says 1 there, or no number.
         rho = np.where(np.isfinite(rho) & (np.abs(rho) <= 1.001), rho, 0.0) * float(np.ptp(patch) > 0)
         j, i, fine = peak(rho)
         match = max(float(rho[j, i]), 0.0) if np.ptp(part[j : j + height, i : i + width]) > 0 else 0.0
-        renewed = look.patch + self.smoothing * (image[j : j + p, i : i + p] - look.patch)
+        renewed = appearance.patch + self.smoothing * (image[j : j + p, i : i + p] - appearance.patch)
         ratio = match_ratio(match, self.limit, self.independent)
         return Match(
-            centre + step * (np.array([i, j]) - reach + fine) - where, ratio, BoxPatch(look.known, renewed, look.size)
+            centre + step * (np.array([i, j]) - reach + fine) - where,
+            ratio,
+            BoxPatch(appearance.known, renewed, appearance.size),
         )
 
     def _step(self, box: Array) -> float:

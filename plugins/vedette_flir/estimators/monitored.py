@@ -8,7 +8,7 @@ import numpy as np
 from attrs import evolve, frozen
 
 from vedette import Array, Detections, Estimator, Frame, Gaussian, Innovation, Sensor, Space, fields
-from vedette.filters.gaussian import GaussianFilter
+from vedette.filters import GaussianFilter
 
 
 @frozen(eq=False)
@@ -46,6 +46,10 @@ class ResidualMonitored(Estimator[Monitored]):
     least: float = fields.quantity("1", "the factor is at least this", default=0.1, above=0, at_most=1)
     largest: float = fields.quantity("1", "the factor is at most this", default=1000.0, at_least=1)
 
+    def __attrs_post_init__(self) -> None:
+        if not self.of.gaussian_belief:
+            raise ValueError(f"of: must be a filter whose belief is a mean and a covariance, got {self.of.kind!r}")
+
     @property
     def state(self) -> Space:
         return self.of.state
@@ -53,6 +57,21 @@ class ResidualMonitored(Estimator[Monitored]):
     @property
     def zero_variance(self) -> Space:
         return self.of.zero_variance
+
+    @property
+    def draws(self) -> bool:  # type: ignore[override]
+        """Whether the filter does."""
+        return self.of.draws
+
+    @property
+    def takes_frames(self) -> bool:  # type: ignore[override]
+        """Whether the filter does."""
+        return self.of.takes_frames
+
+    @property
+    def reframes(self) -> bool:  # type: ignore[override]  # a class variable elsewhere: here it depends on the filter
+        """Whether the filter does."""
+        return self.of.reframes
 
     def refuses(self, sensor: Sensor) -> str | None:
         """What the filter refuses."""
@@ -62,11 +81,15 @@ class ResidualMonitored(Estimator[Monitored]):
         """The filter's start, and its noise as stated."""
         return Monitored(self.of.start(prior, axes, rng), np.ones(prior.mean.shape[:-1]))
 
-    def predict(self, belief: Monitored, dt: float, rng: np.random.Generator, combined: Gaussian | None = None) -> Monitored:
+    def reframe(self, belief: Monitored, combined: Gaussian) -> Monitored:
+        """Return the filter's belief in the frame of the `combined` estimate."""
+        return evolve(belief, belief=self.of.reframe(belief.belief, combined))
+
+    def predict(self, belief: Monitored, dt: float, rng: np.random.Generator) -> Monitored:
         """The filter's prediction, its process noise scaled."""
         if dt == 0:
             return belief
-        ahead = self.of.predict(belief.belief, dt, rng, combined)
+        ahead = self.of.predict(belief.belief, dt, rng)
         more = (belief.scale - 1.0)[..., None, None] * self.of.motion.noise(belief.belief.mean, dt)
         return evolve(belief, belief=Gaussian(ahead.mean, ahead.cov + more))
 

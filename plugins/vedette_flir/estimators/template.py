@@ -8,7 +8,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, fields
-from vedette_flir.estimators.looking import Look, LookingFilter, Match, match_ratio
+from vedette_flir.estimators.appearance import Appearance, AppearanceFilter, Match, match_ratio
 from vedette_flir.finding import target_in
 from vedette_flir.patches import blurred, centroid, contrast, isolated, mask_of, peak, sample, similarity
 
@@ -17,7 +17,7 @@ BRIGHTEST = 1.5
 
 
 @frozen(eq=False)
-class Appearance(Look):
+class TemplateAppearance(Appearance):
     """Patches (*b, t, p, p) in parts of the amplitude (*b, t), which is signed, in count; the target's offset from the box's
     centre and its size (*b, t, 2) in px.
     """
@@ -31,7 +31,7 @@ class Appearance(Look):
 
 @final
 @frozen
-class TemplateFilter(LookingFilter[Appearance]):
+class TemplateFilter(AppearanceFilter[TemplateAppearance]):
     """Finds a smoothed template again, and filters where it was found. For a target of unknown shape in a box.
 
     The first frame shows where in the box the target is, how large it is, and its polarity (`target_in`): so it gives the
@@ -65,12 +65,12 @@ class TemplateFilter(LookingFilter[Appearance]):
         "px", "targets up to this size have larger structures taken out", default=40.0, at_least=0
     )
 
-    def unseen(self, tracks: tuple[int, ...]) -> Appearance:
+    def unseen(self, tracks: tuple[int, ...]) -> TemplateAppearance:
         """No template, and a size that is none."""
         patch, pair = np.zeros((*tracks, self.cells, self.cells)), np.zeros((*tracks, 2))
-        return Appearance(np.zeros(tracks), patch, patch, np.ones(tracks), pair, np.ones_like(pair))
+        return TemplateAppearance(np.zeros(tracks), patch, patch, np.ones(tracks), pair, np.ones_like(pair))
 
-    def first(self, pixels: Array, where: Array, box: Array) -> Appearance:
+    def first(self, pixels: Array, where: Array, box: Array) -> TemplateAppearance:
         """The target in its box, and the template around it."""
         found = target_in(pixels, where, box)
         step, inner, _ = self._grid(found.size)
@@ -79,17 +79,19 @@ class TemplateFilter(LookingFilter[Appearance]):
         amplitude = found.sign * max(contrast(found.sign * wide, inner), 1.0)
         cut = self.cells // 2
         patch = _kept(wide, amplitude)[cut : cut + self.cells, cut : cut + self.cells]
-        return Appearance(np.ones(()), patch, patch, np.asarray(amplitude), found.offset, found.size)
+        return TemplateAppearance(np.ones(()), patch, patch, np.asarray(amplitude), found.offset, found.size)
 
-    def again(self, pixels: Array, where: Array, box: Array, S: Array, look: Appearance) -> Match[Appearance]:
-        """The best place within 3.5 standard deviations and 2 px, and the look renewed there."""
-        step, inner, mask = self._grid(look.size)
-        amplitude, where = float(look.amplitude), where + look.offset
+    def find(
+        self, pixels: Array, where: Array, box: Array, S: Array, appearance: TemplateAppearance
+    ) -> Match[TemplateAppearance]:
+        """The best place within 3.5 standard deviations and 2 px, and the appearance renewed there."""
+        step, inner, mask = self._grid(appearance.size)
+        amplitude, where = float(appearance.amplitude), where + appearance.offset
         centre = np.clip(where, 0.0, np.array(pixels.shape[::-1]) - 1.0)
         reach = int(np.clip(np.ceil((3.5 * np.sqrt(np.max(np.diagonal(S))) + 2.0) / step), 3, self.search))
-        plain = self._apart(pixels, centre, look.size, step, self.cells + 2 * reach, np.sign(amplitude))
+        plain = self._apart(pixels, centre, appearance.size, step, self.cells + 2 * reach, np.sign(amplitude))
         image = _kept(plain, amplitude)
-        likeness = similarity(image, look.patch, mask) + self.anchor * similarity(image, look.first_patch, mask)
+        likeness = similarity(image, appearance.patch, mask) + self.anchor * similarity(image, appearance.first_patch, mask)
         likeness /= 1.0 + self.anchor
         off = step * (np.arange(2 * reach + 1) - reach)
         W = np.linalg.inv(S + 0.3 * np.eye(2))
@@ -100,14 +102,16 @@ class TemplateFilter(LookingFilter[Appearance]):
         fine = peak(near)[2] if near.shape == (3, 3) and np.argmax(near) == 4 else np.zeros(2)
         shown = plain[j : j + self.cells, i : i + self.cells]
         if self.recentre > 0:
-            drift = self.recentre * (centroid(_kept(shown, amplitude) * mask) - centroid(look.first_patch * mask))
+            drift = self.recentre * (centroid(_kept(shown, amplitude) * mask) - centroid(appearance.first_patch * mask))
             fine = fine + drift
             shown = sample(plain, np.array([i, j]) + drift + 0.5 * (self.cells - 1), 1.0, self.cells)
         moved = step * (np.array([i, j]) - reach + fine)
         now = np.clip(contrast(np.sign(amplitude) * shown, inner), 0.5 * abs(amplitude), 2.0 * abs(amplitude))
         amplitude += self.brighten * (np.sign(amplitude) * now - amplitude)
-        patch = look.patch + self.smoothing * (_kept(shown, amplitude) - look.patch)
-        renewed = Appearance(look.known, patch, look.first_patch, np.asarray(amplitude), look.offset, look.size)
+        patch = appearance.patch + self.smoothing * (_kept(shown, amplitude) - appearance.patch)
+        renewed = TemplateAppearance(
+            appearance.known, patch, appearance.first_patch, np.asarray(amplitude), appearance.offset, appearance.size
+        )
         ratio = match_ratio(max(float(likeness[j, i]), 0.0), self.limit, self.independent)
         return Match(centre + moved - where, ratio, renewed)
 

@@ -44,6 +44,10 @@ class Carrying(MotionModel):
     def linear(self) -> bool:  # type: ignore[override]
         return self.motion.linear
 
+    @property
+    def reframes(self) -> bool:  # type: ignore[override]
+        return self.motion.reframes
+
     def _wide(self, own: Array, rest: float) -> Array:
         """The motion's own matrix in the corner, `rest` on the other diagonal."""
         n, size = len(self.motion.state), len(self.state)
@@ -66,9 +70,9 @@ class Carrying(MotionModel):
         return self._wide(self.motion.noise(x[..., : len(self.motion.state)], dt), 0.0)
 
     def reframe(self, own: Gaussian, combined: Gaussian) -> Gaussian:
-        """The motion's part settled, the rest as it was."""
+        """Return the motion's part in its new frame, the rest as it was."""
         n = len(self.motion.state)
         inner, whole = (Gaussian(part.mean[..., :n], part.cov[..., :n, :n]) for part in (own, combined))
-        settled = self.motion.reframe(inner, whole)
-        mean = np.concatenate([settled.mean, own.mean[..., n:]], axis=-1)
-        return Gaussian(mean, self._wide(settled.cov, 0.0))
+        turned = self.motion.reframe(inner, whole)
+        mean = np.concatenate([turned.mean, own.mean[..., n:]], axis=-1)
+        return Gaussian(mean, self._wide(turned.cov, 0.0))

@@ -8,17 +8,13 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Detections, Estimator, Frame, Gaussian, Innovation, MotionModel, Sensor, Space, fields
-from vedette.filters.gaussian import own_part
-from vedette.roles import ImagingSensor
-from vedette.sampling.trajectories import factor
-from vedette_standard.estimators import cloud as clouds
-from vedette_standard.estimators.cloud import Cloud
+from vedette import Array, Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, Space, fields, filters, kernels
+from vedette.filters import OverMotion, Particles
 
 
 @final
 @frozen
-class BootstrapParticles(Estimator[Cloud]):
+class BootstrapParticles(OverMotion[Particles]):
     """Weighted points that move by the motion model with its noise drawn, and are weighed by what is seen.
 
     w_p <- w_p sum_i W_i l_i(x_p) / l_i over association hypotheses i, the miss included, l_i = sum_p w_p l_i(x_p). Before a
@@ -29,54 +25,42 @@ class BootstrapParticles(Estimator[Cloud]):
     """
 
     kind: ClassVar[str] = "bootstrap_particles"
+    draws: ClassVar[bool] = True
 
     motion: MotionModel = fields.part("how the target moves")
     particles: int = fields.integer("points per track", default=1000, at_least=100, at_most=10**6)
     resample: float = fields.probability("share of effective points below which a track is resampled", default=0.5)
 
     def __attrs_post_init__(self) -> None:
-        clouds.own_frame(self.motion)
+        filters.check_particle_motion(self.motion)
 
-    @property
-    def state(self) -> Space:
-        return self.motion.state
+    def start(self, prior: Gaussian, axes: Space, rng: np.random.Generator) -> Particles:
+        """Return points drawn from the prior, of equal weight."""
+        own = filters.marginal(prior, axes, self.state, self.zero_variance)
+        return filters.draw_particles(own, self.particles, self.state, rng)
 
-    @property
-    def zero_variance(self) -> Space:
-        return self.motion.zero_variance
-
-    def refuses(self, sensor: Sensor) -> str | None:
-        """Cameras."""
-        return "it works on returns, not on frames: use 'ekf' or 'iekf'" if isinstance(sensor, ImagingSensor) else None
-
-    def start(self, prior: Gaussian, axes: Space, rng: np.random.Generator) -> Cloud:
-        """Points drawn from the prior, of equal weight."""
-        own = own_part(prior, axes, self.state, self.zero_variance)
-        points = self.state.canonical(clouds.scatter(own, self.particles, rng))
-        return Cloud(points, np.full(points.shape[:-1], -math.log(self.particles)))
-
-    def predict(self, belief: Cloud, dt: float, rng: np.random.Generator, combined: Gaussian | None = None) -> Cloud:
-        """The points `dt` s later, each with its own noise; resampled first where that is due."""
+    def predict(self, belief: Particles, dt: float, rng: np.random.Generator) -> Particles:
+        """Return the points `dt` s later, each with its own noise; resampled first where that is due."""
         if dt == 0:
             return belief
-        index = clouds.chosen(belief.log_weights, rng.random(belief.log_weights.shape[:-1]))
-        due = clouds.too_few(belief.log_weights, self.resample)[..., None]
-        points = np.where(due[..., None], clouds.taken(belief.points, index), belief.points)
-        noise = factor(self.motion.noise(points, dt)) @ rng.standard_normal((*points.shape, 1))
+        index = filters.resample(belief.log_weights, rng.random(belief.log_weights.shape[:-1]))
+        due = filters.too_few(belief.log_weights, self.resample)[..., None]
+        points = np.where(due[..., None], filters.points_at(belief.points, index), belief.points)
+        noise = kernels.root(self.motion.noise(points, dt)) @ rng.standard_normal((*points.shape, 1))
         moved = self.state.displace(self.motion.move(points, dt), noise[..., 0])
-        return Cloud(moved, np.where(due, -math.log(self.particles), belief.log_weights))
+        return Particles(moved, np.where(due, -math.log(self.particles), belief.log_weights))
 
-    def evaluate(self, belief: Cloud, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
-        """Every return against every point of every track."""
+    def evaluate(self, belief: Particles, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
+        """Return what each detection says about each point of each track."""
         assert isinstance(observed, Detections)
-        columns = clouds.likelihoods(belief.points, self.state, sensor, observed, p_gate)
-        return clouds.innovation(belief, columns, self.state, sensor, observed, columns)
+        likelihoods = filters.point_likelihoods(belief.points, self.state, sensor, observed, p_gate)
+        return filters.particle_innovation(belief, likelihoods, self.state, sensor, observed, likelihoods)
 
-    def update(self, belief: Cloud, innovation: Innovation, weights: Array) -> Cloud:
-        """The same points, weighed anew."""
-        told = clouds.claim(innovation.detail, innovation.loglik, weights)
-        return Cloud(belief.points, clouds.normal(belief.log_weights + told))
+    def update(self, belief: Particles, innovation: Innovation, weights: Array) -> Particles:
+        """Return the same points, weighed anew."""
+        gained = filters.log_association(innovation.detail, innovation.loglik, weights)
+        return Particles(belief.points, filters.normalised(belief.log_weights + gained))
 
-    def moments(self, belief: Cloud) -> Gaussian:
-        """Mean and covariance of the points."""
-        return clouds.moments(belief, self.state, self.zero_variance)
+    def moments(self, belief: Particles) -> Gaussian:
+        """Return mean and covariance of the points."""
+        return filters.particle_moments(belief, self.state, self.zero_variance)

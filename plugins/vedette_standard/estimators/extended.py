@@ -8,7 +8,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, fields
-from vedette.filters.gaussian import GaussianFilter, linearised, moved
+from vedette.filters import GaussianFilter, evaluate_linearised, predict_linearised
 
 
 @final
@@ -22,13 +22,14 @@ class ExtendedKalman(GaussianFilter):
 
     kind: ClassVar[str] = "ekf"
     exact_when_linear: ClassVar[bool] = True
+    takes_frames: ClassVar[bool] = True
 
     motion: MotionModel = fields.part("how the target moves")
 
-    def predict(self, belief: Gaussian, dt: float, rng: np.random.Generator, combined: Gaussian | None = None) -> Gaussian:
-        """The belief `dt` s later."""
-        return belief if dt == 0 else moved(belief, self.motion, dt, combined, self._memo)
+    def predict(self, belief: Gaussian, dt: float, rng: np.random.Generator) -> Gaussian:
+        """Return the belief `dt` s later."""
+        return belief if dt == 0 else predict_linearised(belief, self.motion, dt, self._memo)
 
     def evaluate(self, belief: Gaussian, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
-        """Every return against every track, linearised at its mean."""
-        return linearised(belief, self.state, sensor, observed, p_gate, self._memo)
+        """Return what the scan says about each track, linearised at its mean."""
+        return evaluate_linearised(belief, self.state, sensor, observed, p_gate, self._memo)

@@ -44,6 +44,16 @@ class GaussianSum(Estimator[Modes]):
         return self.each.state
 
     @property
+    def draws(self) -> bool:  # type: ignore[override]  # a class variable elsewhere: here it depends on the parts
+        """Whether the parts do."""
+        return self.each.draws
+
+    @property
+    def takes_frames(self) -> bool:  # type: ignore[override]
+        """Whether the parts do."""
+        return self.each.takes_frames
+
+    @property
     def zero_variance(self) -> Space:
         return self.each.zero_variance
 
@@ -75,9 +85,9 @@ class GaussianSum(Estimator[Modes]):
         step: Array = regression / np.sqrt(np.where(variance > 0, variance, 1.0))
         return step
 
-    def predict(self, belief: Modes, dt: float, rng: np.random.Generator, combined: Gaussian | None = None) -> Modes:
+    def predict(self, belief: Modes, dt: float, rng: np.random.Generator) -> Modes:
         """Every part `dt` s later."""
-        return self._bank.predict(belief, dt, rng, combined)
+        return self._bank.predict(belief, dt, rng)
 
     def evaluate(self, belief: Modes, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
         """The parts' likelihoods, weighted."""

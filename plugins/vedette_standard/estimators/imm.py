@@ -9,7 +9,7 @@ import numpy as np
 from attrs import Factory, field, frozen
 
 from vedette import Array, Detections, Estimator, Frame, Gaussian, Innovation, Sensor, Space, fields, kernels
-from vedette.filters.gaussian import GaussianFilter, own_part, turns_its_frame, without_variance
+from vedette.filters import contradiction, marginal, without_variance
 from vedette.space import NO_AXES
 from vedette.types import new_gaussian, new_innovation
 from vedette.values import maker
@@ -82,23 +82,39 @@ class Imm(Estimator[Modes]):
     state: Space = field(init=False, repr=False, eq=False, default=Factory(_state, takes_self=True))
     zero_variance: Space = field(init=False, repr=False, eq=False, default=Factory(_zero_variance, takes_self=True))
     _own: tuple[tuple[int, ...], ...] = field(init=False, repr=False, eq=False)
-    _turning: bool = field(init=False, repr=False, eq=False)
+    _reframing: bool = field(init=False, repr=False, eq=False)
     _plain: bool = field(init=False, repr=False, eq=False)
     _switch: Transition = field(init=False, repr=False, eq=False)
     _absent: Array = field(init=False, repr=False, eq=False)
+
+    @property
+    def draws(self) -> bool:  # type: ignore[override]  # a class variable elsewhere: here it depends on the modes
+        """Whether any mode does."""
+        return any(mode.draws for mode in self.modes)
+
+    @property
+    def takes_frames(self) -> bool:  # type: ignore[override]
+        """Whether all modes do."""
+        return all(mode.takes_frames for mode in self.modes)
+
+    @modes.validator
+    def _keep_to_what_they_declare(self, attribute: Any, modes: tuple[Estimator[Any], ...]) -> None:
+        for i, mode in enumerate(modes):
+            if reason := contradiction(type(mode)):
+                raise ValueError(f"modes[{i}]: {reason}")
 
     @_own.default
     def _axes_of_modes(self) -> tuple[tuple[int, ...], ...]:
         return tuple(tuple(self.state.locate(mode.state)) for mode in self.modes)
 
-    @_turning.default
-    def _any_turns(self) -> bool:
-        return any(turns_its_frame(mode) for mode in self.modes)
+    @_reframing.default
+    def _any_reframes(self) -> bool:
+        return any(mode.reframes for mode in self.modes)
 
     @_plain.default
     def _beliefs_are_gaussians(self) -> bool:
         """Whether a mode's belief is its mean and covariance and nothing else, so that none need be asked."""
-        return all(isinstance(mode, GaussianFilter) and not mode.zero_variance for mode in self.modes)
+        return all(mode.gaussian_belief and not mode.zero_variance for mode in self.modes)
 
     @_switch.default
     def _transition(self) -> Transition:
@@ -140,23 +156,24 @@ class Imm(Estimator[Modes]):
         log_prob = np.broadcast_to(np.log(initial / initial.sum()), (*prior.mean.shape[:-1], r))
         return new_modes(tuple(mode.start(prior, axes, rng) for mode in self.modes), log_prob)
 
-    def predict(self, belief: Modes, dt: float, rng: np.random.Generator, combined: Gaussian | None = None) -> Modes:
+    def predict(self, belief: Modes, dt: float, rng: np.random.Generator) -> Modes:
         """Mix, then predict every mode."""
         if dt == 0:
             return belief
         log_prob, means, covs = kernels.interact(
             belief.log_prob, self._switch.log(dt), *self._each(belief), self._own, self._absent, self.state.periods
         )
-        if combined is None and self._turning:
-            combined = self.moments(belief)
-        beliefs = []
-        if combined is None and self._plain:
+        beliefs: list[Any] = []
+        if self._plain and not self._reframing:
             for j, mode in enumerate(self.modes):
                 beliefs.append(mode.predict(new_gaussian(means[j], covs[j]), dt, rng))
             return new_modes(tuple(beliefs), log_prob)
+        combined = self.moments(belief) if self._reframing else None
         for mode, mean, cov in zip(self.modes, means, covs, strict=True):
-            seen = None if combined is None else own_part(combined, self.state, mode.state, NO_AXES)
-            beliefs.append(mode.predict(mode.start(new_gaussian(mean, cov), mode.state, rng), dt, rng, seen))
+            part = mode.start(new_gaussian(mean, cov), mode.state, rng)
+            if combined is not None and mode.reframes:
+                part = mode.reframe(part, marginal(combined, self.state, mode.state, NO_AXES))
+            beliefs.append(mode.predict(part, dt, rng))
         return new_modes(tuple(beliefs), log_prob)
 
     def evaluate(self, belief: Modes, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:

@@ -5,12 +5,11 @@ from __future__ import annotations
 from typing import ClassVar, final
 
 import numpy as np
-from attrs import Factory, field, frozen
+from attrs import evolve, frozen
 
 from vedette import Array, Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, fields
-from vedette.filters.gaussian import GaussianFilter, among_present, imaged, joined, noise_of, one_by_one, reported
+from vedette.filters import GaussianFilter, Prepared, evaluate_each, evaluate_frame, predict_linearised, prepare
 from vedette.space import Mask
-from vedette_standard.estimators.extended import ExtendedKalman
 
 
 @final
@@ -27,36 +26,31 @@ class IteratedExtendedKalman(GaussianFilter):
 
     kind: ClassVar[str] = "iekf"
     exact_when_linear: ClassVar[bool] = True
+    takes_frames: ClassVar[bool] = True
 
     motion: MotionModel = fields.part("how the target moves")
     passes: int = fields.integer("linearisations of each return", default=5, at_least=1, at_most=100)
-    _extended: ExtendedKalman = field(
-        init=False, repr=False, eq=False, default=Factory(lambda self: ExtendedKalman(self.motion), takes_self=True)
-    )
 
-    def predict(self, belief: Gaussian, dt: float, rng: np.random.Generator, combined: Gaussian | None = None) -> Gaussian:
-        """The belief `dt` s later, as the extended filter's."""
-        return self._extended.predict(belief, dt, rng, combined)
+    def predict(self, belief: Gaussian, dt: float, rng: np.random.Generator) -> Gaussian:
+        """Return the belief `dt` s later, as the extended filter does."""
+        return belief if dt == 0 else predict_linearised(belief, self.motion, dt, self._memo)
 
     def evaluate(self, belief: Gaussian, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
-        """Every return against every track, each linearised where it says that the track is."""
+        """Return what each detection says about each track, linearised where it says that the track is."""
         if isinstance(observed, Frame):
-            return imaged(belief, self.state, sensor, observed, p_gate, self.passes)
+            return evaluate_frame(belief, self.state, sensor, observed, p_gate, self.passes)
         where = self.state.locate(sensor.observes)
-        prior = belief.mean[..., None, :]
-        R = noise_of(sensor, observed, belief.mean[..., where])
-        there = None
-        if observed.missing is not None:
-            there = reported(observed)
-            R = among_present(R, there)
+        prior, x0 = belief.mean[..., None, :], belief.mean[..., where]
+        ready = prepare(sensor, observed, sensor.measure(x0), sensor.noise(x0))
+        R = ready.noise
         x = np.broadcast_to(prior, (*belief.mean.shape[:-1], observed.z.shape[-2], len(self.state)))
-        H, nu = used = self._line(x, prior, sensor, observed, where)
+        H, nu = used = self._line(x, prior, ready, where)
         price = np.full(x.shape[:-1], np.inf)
         for _ in range(self.passes):
             cross = belief.cov[..., None, :, :] @ np.swapaxes(H, -1, -2)
             pull = np.linalg.solve(H @ cross + R, nu[..., None])
             step = (cross @ pull)[..., 0]
-            ahead = self._line(self.state.displace(prior, step), prior, sensor, observed, where)
+            ahead = self._line(self.state.displace(prior, step), prior, ready, where)
             # |x - x-|^2_P is pull' H P H' pull, and the residual at x what the new line leaves there.
             left = ahead[1] - (ahead[0] @ step[..., None])[..., 0]
             cost = np.sum(left * np.linalg.solve(R, left[..., None])[..., 0], axis=-1)
@@ -68,20 +62,16 @@ class IteratedExtendedKalman(GaussianFilter):
             used = _where(better, (H, nu), used)
             H, nu = _where(better, ahead, (H, nu))
         H, nu = used
-        parts = one_by_one(belief.cov, nu, H, R, there)
-        return joined(sensor, belief.mean[..., where], p_gate, parts)
+        return evaluate_each(belief, evolve(ready, residuals=nu), H, x0, p_gate)
 
-    def _line(self, x: Array, prior: Array, sensor: Sensor, detections: Detections, where: list[int]) -> tuple[Array, Array]:
-        """Derivative (*b, t, k, m, n) at `x` (*b, t, k, n), and what the line through there makes of each return at the
-        prior: z - h(x) - H (x- - x), (*b, t, k, m).
+    def _line(self, x: Array, prior: Array, ready: Prepared, where: list[int]) -> tuple[Array, Array]:
+        """Return the derivative (*b, t, k, m, n) at `x` (*b, t, k, n), and what the line through there makes of each
+        detection at the prior: z - h(x) - H (x- - x), (*b, t, k, m).
         """
-        slope = sensor.jacobian(x[..., where])
+        sensor = ready.sensor
         H = np.zeros((*x.shape[:-1], len(sensor.measurement), len(self.state)))
-        H[..., where] = slope
-        left = sensor.measurement.difference(detections.z[..., None, :, :], sensor.measure(x[..., where]))
-        if detections.missing is not None:
-            there = reported(detections)
-            H, left = H * there[..., None], np.where(there, left, 0.0)
+        H[..., where] = sensor.jacobian(x[..., where])
+        H, left = ready.rows(H), ready.residuals_from(sensor.measure(x[..., where]))
         return H, left - (H @ self.state.difference(prior, x)[..., None])[..., 0]
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, fields, kernels
-from vedette.filters.gaussian import GaussianFilter, linearised
+from vedette.filters import GaussianFilter, evaluate_linearised
 from vedette.types import new_gaussian
 
 
@@ -23,6 +23,7 @@ class Kalman(GaussianFilter):
 
     kind: ClassVar[str] = "kalman"
     exact_when_linear: ClassVar[bool] = True
+    takes_frames: ClassVar[bool] = True
 
     motion: MotionModel = fields.part("how the target moves; a linear model")
 
@@ -31,11 +32,11 @@ class Kalman(GaussianFilter):
             raise ValueError(f"motion {self.motion.kind!r} is not linear: use the estimator 'ekf' or 'ukf' with it")
 
     def refuses(self, sensor: Sensor) -> str | None:
-        """Sensors that are not linear."""
+        """Refuse sensors that are not linear."""
         return None if sensor.linear else f"it is not linear: use the estimator 'ekf' or 'ukf' with {sensor.kind!r}"
 
-    def predict(self, belief: Gaussian, dt: float, rng: np.random.Generator, combined: Gaussian | None = None) -> Gaussian:
-        """The belief `dt` s later."""
+    def predict(self, belief: Gaussian, dt: float, rng: np.random.Generator) -> Gaussian:
+        """Return the belief `dt` s later."""
         if dt == 0:
             return belief
         x, memo = belief.mean, self._memo
@@ -44,5 +45,5 @@ class Kalman(GaussianFilter):
         return new_gaussian(mean, cov)
 
     def evaluate(self, belief: Gaussian, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
-        """Every return against every track."""
-        return linearised(belief, self.motion.state, sensor, observed, p_gate, self._memo)
+        """Return what the scan says about each track."""
+        return evaluate_linearised(belief, self.motion.state, sensor, observed, p_gate, self._memo)

@@ -8,18 +8,8 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Detections, Estimator, Frame, Gaussian, Innovation, MotionModel, Sensor, Space, fields, kernels
-from vedette.filters.gaussian import (
-    among_present,
-    keeps_its_frame,
-    missing_share,
-    noise_of,
-    own_part,
-    reported,
-    residuals,
-)
-from vedette.roles import ImagingSensor
-from vedette.sampling.trajectories import factor
+from vedette import Array, Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, Space, fields, kernels
+from vedette.filters import OverMotion, make_innovation, marginal, prepare, without_variance
 
 
 @frozen(eq=False)
@@ -40,7 +30,7 @@ class RootHypotheses:
 
 @final
 @frozen
-class SquareRootKalman(Estimator[Root]):
+class SquareRootKalman(OverMotion[Root]):
     """The extended Kalman filter on a root of the covariance, which it never forms: digits count twice.
 
     All is done by orthogonal triangularisation: [F L, Q^1/2] -> L-, and [R^1/2, H L-; 0, L-] -> [S^1/2, 0; K S^1/2, L+]. So
@@ -53,73 +43,50 @@ class SquareRootKalman(Estimator[Root]):
 
     motion: MotionModel = fields.part("how the target moves")
 
-    @property
-    def state(self) -> Space:
-        return self.motion.state
-
-    @property
-    def zero_variance(self) -> Space:
-        return self.motion.zero_variance
-
-    def refuses(self, sensor: Sensor) -> str | None:
-        """Cameras: a frame has no root."""
-        return "it works on returns, not on frames: use 'ekf' or 'iekf'" if isinstance(sensor, ImagingSensor) else None
-
     def start(self, prior: Gaussian, axes: Space, rng: np.random.Generator) -> Root:
-        """The prior's own axes; those without variance lose their variance."""
-        own = own_part(prior, axes, self.state, self.zero_variance)
-        return Root(own.mean, factor(own.cov))
+        """Return the prior's marginal over the filter's axes, its covariance as a root."""
+        own = marginal(prior, axes, self.state, self.zero_variance)
+        return Root(own.mean, kernels.root(own.cov))
 
-    def predict(self, belief: Root, dt: float, rng: np.random.Generator, combined: Gaussian | None = None) -> Root:
-        """The belief `dt` s later."""
+    def reframe(self, belief: Root, combined: Gaussian) -> Root:
+        """Return the belief in the motion's frame of the `combined` estimate."""
+        own = self.motion.reframe(self.moments(belief), combined)
+        return Root(own.mean, kernels.root(without_variance(own.cov, self.state.locate(self.zero_variance))))
+
+    def predict(self, belief: Root, dt: float, rng: np.random.Generator) -> Root:
+        """Return the belief `dt` s later."""
         if dt == 0:
             return belief
-        if type(self.motion).reframe is not MotionModel.reframe:
-            own = self.moments(belief)
-            belief = self.start(self.motion.reframe(own, own if combined is None else combined), self.state, rng)
         x = belief.mean
         moved = self.motion.jacobian(x, dt) @ belief.root
-        added = np.broadcast_to(factor(self.motion.noise(x, dt)), moved.shape)
+        added = np.broadcast_to(kernels.root(self.motion.noise(x, dt)), moved.shape)
         return Root(self.motion.move(x, dt), _triangular(np.concatenate([moved, added], axis=-1)))
 
     def cross_covariance(self, belief: Root, dt: float) -> Array:
-        """P F': (*b, t, n, n)"""
-        keeps_its_frame(self.motion)
+        """Return P F' (*b, t, n, n)."""
         return self.moments(belief).cov @ np.swapaxes(self.motion.jacobian(belief.mean, dt), -1, -2)
 
     def evaluate(self, belief: Root, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
-        """Every return against every track, linearised at its mean."""
+        """Return what each detection says about each track, linearised at its mean."""
         assert isinstance(observed, Detections)
         where, n, m = self.state.locate(sensor.observes), len(self.state), len(sensor.measurement)
         x = belief.mean[..., where]
-        R = noise_of(sensor, observed, x)
-        seen_root = (sensor.jacobian(x) @ belief.root[..., where, :])[..., None, :, :]
-        nu = residuals(sensor, observed, sensor.measure(x))
-        share: Array | float = 0.0
-        if observed.missing is not None:
-            there = reported(observed)
-            R, seen_root, nu = among_present(R, there), seen_root * there[..., None], np.where(there, nu, 0.0)
-            share = missing_share(there)
-        shape = (*belief.mean.shape[:-1], R.shape[-3])
-        before = np.zeros((*shape, m + n, m + n))
-        before[..., :m, :m] = np.linalg.cholesky(R)
-        before[..., :m, m:] = seen_root
+        ready = prepare(sensor, observed, sensor.measure(x), sensor.noise(x))
+        before = np.zeros((*belief.mean.shape[:-1], ready.noise.shape[-3], m + n, m + n))
+        before[..., :m, :m] = np.linalg.cholesky(ready.noise)
+        before[..., :m, m:] = ready.rows((sensor.jacobian(x) @ belief.root[..., where, :])[..., None, :, :])
         before[..., m:, m:] = belief.root[..., None, :, :]
         after = _triangular(before)
         S_root, gain = after[..., :m, :m], after[..., m:, :m]
-        white = np.linalg.solve(S_root, nu[..., None])
+        white = np.linalg.solve(S_root, ready.residuals[..., None])
         distance = np.sum(white**2, axis=(-1, -2))
         log_volume = np.sum(np.log(np.abs(np.diagonal(S_root, axis1=-2, axis2=-1))), axis=-1)
-        loglik = -0.5 * (distance + m * math.log(2 * math.pi)) - log_volume + share
-        p_detect = np.asarray(sensor.detects(x))
-        columns = np.empty((*distance.shape[:-1], 1 + distance.shape[-1]))
-        columns[..., 0] = kernels.safe_log(1.0 - p_detect * p_gate)
-        columns[..., 1:] = loglik + kernels.safe_log(p_detect)[..., None]
+        loglik = -0.5 * (distance + m * math.log(2 * math.pi)) - log_volume + ready.log_constant
         detail = RootHypotheses((gain @ white)[..., 0], after[..., m:, m:])
-        return Innovation(columns, distance, np.max(log_volume, axis=-1, initial=-np.inf), distance, detail)
+        return make_innovation(sensor, x, p_gate, loglik, distance, log_volume, detail)
 
     def update(self, belief: Root, innovation: Innovation, weights: Array) -> Root:
-        """Moments of the weighted hypotheses, the spread of their means included, as one root."""
+        """Return the moments of the weighted hypotheses, the spread of their means included, as one root."""
         detail: RootHypotheses = innovation.detail
         miss, w = weights[..., :1], weights[..., 1:]
         mean = (w[..., None, :] @ detail.shift)[..., 0, :]
@@ -139,11 +106,11 @@ class SquareRootKalman(Estimator[Root]):
         return Root(self.state.displace(belief.mean, mean), root)
 
     def moments(self, belief: Root) -> Gaussian:
-        """Mean, and the covariance L L'."""
+        """Return mean and covariance L L'."""
         cov = belief.root @ np.swapaxes(belief.root, -1, -2)
         return Gaussian(belief.mean, kernels.symmetric(cov))
 
 
 def _triangular(wide: Array) -> Array:
-    """Lower triangular L (*b, n, n) with L L' = A A' for A (*b, n, p), p >= n."""
+    """Return the lower triangular L (*b, n, n) with L L' = A A' for A (*b, n, p), p >= n."""
     return np.swapaxes(np.linalg.qr(np.swapaxes(wide, -1, -2), mode="r"), -1, -2).copy()

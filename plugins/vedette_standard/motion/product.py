@@ -18,7 +18,7 @@ def _state(self: Product) -> Space:
     for i, model in enumerate(self.models):
         if shared := [name for name in model.state.names if name in space]:
             raise ValueError(f"models[{i}]: must own other axes than the models before it, got {', '.join(shared)} again")
-        if type(model).reframe is not MotionModel.reframe:
+        if model.reframes:
             raise ValueError(f"models[{i}]: {model.kind!r} turns its frame with its target, so it can only stand alone")
         space = space.union(model.state)
     return space

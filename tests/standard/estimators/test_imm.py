@@ -158,6 +158,8 @@ def test_settle_gets_each_modes_mixed_belief_and_the_estimate_over_its_axes():
     told = []
 
     class Settling(LinearStep):
+        reframes = True
+
         def reframe(self, own, combined):
             told.append((own, combined))
             return own

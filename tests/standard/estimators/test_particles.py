@@ -3,11 +3,9 @@
 import numpy as np
 import pytest
 
-from vedette import Detections, Gaussian, MotionModel, Space
-from vedette_standard.estimators import cloud as clouds
+from vedette import Detections, Gaussian, MotionModel, Space, filters
 from vedette_standard.estimators.auxiliary import AuxiliaryParticles
 from vedette_standard.estimators.bootstrap import BootstrapParticles
-from vedette_standard.estimators.cloud import Cloud
 from vedette_standard.estimators.imm import Imm
 from vedette_standard.estimators.kalman import Kalman
 from vedette_standard.motion.constant_velocity import ConstantVelocity
@@ -105,11 +103,11 @@ def test_means_are_without_bias(kind):
 
 def test_convergence_bites(monkeypatch):
     """Likelihoods that are too sharp, or points that do not move, are not the Kalman filter's."""
-    real = clouds.likelihoods
-    monkeypatch.setattr(clouds, "likelihoods", lambda *args: 1.3 * real(*args))
+    real = filters.point_likelihoods
+    monkeypatch.setattr(filters, "point_likelihoods", lambda *args: 1.3 * real(*args))
     assert np.any(errors(BootstrapParticles, 4000, 30, np.random.default_rng(13)) > 0.1)
-    monkeypatch.setattr(clouds, "likelihoods", real)
-    monkeypatch.setattr(clouds, "chosen", lambda log_weights, offset: np.zeros(log_weights.shape, dtype=np.intp))
+    monkeypatch.setattr(filters, "point_likelihoods", real)
+    monkeypatch.setattr(filters, "resample", lambda log_weights, offset: np.zeros(log_weights.shape, dtype=np.intp))
     assert np.any(errors(BootstrapParticles, 4000, 30, np.random.default_rng(13)) > 0.1)
 
 
@@ -195,18 +193,18 @@ def test_systematic_resampling_keeps_every_point_its_share():
     weights = rng.dirichlet(np.full(50, 0.3), size=(2, 3))
     log_weights = np.log(np.maximum(weights, 1e-300))
     offset = rng.random((2, 3))
-    index = clouds.chosen(log_weights, offset)
+    index = filters.resample(log_weights, offset)
     for i in np.ndindex(2, 3):
         counts = np.bincount(index[i], minlength=50)
         assert np.all(np.abs(counts - 50 * weights[i]) < 1)
-        np.testing.assert_array_equal(index[i], clouds.chosen(log_weights[i], offset[i]))
+        np.testing.assert_array_equal(index[i], filters.resample(log_weights[i], offset[i]))
 
 
 def test_the_effective_number_decides():
     even, one = np.full((1, 100), -np.log(100)), np.log(np.full((1, 100), 1e-6))
     one[0, 3] = np.log(1 - 99e-6)
-    assert not clouds.too_few(even, 0.99)[0]
-    assert clouds.too_few(one, 0.02)[0]
+    assert not filters.too_few(even, 0.99)[0]
+    assert filters.too_few(one, 0.02)[0]
 
 
 @each
@@ -232,6 +230,7 @@ class Turning(MotionModel):
     """A model that re-expresses its beliefs."""
 
     kind = "test_turning"
+    reframes = True
     state = LINE
 
     def move(self, x, dt):
@@ -253,6 +252,6 @@ def test_models_that_turn_their_frame_are_refused(kind):
 def test_points_on_a_circle_average_on_it():
     circle = Space.of(course="rad mod 2pi")
     points = np.array([[[np.pi - 0.1], [-np.pi + 0.1], [np.pi - 0.02], [-np.pi + 0.02]]])
-    found = clouds.moments(Cloud(points, np.log(np.full((1, 4), 0.25))), circle, Space())
+    found = filters.particle_moments(filters.Particles(points, np.log(np.full((1, 4), 0.25))), circle, Space())
     assert abs(found.mean[0, 0]) == pytest.approx(np.pi)
     assert found.cov[0, 0, 0] == pytest.approx((0.1**2 + 0.02**2) / 2)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from vedette import Detections, Gaussian, Pose
-from vedette.filters.gaussian import linearised
+from vedette.filters import evaluate_linearised
 from vedette_standard.sensors.biased import Biased
 from vedette_standard.sensors.cartesian_position import CartesianPosition
 from vedette_standard.sensors.range_bearing import RangeBearing
@@ -107,5 +107,5 @@ def test_an_update_learns_a_bias_with_the_place_known():
     mean = np.array([[800.0, 500.0, 0.0]])
     belief = Gaussian(mean, np.diag([1e-6, 1e-6, 0.05**2])[None])
     z = RangeBearing(10.0, 1e-6).measure(mean[:, :2]) + [0.0, -0.033]
-    told = linearised(belief, sensor.observes, sensor, Detections.of(z), 1.0)
+    told = evaluate_linearised(belief, sensor.observes, sensor, Detections.of(z), 1.0)
     np.testing.assert_allclose(told.detail.shift[0, 0, 2], -0.033, rtol=1e-5)

@@ -5,7 +5,7 @@ from attrs import evolve, frozen
 from hypothesis import strategies as st
 
 from vedette import Gaussian, kernels
-from vedette.filters.gaussian import Hypotheses
+from vedette.filters import Hypotheses
 from vedette_standard.associators.nearest import Nearest
 from vedette_standard.estimators.extended import ExtendedKalman
 from vedette_standard.estimators.kalman import Kalman
@@ -61,9 +61,14 @@ LINEAR = {"motion": st.just(CV(0.5))}
 DRIFT = np.random.default_rng(7)
 
 
-def fresh_points(self, belief, dt, rng, combined=None):
-    moved = EKF.predict(self, belief, dt, rng, combined)
+def fresh_points(self, belief, dt, rng):
+    moved = EKF.predict(self, belief, dt, rng)
     return Gaussian(moved.mean + DRIFT.normal(0, 1e-3, moved.mean.shape), moved.cov)
+
+
+def jittered(self, belief, dt, rng):
+    after = EKF.predict(self, belief, dt, rng)
+    return Gaussian(after.mean + 1e-9 * rng.standard_normal(after.mean.shape), after.cov)
 
 
 def iterated(self, belief, innovation, weights):
@@ -84,16 +89,16 @@ class Shared:
 ESTIMATORS = [
     ("dynamax's iterated update", KF, "equals_joint_conditioning", {"update": iterated}, LINEAR),
     ("no process noise", KF, "equals_joint_conditioning",
-     {"predict": lambda s, b, dt, rng, c=None: predicted(s, b, dt, lambda F, Q: (F, 0 * Q))}, LINEAR),
+     {"predict": lambda s, b, dt, rng: predicted(s, b, dt, lambda F, Q: (F, 0 * Q))}, LINEAR),
     ("process noise twice", EKF, "equals_joint_conditioning",
-     {"predict": lambda s, b, dt, rng, c=None: predicted(s, b, dt, lambda F, Q: (F, 2 * Q))}, LINEAR),
+     {"predict": lambda s, b, dt, rng: predicted(s, b, dt, lambda F, Q: (F, 2 * Q))}, LINEAR),
     ("F transposed", KF, "equals_joint_conditioning",
-     {"predict": lambda s, b, dt, rng, c=None: predicted(s, b, dt, lambda F, Q: (F.T, Q))}, LINEAR),
+     {"predict": lambda s, b, dt, rng: predicted(s, b, dt, lambda F, Q: (F.T, Q))}, LINEAR),
     ("a gain of nine tenths", EKF, "equals_joint_conditioning",
      {"evaluate": lambda s, b, z, d, g: change_detail(i := EKF.evaluate(s, b, z, d, g), shift=0.9 * i.detail.shift)},
      LINEAR),
     ("weights of the points for another kappa", UKF, "equals_joint_conditioning",
-     {"predict": lambda s, b, dt, rng, c=None: UKF.predict(s, wider(b, 4 / 5), dt, rng, c)}, LINEAR),
+     {"predict": lambda s, b, dt, rng: UKF.predict(s, wider(b, 4 / 5), dt, rng)}, LINEAR),
     ("Joseph's form missing", EKF, "covariances_survive_a_long_run", {"evaluate": without_joseph}, LINEAR),
     ("covariance not kept symmetric", EKF, "covariances_survive_a_long_run",
      {"update": lambda s, b, i, w: Gaussian((a := EKF.update(s, b, i, w)).mean, a.cov * np.triu(np.full((4, 4), 1 + 1e-8)) +
@@ -111,7 +116,7 @@ ESTIMATORS = [
      {"evaluate": lambda s, b, z, d, g: evolve(i := UKF.evaluate(s, b, z, d, g), loglik=i.loglik + np.log(2 * np.pi) *
                                                len(z.measurement) / 2 * (np.arange(i.loglik.shape[-1]) > 0))}, LINEAR),
     ("noise over no time", EKF, "no_time_changes_nothing",
-     {"predict": lambda s, b, dt, rng, c=None: wider(EKF.predict(s, b, dt, rng, c), 1.001)}, LINEAR),
+     {"predict": lambda s, b, dt, rng: wider(EKF.predict(s, b, dt, rng), 1.001)}, LINEAR),
     ("a miss widens", EKF, "a_missed_scan_equals_prediction",
      {"update": lambda s, b, i, w: wider(EKF.update(s, b, i, w), 1.01 if w.shape[-1] == 1 else 1.0)}, LINEAR),
     ("takes the nearest whatever its weight", EKF, "returns_of_weight_zero_change_nothing",
@@ -121,11 +126,13 @@ ESTIMATORS = [
      {"update": lambda s, b, i, w: EKF.update(s, b, i, w * (f := np.r_[1, 1.1, np.ones(w.shape[-1] - 2)]) /
                                               (w * f).sum(-1, keepdims=True) if w.shape[-1] > 1 else w)}, LINEAR),
     ("one track's covariance for all", EKF, "batches_as_it_loops",
-     {"predict": lambda s, b, dt, rng, c=None: Gaussian(EKF.predict(s, b, dt, rng, c).mean,
+     {"predict": lambda s, b, dt, rng: Gaussian(EKF.predict(s, b, dt, rng).mean,
                                                         np.broadcast_to(b.cov.reshape(-1, 4, 4)[0], b.cov.shape))}, LINEAR),
     ("writes into the belief", EKF, "pure",
-     {"predict": lambda s, b, dt, rng, c=None: EKF.predict(s, Gaussian(b.mean.__iadd__(1e-3), b.cov), dt, rng, c)}, LINEAR),
+     {"predict": lambda s, b, dt, rng: EKF.predict(s, Gaussian(b.mean.__iadd__(1e-3), b.cov), dt, rng)}, LINEAR),
     ("the seed ignored", EKF, "pure", {"predict": fresh_points}, LINEAR),
+    ("another prediction each time", EKF, "predicts_the_same_again", {"predict": fresh_points}, LINEAR),
+    ("draws and does not say so", EKF, "draws_only_if_it_says_so", {"predict": jittered}, LINEAR),
     ("start without correlations", EKF, "starts_at_its_prior",
      {"start": lambda s, p, a, rng: Gaussian((b := EKF.start(s, p, a, rng)).mean, b.cov * np.eye(4))}, LINEAR),
     ("start by position in the list", EKF, "starts_at_its_prior",
@@ -135,10 +142,10 @@ ESTIMATORS = [
     ("posterior too sure by a third", UKF, "nees_and_nis_fit_matched_truth",
      {"update": lambda s, b, i, w: wider(UKF.update(s, b, i, w), 0.67)}, LINEAR),
     ("a fiftieth of the process noise", EKF, "nees_and_nis_fit_matched_truth",
-     {"predict": lambda s, b, dt, rng, c=None: predicted(s, b, dt, lambda F, Q: (F, 0.02 * Q))},
+     {"predict": lambda s, b, dt, rng: predicted(s, b, dt, lambda F, Q: (F, 0.02 * Q))},
      {"motion": st.just(CV(60.0))}),
     ("a belief with a shared array", EKF, "tracks_come_and_go",
      {"start": lambda s, p, a, rng: Shared(EKF.start(s, p, a, rng), np.zeros(1)),
-      "predict": lambda s, b, dt, rng, c=None: Shared(EKF.predict(s, b.belief, dt, rng, c), b.extra),
+      "predict": lambda s, b, dt, rng: Shared(EKF.predict(s, b.belief, dt, rng), b.extra),
       "moments": lambda s, b: b.belief}, LINEAR),
 ]  # fmt: skip

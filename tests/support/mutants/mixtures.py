@@ -35,7 +35,7 @@ def taken_together(self, belief):
 
 def chain(matrix_of):
     """The prediction with other mode probabilities."""
-    return lambda s, b, dt, rng, c=None: b if dt == 0 else Modes(Imm.predict(s, b, dt, rng, c).beliefs, matrix_of(s, b))
+    return lambda s, b, dt, rng: b if dt == 0 else Modes(Imm.predict(s, b, dt, rng).beliefs, matrix_of(s, b))
 
 
 def likely_alone(self, belief, innovation, weights):

@@ -27,6 +27,9 @@ MUTANTS = [
 
 def mutant(base, methods):
     """A subclass of a component, which is final for everybody but this test, with something wrong."""
+    declared = {"gaussian_belief": False} if {"start", "moments"} & set(methods) else {}
+    declared |= {"reframes": True} if "reframe" in methods else {}
+    methods = declared | methods
     return attrs.frozen(type(f"{base.__name__}Mutant", (base,), dict(methods)))
 
 

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from attrs import evolve
 
+from vedette.filters import predicted
 from vedette.metrics.consistency import nees
 from vedette.roles import Estimator
 from vedette.space import Space
@@ -35,7 +36,7 @@ def covariances_survive_a_long_run(estimator: Estimator[Any], drawn: Scene) -> N
 
     Noises of the measurement are 1e-6 to 1e6 times what the motion adds, and the prior is 1e6 times the larger.
     """
-    not_if_it_draws(estimator, drawn, "none of its draws may lie where so sharp a return says")
+    not_if_it_draws(estimator, "none of its draws may lie where so sharp a return says")
     rng = drawn.rng()
     observes = Space(drawn.watch.observes.axes[:1])
     started(estimator, drawn, rng)
@@ -43,7 +44,7 @@ def covariances_survive_a_long_run(estimator: Estimator[Any], drawn: Scene) -> N
     mean = np.broadcast_to(drawn.prior.mean[0, :1], (13, 1, n))
     tight = Gaussian(mean, np.broadcast_to(1e-12 * np.eye(n), (13, 1, n, n)))
     added = estimator.moments(
-        estimator.predict(estimator.start(with_zero_variance(estimator, tight), estimator.state, rng), 1.0, rng)
+        predicted(estimator, estimator.start(with_zero_variance(estimator, tight), estimator.state, rng), 1.0, rng)
     ).cov
     noise = np.logspace(-6, 6, 13) * np.median(added[..., i, i])
     wide = np.maximum(noise[:, None, None, None], added) * 1e6
@@ -52,7 +53,7 @@ def covariances_survive_a_long_run(estimator: Estimator[Any], drawn: Scene) -> N
     watch = Watch(observes, np.eye(1))
     R, valid = noise[:, None, None, None], np.ones((13, 1), dtype=bool)
     for step in range(drawn.steps):
-        belief = estimator.predict(belief, 1.0, rng)
+        belief = predicted(estimator, belief, 1.0, rng)
         centre = estimator.moments(belief).mean[..., i : i + 1]
         # Every third scan a second, almost equal look follows at once: nothing is left to learn, the subtraction is all.
         for _ in range(2 if step % 3 == 0 else 1):
@@ -98,7 +99,7 @@ def nees_and_nis_fit_matched_truth(estimator: Estimator[Any], drawn: Scene) -> N
     belief = estimator.start(many, state, rng)
     errors, shocks = [], []
     for scan in range(1, scans + 1):
-        belief = estimator.predict(belief, float(times[scan] - times[scan - 1]), rng)
+        belief = predicted(estimator, belief, float(times[scan] - times[scan - 1]), rng)
         z = watch.measure(truth[:, scan, where]) + rng.standard_normal((runs, m)) @ root.T
         detections = Detections(watch.measurement.canonical(z)[:, None], np.ones((runs, 1), dtype=bool))
         innovation = estimator.evaluate(belief, watch, detections, 1.0 - 1e-12)

@@ -6,7 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from vedette.filters import predicted
 from vedette.roles import Estimator
+from vedette.sampling.generators import NO_DRAWS
 from vedette.space import Axis, Space
 from vedette.testing.judging import Closed, demand, frozen_copy, same
 from vedette.testing.law import Law
@@ -15,12 +17,12 @@ from vedette.testing.laws.scene import (
     P_GATE,
     Scene,
     after_scan,
+    ahead,
     alike,
     holdable,
     innovation_of,
     mixture_moments,
     not_if_it_draws,
-    predicted,
     soft,
     started,
     sure,
@@ -39,7 +41,7 @@ def pure(estimator: Estimator[Any], drawn: Scene) -> None:
         start = started(estimator, drawn, rng)
         before = estimator.moments(start)
         kept = Gaussian(np.array(before.mean), np.array(before.cov))
-        belief = estimator.predict(start, drawn.dt, rng)
+        belief = predicted(estimator, start, drawn.dt, rng)
         innovation = innovation_of(estimator, belief, drawn)
         after = estimator.update(belief, innovation, frozen_copy(soft(innovation.loglik, drawn.seed)))
         same("start after predict: mean", estimator.moments(start).mean, kept.mean, 0.0)
@@ -50,10 +52,32 @@ def pure(estimator: Estimator[Any], drawn: Scene) -> None:
             same(f"{name} again", value, first.setdefault(name, np.array(value)), 0.0)
 
 
+def predicts_the_same_again(estimator: Estimator[Any], drawn: Scene) -> None:
+    """From the same belief, with equal generators, it predicts the same."""
+    start = started(estimator, drawn, drawn.rng())
+    one, other = (estimator.moments(predicted(estimator, start, drawn.dt, drawn.rng())) for _ in range(2))
+    same("mean predicted again", other.mean, one.mean, 0.0)
+    same("cov predicted again", other.cov, one.cov, 0.0)
+
+
+def draws_only_if_it_says_so(estimator: Estimator[Any], drawn: Scene) -> None:
+    """It takes numbers from the generator only if it declares `draws`."""
+    if estimator.draws:
+        raise Closed("it declares `draws`")
+    try:
+        belief = ahead(estimator, drawn, NO_DRAWS)
+        estimator.smooth_step(belief, belief, drawn.later, NO_DRAWS)
+    except NotImplementedError:  # it cannot smooth
+        return
+    except TypeError as error:
+        demand("declare `draws" not in str(error), str(error))
+        raise
+
+
 def batches_as_it_loops(estimator: Estimator[Any], drawn: Scene) -> None:
     """Runs and tracks in one batch give what each gives alone."""
-    not_if_it_draws(estimator, drawn, "a run in a batch is given other draws than one alone")
-    whole = predicted(estimator, drawn, drawn.rng())
+    not_if_it_draws(estimator, "a run in a batch is given other draws than one alone")
+    whole = ahead(estimator, drawn, drawn.rng())
     innovation = innovation_of(estimator, whole, drawn)
     weights = soft(innovation.loglik, drawn.seed)
     after = estimator.moments(estimator.update(whole, innovation, weights))
@@ -62,7 +86,7 @@ def batches_as_it_loops(estimator: Estimator[Any], drawn: Scene) -> None:
         for track in range(2):
             prior = Gaussian(drawn.prior.mean[run, track : track + 1], drawn.prior.cov[run, track : track + 1])
             rng = drawn.rng()
-            belief = estimator.predict(estimator.start(prior, estimator.state, rng), drawn.dt, rng)
+            belief = predicted(estimator, estimator.start(prior, estimator.state, rng), drawn.dt, rng)
             alone = estimator.evaluate(belief, drawn.watch, detections, P_GATE)
             chosen = weights[run, track : track + 1]
             wanted = estimator.moments(estimator.update(belief, alone, chosen))
@@ -73,7 +97,7 @@ def batches_as_it_loops(estimator: Estimator[Any], drawn: Scene) -> None:
 
 def tracks_come_and_go(estimator: Estimator[Any], drawn: Scene) -> None:
     """A belief's tracks can be taken and joined: every array of it leads with the batch axes and the tracks."""
-    belief = predicted(estimator, drawn, drawn.rng())
+    belief = ahead(estimator, drawn, drawn.rng())
     wanted = estimator.moments(belief)
     swapped = estimator.moments(trees.take(belief, np.array([1, 0]), 1))
     same("mean of swapped tracks", swapped.mean, wanted.mean[:, ::-1])
@@ -98,9 +122,9 @@ def starts_at_its_prior(estimator: Estimator[Any], drawn: Scene) -> None:
 
 def no_time_changes_nothing(estimator: Estimator[Any], drawn: Scene) -> None:
     """A prediction over no time returns the belief as it is."""
-    belief = predicted(estimator, drawn, drawn.rng())
+    belief = ahead(estimator, drawn, drawn.rng())
     wanted = estimator.moments(belief)
-    again = estimator.predict(belief, 0.0, drawn.rng())
+    again = predicted(estimator, belief, 0.0, drawn.rng())
     alike(estimator, again, wanted, 1e-12)
     probability, before = estimator.mode_prob(again), estimator.mode_prob(belief)
     if probability is not None and before is not None:
@@ -109,7 +133,7 @@ def no_time_changes_nothing(estimator: Estimator[Any], drawn: Scene) -> None:
 
 def a_missed_scan_equals_prediction(estimator: Estimator[Any], drawn: Scene) -> None:
     """Where detection does not depend on the state, a scan without returns says nothing."""
-    belief = predicted(estimator, drawn, drawn.rng())
+    belief = ahead(estimator, drawn, drawn.rng())
     none = Detections(drawn.seen.z[:, :0], drawn.seen.valid[:, :0])
     innovation = estimator.evaluate(belief, drawn.watch, none, P_GATE)
     demand(
@@ -122,13 +146,13 @@ def a_missed_scan_equals_prediction(estimator: Estimator[Any], drawn: Scene) -> 
 
 def returns_of_weight_zero_change_nothing(estimator: Estimator[Any], drawn: Scene) -> None:
     """A return that is surely not the track's leaves it as a miss does."""
-    belief = predicted(estimator, drawn, drawn.rng())
+    belief = ahead(estimator, drawn, drawn.rng())
     alike(estimator, after_scan(estimator, belief, drawn.watch, drawn.seen, 0), estimator.moments(belief), 1e-9)
 
 
 def order_of_returns_is_free(estimator: Estimator[Any], drawn: Scene) -> None:
     """Returns in another order, with their weights, give the same belief."""
-    belief = predicted(estimator, drawn, drawn.rng())
+    belief = ahead(estimator, drawn, drawn.rng())
     innovation = innovation_of(estimator, belief, drawn)
     weights = soft(innovation.loglik, drawn.seed)
     wanted = estimator.moments(estimator.update(belief, innovation, weights))
@@ -139,14 +163,14 @@ def order_of_returns_is_free(estimator: Estimator[Any], drawn: Scene) -> None:
 
 def a_miss_has_its_probability(estimator: Estimator[Any], drawn: Scene) -> None:
     """Column 0 is log(1 - P_D P_G): a return outside the gate is missed too."""
-    innovation = innovation_of(estimator, predicted(estimator, drawn, drawn.rng()), drawn)
+    innovation = innovation_of(estimator, ahead(estimator, drawn, drawn.rng()), drawn)
     wanted = np.log(1.0 - drawn.watch.probability * P_GATE)
     same("loglik of a miss", innovation.loglik[..., 0], np.full((2, 2), wanted), 1e-9, 1.0)
 
 
 def return_likelihood_is_a_density(estimator: Estimator[Any], drawn: Scene) -> None:
     """Over all measurements, the likelihood of a return integrates to the detection probability."""
-    belief = predicted(estimator, drawn, drawn.rng())
+    belief = ahead(estimator, drawn, drawn.rng())
     moments = estimator.moments(belief)
     axis = drawn.watch.observes.axes[:1]
     observes = Space(axis)
@@ -170,8 +194,8 @@ def return_likelihood_is_a_density(estimator: Estimator[Any], drawn: Scene) -> N
 
 def soft_weights_give_the_mixtures_moments(estimator: Estimator[Any], drawn: Scene) -> None:
     """Under soft weights the belief has the moments of its hypotheses, the spread of their means included."""
-    not_if_it_draws(estimator, drawn, "each hypothesis may be given its own")
-    belief = predicted(estimator, drawn, drawn.rng())
+    not_if_it_draws(estimator, "each hypothesis may be given its own")
+    belief = ahead(estimator, drawn, drawn.rng())
     innovation = innovation_of(estimator, belief, drawn)
     weights = soft(innovation.loglik, drawn.seed)
     each = [estimator.moments(estimator.update(belief, innovation, sure(weights, i))) for i in range(3)]
@@ -181,6 +205,8 @@ def soft_weights_give_the_mixtures_moments(estimator: Estimator[Any], drawn: Sce
 
 LAWS = (
     Law(pure),
+    Law(predicts_the_same_again),
+    Law(draws_only_if_it_says_so),
     Law(batches_as_it_loops),
     Law(tracks_come_and_go),
     Law(starts_at_its_prior),

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from vedette.filters import predicted
 from vedette.roles import Estimator
 from vedette.space import Array
 from vedette.testing.judging import same
@@ -14,9 +15,9 @@ from vedette.testing.laws.scene import (
     P_GATE,
     Scene,
     after_scan,
+    ahead,
     alike,
     linear_motion,
-    predicted,
     started,
     sure,
 )
@@ -31,7 +32,7 @@ def equals_joint_conditioning(estimator: Estimator[Any], drawn: Scene) -> None:
     scans = ((drawn.dt, drawn.watch, drawn.seen), (drawn.later, drawn.other, drawn.others))
     logs = []
     for dt, watch, detections in scans:
-        belief = estimator.predict(belief, dt, drawn.rng())
+        belief = predicted(estimator, belief, dt, drawn.rng())
         innovation = estimator.evaluate(belief, watch, detections, P_GATE)
         logs.append(innovation.loglik[..., 1])
         belief = estimator.update(belief, innovation, sure(innovation.loglik, 1))
@@ -70,13 +71,13 @@ def _log_normal(x: Array, cov: Array) -> float:
 def order_of_sensors_is_free(estimator: Estimator[Any], drawn: Scene) -> None:
     """If exact when linear: two independent sensors at one time may report in any order."""
     linear_motion(estimator)
-    belief = predicted(estimator, drawn, drawn.rng())
+    belief = ahead(estimator, drawn, drawn.rng())
     pairs = ((drawn.watch, drawn.seen), (drawn.other, drawn.others))
     ends = []
     for order in (pairs, pairs[::-1]):
         after = belief
         for watch, detections in order:
-            after = after_scan(estimator, estimator.predict(after, 0.0, drawn.rng()), watch, detections)
+            after = after_scan(estimator, predicted(estimator, after, 0.0, drawn.rng()), watch, detections)
         ends.append(estimator.moments(after))
     alike(estimator, ends[1], ends[0], 1e-7)
 

@@ -7,16 +7,17 @@ from typing import Any
 import numpy as np
 from attrs import evolve
 
+from vedette.filters import predicted
 from vedette.roles import Estimator
 from vedette.testing.judging import Closed, demand, same
 from vedette.testing.law import Law
 from vedette.testing.laws.scene import (
     P_GATE,
     Scene,
+    ahead,
     alike,
     innovation_of,
     mixture_moments,
-    predicted,
     soft,
     sure,
 )
@@ -38,7 +39,7 @@ def modes_follow_their_chain(estimator: Estimator[Any], drawn: Scene) -> None:
     modes = modes_of(estimator)
     if not modes:
         raise Closed("it is no mixture of modes")
-    found = estimator.mode_prob(predicted(estimator, drawn, drawn.rng()))
+    found = estimator.mode_prob(ahead(estimator, drawn, drawn.rng()))
     demand(found is not None, "mode_prob: must be the probabilities of the modes, got None")
     wanted = initial_of(estimator) @ chain_of(estimator, drawn.dt)
     same("mode probabilities", np.asarray(found), np.broadcast_to(wanted, (2, 2, len(modes))), 1e-9, 1.0)
@@ -47,9 +48,9 @@ def modes_follow_their_chain(estimator: Estimator[Any], drawn: Scene) -> None:
 def first_scan_is_the_exact_mixture(estimator: Estimator[Any], drawn: Scene) -> None:
     """If a mixture: up to the first scan nothing was merged, so modes and moments are Bayes' rule over the modes."""
     modes = _like_modes(estimator)
-    belief = predicted(estimator, drawn, drawn.rng())
+    belief = ahead(estimator, drawn, drawn.rng())
     c = initial_of(estimator) @ chain_of(estimator, drawn.dt)
-    parts = [mode.predict(mode.start(drawn.prior, mode.state, drawn.rng()), drawn.dt, drawn.rng()) for mode in modes]
+    parts = [predicted(mode, mode.start(drawn.prior, mode.state, drawn.rng()), drawn.dt, drawn.rng()) for mode in modes]
     c_all = np.broadcast_to(c, (2, 2, len(modes)))
     priors = [mode.moments(part) for mode, part in zip(modes, parts, strict=True)]
     alike(estimator, belief, mixture_moments(estimator.state, c_all, priors), 1e-8, "predicted ")
@@ -80,7 +81,7 @@ def equal_modes_are_one(estimator: Estimator[Any], drawn: Scene) -> None:
     for each in (twins, one):
         belief = each.start(prior, one.state, drawn.rng())
         for dt in (drawn.dt, drawn.later):
-            belief = each.predict(belief, dt, drawn.rng())
+            belief = predicted(each, belief, dt, drawn.rng())
             innovation = each.evaluate(belief, drawn.watch, drawn.seen, P_GATE)
             belief = each.update(belief, innovation, soft(innovation.loglik, drawn.seed))
         ends.append(each.moments(belief))

@@ -9,7 +9,7 @@ from attrs import frozen
 from hypothesis import strategies as st
 
 from vedette.roles import MotionModel
-from vedette.sampling.trajectories import draw_states, factor
+from vedette.sampling.trajectories import draw_states, psd_root
 from vedette.space import Array
 from vedette.testing.bands import judge_standard_normal
 from vedette.testing.judging import Closed, covariance, demand, finite, frozen_copy, is_derivative, same
@@ -135,7 +135,7 @@ def noise_matches_draws(model: MotionModel, drawn: Moves) -> None:
     times = np.array([0.0, 0.5, 1.0] if model.divisible and model.linear else [0.0, 1.0]) * drawn.dt
     there = draw_states(model, x, times, rng, (20 * drawn.runs,))[:, -1]
     error = model.state.difference(there, model.state.canonical(model.move(x, drawn.dt)))
-    root = factor(_full(model.noise(x, drawn.dt), x, 2))
+    root = psd_root(_full(model.noise(x, drawn.dt), x, 2))
     free = np.diagonal(root) > 0
     within = np.linalg.lstsq(root[:, free], error.T, rcond=None)[0].T
     left = error - within @ root[:, free].T

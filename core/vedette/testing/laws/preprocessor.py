@@ -7,7 +7,7 @@ from attrs import frozen
 from hypothesis import strategies as st
 
 from vedette.roles import Preprocessor
-from vedette.sampling.trajectories import factor
+from vedette.sampling.trajectories import psd_root
 from vedette.space import Array
 from vedette.testing.judging import covariance, demand, finite, frozen_copy, same
 from vedette.testing.law import Law, Profile
@@ -35,7 +35,7 @@ def _raw(preprocessor: Preprocessor, k: int, seed: int) -> Raw:
     for name, sensor in preprocessor.sensors.items():
         x = sizes(sensor.observes) * rng.uniform(-1.0, 1.0, (k, len(sensor.observes)))
         m = len(sensor.measurement)
-        root = factor(np.broadcast_to(sensor.noise(x), (k, m, m)))
+        root = psd_root(np.broadcast_to(sensor.noise(x), (k, m, m)))
         noise = (root @ rng.standard_normal((k, m, 1)))[..., 0]
         z = sensor.measurement.displace(sensor.measure(x), noise)
         full[name] = _scan(name, z, k)

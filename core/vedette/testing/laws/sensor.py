@@ -8,11 +8,11 @@ import numpy as np
 from attrs import frozen
 from hypothesis import strategies as st
 
-from vedette.filters.gaussian import linearised
+from vedette.filters import evaluate_linearised
 from vedette.metrics.consistency import nees
 from vedette.roles import Sensor
 from vedette.sampling.detections import returns
-from vedette.sampling.trajectories import factor
+from vedette.sampling.trajectories import psd_root
 from vedette.space import Array, Axis, Space
 from vedette.testing.bands import judge_frequency, judge_standard_normal
 from vedette.testing.judging import Closed, covariance, demand, finite, frozen_copy, is_derivative, same
@@ -145,8 +145,8 @@ def further_axes_change_nothing(sensor: Sensor, drawn: Looks) -> None:
     detections = Detections.of(drawn.z)
     with np.errstate(all="ignore"):
         narrow = Gaussian(drawn.x, wide[:, where, :][..., where])
-        alone = linearised(narrow, own, sensor, detections, 0.99)
-        among = linearised(Gaussian(mean, wide), more, sensor, detections, 0.99)
+        alone = evaluate_linearised(narrow, own, sensor, detections, 0.99)
+        among = evaluate_linearised(Gaussian(mean, wide), more, sensor, detections, 0.99)
     size = np.where(np.isfinite(alone.loglik), np.abs(alone.loglik), 0.0) + 1.0
     same("log-likelihood", among.loglik, alone.loglik, 1e-6, size)
 
@@ -157,7 +157,7 @@ def returns_match_the_model(sensor: Sensor, drawn: Looks) -> None:
     runs = 20 * drawn.runs
     many = np.broadcast_to(x, (runs, *x.shape))
     z, seen = returns(sensor, many, rng.random((runs, 1)), rng.standard_normal((runs, 1, m)))
-    root = factor(_noise(sensor, x)[0])
+    root = psd_root(_noise(sensor, x)[0])
     spread = np.sqrt(np.diagonal(root @ root.T))
     periods = np.array([np.inf if axis.period is None else axis.period for axis in sensor.measurement.axes])
     if np.all(spread < 0.07 * periods):  # else the noise itself wraps

@@ -1,0 +1,63 @@
+"""What a camera's frame says about tracks, taken as one detection each."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vedette import kernels
+from vedette.filters.detections import make_innovation
+from vedette.filters.gaussian import Hypotheses
+from vedette.filters.memo import embedded
+from vedette.roles import ImagingSensor, Sensor
+from vedette.space import Array, Space
+from vedette.types import Frame, Gaussian, Innovation
+
+
+def evaluate_frame(
+    belief: Gaussian, state: Space, sensor: Sensor, frame: Frame, p_gate: float, passes: int = 1, least: float = 0.0
+) -> Innovation:
+    """Return what a frame says about each track, as one detection, linearised anew in each of up to `passes` passes.
+
+    With p = H x the apparent position, S = H P H', e how far the point of linearisation is from the expected one, and
+    q = g + J e: x+ = x- + P H' (I + J S)^-1 q, P+ in Joseph's form with the gain K = P H' (I + J S)^-1 J. No inverse of J is
+    taken, so a frame without information (J = 0) leaves the belief as it is. The squared distance is that of the sufficient
+    statistic J^-1 q, whose covariance is J^-1 + S: it has as many degrees of freedom as there are apparent axes, not pixels.
+    Passes end when no track's point moves by more than `least` standard deviations of the update.
+    """
+    assert isinstance(sensor, ImagingSensor)
+    where = state.locate(sensor.observes)
+    x, m = belief.mean[..., where], len(sensor.measurement)
+    slope = sensor.jacobian(x)
+    H = embedded(slope, where, len(state))
+    cross = belief.cov @ np.swapaxes(H, -1, -2)
+    S = H @ cross
+    expected = sensor.measure(x)
+    at = sensor.seek(x, belief.cov[..., where, :][..., where], frame)
+    for _ in range(passes):
+        J, g, llr = sensor.information(x, frame, at)
+        e = sensor.measurement.difference(sensor.measure(at), expected)
+        Je = _times(J, e)
+        q = g + Je
+        shrink = np.linalg.inv(np.eye(m) + J @ S)
+        pull = _times(shrink, q)
+        shift = _times(cross, pull)
+        before, at = at, state.displace(belief.mean, shift)[..., where]
+        if np.max(np.abs(at - before), initial=0.0) <= least:
+            break
+    loglik = llr - np.sum((g + 0.5 * Je) * e, axis=-1) + 0.5 * np.sum(_times(S, pull) * q, axis=-1)
+    log_det = np.linalg.slogdet(np.eye(m) + J @ S)[1]
+    distance = np.sum(_times(np.linalg.pinv(J, hermitian=True), q) * pull, axis=-1)
+    gain = cross @ shrink
+    keep = np.eye(len(state)) - gain @ J @ H
+    post = keep @ belief.cov @ np.swapaxes(keep, -1, -2) + gain @ J @ np.swapaxes(gain, -1, -2)
+    shift[..., where] += sensor.learn(at, frame) - at
+    log_volume = 0.5 * (log_det - kernels.safe_log(np.linalg.det(J)))
+    detail = Hypotheses(shift[..., None, :], kernels.symmetric(post)[..., None, :, :])
+    likely = (loglik - 0.5 * log_det)[..., None]
+    return make_innovation(sensor, x, p_gate, likely, distance[..., None], log_volume[..., None], detail)
+
+
+def _times(matrix: Array, vector: Array) -> Array:
+    """(*b, p, q) times (*b, q) -> (*b, p)"""
+    product: Array = (matrix @ vector[..., None])[..., 0]
+    return product

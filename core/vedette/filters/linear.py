@@ -1,0 +1,67 @@
+"""Prediction and evaluation by the derivatives of motion and sensor at the mean, as the Kalman filters do it."""
+
+from __future__ import annotations
+
+from vedette import kernels
+from vedette.filters.detections import Prepared, make_innovation, prepare
+from vedette.filters.frames import evaluate_frame
+from vedette.filters.gaussian import Hypotheses, new_hypotheses
+from vedette.filters.memo import Memo, embedded
+from vedette.roles import MotionModel, Sensor
+from vedette.space import Array, Space
+from vedette.types import Detections, Frame, Gaussian, Innovation, new_gaussian, new_innovation
+
+
+def predict_linearised(belief: Gaussian, motion: MotionModel, dt: float, memo: Memo | None = None) -> Gaussian:
+    """Return the belief `dt` > 0 s later, by the motion's derivative at each track's mean: P- = F P F' + Q.
+
+    `memo`: the filter's own, so that the matrices of a linear motion are taken once per dt.
+    """
+    x = belief.mean
+    if motion.linear:
+        return new_gaussian(*kernels.predict(x, belief.cov, *(memo or Memo()).step(motion, x, dt)))
+    return Gaussian(motion.move(x, dt), kernels.propagate(belief.cov, motion.jacobian(x, dt), motion.noise(x, dt)))
+
+
+def evaluate_linearised(
+    belief: Gaussian, state: Space, sensor: Sensor, observed: Detections | Frame, p_gate: float, memo: Memo | None = None
+) -> Innovation:
+    """Return what a scan says about each track, by the sensor's derivative at the track's mean; its detail is `Hypotheses`.
+
+    `state`: the axes of `belief`. `memo`: the filter's own, so that the matrices of a linear sensor are taken once.
+    """
+    if not isinstance(observed, Detections):
+        return evaluate_frame(belief, state, sensor, observed, p_gate)
+    memo = memo or Memo()
+    constants = memo.last
+    if constants is None or constants.sensor is not sensor:
+        constants = memo.constants(state, sensor, belief.mean)
+    x = belief.mean[constants.where]
+    H = embedded(sensor.jacobian(x), constants.where[-1], len(state)) if constants.H is None else constants.H
+    if observed.missing is not None:
+        ready = prepare(sensor, observed, sensor.measure(x), sensor.noise(x))
+        return evaluate_each(belief, ready, H[..., None, :, :], x, p_gate)
+    R = constants.R if observed.noise is None else observed.noise[..., None, :, :, :]
+    if R is None:
+        R = sensor.noise(x)[..., None, :, :]
+    p_detect = sensor.detects(x) if constants.p_detect is None else constants.p_detect
+    loglik, distance, log_volume, shift, post = kernels.evaluate_returns(
+        belief.cov, observed.z, sensor.measure(x), H, R, p_detect, p_gate, constants.periods
+    )
+    return new_innovation(loglik, distance, log_volume, distance, new_hypotheses(shift, post))
+
+
+def evaluate_each(belief: Gaussian, detections: Prepared, H: Array, x: Array, p_gate: float) -> Innovation:
+    """Return what prepared detections say, with a derivative H (*b, t, 1|k, m, n) over the whole state for each of them.
+
+    `x` (*b, t, n): the axes that the sensor observes, where its detection probability is taken.
+    """
+    loglik, distance, log_volume, shift, post = kernels.evaluate(
+        belief.cov[..., None, :, :],
+        detections.residuals[..., None, :],
+        detections.rows(H),
+        detections.noise[..., None, :, :],
+    )
+    detail = Hypotheses(shift[..., 0, :], post[..., 0, :, :])
+    likely = loglik[..., 0] + detections.log_constant
+    return make_innovation(detections.sensor, x, p_gate, likely, distance[..., 0], log_volume[..., 0], detail)

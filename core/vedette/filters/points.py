@@ -1,0 +1,71 @@
+"""Filters that carry a belief through motion and sensor by points: the unscented filter and its kin."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+
+import numpy as np
+from attrs import frozen
+
+from vedette import kernels
+from vedette.filters.detections import make_innovation, prepare
+from vedette.filters.gaussian import GaussianFilter, Hypotheses
+from vedette.roles import Sensor
+from vedette.space import Array
+from vedette.types import Detections, Frame, Gaussian, Innovation
+
+
+@frozen
+class PointFilter(GaussianFilter):
+    """A Gaussian filter that predicts and evaluates by the moments of 2n+1 points; the noises are additive.
+
+    Points: the mean, and the mean +- the columns of the Cholesky factor of (n + kappa) P, weights kappa / (n + kappa) and
+    1 / (2 (n + kappa)), n counting the axes with variance. kappa >= 0 makes every weight positive and every covariance PSD.
+    """
+
+    @property
+    @abstractmethod
+    def kappa(self) -> float:
+        """Weight of the central point, times n + kappa."""
+
+    def offsets(self, belief: Gaussian) -> tuple[Array, Array]:
+        """Return the points' offsets from the mean (*b, t, s, n), 0 on axes without variance, and their weights (s,)."""
+        free = [i for i, axis in enumerate(self.state.axes) if axis.name not in self.zero_variance]
+        spread, weights = kernels.sigma_points(belief.cov[..., free, :][..., free], self.kappa)
+        offsets = np.zeros((*spread.shape[:-1], len(self.state)))
+        offsets[..., free] = spread
+        return offsets, weights
+
+    def predict(self, belief: Gaussian, dt: float, rng: np.random.Generator) -> Gaussian:
+        """Return the belief `dt` s later; the noise is taken at the mean."""
+        if dt == 0:
+            return belief
+        offsets, weights = self.offsets(belief)
+        points = self.state.displace(belief.mean[..., None, :], offsets)
+        mean, apart = self.state.mean(self.motion.move(points, dt), weights)
+        spread = np.swapaxes(apart * weights[:, None], -1, -2) @ apart
+        return Gaussian(mean, kernels.symmetric(spread) + self.motion.noise(belief.mean, dt))
+
+    def cross_covariance(self, belief: Gaussian, dt: float) -> Array:
+        """Return the covariance (*b, t, n, n) of the points and of where they move."""
+        offsets, weights = self.offsets(belief)
+        points = self.state.displace(belief.mean[..., None, :], offsets)
+        _, apart = self.state.mean(self.motion.move(points, dt), weights)
+        return np.swapaxes(offsets * weights[:, None], -1, -2) @ apart
+
+    def evaluate(self, belief: Gaussian, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
+        """Return what each detection says about each track, by the moments of the points' measurements."""
+        assert isinstance(observed, Detections)
+        where = self.state.locate(sensor.observes)
+        dx, weights = self.offsets(belief)
+        points = self.state.displace(belief.mean[..., None, :], dx)
+        expected, dz = sensor.measurement.mean(sensor.measure(points[..., where]), weights)
+        x = belief.mean[..., where]
+        ready = prepare(sensor, observed, expected, sensor.noise(x))
+        if ready.present is None:
+            found = kernels.evaluate_points(dx, dz, weights, ready.residuals, ready.noise)
+            return make_innovation(sensor, x, p_gate, *found[:3], Hypotheses(*found[3:]))
+        dz, nu, R = ready.columns(dz[..., None, :, :]), ready.residuals[..., None, :], ready.noise[..., None, :, :]
+        loglik, distance, log_volume, shift, post = kernels.evaluate_points(dx[..., None, :, :], dz, weights, nu, R)
+        likely, detail = loglik[..., 0] + ready.log_constant, Hypotheses(shift[..., 0, :], post[..., 0, :, :])
+        return make_innovation(sensor, x, p_gate, likely, distance[..., 0], log_volume[..., 0], detail)
