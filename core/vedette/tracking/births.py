@@ -71,9 +71,8 @@ def claimed(weights: Array, exclusive: bool) -> Array:
 
     Where no two tracks share a return, the events exclude each other and add; else they are taken as independent.
     """
-    if exclusive:
-        return np.minimum(np.sum(weights, axis=-2), 1.0)
-    return 1.0 - np.prod(1.0 - weights, axis=-2)
+    some: Array = np.minimum(np.sum(weights, axis=-2), 1.0) if exclusive else 1.0 - np.prod(1.0 - weights, axis=-2)
+    return some
 
 
 def _joined(tracker: Tracker, state: State, newborn: Newborn, rng: np.random.Generator) -> State:
