@@ -77,6 +77,8 @@ from attrs import frozen
 import vedette
 from vedette import fields
 
+VEDETTE_CONTRACT = 2
+
 
 @frozen
 class Drift(vedette.MotionModel):

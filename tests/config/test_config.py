@@ -137,7 +137,7 @@ def test_a_part_can_be_narrower_than_its_role(registry: Registry) -> None:
     walker.construct(Pair, parameters(Pair), given, "", set())
     estimator, sensor = map(str, walker.problems)
     assert estimator.startswith("estimator.kind: unknown kind 'kalmann'; did you mean 'kalman'?")
-    assert sensor.startswith("sensor.kind: unknown kind 'cartesian_position'")
+    assert sensor.startswith("sensor.kind: must be a Wide, and 'cartesian_position' is none;")
 
 
 def test_files_of_all_formats_say_the_same(tmp_path: Path, registry: Registry) -> None:

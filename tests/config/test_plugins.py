@@ -1,4 +1,4 @@
-"""One broken plugin harms no other."""
+"""A faulty plugin is set aside with its reason and harms nobody; asking for what it brings tells the reason in full."""
 
 from __future__ import annotations
 
@@ -6,113 +6,215 @@ import json
 import os
 import subprocess
 import sys
-import tomllib
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from vedette import ConfigError, PluginError, Registry
-from vedette.roles import CONTRACT
+import vedette
+from vedette import ConfigError, Registry
+from vedette.cli import main
+from vedette.config.contract import OLD_NAMES
+from vedette.config.parameters import ROLES
 
 Distribution = Callable[[str, str, str], Path]
-PLUGIN = '''
-from typing import ClassVar
-import numpy as np
-from attrs import frozen
-import vedette
-from vedette import fields
+Source = Callable[..., str]
 
-VEDETTE_CONTRACT = {contract}
 
-@frozen
-class {name}(vedette.MotionModel):
-    """Drifts with the current.
+def config(kind: str = "constant_velocity", estimator: str = "kalman") -> dict[str, Any]:
+    return {
+        "estimator": {"kind": estimator, "motion": {"kind": kind, "sigma_accel": 1.0}},
+        "sensors": {"radar": {"kind": "cartesian_position", "sigma": 5.0}},
+        "associator": {"kind": "nearest"},
+        "birth": {"kind": "from_returns", "spread": {"vx": 10.0, "vy": 10.0}},
+        "lifecycle": {"kind": "m_of_n"},
+    }
 
-    By a third party.
-    """
 
-    kind: ClassVar[str] = "{kind}"
-    current: float = fields.quantity("m/s", "speed of the water", at_least=0)
+def changed(old: str, new: str) -> Callable[[str], str]:
+    def change(source: str) -> str:
+        assert old in source
+        return source.replace(old, new)
 
-    @property
-    def state(self) -> vedette.Space:
-        return vedette.Space.of(x="m", y="m")
+    return change
 
-    def move(self, x, dt):
-        return x + self.current * dt
 
-    def noise(self, x, dt):
-        return dt * np.eye(2)
+CURRENT = 'fields.quantity("m/s", "speed of the water", at_least=0)'
+OLD_METHOD = "def settle(self, own, combined): ...\n\n    def noise("
+UNTOLD = "__import__('attrs').field(converter=str, factory=object)"
+FAULTS: dict[str, tuple[Callable[[str], str], str]] = {
+    "another contract": (changed("CONTRACT = 2", "CONTRACT = 1"), "it is written for version 1 of the contract"),
+    "no contract": (changed("VEDETTE_CONTRACT = 2", ""), "it does not state the version of the contract"),
+    "no hook": (changed("@vedette.plugin", ""), "it has no function `vedette_components`"),
+    "a wrong hook": (changed("vedette_components()", "vedette_components(config)"), "its hook does not fit"),
+    "an unknown hook": (changed("vedette_components()", "vedette_component()"), "its hook does not fit"),
+    "a failing hook": (changed("return [Drift]", "return [1 / 0]"), "it failed: ZeroDivisionError: division by zero"),
+    "a silent hook": (changed("return [Drift]", "return"), "its function `vedette_components` returns nothing"),
+    "not a class": (changed("return [Drift]", "return [Drift, 3]"), "3 is not a class"),
+    "no role": (changed("return [Drift]", "return [Drift, dict]"), "dict plays none of the roles"),
+    "incomplete": (changed("def move(", "def moves("), "Drift is incomplete; a motion must also define move"),
+    "not attrs": (changed("@frozen\n", ""), "Drift is not an attrs class"),
+    "not frozen": (changed("@frozen\n", "@__import__('attrs').define\n"), "Drift is not frozen"),
+    "not frozen, no slots": (changed("@frozen\n", "@__import__('attrs').mutable(slots=False)\n"), "Drift is not frozen"),
+    "an old name": (changed("def noise(", OLD_METHOD), "`settle`.* contract 2 it is `reframe`"),
+    "an unchecked parameter": (changed(CURRENT, "3.0"), "current: nothing checks"),
+    "an untold default": (changed(CURRENT, UNTOLD), "Drift: current: its default cannot be told: a config cannot hold"),
+}  # fmt: skip
 
-@vedette.plugin
-def vedette_components():
-    return [{name}]
-'''
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_faulty_plugin_is_set_aside_and_harms_no_other(fault: str, distribution: Distribution, drifting: Source) -> None:
+    change, reason = FAULTS[fault]
+    distribution("bad-dist", "vedette_test_bad", change(drifting()))
+    distribution("good-dist", "vedette_test_good", drifting("Tide", "tide"))
+    registry = Registry.installed()
+    assert registry.get("motion", "tide").distribution == "good-dist"
+    assert registry.find("motion", "drift") is None
+    vedette.build(config())
+    with pytest.raises(ConfigError, match=rf"plugin 'main' of bad-dist 1\.0 is set aside: .*({reason})"):
+        registry.get("motion", "drift")
+
+
+def test_a_kind_whose_plugin_is_set_aside_is_told_where_a_config_asks_for_it(
+    distribution: Distribution, drifting: Source
+) -> None:
+    distribution("bad-dist", "vedette_test_bad", drifting().replace("def move(", "def moves("))
+    with pytest.raises(ConfigError) as caught:
+        vedette.build(config("drift"))
+    reason = "plugin 'main' of bad-dist 1.0 is set aside: Drift is incomplete; a motion must also define move"
+    assert str(caught.value) == f"estimator.motion.kind: {reason}"
+    with pytest.raises(ConfigError) as caught:
+        vedette.build(config("constant_velocty"))
+    assert "bad-dist" not in str(caught.value), "what it would bring is known, and it is not this"
+
+
+def test_the_cause_of_a_plugin_that_cannot_be_imported_is_told_whole_and_before_any_list(distribution: Distribution) -> None:
+    cause = "the library of tides needs " + "a very long explanation " * 30 + "and ends here"
+    distribution("foo-dist", "vedette_test_broken", f"raise ImportError({cause!r})\n")
+    distribution("quit-dist", "vedette_test_quits", "raise SystemExit(3)\n")
+    with pytest.raises(ConfigError) as caught:
+        vedette.build(config("tide"))
+    told = str(caught.value)
+    assert f"plugin 'main' of foo-dist 1.0 could not be imported: ImportError: {cause}" in told
+    assert "plugin 'main' of quit-dist 1.0 could not be imported: SystemExit: 3" in told
+    assert told.index("ends here") < told.index("installed: ")
+
+
+def test_a_kind_that_two_third_parties_bring_is_of_neither(distribution: Distribution, drifting: Source) -> None:
+    distribution("one-dist", "vedette_test_one", drifting("One"))
+    distribution("other-dist", "vedette_test_other", drifting("Other"))
+    registry = Registry.installed()
+    both = r"one-dist 1.0 \(vedette_test_one.One\) and by other-dist 1.0 \(vedette_test_other.Other\), so neither is used"
+    with pytest.raises(ConfigError, match=both):
+        registry.get("motion", "drift")
+    with pytest.raises(ConfigError, match=f"^estimator.motion.kind: the motion kind 'drift' is brought by {both}"):
+        vedette.build(config("drift"), registry)
+    vedette.build(config(), registry)
+
+
+def test_a_stranger_does_not_replace_a_kind_of_vedettes(distribution: Distribution, drifting: Source) -> None:
+    distribution("one-dist", "vedette_test_one", drifting(kind="constant_velocity"))
+    with pytest.raises(
+        ConfigError, match=r"'constant_velocity' is brought by one-dist 1\.0 .* and by vedette .*, so neither"
+    ):
+        vedette.build(config())
+    assert Registry.installed().find("motion", "constant_acceleration") is not None
+
+
+def test_one_class_that_two_plugins_name_is_one_kind(distribution: Distribution, drifting: Source) -> None:
+    distribution("one-dist", "vedette_test_one", drifting("One"))
+    distribution("other-dist", "vedette_test_other", "from vedette_test_one import *\n")
+    registry = Registry.installed()
+    assert (registry.clashes, registry.broken) == ((), ())
+    assert registry.get("motion", "drift").cls.__name__ == "One"
+
+
+OLD = [(role, old) for role, names in OLD_NAMES.items() for old in names if not hasattr(ROLES[role], old)]
+
+
+@pytest.mark.parametrize(("role", "old"), OLD)
+def test_a_name_of_contract_1_is_refused_in_its_role_alone(role: str, old: str) -> None:
+    abstract = type("Old", (ROLES[role],), {old: None, "kind": "old"})
+    with pytest.raises(vedette.PluginError, match=f"Old defines `{old}`, a name of contract 1"):
+        Registry.of(abstract)
+    other = type("Other", (ROLES["source" if role != "source" else "motion"],), {old: None, "kind": "old"})
+    with pytest.raises(vedette.PluginError, match="incomplete"):
+        Registry.of(other)
 
 
 @pytest.fixture
-def distribution(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Distribution:
-    """A folder on the import path that looks as if pip had installed distributions there from their pyproject.toml."""
-    monkeypatch.syspath_prepend(str(tmp_path))
-
-    def install(name: str, module: str, source: str) -> Path:
-        project = f'[project]\nname = "{name}"\nversion = "1.0"\n[project.entry-points.vedette]\nmain = "{module}"\n'
-        points = tomllib.loads(project)["project"]["entry-points"]["vedette"]
-        (tmp_path / f"{module}.py").write_text(source)
-        info = tmp_path / f"{name.replace('-', '_')}-1.0.dist-info"
-        info.mkdir()
-        (info / "pyproject.toml").write_text(project)
-        (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n")
-        lines = [f"{key} = {value}" for key, value in points.items()]
-        (info / "entry_points.txt").write_text("\n".join(["[vedette]", *lines, ""]))
-        monkeypatch.delitem(sys.modules, module, raising=False)
-        return tmp_path
-
-    return install
+def three(distribution: Distribution, drifting: Source) -> None:
+    """Install a plugin of another contract, one that cannot be imported, and one that takes a name of Vedette's own."""
+    distribution("old-dist", "vedette_test_old", drifting(contract=1))
+    distribution("foo-dist", "vedette_test_broken", "import not_there\n")
+    distribution("one-dist", "vedette_test_one", drifting(kind="singer"))
 
 
-def drifting(name: str = "Drift", kind: str = "drift", contract: int = CONTRACT) -> str:
-    return PLUGIN.format(name=name, kind=kind, contract=contract)
-
-
-def test_a_broken_plugin_harms_no_other_and_is_told_when_something_is_missing(distribution: Distribution) -> None:
-    distribution("foo-dist", "vedette_test_broken", "import a_library_that_is_not_there\n")
-    distribution("quit-dist", "vedette_test_quits", "raise SystemExit(3)\n")
-    distribution("bad-hook", "vedette_test_hook", "import vedette\n@vedette.plugin\ndef vedette_components(): 1 / 0\n")
-    distribution("drift-dist", "vedette_test_drift", drifting())
-    registry = Registry.installed()
-    assert registry.get("motion", "constant_velocity").distribution == "vedette"
-    assert registry.get("motion", "drift").distribution == "drift-dist"
-    with pytest.raises(ConfigError) as caught:
-        registry.get("motion", "tide")
-    told = str(caught.value)
-    assert "plugin 'main' of foo-dist 1.0 could not be imported: ModuleNotFoundError" in told
-    assert "plugin 'main' of quit-dist 1.0 could not be imported: SystemExit: 3" in told
-    assert "plugin 'main' of bad-hook 1.0 could not be imported: ZeroDivisionError" in told
-
-
-@pytest.mark.parametrize(
-    ("source", "message"),
-    [
-        (drifting(kind="constant_velocity"), "'constant_velocity' is taken twice: by one-dist 1.0 .* and by vedette "),
-        (drifting(contract=CONTRACT + 1), f"one-dist 1.0: is written for version {CONTRACT + 1} of the contract"),
-        ("VEDETTE_CONTRACT = 2\n", "one-dist 1.0: vedette_test_one has no function `vedette_components`"),
-        ("import vedette\n@vedette.plugin\ndef vedette_components(config): return []\n", "its hook does not fit"),
-        (drifting().replace("def move", "def moves"), "Drift of one-dist 1.0: is incomplete; .* define move$"),
-    ],
+REASONS = (
+    "plugin 'main' of old-dist 1.0 is set aside: it is written for version 1 of the contract",
+    "plugin 'main' of foo-dist 1.0 could not be imported: ModuleNotFoundError: No module named 'not_there'",
+    "the motion kind 'singer' is brought by one-dist 1.0 (vedette_test_one.Drift) and by vedette ",
 )
-def test_a_plugin_that_breaks_the_contract_is_named(distribution: Distribution, source: str, message: str) -> None:
-    distribution("one-dist", "vedette_test_one", source)
-    with pytest.raises(PluginError, match=message):
-        Registry.installed()
 
 
-def test_two_third_parties_that_take_one_kind_are_both_named(distribution: Distribution) -> None:
-    distribution("one-dist", "vedette_test_one", drifting("One"))
-    distribution("other-dist", "vedette_test_other", drifting("Other"))
-    with pytest.raises(PluginError, match=r"one-dist 1.0 \(vedette_test_one.One\) and by other-dist 1.0 \(vedette_test_oth"):
-        Registry.installed()
+@pytest.mark.usefixtures("three")
+@pytest.mark.parametrize("command", [["info"], ["components"], ["components", "associator"]])
+def test_listings_tell_every_reason(command: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(command) == 0
+    told = capsys.readouterr().out
+    assert [reason for reason in REASONS if reason not in told] == []
+
+
+@pytest.mark.usefixtures("three")
+def test_listings_in_json_tell_every_reason(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["components", "--json"]) == 0
+    listed = json.loads(capsys.readouterr().out)
+    assert [plugin["distribution"] for plugin in listed["broken"]] == ["foo-dist 1.0", "old-dist 1.0"]
+    assert [(clash["role"], clash["kind"], len(clash["bringers"])) for clash in listed["clashes"]] == [
+        ("motion", "singer", 2)
+    ]
+    assert main(["info", "--json"]) == 0
+    assert len(json.loads(capsys.readouterr().out)["unused"]) == 3
+
+
+@pytest.mark.usefixtures("three")
+@pytest.mark.parametrize(("kind", "place"), [("drift", 0), ("tide", 1), ("singer", 2)])
+def test_check_tells_the_reason(kind: str, place: int, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["check", kind]) == 2
+    assert REASONS[place] in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("three")
+def test_a_run_without_them_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("vedette.commands.run.can_draw", lambda: False)
+    path = _scene(tmp_path)
+    assert main(["run", str(path), "--out", str(tmp_path / "out")]) == 0
+
+
+def test_a_plugin_that_fails_to_write_its_files_does_not_take_the_others_with_it(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    distribution: Distribution,
+    drifting: Source,
+) -> None:
+    monkeypatch.setattr("vedette.commands.run.can_draw", lambda: False)
+    hook = "\n@vedette.plugin\ndef vedette_files(folder):\n    {}\n"
+    distribution("bad-dist", "vedette_test_bad", drifting() + hook.format("raise ValueError('no ink')"))
+    distribution("fine-dist", "vedette_test_fine", drifting("Tide", "tide") + hook.format("return ['tides.txt']"))
+    assert main(["run", str(_scene(tmp_path)), "--out", str(tmp_path / "out")]) == 0
+    told = capsys.readouterr()
+    assert "tides.txt" in told.out
+    assert told.err == "vedette: plugin 'main' of bad-dist 1.0: its vedette_files failed: ValueError: no ink\n"
+
+
+def _scene(folder: Path) -> Path:
+    ship = {"start": [0, 100], "speed": 8.0}
+    source = {"kind": "simulation", "duration": 5, "looks": {"radar": {"interval": 1.0}}, "ships": {"one": ship}}
+    path = folder / "scene.json"
+    path.write_text(json.dumps({**config(), "source": source}))
+    return path
 
 
 USES_IT = """
@@ -123,7 +225,9 @@ print(json.dumps([vedette.to_config(tracker), entry.describe()]))
 """
 
 
-def test_a_third_partys_motion_model_works_in_a_config_of_another_process(distribution: Distribution) -> None:
+def test_a_third_partys_motion_model_works_in_a_config_of_another_process(
+    distribution: Distribution, drifting: Source
+) -> None:
     folder = distribution("drift-dist", "vedette_test_drift", drifting())
     distribution("foo-dist", "vedette_test_broken", "raise RuntimeError('half installed')\n")
     config = {

@@ -63,6 +63,8 @@ STILL = """
 import attrs, vedette
 from vedette_standard.associators.pda import Pda
 
+VEDETTE_CONTRACT = 2
+
 @vedette.plugin
 def vedette_components():
     return [attrs.make_class("Own", {}, (vedette.Associator,), frozen=True, class_body={

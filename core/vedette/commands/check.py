@@ -9,7 +9,8 @@ from types import ModuleType
 
 from vedette.cli import complain
 from vedette.config.parameters import role_of
-from vedette.config.registry import Registry, did_you_mean
+from vedette.config.registry import Registry
+from vedette.config.suggestions import did_you_mean
 from vedette.errors import ConfigError, PluginError, Problem
 from vedette.roles import Component
 
@@ -33,14 +34,18 @@ def classes_of(subject: str, registry: Registry) -> list[type[Component]]:
     kinds = [entry.cls for entry in registry if subject == entry.kind]
     if kinds:
         return kinds
+    if unused := registry.unused(subject):
+        raise ConfigError([Problem(subject, reason) for reason in unused])
     name, _, one = subject.partition(":")
     try:
         module = import_module(name)
     except ModuleNotFoundError as error:
         if error.name is None or not (name == error.name or name.startswith(f"{error.name}.")):
             raise PluginError(f"{name}: cannot be imported: {error}") from error
-        text = f"is neither an installed kind nor a module;{did_you_mean(subject, [entry.kind for entry in registry])}"
-        raise ConfigError([Problem(subject, f"{text} `vedette components` lists the kinds")]) from None
+        hints = did_you_mean(subject, [entry.kind for entry in registry])
+        hints += "".join(f" {cause};" for cause in registry.unreadable())
+        text = f"is neither an installed kind nor a module;{hints} `vedette components` lists the kinds"
+        raise ConfigError([Problem(subject, text)]) from None
     found = _components(module)
     if one:
         found = [cls for cls in found if cls.__name__ == one]

@@ -19,17 +19,28 @@ def run(arguments: Namespace) -> int:
     registry = Registry.installed()
     entries = registry.entries if arguments.role is None else registry.of_role(arguments.role)
     if arguments.json:
-        broken = [
-            {"distribution": plugin.distribution, "entry_point": plugin.entry_point, "error": plugin.error}
-            for plugin in registry.broken
-        ]
-        print(json.dumps({"components": [_described(entry) for entry in entries], "broken": broken}, indent=2))
+        found = {"components": [_described(entry) for entry in entries], **_unused(registry)}
+        print(json.dumps(found, indent=2))
         return 0
     for line in _listing(entries):
         print(line)
-    for plugin in registry.broken:
-        print(f"\nbroken: {plugin}")
+    for reason in registry.reasons():
+        print(f"\nbroken: {reason}")
     return 0
+
+
+def _unused(registry: Registry) -> dict[str, Any]:
+    """Return what is there and not used, as plain data."""
+    return {
+        "broken": [
+            {"distribution": plugin.distribution, "entry_point": plugin.entry_point, "error": plugin.error}
+            for plugin in registry.broken
+        ],
+        "clashes": [
+            {"role": clash.role, "kind": clash.kind, "bringers": [entry.bringer for entry in clash.entries]}
+            for clash in registry.clashes
+        ],
+    }
 
 
 def _described(entry: Installed) -> dict[str, Any]:

@@ -15,20 +15,23 @@ _LIBRARIES = ("numpy", "scipy", "attrs", "pluggy", "opencv-python-headless", "ma
 
 def run(arguments: Namespace) -> int:
     """Print versions, kernels and plugins, as text or as JSON."""
+    registry = Registry.installed()
     facts = {
         "vedette": version("vedette"),
         "python": f"{platform.python_version()} on {platform.machine()}",
         "kernels": kernels.RUNNING,
         "values": "made by compiled code" if values.COMPILED else "made by Python",
         "libraries": {name: found for name in _LIBRARIES if (found := _version(name)) is not None},
-        "plugins": _plugins(),
+        "plugins": _plugins(registry),
+        "unused": registry.reasons(),
     }
     if arguments.json:
         print(json.dumps(facts))
         return 0
     for name, fact in facts.items():
-        told = ", ".join(f"{part} {what}" for part, what in fact.items()) if isinstance(fact, dict) else fact
-        print(f"{name + ':':11}{told}")
+        for line in fact if isinstance(fact, list) else [fact]:
+            told = ", ".join(f"{part} {what}" for part, what in line.items()) if isinstance(line, dict) else line
+            print(f"{name + ':':11}{told}")
     return 0
 
 
@@ -39,11 +42,9 @@ def _version(name: str) -> str | None:
         return None
 
 
-def _plugins() -> dict[str, str]:
-    """Distribution to how many components it brings; a broken one to what is wrong with it."""
-    registry = Registry.installed()
+def _plugins(registry: Registry) -> dict[str, str]:
+    """Return of each distribution how many components it brings."""
     counts: dict[str, int] = {}
     for entry in registry:
         counts[entry.distribution] = counts.get(entry.distribution, 0) + 1
-    found = {name: f"({count} components)" for name, count in counts.items()}
-    return found | {plugin.distribution: f"is broken: {plugin.error}" for plugin in registry.broken}
+    return {name: f"({count} component{'s' * (count > 1)})" for name, count in counts.items()}

@@ -43,7 +43,10 @@ def run(arguments: Namespace) -> int:
         written += write_smoothed(folder, experiment, smoothed)
     if can_draw():
         written += write_pictures(folder, experiment, result)
-    written += write_of_plugins(folder, experiment, result)
+    further, problems = write_of_plugins(folder, experiment, result)
+    written += further
+    for problem in problems:
+        print(f"vedette: {problem}", file=sys.stderr)
     took = timings(result)
     print(text)
     if took["seconds_per_scan"] is not None:

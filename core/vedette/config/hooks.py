@@ -1,11 +1,11 @@
 """The door that every component comes through, Vedette's own included.
 
-A plugin is a module, named by an entry point in the group `vedette`, that implements the first hook, perhaps the second, and
-may state the version of the contract it was written for::
+A plugin is a module, named by an entry point in the group `vedette`, that states the version of the contract it was written
+for and implements the first hook, perhaps the second::
 
     import vedette
 
-    VEDETTE_CONTRACT = 1
+    VEDETTE_CONTRACT = 2
 
     @vedette.plugin
     def vedette_components():

@@ -8,8 +8,9 @@ from typing import Any
 
 from attrs import frozen
 
-from vedette.config.registry import Registry, did_you_mean, nearest
+from vedette.config.registry import Registry
 from vedette.config.renames import renamed_path
+from vedette.config.suggestions import did_you_mean, nearest
 from vedette.config.walker import LONGEST, below, told
 from vedette.errors import ConfigError, Problem
 

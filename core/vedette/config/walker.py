@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 import attrs
 from attrs import field, frozen
 
+from vedette.config.contract import Installed
 from vedette.config.parameters import (
     Leaf,
     Many,
@@ -22,7 +23,8 @@ from vedette.config.parameters import (
     in_words,
     parameters,
 )
-from vedette.config.registry import Registry, did_you_mean, nearest
+from vedette.config.registry import Registry
+from vedette.config.suggestions import did_you_mean, nearest
 from vedette.errors import ConfigError, Problem, VedetteError
 
 T = TypeVar("T")
@@ -198,10 +200,18 @@ class Walker:
             return self.fail(at_kind, f"must be {right}, got {told(kind)}")
         entry = next((entry for entry in candidates if entry.kind == kind), None)
         if entry is None:
-            return self.fail(at_kind, self.registry.unknown(kind, candidates))
+            self.problems.append(Problem(at_kind, self._why_not(shape, kind, candidates)))  # never cut: it holds the cause
+            return FAILED
         known = ["kind", *(parameter.name for parameter in entry.parameters)]
         meant = self.check_names(given, known, place, repr(kind))
         return self.construct(entry.cls, entry.parameters, given, place, meant)
+
+    def _why_not(self, shape: Part, kind: str, candidates: list[Installed]) -> str:
+        """Why a kind cannot stand here: it is not installed, or of the role but not of the narrower base that is wanted."""
+        if self.registry.find(shape.role, kind) is None:
+            return self.registry.unknown(shape.role, kind, candidates)
+        kinds = ", ".join(entry.kind for entry in candidates)
+        return f"must be a {shape.base.__name__}, and {kind!r} is none; installed: {kinds or 'none'}"
 
 
 def _converted(attribute: attrs.Attribute[Any], given: Any) -> Any:

@@ -14,7 +14,8 @@ from attrs import field, frozen
 from vedette.config import apply_overrides, load
 from vedette.config.files import read_file
 from vedette.config.parameters import plain
-from vedette.config.registry import Registry, did_you_mean
+from vedette.config.registry import Registry
+from vedette.config.suggestions import did_you_mean
 from vedette.errors import ConfigError, Problem
 from vedette.experiment import Experiment
 from vedette.montecarlo.chunk import goes_together

@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from vedette.config import to_config
-from vedette.errors import ConfigError, Problem
+from vedette.config.plugins import load_plugins
+from vedette.errors import ConfigError, Problem, VedetteError
 from vedette.experiment import Experiment, Result
 from vedette.io import write_recording, write_tracks_csv, write_tracks_jsonl
 from vedette.io.atomic import whole_file
@@ -44,24 +45,18 @@ def write_files(folder: Path, experiment: Experiment, result: Result, figures: M
     return ["tracks.csv", "tracks.jsonl", "recording.jsonl", "config.json", "summary.json", "summary.txt"]
 
 
-def write_of_plugins(folder: Path, experiment: Experiment, result: Result) -> list[str]:
-    """What plugins leave of a run, by their hook `vedette_files`; returns the names."""
-    from importlib.metadata import entry_points
-
-    import pluggy
-
-    from vedette.config import hooks
-    from vedette.config.registry import GROUP
-
-    manager = pluggy.PluginManager(GROUP)
-    manager.add_hookspecs(hooks)
-    for point in sorted(entry_points(group=GROUP), key=lambda point: point.name):
+def write_of_plugins(folder: Path, experiment: Experiment, result: Result) -> tuple[list[str], list[Problem]]:
+    """Have plugins write what they leave of a run, by their hook `vedette_files`; return the names, and what went wrong."""
+    names, problems = [], []
+    for plugin in load_plugins()[0]:
         try:
-            manager.register(point.load())
-        except Exception:  # told where its kinds are asked for; here it has no file to leave
-            continue
-    found = manager.hook.vedette_files(folder=folder, experiment=experiment, result=result)
-    return [name for names in reversed(found) for name in names]
+            found = plugin.hooks.vedette_files(folder=folder, experiment=experiment, result=result)
+            names += [name for written in found for name in written]
+        except (OSError, VedetteError):
+            raise
+        except Exception as error:
+            problems.append(Problem(str(plugin), f"its vedette_files failed: {type(error).__name__}: {error}"))
+    return names, problems
 
 
 def write_pictures(folder: Path, experiment: Experiment, result: Result) -> list[str]:

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from hypothesis.errors import HypothesisException, Unsatisfiable
 
 from vedette.config.parameters import ROLES, role_of
-from vedette.config.registry import did_you_mean
+from vedette.config.suggestions import did_you_mean
 from vedette.filters import contradiction
 from vedette.roles import Component
 from vedette.testing.judging import Closed, Misuse

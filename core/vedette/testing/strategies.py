@@ -15,7 +15,8 @@ from hypothesis import reject
 from hypothesis import strategies as st
 
 from vedette.config.parameters import Leaf, Many, Maybe, Names, Parameter, Part, Shape, Table, holds_parts, parameters
-from vedette.config.registry import Registry, did_you_mean
+from vedette.config.registry import Registry
+from vedette.config.suggestions import did_you_mean
 from vedette.roles import Component
 from vedette.testing.judging import Misuse
 

@@ -5,6 +5,7 @@ from attrs import frozen
 
 import vedette
 
+VEDETTE_CONTRACT = 2
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(8)
 
 

@@ -1,0 +1,145 @@
+"""What a component class must be, and what names of the first contract must not return in it unnoticed."""
+
+from __future__ import annotations
+
+import inspect
+from typing import Any
+
+from attrs import NOTHING, field, frozen
+from attrs.exceptions import FrozenInstanceError
+
+from vedette.config.parameters import ROLES, Parameter, parameters, plain, role_of, tables
+from vedette.errors import PluginError
+from vedette.filters import contradiction
+from vedette.roles import CONTRACT, Component
+
+OLD_NAMES: dict[str, dict[str, str]] = {
+    "motion": {"carried": "`zero_variance`", "settle": "`reframe`"},
+    "sensor": {"looks_at": "`observes`"},
+    "estimator": {
+        "innovate": "`evaluate`",
+        "absorb": "`update`",
+        "carried": "`zero_variance`",
+        "cross": "`cross_covariance`",
+        "retrace": "`smooth_step`",
+    },
+    "lifecycle": {
+        "newborn": "the role Birth's affair",
+        "survive": "`predict`",
+        "starts": "the role Birth's affair",
+        "lasting": "`permanent`",
+    },
+    "preprocessor": {"detect": "`process`", "illustrate": "the hook `vedette_files`"},
+    "reproduction": {"usual_runs": "`default_runs`"},
+}
+"""By role, the names of contract 1 that nothing calls any more, and what stands in their place."""
+
+
+@frozen
+class Installed:
+    """A component class, who brought it, and what it takes."""
+
+    role: str
+    kind: str
+    cls: type[Component]
+    distribution: str
+    version: str
+    parameters: tuple[Parameter, ...] = field(repr=False)
+
+    @property
+    def summary(self) -> str:
+        """The first line of the class's docstring."""
+        return inspect.cleandoc(self.cls.__doc__ or "").partition("\n")[0]
+
+    @property
+    def bringer(self) -> str:
+        """The distribution with its version, and the class."""
+        return f"{f'{self.distribution} {self.version}'.strip()} ({self.cls.__module__}.{self.cls.__qualname__})"
+
+    def describe(self) -> dict[str, Any]:
+        """Return all about it as plain data, for listings."""
+        return {
+            "role": self.role,
+            "kind": self.kind,
+            "distribution": self.distribution,
+            "version": self.version,
+            "summary": self.summary,
+            "parameters": [parameter.describe() for parameter in self.parameters],
+        }
+
+
+def check_version(module: Any) -> None:
+    """Raise PluginError unless a plugin states that it is written for this version of the contract."""
+    stated = getattr(module, "VEDETTE_CONTRACT", None)
+    if stated is None:
+        raise PluginError(
+            f"it does not state the version of the contract that it is written for; this Vedette has {CONTRACT}: "
+            f"once the plugin keeps that, write `VEDETTE_CONTRACT = {CONTRACT}` in {_name(module)}"
+        )
+    if stated != CONTRACT:
+        raise PluginError(f"it is written for version {stated} of the contract; this Vedette has {CONTRACT}")
+
+
+def _name(module: Any) -> str:
+    return str(getattr(module, "__name__", module))
+
+
+def described(cls: type[Component], distribution: str, version: str) -> Installed:
+    """Check that a class can be built from a config; PluginError says what it lacks."""
+    who = str(getattr(cls, "__qualname__", cls))
+    if not isinstance(cls, type):
+        raise PluginError(f"{who} is not a class")
+    role = role_of(cls)
+    if role is None:
+        raise PluginError(f"{who} plays none of the roles {', '.join(ROLES)}; derive it from one of their classes")
+    if old := _old_name(cls, role):
+        raise PluginError(f"{who} defines `{old}`, a name of contract 1; since contract 2 it is {OLD_NAMES[role][old]}")
+    if missing := sorted(getattr(cls, "__abstractmethods__", ())):
+        raise PluginError(f"{who} is incomplete; a {role} must also define {', '.join(missing)}")
+    if reason := contradiction(cls):
+        raise PluginError(f"{who}: {reason}")
+    if "__attrs_attrs__" not in vars(cls):
+        raise PluginError(f"{who} is not an attrs class; decorate it with @attrs.frozen")
+    if not _is_frozen(cls):
+        raise PluginError(
+            f"{who} is not frozen: its parameters could change under a tracker; decorate it with @attrs.frozen"
+        )
+    kind = getattr(cls, "kind", None)
+    if not isinstance(kind, str) or not kind:
+        raise PluginError(f"{who} has no `kind: ClassVar[str]`, the name that configs use")
+    try:
+        own = parameters(cls)
+        inner = tables(own)
+        for parameter in (*own, *(parameter for table in inner for parameter in parameters(table))):
+            _check_default(parameter)
+    except TypeError as error:
+        raise PluginError(f"{who}: {error}") from error
+    if any(parameter.name == "kind" for parameter in own):
+        raise PluginError(f"{who}: `kind` must be a ClassVar, not a parameter")
+    return Installed(role, kind, cls, distribution, version, own)
+
+
+def _old_name(cls: type, role: str) -> str | None:
+    """Return the first name of contract 1 that a class defines and its role no longer has."""
+    own = {name for base in cls.__mro__ if base.__module__ != Component.__module__ for name in vars(base)}
+    return next((old for old in OLD_NAMES.get(role, {}) if old in own and not hasattr(ROLES[role], old)), None)
+
+
+def _check_default(parameter: Parameter) -> None:
+    """Raise TypeError if a parameter has a default that no config could write: listings show it."""
+    try:
+        if parameter.default is not NOTHING:
+            plain(parameter.default)
+    except Exception as error:
+        raise TypeError(f"{parameter.name}: its default cannot be told: {error}") from error
+
+
+def _is_frozen(cls: type) -> bool:
+    """Whether attributes of an instance refuse to be set, tried on one that no constructor has seen."""
+    try:
+        setattr(object.__new__(cls), "anything", None)  # noqa: B010
+    except FrozenInstanceError:
+        return True
+    except (AttributeError, TypeError):
+        return False
+    return False

@@ -1,0 +1,139 @@
+"""Loads the plugins: what keeps the contract is used, what does not is set aside with its reason and harms no other."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+from attrs import field, frozen
+
+from vedette.config.contract import Installed, check_version, described
+from vedette.config.parameters import role_of
+from vedette.errors import PluginError
+from vedette.roles import Component
+
+if TYPE_CHECKING:
+    from importlib.metadata import Distribution, EntryPoint
+
+GROUP = "vedette"
+"""The entry point group, and the name of the pluggy project."""
+
+
+@frozen
+class Loaded:
+    """A plugin that keeps the contract: what it brings, and its hooks to call."""
+
+    distribution: str
+    entry_point: str
+    entries: tuple[Installed, ...]
+    hooks: Any = field(repr=False, eq=False)
+
+    def __str__(self) -> str:
+        return f"plugin {self.entry_point!r} of {self.distribution}"
+
+
+@frozen
+class SetAside:
+    """A plugin that is not used, and why; `kinds` are the roles and kinds that it would bring, None if that is not known."""
+
+    distribution: str
+    entry_point: str
+    error: str
+    kinds: tuple[tuple[str, str], ...] | None = None
+
+    def __str__(self) -> str:
+        return f"plugin {self.entry_point!r} of {self.distribution} {self.error}"
+
+    def brings(self, role: str, kind: str) -> bool:
+        """Whether it is known to bring this kind."""
+        return self.kinds is not None and (role, kind) in self.kinds
+
+
+def load_plugins() -> tuple[tuple[Loaded, ...], tuple[SetAside, ...]]:
+    """Load what the entry points of the group `vedette` name: the plugins to use, and those set aside."""
+    from importlib.metadata import entry_points
+
+    used: list[Loaded] = []
+    aside: list[SetAside] = []
+    points = entry_points(group=GROUP)
+    owners = {id(dist): _owner(dist) for dist in {id(point.dist): point.dist for point in points}.values()}
+    for point in sorted(points, key=lambda point: (owners[id(point.dist)], point.name)):
+        found = _load(point, *owners[id(point.dist)])
+        if isinstance(found, Loaded):
+            used.append(found)
+        else:
+            aside.append(found)
+    return tuple(used), tuple(aside)
+
+
+def _owner(dist: Distribution | None) -> tuple[str, str]:
+    """Return name and version of a distribution."""
+    if dist is None:
+        return "an unnamed distribution", ""
+    metadata = dist.metadata  # parsed anew each time that it is asked for
+    return metadata["Name"], metadata["Version"]
+
+
+def _load(point: EntryPoint, name: str, version: str) -> Loaded | SetAside:
+    """Import one plugin, call its hook and check all that it brings; whatever goes wrong there is its reason."""
+    owner = f"{name} {version}".strip()
+    try:
+        module = point.load()
+    except (Exception, SystemExit) as error:
+        return SetAside(owner, point.name, f"could not be imported: {_reason(error)}")
+    kinds = None
+    try:
+        check_version(module)
+        hooks = _hooks(module)
+        classes = _components(hooks)
+        kinds = _kinds(classes)
+        return Loaded(owner, point.name, tuple(described(cls, name, version) for cls in classes), hooks)
+    except PluginError as error:
+        reason = str(error)
+    except (Exception, SystemExit) as error:
+        reason = f"it failed: {_reason(error)}"
+    return SetAside(owner, point.name, f"is set aside: {reason}", _would_bring(module) if kinds is None else kinds)
+
+
+def _reason(error: BaseException) -> str:
+    return f"{type(error).__name__}: {' '.join(str(error).split())}"
+
+
+def _hooks(module: Any) -> Any:
+    """Return the hooks of a plugin to call, which no other plugin answers; PluginError if they do not fit."""
+    import pluggy
+
+    from vedette.config import hooks
+
+    manager = pluggy.PluginManager(GROUP)
+    manager.add_hookspecs(hooks)
+    try:
+        manager.register(module)
+        manager.check_pending()
+    except pluggy.PluginValidationError as error:
+        raise PluginError(f"its hook does not fit: {error}") from error
+    if not manager.hook.vedette_components.get_hookimpls():
+        raise PluginError("it has no function `vedette_components` marked with @vedette.plugin")
+    return manager.hook
+
+
+def _components(hooks: Any) -> list[type[Component]]:
+    """Return what the hook of a plugin brings, each class once."""
+    brought = hooks.vedette_components()
+    if not brought:
+        raise PluginError("its function `vedette_components` returns nothing")
+    return list({id(cls): cls for classes in brought for cls in classes}.values())
+
+
+def _kinds(classes: Iterable[Any]) -> tuple[tuple[str, str], ...]:
+    """Return roles and kinds of classes, as far as they say them."""
+    said = [(role_of(cls), getattr(cls, "kind", None)) for cls in classes if isinstance(cls, type)]
+    return tuple((role, kind) for role, kind in said if role is not None and isinstance(kind, str))
+
+
+def _would_bring(module: Any) -> tuple[tuple[str, str], ...] | None:
+    """Return the roles and kinds of a plugin of another contract, None if its hook does not tell."""
+    try:
+        return _kinds(_components(_hooks(module)))
+    except (Exception, SystemExit):
+        return None
