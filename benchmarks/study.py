@@ -12,12 +12,12 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from importlib.util import find_spec
 from pathlib import Path
 from time import perf_counter, process_time
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -25,6 +25,7 @@ import vedette
 from vedette.montecarlo.plan import Plan, plan
 from vedette.montecarlo.study import perform
 
+T = TypeVar("T")
 RUNS, STEPS = 100, 100
 CV = {"kind": "constant_velocity", "sigma_accel": 0.5}
 START = {"x": [0, 10], "y": [0, 10], "vx": [5, 2], "vy": [3, 2]}
@@ -125,11 +126,13 @@ def undisturbed(planned: Plan, threads: int) -> tuple[float, float]:
     """Wall time, and the same less what the working threads stood in the queue for a processor."""
     before, after, begin = queued(), dict[str, float](), perf_counter()
 
-    def advance(done: int, total: int) -> None:
-        if done == total:
-            after.update(queued())
+    def progress(runs: Sequence[T], about: str, /) -> Iterator[T]:
+        for done, run in enumerate(runs, 1):
+            if done == len(runs):
+                after.update(queued())
+            yield run
 
-    perform(planned, threads=threads, advance=advance)
+    perform(planned, threads=threads, progress=progress)
     took = perf_counter() - begin
     fresh = [after[name] for name in after if name not in before]
     main = str(os.getpid())

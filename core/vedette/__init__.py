@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from vedette.experiment import Result as Result
     from vedette.metrics import Judge as Judge
     from vedette.montecarlo.study import monte_carlo as monte_carlo
+    from vedette.progress import Progress as Progress
     from vedette.reproduction import Reproduction as Reproduction
     from vedette.roles import Associator as Associator
     from vedette.roles import Birth as Birth
@@ -79,6 +80,7 @@ _HOMES = {
     "config.hooks": ("plugin",),
     "metrics": ("Judge",),
     "config.registry": ("Registry",),
+    "progress": ("Progress",),
     "reproduction": ("Reproduction",),
     "roles": (
         *("Associator", "Birth", "Component", "Estimator", "ImagingSensor", "Lifecycle", "MotionModel", "Preprocessor"),

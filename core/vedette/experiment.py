@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
 from time import process_time
 from typing import final
 
@@ -12,6 +11,7 @@ from attrs import Factory, frozen
 from vedette import fields
 from vedette.errors import ConfigError, Problem, ScanRefused
 from vedette.metrics import Judge
+from vedette.progress import Progress, silent
 from vedette.roles import Preprocessor, Source
 from vedette.tracking.history import History
 from vedette.tracking.preprocessing import check_preprocessors, preprocess, raw_sensors
@@ -19,8 +19,6 @@ from vedette.tracking.state import State
 from vedette.tracking.tracker import Tracker
 from vedette.tracking.validation import without_bad_returns
 from vedette.types import Recording, Scan, Track
-
-Progress = Callable[[Sequence[Scan]], Iterable[Scan]]
 
 
 @frozen(eq=False)
@@ -66,7 +64,7 @@ class Experiment:
         self,
         *,
         strict: bool = False,
-        progress: Progress = iter,
+        progress: Progress = silent,
         keep_states: bool = False,
         seeds: np.random.SeedSequence | None = None,
     ) -> Result:
@@ -93,7 +91,7 @@ class Experiment:
         except ValueError as error:
             raise ConfigError([Problem("", str(error))]) from None
         refused, taken, seconds, interrupted = [*recording.refused], [], 0.0, False
-        scans = preprocess(progress(recording.scans), self.preprocessors, refused, strict=strict)
+        scans = preprocess(progress(recording.scans, "tracking"), self.preprocessors, refused, strict=strict)
         history = History(self.tracker)
         state = self.tracker.start(given, -np.inf, for_tracker)
         states: list[State] = []

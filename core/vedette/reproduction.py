@@ -6,18 +6,16 @@ Plain values; `vedette.report.reproduction` prints and draws them.
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any, ClassVar, Literal
+from collections.abc import Mapping
+from typing import ClassVar, Literal
 
 import numpy as np
 from attrs import frozen
 
+from vedette.progress import Progress
 from vedette.roles import Component
 from vedette.space import Array, Space
 from vedette.types import Gaussian
-
-Progress = Callable[[Sequence[Any], str], Iterable[Any]]
-"""Wraps what a study loops over, with a word on what it is about, to show how far it is."""
 
 Verdict = Literal["reproduced", "not reproduced", "not testable"]
 

@@ -7,8 +7,8 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Reproduction
-from vedette.reproduction import Cell, Claim, Findings, Progress, Table, mean_cell, rms_cell
+from vedette import Progress, Reproduction
+from vedette.reproduction import Cell, Claim, Findings, Table, mean_cell, rms_cell
 from vedette_flir.matched import Record, bound, information, record
 
 CASES = tuple(

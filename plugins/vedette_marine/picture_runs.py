@@ -7,8 +7,8 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Reproduction
-from vedette.reproduction import Findings, Progress
+from vedette import Progress, Reproduction
+from vedette.reproduction import Findings
 from vedette_marine import configs, outcome
 from vedette_marine.outcome import FILTERS, Record
 from vedette_marine.points import Points, see

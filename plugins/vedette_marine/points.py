@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from attrs import evolve, frozen
 
-from vedette import Array, Detections, Gaussian, Mask, Scan, Space, load
-from vedette.reproduction import Progress, over_axes
+from vedette import Array, Detections, Gaussian, Mask, Progress, Scan, Space, load
+from vedette.reproduction import over_axes
 from vedette.tracking.preprocessing import preprocessed
 from vedette_marine import configs
 from vedette_marine.ais.reports import Reports

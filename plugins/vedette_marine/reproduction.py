@@ -8,9 +8,9 @@ from typing import Any, ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Mask, Reproduction, build
+from vedette import Array, Mask, Progress, Reproduction, build
 from vedette.montecarlo.lockstep import run_together
-from vedette.reproduction import Findings, Progress
+from vedette.reproduction import Findings
 from vedette_marine import configs, outcome, scenes
 from vedette_marine.outcome import FILTERS, Record
 from vedette_marine.points import Points, by_frame_number, draw, prior

@@ -7,10 +7,10 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Experiment, Gaussian, Reproduction, Scan, Space, load
+from vedette import Array, Experiment, Gaussian, Progress, Reproduction, Scan, Space, load
 from vedette.metrics.consistency import nees
 from vedette.montecarlo.lockstep import run_together
-from vedette.reproduction import Findings, Progress, over_axes, two_point
+from vedette.reproduction import Findings, over_axes, two_point
 from vedette.sampling.detections import Bounds, draw_detections
 from vedette_target_oriented import accelerations, outcome
 from vedette_target_oriented.configs import FILTERS

@@ -8,9 +8,7 @@ from __future__ import annotations
 import argparse
 import csv
 import sys
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
-from importlib.util import find_spec
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,8 +16,8 @@ import numpy as np
 from attrs import evolve
 
 import vedette
-from vedette import ConfigError, InputError, Problem, VedetteError
-from vedette.reproduction import Progress
+from vedette import ConfigError, InputError, Problem, Progress, VedetteError
+from vedette.progress import on_terminal, silent
 from vedette_marine.ais.reports import KNOT, ROT_STEP
 from vedette_marine.geometry import write_geometry
 from vedette_sim.marine_scene import RadarPicturesScene
@@ -31,9 +29,7 @@ TRUTH = ("object", "time_s", "east_m", "north_m", "east_mps", "north_mps", "head
 AIS = ("Time", "MMSI", "Latitude_degrees", "Longitude_degrees", "COG_degrees", "SOG_knots", "Heading_degrees", "ROT")
 
 
-def write_pictures(
-    scene: RadarPicturesScene, folder: Path, rng: np.random.Generator, progress: Progress | None = None
-) -> int:
+def write_pictures(scene: RadarPicturesScene, folder: Path, rng: np.random.Generator, progress: Progress = silent) -> int:
     """Write everything that the source `radar_pictures` reads; the number of pictures.
 
     The same `rng` gives the pictures that the scene gives as a source. Each picture's row is written with it: what is
@@ -55,7 +51,7 @@ def write_pictures(
         with (folder / "frames.csv").open("w", newline="", encoding="utf-8") as file:
             rows = csv.writer(file)
             rows.writerow(FRAMES)
-            for number, time in enumerate((progress or _plain)(times.tolist(), "pictures")):
+            for number, time in enumerate(progress(times.tolist(), "pictures")):
                 name = f"{number:06d}.png"
                 _write(folder / name, np.moveaxis(painter.pixels(time), 0, 2), cv2)
                 pose = painter.synthesis.world.pose(time)
@@ -66,10 +62,6 @@ def write_pictures(
     except OSError as error:
         raise InputError(f"{folder}: cannot be written: {error}") from None
     return len(times)
-
-
-def _plain(items: Sequence[Any], about: str) -> Iterable[Any]:
-    return items
 
 
 def _write(path: Path, picture: Any, cv2: Any) -> None:
@@ -125,7 +117,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             raise ConfigError([Problem("source.kind", f"must be 'radar_pictures_scene', got {got}")])
         # As a run of the config does, so that a tracker sees the same pictures either way.
         rng = np.random.default_rng(experiment.seed if given.seed is None else given.seed).spawn(2)[0]
-        with _bar() as progress:
+        with on_terminal() as progress:
             count = _written(scene, Path(given.folder), rng, progress)
     except VedetteError as error:
         print(error, file=sys.stderr)
@@ -142,19 +134,6 @@ def _written(scene: RadarPicturesScene, folder: Path, rng: np.random.Generator, 
         return write_pictures(scene, folder, rng, progress)
     except ConfigError as error:
         raise error.within("source") from None
-
-
-@contextmanager
-def _bar() -> Iterator[Progress]:
-    """A progress bar where rich is installed and someone looks; else nothing."""
-    if not sys.stderr.isatty() or find_spec("rich") is None:
-        yield _plain
-        return
-    from rich.console import Console
-    from rich.progress import Progress as Bar
-
-    with Bar(console=Console(stderr=True), transient=True) as bar:
-        yield lambda items, about: bar.track(items, description=about)
 
 
 if __name__ == "__main__":

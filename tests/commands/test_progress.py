@@ -66,4 +66,4 @@ def test_without_rich_a_terminal_gets_one_line(config, tmp_path):
     env = {**os.environ, "PYTHONPATH": str(tmp_path / "without")}
     told, _, code = with_terminal("run", config, "--out", tmp_path / "results", env=env)
     assert code == 0
-    assert told.splitlines() == ["tracking over 31 scans"]
+    assert told.splitlines() == ["tracking: 31 to go"]

@@ -47,12 +47,14 @@ def test_a_worker_that_dies_changes_nothing(cluster):
         victim = next(iter(client.run(os.getpid).values()))
     killed = threading.Event()
 
-    def advance(done, total):
-        if done >= 120 and not killed.is_set():
-            killed.set()
-            os.kill(victim, signal.SIGKILL)
+    def progress(runs, about):
+        for done in runs:
+            if done >= 120 and not killed.is_set():
+                killed.set()
+                os.kill(victim, signal.SIGKILL)
+            yield done
 
-    options = {"chunk": 30, "sweep": SWEEP, "scheduler": cluster.scheduler_address, "advance": advance}
+    options = {"chunk": 30, "sweep": SWEEP, "scheduler": cluster.scheduler_address, "progress": progress}
     there = vedette.monte_carlo(CONFIG, 600, 3, **options)
     assert killed.is_set()
     for name, values in local.figures.items():

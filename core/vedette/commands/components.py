@@ -8,8 +8,9 @@ from collections.abc import Iterator, Sequence
 from textwrap import wrap
 from typing import Any
 
+from vedette.config.contract import Installed
 from vedette.config.parameters import Parameter, parameters, tables
-from vedette.config.registry import Installed, Registry
+from vedette.config.registry import Registry
 
 _SIGNS = {"above": ">", "at_least": ">=", "below": "<", "at_most": "<="}
 

@@ -3,22 +3,18 @@
 from __future__ import annotations
 
 import json
-import sys
 from argparse import Namespace
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
-from importlib.util import find_spec
 from pathlib import Path
 from time import process_time
-from typing import Any
 
 from vedette.commands.output import write_charts
 from vedette.config.registry import Registry
 from vedette.errors import ConfigError, Problem
 from vedette.io.atomic import whole_file
+from vedette.progress import on_terminal
 from vedette.report.files import check_folder
 from vedette.report.reproduction import data, text
-from vedette.reproduction import Findings, Progress, Reproduction
+from vedette.reproduction import Findings, Reproduction
 
 
 def run(arguments: Namespace) -> int:
@@ -29,7 +25,7 @@ def run(arguments: Namespace) -> int:
     if folder is not None:
         check_folder(folder)
     before = process_time()
-    with _progress() as progress:
+    with on_terminal() as progress:
         result = study.run(runs, seed, progress)
     seconds = process_time() - before
     print(text(result))
@@ -68,20 +64,3 @@ def _write(folder: Path, result: Findings) -> list[str]:
         with whole_file(folder / name) as file:
             file.write(content + "\n")
     return ["study.txt", "study.json", *write_charts(folder, result.charts)]
-
-
-@contextmanager
-def _progress() -> Iterator[Progress]:
-    """A bar on standard error where that is a terminal and rich is installed."""
-    if not sys.stderr.isatty() or find_spec("rich") is None:
-        yield lambda items, about: items
-        return
-    from rich.console import Console
-    from rich.progress import Progress as Bar
-
-    with Bar(console=Console(stderr=True), transient=True) as bar:
-
-        def track(items: Sequence[Any], about: str) -> Iterable[Any]:
-            return bar.track(items, description=about)
-
-        yield track

@@ -5,20 +5,17 @@ from __future__ import annotations
 import json
 import sys
 from argparse import Namespace
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
 from pathlib import Path
 
 from vedette.commands.output import can_draw
 from vedette.config import load
-from vedette.experiment import Progress
 from vedette.metrics import judge
+from vedette.progress import on_terminal
 from vedette.report.figures import figures, timings
 from vedette.report.files import check_folder, write_files, write_of_plugins, write_pictures
 from vedette.report.smoothed import read_lag, smooth_result, smoothed_figures, smoothed_summary, write_smoothed
 from vedette.report.summary import summary
 from vedette.tracking.smoothing import check_smoothing
-from vedette.types import Scan
 
 
 def run(arguments: Namespace) -> int:
@@ -30,7 +27,7 @@ def run(arguments: Namespace) -> int:
     lag = None if arguments.smooth is None else read_lag(arguments.smooth)
     if lag is not None:
         check_smoothing(experiment.tracker)
-    with _progress() as progress:
+    with on_terminal() as progress:
         result = experiment.run(strict=arguments.strict, progress=progress, keep_states=lag is not None)
     score = judge(result.tracks, result.recording.truth, result.scans, experiment.judge, experiment.tracker.gate.probability)
     found = figures(experiment, result, score)
@@ -55,24 +52,3 @@ def run(arguments: Namespace) -> int:
     if arguments.json:
         print(json.dumps(found | took))
     return 130 if result.interrupted else 0
-
-
-@contextmanager
-def _progress() -> Iterator[Progress]:
-    """What shows how far the run is: a bar on standard error where that is a terminal and rich is installed."""
-    if not sys.stderr.isatty():
-        yield iter
-        return
-    try:
-        from rich.console import Console
-        from rich.progress import Progress as Bar
-    except ImportError:
-        yield _told
-        return
-    with Bar(console=Console(stderr=True), transient=True) as bar:
-        yield lambda scans: bar.track(scans, description="tracking")
-
-
-def _told(scans: Sequence[Scan]) -> Iterable[Scan]:
-    print(f"tracking over {len(scans):,} scans", file=sys.stderr)
-    return scans

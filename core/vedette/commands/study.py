@@ -4,21 +4,17 @@ from __future__ import annotations
 
 import json
 import os
-import sys
 from argparse import Namespace
-from collections.abc import Iterator
-from contextlib import contextmanager
-from importlib.util import find_spec
 from pathlib import Path
 from time import perf_counter, process_time
 
 from vedette.commands.output import can_write, write_charts
 from vedette.errors import ConfigError, Problem
-from vedette.montecarlo.carry import Advance
 from vedette.montecarlo.outcome import Outcome
 from vedette.montecarlo.plan import plan, read_study
 from vedette.montecarlo.store import told
 from vedette.montecarlo.study import perform
+from vedette.progress import on_terminal
 from vedette.report.files import check_folder
 from vedette.report.montecarlo import charts, text, write_study
 
@@ -36,9 +32,9 @@ def run(arguments: Namespace) -> int:
     planned = plan(table)
     threads = len(os.sched_getaffinity(0)) if arguments.threads is None else _number("--threads", arguments.threads)
     began, cpu = perf_counter(), process_time()
-    with _progress() as advance:
+    with on_terminal() as progress:
         outcome = perform(
-            planned, threads=threads, out=folder, resume=arguments.resume, scheduler=arguments.scheduler, advance=advance
+            planned, threads=threads, out=folder, resume=arguments.resume, scheduler=arguments.scheduler, progress=progress
         )
     seconds = perf_counter() - began
     print(text(outcome))
@@ -66,18 +62,3 @@ def _write(folder: Path, outcome: Outcome) -> list[str]:
 
         written.append(write_zarr(folder, outcome))
     return written + write_charts(folder, charts(outcome))
-
-
-@contextmanager
-def _progress() -> Iterator[Advance]:
-    """A bar with the time left, on standard error where that is a terminal and rich is installed."""
-    if not sys.stderr.isatty() or find_spec("rich") is None:
-        yield lambda done, total: None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-    columns = (TextColumn("runs"), BarColumn(), MofNCompleteColumn(), TextColumn("left"), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("runs", total=None)
-        yield lambda done, total: bar.update(task, completed=done, total=total)

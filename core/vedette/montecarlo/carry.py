@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections import deque
+from collections.abc import Iterator
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from contextlib import contextmanager
+from itertools import islice
 
 from attrs import frozen
 
@@ -14,9 +16,7 @@ from vedette.montecarlo.chunk import Chunk, run_chunk
 from vedette.montecarlo.plan import Plan
 from vedette.montecarlo.statistics import precise
 from vedette.montecarlo.store import Store
-
-Advance = Callable[[int, int], None]
-"""Told how many runs are done, of how many."""
+from vedette.progress import Progress
 
 Chunks = list[list[Chunk]]
 """First by the place in the runs, then by the point of the grid: every entry holds the same runs at all points."""
@@ -50,13 +50,13 @@ def threads_alone() -> Iterator[None]:
 
 
 def carry_out(
-    plan: Plan, store: Store | None, executor: Executor | None, width: int, advance: Advance
+    plan: Plan, store: Store | None, executor: Executor | None, width: int, progress: Progress
 ) -> tuple[Chunks, bool]:
     """All chunks in order, and whether it was interrupted; what `store` has is not run again.
 
     Chunks past the one at which the wanted precision is reached do not count, so the result is the same whatever the width.
     """
-    work = _Work(plan, store, advance)
+    work = _Work(plan, store, progress)
     try:
         with threads_alone():
             if executor is None:
@@ -84,12 +84,12 @@ def _result(future: Future[Chunk | Failed]) -> Chunk | Failed:
 class _Work:
     """What is done so far; `whole` holds the chunks up to the first that some point lacks."""
 
-    def __init__(self, plan: Plan, store: Store | None, advance: Advance) -> None:
-        self.plan, self.store, self.advance = plan, store, advance
+    def __init__(self, plan: Plan, store: Store | None, progress: Progress) -> None:
+        self.plan, self.store = plan, store
         self.whole: Chunks = []
         self.enough = False
         self._done: dict[tuple[int, int], Chunk] = {}
-        self._runs = 0
+        self._runs = iter(progress(range(plan.runs * len(plan.points)), "runs"))
 
     def here(self) -> None:
         """One after the other."""
@@ -137,8 +137,7 @@ class _Work:
 
     def _note(self, k: int, point: int, chunk: Chunk) -> None:
         self._done[k, point] = chunk
-        self._runs += len(self.plan.runs_of(k))
-        self.advance(self._runs, self.plan.runs * len(self.plan.points))
+        deque(islice(self._runs, len(self.plan.runs_of(k))), maxlen=0)  # these are done
         points = range(len(self.plan.points))
         while not self.enough and all((len(self.whole), i) in self._done for i in points):
             self.whole.append([self._done.pop((len(self.whole), i)) for i in points])

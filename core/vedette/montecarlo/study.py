@@ -8,11 +8,12 @@ from typing import Any
 
 from vedette.config.files import read_file
 from vedette.errors import ConfigError, Problem
-from vedette.montecarlo.carry import Advance, carry_out
+from vedette.montecarlo.carry import carry_out
 from vedette.montecarlo.executors import cluster, local
 from vedette.montecarlo.outcome import Outcome, outcome
 from vedette.montecarlo.plan import Plan, plan, whole
 from vedette.montecarlo.store import open_store
+from vedette.progress import Progress, silent
 
 
 def monte_carlo(
@@ -28,13 +29,14 @@ def monte_carlo(
     out: str | Path | None = None,
     resume: bool = False,
     scheduler: str | None = None,
-    advance: Advance = lambda done, total: None,
+    progress: Progress = silent,
 ) -> Outcome:
     """Run a config `runs` times, at every point of the grid that `trackers` and `sweep` span, with common random numbers.
 
     Run i draws from SeedSequence(seed, spawn_key=(i,)), whatever `chunk`, `threads` or `scheduler`: to the last bit on one
     machine with one chunk, to 1e-12 otherwise. With `out`, finished chunks are kept there and `resume` goes on with them.
-    `precision` maps figures to standard errors at which the study may stop early. ConfigError tells all that is wrong.
+    `precision` maps figures to standard errors at which the study may stop early. `progress` wraps the runs, to show how far
+    the study is. ConfigError tells all that is wrong.
     """
     table = {
         "experiment": read_file(config) if isinstance(config, str | Path) else config,
@@ -46,7 +48,7 @@ def monte_carlo(
     }
     if precision is not None:
         table["precision"] = precision
-    return perform(plan(table), threads=threads, out=out, resume=resume, scheduler=scheduler, advance=advance)
+    return perform(plan(table), threads=threads, out=out, resume=resume, scheduler=scheduler, progress=progress)
 
 
 def perform(
@@ -56,7 +58,7 @@ def perform(
     out: str | Path | None = None,
     resume: bool = False,
     scheduler: str | None = None,
-    advance: Advance = lambda done, total: None,
+    progress: Progress = silent,
 ) -> Outcome:
     """Carry out a plan; see `monte_carlo`."""
     whole("threads", threads, 1, 4096)
@@ -64,5 +66,5 @@ def perform(
         raise ConfigError([Problem("--resume", "needs the folder of the study that it is to go on with: --out")])
     with local(planned, threads) if scheduler is None else cluster(planned, scheduler) as (executor, width):
         store = None if out is None else open_store(Path(out), planned, resume=resume)
-        chunks, interrupted = carry_out(planned, store, executor, width, advance)
+        chunks, interrupted = carry_out(planned, store, executor, width, progress)
     return outcome(planned, chunks, interrupted=interrupted)

@@ -1,0 +1,49 @@
+"""How far something is: what shows it wraps what is looped over, in commands and in Python alike."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import Protocol, TypeVar
+
+T = TypeVar("T")
+
+
+class Progress(Protocol):
+    """Wraps what is looped over, with a word on what it is, and gives it out item by item as the work goes on."""
+
+    def __call__(self, items: Sequence[T], about: str, /) -> Iterable[T]: ...
+
+
+def silent(items: Sequence[T], about: str, /) -> Iterable[T]:
+    """Show nothing."""
+    return items
+
+
+@contextmanager
+def on_terminal() -> Iterator[Progress]:
+    """Yield a bar on standard error where that is a terminal; without rich, a line for each loop; elsewhere nothing."""
+    if not sys.stderr.isatty():
+        yield silent
+        return
+    try:
+        from rich import progress as shown
+        from rich.console import Console
+    except ImportError:
+        yield _in_a_line
+        return
+    columns = (shown.MofNCompleteColumn(), shown.TextColumn("left"), shown.TimeRemainingColumn())
+    with shown.Progress(
+        *shown.Progress.get_default_columns()[:-1], *columns, console=Console(stderr=True), transient=True
+    ) as bar:
+
+        def track(items: Sequence[T], about: str, /) -> Iterable[T]:
+            return bar.track(items, description=about)
+
+        yield track
+
+
+def _in_a_line(items: Sequence[T], about: str, /) -> Iterable[T]:
+    print(f"{about}: {len(items):,} to go", file=sys.stderr)
+    return items
