@@ -100,14 +100,7 @@ def _parser() -> ArgumentParser:
 
     run = commands.add_parser("run", help="run a tracker on a recording or a simulated scene", description=_RUN)
     run.add_argument("config", metavar="CONFIG", help="a TOML, YAML or JSON file that describes tracker and source")
-    run.add_argument(
-        "--set",
-        action="append",
-        default=[],
-        dest="overrides",
-        metavar="PATH.TO.KEY=VALUE",
-        help="change the config, as in source.path=data or estimator.modes[1].motion.sigma_accel=0.2; may be repeated",
-    )
+    _takes_overrides(run, "the config")
     run.add_argument("--out", metavar="DIR", help="folder for the results; default: out/ and the config's name")
     run.add_argument("--seed", metavar="N", help="of everything random; the same as --set seed=N")
     run.add_argument("--json", action="store_true", help="end standard output with one line of JSON: the figures")
@@ -131,6 +124,7 @@ def _parser() -> ArgumentParser:
     study.add_argument(
         "study", metavar="STUDY", help="a TOML, YAML or JSON file: experiment, runs, sweep, trackers, precision"
     )
+    _takes_overrides(study, "the study's experiment")
     study.add_argument("--runs", metavar="N", help="runs at each point of the grid; default: the study's")
     study.add_argument("--seed", metavar="N", help="of everything random; default: the study's")
     study.add_argument("--chunk", metavar="N", help="runs that go in lock-step; default: the study's")
@@ -156,6 +150,17 @@ def _parser() -> ArgumentParser:
 
     commands.add_parser("schema", help="print the JSON Schema of configs", description=_SCHEMA)
     return parser
+
+
+def _takes_overrides(command: ArgumentParser, changed: str) -> None:
+    command.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        dest="overrides",
+        metavar="PATH.TO.KEY=VALUE",
+        help=f"change {changed}, as in source.path=data or estimator.modes[1].motion.sigma_accel=0.2; may be repeated",
+    )
 
 
 _RUN = (

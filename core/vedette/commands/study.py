@@ -29,7 +29,7 @@ def run(arguments: Namespace) -> int:
     folder = None if arguments.out is None else Path(arguments.out)
     if folder is not None:
         check_folder(folder)
-    planned = plan(table)
+    planned = plan(table, arguments.overrides)
     threads = len(os.sched_getaffinity(0)) if arguments.threads is None else _number("--threads", arguments.threads)
     began, cpu = perf_counter(), process_time()
     with on_terminal() as progress:

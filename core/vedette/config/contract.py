@@ -24,9 +24,9 @@ OLD_NAMES: dict[str, dict[str, str]] = {
         "retrace": "`smooth_step`",
     },
     "lifecycle": {
-        "newborn": "the role Birth's affair",
+        "newborn": "`start`",
         "survive": "`predict`",
-        "starts": "the role Birth's affair",
+        "starts": "`begin` of the role Birth",
         "lasting": "`permanent`",
     },
     "preprocessor": {"detect": "`process`", "illustrate": "the hook `vedette_files`"},

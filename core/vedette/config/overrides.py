@@ -1,4 +1,4 @@
-"""Changes to a config from outside, `path.to.key=value`, before it is built."""
+"""Changes to a config from outside, before it is built: pairs of path and value, or `path.to.key=value` as text."""
 
 from __future__ import annotations
 
@@ -20,25 +20,62 @@ Path = tuple[str | int, ...]
 
 
 def apply_overrides(config: Mapping[str, Any], overrides: Iterable[str], registry: Registry | None = None) -> dict[str, Any]:
-    """A plain config with each `path.to.key=value` or `path.to.list[0].key=value` set, in order; the given one stays.
+    """Return the config with each `path.to.key=value` or `path.to.list[0].key=value` set, in order; the given one stays.
 
-    A value is read as TOML writes it, and a bare word as a string. A table on the way that is not there is made. A new
-    `kind` drops what the old kind took and the new one does not, but nothing that an earlier override has set by its name.
-    ConfigError tells every override that cannot be applied.
+    A value is read as TOML writes it, and a bare word as a string. ConfigError tells every override that cannot be applied.
     """
+    split, problems = [], []
+    for override in overrides:
+        place = f"--set {override}"[:LONGEST]
+        path, rest = _leading_path(override)
+        try:
+            if not path or not rest.startswith("="):
+                raise ValueError("must be written path.to.key=value, with [0] for the first of a list")
+            split.append((place, path, _value(rest[1:].strip())))
+        except ValueError as error:
+            problems.append(Problem(place, str(error)))
+    return _changed(config, split, problems, registry)
+
+
+def apply_changes(
+    config: Mapping[str, Any], changes: Iterable[tuple[str, Any]], registry: Registry | None = None
+) -> dict[str, Any]:
+    """Return the config with each (path, value) set, in order; the given one stays. A value is taken as it is.
+
+    A table on the way that is not there is made. A new `kind` drops what the old kind took and the new one does not, but
+    nothing that an earlier change has set by its name. ConfigError tells every change that cannot be made, at its path.
+    """
+    split, problems = [], []
+    for written, value in changes:
+        path, rest = _leading_path(written)
+        if path and not rest:
+            split.append((written[:LONGEST], path, value))
+        else:
+            problems.append(Problem(written[:LONGEST], "must be a path.to.key, with [0] for the first of a list"))
+    return _changed(config, split, problems, registry)
+
+
+def path_of(written: str) -> Path:
+    """Return the path that a change or an override names, in the keys of today; () if it names none."""
+    path, _ = _leading_path(written)
+    return renamed_path(path) if path else ()
+
+
+def _changed(
+    config: Mapping[str, Any], changes: Iterable[tuple[str, Path, Any]], problems: list[Problem], registry: Registry | None
+) -> dict[str, Any]:
+    """Return the config with each change made, told at its place if it cannot be; ConfigError with all problems."""
     registry = Registry.installed() if registry is None else registry
     changed: Any = dict(config)
-    problems: list[Problem] = []
     done: list[Path] = []
-    for override in overrides:
+    for told_at, written, value in changes:
+        path = renamed_path(written)
         try:
-            path, value = _parse(override)
-            path = renamed_path(path)
             beside = {p[len(path) - 1] for p in done if p[: len(path) - 1] == path[:-1] and len(p) >= len(path)}
             changed = _Change(path, value, registry, frozenset(beside)).of(changed, 0)
             done.append(path)
         except ValueError as error:
-            problems.append(Problem(f"--set {override}"[:LONGEST], str(error)))
+            problems.append(Problem(told_at, str(error)))
     if problems:
         raise ConfigError(problems)
     return dict(changed)
@@ -102,18 +139,16 @@ class _Change:
         return place or "the config"
 
 
-def _parse(override: str) -> tuple[Path, Any]:
+def _leading_path(written: str) -> tuple[Path, str]:
+    """Return the path that a text begins with, and the rest of the text."""
     path: list[str | int] = []
-    rest = override.strip()
+    rest = written.strip()
     end = 0
     while found := _STEP.match(rest, end):
         name = found["quoted"] if found["name"] is None else found["name"]
         path.append(int(found["index"]) if found["index"] else name)
         end = found.end()
-    text = rest[end:].lstrip()
-    if not path or not text.startswith("="):
-        raise ValueError("must be written path.to.key=value, with [0] for the first of a list")
-    return tuple(path), _value(text[1:].strip())
+    return tuple(path), rest[end:].lstrip()
 
 
 def _value(text: str) -> Any:

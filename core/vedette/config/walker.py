@@ -93,29 +93,39 @@ class Walker:
     ) -> T | _Failed:
         """Build a class from what `given` says about its parameters; no word on missing ones that are in `meant`."""
         own = list(own)
-        values: dict[str, Any] = {}
-        failed = False
+        stated, before = [p for p in own if p.name in given], len(self.problems)
+        values = {p.name: self._walked(p, given[p.name], below(place, p.name)) for p in stated}
         for parameter in own:
-            if parameter.name in given:
-                value = self._value(parameter, given[parameter.name], below(place, parameter.name))
-                failed |= value is FAILED
-                values[parameter.name] = value
-            elif parameter.required:
-                failed = True
+            if parameter.required and parameter not in stated:
+                values[parameter.name] = FAILED
                 if parameter.name not in meant:
                     self.fail(below(place, parameter.name), f"missing: {parameter.meaning}".rstrip(": "))
-        if failed:
-            return FAILED
-        try:
-            return cls(**values)
-        except ConfigError as error:
-            complaints = [str(problem) for problem in error.problems]
-        except (ValueError, TypeError, ArithmeticError, VedetteError) as error:
-            complaints = [str(error)]
+        complaints: list[str] = []
+        if not any(value is FAILED for value in values.values()):
+            try:
+                return cls(**values)
+            except ConfigError as error:
+                complaints = [str(problem) for problem in error.problems]
+            except (ValueError, TypeError, ArithmeticError, VedetteError) as error:
+                complaints = [str(error)]
+        walked = len(self.problems)
+        for parameter in stated:
+            if not holds_parts(parameter.shape):
+                self._judge(parameter, values[parameter.name], below(place, parameter.name))
         names = {parameter.field.name: parameter.name for parameter in own}
-        for complaint in complaints:
+        for complaint in complaints if len(self.problems) == walked else ():
             self._complain(complaint, place, names)
+        self._sort(before, [below(place, parameter.name) for parameter in own])
         return FAILED
+
+    def _sort(self, since: int, places: list[str]) -> None:
+        """Put the latest problems in the order of a class's parameters; those of one parameter stay in theirs."""
+
+        def order(problem: Problem) -> int:
+            found = [i for i, place in enumerate(places) if re.match(rf"{re.escape(place)}($|[.\[])", problem.place)]
+            return found[0] if found else len(places)
+
+        self.problems[since:] = sorted(self.problems[since:], key=order)
 
     def _complain(self, text: str, place: str, names: Mapping[str, str]) -> None:
         """Note what a class said about itself: `name: ...` or `name.part[0]: ...` about a parameter, else about it all."""
@@ -125,22 +135,21 @@ class Walker:
         else:
             self.fail(place, text)
 
-    def _value(self, parameter: Parameter, given: Any, place: str) -> Any:
-        if holds_parts(parameter.shape):
-            return self._shaped(parameter.shape, given, place)
+    def _walked(self, parameter: Parameter, given: Any, place: str) -> Any:
+        """Return the parts that were given, built; another value as it is: the constructor converts it, once."""
+        return self._shaped(parameter.shape, given, place) if holds_parts(parameter.shape) else given
+
+    def _judge(self, parameter: Parameter, given: Any, place: str) -> None:
+        """Note what is wrong with one value of a class that could not be built: its constructor tells only the first."""
         name = parameter.field.name
         try:
             value = _converted(parameter.field, given)
-        except (ValueError, TypeError, ArithmeticError) as error:
-            return self._reject(str(error).removeprefix(f"{name}: "), given, place)
-        if parameter.field.validator is not None:
-            try:
+            if parameter.field.validator is not None:
                 parameter.field.validator(None, parameter.field, value)
-            except AttributeError:
-                return given  # it reads other fields of the instance: construction runs it again
-            except (ValueError, TypeError, ArithmeticError) as error:
-                return self._reject(str(error).removeprefix(f"{name}: "), given, place)
-        return given
+        except AttributeError:
+            return  # a validator that reads other parameters: what it says is the constructor's complaint
+        except (ValueError, TypeError, ArithmeticError) as error:
+            self._reject(str(error).removeprefix(f"{name}: "), given, place)
 
     def _reject(self, text: str, given: Any, place: str) -> _Failed:
         """Note a leaf's problem; where it is about one name of a table, at that name."""

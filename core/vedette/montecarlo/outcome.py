@@ -12,7 +12,7 @@ from attrs import field, frozen
 from vedette.errors import VedetteError
 from vedette.montecarlo.carry import Chunks
 from vedette.montecarlo.chunk import SERIES
-from vedette.montecarlo.plan import UNITS, Plan, by_point, short
+from vedette.montecarlo.plan import UNITS, Plan, by_point, short_names
 from vedette.montecarlo.statistics import Mean, difference, gathered, mean, ratios
 from vedette.montecarlo.store import made_by
 from vedette.space import Array
@@ -122,10 +122,8 @@ def _plain(means: dict[str, Mean]) -> dict[str, Any]:
 
 
 def _dimensions(paths: tuple[str, ...]) -> tuple[str, ...]:
-    """The ends of the config paths, or all of a path where two end alike or would clash."""
-    ends = [short(path) for path in paths]
-    taken = {"run", "step", "time", *UNITS}
-    return tuple(path if ends.count(end) > 1 or end in taken else end for path, end in zip(paths, ends, strict=True))
+    """Return the ends of the config paths, as long as they must be not to clash."""
+    return tuple(short_names(paths, {"run", "step", "time", *UNITS}).values())
 
 
 def _coordinate(values: tuple[Any, ...]) -> list[Any]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import itertools
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +13,10 @@ from attrs import field, frozen
 
 from vedette.config import apply_overrides, load
 from vedette.config.files import read_file
+from vedette.config.overrides import apply_changes, path_of
 from vedette.config.parameters import plain
 from vedette.config.registry import Registry
+from vedette.config.renames import renamed, with_birth
 from vedette.config.suggestions import did_you_mean
 from vedette.errors import ConfigError, Problem
 from vedette.experiment import Experiment
@@ -53,7 +55,8 @@ class Point:
     @property
     def name(self) -> str:
         """All labels in one line."""
-        return ", ".join(f"{short(name)} {told(value)}" for name, value in self.labels.items()) or "the config"
+        names = short_names(self.labels)
+        return ", ".join(f"{names[path]} {told(value)}" for path, value in self.labels.items()) or "the config"
 
 
 @frozen(eq=False)
@@ -86,25 +89,22 @@ class Plan:
         return range(k * self.chunk, min((k + 1) * self.chunk, self.runs))
 
 
-def short(path: str) -> str:
-    """The end of a config path, which says most of it."""
-    return path.rsplit(".", 1)[-1]
+def short_names(paths: Iterable[str], taken: Iterable[str] = ()) -> dict[str, str]:
+    """Return of each config path as much of its end as tells it from the others: of `associator.kind` the `associator`."""
+    taken, whole = set(taken), list(paths)
+    parts = {path: path.removesuffix(".kind").split(".") for path in whole}
+    names = {path: steps[-1] for path, steps in parts.items()}
+    for length in range(2, max(map(len, parts.values()), default=0) + 1):
+        ends = list(names.values())
+        for path, steps in parts.items():
+            if ends.count(names[path]) > 1 or names[path] in taken:
+                names[path] = ".".join(steps[-length:])
+    return {path: path if name in taken or list(names.values()).count(name) > 1 else name for path, name in names.items()}
 
 
 def told(value: Any) -> str:
     """A swept value in a label."""
     return f"{value:g}" if isinstance(value, float) else value if isinstance(value, str) else json.dumps(plain(value))
-
-
-def toml(value: Any) -> str:
-    """A plain value as TOML writes it in one line."""
-    if isinstance(value, Mapping):
-        return "{" + ", ".join(f"{json.dumps(str(name))} = {toml(each)}" for name, each in value.items()) + "}"
-    if isinstance(value, list | tuple):
-        return "[" + ", ".join(map(toml, value)) + "]"
-    if isinstance(value, float):
-        return repr(value)
-    return json.dumps(value)
 
 
 def whole(place: str, given: Any, least: int, most: int = MOST_RUNS) -> int:
@@ -123,8 +123,11 @@ def read_study(path: str | Path) -> dict[str, Any]:
     return table
 
 
-def plan(table: Mapping[str, Any]) -> Plan:
-    """A study from its table; ConfigError tells every problem, with its place."""
+def plan(table: Mapping[str, Any], overrides: Sequence[str] = ()) -> Plan:
+    """Return a study from its table, its experiment changed by `overrides` as `vedette run` would change it.
+
+    ConfigError tells every problem, with its place.
+    """
     problems = [
         Problem(str(name), f"unknown;{did_you_mean(str(name), NAMES)} a study takes {', '.join(NAMES)}")
         for name in table
@@ -137,7 +140,14 @@ def plan(table: Mapping[str, Any]) -> Plan:
         raise ConfigError(problems)
     assert isinstance(experiment, Mapping)
     sweep, trackers = _sweep(table.get("sweep", {})), _trackers(table.get("trackers", {}))
-    points = _points(experiment, trackers, sweep)
+    registry = Registry.installed()
+    try:
+        given = renamed(experiment, registry)
+    except ConfigError as error:
+        raise error.within("experiment") from None
+    changes = {"sweep": sweep, **{f"trackers.{name}": each for name, each in trackers.items()}}
+    base = _overridden(given, overrides, changes, registry)
+    points = _Grid(given, base, trackers, sweep, registry).points()
     together = all(_goes_together(point) for point in points)
     axes: dict[str, tuple[Any, ...]] = {"tracker": tuple(trackers)} if trackers else {}
     runs = whole("runs", table.get("runs", 1000), 1)
@@ -150,7 +160,7 @@ def plan(table: Mapping[str, Any]) -> Plan:
         chunk=whole("chunk", table.get("chunk", 0), 0) or (_piece(runs) if together else ALONE),
         together=together,
         precision=_precision(table.get("precision")),
-        given=json.loads(json.dumps(dict(table), default=plain)),
+        given=json.loads(json.dumps(dict(table) | {"experiment": base}, default=plain)),
     )
 
 
@@ -207,41 +217,62 @@ def _trackers(given: Any) -> dict[str, Mapping[str, Any]]:
     return {str(name): table for name, table in given.items()}
 
 
-def _points(
-    experiment: Mapping[str, Any], trackers: Mapping[str, Mapping[str, Any]], sweep: Mapping[str, list[Any]]
-) -> tuple[Point, ...]:
-    """All combinations, each loaded once to see that it can be built."""
-    count = max(1, len(trackers))
-    for values in sweep.values():
-        count *= len(values)
-    if count > MOST_POINTS:
-        raise ConfigError([Problem("sweep", f"makes {count:,} points; at most {MOST_POINTS:,} are taken")])
-    registry = Registry.installed()
-    base = _load(experiment, "experiment", registry)
-    points = []
-    for tracker, *values in itertools.product(trackers or [None], *sweep.values()):
-        labels: dict[str, Any] = {} if tracker is None else {"tracker": tracker}
-        config, built = dict(experiment), base
+@frozen
+class _Grid:
+    """All combinations of trackers and swept values, each a change of `base`, which is `given` with its overrides."""
+
+    given: Mapping[str, Any]
+    base: Mapping[str, Any]
+    trackers: Mapping[str, Mapping[str, Any]]
+    sweep: Mapping[str, list[Any]]
+    registry: Registry
+
+    def points(self) -> tuple[Point, ...]:
+        """Return all points, each loaded once to see that it can be built."""
+        count = max(1, len(self.trackers))
+        for values in self.sweep.values():
+            count *= len(values)
+        if count > MOST_POINTS:
+            raise ConfigError([Problem("sweep", f"makes {count:,} points; at most {MOST_POINTS:,} are taken")])
+        alone = self._point({}, self.base, "experiment")  # told first, so that its own faults are not the sweep's
+        choices = itertools.product(self.trackers or [None], *self.sweep.values())
+        return tuple(self._chosen(*each) for each in choices) if self.trackers or self.sweep else (alone,)
+
+    def _chosen(self, tracker: str | None, *values: Any) -> Point:
+        config, place = self.base, "sweep" if self.sweep else f"trackers.{tracker}"
+        swept = dict(zip(self.sweep, values, strict=True))
         if tracker is not None:
-            config = _changed(config, trackers[tracker], f"trackers.{tracker}", registry)
-        chosen = dict(zip(sweep, values, strict=True))
-        if tracker is not None or chosen:
-            config = _changed(config, chosen, "sweep", registry)
-            built = _load(config, "sweep" if sweep else f"trackers.{tracker}", registry)
-        points.append(Point(labels | chosen, config, built))
-    return tuple(points)
+            config = _changed(config, self.trackers[tracker], f"trackers.{tracker}", self.registry)
+        config = _changed(config, swept, "sweep", self.registry)
+        return self._point(({} if tracker is None else {"tracker": tracker}) | swept, config, place)
+
+    def _point(self, labels: dict[str, Any], config: Mapping[str, Any], place: str) -> Point:
+        whole = with_birth(config, self.given, self.registry)
+        return Point(labels, whole, _load(whole, place, self.registry))
+
+
+def _overridden(
+    given: Mapping[str, Any], overrides: Iterable[str], changes: Mapping[str, Mapping[str, Any]], registry: Registry
+) -> dict[str, Any]:
+    """Return the experiment with its overrides; ConfigError where one of the study's `changes`, by place, would undo one."""
+    overrides = list(overrides)
+    undone = [
+        Problem(f"--set {override}", f"has no effect: the study sets {place}.{path}")
+        for override in overrides
+        for place, paths in changes.items()
+        for path in paths
+        if (own := path_of(path)) and path_of(override)[: len(own)] == own
+    ]
+    if undone:
+        raise ConfigError(undone)
+    return apply_overrides(given, overrides, registry)
 
 
 def _changed(config: Mapping[str, Any], changes: Mapping[str, Any], place: str, registry: Registry) -> dict[str, Any]:
     try:
-        return apply_overrides(config, [f"{path}={toml(value)}" for path, value in changes.items()], registry)
+        return apply_changes(config, ((path, plain(value)) for path, value in changes.items()), registry)
     except ConfigError as error:
-        raise ConfigError(_replaced(error.problems, place)) from None
-
-
-def _replaced(problems: Iterable[Problem], place: str) -> list[Problem]:
-    """The problems of overrides at the place of the study that made them."""
-    return [Problem(f"{place}.{each.place.removeprefix('--set ')}", each.text) for each in problems]
+        raise error.within(place) from None
 
 
 def _load(config: Mapping[str, Any], place: str, registry: Registry) -> Experiment:

@@ -12,7 +12,7 @@ from attrs import evolve
 
 from vedette.io.atomic import whole_file
 from vedette.montecarlo.outcome import Outcome, numeric_axes
-from vedette.montecarlo.plan import UNITS, short, told
+from vedette.montecarlo.plan import UNITS, short_names, told
 from vedette.montecarlo.statistics import Mean
 from vedette.report.reproduction import rows
 from vedette.reproduction import Cell, Chart, Curve, Panel, Table
@@ -104,7 +104,7 @@ def charts(outcome: Outcome) -> Iterator[Chart]:
         for name in _WORDS:
             if name in outcome.figures:
                 panels.append(_panel(outcome, name, path, _along(outcome, path, name), first=not panels))
-        yield Chart(f"sweep_{short(path)}", title, tuple(panels))
+        yield Chart(f"sweep_{short_names(outcome.plan.axes)[path]}", title, tuple(panels))
 
 
 def _panel(outcome: Outcome, name: str, across: str, curves: Sequence[Curve], *, first: bool) -> Panel:
@@ -119,10 +119,11 @@ def _panel(outcome: Outcome, name: str, across: str, curves: Sequence[Curve], *,
 
 def _along(outcome: Outcome, path: str, name: str) -> list[Curve]:
     """A curve along one axis for each choice of all the others."""
+    names = short_names(outcome.plan.axes)
     lines: dict[str, list[tuple[float, float, float]]] = {}
     for i, at in enumerate(outcome.plan.points):
         found = outcome.means(i).get(name, Mean(None, None, 0))
-        rest = ", ".join(f"{short(other)} {told(value)}" for other, value in at.labels.items() if other != path)
+        rest = ", ".join(f"{names[other]} {told(value)}" for other, value in at.labels.items() if other != path)
         value, error = (np.nan if each is None else each for each in (found.value, found.error))
         lines.setdefault(rest, []).append((float(at.labels[path]), value, error))
     curves = []
