@@ -63,7 +63,7 @@ def test_the_grid_is_laid_over_it() -> None:
         ({}, "gate.probabilty=0.9", "did you mean 'probability'"),
         ({}, "sensors.radra.sigma=3", "--set sensors.radra.sigma=3: there is no sensors.radra; did you mean 'radar'?"),
         ({"sweep": {SIGMA: [1.0]}}, f"{SIGMA}=3", f"--set {SIGMA}=3: has no effect: the study sets sweep.{SIGMA}"),
-        ({"trackers": {"a": {"estimator.motion": CV}}}, "estimator.motion.sigma_accel=3", "sets trackers.a.estimator.motion"),
+        ({"trackers": {"a": {"estimator.motion": CV}}}, "estimator.motion.sigma_accel=3", "trackers.a.estimator.motion"),
     ],
 )  # fmt: skip
 def test_a_wrong_one_is_told(
