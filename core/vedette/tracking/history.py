@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any, final
 
 import numpy as np
@@ -44,13 +45,13 @@ class History:
             return ()
         ids = self._column("ids")
         order = np.argsort(ids, kind="stable")
-        starts = np.flatnonzero(np.diff(ids[order], prepend=-1))
+        edges = [*np.flatnonzero(np.diff(ids[order], prepend=-1)), len(order)]
         names = ("times", "mean", "cov", "confirmed", "existence", "nis", "hit")
         columns: dict[str, Any] = {name: self._column(name)[order] for name in names}
         mode_prob = None if self._rows[0]["mode_prob"] is None else self._column("mode_prob")[order]
         weights = [row for rows in self._rows for row in rows["weights"]]
         found = []
-        for i, j in zip(starts, [*starts[1:], len(order)], strict=True):
+        for i, j in pairwise(edges):
             if columns["confirmed"][i:j].any():
                 found.append(
                     Track(
