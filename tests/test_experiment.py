@@ -130,3 +130,15 @@ def test_a_study_of_quiet_seas_has_no_error_to_tell():
     assert found["coverage"].value == 0
     assert found["lost"].value == 1
     assert found["position_rmse"].value is None
+
+
+@pytest.mark.parametrize("edge", ["no scans", "one scan, one return"])
+def test_a_picture_of_one_point_or_none_has_axes_that_can_be_read(edge):
+    pytest.importorskip("matplotlib")
+    from vedette.report.errors import errors
+    from vedette.report.picture import picture
+
+    built = experiment(EDGES[edge])
+    result = built.run()
+    for axes in (*picture(built, result).axes, *errors(built, result).axes):
+        assert np.ptp(axes.get_xlim()) > 0.9

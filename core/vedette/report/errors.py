@@ -36,7 +36,7 @@ def errors(experiment: Experiment, result: Result) -> Figure:
     if followed:
         _show_normalised(made.add_subplot(grid[-1, :3]), position_nees(followed), begin, "NEES of the position")
     _show_normalised(made.add_subplot(grid[-1, 3 if followed else 0 :]), seen, begin, "NIS")
-    end = max(result.scans[-1].time - begin, 1e-9) if result.scans else 1.0
+    end = (result.scans[-1].time - begin if result.scans else 0.0) or 1.0
     for each in made.axes:
         canvas.plain(each)
         each.set_xlim(-0.01 * end, 1.01 * end)

@@ -174,7 +174,7 @@ def _frame(axes: Axes, paths: Sequence[Array], spots: Sequence[Array]) -> int:
     if len(seen):
         edge, reach = (seen.min(axis=0), seen.max(axis=0)), _REACH * size
         low, high = np.minimum(low, np.maximum(edge[0], low - reach)), np.maximum(high, np.minimum(edge[1], high + reach))
-    span = np.maximum(high - low, 1e-9)
+    span = np.maximum(high - low, 1e-9 if np.any(high > low) else 1.0)
     span = 1.06 * np.maximum(span, [_SHAPE * span[1], span[0] / _SHAPE])
     low, high = 0.5 * (low + high - span), 0.5 * (low + high + span)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
