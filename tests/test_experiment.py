@@ -109,7 +109,7 @@ def test_tracks_there_from_the_start_live_through_a_quiet_sea(kind, tmp_path):
     lifecycle = {"kind": kind, "spread": {"vx": 10.0, "vy": 10.0}}
     if kind == "single_target":
         lifecycle = {"kind": kind, "start": {name: [0.0, 10.0] for name in PLANE.names}}
-    result, found, text = told(experiment(QUIET, TRUTHS["a truth"], lifecycle=lifecycle), tmp_path)
+    result, _, _ = told(experiment(QUIET, TRUTHS["a truth"], lifecycle=lifecycle), tmp_path)
     assert len(result.tracks) == result.begun == (kind == "single_target")
 
 

@@ -6,7 +6,7 @@ Shapes: `*b` any batch axes (runs), `t` tracks, `k` returns, `n` state axes, `m`
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, overload
+from typing import Any, ClassVar, overload
 
 import numpy as np
 from attrs import frozen
@@ -58,8 +58,11 @@ class Frame:
     The pixel in column i and row j covers the unit square around x = i, y = j, in px; x points right and y down. `corner`
     (*b, 2) or (2,): x and y of the first pixel where the image is a window of a larger one; else 0, 0. `geometry` is how
     pixels lie in the world, as plain data for the preprocessor that reads it. A radar picture in colour is (3, h, w): its
-    channels lead as runs do.
+    channels lead as runs do. A frame is one return, without evidence and with nothing missing.
     """
+
+    evidence: ClassVar[None] = None
+    missing: ClassVar[None] = None
 
     pixels: Array
     corner: Array | None = None

@@ -29,7 +29,7 @@ class Region:
     rates: dict[str, Rate] = fields.part("a table of tables", default=attrs.Factory(dict))
 
 
-def _lower(instance: Any, attribute: "attrs.Attribute[Any]", value: float) -> None:
+def _lower(instance: Any, attribute: attrs.Attribute[Any], value: float) -> None:
     if value > instance.high:
         raise ValueError(f"low: must be at most high, got {value:g} > {instance.high:g}")
 

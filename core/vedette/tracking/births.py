@@ -52,17 +52,18 @@ def begin(
     found: Any,
     sensor: Sensor,
     name: str,
-    detections: Detections,
+    observed: Detections | Frame,
     weights: Array,
     rng: np.random.Generator,
 ) -> State:
-    """Return the state with the tracks that begin at a scan's returns, which come last.
+    """Return the state with the tracks that begin at a scan's returns, which come last; a frame begins none.
 
     `weights` (t, 1+k) are those of all tracks that met the scan, some of which may have ended with it.
     """
-    assert tracker.birth is not None
+    if tracker.birth is None or isinstance(observed, Frame):
+        return state
     claims = claimed(weights[..., 1:], tracker.associator.exclusive)
-    newborn = tracker.birth.begin(found, tracker.estimator, sensor, name, detections, claims)
+    newborn = tracker.birth.begin(found, tracker.estimator, sensor, name, observed, claims)
     return _joined(tracker, state, newborn, rng) if len(newborn.returns) else state
 
 

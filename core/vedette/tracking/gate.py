@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from attrs import frozen
@@ -73,22 +74,25 @@ class Gate:
         `sensor_gate`, or it elsewhere. `rate` (k,) is the density of returns from targets without a track, beside the
         clutter's. A frame is one return, whose likelihood is relative to its background already.
         """
+        distance, limit, log_density = innovation.distance, sensor_gate.threshold, sensor_gate.log_density
         if isinstance(observed, Frame):
-            return self._frame_scores(innovation, existence, sensor_gate.threshold)
-        detections, distance = observed, innovation.distance
-        limit: float | Array = sensor_gate.threshold if detections.missing is None else self._limits(detections.missing)
+            return self._frame_scores(innovation, existence, limit)
+        if log_density is None or rate is not None or observed.missing is not None or sensor is not sensor_gate.sensor:
+            limit, log_density = self._against(innovation, sensor, observed, sensor_gate, rate)
+        evidence = None if observed.evidence is None else observed.evidence[..., None, :]
+        return kernels.gate_scores(innovation.loglik, distance, observed.valid, existence, limit, log_density, evidence)
+
+    def _against(
+        self, innovation: Innovation, sensor: Sensor, detections: Detections, sensor_gate: SensorGate, rate: Array | None
+    ) -> tuple[Any, Array]:
+        """Return the limit of the squared distance, and log of the density of all else that gives returns."""
+        limit = sensor_gate.threshold if detections.missing is None else self._limits(detections.missing)
         if self.clutter == "nonparametric":
-            log_density = kernels.sample_density(
-                distance, detections.valid, limit, innovation.log_volume, sensor_gate.log_ball
-            )
-        elif detections.missing is None and sensor is sensor_gate.sensor and sensor_gate.log_density is not None:
-            log_density = sensor_gate.log_density
+            valid, volume = detections.valid, innovation.log_volume
+            log_density = kernels.sample_density(innovation.distance, valid, limit, volume, sensor_gate.log_ball)
         else:
             log_density = self._stated_density(sensor, detections)
-        if rate is not None:
-            log_density = np.logaddexp(log_density, kernels.safe_log(rate))
-        evidence = None if detections.evidence is None else detections.evidence[..., None, :]
-        return kernels.gate_scores(innovation.loglik, distance, detections.valid, existence, limit, log_density, evidence)
+        return limit, log_density if rate is None else np.logaddexp(log_density, kernels.safe_log(rate))
 
     def _stated_density(self, sensor: Sensor, detections: Detections) -> Array:
         """Log of the sensor's clutter density at each return (*b, 1, k), over the components that there are."""

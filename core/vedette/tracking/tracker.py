@@ -19,6 +19,9 @@ from vedette.tracking.state import State, kept, new_state
 from vedette.tracking.validation import admitted, check_sensors
 from vedette.types import Detections, Frame, Gaussian, Recording, Review, Scan
 
+NOTHING = None, None, None
+"""What a birth without a model of unseen targets has to say: no memory, no rate, nothing found."""
+
 
 @final
 @frozen
@@ -48,6 +51,7 @@ class Tracker:
     _sensor_gates: dict[str, SensorGate] = field(init=False, repr=False, eq=False)
     _starters: frozenset[str] = field(init=False, repr=False, eq=False)
     _models_unseen: bool = field(init=False, repr=False, eq=False)
+    _approximates: bool = field(init=False, repr=False, eq=False)
     _positions: list[int] = field(init=False, repr=False, eq=False)
     _draws: bool = field(init=False, repr=False, eq=False)
     _reframes: bool = field(init=False, repr=False, eq=False)
@@ -64,6 +68,10 @@ class Tracker:
     @_models_unseen.default
     def _birth_keeps_a_memory(self) -> bool:
         return self.birth is not None and self.birth.models_unseen
+
+    @_approximates.default
+    def _counts_approximate_weights(self) -> bool:
+        return self.associator.approximates
 
     @_positions.default
     def _axes_of_the_position(self) -> list[int]:
@@ -118,7 +126,7 @@ class Tracker:
             time=time,
             belief=self.estimator.start(prior, self.state, rng),
             memory=self.lifecycle.start(np.ones(shape[-1])),
-            unseen=None if self.birth is None else self.birth.initial_memory(self.estimator, rng),
+            unseen=self.birth.initial_memory(self.estimator, rng) if self.birth and self._models_unseen else None,
             ids=np.arange(shape[-1]),
             existence=np.ones(shape),
             confirmed=np.full(shape, confirmed),
@@ -136,29 +144,27 @@ class Tracker:
         gate, estimator, lifecycle = self._sensor_gates[scan.sensor], self.estimator, self.lifecycle
         sensor = gate.sensor if scan.pose is None else gate.sensor.at(scan.pose)
         dt = scan.time - state.time if state.time != -np.inf else 0.0
+
         rng = state.seed.generator(state.steps) if self._draws else NO_DRAWS
-        belief = state.belief
-        if self._reframes and dt > 0:
-            belief = estimator.reframe(belief, estimator.moments(belief))
+        belief = estimator.reframe(state.belief, self.estimate(state)) if self._reframes and dt > 0 else state.belief
         belief = estimator.predict(belief, dt, rng)
-        innovation = estimator.evaluate(belief, sensor, observed, self.gate.probability)
         existence = state.existence if lifecycle.certain else lifecycle.predict(state.existence, dt)
-        unseen, rate, found = state.unseen, None, None
-        if self._models_unseen:
-            unseen, rate, found = births.reveal(self, state, dt, sensor, observed, rng)
+        unseen, rate, found = births.reveal(self, state, dt, sensor, observed, rng) if self._models_unseen else NOTHING
+
+        innovation = estimator.evaluate(belief, sensor, observed, self.gate.probability)
         scores = self.gate.scores(innovation, sensor, observed, existence, gate, rate)
-        weights = self._associate(scores, observed)
+        plain = gate.axes and observed.evidence is None
+        weights = self.associator.associate(scores, None) if plain else self._associate(scores, observed)
         used = weights if lifecycle.certain else kernels.given_existence(weights, scores, innovation.loglik, existence)
-        approximated = state.approximated
-        if self.associator.approximates and isinstance(observed, Detections):
-            approximated += int(np.count_nonzero(self.associator.approximated(scores)))
+
+        approximated = self._approximated(state, scores, observed) if self._approximates else state.approximated
         after = new_state(
             scan.time, estimator.update(belief, innovation, used), state.memory, unseen, state.ids, existence,
             state.confirmed, weights, innovation.nis, state.born, approximated, state.seed, state.steps + 1,
         )  # fmt: skip
         if not lifecycle.permanent:
-            after = self._reviewed(after, dt, scores, innovation.loglik, isinstance(observed, Frame))
-        if scan.sensor in self._starters and isinstance(observed, Detections):
+            after = self._reviewed(after, dt, scores, innovation.loglik, not gate.axes)
+        if scan.sensor in self._starters:
             after = births.begin(self, after, found, sensor, scan.sensor, observed, weights, rng)
         return after
 
@@ -170,6 +176,11 @@ class Tracker:
     def estimate(self, state: State) -> Gaussian:
         """Return mean (*b, t, n) and covariance (*b, t, n, n) of every track over `self.state`."""
         return self.estimator.moments(state.belief)
+
+    def _approximated(self, state: State, scores: Array, observed: Detections | Frame) -> int:
+        """Return how many weights were not exact so far; a frame's are."""
+        more = 0 if isinstance(observed, Frame) else np.count_nonzero(self.associator.approximated(scores))
+        return state.approximated + int(more)
 
     def _associate(self, scores: Array, observed: Detections | Frame) -> Array:
         """Return the weights (*b, t, 1+k); each track is alone with a frame, as all may see themselves in it."""
