@@ -86,24 +86,32 @@ def ceiling(sensor: Sensor, lows: Array, highs: Array) -> float:
     return bound
 
 
+def thinned(sensor: Sensor, z: Array, uniform: Array, bound: float, candidate: Mask) -> Mask:
+    """Return which of the candidates z (*b, k, m) of a uniform process stay: with probability density / `bound`.
+
+    uniform (*b, k) in [0, 1); candidate (*b, k) says which of z are any. ValueError if one lies where the density is above
+    the bound, as at a narrow peak: that would be a wrong draw.
+    Lewis, Shedler, Simulation of nonhomogeneous Poisson processes by thinning, Naval Research Logistics 26, 1979.
+    """
+    density = densities(sensor, z)
+    if np.any((density > bound) & candidate):
+        raise ValueError(f"{sensor.kind}: its clutter density peaks too sharply for this region; state a smaller one")
+    return candidate & (uniform * bound < density)
+
+
 def draw_clutter(
     sensor: Sensor, region: Mapping[str, Bounds], rng: np.random.Generator, size: tuple[int, ...] = ()
 ) -> tuple[Array, Mask]:
-    """False returns in `region`: a Poisson process with the density that `sensor` states: z (*size, k, m), valid (*size, k).
+    """Return false returns in `region`, z (*size, k, m), and which of them are valid (*size, k).
 
-    Exact for any density: candidates of a uniform process are kept with probability density / bound (thinning). The bound
-    comes from a grid; a candidate above it, as at a narrow peak, is a ValueError rather than a wrong draw.
-    Lewis, Shedler, Simulation of nonhomogeneous Poisson processes by thinning, Naval Research Logistics 26, 1979.
+    They are a Poisson process with the density that `sensor` states, `thinned` from a uniform one; exact for any density.
     """
     lows, highs = corners(sensor.measurement, region)
     bound, volume = ceiling(sensor, lows, highs), float(np.prod(highs - lows))
     counts = np.asarray(rng.poisson(bound * volume, size))
     k = int(np.max(counts, initial=0))
     z = lows + (highs - lows) * rng.random((*size, k, len(lows)))
-    density = densities(sensor, z)
-    if np.any(density > bound):
-        raise ValueError(f"{sensor.kind}: its clutter density peaks too sharply for this region; state a smaller one")
-    kept = (np.arange(k) < counts[..., None]) & (rng.random((*size, k)) * bound < density)
+    kept = thinned(sensor, z, rng.random((*size, k)), bound, np.arange(k) < counts[..., None])
     return sensor.measurement.canonical(z), kept
 
 
