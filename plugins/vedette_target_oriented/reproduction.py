@@ -39,7 +39,7 @@ class TargetOrientedReproduction(Reproduction):
     default_runs: ClassVar[int] = 1000
 
     def run(self, runs: int, seed: int, progress: Progress) -> Findings:
-        """All filters on the same draws."""
+        """Run all filters on the same draws."""
         first, second = np.random.default_rng(seed).spawn(2)
         experiments = {name: load(config) for name, config in FILTERS.items()}
         scene = draw(next(iter(experiments.values())), runs, first)
@@ -51,7 +51,7 @@ class TargetOrientedReproduction(Reproduction):
 
 
 def draw(experiment: Experiment, runs: int, rng: np.random.Generator) -> Scene:
-    """The aircraft's trajectory and what the radar sees in each run; the first two scans hold the target alone."""
+    """Return the aircraft's trajectory and what the radar sees in each run; the first two scans hold the target alone."""
     assert experiment.source is not None
     sensor = load(FILTERS["Singer"] | {"sensors": FILTERS["Singer"]["source"]["sensors"]}).tracker.sensors["radar"]
     path = experiment.source.open(experiment.tracker.sensors, rng).truth[0]
@@ -64,7 +64,7 @@ def draw(experiment: Experiment, runs: int, rng: np.random.Generator) -> Scene:
 
 
 def record(experiment: Experiment, scene: Scene) -> Record:
-    """One filter on all runs; it starts from the first two returns."""
+    """Run one filter on all runs; it starts from the first two returns."""
     tracker = experiment.tracker
     (sensor,) = tracker.sensors.values()
     first, second = [sensor.invert(scan.detections.z[:, 0]) for scan in scene.scans[:2]]
@@ -83,6 +83,6 @@ def record(experiment: Experiment, scene: Scene) -> Record:
 
 
 def _squares(error: Array) -> Array:
-    """Squared distances (*b) of errors (*b, 4)."""
+    """Return squared distances (*b) of errors (*b, 4)."""
     squared: Array = np.sum(error[..., :2] ** 2, axis=-1)
     return squared

@@ -76,5 +76,5 @@ class IteratedExtendedKalman(GaussianFilter):
 
 
 def _where(better: Mask, new: tuple[Array, Array], old: tuple[Array, Array]) -> tuple[Array, Array]:
-    """The new line (*b, t, k, m, n) and (*b, t, k, m) where it is better (*b, t, k)."""
+    """Return the new line (*b, t, k, m, n) and (*b, t, k, m) where it is better (*b, t, k)."""
     return np.where(better[..., None, None], new[0], old[0]), np.where(better[..., None], new[1], old[1])

@@ -13,7 +13,7 @@ from vedette_standard.sensors.wrapping import WrappedSensor
 
 
 def _observed(self: Biased) -> Space:
-    """The sensor's own axes, the velocities that a lag needs, then the biases."""
+    """Return the sensor's own axes, the velocities that a lag needs, then the biases."""
     own, measured = self.of.observes, self.of.measurement
     for name, table, known in (("add", self.add, measured), ("offset", self.offset, own)):
         for axis in table:
@@ -58,13 +58,13 @@ class Biased(WrappedSensor):
         return Space(self.observes.axes[len(self.observes) - len(self.add) - len(self.offset) - bool(self.lag) :])
 
     def _moving(self) -> tuple[list[int], list[int]]:
-        """Where the places and their velocities stand, if there is a lag."""
+        """Return where the places and their velocities stand, if there is a lag."""
         places = [axis.name for axis in self.of.observes.axes if axis.unit == "m"] if self.lag else []
         index = {name: i for i, name in enumerate(self.observes.names)}
         return [index[name] for name in places], [index[f"v{name}"] for name in places]
 
     def _apparent(self, x: Array) -> Array:
-        """What the sensor would have to see to report what it does, but for `add`: (*b, n) -> (*b, n of the sensor)."""
+        """Return the sensor's own axes displaced by offset and lag: (*b, n) -> (*b, n of the sensor)."""
         index = {name: i for i, name in enumerate(self.observes.names)}
         seen = x[..., : len(self.of.observes)].copy()
         for axis, name in self.offset.items():
@@ -108,7 +108,7 @@ class Biased(WrappedSensor):
         return self.of.detects(self._apparent(x))
 
     def invert(self, z: Array, noise: Array | None = None) -> Gaussian:
-        """What a return says if biases are 0 +- `spread`: (*b, m) -> (*b, n), (*b, n, n); place and biases correlated."""
+        """Return place and biases, correlated, if biases are 0 +- `spread`: (*b, m) -> (*b, n), (*b, n, n)."""
         biases, seen = self._biases(), self.of.invert(z, noise)
         lacking = [name for name in self.observes.names[len(self.of.observes) :] if name not in self.spread]
         if lacking:

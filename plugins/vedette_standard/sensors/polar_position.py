@@ -9,7 +9,7 @@ from attrs import field, frozen
 
 from vedette import Array, Pose, Sensor, Space, fields
 from vedette_standard.sensors.direct import DirectSensor
-from vedette_standard.sensors.station import POSITION, covers, offsets, standing
+from vedette_standard.sensors.station import POSITION, covers, offsets, placed
 
 _NEAR = 1e-6
 """Distance in m within which the direction fades out of the noise."""
@@ -66,5 +66,5 @@ class PolarPosition(DirectSensor):
         return covers(self.detection_probability, 0.0, self.max_range, x, self._pose)
 
     def at(self, pose: Pose) -> Sensor:
-        """The same radar on a platform at `pose`, which may lead with batch axes: they are the first of the states' own."""
-        return standing(self, pose)
+        """Return the same radar on a platform at `pose`, whose batch axes, if any, are the first of the states' own."""
+        return placed(self, pose)
