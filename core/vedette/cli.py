@@ -12,9 +12,8 @@ from argparse import Action, ArgumentParser, Namespace
 from collections.abc import Sequence
 from typing import Any
 
+from vedette.commands.ending import CLOSED, INTERRUPTED, complain
 from vedette.errors import VedetteError
-
-DONE, WRONG, INTERRUPTED, CLOSED = 0, 2, 130, 141
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -35,13 +34,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print("vedette: interrupted", file=sys.stderr)
         return INTERRUPTED
     return code
-
-
-def complain(text: str) -> int:
-    """Tell what is wrong, each line by itself, and return the exit code that says so."""
-    for line in text.splitlines() or ["unknown error"]:
-        print(f"vedette: error: {line}", file=sys.stderr)
-    return WRONG
 
 
 def _command(parsed: Namespace) -> int:

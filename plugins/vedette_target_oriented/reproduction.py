@@ -8,10 +8,10 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Experiment, Gaussian, Progress, Reproduction, Scan, Space, load
-from vedette.metrics.consistency import nees
-from vedette.montecarlo.lockstep import run_together
+from vedette.metrics import nees
+from vedette.montecarlo import run_together
 from vedette.reproduction import Findings, over_axes, two_point
-from vedette.sampling.detections import Bounds, draw_detections
+from vedette.sampling import Bounds, draw_detections
 from vedette_target_oriented import accelerations, outcome
 from vedette_target_oriented.configs import FILTERS
 from vedette_target_oriented.frames import cartesian, in_frame

@@ -8,8 +8,18 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Detections, Mask, MotionModel, Pose, Scan, Sensor, kernels
-from vedette.sampling.detections import Bounds, ceiling, corners, returns, thinned
-from vedette.sampling.trajectories import common_state, follow, follow_modes, switch, union_state
+from vedette.sampling import (
+    Bounds,
+    ceiling,
+    common_state,
+    corners,
+    follow,
+    follow_modes,
+    returns,
+    switch,
+    thinned,
+    union_state,
+)
 from vedette_sim.ships import PLANE, Ship
 
 Generators = Sequence[np.random.Generator]

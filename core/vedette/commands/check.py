@@ -7,14 +7,12 @@ from argparse import Namespace
 from importlib import import_module
 from types import ModuleType
 
-from vedette.cli import complain
+from vedette.commands.ending import DONE, FAILED, complain
 from vedette.config.parameters import role_of
 from vedette.config.registry import Registry
 from vedette.config.suggestions import did_you_mean
 from vedette.errors import ConfigError, PluginError, Problem
 from vedette.roles import Component
-
-HELD, FAILED = 0, 1
 
 
 def run(arguments: Namespace) -> int:
@@ -26,7 +24,7 @@ def run(arguments: Namespace) -> int:
         found = [check(cls, profile) for cls in classes_of(arguments.subject, Registry.installed())]
     except ModuleNotFoundError as missing:
         return complain(str(missing))
-    return FAILED if any(found) else HELD
+    return FAILED if any(found) else DONE
 
 
 def classes_of(subject: str, registry: Registry) -> list[type[Component]]:

@@ -7,6 +7,7 @@ import sys
 from argparse import Namespace
 from pathlib import Path
 
+from vedette.commands.ending import DONE, INTERRUPTED
 from vedette.commands.output import can_draw
 from vedette.config import load
 from vedette.metrics import judge
@@ -51,4 +52,4 @@ def run(arguments: Namespace) -> int:
     print(f"{folder}: {', '.join(written)}")
     if arguments.json:
         print(json.dumps(found | took))
-    return 130 if result.interrupted else 0
+    return INTERRUPTED if result.interrupted else DONE

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import attrs
 import numpy as np
 from attrs import evolve, frozen
 
@@ -74,9 +75,9 @@ class Report:
 
     def plot(self, path: str | Path) -> None:
         """Draw NEES, NIS and calibration over time with their bands; needs matplotlib."""
-        from vedette.report.consistency import draw
+        from vedette.report.consistency import Shown, draw
 
-        draw(self, Path(path))
+        draw(Shown(**{name: getattr(self, name) for name in attrs.fields_dict(Shown)}), Path(path))
 
 
 def consistency(

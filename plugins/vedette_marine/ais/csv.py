@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from vedette import InputError, Problem
-from vedette.io.reading import lines
+from vedette.io import lines
 from vedette_marine.ais.reports import KNOT, Reports, by_ship, turn_rate
 
 WANTED = ("Time", "MMSI", "Latitude_degrees", "Longitude_degrees", "COG_degrees", "SOG_knots")

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from vedette import InputError, Problem
-from vedette.io.reading import lines
+from vedette.io import lines
 from vedette_marine.ais.reports import KNOT, ROT_STEP, Reports, by_ship, turn_rate
 
 POSITIONS = (1, 2, 3, 18, 19, 27)

@@ -24,7 +24,7 @@ from vedette import (
     Trajectory,
     fields,
 )
-from vedette.io.reading import Sample, find, in_time_order
+from vedette.io import Sample, find, in_time_order
 from vedette_marine.ais.csv import read_csv
 from vedette_marine.ais.reports import without_outliers
 from vedette_marine.ais.tracks import trajectories

@@ -10,7 +10,7 @@ import numpy as np
 
 from vedette import InputError, Problem, Space, Trajectory
 from vedette.fields import ABSURD
-from vedette.io.reading import Sample, in_time_order, lines
+from vedette.io import Sample, in_time_order, lines
 
 Table = list[tuple[str, dict[str, str], dict[str, float]]]
 """Each row's place, its words and its numbers."""
