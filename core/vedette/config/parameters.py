@@ -209,20 +209,29 @@ def _table_of(shape: Shape) -> type | None:
 
 
 _LEAVES: dict[Any, str] = {float: "number", int: "whole number", bool: "true or false", str: "text", Any: "value"}
-_ARRAYS = {1: "list of number", 2: "matrix"}
+_ARRAYS = {1: "list of numbers", 2: "matrix"}
+_PLURALS = {"motion": "motion models", "whole number": "whole numbers", "true or false": "true or false", "text": "texts"}
+
+
+def _several(shape: Shape) -> str:
+    """Return what many of a shape are called."""
+    if isinstance(shape, Table):
+        return f"tables {shape.cls.__name__}"
+    one = in_words(shape)
+    return _PLURALS.get(one, f"{one}s" if one.isalpha() else one)
 
 
 def in_words(shape: Shape, ndim: int | None = None) -> str:
-    """A shape as a listing shows it; `ndim` is known of arrays."""
+    """Return a shape as a listing shows it; `ndim` is known of arrays."""
     match shape:
         case Part(role, _):
             return role
         case Table(cls):
             return f"table {cls.__name__}"
         case Many(item):
-            return f"list of {in_words(item)}"
+            return f"list of {_several(item)}"
         case Names(item):
-            return f"names to {in_words(item)}"
+            return f"names to {_several(item)}"
         case Maybe(item):
             return f"{in_words(item, ndim)} or nothing"
         case Leaf(hint) if get_origin(hint) is tuple:
