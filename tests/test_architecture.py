@@ -11,13 +11,6 @@ from support.architecture import PUBLIC, circles, core, imported, imports, modul
 from support.paths import ROOT
 
 OTHERS = {name: ROOT / name for name in ("plugins", "simulators", "examples")}
-AWAITING = (
-    "vedette_standard/estimators",
-    "vedette_flir/estimators",
-    "vedette_bayes_risk/parallel",
-    "target_oriented/certain",
-)
-"""What is moved over to `vedette.filters` together with the toolbox itself."""
 
 
 def test_no_module_of_the_core_leads_back_to_itself() -> None:
@@ -52,7 +45,7 @@ def test_others_import_public_modules_of_the_core_only(folder: str) -> None:
     for path in sorted(OTHERS[folder].rglob("*.py")):
         for name in imported(path.read_text(encoding="utf-8"), known):
             seen.add(name)
-            if name not in PUBLIC and not any(part in path.as_posix() for part in AWAITING):
+            if name not in PUBLIC:
                 private.append(f"{path.relative_to(ROOT)} imports {name}")
     assert "vedette" in seen
     assert private == []

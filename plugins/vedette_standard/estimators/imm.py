@@ -8,11 +8,23 @@ from typing import Any, ClassVar, final
 import numpy as np
 from attrs import Factory, field, frozen
 
-from vedette import Array, Detections, Estimator, Frame, Gaussian, Innovation, Sensor, Space, fields, kernels
+from vedette import (
+    NO_AXES,
+    Array,
+    Detections,
+    Estimator,
+    Frame,
+    Gaussian,
+    Innovation,
+    Sensor,
+    Space,
+    fields,
+    kernels,
+    maker,
+    new_gaussian,
+    new_innovation,
+)
 from vedette.filters import contradiction, marginal, without_variance
-from vedette.space import NO_AXES
-from vedette.types import new_gaussian, new_innovation
-from vedette.values import maker
 from vedette_standard.estimators.imm_backward import (
     future_likelihood,
     gain_over_all_axes,

@@ -7,9 +7,8 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import evolve, frozen
 
-from vedette import Array, Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, fields
+from vedette import Array, Detections, Frame, Gaussian, Innovation, Mask, MotionModel, Sensor, fields
 from vedette.filters import GaussianFilter, Prepared, evaluate_each, evaluate_frame, predict_linearised, prepare
-from vedette.space import Mask
 
 
 @final

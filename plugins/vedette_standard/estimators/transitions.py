@@ -6,7 +6,7 @@ import numpy as np
 from attrs import field, frozen
 
 from vedette import Array
-from vedette.filters.memo import keep
+from vedette.filters import keep
 
 
 def transition_problem(matrix: Array) -> str | None:
