@@ -37,7 +37,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _command(parsed: Namespace) -> int:
-    """Commands are imported when they are asked for: help comes at once, and each needs only its own."""
+    """Run the command that was asked for, and import no other: help comes at once, and each needs only its own."""
     if parsed.command == "run":
         from vedette.commands import run
 
@@ -68,7 +68,7 @@ def _command(parsed: Namespace) -> int:
 
 
 def _forget_stdout() -> None:
-    """Whoever read our output went away, as `| head` does: nothing more can be told, and nothing is wrong."""
+    """Write nowhere from now on: whoever read the output went away, as `| head` does, and nothing is wrong."""
     try:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except (OSError, ValueError):
@@ -136,6 +136,7 @@ def _parser() -> ArgumentParser:
     check.add_argument("subject", metavar="KIND_OR_MODULE", help="an installed kind, a module, or module:Class")
     check.add_argument("--profile", default="fast", choices=["fast", "nightly"], help="how hard to look; default: fast")
     check.add_argument("--seed", metavar="N", type=int, default=0, help="of everything random; default: 0")
+    check.add_argument("--json", action="store_true", help="end standard output with one line of JSON")
 
     info = commands.add_parser("info", help="say which kernels, libraries and plugins run here", description=_INFO)
     info.add_argument("--json", action="store_true", help="as one JSON object")

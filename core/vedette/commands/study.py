@@ -56,7 +56,7 @@ def _number(option: str, given: str) -> int:
 
 
 def _write(folder: Path, outcome: Outcome) -> list[str]:
-    """Tables always; labelled arrays and pictures where their libraries are installed."""
+    """Write tables always, labelled arrays and pictures where their libraries are installed; return the files' names."""
     written = write_study(folder, outcome)
     if can_write("labelled arrays", "study", "xarray", "zarr"):
         from vedette.montecarlo.arrays import write_zarr

@@ -43,13 +43,13 @@ _SIMPLE = re.compile(r"[A-Za-z0-9_-]+")
 
 
 def below(place: str, name: str) -> str:
-    """The path of `name` in the table at `place`."""
+    """Return the path of `name` in the table at `place`."""
     written = name if _SIMPLE.fullmatch(name) else f'"{name}"'
     return f"{place}.{written}" if place else written
 
 
 def told(given: Any) -> str:
-    """What was given, in a few words."""
+    """Return what was given, in a few words."""
     if given is None:
         return "nothing"
     if isinstance(given, Mapping):
@@ -215,7 +215,7 @@ class Walker:
         return self.construct(entry.cls, entry.parameters, given, place, meant)
 
     def _why_not(self, shape: Part, kind: str, candidates: list[Installed]) -> str:
-        """Why a kind cannot stand here: it is not installed, or of the role but not of the narrower base that is wanted."""
+        """Return why a kind cannot stand here: it is not installed, or not of the narrower base that is wanted."""
         if self.registry.find(shape.role, kind) is None:
             return self.registry.unknown(shape.role, kind, candidates)
         return f"must be a {shape.base.__name__}, and {kind!r} is none; {_kinds(candidates)}"
@@ -228,7 +228,7 @@ def _kinds(candidates: Iterable[Installed]) -> str:
 
 
 def _converted(attribute: attrs.Attribute[Any], given: Any) -> Any:
-    """What the field's converter makes of a value."""
+    """Return what the field's converter makes of a value."""
     convert: Any = attribute.converter
     if convert is None:
         return given
