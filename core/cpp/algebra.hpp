@@ -10,9 +10,17 @@
 
 namespace vedette::VEDETTE_ISA {
 
+// Whether common sizes have their loops unrolled: not where a better instruction set is all but always at hand.
+#ifdef VEDETTE_ROLLED
+constexpr bool kUnrolls = false;
+#else
+constexpr bool kUnrolls = true;
+#endif
+
 // Calls f with the sizes as constants where they are common, so that the compiler unrolls; else as they are.
 template <class F>
 VEDETTE_INLINE void with_sizes(int n, const F& f) {
+    if constexpr (!kUnrolls) return f(n);
     switch (n) {
         case 2: return f(std::integral_constant<int, 2>());
         case 4: return f(std::integral_constant<int, 4>());
@@ -23,6 +31,7 @@ VEDETTE_INLINE void with_sizes(int n, const F& f) {
 }
 template <class F>
 VEDETTE_INLINE void with_sizes(int n, int m, const F& f) {
+    if constexpr (!kUnrolls) return f(n, m);
     if (m == 2 && n == 4) return f(std::integral_constant<int, 4>(), std::integral_constant<int, 2>());
     if (m == 2 && n == 5) return f(std::integral_constant<int, 5>(), std::integral_constant<int, 2>());
     if (m == 2 && n == 6) return f(std::integral_constant<int, 6>(), std::integral_constant<int, 2>());
@@ -76,6 +85,11 @@ VEDETTE_INLINE void stage(const F& f) {
 
 constexpr double kLog2Pi = 1.8378770664093454836;
 constexpr double kTiny = 2.2250738585072014e-308;
+constexpr double kSingular = 1e-12;  // an S with a smaller pivot than this part of its diagonal has no good inverse
+
+// What the comparison of two numbers says, or of eight pairs.
+template <class T>
+using Mask = std::conditional_t<std::is_same_v<T, double>, bool, Eight64>;
 
 template <class T>
 VEDETTE_INLINE void wrap(T* x, const Periods& periods) {
@@ -275,9 +289,10 @@ VEDETTE_INLINE void congruence(const C* A, const T* P, const C* D, T* AP, T* to,
         }
 }
 
-// The inverse of a positive definite S (m, m), and the logarithm of its determinant.
+// The inverse of a positive definite S (m, m), and the logarithm of its determinant; if m > 2, also where no pivot is too small
+// for them.
 template <class T>
-VEDETTE_INLINE T invert(const T* S, T* inverse, int m) {
+VEDETTE_INLINE T invert(const T* S, T* inverse, int m, Mask<T>& sound) {
     if (m == 1) {
         inverse[0] = 1.0 / S[0];
         return Lane<T>::log(S[0]);
@@ -292,9 +307,11 @@ VEDETTE_INLINE T invert(const T* S, T* inverse, int m) {
     // S = L D L' with a unit lower triangular L; then the inverse of L by substitution.
     T L[kMeasured2], D[kMostMeasured], M[kMeasured2];
     T log_det = Lane<T>::all(0.0);
+    sound = T{} == 0.0;
     for (int j = 0; j < m; ++j) {
         D[j] = S[j * m + j];
         for (int l = 0; l < j; ++l) D[j] -= L[j * m + l] * L[j * m + l] * D[l];
+        sound = sound & (D[j] > kSingular * S[j * m + j]);
         log_det += Lane<T>::log(D[j]);
         for (int i = j + 1; i < m; ++i) {
             T sum = S[j * m + i];

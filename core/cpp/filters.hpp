@@ -4,17 +4,19 @@
 // of squares (Joseph's form) wherever digits would cancel otherwise.
 #pragma once
 
-#include "algebra.hpp"
+#include "square_root.hpp"
 
 namespace vedette::VEDETTE_ISA {
 
 constexpr double kMild = 1e-3;  // the least |R| / |S| at which a covariance is updated by the short form
 
 // What one noise R makes of a predicted P (n, n) seen through H (m, n): H P (m, n), inverse of S, the gain transposed (m, n),
-// log |S|, and whether the noise is so large a part of S that P - K S K' keeps its digits (ADR 11).
+// log |S|, and whether the noise is so large a part of S that P - K S K' keeps its digits (ADR 11); if not, whether S has an
+// inverse that does.
 template <class T>
 struct Sight {
     T cross[kMostMeasured * kMostStates], inverse[kMeasured2], gain[kMostMeasured * kMostStates], log_det;
+    Mask<T> sound;
     bool mild;
 
     template <class C, class N, class M>
@@ -26,20 +28,62 @@ struct Sight {
     VEDETTE_INLINE void look(const T* P, const C* H, const C* R, int n, int m) {
         T S[kMeasured2];
         congruence(H, P, R, cross, S, m, n);
-        log_det = invert(S, inverse, m);
+        log_det = invert(S, inverse, m, sound);
         multiply<kLeft>(inverse, cross, gain, m, m, n);
         mild = false;
         if (m == 1) mild = all_of(R[0] > kMild * S[0]);
-        if (m == 2) mild = all_of(R[0] * R[3] - R[1] * R[1] > kMild * (S[0] * S[3] - S[1] * S[1]));
+        if (m == 2)
+            mild = all_of(R[0] * R[3] - R[1] * R[1] >
+                          Lane<T>::larger(kMild * (S[0] * S[3] - S[1] * S[1]), kSingular * S[0] * S[3]));
+        if (mild) return;
+        if (m == 1) sound = S[0] > 0.0;
+        if (m == 2) sound = S[0] * S[3] - S[1] * S[1] > kSingular * S[0] * S[3];
+        if (!all_of(sound)) take_root<T, C>(P, H, R, nullptr, n, m, sound);
     }
 
     // The posterior covariance.
     template <class C, class N, class M>
-    VEDETTE_INLINE void narrow(const T* P, const C* H, const C* R, T* post, N n, M m) const {
+    VEDETTE_INLINE void narrow(const T* P, const C* H, const C* R, T* post, N n, M m) {
         if (mild)
             stage<T>([=] { shorten(P, cross, post, n, m); });
         else
-            stage<T>([=] { joseph(P, H, R, post, n, m); });
+            stage<T>([=] {
+                joseph(P, H, R, post, n, m);
+                Mask<T> kept;
+                pivots_exceed<T>(post, kLeastPivot, P, kLost, n, kept);
+                kept = kept & sound;
+                if (!all_of(kept)) take_root<T, C>(P, H, R, post, n, m, kept);
+            });
+    }
+
+    // All of those problems whose digits were not kept, by roots; `post` may be none.
+    template <class V, class C>
+    __attribute__((noinline, cold)) void take_root(const V* P, const C* H, const C* R, V* post, int n, int m,
+                                                   const Mask<V>& kept) {
+        for (int l = 0; l < Lane<T>::count; ++l) {
+            if (is_set(kept, l)) continue;
+            SquareRootUpdate update;
+            double own[kStates2], rows[kStates2], noise[kMeasured2];
+            for (int i = 0; i < n; ++i)
+                for (int j = i; j < n; ++j) own[i * n + j] = lane(P[i * n + j], l);
+            for (int i = 0; i < m; ++i)
+                for (int j = i; j < m; ++j) noise[i * m + j] = lane(R[i * m + j], l);
+            bounded_root(own, rows, n);
+            for (int p = 0; p < n; ++p) {
+                for (int j = 0; j < n; ++j) update.A[m + p][m + j] = rows[p * n + j];
+                for (int i = 0; i < m; ++i)
+                    for (int j = 0; j < n; ++j) update.A[m + p][i] += rows[p * n + j] * lane(H[i * n + j], l);
+            }
+            update.solve(noise, n, n, m);
+            take_lane(update, post, n, m, l);
+        }
+    }
+
+    VEDETTE_INLINE void take_lane(const SquareRootUpdate& update, T* post, int n, int m, int l) {
+        for (int i = 0; i < m * m; ++i) set_lane(inverse[i], l, update.inverse[i]);
+        for (int i = 0; i < m * n; ++i) set_lane(gain[i], l, update.gain[i]);
+        set_lane(log_det, l, update.log_det);
+        for (int i = 0; post != nullptr && i < n * n; ++i) set_lane(post[i], l, update.post[i]);
     }
 
     // P - K L, where that is symmetric: with H P for L the posterior, P - K S K'
@@ -194,9 +238,9 @@ struct Update : shapes::Update {
         sight.template take<C>(P, H, R, n, m);
         apply<T, C>(H, x, nu, m, n);
         for (int i = 0; i < m; ++i) nu[i] = z[i] - nu[i];
+        sight.template narrow<C>(P, H, R, post, n, m);
         sight.shift(nu, to, n, m);
         for (int i = 0; i < n; ++i) to[i] += x[i];
-        sight.template narrow<C>(P, H, R, post, n, m);
         store(out[0], to, n), store_symmetric(out[1], post, n);
         Lane<T>::store(out[2], 0, -0.5 * (sight.distance(nu, m) + sight.log_det + m * kLog2Pi));
     }

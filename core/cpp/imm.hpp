@@ -85,7 +85,7 @@ struct PdaUpdate : shapes::PdaUpdate {
         for (int j = 0; j < r; ++j) {
             const T loglik = weigh(sights[j].log_det, nearest, distance + j * k, m);
             Lane<T>::store(out[2], j, loglik);
-            const Sight<T>* sight = sights + j;
+            Sight<T>* sight = sights + j;
             stage<T>([&, j] { weighted_update<T, C>(*sight, x + j * n, P + j * n * n, H, R, z, expected + j * m, distance + j * k, n, m); });
         }
         store(out[0], x, r * n), store_symmetric(out[1], P, n, r);
@@ -110,7 +110,7 @@ struct PdaUpdate : shapes::PdaUpdate {
     // x and P after association, with D the spread of the returns: w_0 P + (1 - w_0) (P - K S K') + K D K', which is
     // P - K ((1 - w_0) S - D) K' where that keeps its digits; else as a sum of squares, the noise being R + D / (1 - w_0).
     template <class T, class C, class N, class M>
-    VEDETTE_INLINE void weighted_update(const Sight<T>& sight, T* x, T* P, const C* H, const C* R, const T* z, const T* expected,
+    VEDETTE_INLINE void weighted_update(Sight<T>& sight, T* x, T* P, const C* H, const C* R, const T* z, const T* expected,
                                const T* weights, N n, M m) const {
         T nu[kMostMeasured], mean[kMostMeasured], spread[kMeasured2], turned[kMostMeasured * kMostStates], hit{};
         for (int i = 0; i < m; ++i) mean[i] = T{};
@@ -139,7 +139,37 @@ struct PdaUpdate : shapes::PdaUpdate {
             for (int l = i; l < m; ++l) set_entry(spread, i, l, m, T(R[i * m + l] + spread[i * m + l] * over));
         sight.joseph(P, H, spread, post, n, m);
         for (int i = 0; i < n; ++i)
-            for (int l = i; l < n; ++l) set_entry(P, i, l, n, T(miss * P[i * n + l] + hit * post[i * n + l]));
+            for (int l = i; l < n; ++l) set_entry(post, i, l, n, T(miss * P[i * n + l] + hit * post[i * n + l]));
+        Mask<T> kept;
+        pivots_exceed<T>(post, kLeastPivot, P, kLost, n, kept);
+        kept = kept & sight.sound;
+        if (!all_of(kept)) mix_roots<T, C>(sight, P, H, R, z, expected, weights, post, n, m, kept);
+        for (int i = 0; i < n; ++i)
+            for (int l = i; l < n; ++l) set_entry(P, i, l, n, post[i * n + l]);
+    }
+
+    // The covariance after association of those problems whose digits were not kept, as sums of squares.
+    template <class T, class C>
+    __attribute__((noinline, cold)) void mix_roots(Sight<T>& sight, const T* P, const C* H, const C* R, const T* z,
+                                                   const T* expected, const T* weights, T* to, int n, int m,
+                                                   const Mask<T>& kept) const {
+        T own[kStates2], nu[kMostMeasured], mean[kMostMeasured], apart[kMostStates], hit{};
+        for (int i = 0; i < n * n; ++i) own[i] = T{};
+        sight.template take_root<T, C>(P, H, R, own, n, m, kept);
+        for (int i = 0; i < m; ++i) mean[i] = T{};
+        for (int h = 0; h < k; ++h) {
+            hit += weights[h];
+            for (int i = 0; i < m; ++i) mean[i] += weights[h] * (z[h * m + i] - expected[i]);
+        }
+        for (int i = 0; i < n * n; ++i) own[i] = (1.0 - hit) * P[i] + hit * own[i];
+        for (int h = -1; h < k; ++h) {  // -1: none of them
+            for (int i = 0; i < m; ++i) nu[i] = h < 0 ? mean[i] : z[h * m + i] - expected[i] - mean[i];
+            sight.shift(nu, apart, n, m);
+            for (int i = 0; i < n; ++i)
+                for (int j = i; j < n; ++j) own[i * n + j] += (h < 0 ? 1.0 - hit : weights[h]) * apart[i] * apart[j];
+        }
+        for (int l = 0; l < Lane<T>::count; ++l)
+            for (int i = 0; i < n * n && !is_set(kept, l); ++i) set_lane(to[i], l, lane(entry(own, i / n, i % n, n), l));
     }
 };
 

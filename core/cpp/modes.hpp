@@ -8,6 +8,7 @@ namespace vedette::VEDETTE_ISA {
 // The sizes that banks of filters with stacked states have.
 template <class F>
 VEDETTE_INLINE void with_modes(int n, const F& f) {
+    if constexpr (!kUnrolls) return f(n);
     if (n == 4) return f(std::integral_constant<int, 4>());
     if (n == 5) return f(std::integral_constant<int, 5>());
     f(n);

@@ -99,9 +99,12 @@ struct InnovatePoints : shapes::InnovatePoints {
             Sight<T> sight;
             for (int i = 0; i < m; ++i)
                 for (int j = i; j < m; ++j) set_entry(S, i, j, m, T(spread[i * m + j] + R[i * m + j]));
-            sight.log_det = invert(S, sight.inverse, m);
+            sight.log_det = invert(S, sight.inverse, m, sight.sound);
+            if (m == 1) sight.sound = S[0] > 0.0;
+            if (m == 2) sight.sound = S[0] * S[3] - S[1] * S[1] > kSingular * S[0] * S[3];
             multiply<kLeft>(sight.inverse, cross, sight.gain, m, m, n);
             narrow<T>(dx, dz, weights, R, sight.gain, post, n, m);
+            if (!all_of(sight.sound)) take_root<T>(sight, dx, dz, weights, R, post);
             store_symmetric(part(out[4], h * n * n), post, n);
             Lane<T>::store(out[2], h, 0.5 * sight.log_det);
             const T least = -0.5 * (sight.log_det + m * kLog2Pi);
@@ -109,6 +112,26 @@ struct InnovatePoints : shapes::InnovatePoints {
                 load(part(in[3], g * m), nu, m);
                 sight.judge(nu, least, part(out[0], g), part(out[1], g), part(out[3], g * n), n, m);
             }
+        }
+    }
+
+    // Those problems whose S is next to singular, by roots.
+    template <class T>
+    __attribute__((noinline, cold)) void take_root(Sight<T>& sight, const T* dx, const T* dz, const T* weights, const T* R,
+                                                   T* post) const {
+        for (int l = 0; l < Lane<T>::count; ++l) {
+            if (is_set(sight.sound, l)) continue;
+            SquareRootUpdate update;
+            double noise[kMeasured2];
+            for (int i = 0; i < m; ++i)
+                for (int j = i; j < m; ++j) noise[i * m + j] = lane(R[i * m + j], l);
+            for (int p = 0; p < s; ++p) {
+                const double scale = std::sqrt(lane(weights[p], l));
+                for (int i = 0; i < m; ++i) update.A[m + p][i] = scale * lane(dz[p * m + i], l);
+                for (int j = 0; j < n; ++j) update.A[m + p][m + j] = scale * lane(dx[p * n + j], l);
+            }
+            update.solve(noise, s, n, m);
+            sight.take_lane(update, post, n, m, l);
         }
     }
 
