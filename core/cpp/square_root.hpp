@@ -10,7 +10,8 @@ namespace vedette::VEDETTE_ISA {
 
 constexpr double kRounding = 1e-15;  // a variance's part that rounding leaves in doubt
 constexpr double kLost = 1e-10;      // the least part of a variance that an update by other forms may leave of it
-constexpr double kLeastPivot = 1e-13;
+constexpr double kLeastPivot = 1e-13;    // of a covariance, as a part of its variance
+constexpr double kMostCancelled = 2e3;   // times a variance: terms of this size leave it 12 digits
 constexpr int kMostColumns = kMostMeasured + kMostStates;
 constexpr int kMostRows = kMostMeasured + kMostPoints;
 
@@ -42,14 +43,14 @@ inline void bounded_root(const double* P, double* rows, int n) {
 
 // Whether all pivots of a symmetric A (n, n) are at least this part of its diagonal, and that at least a part of B's, if any.
 template <class T>
-__attribute__((noinline)) void pivots_exceed(const T* A, double least, const T* B, double part, int n, Mask<T>& good) {
+__attribute__((noinline)) void pivots_exceed(const T* A, double least, const T* B, double at_offset, int n, Mask<T>& good) {
     T L[kStates2], D[kMostStates];
     good = T{} == 0.0;
     for (int j = 0; j < n; ++j) {
         D[j] = A[j * n + j];
         for (int l = 0; l < j; ++l) D[j] -= L[j * n + l] * L[j * n + l] * D[l];
         good = good & (D[j] >= least * A[j * n + j]);
-        if (B != nullptr) good = good & (A[j * n + j] >= part * B[j * n + j]);
+        if (B != nullptr) good = good & (A[j * n + j] >= at_offset * B[j * n + j]);
         const T over = D[j] > 0.0 ? 1.0 / D[j] : T{};
         for (int i = j + 1; i < n; ++i) {
             T sum = A[j * n + i];

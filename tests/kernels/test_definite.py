@@ -1,6 +1,7 @@
 """No kernel makes an indefinite covariance, whatever the scales of prior and noise: both twins, every instruction set."""
 
 from fractions import Fraction
+from functools import partial
 
 import numpy as np
 import pytest
@@ -30,8 +31,7 @@ def twins():
 
             return call
 
-        for each in _compiled.instruction_sets():
-            found.append((each, lambda name, each=each: on(each, name)))
+        found += [(each, partial(on, each)) for each in _compiled.instruction_sets()]
     return found
 
 
@@ -53,7 +53,7 @@ def assert_covariances(cov, what):
 
 
 class Problem:
-    """Priors (b, n, n), rows H (b, m, n) and noises (b, m, m) of any scale, blunt and sharp, correlated up to the last digit."""
+    """Priors (b, n, n), rows H (b, m, n) and noises (b, m, m) of any scale, correlated up to the last digit."""
 
     def __init__(self, seed, n, m, batch, decades, lost):
         rng = self.rng = np.random.default_rng(seed)
@@ -83,7 +83,10 @@ def covariances_of(kernel, p):
     yield "evaluate_returns", post[:, 0, 0]
     for weight in (1e-9, 0.5, 1.0):
         weights = np.broadcast_to([1.0 - weight, weight], (p.b, 1, 2))
-        yield f"weighted_update by {weight}", kernel("weighted_update")(x[:, None], P[:, None], shift, post, weights, ())[1][:, 0]
+        yield (
+            f"weighted_update by {weight}",
+            kernel("weighted_update")(x[:, None], P[:, None], shift, post, weights, ())[1][:, 0],
+        )
     for density in (-30.0, 0.0, 30.0):
         pda = x[:, None], P[:, None], np.stack([z, 0.9 * z], axis=1), H, R, 0.9, 0.99, np.inf, density
         yield f"pda_update among {density}", kernel("pda_update")(*pda)[1][:, 0]

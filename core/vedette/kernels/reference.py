@@ -12,6 +12,7 @@ from vedette.kernels.square_root import bounded_root, keeps_digits, pivots_excee
 from vedette.space import Array, Mask, Periods, wrapped
 
 _TINY = float(np.finfo(float).tiny)
+_LEAST_EXPONENT = float(np.log(_TINY))
 _LOG_2PI = float(np.log(2.0 * np.pi))
 _SINGULAR = 1e-12  # an S with a smaller pivot than this part of its diagonal is updated by its root
 
@@ -19,6 +20,16 @@ _SINGULAR = 1e-12  # an S with a smaller pivot than this part of its diagonal is
 def safe_log(p: Array) -> Array:
     """The logarithm of probabilities and densities, no less than log of the smallest normal number: about -708."""
     return np.log(np.maximum(p, _TINY))
+
+
+def exp_or_zero(a: Array) -> Array:
+    """exp(a), 0 where that would be below the smallest normal number: arithmetic on such is many times slower."""
+    return np.exp(np.where(a < _LEAST_EXPONENT, -np.inf, a))
+
+
+def normal_or_zero(weights: Array) -> Array:
+    """Return weights >= 0, those below the smallest normal number as 0."""
+    return np.where(weights < _TINY, 0.0, weights)
 
 
 def log_sum(a: Array, axis: int = -1) -> Array:
@@ -264,8 +275,8 @@ def imm_mix(log_prob: Array, log_transition: Array, xs: Array, Ps: Array) -> tup
     predicted = log_sum(joint)
     # A mode that cannot be reached starts from the whole mixture: any prior is as good, but it must be one.
     reached = np.isfinite(predicted)[..., None]
-    mixing = np.exp(np.where(reached, joint - np.where(reached, predicted[..., None], 0.0), log_prob[..., None, :]))
-    return predicted, *moments(mixing, xs, Ps)
+    logs = np.where(reached, joint - np.where(reached, predicted[..., None], 0.0), log_prob[..., None, :])
+    return predicted, *moments(exp_or_zero(logs), xs, Ps)
 
 
 def imm_combine(log_prob: Array, loglik: Array, xs: Array, Ps: Array) -> tuple[Array, Array, Array, Array]:
@@ -277,7 +288,7 @@ def imm_combine(log_prob: Array, loglik: Array, xs: Array, Ps: Array) -> tuple[A
     joint = log_prob + loglik
     total = log_sum(joint)
     after = joint - total[..., None]
-    mean, cov = moments(np.exp(after)[..., None, :], xs, Ps)
+    mean, cov = moments(exp_or_zero(after)[..., None, :], xs, Ps)
     return after, mean[..., 0, :], cov[..., 0, :, :], total
 
 
@@ -298,5 +309,5 @@ def pda_update(
     inside = np.min(distance, axis=-2, keepdims=True) <= limit
     scores[..., 1:] = np.where(inside, loglik + safe_log(np.asarray(p_detect)) - log_density, -np.inf)
     total = log_sum(scores)
-    step, cov = mixture(Ps, shift, post, np.exp(scores - total[..., None]))
+    step, cov = mixture(Ps, shift, post, exp_or_zero(scores - total[..., None]))
     return xs + step, cov, total

@@ -39,7 +39,7 @@ def pivots_exceed(A: Array, least: float) -> Mask:
 
 def keeps_digits(post: Array, P: Array) -> Mask:
     """Whether post (*b, n, n) is positive definite, and its variances no smaller a part of those of P than digits allow."""
-    kept = np.all(np.diagonal(post, axis1=-2, axis2=-1) >= _LOST * np.diagonal(P, axis1=-2, axis2=-1), axis=-1)
+    kept: Mask = np.all(np.diagonal(post, axis1=-2, axis2=-1) >= _LOST * np.diagonal(P, axis1=-2, axis2=-1), axis=-1)
     try:
         np.linalg.cholesky(post)
     except np.linalg.LinAlgError:

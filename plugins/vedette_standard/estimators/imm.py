@@ -177,7 +177,7 @@ class Imm(Estimator[Modes]):
         """Mix, then predict every mode; one that reframes is told the combined estimate from before the mixing."""
         if dt == 0:
             return belief
-        log_prob, means, covs = kernels.interact(
+        log_prob, means, covs = kernels.mix_modes(
             belief.log_prob, self._switch.log(dt), *self._each(belief), self._own, self._absent, self.state.periods
         )
         beliefs: list[Any] = []
@@ -215,7 +215,7 @@ class Imm(Estimator[Modes]):
     def moments(self, belief: Modes) -> Gaussian:
         """Return mean and covariance of the mixture over all modes' axes, the spread of the means included."""
         means, covs = self._each(belief)
-        mean, cov = kernels.together(belief.log_prob, means, covs, self._own, self._absent, self.state.periods)
+        mean, cov = kernels.mixture_moments(belief.log_prob, means, covs, self._own, self._absent, self.state.periods)
         if self.zero_variance:
             cov = without_variance(cov, self.state.locate(self.zero_variance))
         return Gaussian(mean, cov)
