@@ -104,6 +104,11 @@ def _parser() -> ArgumentParser:
         help="also smooth: by all later scans, or by those of up to LAG later, as in --smooth '10 s'",
     )
     run.add_argument("--strict", action="store_true", help="stop at the first scan or return that cannot be taken")
+    run.add_argument(
+        "--stream",
+        action="store_true",
+        help="write results as the run goes and keep nothing, for runs of any length",
+    )
 
     reproduce = commands.add_parser("reproduce", help="run a published study anew", description=_REPRODUCE)
     reproduce.add_argument("paper", metavar="PAPER", help="the study: vts, target-oriented, bayes-risk, or a plugin's")
