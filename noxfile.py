@@ -76,7 +76,7 @@ def benchmarks(session: nox.Session) -> None:
 
 @nox.session
 def endurance(session: nox.Session) -> None:
-    """Memory along a day of 50 vessels and 10^6 scans of one track, hours: `nox -s endurance -- --scans 5000 --long 50000`."""
+    """Memory along a day of 50 vessels, and 10^6 scans of one track: `nox -s endurance -- --scans 5000 --long 50000`."""
     session.install(".")
     session.run("python", "-m", "benchmarks.endurance", *session.posargs)
 
