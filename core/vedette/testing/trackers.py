@@ -160,12 +160,12 @@ def judge(played: Runs, alpha: float, band: tuple[float, float], seed: int) -> R
 
 
 def _lost(played: Runs) -> Mask:
-    """Runs (r,) whose target's return fell outside the gate in each of the last scans: they follow clutter."""
+    """Runs (r,) that drowned, or whose target's return fell outside the gate in each of the last scans: they follow clutter."""
     gone = np.ones(len(played.error), dtype=bool)
     for looks in played.looks.values():
         squared = nees(looks.residual[:, -LAGS:], looks.cov[:, -LAGS:])
         gone &= np.all(squared > played.tracker.gate.threshold(looks.residual.shape[-1]), axis=1)
-    return gone
+    return gone | played.drowned
 
 
 def _lost_verdict(count: int, total: int, share: float) -> Verdict:
@@ -180,7 +180,14 @@ def _lost_verdict(count: int, total: int, share: float) -> Verdict:
 def _without(played: Runs, lost: Mask) -> Runs:
     keep = ~lost
     looks = {name: Looks(one.residual[keep], one.cov[keep], one.seen[keep]) for name, one in played.looks.items()}
-    return evolve(played, error=played.error[keep], cov=played.cov[keep], mean=played.mean[keep], looks=looks)
+    return evolve(
+        played,
+        error=played.error[keep],
+        cov=played.cov[keep],
+        mean=played.mean[keep],
+        drowned=played.drowned[keep],
+        looks=looks,
+    )
 
 
 def _when(outside: Array, times: Array) -> str:
