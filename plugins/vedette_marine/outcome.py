@@ -130,8 +130,8 @@ def claims(found: Found, seeds: int) -> tuple[Claim, ...]:
         Claim(
             "IMM-PDAF is more accurate than CV-PDAF on the large ship (423 m against 525 m)",
             "reproduced" if max(same) < 0.98 else "not reproduced",
-            f"against AIS the ratio is {_told(max(same), 3)}: what is seen there is the antenna, 65 m from the hull's centre. "
-            "It is the same for all filters",
+            f"against AIS the ratio is {_told(max(same), 3)}: what is seen there is the antenna, 65 m from the hull's "
+            "centre. It is the same for all filters",
         ),
         Claim(
             "The order IMM, CV, CT from small to large errors, in all three targets",
@@ -142,8 +142,8 @@ def claims(found: Found, seeds: int) -> tuple[Claim, ...]:
         Claim(
             "Errors of 98 to 121 m (MANV) and 423 to 530 m (DARC)",
             "not testable",
-            f"healthy tracks err by {_told(min(every), 1)} to {_told(max(every), 0)} m here. The data are not published; a frame's "
-            "number taken for its time (24 of 1,000 are lost) gives errors of the published size, alike for all filters",
+            f"healthy tracks err by {_told(min(every), 1)} to {_told(max(every), 0)} m here. The data are not published; a "
+            "frame's number taken for its time (24 of 1,000 are lost) gives errors of the published size, alike for all filters",
         ),
     )
 

@@ -35,8 +35,8 @@ class Looks:
 class Runs:
     """What came of the runs: errors (r, s, n) and covariances (r, s, n, n) at times (s,), estimates (r, s, n), and looks.
 
-    `exact` says whether chi-square holds for them, and `why` not. `drowned` (r,) are runs that knew so little of their target
-    that there was no end to the clutter around it.
+    `exact` says whether chi-square holds for them, and `why` not. `drowned` (r,) are runs that knew so little of their
+    target that there was no end to the clutter around it.
     """
 
     tracker: Tracker
