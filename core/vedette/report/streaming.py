@@ -21,7 +21,7 @@ from vedette.progress import Progress, silent
 from vedette.report.figures import figures
 from vedette.report.summary import head, innovation_rows, rows
 from vedette.tracking.history import History
-from vedette.tracking.tracker import State
+from vedette.tracking.state import State
 from vedette.types import Scan
 
 _SCANS, _ENTRIES = 200, 5_000

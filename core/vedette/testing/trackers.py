@@ -160,7 +160,7 @@ def judge(played: Runs, alpha: float, band: tuple[float, float], seed: int) -> R
 
 
 def _lost(played: Runs) -> Mask:
-    """Runs (r,) that drowned, or that follow clutter: the target's return fell outside the gate in each of the last scans."""
+    """Runs (r,) that drowned, or that follow clutter: its return fell outside the gate in each of the last scans."""
     gone = np.ones(len(played.error), dtype=bool)
     for looks in played.looks.values():
         squared = nees(looks.residual[:, -LAGS:], looks.cov[:, -LAGS:])

@@ -15,7 +15,7 @@ from attrs import define, field
 from vedette.errors import Problem
 from vedette.roles import Sensor
 from vedette.space import Array
-from vedette.tracking.tracker import State
+from vedette.tracking.state import State
 from vedette.types import Scan
 
 _LOOKED = 200
