@@ -42,6 +42,7 @@ class AutoferrySource(Source):
     """
 
     kind: ClassVar[str] = "autoferry"
+    draws: ClassVar[bool] = False
 
     scenario: int = fields.integer("number N of the scenario", at_least=1)
     path: str = fields.text("folder that holds scenarioN_detections.json and scenarioN_groundTruth.json", default="")

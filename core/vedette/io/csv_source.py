@@ -28,6 +28,7 @@ class CsvSource(Source):
     """
 
     kind: ClassVar[str] = "csv"
+    draws: ClassVar[bool] = False
 
     detections: DetectionColumns = fields.part("the returns")
     path: str = fields.text("folder of the recording, or its one file", default="")

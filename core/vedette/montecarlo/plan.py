@@ -115,6 +115,8 @@ def plan(table: Mapping[str, Any], overrides: Sequence[str] = ()) -> Plan:
     together = all(_goes_together(point) for point in points)
     axes: dict[str, tuple[Any, ...]] = {"tracker": tuple(trackers)} if trackers else {}
     runs = whole("runs", table.get("runs", 1000), 1)
+    if runs > 1 and not any(_draws(point.experiment) for point in points):
+        raise ConfigError([Problem("runs", _all_the_same(points, runs))])
     return Plan(
         title=str(table.get("title", experiment.get("title", ""))),
         points=points,
@@ -125,6 +127,22 @@ def plan(table: Mapping[str, Any], overrides: Sequence[str] = ()) -> Plan:
         together=together,
         precision=_precision(table.get("precision")),
         given=json.loads(json.dumps(dict(table) | {"experiment": base}, default=plain)),
+    )
+
+
+def _draws(experiment: Experiment) -> bool:
+    """Whether another seed gives another run."""
+    tracker = experiment.tracker
+    return any(getattr(part, "draws", False) for part in (experiment.source, tracker.estimator, tracker.birth))
+
+
+def _all_the_same(points: tuple[Point, ...], runs: int) -> str:
+    sources = {point.experiment.source.kind for point in points if point.experiment.source is not None}
+    estimators = {point.experiment.tracker.estimator.kind for point in points}
+    return (
+        f"must be 1, got {runs:,}: neither the source ({', '.join(sorted(sources))}) nor the estimator "
+        f"({', '.join(sorted(estimators))}) draws anything, so all runs would be the same; vary the scene with a source "
+        "that draws, such as 'simulation'"
     )
 
 

@@ -45,6 +45,7 @@ class VideoSource(Source):
     """
 
     kind: ClassVar[str] = "video"
+    draws: ClassVar[bool] = False
 
     path: str = fields.text("a video file, or a folder of images in the order of their names", default="")
     truth: str = fields.text(

@@ -47,6 +47,7 @@ class RadarPictures(Source):
     """
 
     kind: ClassVar[str] = "radar_pictures"
+    draws: ClassVar[bool] = False
 
     path: str = fields.text("folder that holds geometry.json, frames.csv and the pictures", default="")
     reference: str = fields.choice("what tracks are held against", ("truth", "ais", "none"), default="truth")
