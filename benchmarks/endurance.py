@@ -15,7 +15,9 @@ import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from time import process_time
-from typing import Any
+from typing import Any, TypeVar
+
+T = TypeVar("T")
 
 LIMIT = 0.05
 """What a run may grow by from its first tenth to its end."""
@@ -72,7 +74,7 @@ def follow(config: dict[str, Any], samples: int = 20) -> dict[str, Any]:
 
     experiment, held = vedette.load(config), list[float]()
 
-    def watched(scans: Sequence[vedette.Scan]) -> Iterator[vedette.Scan]:
+    def watched(scans: Sequence[T], about: str, /) -> Iterator[T]:
         every = max(len(scans) // samples, 1)
         for i, scan in enumerate(scans):
             if i % every == 0:

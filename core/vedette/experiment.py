@@ -69,7 +69,8 @@ class Steps:
         self.intake = Intake(experiment.tracker.sensors, Refused(named))
         self.intake.refused.extend(recording.refused)
         self._tracker, self._given, self._seeds, self._strict = experiment.tracker, given, seeds, strict
-        self._scans = preprocess(progress(recording.scans, "tracking"), experiment.preprocessors, self.intake.refused, strict=strict)
+        scans = progress(recording.scans, "tracking")
+        self._scans = preprocess(scans, experiment.preprocessors, self.intake.refused, strict=strict)
         self.state = self._tracker.start(given, -np.inf, seeds)
 
     def __iter__(self) -> Iterator[tuple[Scan, State]]:

@@ -11,7 +11,7 @@ from vedette.cli import main
 from vedette.io import write_recording
 
 KALMAN = {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 1.0}}
-PARTICLES = {"kind": "bootstrap_particles", "motion": {"kind": "constant_velocity", "sigma_accel": 1.0}, "particles": 50}
+PARTICLES = {"kind": "bootstrap_particles", "motion": {"kind": "constant_velocity", "sigma_accel": 1.0}, "particles": 100}
 
 
 @pytest.fixture

@@ -132,8 +132,8 @@ def plan(table: Mapping[str, Any], overrides: Sequence[str] = ()) -> Plan:
 
 def _draws(experiment: Experiment) -> bool:
     """Whether another seed gives another run."""
-    tracker = experiment.tracker
-    return any(getattr(part, "draws", False) for part in (experiment.source, tracker.estimator, tracker.birth))
+    parts = (experiment.source, experiment.tracker.estimator, experiment.tracker.birth)
+    return any(part is not None and part.draws for part in parts)
 
 
 def _all_the_same(points: tuple[Point, ...], runs: int) -> str:
