@@ -11,6 +11,7 @@ from attrs import evolve
 from vedette.roles import Associator, Birth, Estimator, Lifecycle, Sensor
 from vedette.space import Array, Space
 from vedette.tracking import trees
+from vedette.tracking.ceiling import check_births
 from vedette.tracking.gate import Gate
 from vedette.tracking.state import State
 from vedette.types import Detections, Frame, Newborn
@@ -98,6 +99,7 @@ def claimed(weights: Array, exclusive: bool) -> Array:
 
 def _joined(tracker: Parts, state: State, newborn: Newborn, rng: np.random.Generator) -> State:
     count, k = len(newborn.returns), state.weights.shape[-1] - 1
+    check_births(state, count, k)
     existence = np.ones(count) if tracker.lifecycle.certain else newborn.existence
     belief = tracker.estimator.start(newborn.prior, tracker.state, rng)
     weights = np.zeros((count, 1 + k))
