@@ -213,13 +213,14 @@ class LazyScans(Sequence[Scan]):
 class Recording:
     """What a source delivers: scans in time order, the truth if it is known, and what was refused on the way.
 
-    `scans` may be lazy.
+    `scans` may be lazy. `warnings`: a sentence for each thing that looks wrong and was read all the same.
     """
 
     scans: Sequence[Scan]
     truth: tuple[Trajectory, ...] = ()
     refused: tuple[Problem, ...] = ()
     notes: Mapping[str, str] = {}
+    warnings: tuple[str, ...] = ()
 
 
 new_gaussian = maker(Gaussian)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import ClassVar, final
 
 import numpy as np
@@ -13,7 +13,7 @@ from vedette.errors import InputError, Problem
 from vedette.io.csv_returns import DetectionColumns, Look, Reading
 from vedette.io.csv_truth import Platform, PlatformColumns, TruthColumns
 from vedette.io.gaps import fill_gaps
-from vedette.io.reading import FRAMES, NORTH_EAST, Sample, detections, find, polar
+from vedette.io.reading import FRAMES, NORTH_EAST, Sample, beyond_period, detections, find, polar
 from vedette.roles import Sensor, Source
 from vedette.types import Recording, Scan
 
@@ -62,8 +62,9 @@ class CsvSource(Source):
             file = folder / self.platform.file if self.platform.file else path
             platform = self.platform.read(file, self.delimiter, refused)
         looks = self.detections.read(path, readings, self.delimiter, refused, notes)
-        scans = []
+        scans, odd = [], list[str]()
         for name, reading in readings.items():
+            odd += _odd(name, reading, looks[name])
             own = [_scan(name, look, reading, platform, refused) for look in looks[name]]
             placed = [scan for scan in own if scan is not None]
             if name in self.detections.periods:
@@ -75,7 +76,9 @@ class CsvSource(Source):
             first = f"; the first problem: {refused[0]}" if refused else ""
             raise InputError(f"{path}: holds no usable scan of {', '.join(readings)}{first}")
         truth = () if self.truth is None else self.truth.read(folder, self.delimiter, refused)
-        return Recording(tuple(sorted(scans, key=lambda scan: scan.time)), truth, tuple(dict.fromkeys(refused)), notes)
+        return Recording(
+            tuple(sorted(scans, key=lambda scan: scan.time)), truth, tuple(dict.fromkeys(refused)), notes, tuple(odd)
+        )
 
     def _tables(self) -> list[DetectionColumns | TruthColumns | PlatformColumns]:
         optional = (self.truth, self.platform)
@@ -89,6 +92,16 @@ class CsvSource(Source):
             files.setdefault(table.file or self.detections.file or "a file", []).extend(titles)
         listed = [f"{name} with columns {', '.join(dict.fromkeys(titles))}" for name, titles in files.items()]
         return f"{self.about or 'a recording'}. Format: CSV, {'; '.join(listed)}"
+
+
+def _odd(name: str, reading: Reading, looks: list[Sample[Look]]) -> Iterator[str]:
+    """Say which angles are larger than a whole turn; the scans wrap them."""
+    values = [np.array(look.value.returns).reshape(-1, len(reading.read)) for look in looks]
+    for i, axis in enumerate(reading.read.axes):
+        if axis.period is not None and values:
+            said = beyond_period(name, axis, np.concatenate(values)[:, i])
+            if said is not None:
+                yield said
 
 
 def _scan(name: str, look: Sample[Look], reading: Reading, platform: Platform | None, refused: list[Problem]) -> Scan | None:

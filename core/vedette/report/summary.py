@@ -12,6 +12,7 @@ from vedette.metrics import Score
 from vedette.metrics.consistency import chi_square_band
 from vedette.report.figures import count
 from vedette.report.traces import BAND, Normalised, band, innovations, mode_names, position_nees, traces
+from vedette.report.warnings import warnings
 
 FIRST = 5
 """How many refused things the summary names."""
@@ -40,7 +41,8 @@ def summary(experiment: Experiment, result: Result, score: Score) -> str:
 def head(experiment: Experiment, result: Result, score: Score) -> list[str]:
     """Return the lines on what came in and how many tracks there were."""
     title = experiment.title or "Run"
-    lines = [title, "=" * len(title), "", *rows(_read(result)), *_refused(result)]
+    lines = [title, "=" * len(title), "", *rows(("LOOKS WRONG", said) for said in warnings(experiment, result, score))]
+    lines += [*rows(_read(result)), *_refused(result)]
     return [*lines, *rows([("tracks", f"{score.tracks:,} confirmed of {result.begun:,} begun")])]
 
 

@@ -25,9 +25,10 @@ _LOOKED = 200
 @final
 @define
 class Refused:
-    """What was left out: how often, and the first `most` of it, by default all."""
+    """What was left out: the first `most` of it, by default all; how often, and `late`, for a time that goes back."""
 
     most: float = math.inf
+    late: int = 0
     first: list[Problem] = field(factory=list)
     count: int = 0
 
@@ -35,6 +36,7 @@ class Refused:
         """Add to what was left out."""
         for problem in problems:
             self.count += 1
+            self.late += any(words in problem.text for words in ("out of order", "must not go back"))
             if len(self.first) < self.most:
                 self.first.append(problem)
 
