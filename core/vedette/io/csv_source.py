@@ -14,7 +14,8 @@ from vedette.io.csv_returns import DetectionColumns, Look, Reading
 from vedette.io.csv_truth import Platform, PlatformColumns, TruthColumns
 from vedette.io.gaps import fill_gaps
 from vedette.io.reading import FRAMES, NORTH_EAST, Sample, beyond_period, detections, find, polar
-from vedette.roles import Sensor, Source
+from vedette.roles import Sensor
+from vedette.supporting import Source
 from vedette.types import Recording, Scan
 
 
