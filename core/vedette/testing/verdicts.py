@@ -1,0 +1,184 @@
+"""Each verdict on the runs of a tracker on matched truth."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from attrs import evolve
+
+from vedette.metrics.consistency import (
+    Verdict,
+    bias_verdict,
+    chi_square_band,
+    chi_square_verdict,
+    nees,
+    run_mean_verdict,
+    whiteness_verdict,
+)
+from vedette.space import Array, Mask
+from vedette.testing.judging import Misuse
+from vedette.testing.montecarlo import Looks, Runs
+
+LAGS = 5
+MOST_LOST = 0.05
+"""The largest share of runs that may lose their target in clutter."""
+
+
+def lost_runs(played: Runs) -> Mask:
+    """Runs (r,) that drowned, or that follow clutter: its return fell outside the gate in each of the last scans."""
+    gone = np.ones(len(played.error), dtype=bool)
+    for looks in played.looks.values():
+        squared = nees(looks.residual[:, -LAGS:], looks.cov[:, -LAGS:])
+        gone &= np.all(squared > played.tracker.gate.threshold(looks.residual.shape[-1]), axis=1)
+    return gone | played.drowned
+
+
+def lost_verdict(count: int, total: int, share: float) -> Verdict:
+    """Whether so many lost runs contradict that at most `MOST_LOST` are; the binomial's exact tail."""
+    from scipy.special import bdtrc
+
+    most = max(k for k in range(total + 1) if k == 0 or bdtrc(k - 1, total, MOST_LOST) >= share)
+    text = f"lost tracks: {count} of {total}, left out of the other figures; {MOST_LOST:.0%} are allowed, so at most {most}"
+    return Verdict("lost", count / total, 0.0, most / total, share, text)
+
+
+def without(played: Runs, lost: Mask) -> Runs:
+    keep = ~lost
+    looks = {name: Looks(one.residual[keep], one.cov[keep], one.seen[keep]) for name, one in played.looks.items()}
+    return evolve(
+        played,
+        error=played.error[keep],
+        cov=played.cov[keep],
+        mean=played.mean[keep],
+        drowned=played.drowned[keep],
+        looks=looks,
+    )
+
+
+def _when(outside: Array, times: Array) -> str:
+    """Since when, or when, something is out of its band."""
+    inside = np.flatnonzero(~outside.astype(bool))
+    since = 0 if not len(inside) else int(inside[-1]) + 1
+    if since < len(times):
+        return f" from {times[since]:g} s on" if since else " throughout"
+    return f" at {times[int(np.argmax(outside))]:g} s"
+
+
+def _size(figure: float) -> str:
+    return f"{figure:.2g} times too small" if figure > 1 else f"{1 / max(figure, 1e-300):.2g} times too large"
+
+
+def _worst(figures: Array, low: float, high: float) -> int:
+    """Which of the figures leaves the band most, in ratios."""
+    return int(np.argmax(np.maximum(figures / high, low / np.maximum(figures, 1e-300))))
+
+
+def nees_verdict(played: Runs, values: Array, free: Array, share: float, band: tuple[float, float]) -> Verdict:
+    if not played.exact:
+        return run_mean_verdict("NEES, mean over a run", values.mean(axis=1), *band, share)
+    low, high = chi_square_band(float(free.sum()), share / len(played.times))
+    mean = values.mean(axis=0)
+    worst = _worst(mean, low, high)
+    text = f"NEES at {played.times[worst]:g} s: {mean[worst]:.3g} of what is expected, band {low:.3g} to {high:.3g}"
+    outside = (mean < low) | (mean > high)
+    if outside.any():
+        text += f": the covariance is {_size(mean[worst])}{_when(outside, played.times)}"
+    return Verdict("NEES by time", float(mean[worst]), low, high, share, text)
+
+
+def normalised_innovations(looks: Looks) -> Array:
+    """Squared innovation of the target's return over its expectation (r, s), NaN where it was not detected."""
+    return np.where(looks.seen, nees(looks.residual, looks.cov) / looks.residual.shape[-1], np.nan)
+
+
+def nis_verdicts(played: Runs, nis: Mapping[str, Array], share: float, band: tuple[float, float]) -> list[Verdict]:
+    verdicts = []
+    for name, values in nis.items():
+        title, each, m = f"NIS of {name}", share / len(nis), played.looks[name].residual.shape[-1]
+        if not np.isfinite(values).any():
+            raise Misuse(f"sensors.{name}: never saw the target; the prior starts it out of view")
+        if played.exact:
+            verdicts.append(chi_square_verdict(title, m * values[np.isfinite(values)], float(m), each))
+        else:
+            seen = values[np.isfinite(values).any(axis=1)]
+            verdicts.append(run_mean_verdict(title, np.nanmean(seen, axis=1), *band, each))
+    return verdicts
+
+
+def whiteness_verdicts(played: Runs, share: float) -> list[Verdict]:
+    """Exact filters have white innovations; of others each run's first autocorrelation must be within 0.1 on average."""
+    verdicts = []
+    for name, looks in played.looks.items():
+        each = share / len(played.looks)
+        if played.exact:
+            verdicts.append(whiteness_verdict(looks.residual, looks.cov, LAGS, each, looks.seen))
+            continue
+        pair = looks.seen[:, :-1] & looks.seen[:, 1:]
+        u = looks.residual / np.sqrt(np.diagonal(looks.cov, axis1=-2, axis2=-1))
+        products = np.where(pair, np.mean(u[:, :-1] * u[:, 1:], axis=-1), 0.0)
+        products = products.sum(axis=1) / np.maximum(pair.sum(axis=1), 1)
+        one = run_mean_verdict(name, 1.0 + products, 0.9, 1.1, each)
+        text = (
+            f"whiteness of {name}: correlation {one.figure - 1:.3g} at lag 1, band {one.low - 1:.2g} to {one.high - 1:.2g}"
+        )
+        verdicts.append(Verdict("whiteness", one.figure - 1, one.low - 1, one.high - 1, each, text, one.error))
+    return verdicts
+
+
+def bias_of(played: Runs, share: float) -> Verdict:
+    """The bias that stands out most of all times."""
+    each = share / len(played.times)
+    names = played.tracker.state.names
+    all_times = [bias_verdict(played.error[:, k], played.cov[:, k], names, each) for k in range(len(played.times))]
+    worst = int(np.argmax([abs(verdict.figure) / verdict.high for verdict in all_times]))
+    found = all_times[worst]
+    outside = np.array([not verdict.inside for verdict in all_times])
+    when = _when(outside, played.times) if outside.any() else f" at {played.times[worst]:g} s"
+    return Verdict("bias", found.figure, found.low, found.high, share, found.text + when, found.error)
+
+
+def calibration(played: Runs) -> tuple[tuple[str, ...], Array]:
+    """Squared errors over variances (d, r, s) along each free axis, and along and across the estimated velocity.
+
+    The estimate is not correlated with its error, so a direction that follows from it is as good as a fixed one.
+    """
+    space, variance = played.tracker.state, np.diagonal(played.cov, axis1=-2, axis2=-1)
+    free = [i for i in range(len(space)) if variance[..., i].min() > 0]
+    names = [space.names[i] for i in free]
+    squares = [played.error[..., i] ** 2 / variance[..., i] for i in free]
+    if all(name in names for name in ("x", "y", "vx", "vy")):
+        place, pace = ([space.names.index(name) for name in pair] for pair in (("x", "y"), ("vx", "vy")))
+        v = played.mean[..., pace]
+        ahead = v / np.maximum(np.linalg.norm(v, axis=-1, keepdims=True), 1e-12)
+        P = played.cov[..., place, :][..., place]
+        for name, u in (("along-track", ahead), ("cross-track", ahead[..., ::-1] * [-1.0, 1.0])):
+            names.append(name)
+            error = np.sum(u * played.error[..., place], axis=-1)
+            squares.append(error**2 / np.einsum("...i,...ij,...j->...", u, P, u))
+    return tuple(names), np.stack(squares)
+
+
+def calibration_verdict(
+    played: Runs, directions: tuple[str, ...], squares: Array, share: float, band: tuple[float, float]
+) -> Verdict:
+    if not played.exact:
+        each = [
+            run_mean_verdict(f"covariance along {name}", square.mean(axis=1), *band, share / len(directions))
+            for name, square in zip(directions, squares, strict=True)
+        ]
+        return max(each, key=lambda verdict: max(verdict.figure / verdict.high, verdict.low / max(verdict.figure, 1e-300)))
+    low, high = chi_square_band(squares.shape[1], share / squares.shape[2] / len(directions))
+    mean = squares.mean(axis=1)
+    # The direction that is out of its band for longest names what is wrong; where none is, the one nearest to it.
+    outside = (mean < low) | (mean > high)
+    nearest = int(np.unravel_index(_worst(mean, low, high), mean.shape)[0])
+    d = int(np.argmax(outside.sum(axis=1))) if outside.any() else nearest
+    k = _worst(mean[d], low, high)
+    if outside.any():
+        typical = float(np.exp(np.mean(np.log(mean[d, outside[d]]))))
+        text = f"covariance is {_size(typical)} along {directions[d]}{_when(outside[d], played.times)}"
+    else:
+        text = f"covariance by direction: at most {mean[d, k]:.3g} of what is expected, along {directions[d]}"
+    text += f" (band {low:.3g} to {high:.3g})"
+    return Verdict("calibration", float(mean[d, k]), low, high, share, text)
