@@ -5,7 +5,6 @@ from attrs import frozen
 
 import vedette
 
-VEDETTE_CONTRACT = 2
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(8)
 
 
@@ -28,8 +27,3 @@ class Clothoid(vedette.MotionModel):
 
     def noise(self, x, dt):
         return dt * np.diag([0.0, 0.0, 0.0, self.sigma_accel, 0.0, self.sigma_sharpness]) ** 2
-
-
-@vedette.plugin
-def vedette_components():
-    return [Clothoid]

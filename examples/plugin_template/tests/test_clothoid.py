@@ -1,5 +1,0 @@
-from vedette_clothoid import Clothoid
-
-from vedette.testing import conformance
-
-TestClothoid = conformance(Clothoid)
