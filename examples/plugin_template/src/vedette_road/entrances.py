@@ -4,7 +4,6 @@ import numpy as np
 from attrs import frozen
 
 import vedette
-from vedette.types import Newborn
 
 
 @frozen
@@ -80,4 +79,4 @@ class Entrances(vedette.Birth):
             each, share = estimator.moments(estimator.update(belief, innovation, chosen)), density[:, i] / rate[i]
             mean[i], apart = estimator.state.mean(each.mean, share)
             cov[i] = np.einsum("c,cij->ij", share, each.cov + apart[:, :, None] * apart[:, None, :])
-        return Newborn(returns, vedette.Gaussian(mean[returns], cov[returns]), existence[returns])
+        return vedette.Newborn(returns, vedette.Gaussian(mean[returns], cov[returns]), existence[returns])

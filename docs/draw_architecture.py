@@ -1,0 +1,169 @@
+"""Draw docs/architecture.svg from the imports in the code: `python docs/draw_architecture.py`.
+
+Each room of the core is a box and each import an arrow. Dark arrows are those that no detour says already; pale ones are the
+other direct imports. What all rooms may use is one box at the bottom, without arrows. Every arrow is a group whose id is
+`importer.imported`: tests/test_drawn_architecture.py compares them with the code.
+"""
+
+from __future__ import annotations
+
+import ast
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from textwrap import fill
+
+ROOT = Path(__file__).parents[1]
+PICTURE = ROOT / "docs" / "architecture.svg"
+
+GROUND = ("errors", "fields", "progress", "space", "types", "units", "values")
+"""What all rooms may use, drawn as one."""
+FRONT = ("__main__", "cli", "commands")
+"""The command line, drawn as one."""
+
+PLACES: dict[str, tuple[float, float, str]] = {
+    "commands": (3.4, 11.0, "vedette run, study, check, ..."),
+    "testing": (0.45, 10.0, "laws, consistency of trackers"),
+    "report": (1.9, 9.0, "pictures, summaries"),
+    "montecarlo": (3.5, 8.0, "studies of many runs"),
+    "io": (5.1, 7.0, "recordings, track files"),
+    "config": (3.6, 6.0, "from plain data to components"),
+    "experiment": (2.3, 5.0, "tracker, source and judge"),
+    "metrics": (5.75, 4.0, "how good tracks are"),
+    "tracking": (1.6, 4.0, "the loop: scan by scan"),
+    "filters": (0.55, 3.0, "an estimator author's toolbox"),
+    "sampling": (2.45, 3.0, "draws from models"),
+    "reproduction": (4.35, 3.0, "published studies run anew"),
+    "roles": (2.9, 2.0, "the contract"),
+    "kernels": (5.0, 1.0, "inner loops, numpy and C++"),
+    "ground": (3.1, 0.0, " \u00b7 ".join(GROUND)),
+}
+"""Where each box stands, its middle, and what it is for."""
+
+
+def sources(folder: Path) -> Iterator[tuple[Path, ast.Module]]:
+    """Yield the modules below a folder."""
+    for path in sorted(folder.rglob("*.py")):
+        yield path.relative_to(folder), ast.parse(path.read_text(encoding="utf-8"))
+
+
+def homes() -> dict[str, str]:
+    """Return of each name of `vedette` the module that it is imported from."""
+    tree = ast.parse((ROOT / "core/vedette/__init__.py").read_text(encoding="utf-8"))
+    found = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.module]
+    return {a.name: f"vedette.{a.name}" if n.module == "vedette" else str(n.module) for n in found for a in n.names}
+
+
+def imported(tree: ast.Module, known: dict[str, str]) -> Iterator[str]:
+    """Yield the modules of the core that a module imports, within functions and for type checkers only included."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names if alias.name.partition(".")[0] == "vedette")
+        elif isinstance(node, ast.ImportFrom) and node.module == "vedette":
+            yield from (known.get(alias.name, f"vedette.{alias.name}") for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and (node.module or "").partition(".")[0] == "vedette":
+            yield str(node.module)
+
+
+def room(module: str) -> str:
+    """Return the box of a module: the room of the core that it is in."""
+    name = module.split(".")[1] if "." in module else "commands"  # `import vedette` as a whole is the front's
+    return "ground" if name in (*GROUND, "_values") else "commands" if name in FRONT else name
+
+
+def arrows() -> set[tuple[str, str]]:
+    """Return which room of the core imports which, today; what all may use is not told."""
+    known, found = homes(), set()
+    for path, tree in sources(ROOT / "core/vedette"):
+        if path.name == "__init__.py" and len(path.parts) == 1:
+            continue  # `vedette` itself only says where its names are
+        here = room("vedette." + path.parts[0].removesuffix(".py"))
+        found |= {(here, room(module)) for module in imported(tree, known)}
+    return {(here, there) for here, there in found if here != there and there != "ground"}
+
+
+def used_by(folder: str) -> list[str]:
+    """Return the public modules of the core that plugins or simulators import, as they write them."""
+    found = set()
+    for _, tree in sources(ROOT / folder):
+        for node in ast.walk(tree):
+            if isinstance(node, ast.ImportFrom) and (node.module or "").partition(".")[0] == "vedette":
+                inner = [f"vedette.{a.name}" for a in node.names if (ROOT / "core/vedette" / a.name).is_dir()]
+                found |= set(inner) if node.module == "vedette" and inner else {str(node.module)}
+    return sorted(found)
+
+
+def needed(all_arrows: set[tuple[str, str]]) -> set[tuple[str, str]]:
+    """Return the arrows that no path of others goes along: from box to box they say the same."""
+    nexts: dict[str, set[str]] = {}
+    for here, there in all_arrows:
+        nexts.setdefault(here, set()).add(there)
+
+    def reaches(start: str, goal: str, seen: set[str]) -> bool:
+        return any(
+            step == goal or (step not in seen and reaches(step, goal, seen | {step})) for step in nexts.get(start, ())
+        )
+
+    return {(a, b) for a, b in all_arrows if not any(reaches(step, b, {a, step}) for step in nexts[a] - {b})}
+
+
+def draw(path: Path) -> None:
+    """Draw all of it into a file, whose ending says the format."""
+    import matplotlib as mpl
+
+    mpl.use("Agg")
+    from matplotlib import pyplot as plt
+    from matplotlib.patches import FancyArrowPatch, FancyBboxPatch
+
+    plt.rcParams |= {"svg.hashsalt": "vedette", "svg.fonttype": "path", "font.family": "DejaVu Sans"}
+    height = 0.62
+    widths = {name: 6.9 if name == "ground" else 1.62 for name in PLACES}
+    figure, axes = plt.subplots(figsize=(11.5, 11.0))
+    axes.set(xlim=(-0.75, 6.95), ylim=(-0.65, 13.15))
+    axes.set_axis_off()
+
+    def box(x: float, y: float, wide: float, high: float, face: str, edge: str, level: int) -> None:
+        shape = "round,pad=0,rounding_size=0.12"
+        corner = (x - wide / 2, y - high / 2)
+        axes.add_patch(
+            FancyBboxPatch(corner, wide, high, boxstyle=shape, facecolor=face, edgecolor=edge, lw=1.1, zorder=level)
+        )
+
+    def arrow(name: str, start: tuple[float, float], end: tuple[float, float], colour: str, wide: float, level: int) -> None:
+        bow = 0.0 if abs(start[0] - end[0]) > 0.05 or start[1] - end[1] < 1.2 else 0.18
+        patch = FancyArrowPatch(
+            start, end, arrowstyle="-|>,head_length=5,head_width=2.4", connectionstyle=f"arc3,rad={bow}",
+            color=colour, lw=wide, zorder=level, shrinkA=0, shrinkB=1,
+        )  # fmt: skip
+        patch.set_gid(name)
+        axes.add_patch(patch)
+
+    every, dark = arrows(), needed(arrows())
+    for here, there in sorted(every):
+        (x0, y0, _), (x1, y1, _) = PLACES[here], PLACES[there]
+        lean = max(-0.6, min(0.6, 0.3 * (x1 - x0)))
+        start, end = (x0 + lean, y0 - height / 2), (x1 - lean, y1 + height / 2)
+        strong = (here, there) in dark
+        arrow(f"{here}.{there}", start, end, "#1f4e79" if strong else "#d3dee9", 1.7 if strong else 0.8, 3 if strong else 1)
+    for name, (x, y, what) in PLACES.items():
+        box(x, y, widths[name], height, "#eef3f8" if name == "ground" else "#dce8f4", "#1f4e79", 4)
+        label = "what all may use" if name == "ground" else name
+        axes.text(x, y + 0.1, label, ha="center", va="center", fontsize=11, weight="bold", color="#12304d", zorder=5)
+        axes.text(x, y - 0.15, what, ha="center", va="center", fontsize=7.2, color="#33475b", zorder=5)
+    for name, x in (("simulators", 1.25), ("plugins", 4.8)):
+        inner = [module.removeprefix("vedette.") for module in used_by(name)]
+        box(x, 12.55, 2.95, 0.95, "#fdf0dc", "#b5701a", 4)
+        axes.text(x, 12.86, name, ha="center", va="center", fontsize=11, weight="bold", color="#6b3f08", zorder=5)
+        text = fill("use " + ", ".join(inner), 52)
+        axes.text(x, 12.42, text, ha="center", va="center", fontsize=7.2, color="#7a5420", zorder=5)
+    arrow("simulators.plugins", (2.73, 12.55), (3.32, 12.55), "#b5701a", 1.7, 3)
+    box(3.1, 5.5, 7.5, 12.1, "#fbfcfe", "#9fb4c8", 0)
+    axes.text(6.75, 11.3, "core: vedette", ha="right", va="center", fontsize=10, style="italic", color="#5a7186")
+    arrow("simulators.core", (1.25, 12.07), (1.25, 11.57), "#b5701a", 1.7, 3)
+    arrow("plugins.core", (4.8, 12.07), (4.8, 11.57), "#b5701a", 1.7, 3)
+    figure.savefig(path, bbox_inches="tight", dpi=110, metadata={"Date": None} if path.suffix == ".svg" else None)
+    plt.close(figure)
+
+
+if __name__ == "__main__":
+    draw(Path(sys.argv[1]) if len(sys.argv) > 1 else PICTURE)
