@@ -19,7 +19,7 @@ from vedette.tracking.intake import Intake, Refused
 from vedette.tracking.preprocessing import check_preprocessors, preprocess, raw_sensors
 from vedette.tracking.state import State
 from vedette.tracking.tracker import Tracker
-from vedette.tracking.validation import without_bad_returns
+from vedette.tracking.validation import with_axes, without_bad_returns
 from vedette.types import Gaussian, Recording, Scan, Track
 
 _NAMED = 100
@@ -77,6 +77,7 @@ class Steps:
         for i, scan in enumerate(self._scans):
             if i == 0 and self._given is not None:
                 self.state = self._tracker.start(self._given, scan.time, self._seeds)
+            scan = with_axes(scan, self.intake.sensors)
             before = process_time()
             after, kept, problems = self._step(self.state, scan)
             self.seconds += process_time() - before

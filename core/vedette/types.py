@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ClassVar, overload
 
 import numpy as np
-from attrs import frozen
+from attrs import field, frozen
 from numpy.typing import NDArray
 
 from vedette.errors import Problem
@@ -25,6 +25,53 @@ class Gaussian:
     cov: Array
 
 
+_FLOAT, _BOOL = np.dtype(float), np.dtype(bool)
+
+
+def _array(name: str, value: Any, dtype: np.dtype[Any]) -> Any:
+    """Return an array of what a user's hand gave as `name`: a list, whole numbers; None and what is one stay as they are."""
+    if value is None or (type(value) is np.ndarray and value.dtype is dtype):
+        return value
+    try:
+        return np.asarray(value, dtype=dtype)
+    except (TypeError, ValueError):
+        raise ValueError(f"{name}: must be numbers in rows of equal length, got {short(value)}") from None
+
+
+def _z(value: Any) -> Array:
+    return _array("z", value, _FLOAT)  # type: ignore[no-any-return]
+
+
+def _valid(value: Any) -> Mask:
+    return _array("valid", value, _BOOL)  # type: ignore[no-any-return]
+
+
+def _evidence(value: Any) -> Array | None:
+    return _array("evidence", value, _FLOAT)  # type: ignore[no-any-return]
+
+
+def _noise(value: Any) -> Array | None:
+    return _array("noise", value, _FLOAT)  # type: ignore[no-any-return]
+
+
+def _missing(value: Any) -> Mask | None:
+    return _array("missing", value, _BOOL)  # type: ignore[no-any-return]
+
+
+def _position(value: Any) -> Array:
+    return _array("position", value, _FLOAT)  # type: ignore[no-any-return]
+
+
+def _velocity(value: Any) -> Array | None:
+    return _array("velocity", value, _FLOAT)  # type: ignore[no-any-return]
+
+
+def short(value: Any) -> str:
+    """Return a value in words, cut where it is long."""
+    text = repr(value)
+    return text if len(text) <= 80 else f"{text[:77]}..."
+
+
 @frozen(eq=False)
 class Detections:
     """What one sensor reported in one scan.
@@ -36,19 +83,31 @@ class Detections:
     missing   (*b, k, m)   True where a return lacks a component: its z and noise are not looked at
     """
 
-    z: Array
-    valid: Mask
-    evidence: Array | None = None
-    noise: Array | None = None
-    missing: Mask | None = None
+    z: Array = field(converter=_z)
+    valid: Mask = field(converter=_valid)
+    evidence: Array | None = field(default=None, converter=_evidence)
+    noise: Array | None = field(default=None, converter=_noise)
+    missing: Mask | None = field(default=None, converter=_missing)
 
     @classmethod
     def of(cls, z: Any, axes: int | None = None) -> Detections:
-        """All returns of one scan, each valid: `z` (k, m), or [] with the number of `axes` given."""
-        values = np.asarray(z, dtype=float)
-        if values.size == 0 and axes is not None:
-            values = values.reshape(0, axes)
+        """Return all returns of one scan, each valid: `z` (k, m); [] is none, of any number of axes unless that is given."""
+        values = _z(z)
+        if values.size == 0:
+            values = values.reshape(0, axes or 0)
         return cls(values, np.ones(values.shape[:-1], dtype=bool))
+
+
+def _as_detections(value: Any) -> Detections:
+    """Return the returns that a list or an array of them holds."""
+    return value if isinstance(value, Detections) else Detections.of(value)
+
+
+def _as_time(value: Any) -> float:
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        raise ValueError(f"time: must be a number of s, got {short(value)}") from None
 
 
 @frozen(eq=False)
@@ -76,8 +135,8 @@ class Pose:
     The heading turns the measured bearings: measured = true - heading. 0 for a north-stabilised sensor.
     """
 
-    position: Array
-    velocity: Array | None = None
+    position: Array = field(converter=_position)
+    velocity: Array | None = field(default=None, converter=_velocity)
     heading: float | Array = 0.0
 
 
@@ -88,9 +147,9 @@ class Scan:
     A camera's scan brings a `frame`, and then no detections.
     """
 
-    time: float
+    time: float = field(converter=_as_time)
     sensor: str
-    detections: Detections
+    detections: Detections = field(converter=_as_detections)
     pose: Pose | None = None
     frame: Frame | None = None
 

@@ -93,7 +93,7 @@ SCAN = Scan(5.0, "radar", Detections.of([[1.0, 2.0]]))
             evolve(SCAN, detections=Detections.of([[1.0, 2.0, 3.0]])),
             r"z: must have shape \(\.\.\., returns, 2\), got \(1, 3\)",
         ),
-        (evolve(SCAN, detections=Detections.of([])), r"z: must have shape"),
+        (evolve(SCAN, detections=Detections.of([1.0, 2.0])), r"z: must have shape"),
         (
             evolve(SCAN, detections=Detections(np.zeros((2, 2)), np.ones(3, bool))),
             r"valid: must have shape \(2,\) as `z` has \(2, 2\), got \(3,\)",

@@ -12,7 +12,7 @@ from vedette.errors import Problem, ScanRefused
 from vedette.roles import Sensor
 from vedette.supporting import Preprocessor
 from vedette.tracking.intake import Refused
-from vedette.tracking.validation import flaws, without_bad_returns
+from vedette.tracking.validation import flaws, with_axes, without_bad_returns
 from vedette.types import Scan
 
 
@@ -94,6 +94,7 @@ def _sound(
     """The scans without what no preprocessor can take."""
     raw = {name: sensor for preprocessor in preprocessors.values() for name, sensor in preprocessor.sensors.items()}
     for i, scan in enumerate(scans):
+        scan = with_axes(scan, raw)
         if scan.sensor in raw and (found := flaws(scan, raw, scan.time)):
             if strict:
                 raise ScanRefused(f"raw scan of {scan.sensor!r} at {scan.time:.6f} s: {'; '.join(map(str, found))}")

@@ -18,7 +18,7 @@ from vedette.tracking import births
 from vedette.tracking.ceiling import FEW, check_pairs
 from vedette.tracking.gate import Gate, SensorGate
 from vedette.tracking.state import State, kept, new_state
-from vedette.tracking.validation import admitted, check_sensors
+from vedette.tracking.validation import admitted, check_sensors, checked_prior
 from vedette.types import Detections, Frame, Gaussian, Recording, Review, Scan
 
 NOTHING = None, None, None
@@ -119,7 +119,7 @@ class Tracker:
         source = Seed.of(seed)
         rng = source.generator(0) if self._draws else NO_DRAWS
         n = len(self.state)
-        prior = self.given(Recording(())) if given is None else given
+        prior = self.given(Recording(())) if given is None else checked_prior(given, n)
         confirmed = prior is not None
         if prior is None:
             prior = Gaussian(np.zeros((0, n)), np.zeros((0, n, n)))

@@ -16,7 +16,7 @@ from vedette.roles import Estimator, Sensor
 from vedette.space import Array, Mask, SpaceError
 from vedette.supporting import ImagingSensor
 from vedette.tracking.gate import Gate, SensorGate
-from vedette.types import Detections, Frame, Pose, Scan
+from vedette.types import Detections, Frame, Gaussian, Pose, Scan, short
 
 
 def check_sensors(sensors: Mapping[str, Sensor], estimator: Estimator[Any], gate: Gate) -> None:
@@ -58,6 +58,24 @@ def flaws(scan: Scan, sensors: Mapping[str, Sensor], since: float) -> list[Probl
     return found + _return_flaws(scan.detections, sensor)
 
 
+def with_axes(scan: Scan, sensors: Mapping[str, Sensor]) -> Scan:
+    """Return the scan, over the axes of its sensor if it holds no return and does not say of which axes."""
+    if scan.detections.z.shape != (0, 0) or scan.frame is not None or scan.sensor not in sensors:
+        return scan
+    return evolve(scan, detections=Detections.of([], len(sensors[scan.sensor].measurement)))
+
+
+def checked_prior(given: Any, axes: int) -> Gaussian:
+    """Return what a user gives a tracker to start with; ValueError if it is no Gaussian over so many axes for each track."""
+    if not isinstance(given, Gaussian):
+        raise ValueError(f"given: must be vedette.Gaussian(mean, cov), got {short(given)}")
+    mean, cov = np.asarray(given.mean, dtype=float), np.asarray(given.cov, dtype=float)
+    if mean.ndim < 2 or mean.shape[-1] != axes or cov.shape != (*mean.shape, axes):
+        wanted = f"mean (..., tracks, {axes}) and cov (..., tracks, {axes}, {axes})"
+        raise ValueError(f"given: must have {wanted}, got {mean.shape} and {cov.shape}")
+    return Gaussian(mean, cov)
+
+
 def admitted(scan: Scan, gates: Mapping[str, SensorGate], since: float) -> Detections | Frame:
     """What a scan shows, if a tracker at time `since` in s can take it; else ScanRefused, which says all that is wrong.
 
@@ -77,6 +95,9 @@ def admitted(scan: Scan, gates: Mapping[str, SensorGate], since: float) -> Detec
         and kernels.is_plain(detections.z, detections.valid, sensor_gate.axes, ABSURD)
     ):
         return detections
+    if detections.z.shape == (0, 0) and sensor_gate is not None:
+        scan = with_axes(scan, {scan.sensor: sensor_gate.sensor})
+        detections = scan.detections
     if problems := flaws(scan, {name: sensor_gate.sensor for name, sensor_gate in gates.items()}, since):
         raise ScanRefused("; ".join(map(str, problems)))
     if scan.frame is not None:
@@ -112,6 +133,10 @@ def _pose_flaws(pose: Pose) -> list[Problem]:
         Problem(f"pose.{name}", f"must be finite numbers, got {np.asarray(value).tolist()}")
         for name, value in parts.items()
         if value is not None and not np.all(np.abs(value) <= ABSURD)
+    ] + [
+        Problem(f"pose.{name}", f"must be 2 or 3 numbers, got shape {np.shape(value)}")
+        for name, value in (("position", pose.position), ("velocity", pose.velocity))
+        if value is not None and (np.ndim(value) < 1 or np.shape(value)[-1] not in (2, 3))
     ]
 
 
