@@ -9,6 +9,7 @@ import numpy as np
 
 from vedette.experiment import Experiment, Result
 from vedette.report import canvas
+from vedette.report.figures import length_unit
 from vedette.report.traces import Normalised, Trace, band, innovations, mode_names, position_nees, traces
 from vedette.space import Array, Mask
 
@@ -32,7 +33,7 @@ def errors(experiment: Experiment, result: Result) -> Figure:
     width = 2 if modes else 3
     for i, trace in enumerate(shown):
         places = [made.add_subplot(grid[i, k : k + width]) for k in range(0, 6, width)]
-        _show_object(places, trace, begin)
+        _show_object(places, trace, begin, length_unit(experiment))
     if followed:
         _show_normalised(made.add_subplot(grid[-1, :3]), position_nees(followed), begin, "NEES of the position")
     _show_normalised(made.add_subplot(grid[-1, 3 if followed else 0 :]), seen, begin, "NIS")
@@ -50,14 +51,14 @@ def errors(experiment: Experiment, result: Result) -> Figure:
     return made
 
 
-def _show_object(places: Sequence[Axes], trace: Trace, begin: float) -> None:
+def _show_object(places: Sequence[Axes], trace: Trace, begin: float, unit: str) -> None:
     """The row of one true object: its position error, velocity error, and with a third place the modes."""
     times = trace.times - begin
     _show_error(places[0], times, trace, trace.error, trace.sigma)
     _show_error(places[1], times, trace, trace.speed_error, trace.speed_sigma)
     places[0].set_title(trace.name, loc="left", fontsize=11, style="italic", pad=4)
-    places[0].set_ylabel("position error [m]")
-    places[1].set_ylabel("velocity error [m/s]")
+    places[0].set_ylabel(f"position error [{unit}]")
+    places[1].set_ylabel(f"velocity error [{unit}/s]")
     if len(places) > 2:
         _show_modes(places[2], times, trace.modes)
 

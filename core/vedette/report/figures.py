@@ -40,6 +40,12 @@ def timings(result: Result) -> dict[str, Any]:
     return {"seconds": result.seconds, "seconds_per_scan": each} | frames
 
 
+def length_unit(experiment: Experiment) -> str:
+    """Return the unit of positions: px where tracks are followed in images, else m."""
+    space = experiment.tracker.state
+    return "px" if any(axis.name == "x" and axis.unit == "px" for axis in space.axes) else "m"
+
+
 def count(number: int, what: str) -> str:
     """A number of things in words."""
     return f"{number:,} {what}" if number == 1 else f"{number:,} {what}s"

@@ -10,7 +10,7 @@ import numpy as np
 from vedette.experiment import Experiment, Result
 from vedette.metrics import Score
 from vedette.metrics.consistency import chi_square_band
-from vedette.report.figures import count
+from vedette.report.figures import count, length_unit
 from vedette.report.traces import BAND, Normalised, band, innovations, mode_names, position_nees, traces
 from vedette.report.warnings import warnings
 
@@ -23,6 +23,8 @@ FACTOR = 2.0
 _TEXT, _WIDE = 21, 118
 """Where texts begin and where they end, in characters."""
 
+_NOISE = 1e-9
+"""What is smaller than this is the rounding of sums, and told as 0."""
 _NOTHING = ("", "nothing to judge by: no confirmed track")
 
 
@@ -30,7 +32,7 @@ def summary(experiment: Experiment, result: Result, score: Score) -> str:
     """Lines of text, the same in every run of one config and seed."""
     lines = head(experiment, result, score)
     if score.coverage is not None:
-        unit = _length(experiment)
+        unit = length_unit(experiment)
         radius = f"a track within {experiment.judge.cover_radius:g} {unit} covers an object"
         lines += ["", f"Against the truth: {radius}; {count(score.scans, 'scan')} judged"]
         lines += [*rows(_against_truth(experiment, score, unit)), "", *_objects(score, unit)]
@@ -44,12 +46,6 @@ def head(experiment: Experiment, result: Result, score: Score) -> list[str]:
     lines = [title, "=" * len(title), "", *rows(("LOOKS WRONG", said) for said in warnings(experiment, result, score))]
     lines += [*rows(_read(result)), *_refused(result)]
     return [*lines, *rows([("tracks", f"{score.tracks:,} confirmed of {result.begun:,} begun")])]
-
-
-def _length(experiment: Experiment) -> str:
-    """The unit of positions: px where tracks are followed in images, else m."""
-    space = experiment.tracker.state
-    return "px" if any(axis.name == "x" and axis.unit == "px" for axis in space.axes) else "m"
 
 
 def rows(pairs: Iterable[tuple[str, str]]) -> list[str]:
@@ -190,4 +186,4 @@ def _maybe(value: float | None, unit: str = "") -> str:
 
 
 def _vector(values: Sequence[float]) -> str:
-    return f"({', '.join(f'{value:.3g}' for value in values)})"
+    return f"({', '.join(f'{0.0 if abs(value) < _NOISE else value:.3g}' for value in values)})"

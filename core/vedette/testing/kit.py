@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 import zlib
 from collections.abc import Callable, Mapping
+from traceback import walk_tb
 from typing import Any, Literal
 
 import attrs
@@ -112,11 +113,22 @@ def examine(cls: type[Component], law: Law, drawn: st.SearchStrategy[Any], profi
     except HypothesisException:
         raise
     except Exception as error:
-        what = str(error) if isinstance(error, AssertionError) else f"raised {type(error).__name__}: {error}"
+        what = str(error) if isinstance(error, AssertionError) else f"{_method(error)}raised {type(error).__name__}: {error}"
         return Outcome(law, "failed", f"{what}\n  with {say(tried[0])}\n  and {say(tried[1])}", tried[2] + 1, alpha)
     if not tried[2]:
         return Outcome(law, "skipped", closed[0], 0, 0.0)
     return Outcome(law, "held", "", tried[2], alpha)
+
+
+def _method(error: BaseException) -> str:
+    """Return which method of a component an error comes from, as the start of a sentence: the outermost on its way."""
+    from vedette.roles import Component
+
+    for frame, _ in walk_tb(error.__traceback__):
+        owner = frame.f_locals.get("self")
+        if isinstance(owner, Component):
+            return f"{owner.kind}.{frame.f_code.co_name} "
+    return ""
 
 
 def say(value: Any) -> str:
