@@ -3,14 +3,13 @@
 import numpy as np
 import pytest
 
-from vedette import Detections, Gaussian, MotionModel, Space, filters
+from vedette import Detections, Gaussian, MotionModel, Sensor, Space, filters
 from vedette_standard.estimators.auxiliary import AuxiliaryParticles
 from vedette_standard.estimators.bootstrap import BootstrapParticles
 from vedette_standard.estimators.imm import Imm
 from vedette_standard.estimators.kalman import Kalman
 from vedette_standard.motion.constant_velocity import ConstantVelocity
 from vedette_standard.motion.coordinated_turn import CoordinatedTurn
-from vedette_standard.sensors.cartesian_position import CartesianPosition
 from vedette_standard.sensors.range_bearing import RangeBearing
 
 KINDS = [BootstrapParticles, AuxiliaryParticles]
@@ -20,7 +19,7 @@ LINE = Space.of(x="m", vx="m/s")
 PRIOR = Gaussian(np.array([[0.0, 1.0]]), np.diag([25.0, 4.0])[None])
 
 
-class Along(CartesianPosition.__base__):
+class Along(Sensor):
     """z = x + v in one dimension."""
 
     kind = "test_along"
