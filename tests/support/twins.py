@@ -18,7 +18,7 @@ REFERENCE = {
     name: getattr(home, name)
     for home in (reference, modes, association, streams)
     for name in dir(kernels)
-    if hasattr(_compiled, name) and hasattr(home, name)
+    if name[0] != "_" and hasattr(_compiled, name) and hasattr(home, name)
 }
 
 
