@@ -12,7 +12,7 @@ from vedette import fields
 from vedette.errors import ConfigError, InputError, Problem
 from vedette.io.autoferry_files import PUBLISHER, bearings, entries, returns, truth
 from vedette.io.json_values import number, short, vector
-from vedette.io.reading import NORTH_EAST, detections, find, polar
+from vedette.io.reading import NORTH_EAST, check_files, detections, find, polar
 from vedette.roles import Sensor, Source
 from vedette.space import Space
 from vedette.types import Pose, Recording, Scan
@@ -63,7 +63,8 @@ class AutoferrySource(Source):
         """
         measured = self._measured(sensors)
         names = [f"scenario{self.scenario}_{part}.json" for part in ("detections", "groundTruth")]
-        folder = find(self.path, PUBLISHER, names)
+        folder = find(self.path, PUBLISHER)
+        check_files(folder, [("scenario", name) for name in names], PUBLISHER)
         path = folder / names[0]
         refused: list[Problem] = []
         scans = []
@@ -104,7 +105,7 @@ class AutoferrySource(Source):
         if not isinstance(entry, dict):
             raise ValueError(f"must be an object, got {short(entry)}")
         known = entry.get("sensorID")
-        sensor = SENSORS.get(known) if isinstance(known, int) else None
+        sensor = SENSORS.get(known) if type(known) is int else None
         if sensor is None:
             raise ValueError(f"sensorID must be one of {', '.join(map(str, SENSORS))}, got {short(known)}")
         if sensor not in measured:

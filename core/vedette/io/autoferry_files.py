@@ -10,6 +10,7 @@ import numpy as np
 
 from vedette.errors import InputError, Problem
 from vedette.io.json_values import number, parse, short, vector
+from vedette.io.opening import whole_text
 from vedette.space import Space
 from vedette.types import Trajectory
 
@@ -26,10 +27,7 @@ HALF_BASE = 0.5
 
 def entries(path: Path) -> Iterator[tuple[str, Any]]:
     """What a file lists, each with its place."""
-    try:
-        text = path.read_text(encoding="utf-8", errors="replace")
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}. Wanted: {PUBLISHER}") from None
+    text = whole_text(path)
     if not text.strip():
         raise InputError(f"{path}: is empty. Wanted: {PUBLISHER}")
     try:
@@ -67,7 +65,7 @@ def truth(path: Path, refused: list[Problem]) -> tuple[Trajectory, ...]:
     for place, entry in entries(path):
         for j, sample in enumerate(entry if isinstance(entry, list) else [entry]):
             try:
-                if not isinstance(sample, dict) or not isinstance(sample.get("targetID"), int):
+                if not isinstance(sample, dict) or type(sample.get("targetID")) is not int:
                     raise ValueError(f"must be an object with targetID, position and time, got {short(sample)}")
                 time = number(sample.get("time"), "time")
                 north, east, _ = vector(sample.get("position"), "position", 3)

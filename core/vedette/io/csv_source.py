@@ -13,7 +13,7 @@ from vedette.errors import InputError, Problem
 from vedette.io.csv_returns import DetectionColumns, Look, Reading
 from vedette.io.csv_truth import Platform, PlatformColumns, TruthColumns
 from vedette.io.gaps import fill_gaps
-from vedette.io.reading import FRAMES, NORTH_EAST, Sample, detections, find, polar
+from vedette.io.reading import FRAMES, NORTH_EAST, Sample, check_files, detections, find, polar
 from vedette.roles import Sensor, Source
 from vedette.types import Recording, Scan
 
@@ -48,10 +48,10 @@ class CsvSource(Source):
         are not what the sensors measure.
         """
         readings = self.detections.readings(sensors, self.platform is not None)
-        named = [table.file for table in self._tables() if table.file]
-        in_folder = self.detections.file != ""
-        given = find(self.path, self._wanted(), named if in_folder else ())
-        folder, path = (given, given / self.detections.file) if in_folder else (given.parent, given)
+        given = find(self.path, self._wanted())
+        folder, path = (given, given / self.detections.file) if self.detections.file else (given.parent, given)
+        named = [(f"{place}.file", table.file) for place, table in self._tables().items() if table.file]
+        check_files(folder, named, self._wanted())
         refused: list[Problem] = []
         notes = {"recording": self.about} if self.about else {}
         if self.frame == NORTH_EAST:
@@ -76,14 +76,15 @@ class CsvSource(Source):
         truth = () if self.truth is None else self.truth.read(folder, self.delimiter, refused)
         return Recording(tuple(sorted(scans, key=lambda scan: scan.time)), truth, tuple(dict.fromkeys(refused)), notes)
 
-    def _tables(self) -> list[DetectionColumns | TruthColumns | PlatformColumns]:
-        optional = (self.truth, self.platform)
-        return [self.detections, *(table for table in optional if table is not None)]
+    def _tables(self) -> dict[str, DetectionColumns | TruthColumns | PlatformColumns]:
+        """Return the config's tables that name columns, by their names."""
+        named = {"detections": self.detections, "truth": self.truth, "platform": self.platform}
+        return {name: table for name, table in named.items() if table is not None}
 
     def _wanted(self) -> str:
         """What a user who lacks the recording must get hold of, and in which format."""
         files: dict[str, list[str]] = {}
-        for table in self._tables():
+        for table in self._tables().values():
             titles = [*table.wanted().values(), *table.columns.values()]
             files.setdefault(table.file or self.detections.file or "a file", []).extend(titles)
         listed = [f"{name} with columns {', '.join(dict.fromkeys(titles))}" for name, titles in files.items()]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Generic, TypeVar
 
@@ -11,8 +11,11 @@ import numpy as np
 from attrs import frozen
 
 from vedette.errors import ConfigError, InputError, Problem
+from vedette.io.opening import inside, lines, shown, user_path
 from vedette.space import Array, Space
 from vedette.types import Detections
+
+__all__ = ["FRAMES", "NORTH_EAST", "Sample", "check_files", "detections", "find", "in_time_order", "lines", "polar"]
 
 V = TypeVar("V")
 
@@ -21,36 +24,35 @@ FRAMES = ("x east, y north", NORTH_EAST)
 """Where the axes of the plane may point. A recording's note `frame` says so where it is not the first: maps turn by it."""
 
 
-def find(path: str, wanted: str, files: Sequence[str] = ()) -> Path:
-    """Where a config's `source.path` points: a folder that holds `files`, or one file if there are none.
-
-    ConfigError if it is missing or leads nowhere, InputError if a file is not there; both say what is `wanted`.
-    """
+def find(path: str, wanted: str) -> Path:
+    """Return where a config's `source.path` points, a folder or a file; ConfigError, which says what is `wanted`, if nowhere."""
     if not path:
         raise ConfigError([Problem("path", f"is not given. Wanted: {wanted}")])
-    found = Path(path).expanduser()
+    try:
+        found = user_path(path)
+    except ValueError as error:
+        raise ConfigError([Problem("path", f"{error}. Wanted: {wanted}")]) from None
     if not found.exists():
-        raise ConfigError([Problem("path", f"there is no file or folder {path!r}. Wanted: {wanted}")])
-    for name in files:
-        if not (found / name).is_file():
-            raise InputError(f"{found / name}: there is no such file. Wanted: {wanted}")
+        raise ConfigError([Problem("path", f"there is no file or folder {shown(path)}. Wanted: {wanted}")])
+    if not found.is_file() and not found.is_dir():
+        raise ConfigError([Problem("path", f"{shown(path)} is no regular file and no folder. Wanted: {wanted}")])
     return found
 
 
-def lines(path: Path) -> Iterator[tuple[int, str]]:
-    """The lines of a UTF-8 file, counted from 1, without their ends; InputError if it cannot be read or holds nothing.
+def check_files(folder: Path, files: Sequence[tuple[str, str]], wanted: str) -> None:
+    """Check that files that a config names, (place in the config, name), are there and in the folder.
 
-    What is not UTF-8 becomes U+FFFD, so that one bad byte costs one line and not the file.
+    ConfigError for a name or a link that leads out of the folder, InputError that says what is `wanted` for one that is not
+    there.
     """
-    number = 0
-    try:
-        with path.open(encoding="utf-8-sig", errors="replace") as file:
-            for number, line in enumerate(file, start=1):
-                yield number, line.rstrip("\n")
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
-    if number == 0:
-        raise InputError(f"{path}: is empty")
+    for place, name in files:
+        try:
+            file = inside(folder, name)
+        except ValueError as error:
+            raise ConfigError([Problem(place, str(error))]) from None
+        if not file.is_file():
+            text = "is no regular file" if file.exists() else "there is no such file"
+            raise InputError(f"{file}: {text}. Wanted: {wanted}")
 
 
 @frozen(eq=False)

@@ -1,36 +1,54 @@
-"""Whether a PNG file is whole, without decoding it."""
+"""Whether a PNG file is whole, without decoding it or holding it in memory."""
 
 from __future__ import annotations
 
 import struct
 import zlib
 from pathlib import Path
+from typing import BinaryIO
 
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
+BLOCK = 2**20
+"""Bytes that are read at once."""
 
 
 def check_png(path: Path) -> tuple[int, int]:
     """Width and height of a PNG of 8 bit whose chunks are there with the right checksums; ValueError if it is not."""
+    if path.exists() and not path.is_file():
+        raise ValueError("cannot be read: is no regular file")
     try:
-        data = path.read_bytes()
+        with path.open("rb") as file:
+            return _checked(file)
     except OSError as error:
         raise ValueError(f"cannot be read: {error.strerror}") from None
-    if not data.startswith(SIGNATURE):
+
+
+def _checked(file: BinaryIO) -> tuple[int, int]:
+    if file.read(len(SIGNATURE)) != SIGNATURE:
         raise ValueError("is no PNG: its first bytes are not those of one")
-    at, size, ended = len(SIGNATURE), (0, 0), False
-    while not ended:
-        if at + 12 > len(data):
-            raise ValueError(f"is cut off after {len(data)} bytes")
-        (length,) = struct.unpack(">I", data[at : at + 4])
-        name, end = data[at + 4 : at + 8], at + 8 + length
-        if end + 4 > len(data):
-            raise ValueError(f"is cut off after {len(data)} bytes")
-        if zlib.crc32(data[at + 4 : end]) != struct.unpack(">I", data[end : end + 4])[0]:
+    at, size, name = len(SIGNATURE), (0, 0), b""
+    while name != b"IEND":
+        head = file.read(8)
+        if len(head) < 8:
+            raise ValueError(f"is cut off after {at + len(head)} bytes")
+        length, name = struct.unpack(">I4s", head)
+        first, check = b"", zlib.crc32(name)
+        for begin in range(0, length, BLOCK):
+            block = file.read(min(BLOCK, length - begin))
+            if len(block) < min(BLOCK, length - begin):
+                raise ValueError(f"is cut off after {at + 8 + begin + len(block)} bytes")
+            first, check = first or block, zlib.crc32(block, check)
+        stated = file.read(4)
+        if len(stated) < 4:
+            raise ValueError(f"is cut off after {at + 8 + length + len(stated)} bytes")
+        if check != struct.unpack(">I", stated)[0]:
             raise ValueError(f"is corrupted: wrong checksum of the part {name.decode('latin1')!r} at byte {at}")
         if name == b"IHDR":
-            width, height, depth = struct.unpack(">IIB", data[at + 8 : at + 17])
+            if length != 13:
+                raise ValueError(f"is corrupted: its header has {length} bytes instead of 13")
+            width, height, depth = struct.unpack(">IIB", first[:9])
             if depth != 8:
                 raise ValueError(f"must have 8 bit, got {depth}")
             size = (width, height)
-        at, ended = end + 4, name == b"IEND"
+        at += 12 + length
     return size

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, ClassVar, final
 
@@ -24,6 +24,8 @@ from vedette import (
     Trajectory,
     fields,
 )
+from vedette.io.opening import inside, shown
+from vedette.io.picture_size import picture_size
 from vedette.io.reading import Sample, find, in_time_order
 from vedette_marine.ais.csv import read_csv
 from vedette_marine.ais.reports import without_outliers
@@ -59,6 +61,7 @@ class RadarPictures(Source):
             text = f"radar pictures need one screen behind a preprocessor, got {', '.join(sensors) or 'none'}"
             raise ConfigError([Problem("sensors", text)])
         folder = find(self.path, PUBLISHER)
+        _check_links(folder, ("geometry.json", "frames.csv", "truth.csv", "ais.csv"))
         geometry = read_geometry(folder)
         refused: list[Problem] = []
         known: dict[str, Any] = geometry.as_json() | {"land": _land(folder, geometry)}
@@ -109,8 +112,8 @@ def _frames(folder: Path, geometry: PictureGeometry, refused: list[Problem]) -> 
         try:
             name = words["file"]
             if Path(name).name != name:
-                raise ValueError(f"file must be a name in the folder, got {name!r}")
-            size = check_png(folder / name)
+                raise ValueError(f"file must be a name in the folder, got {shown(name)}")
+            size = check_png(inside(folder, name))
             if size != (geometry.width, geometry.height):
                 wanted = f"{geometry.width} x {geometry.height}"
                 raise ValueError(f"{name}: must be {wanted} px as geometry.json says, got {size[0]} x {size[1]}")
@@ -138,10 +141,21 @@ def _land(folder: Path, geometry: PictureGeometry) -> Any:
     """The chart's land (h, w), None without one; InputError if it is not a picture of the geometry's size."""
     if not geometry.land:
         return None
+    _check_links(folder, [geometry.land])
     path = folder / geometry.land
+    size = picture_size(path) if path.is_file() else None
     cv2 = opencv()
-    mask = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE) if path.is_file() else None
+    mask = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE) if size == (geometry.width, geometry.height) else None
     if mask is None or mask.shape != geometry.shape:
-        got = "no picture" if mask is None else f"{mask.shape[1]} x {mask.shape[0]}"
+        got = "no picture that can be read" if size is None or mask is not None else f"{size[0]} x {size[1]}"
         raise InputError(f"{path}: must be a picture of {geometry.width} x {geometry.height} px, got {got}")
     return mask
+
+
+def _check_links(folder: Path, names: Sequence[str]) -> None:
+    """InputError for a name or a link that leads out of the folder."""
+    for name in names:
+        try:
+            inside(folder, name)
+        except ValueError as error:
+            raise InputError(f"{folder}: {error}") from None
