@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator, Sequence
 from time import process_time
 from typing import final
 
 import numpy as np
-from attrs import Factory, frozen
+from attrs import Factory, evolve, frozen
 
 from vedette import fields
 from vedette.errors import ConfigError, Problem, ScanRefused
@@ -18,7 +19,7 @@ from vedette.tracking.preprocessing import check_preprocessors, preprocess, raw_
 from vedette.tracking.state import State
 from vedette.tracking.tracker import Tracker
 from vedette.tracking.validation import without_bad_returns
-from vedette.types import Recording, Scan, Track
+from vedette.types import LazyScans, Recording, Scan, Track
 
 
 @frozen(eq=False)
@@ -27,7 +28,8 @@ class Result:
 
     `begun` counts all tracks, tentative ones included; `scans` holds those taken, without their bad returns; `refused` holds
     what was not taken, and why; `seconds` is the CPU time of the tracker alone; `states` holds what each scan left, if
-    it was to be kept.
+    it was to be kept. `framed` holds those taken that brought a frame, with it: lazily, where the recording is lazy, and
+    `scans` then lacks the frames, as not all fit into memory.
     """
 
     tracks: tuple[Track, ...]
@@ -38,6 +40,7 @@ class Result:
     seconds: float
     interrupted: bool
     states: tuple[State, ...] = ()
+    framed: Sequence[Scan] = ()
 
 
 @final
@@ -91,7 +94,10 @@ class Experiment:
         except ValueError as error:
             raise ConfigError([Problem("", str(error))]) from None
         refused, taken, seconds, interrupted = [*recording.refused], [], 0.0, False
-        scans = preprocess(progress(recording.scans, "tracking"), self.preprocessors, refused, strict=strict)
+        scans_given, places = recording.scans, dict[tuple[float, str], int]()
+        shown = _noted(progress(scans_given, "tracking"), places)
+        scans = preprocess(shown, self.preprocessors, refused, strict=strict)
+        lazy, framed = isinstance(scans_given, LazyScans), list[int]()
         history = History(self.tracker)
         state = self.tracker.start(given, -np.inf, for_tracker)
         states: list[State] = []
@@ -105,6 +111,9 @@ class Experiment:
                 refused += [Problem(f"scan {i}, {problem.place}", problem.text) for problem in problems]
                 if after is not None:
                     state = after
+                    if kept.frame is not None:
+                        framed.append(places[kept.time, kept.sensor])
+                        kept = evolve(kept, frame=None) if lazy else kept
                     taken.append(kept)
                     history.add(state)
                     if keep_states:
@@ -112,7 +121,15 @@ class Experiment:
         except KeyboardInterrupt:
             interrupted = True
         return Result(
-            history.tracks(), recording, tuple(taken), tuple(refused), state.born, seconds, interrupted, tuple(states)
+            history.tracks(),
+            recording,
+            tuple(taken),
+            tuple(refused),
+            state.born,
+            seconds,
+            interrupted,
+            tuple(states),
+            LazyScans(len(framed), lambda k: scans_given[framed[k]]),
         )
 
     def _step(self, state: State, scan: Scan, strict: bool) -> tuple[State | None, Scan, list[Problem]]:
@@ -127,3 +144,11 @@ class Experiment:
             return self.tracker.step(state, kept), kept, problems
         except ScanRefused as error:
             return None, kept, [Problem("left out whole", str(error))]
+
+
+def _noted(scans: Iterable[Scan], places: dict[tuple[float, str], int]) -> Iterator[Scan]:
+    """Yield the scans, and note where those with a frame stand."""
+    for i, scan in enumerate(scans):
+        if scan.frame is not None:
+            places[scan.time, scan.sensor] = i
+        yield scan

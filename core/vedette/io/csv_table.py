@@ -99,7 +99,7 @@ def rows(path: Path, wanted: Mapping[str, str], place: str, delimiter: str, refu
         if header.count(title) != 1:
             there = "no column" if title not in header else "more than one column"
             raise InputError(
-                f"{path}:1: there is {there} {title!r}, which {place}.{name} asks for; the columns are {shown_titles(header)}"
+                f"{path}:1: there is {there} {title!r}, which {place}.{name} asks for; the columns are {_titles(header)}"
             )
     where = {name: header.index(title) for name, title in wanted.items()}
     empty = True
@@ -119,14 +119,14 @@ def rows(path: Path, wanted: Mapping[str, str], place: str, delimiter: str, refu
         raise InputError(f"{path}: has a header and no rows")
 
 
-def shown_titles(header: Sequence[str]) -> str:
+def _titles(header: Sequence[str]) -> str:
     """Return a header as a message shows it."""
     named = ", ".join(title if len(title) <= 60 else shown(title) for title in header[:20])
     return named if len(header) <= 20 else f"{named} and {len(header) - 20} more"
 
 
 def header_of(path: Path, line: str, wanted: Sequence[str], optional: Sequence[str] = ()) -> list[str]:
-    """Return the titles in a file's first line; InputError if one that is wanted is lacking, or one that is read stands twice."""
+    """Return the titles in a file's first line; InputError if one is lacking, or one that is read stands twice."""
     header = cells_of(line)
     if header is None:
         raise InputError(f"{path}:1: {UNCLOSED}")

@@ -25,7 +25,7 @@ FRAMES = ("x east, y north", NORTH_EAST)
 
 
 def find(path: str, wanted: str) -> Path:
-    """Return where a config's `source.path` points, a folder or a file; ConfigError, which says what is `wanted`, if nowhere."""
+    """Return where a config's `source.path` points, a folder or a file. ConfigError says what is `wanted`."""
     if not path:
         raise ConfigError([Problem("path", f"is not given. Wanted: {wanted}")])
     try:

@@ -36,8 +36,8 @@ def figures(experiment: Experiment, result: Result, score: Score) -> dict[str, A
 def timings(result: Result) -> dict[str, Any]:
     """What differs from run to run."""
     each = result.seconds / len(result.scans) if result.scans else None
-    frames = any(scan.frame is not None for scan in result.scans)
-    return {"seconds": result.seconds, "seconds_per_scan": each} | ({"ms_per_frame": 1e3 * (each or 0.0)} if frames else {})
+    per_frame = {"ms_per_frame": 1e3 * (each or 0.0)} if len(result.framed) else {}
+    return {"seconds": result.seconds, "seconds_per_scan": each} | per_frame
 
 
 def count(number: int, what: str) -> str:

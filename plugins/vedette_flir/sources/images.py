@@ -51,8 +51,8 @@ def grey_of(image: NDArray[Any]) -> Grey:
 class Clip:
     """A clip that was looked through once: `numbers` of its good frames, their common shape and kind of pixels.
 
-    `total` counts the frames, the bad ones too; `rate` is the file's frames per second if it says so; `problems` is what could
-    not be used. `raw` decodes a frame anew: one at a time is in memory, however long the clip.
+    `total` counts the frames, the bad ones too; `rate` is the file's frames per second if it says so; `problems` is what
+    could not be used. `raw` decodes a frame anew: one at a time is in memory, however long the clip.
     """
 
     numbers: tuple[int, ...]
