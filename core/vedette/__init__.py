@@ -67,6 +67,7 @@ if TYPE_CHECKING:
     from vedette.types import LazyScans as LazyScans
     from vedette.types import Pose as Pose
     from vedette.types import Recording as Recording
+    from vedette.types import Rows as Rows
     from vedette.types import Scan as Scan
     from vedette.types import Track as Track
     from vedette.types import Trajectory as Trajectory
@@ -97,6 +98,7 @@ _HOMES = {
         "LazyScans",
         "Pose",
         "Recording",
+        "Rows",
         "Scan",
         "Track",
         "Trajectory",

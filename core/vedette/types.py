@@ -209,17 +209,31 @@ class LazyScans(Sequence[Scan]):
         return self.make(range(self.length)[index])
 
 
+@frozen
+class Rows:
+    """What became of the rows of a table, the lines of a file or the frames of a clip: total = used + refused + left out.
+
+    Left out is what the tracker does not ask for, such as the rows of a sensor that it lacks.
+    """
+
+    total: int
+    used: int
+    refused: int
+    left_out: int = 0
+
+
 @frozen(eq=False)
 class Recording:
     """What a source delivers: scans in time order, the truth if it is known, and what was refused on the way.
 
-    `scans` may be lazy.
+    `scans` may be lazy. `rows` accounts for all that was read, table by table.
     """
 
     scans: Sequence[Scan]
     truth: tuple[Trajectory, ...] = ()
     refused: tuple[Problem, ...] = ()
     notes: Mapping[str, str] = {}
+    rows: Mapping[str, Rows] = {}
 
 
 new_gaussian = maker(Gaussian)

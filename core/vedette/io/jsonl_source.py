@@ -29,6 +29,7 @@ class JsonLinesSource(Source):
 
     path: str = fields.text("the file", default="")
     about: str = fields.text("what the recording is and who published it, told to those who lack it", default="")
+    sort: bool = fields.flag("sort all lines by time; default: those that go back in time are refused", default=False)
 
     def open(self, sensors: Mapping[str, Sensor], rng: np.random.Generator) -> Recording:
         """The scans in time order.
@@ -37,7 +38,7 @@ class JsonLinesSource(Source):
         measure, or no scan can be used.
         """
         path = find(self.path, f"{self.about or 'a recording'}. Format: Vedette's JSON lines")
-        recording, spaces = read_recording(path)
+        recording, spaces = read_recording(path, sort=self.sort)
         for name in spaces:
             if name in sensors and set(spaces[name].axes) != set(sensors[name].measurement.axes):
                 measured = sensors[name].measurement
@@ -56,7 +57,9 @@ class JsonLinesSource(Source):
             if name not in sensors:
                 count = sum(scan.sensor == name for scan in recording.scans)
                 notes[f"scans of {name!r}, which the tracker lacks"] = str(count)
-        return evolve(recording, scans=kept, notes=notes)
+        lines, left_out = recording.rows["lines"], len(recording.scans) - len(kept)
+        rows = {"lines": evolve(lines, used=lines.used - left_out, left_out=left_out)}
+        return evolve(recording, scans=kept, notes=notes, rows=rows)
 
 
 def _over(measured: Space, scan: Scan, written: Space) -> Scan:

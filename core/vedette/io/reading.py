@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Generic, TypeVar
 
 import numpy as np
-from attrs import frozen
+from attrs import evolve, frozen
 
 from vedette.errors import ConfigError, InputError, Problem
-from vedette.io.opening import inside, lines, shown, user_path
+from vedette.io.opening import inside, shown, user_path
 from vedette.space import Array, Space
 from vedette.types import Detections
 
-__all__ = ["FRAMES", "NORTH_EAST", "Sample", "check_files", "detections", "find", "in_time_order", "lines", "polar"]
-
 V = TypeVar("V")
+
+OUT_OF_ORDER = "is out of order"
+OFFER = "`sort = true` in the source sorts them"
 
 NORTH_EAST = "x north, y east"
 FRAMES = ("x east, y north", NORTH_EAST)
@@ -62,14 +63,19 @@ class Sample(Generic[V]):
     place: str
     time: float
     value: V
+    rows: int = 1
 
 
-def in_time_order(samples: Sequence[Sample[V]], refused: list[Problem]) -> list[Sample[V]]:
-    """The samples without those that break the order of time, which are added to `refused`: as few as possible.
+def in_time_order(samples: Sequence[Sample[V]], refused: list[Problem], *, sort: bool = False) -> list[Sample[V]]:
+    """Return the samples without those that break the order of time, or all of them sorted.
+
+    Those that break it are added to `refused`: as few as possible.
 
     What stays is the longest non-decreasing subsequence; of several, the one that keeps the earlier entries. So one time
     far ahead is refused by itself, rather than all that follow it.
     """
+    if sort:
+        return sorted(samples, key=lambda sample: sample.time)
     keep = _longest_in_order([sample.time for sample in samples])
     kept = []
     following = iter([sample.time for sample, good in zip(samples, keep, strict=True) if good])
@@ -81,8 +87,24 @@ def in_time_order(samples: Sequence[Sample[V]], refused: list[Problem]) -> list[
             continue
         around = [f"after {kept[-1].time!r} s"] if kept else []
         around += [] if after is None else [f"before {after!r} s"]
-        refused.append(Problem(sample.place, f"time {sample.time!r} s is out of order: it stands {' and '.join(around)}"))
+        text = f"time {sample.time!r} s {OUT_OF_ORDER}: it stands {' and '.join(around)}"
+        refused.append(Problem(sample.place, text, sample.rows))
     return kept
+
+
+def offer_sorting(refused: Sequence[Problem], total: int) -> list[Problem]:
+    """Return what was refused of `total` rows. Of three or more out of order the first leads, and offers to sort them."""
+    late = [problem for problem in refused if OUT_OF_ORDER in problem.text]
+    if len(late) < 3:
+        return list(refused)
+    count = sum(problem.rows for problem in late)
+    told = f"{late[0].text}; {count} of {total} rows go back in time and are refused: {OFFER}"
+    return [evolve(late[0], text=told), *(problem for problem in refused if problem is not late[0])]
+
+
+def offers_first(refused: Iterable[Sequence[Problem]]) -> list[Problem]:
+    """Return the problems of all tables, those first that tell of many."""
+    return sorted((problem for table in refused for problem in table), key=lambda problem: OFFER not in problem.text)
 
 
 def _longest_in_order(times: Sequence[float]) -> list[bool]:

@@ -13,7 +13,7 @@ from vedette.errors import InputError
 from vedette.io.atomic import whole_file
 from vedette.io.json_values import number, parse, short
 from vedette.io.jsonl import line, space_of, units
-from vedette.io.reading import lines
+from vedette.io.opening import lines
 from vedette.space import Array, Space
 from vedette.types import Track
 

@@ -201,4 +201,6 @@ class _Video:
         promised = int(self.video.get(self.cv2.CAP_PROP_FRAME_COUNT))
         if not 0 < self.found < promised < self.most:
             return self.found, []
-        return promised, [Problem("end", f"the video promises {promised} frames and ends after {self.found}")]
+        return promised, [
+            Problem("end", f"the video promises {promised} frames and ends after {self.found}", promised - self.found)
+        ]

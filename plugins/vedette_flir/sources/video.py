@@ -18,6 +18,7 @@ from vedette import (
     LazyScans,
     Problem,
     Recording,
+    Rows,
     Scan,
     Sensor,
     Source,
@@ -95,7 +96,9 @@ class VideoSource(Source):
         truth = Trajectory("target", BOX, times, np.array([boxes[number] for number in sorted(boxes)]))
         size = f"{clip.shape[1]} x {clip.shape[0]} px, {clip.dtype}"
         notes = {"frames": f"{kept[0]} to {kept[-1]} of {path.name}, {size}"}
-        return Recording(LazyScans(len(kept), make), (truth,), clip.problems, notes)
+        lost = sum(problem.rows for problem in clip.problems)
+        rows = {"frames": Rows(clip.total, len(kept), lost, len(clip.numbers) - len(kept))}
+        return Recording(LazyScans(len(kept), make), (truth,), clip.problems, notes, rows)
 
     def _beside(self, path: Path, parameter: str, name: str) -> Path:
         """Return the file that a parameter names, or else `name`, in the clip's folder; ConfigError if it lies elsewhere."""

@@ -18,6 +18,7 @@ from vedette import (
     Pose,
     Problem,
     Recording,
+    Rows,
     Scan,
     Sensor,
     Source,
@@ -64,8 +65,10 @@ class RadarPictures(Source):
         _check_links(folder, ("geometry.json", "frames.csv", "truth.csv", "ais.csv"))
         geometry = read_geometry(folder)
         refused: list[Problem] = []
+        rows: dict[str, Rows] = {}
         known: dict[str, Any] = geometry.as_json() | {"land": _land(folder, geometry)}
         frames = _frames(folder, geometry, refused)
+        rows["frames"] = Rows(len(frames) + len(refused), len(frames), len(refused))
         if not frames:
             first = f"; the first problem: {refused[0]}" if refused else ""
             raise InputError(f"{folder}: holds no usable picture{first}")
@@ -75,15 +78,20 @@ class RadarPictures(Source):
             return Scan(time, screens[0], _NOTHING, pose, Frame(_pixels(folder / file), geometry=known))
 
         size = f"{geometry.width} x {geometry.height} px of {geometry.metres_per_pixel:g} m, {geometry.stabilisation}"
-        return Recording(
-            LazyScans(len(frames), make), self._reference(folder, geometry, refused), tuple(refused), {"pictures": size}
-        )
+        reference = self._reference(folder, geometry, refused, rows)
+        return Recording(LazyScans(len(frames), make), reference, tuple(refused), {"pictures": size}, rows)
 
-    def _reference(self, folder: Path, geometry: PictureGeometry, refused: list[Problem]) -> tuple[Trajectory, ...]:
+    def _reference(
+        self, folder: Path, geometry: PictureGeometry, refused: list[Problem], rows: dict[str, Rows]
+    ) -> tuple[Trajectory, ...]:
         if self.reference == "none" or (self.reference == "truth" and not (folder / "truth.csv").is_file()):
             return ()
         if self.reference == "truth":
-            return truth(folder / "truth.csv", refused)
+            told = len(refused)
+            paths = truth(folder / "truth.csv", refused)
+            used, lost = sum(len(path.times) for path in paths), len(refused) - told
+            rows["truth"] = Rows(used + lost, used, lost)
+            return paths
         if geometry.latitude is None or geometry.longitude is None:
             raise InputError(
                 f"{folder / 'geometry.json'}: lacks latitude and longitude, so AIS has no place in the pictures"
@@ -91,11 +99,14 @@ class RadarPictures(Source):
         origin = (geometry.latitude, geometry.longitude)
         ships, bad = read_csv(folder / "ais.csv")
         refused += bad
+        total, told = sum(len(reports.time) for reports in ships.values()) + len(bad), len(refused) - len(bad)
         found: list[Trajectory] = []
         for reports in ships.values():
-            kept, told = without_outliers(reports, origin, "ais.csv")
-            refused += told
+            kept, outliers = without_outliers(reports, origin, "ais.csv")
+            refused += outliers
             found += trajectories(kept, origin, self.longest_gap)
+        lost = len(refused) - told
+        rows["ais"] = Rows(total, total - lost, lost)
         return tuple(found)
 
 
