@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import logging
 from collections.abc import Iterator, Mapping
 from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import contextmanager
@@ -11,6 +12,7 @@ from typing import Any
 
 from vedette.config.registry import Registry
 from vedette.errors import ConfigError, Problem, VedetteError
+from vedette.montecarlo.carry import KEPT
 from vedette.montecarlo.plan import Plan
 from vedette.montecarlo.store import made_by
 
@@ -46,14 +48,31 @@ def cluster(plan: Plan, address: str, seconds: float = 10.0) -> Iterator[tuple[E
     except Exception as error:  # whatever answers there, if it is no scheduler
         text = f"no Dask scheduler answers at {address!r}: {str(error).splitlines()[0] if str(error) else 'no answer'}"
         raise ConfigError([Problem("--scheduler", text)]) from None
+    with _told_here():
+        try:
+            known = client.scheduler_info(n_workers=-1)["workers"]
+            if not known:
+                raise ConfigError([Problem("--scheduler", f"the scheduler at {address!r} has no workers")])
+            _check(client, plan)
+            yield client.get_executor(pure=False), sum(each["nthreads"] for each in known.values())
+        except OSError as error:  # the connection broke while something was sent
+            raise VedetteError(f"the scheduler at {address!r} went away: {error or type(error).__name__}; {KEPT}") from None
+        finally:
+            client.close()
+
+
+@contextmanager
+def _told_here() -> Iterator[None]:
+    """Dask logs no tracebacks of a connection that breaks meanwhile: what went wrong is told once, by an error."""
+    loggers = [logging.getLogger(f"distributed.{name}") for name in ("client", "batched", "core", "comm", "utils")]
+    levels = [logger.level for logger in loggers]
+    for logger in loggers:
+        logger.setLevel(logging.CRITICAL)
     try:
-        known = client.scheduler_info(n_workers=-1)["workers"]
-        if not known:
-            raise ConfigError([Problem("--scheduler", f"the scheduler at {address!r} has no workers")])
-        _check(client, plan)
-        yield client.get_executor(pure=False), sum(each["nthreads"] for each in known.values())
+        yield
     finally:
-        client.close()
+        for logger, level in zip(loggers, levels, strict=True):
+            logger.setLevel(level)
 
 
 async def _knock(address: str, seconds: float) -> None:
