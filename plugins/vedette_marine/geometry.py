@@ -134,7 +134,7 @@ class PictureGeometry:
                 raise ValueError(f"{name}: is missing")
         for name in data:
             if name not in known:
-                raise ValueError(f"{name}: there is no such field; there are {', '.join(known)}")
+                raise ValueError(f"{name[:60]}: there is no such field; there are {', '.join(known)}")
         given = dict(data)
         for name in ("overlays", "colours"):
             if given.get(name) in ([], None):

@@ -13,6 +13,7 @@ from attrs import frozen
 from vedette import fields
 from vedette.errors import ConfigError, Problem
 from vedette.io.csv_table import numbers, rows
+from vedette.io.opening import shown
 from vedette.io.reading import Sample, in_time_order
 from vedette.roles import Sensor
 from vedette.space import Space, SpaceError
@@ -158,7 +159,7 @@ def _by_scan(rows: list[Sample[_Cells]], refused: list[Problem], sort: bool) -> 
     for scan, members in scans.items():
         time = Counter(row.time for row in members).most_common(1)[0][0]
         refused += [
-            Problem(row.place, f"time {row.time!r} s is not that of scan {scan!r} elsewhere, {time!r} s")
+            Problem(row.place, f"time {row.time!r} s is not that of scan {shown(scan)} elsewhere, {time!r} s")
             for row in members
             if row.time != time
         ]

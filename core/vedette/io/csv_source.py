@@ -13,6 +13,7 @@ from vedette.errors import InputError, Problem
 from vedette.io.csv_returns import DetectionColumns, Look, Reading
 from vedette.io.csv_truth import Platform, PlatformColumns, TruthColumns
 from vedette.io.gaps import fill_gaps
+from vedette.io.opening import shown
 from vedette.io.reading import FRAMES, NORTH_EAST, Sample, check_files, detections, find, offer_sorting, offers_first, polar
 from vedette.roles import Sensor, Source
 from vedette.types import Recording, Rows, Scan, Trajectory
@@ -64,7 +65,7 @@ class CsvSource(Source):
             platform = self.platform.read(file, self.delimiter, refused["platform"], sort=self.sort)
             rows["platform"] = _rows(platform.rows, refused["platform"])
         looks, left_out = self.detections.read(path, readings, self.delimiter, refused["detections"], sort=self.sort)
-        notes |= {f"rows of {sensor!r}, which the tracker lacks": str(count) for sensor, count in left_out.items()}
+        notes |= {f"rows of {shown(sensor)}, which the tracker lacks": str(count) for sensor, count in left_out.items()}
         used, scans = 0, []
         for name, reading in readings.items():
             placed = []

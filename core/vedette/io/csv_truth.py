@@ -11,6 +11,7 @@ from attrs import frozen
 from vedette import fields
 from vedette.errors import Problem
 from vedette.io.csv_table import chosen, numbers, rows
+from vedette.io.opening import shown
 from vedette.io.reading import Sample, in_time_order
 from vedette.space import Space
 from vedette.types import Pose, Trajectory
@@ -110,7 +111,7 @@ class PlatformColumns:
                 elif by_scan.setdefault(row.cells["scan"], state) == state:
                     used += 1
                 else:
-                    raise ValueError(f"the platform stood elsewhere in an earlier row of scan {row.cells['scan']!r}")
+                    raise ValueError(f"the platform stood elsewhere in an earlier row of scan {shown(row.cells['scan'])}")
             except ValueError as error:
                 refused.append(Problem(row.place, str(error)))
         kept = in_time_order(at_times, refused, sort=sort)

@@ -13,7 +13,7 @@ from attrs import frozen
 from vedette.errors import InputError, Problem
 from vedette.io.atomic import whole_file
 from vedette.io.json_values import number, parse, short, vector
-from vedette.io.opening import lines
+from vedette.io.opening import lines, shown
 from vedette.io.reading import Sample, in_time_order, offer_sorting
 from vedette.space import Space, SpaceError
 from vedette.types import Detections, Pose, Recording, Rows, Scan, Trajectory
@@ -167,7 +167,7 @@ def space_of(axes: Any, what: str) -> Space:
 def _check_fields(given: Mapping[str, Any], known: tuple[str, ...], what: str = "") -> None:
     for name in given:
         if name not in known:
-            raise ValueError(f"unknown field {what}{name!r}; known are {', '.join(known)}")
+            raise ValueError(f"unknown field {what}{shown(name)}; known are {', '.join(known)}")
 
 
 def _state(given: Mapping[str, Any], truth: Mapping[str, Space]) -> tuple[str, float, list[float]]:

@@ -11,6 +11,7 @@ from attrs import evolve, frozen
 from vedette import fields
 from vedette.errors import InputError
 from vedette.io.jsonl import read_recording
+from vedette.io.opening import shown
 from vedette.io.reading import find
 from vedette.roles import Sensor, Source
 from vedette.space import Space
@@ -42,7 +43,9 @@ class JsonLinesSource(Source):
         for name in spaces:
             if name in sensors and set(spaces[name].axes) != set(sensors[name].measurement.axes):
                 measured = sensors[name].measurement
-                raise InputError(f"{path}:1: sensor {name!r} gives {spaces[name]}, and the tracker's measures {measured}")
+                raise InputError(
+                    f"{path}:1: sensor {shown(name)} gives {spaces[name]}, and the tracker's measures {measured}"
+                )
         kept = tuple(
             _over(sensors[scan.sensor].measurement, scan, spaces[scan.sensor])
             for scan in recording.scans
@@ -56,7 +59,7 @@ class JsonLinesSource(Source):
         for name in spaces:
             if name not in sensors:
                 count = sum(scan.sensor == name for scan in recording.scans)
-                notes[f"scans of {name!r}, which the tracker lacks"] = str(count)
+                notes[f"scans of {shown(name)}, which the tracker lacks"] = str(count)
         lines, left_out = recording.rows["lines"], len(recording.scans) - len(kept)
         rows = {"lines": evolve(lines, used=lines.used - left_out, left_out=left_out)}
         return evolve(recording, scans=kept, notes=notes, rows=rows)

@@ -13,7 +13,7 @@ from vedette.errors import InputError
 from vedette.io.atomic import whole_file
 from vedette.io.json_values import number, parse, short
 from vedette.io.jsonl import line, space_of, units
-from vedette.io.opening import lines
+from vedette.io.opening import lines, shown
 from vedette.space import Array, Space
 from vedette.types import Track
 
@@ -131,7 +131,7 @@ def _fields(given: Any, n: int) -> dict[str, Any]:
     known = ("track", "time", "confirmed", *shapes)
     for name in given:
         if name not in known:
-            raise ValueError(f"unknown field {name!r}; known are {', '.join(known)}")
+            raise ValueError(f"unknown field {shown(name)}; known are {', '.join(known)}")
     for name, shape in shapes.items():
         absent = name == "mode_prob" and name not in given
         found[name] = None if absent else _array(given.get(name), shape, name)

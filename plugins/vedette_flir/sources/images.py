@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from vedette import InputError, Problem
 from vedette.io.opening import check_regular, inside
 from vedette.io.picture_size import check_pixels, picture_size
+from vedette.io.png import check_png, is_png
 
 Grey = NDArray[np.unsignedinteger[Any]]
 """A frame (h, w) of 8 or 16 bit."""
@@ -139,6 +140,8 @@ class _Folder:
             if size is None:
                 raise ValueError("is no image that can be read")
             check_pixels(*size)
+            if is_png(file):
+                check_png(file)
             image: NDArray[Any] | None = self.cv2.imread(str(file), self.cv2.IMREAD_UNCHANGED)
             if image is None:
                 raise ValueError("is no image that OpenCV can read")

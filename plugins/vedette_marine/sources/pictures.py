@@ -26,14 +26,13 @@ from vedette import (
     fields,
 )
 from vedette.io.opening import inside, shown
-from vedette.io.picture_size import picture_size
+from vedette.io.png import check_png
 from vedette.io.reading import Sample, find, in_time_order
 from vedette_marine.ais.csv import read_csv
 from vedette_marine.ais.reports import without_outliers
 from vedette_marine.ais.tracks import trajectories
 from vedette_marine.geometry import PictureGeometry, read_geometry
 from vedette_marine.opencv import opencv
-from vedette_marine.picture.png import check_png
 from vedette_marine.sources.tables import Table, read_table, truth
 
 PUBLISHER = "a folder with geometry.json, frames.csv and the pictures that it names; docs/marine.md says more"
@@ -124,8 +123,10 @@ def _frames(folder: Path, geometry: PictureGeometry, refused: list[Problem]) -> 
             name = words["file"]
             if Path(name).name != name:
                 raise ValueError(f"file must be a name in the folder, got {shown(name)}")
-            size = check_png(inside(folder, name))
-            if size != (geometry.width, geometry.height):
+            *size, depth = check_png(inside(folder, name))
+            if depth != 8:
+                raise ValueError(f"must have 8 bit, got {depth}")
+            if size != [geometry.width, geometry.height]:
                 wanted = f"{geometry.width} x {geometry.height}"
                 raise ValueError(f"{name}: must be {wanted} px as geometry.json says, got {size[0]} x {size[1]}")
         except ValueError as error:
@@ -154,12 +155,15 @@ def _land(folder: Path, geometry: PictureGeometry) -> Any:
         return None
     _check_links(folder, [geometry.land])
     path = folder / geometry.land
-    size = picture_size(path) if path.is_file() else None
+    wanted = f"must be a picture of {geometry.width} x {geometry.height} px"
+    try:
+        width, height, _ = check_png(path)
+    except ValueError as error:
+        raise InputError(f"{path}: {wanted}, and {error}") from None
     cv2 = opencv()
-    mask = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE) if size == (geometry.width, geometry.height) else None
+    mask = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE) if (width, height) == (geometry.width, geometry.height) else None
     if mask is None or mask.shape != geometry.shape:
-        got = "no picture that can be read" if size is None or mask is not None else f"{size[0]} x {size[1]}"
-        raise InputError(f"{path}: must be a picture of {geometry.width} x {geometry.height} px, got {got}")
+        raise InputError(f"{path}: {wanted}, got {width} x {height}")
     return mask
 
 

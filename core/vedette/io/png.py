@@ -12,8 +12,11 @@ BLOCK = 2**20
 """Bytes that are read at once."""
 
 
-def check_png(path: Path) -> tuple[int, int]:
-    """Width and height of a PNG of 8 bit whose chunks are there with the right checksums; ValueError if it is not."""
+def check_png(path: Path) -> tuple[int, int, int]:
+    """Return width, height and bits of a PNG whose chunks are there with the right checksums; ValueError if it is not whole.
+
+    A decoder that is given one that is not may fail, return part of it, or not return at all.
+    """
     if path.exists() and not path.is_file():
         raise ValueError("cannot be read: is no regular file")
     try:
@@ -23,15 +26,23 @@ def check_png(path: Path) -> tuple[int, int]:
         raise ValueError(f"cannot be read: {error.strerror}") from None
 
 
-def _checked(file: BinaryIO) -> tuple[int, int]:
+def is_png(path: Path) -> bool:
+    """Return whether a file begins as a PNG does, whatever its name."""
+    with path.open("rb") as file:
+        return file.read(len(SIGNATURE)) == SIGNATURE
+
+
+def _checked(file: BinaryIO) -> tuple[int, int, int]:
     if file.read(len(SIGNATURE)) != SIGNATURE:
         raise ValueError("is no PNG: its first bytes are not those of one")
-    at, size, name = len(SIGNATURE), (0, 0), b""
+    at, size, name = len(SIGNATURE), (0, 0, 0), b""
     while name != b"IEND":
         head = file.read(8)
         if len(head) < 8:
             raise ValueError(f"is cut off after {at + len(head)} bytes")
         length, name = struct.unpack(">I4s", head)
+        if at == len(SIGNATURE) and name != b"IHDR":
+            raise ValueError("is corrupted: it does not begin with its header")
         first, check = b"", zlib.crc32(name)
         for begin in range(0, length, BLOCK):
             block = file.read(min(BLOCK, length - begin))
@@ -46,9 +57,6 @@ def _checked(file: BinaryIO) -> tuple[int, int]:
         if name == b"IHDR":
             if length != 13:
                 raise ValueError(f"is corrupted: its header has {length} bytes instead of 13")
-            width, height, depth = struct.unpack(">IIB", first[:9])
-            if depth != 8:
-                raise ValueError(f"must have 8 bit, got {depth}")
-            size = (width, height)
+            size = struct.unpack(">IIB", first[:9])
         at += 12 + length
     return size
