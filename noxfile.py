@@ -75,6 +75,14 @@ def benchmarks(session: nox.Session) -> None:
 
 
 @nox.session
+def fuzz(session: nox.Session) -> None:
+    """Feed configs, inputs and kernels with wrong ones, some minutes: `nox -s fuzz -- --seed 7`, `-- --hours 8` for longer."""
+    session.install("-e", ".[dev]")
+    session.chdir("tests")
+    session.run("python", "-m", "fuzz", *session.posargs, env={"OPENBLAS_NUM_THREADS": "1"})
+
+
+@nox.session
 def memory(session: nox.Session) -> None:
     """The compiled kernels' tests under the address and undefined-behaviour sanitizers of GCC."""
     flags = "-fsanitize=address,undefined -fno-sanitize-recover=undefined -g -O1"

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from fuzz.cases import NASTY, pick
-from fuzz.trees import mutated
 
 import vedette
+from fuzz.cases import NASTY, pick
+from fuzz.trees import mutated
 from vedette import Registry
 from vedette.config.files import read_file
 

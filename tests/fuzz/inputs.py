@@ -7,11 +7,13 @@ import shutil
 from pathlib import Path
 
 import numpy as np
+
 from fuzz.cases import NASTY, pick
 from fuzz.readers import READERS
 from fuzz.samples import FILES
 from fuzz.trees import mutated
 
+ODD = [b"\0", b"\xff", b"\r", b"\n", b'"', b",", b"\xef\xbb\xbf", b"\x1c", b"\xe2\x80\xa8"]
 CELLS = [value for value in NASTY if isinstance(value, str)] + ["1e15", "-0.0", "1e400", "7" * 140_000, "1.5e", "0"]
 
 Rng = np.random.Generator
@@ -49,11 +51,7 @@ def _bytes(rng: Rng, data: bytes) -> bytes:
     if change == 1:
         return data[:at] + bytes([int(rng.integers(256))]) + data[at + 1 :]
     if change == 2:
-        return (
-            data[:at]
-            + pick(rng, [b"\0", b"\xff", b"\r", b"\n", b'"', b",", b"\xef\xbb\xbf", b"\x1c", b"\xe2\x80\xa8"])
-            + data[at:]
-        )
+        return data[:at] + pick(rng, ODD) + data[at:]
     if change == 3:
         end = int(rng.integers(at, min(at + 40, len(data)) + 1))
         return data[:at] + data[end:]

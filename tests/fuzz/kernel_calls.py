@@ -1,7 +1,7 @@
 """Calls of the kernels: any shapes, empty axes and wild numbers. The compiled ones do what the reference does.
 
-Tame numbers give equal results. Wild ones (nan, inf, subnormal, huge) give results of the same shapes, or an error of the same
-family; nothing is written into what was given, and shapes that do not fit are an error or an answer, never a crash.
+Tame numbers give equal results. Wild ones (nan, inf, subnormal, huge) give results of the same shapes, or an error of the
+same family; nothing is written into what was given, and shapes that do not fit are an error or an answer, never a crash.
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from fuzz.cases import pick
 
+from fuzz.cases import pick
 from vedette import kernels
 from vedette.kernels import association, modes, reference
 

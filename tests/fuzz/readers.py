@@ -1,19 +1,23 @@
-"""Every reader of inputs, and what must be so of all that it accepts: times in order, finite numbers, every row accounted for."""
+"""Every reader of inputs, and what must be so of all that it accepts: order in time, finite numbers, no row lost."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Mapping
 from functools import cache
 from pathlib import Path
 
 import numpy as np
-from fuzz.samples import Files
 
 import vedette
-from vedette import Rows
+from fuzz.samples import Files
+from vedette import Experiment, Rows, Tracker
 from vedette.io import AutoferrySource, CsvSource, JsonLinesSource, read_tracks
 from vedette.io.csv_returns import DetectionColumns
 from vedette.io.csv_truth import PlatformColumns, TruthColumns
+from vedette.metrics import judge
+from vedette.report.figures import figures
+from vedette.report.summary import summary
 from vedette.roles import Sensor, Source
 from vedette_flir.sources.video import VideoSource
 from vedette_marine.ais.csv import read_csv
@@ -131,6 +135,34 @@ def read_clip(folder: Path, files: Files, more: bool) -> None:
     opened(VideoSource(path=str(folder / "clip"), segment=0 if more else None), camera(), {"frames": 4})
 
 
+TRACKER = {
+    "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 1}},
+    "sensors": {"radar": {"kind": "cartesian_position", "sigma": 1, "detection_probability": 0.9, "clutter_density": 1e-6}},
+    "associator": {"kind": "pda"},
+    "lifecycle": {"kind": "m_of_n", "spread": {"vx": 1, "vy": 1}},
+}
+
+
+@cache
+def tracker() -> Tracker:
+    """Return a tracker for the runs."""
+    return vedette.build(TRACKER)
+
+
+def run(folder: Path, files: Files, more: bool) -> None:
+    """Run a tracker over a recording, judge it and sum it up, as the command does."""
+    source = CsvSource(DetectionColumns(time="t", columns=XY), str(folder / "d.csv"), sort=more)
+    experiment = Experiment(tracker(), source)
+    result = experiment.run()
+    score = judge(result.tracks, result.recording.truth, result.scans, experiment.judge, experiment.tracker.gate.probability)
+    json.dumps(figures(experiment, result, score), allow_nan=False)
+    summary(experiment, result, score).encode()
+    check_rows(result.recording.rows, {"detections": count(files["d.csv"])})
+    for track in result.tracks:
+        if not np.all(np.isfinite(track.mean)) or not np.all(np.isfinite(track.cov)):
+            raise AssertionError("a track is not finite")
+
+
 READERS: dict[str, Callable[[Path, Files, bool], None]] = {
     "csv": read_csv_source,
     "autoferry": read_autoferry,
@@ -140,4 +172,5 @@ READERS: dict[str, Callable[[Path, Files, bool], None]] = {
     "nmea": read_sentences,
     "radar_pictures": read_radar_pictures,
     "video": read_clip,
+    "run": run,
 }

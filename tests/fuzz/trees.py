@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
+
 from fuzz.cases import NASTY, pick
 
 Place = tuple[Any, Any]
@@ -41,7 +42,7 @@ def mutated(rng: np.random.Generator, tree: Any, others: list[Any], nasty: list[
             holder[f"{name}{pick(rng, ['', 's', '_', ' '])}"] = holder.pop(name)
         elif change == 6 and isinstance(holder, list):
             holder.insert(int(rng.integers(len(holder) + 1)), copy.deepcopy(holder[name]))
-        elif isinstance(holder[name], int | float) and not isinstance(holder[name], bool):
+        elif type(holder[name]) in (int, float) and abs(holder[name]) < 1e300:
             holder[name] = holder[name] * float(pick(rng, [-1, 0, 1e-30, 1e30, 1.5]))
         else:
             holder[name] = [holder[name]] if rng.random() < 0.5 else {"kind": holder[name]}

@@ -43,9 +43,15 @@ def test_a_scheduler_that_dies_is_told_in_a_line(tmp_path, capfd):
         try:
             address = there.stdout.readline().strip()
             capfd.readouterr()
-            study = {"chunk": 20, "out": tmp_path / "out", "scheduler": address}
+
+            def progress(runs, about):
+                for done in runs:
+                    os.kill(there.pid, signal.SIGKILL)
+                    yield done
+
+            study = {"progress": progress, "chunk": 20, "out": tmp_path / "out", "scheduler": address}
             with pytest.raises(vedette.VedetteError) as error:
-                vedette.monte_carlo(CONFIG, 100_000, 3, advance=lambda *_: os.kill(there.pid, signal.SIGKILL), **study)
+                vedette.monte_carlo(CONFIG, 100_000, 3, **study)
         finally:
             there.kill()
     (line,) = str(error.value).splitlines()

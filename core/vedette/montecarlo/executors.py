@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import contextmanager
 from multiprocessing import get_context
-from typing import Any
+from typing import Any, cast
 
 from vedette.config.registry import Registry
 from vedette.errors import ConfigError, Problem, VedetteError
@@ -77,10 +77,12 @@ def _told_here() -> Iterator[None]:
 
 async def _knock(address: str, seconds: float) -> None:
     """Raises if no Dask process answers in time."""
+    import distributed
     from distributed import comm
 
     dask: Any = comm
-    line = await asyncio.wait_for(dask.connect(address, timeout=seconds), seconds)
+    options = cast(Any, distributed).Security().get_connection_args("client")  # TLS, where Dask's configuration asks for it
+    line = await asyncio.wait_for(dask.connect(address, timeout=seconds, **options), seconds)
     line.abort()
 
 
