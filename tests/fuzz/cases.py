@@ -41,7 +41,24 @@ WORDS = [
     "../x",
     "/dev/zero",
 ]
-WORDS += ["~nosuchuser/x", "\u202e", "true", '"', "'", "[", "{", "\u0663", "--1", "+", "1e", "kind", "", ",", "x" * 10_000]
+WORDS += [
+    "/dev/zero",
+    "~nosuchuser/x",
+    "\u202e",
+    "true",
+    '"',
+    "'",
+    "[",
+    "{",
+    "\u0663",
+    "--1",
+    "+",
+    "1e",
+    "kind",
+    "",
+    ",",
+    "x" * 10_000,
+]
 PARTS = [None, True, False, [], {}, [[]], [None], [1, "a"], {"": 1}, {"kind": "kalman"}, [[1, 2], [3]], [math.nan] * 3]
 NASTY = [*NUMBERS, *WORDS, *PARTS]
 """Values that have broken readers somewhere."""

@@ -39,6 +39,11 @@ if __name__ == "__main__":
 """
 
 
+def dotted(name):
+    """Return what Dask calls the setting of an environment variable."""
+    return name.removeprefix("DASK_").lower().replace("__", ".").replace("_", "-")
+
+
 @pytest.mark.filterwarnings("ignore")
 def test_a_study_over_tls_and_none_without_the_certificates(tmp_path, monkeypatch):
     import dask
@@ -56,7 +61,7 @@ def test_a_study_over_tls_and_none_without_the_certificates(tmp_path, monkeypatc
             assert address.startswith("tls://")
             with pytest.raises(vedette.ConfigError, match="no Dask scheduler answers"):
                 vedette.monte_carlo(CONFIG, 4, 1, scheduler=address)
-            with dask.config.set(dask.config.collect_env(own)):
+            with dask.config.set({dotted(name): True if text == "True" else text for name, text in own.items()}):
                 assert len(vedette.monte_carlo(CONFIG, 4, 1, scheduler=address).figures) > 0
                 with pytest.raises(vedette.ConfigError, match="no Dask scheduler answers"):
                     vedette.monte_carlo(CONFIG, 4, 1, scheduler=address.replace("tls://", "tcp://"))
