@@ -76,7 +76,7 @@ def benchmarks(session: nox.Session) -> None:
 
 @nox.session
 def fuzz(session: nox.Session) -> None:
-    """Feed configs, inputs and kernels with wrong ones, some minutes: `nox -s fuzz -- --seed 7`, `-- --hours 8` for longer."""
+    """Feed configs, inputs and kernels with wrong ones, for minutes; `nox -s fuzz -- --seed 7 --hours 8` for longer."""
     session.install("-e", ".[dev]")
     session.chdir("tests")
     session.run("python", "-m", "fuzz", *session.posargs, env={"OPENBLAS_NUM_THREADS": "1"})

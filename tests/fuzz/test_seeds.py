@@ -1,6 +1,8 @@
 """What the fuzzers have found, kept: each case as it was."""
 
 import struct
+from functools import reduce
+from operator import xor
 
 import numpy as np
 import pytest
@@ -8,8 +10,10 @@ import pytest
 from fuzz import cases, samples
 from fuzz.readers import RADAR, camera, read_clip, read_csv_source, read_radar_pictures
 from vedette import InputError, Problem
+from vedette.io import read_tracks
 from vedette.io.png import check_png
 from vedette_flir.sources.video import VideoSource
+from vedette_marine.ais.nmea import read_nmea
 
 pytest.importorskip("cv2")
 
@@ -63,3 +67,29 @@ def test_a_name_of_ten_thousand_characters_is_not_told_whole(tmp_path):
     )
     read_csv_source(written(tmp_path, files), files, True)
     assert RADAR
+
+
+@pytest.mark.parametrize(
+    ("payload", "text"),
+    [("33P;Tw0tjBQO2", "reports no position"), ("\x0033P;Tw0tjBQO22:E7dm66DrB20UP", "characters that no sentence has")],
+)
+def test_a_sentence_that_is_cut_or_has_a_zero_in_it_is_refused(tmp_path, payload, text):
+    """A zero changes no checksum; a payload that ends early decodes to a message without a place."""
+    body = f"AIVDM,1,1,,A,{payload},0"
+    (tmp_path / "ais.txt").write_text(f"1 !{body}*{reduce(xor, body.encode()):02X}\n")
+    ships, (problem,) = read_nmea(tmp_path / "ais.txt")
+    assert not ships
+    assert text in problem.text
+
+
+def test_a_whole_number_without_end_in_a_track(tmp_path):
+    line = samples.TRACK.replace("[10, 20]", f"[1{'0' * 400}, 20]")
+    (tmp_path / "t.jsonl").write_bytes(samples.tracks()["t.jsonl"].partition(b"\n")[0] + b"\n" + line.encode())
+    with pytest.raises(InputError, match=r"t.jsonl:2: mean must be numbers or null"):
+        read_tracks(tmp_path / "t.jsonl")
+
+
+def test_a_picture_of_a_name_that_no_disk_takes(tmp_path):
+    files = samples.radar_pictures()
+    files["frames.csv"] = files["frames.csv"].replace(b"1.png", b"x" * 10_000)
+    read_radar_pictures(written(tmp_path, files), files, False)

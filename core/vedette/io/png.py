@@ -17,9 +17,9 @@ def check_png(path: Path) -> tuple[int, int, int]:
 
     A decoder that is given one that is not may fail, return part of it, or not return at all.
     """
-    if path.exists() and not path.is_file():
-        raise ValueError("cannot be read: is no regular file")
     try:
+        if path.exists() and not path.is_file():
+            raise ValueError("cannot be read: is no regular file")
         with path.open("rb") as file:
             return _checked(file)
     except OSError as error:

@@ -141,7 +141,7 @@ def _fields(given: Any, n: int) -> dict[str, Any]:
 def _array(value: Any, shape: tuple[int | None, ...], what: str) -> Array:
     try:
         found = np.array(_numbers(value), dtype=float)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise ValueError(f"{what} must be numbers or null, got {short(value)}") from None
     if len(shape) != found.ndim or any(want not in (None, got) for want, got in zip(shape, found.shape, strict=True)):
         wanted = "(any,)" if None in shape else str(shape)

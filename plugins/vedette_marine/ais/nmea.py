@@ -31,6 +31,8 @@ def checked(sentence: str) -> str:
     if start < 0 or not sentence[start + 3 :].startswith(("VDM", "VDO")):
         raise ValueError(f"is no AIS sentence: must be as !AIVDM,1,1,,A,...,0*5C, got {shown(sentence)}")
     whole = sentence[start:].strip()
+    if not (whole.isascii() and whole.isprintable()):
+        raise ValueError(f"holds characters that no sentence has: {shown(whole)}")
     stated, found = whole.rpartition("*")[2][:2], checksum(whole)
     if found is None:
         raise ValueError("ends without a checksum: it is cut off")
@@ -124,7 +126,7 @@ def read_nmea(path: Path, interval: float = 0.0) -> tuple[dict[int, Reports], li
 
 def row_of(message: Any, time: float) -> dict[str, float] | None:
     """A decoded position report as `by_ship` takes it; None without a position (latitude 91, longitude 181)."""
-    latitude, longitude = float(message.lat), float(message.lon)
+    latitude, longitude = _value(message, "lat"), _value(message, "lon")
     if not (abs(latitude) <= 90 and abs(longitude) <= 180):
         return None
     course = _value(message, "course")
