@@ -83,6 +83,13 @@ def fuzz(session: nox.Session) -> None:
 
 
 @nox.session
+def endurance(session: nox.Session) -> None:
+    """Memory along a day of 50 vessels, and 10^6 scans of one track: `nox -s endurance -- --scans 5000 --long 50000`."""
+    session.install(".")
+    session.run("python", "-m", "benchmarks.endurance", *session.posargs)
+
+
+@nox.session
 def memory(session: nox.Session) -> None:
     """The compiled kernels' tests under the address and undefined-behaviour sanitizers of GCC."""
     flags = "-fsanitize=address,undefined -fno-sanitize-recover=undefined -g -O1"

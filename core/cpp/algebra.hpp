@@ -10,9 +10,17 @@
 
 namespace vedette::VEDETTE_ISA {
 
+// Whether common sizes have their loops unrolled: not where a better instruction set is all but always at hand.
+#ifdef VEDETTE_ROLLED
+constexpr bool kUnrolls = false;
+#else
+constexpr bool kUnrolls = true;
+#endif
+
 // Calls f with the sizes as constants where they are common, so that the compiler unrolls; else as they are.
 template <class F>
 VEDETTE_INLINE void with_sizes(int n, const F& f) {
+    if constexpr (!kUnrolls) return f(n);
     switch (n) {
         case 2: return f(std::integral_constant<int, 2>());
         case 4: return f(std::integral_constant<int, 4>());
@@ -23,6 +31,7 @@ VEDETTE_INLINE void with_sizes(int n, const F& f) {
 }
 template <class F>
 VEDETTE_INLINE void with_sizes(int n, int m, const F& f) {
+    if constexpr (!kUnrolls) return f(n, m);
     if (m == 2 && n == 4) return f(std::integral_constant<int, 4>(), std::integral_constant<int, 2>());
     if (m == 2 && n == 5) return f(std::integral_constant<int, 5>(), std::integral_constant<int, 2>());
     if (m == 2 && n == 6) return f(std::integral_constant<int, 6>(), std::integral_constant<int, 2>());
@@ -51,11 +60,11 @@ VEDETTE_INLINE void with_coefficients(N n, bool shared, const F& f) {
         f(n, T{});
 }
 template <class T, class F>
-VEDETTE_INLINE void specialised(int n, bool shared, const F& f) {
+VEDETTE_INLINE void with_constants(int n, bool shared, const F& f) {
     with_sizes(n, [&](auto states) { with_coefficients<T>(states, shared, f); });
 }
 template <class T, class F>
-VEDETTE_INLINE void specialised(int n, int m, bool shared, const F& f) {
+VEDETTE_INLINE void with_constants(int n, int m, bool shared, const F& f) {
     with_sizes(n, m, [&](auto states, auto measured) {
         with_coefficients<T>(states, shared, [&](auto, auto c) { f(states, measured, c); });
     });
@@ -67,7 +76,7 @@ __attribute__((noinline)) void outlined(const F& f) {
     f();
 }
 template <class T, class F>
-VEDETTE_INLINE void stage(const F& f) {
+VEDETTE_INLINE void outlined_for_eight(const F& f) {
     if constexpr (std::is_same_v<T, double>)
         f();
     else
@@ -75,7 +84,11 @@ VEDETTE_INLINE void stage(const F& f) {
 }
 
 constexpr double kLog2Pi = 1.8378770664093454836;
-constexpr double kTiny = 2.2250738585072014e-308;
+constexpr double kSingular = 1e-12;  // an S with a smaller pivot than this part of its diagonal has no good inverse
+
+// What the comparison of two numbers says, or of eight pairs.
+template <class T>
+using Mask = std::conditional_t<std::is_same_v<T, double>, bool, Eight64>;
 
 template <class T>
 VEDETTE_INLINE void wrap(T* x, const Periods& periods) {
@@ -87,20 +100,20 @@ VEDETTE_INLINE void wrap(T* x, const Periods& periods) {
 
 template <class T>
 VEDETTE_INLINE T safe_log(T p) {
-    return Lane<T>::log(Lane<T>::larger(p, Lane<T>::all(kTiny)));
+    return Lane<T>::log(Lane<T>::maximum(p, Lane<T>::broadcast(kTiny)));
 }
 
 // With four columns, one problem by itself is worked on row by row, a row a vector.
 #define VEDETTE_BY_ROWS(columns) (std::is_same_v<T, double> && __builtin_constant_p(columns) && (columns) == 4)
 
 // C (4, 4), its lower triangle made that of its transpose.
-VEDETTE_INLINE void mirror_rows(double* C) {
-    Row row[4], turned[4];
-    for (int i = 0; i < 4; ++i) turned[i] = row[i] = row_at(C + 4 * i);
-    turn(turned);
-    set_row(C + 4, VEDETTE_SHUFFLE(Row64, turned[1], row[1], 0, 5, 6, 7));
-    set_row(C + 8, VEDETTE_SHUFFLE(Row64, turned[2], row[2], 0, 1, 6, 7));
-    set_row(C + 12, VEDETTE_SHUFFLE(Row64, turned[3], row[3], 0, 1, 2, 7));
+VEDETTE_INLINE void copy_upper_to_lower_by_rows(double* C) {
+    Row row[4], transposed[4];
+    for (int i = 0; i < 4; ++i) transposed[i] = row[i] = load_row(C + 4 * i);
+    transpose(transposed);
+    store_row(C + 4, VEDETTE_SHUFFLE(Row64, transposed[1], row[1], 0, 5, 6, 7));
+    store_row(C + 8, VEDETTE_SHUFFLE(Row64, transposed[2], row[2], 0, 1, 6, 7));
+    store_row(C + 12, VEDETTE_SHUFFLE(Row64, transposed[3], row[3], 0, 1, 2, 7));
 }
 
 // Entry (i, j) of A, if it is symmetric from its upper triangle.
@@ -111,7 +124,7 @@ VEDETTE_INLINE const T& entry(const T* A, int i, int j, int columns) {
 
 // Makes the lower triangle of a symmetric C that of its upper one.
 template <class T>
-VEDETTE_INLINE void mirror(T* C, int n) {
+VEDETTE_INLINE void copy_upper_to_lower(T* C, int n) {
     for (int i = 0; i < n; ++i)
         for (int j = i + 1; j < n; ++j) C[j * n + i] = C[i * n + j];
 }
@@ -132,16 +145,17 @@ VEDETTE_INLINE void load_symmetric(In a, T* to, N n, int count = 1) {
     if constexpr (std::is_same_v<T, double> || std::is_same_v<N, int>)
         load(a, to, count * n * n);
     else
-        for (int c = 0; c < count; ++c) load_some(part(a, c * n * n), to + c * n * n, n * n, [&](int i) { return i / n <= i % n; });
+        for (int c = 0; c < count; ++c)
+            load_where(at_offset(a, c * n * n), to + c * n * n, n * n, [&](int i) { return i / n <= i % n; });
 }
 template <class T, class N>
 VEDETTE_INLINE void store_symmetric(Out a, T* from, N n, int count = 1) {
     for (int c = 0; c < count; ++c) {
-        if constexpr (!std::is_same_v<T, double> && std::is_same_v<N, int>) mirror(from + c * n * n, n);
+        if constexpr (!std::is_same_v<T, double> && std::is_same_v<N, int>) copy_upper_to_lower(from + c * n * n, n);
         if constexpr (std::is_same_v<T, double> || std::is_same_v<N, int>)
-            store(part(a, c * n * n), from + c * n * n, n * n);
+            store(at_offset(a, c * n * n), from + c * n * n, n * n);
         else
-            store_as(part(a, c * n * n), n * n, [&](int i) { return entry(from + c * n * n, i / n, i % n, n); });
+            store_each(at_offset(a, c * n * n), n * n, [&](int i) { return entry(from + c * n * n, i / n, i % n, n); });
     }
 }
 
@@ -179,9 +193,9 @@ VEDETTE_INLINE void multiply(const L* A, const R* B, T* C, int p, int s, int q) 
     if constexpr (std::is_same_v<T, double>)
         if (VEDETTE_BY_ROWS(q)) {
             for (int i = 0; i < p; ++i) {
-                Row sum = A[i * s] * row_at(B);
-                for (int l = 1; l < s; ++l) sum += A[i * s + l] * row_at(B + 4 * l);
-                set_row(C + 4 * i, sum);
+                Row sum = A[i * s] * load_row(B);
+                for (int l = 1; l < s; ++l) sum += A[i * s + l] * load_row(B + 4 * l);
+                store_row(C + 4 * i, sum);
             }
             return;
         }
@@ -195,13 +209,13 @@ VEDETTE_INLINE void multiply(const L* A, const R* B, T* C, int p, int s, int q) 
 
 // C (p, q) = A' B with A (s, p), B (s, q)
 template <class T, class L, class R>
-VEDETTE_INLINE void multiply_turned(const L* A, const R* B, T* C, int p, int s, int q) {
+VEDETTE_INLINE void multiply_transposed(const L* A, const R* B, T* C, int p, int s, int q) {
     if constexpr (std::is_same_v<T, double>)
         if (VEDETTE_BY_ROWS(q)) {
             for (int i = 0; i < p; ++i) {
-                Row sum = A[i] * row_at(B);
-                for (int l = 1; l < s; ++l) sum += A[l * p + i] * row_at(B + 4 * l);
-                set_row(C + 4 * i, sum);
+                Row sum = A[i] * load_row(B);
+                for (int l = 1; l < s; ++l) sum += A[l * p + i] * load_row(B + 4 * l);
+                store_row(C + 4 * i, sum);
             }
             return;
         }
@@ -215,15 +229,15 @@ VEDETTE_INLINE void multiply_turned(const L* A, const R* B, T* C, int p, int s, 
 
 // Symmetric C (p, p) = D + sign A' B with A, B (s, p)
 template <int sign = 1, class T, class C, class L, class R>
-VEDETTE_INLINE void add_turned_product(const C* D, const L* A, const R* B, T* to, int p, int s) {
+VEDETTE_INLINE void add_transposed_product(const C* D, const L* A, const R* B, T* to, int p, int s) {
     if constexpr (std::is_same_v<T, double>)
         if (VEDETTE_BY_ROWS(p)) {
             for (int i = 0; i < p; ++i) {
-                Row sum = row_at(D + 4 * i);
-                for (int l = 0; l < s; ++l) sum += sign * A[l * 4 + i] * row_at(B + 4 * l);
-                set_row(to + 4 * i, sum);
+                Row sum = load_row(D + 4 * i);
+                for (int l = 0; l < s; ++l) sum += sign * A[l * 4 + i] * load_row(B + 4 * l);
+                store_row(to + 4 * i, sum);
             }
-            return mirror_rows(to);
+            return copy_upper_to_lower_by_rows(to);
         }
     for (int i = 0; i < p; ++i)
         for (int j = i; j < p; ++j) {
@@ -234,10 +248,10 @@ VEDETTE_INLINE void add_turned_product(const C* D, const L* A, const R* B, T* to
 }
 
 // B (4, 4) = A'
-VEDETTE_INLINE void turn_rows(const double* A, double* B) {
-    Row rows[4] = {row_at(A), row_at(A + 4), row_at(A + 8), row_at(A + 12)};
-    turn(rows);
-    for (int i = 0; i < 4; ++i) set_row(B + 4 * i, rows[i]);
+VEDETTE_INLINE void transpose_rows(const double* A, double* B) {
+    Row rows[4] = {load_row(A), load_row(A + 4), load_row(A + 8), load_row(A + 12)};
+    transpose(rows);
+    for (int i = 0; i < 4; ++i) store_row(B + 4 * i, rows[i]);
 }
 
 // A x with A (p, n)
@@ -245,9 +259,9 @@ template <class T, class C>
 VEDETTE_INLINE void apply(const C* A, const T* x, T* to, int p, int n) {
     if constexpr (std::is_same_v<T, double>)
         if (VEDETTE_BY_ROWS(n) && p == 4) {
-            double turned[16];
-            turn_rows(A, turned);
-            return multiply(x, turned, to, 1, n, n);
+            double transposed[16];
+            transpose_rows(A, transposed);
+            return multiply(x, transposed, to, 1, n, n);
         }
     multiply(A, x, to, p, n, 1);
 }
@@ -258,14 +272,14 @@ VEDETTE_INLINE void congruence(const C* A, const T* P, const C* D, T* AP, T* to,
     multiply<kRight>(A, P, AP, p, n, n);
     if constexpr (std::is_same_v<T, double>)
         if (VEDETTE_BY_ROWS(n) && p == 4) {
-            double turned[16];
-            turn_rows(A, turned);
+            double transposed[16];
+            transpose_rows(A, transposed);
             for (int i = 0; i < 4; ++i) {
-                Row sum = row_at(D + 4 * i);
-                for (int l = 0; l < 4; ++l) sum += AP[4 * i + l] * row_at(turned + 4 * l);
-                set_row(to + 4 * i, sum);
+                Row sum = load_row(D + 4 * i);
+                for (int l = 0; l < 4; ++l) sum += AP[4 * i + l] * load_row(transposed + 4 * l);
+                store_row(to + 4 * i, sum);
             }
-            return mirror_rows(to);
+            return copy_upper_to_lower_by_rows(to);
         }
     for (int i = 0; i < p; ++i)
         for (int j = i; j < p; ++j) {
@@ -275,9 +289,10 @@ VEDETTE_INLINE void congruence(const C* A, const T* P, const C* D, T* AP, T* to,
         }
 }
 
-// The inverse of a positive definite S (m, m), and the logarithm of its determinant.
+// The inverse of a positive definite S (m, m), and the logarithm of its determinant; if m > 2, also where no pivot is too small
+// for them.
 template <class T>
-VEDETTE_INLINE T invert(const T* S, T* inverse, int m) {
+VEDETTE_INLINE T invert(const T* S, T* inverse, int m, Mask<T>& is_regular) {
     if (m == 1) {
         inverse[0] = 1.0 / S[0];
         return Lane<T>::log(S[0]);
@@ -291,10 +306,12 @@ VEDETTE_INLINE T invert(const T* S, T* inverse, int m) {
     }
     // S = L D L' with a unit lower triangular L; then the inverse of L by substitution.
     T L[kMeasured2], D[kMostMeasured], M[kMeasured2];
-    T log_det = Lane<T>::all(0.0);
+    T log_det = Lane<T>::broadcast(0.0);
+    is_regular = T{} == 0.0;
     for (int j = 0; j < m; ++j) {
         D[j] = S[j * m + j];
         for (int l = 0; l < j; ++l) D[j] -= L[j * m + l] * L[j * m + l] * D[l];
+        is_regular = is_regular & (D[j] > kSingular * S[j * m + j]);
         log_det += Lane<T>::log(D[j]);
         for (int i = j + 1; i < m; ++i) {
             T sum = S[j * m + i];
@@ -303,7 +320,7 @@ VEDETTE_INLINE T invert(const T* S, T* inverse, int m) {
         }
     }
     for (int j = 0; j < m; ++j) {
-        M[j * m + j] = Lane<T>::all(1.0);
+        M[j * m + j] = Lane<T>::broadcast(1.0);
         for (int i = j + 1; i < m; ++i) {
             T sum = -L[i * m + j];
             for (int l = j + 1; l < i; ++l) sum -= L[i * m + l] * M[l * m + j];
@@ -312,7 +329,7 @@ VEDETTE_INLINE T invert(const T* S, T* inverse, int m) {
     }
     for (int i = 0; i < m; ++i)
         for (int j = i; j < m; ++j) {
-            T sum = Lane<T>::all(0.0);
+            T sum = Lane<T>::broadcast(0.0);
             for (int l = j; l < m; ++l) sum += M[l * m + i] * M[l * m + j] / D[l];
             set_entry(inverse, i, j, m, sum);
         }

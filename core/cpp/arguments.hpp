@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "arrays.hpp"
-#include "shapes.hpp"
+#include "kernels.hpp"
 
 namespace vedette {
 
@@ -22,7 +22,7 @@ class Call {
 
     // Takes an array whose last `core` axes are the problem's own; `apart` has an axis of 1 before them for the tracks.
     // Gives the sizes of the core axes.
-    const npy_intp* in(PyObject* given, int core, bool apart = false) {
+    const npy_intp* in(PyObject* given, int core, bool over_tracks = false) {
         if (!ok) return nullptr;
         const int i = batch.ins;
         if (i == kMostOperands) return refuse();
@@ -36,17 +36,17 @@ class Call {
         }
         PyArrayObject* array = as_doubles(given, core);
         if (array == nullptr) return nullptr;
-        if (!take_axes(array, core, apart)) return refuse();
+        if (!take_axes(array, core, over_tracks)) return refuse();
         batch.in[i] = static_cast<const double*>(PyArray_DATA(array));
         const int all = PyArray_NDIM(array) - core;
         for (int d = 0; d < all; ++d)
             batch.in_steps[i][d] = PyArray_STRIDE(array, d) / static_cast<npy_intp>(sizeof(double));
-        if (apart) batch.in_steps[i][all] = 0;
+        if (over_tracks) batch.in_steps[i][all] = 0;
         return PyArray_DIMS(array) + all;
     }
 
     // The batch's axes from those of all inputs.
-    bool broadcast() { return ok && (whole_ == 0 || align()); }
+    bool broadcast() { return ok && (whole_ == 0 || broadcast_axes()); }
 
     // A new array of the batch's axes and the problem's own.
     PyObject* out(int core, npy_intp a = 1, npy_intp b = 1, npy_intp c = 1) {
@@ -85,16 +85,16 @@ class Call {
     }
 
     // Axes that the batch has, without numbers that a kernel would read.
-    const npy_intp* shape_of(PyArrayObject* array, int core, bool apart = false) {
+    const npy_intp* shape_of(PyArrayObject* array, int core, bool over_tracks = false) {
         const int i = batch.ins;
-        if (!take_axes(array, core, apart)) return refuse();
+        if (!take_axes(array, core, over_tracks)) return refuse();
         batch.in[i] = &numbers_[i];
         for (int d = 0; d < dims_[i]; ++d) batch.in_steps[i][d] = 0;
         return PyArray_DIMS(array) + PyArray_NDIM(array) - core;
     }
 
     // A list or tuple as one whose items stay, whatever becomes of it meanwhile.
-    PyObject* held(PyObject* given) {
+    PyObject* as_tuple(PyObject* given) {
         if (!ok || PyTuple_CheckExact(given)) return given;
         PyObject* tuple = PyList_CheckExact(given) ? PyList_AsTuple(given) : nullptr;
         if (tuple == nullptr) return refuse(), nullptr;
@@ -105,7 +105,7 @@ class Call {
     PyArrayObject* as_doubles(PyObject* given, int core) {
         if (PyArray_CheckExact(given)) {
             auto* array = reinterpret_cast<PyArrayObject*>(given);
-            if (PyArray_TYPE(array) == NPY_DOUBLE && PyArray_ISBEHAVED_RO(array) && dense(array, core)) return array;
+            if (PyArray_TYPE(array) == NPY_DOUBLE && PyArray_ISBEHAVED_RO(array) && is_dense(array, core)) return array;
         }
         PyObject* copy = PyArray_FROM_OTF(given, NPY_DOUBLE, NPY_ARRAY_CARRAY_RO);
         if (copy == nullptr) return refuse(), nullptr;
@@ -121,18 +121,18 @@ class Call {
     double numbers_[kMostOperands];
 
     // The batch's axes of one more operand.
-    bool take_axes(PyArrayObject* array, int core, bool apart) {
-        const int i = batch.ins, all = PyArray_NDIM(array) - core, extra = apart ? 1 : 0;
+    bool take_axes(PyArrayObject* array, int core, bool over_tracks) {
+        const int i = batch.ins, all = PyArray_NDIM(array) - core, extra = over_tracks ? 1 : 0;
         if (i == kMostOperands || all < 0 || all + extra > kMostDims) return false;
         dims_[i] = all + extra;
         if (dims_[i] > whole_) whole_ = dims_[i];
         for (int d = 0; d < all; ++d) shape_[i][d] = PyArray_DIM(array, d);
-        if (apart) shape_[i][all] = 1;
+        if (over_tracks) shape_[i][all] = 1;
         ++batch.ins;
         return true;
     }
 
-    __attribute__((noinline)) bool align() {
+    __attribute__((noinline)) bool broadcast_axes() {
         for (int d = 0; d < whole_; ++d) {
             npy_intp size = 1;
             for (int i = 0; i < batch.ins; ++i) {
@@ -145,12 +145,12 @@ class Call {
         }
         size_ = 1;
         for (int d = 0; d < whole_; ++d) size_ *= full_[d];
-        if (size_ != 1) merge();
+        if (size_ != 1) merge_axes();
         return true;
     }
 
     // Whether the last `core` axes lie one after another.
-    static bool dense(PyArrayObject* array, int core) {
+    static bool is_dense(PyArrayObject* array, int core) {
         npy_intp step = sizeof(double);
         for (int d = PyArray_NDIM(array) - 1, left = core; d >= 0 && left > 0; --d, --left) {
             if (PyArray_DIM(array, d) != 1 && PyArray_STRIDE(array, d) != step) return false;
@@ -161,7 +161,7 @@ class Call {
 
     // The fewest axes to walk: those of size 1 go, and neighbours that every input steps through evenly become one.
     // The longest comes last, as eight problems side by side are taken along it.
-    void merge() {
+    void merge_axes() {
         int used = 0;
         std::ptrdiff_t steps[kMostOperands][kMostDims];
         for (int d = 0; d < whole_; ++d) {

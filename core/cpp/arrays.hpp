@@ -1,4 +1,4 @@
-// New arrays, without the cost of new ones. A small one that nobody but a shelf still holds is handed out again; the memory of
+// New arrays, without the cost of new ones. A small one that nobody but a pool still holds is handed out again; the memory of
 // large ones is kept when they are gone, as the C library would give it back to the system and fetch it anew, page by page.
 #pragma once
 
@@ -17,21 +17,21 @@
 
 namespace vedette {
 
-constexpr int kMostShelvedDims = 4;
-constexpr npy_intp kMostShelved = 128, kLeastKept = 2048;  // numbers
+constexpr int kMostPooledDims = 4;
+constexpr npy_intp kMostPooled = 128, kLeastKept = 2048;  // numbers
 
-// Arrays of one shape. A slot's array is free while its one reference is the shelf's: then no name, view or buffer of it
+// Arrays of one shape. A slot's array is free while its one reference is the pool's: then no name, view or buffer of it
 // exists, and its list of weak ones must be empty. What Python can change in place (shape, type, flags, memory) is looked at again.
-class Shelf {
+class ArrayPool {
   public:
-    bool is_for(int dims, const npy_intp* shape) const {
+    bool holds(int dims, const npy_intp* shape) const {
         if (dims != dims_) return false;
         for (int d = 0; d < dims; ++d)
             if (shape[d] != shape_[d]) return false;
         return true;
     }
 
-    void become(int dims, const npy_intp* shape) {
+    void reset(int dims, const npy_intp* shape) {
         dims_ = dims;
         for (int d = 0; d < dims; ++d) shape_[d] = shape[d];
         for (PyArrayObject*& slot : slots_) Py_CLEAR(slot);
@@ -58,7 +58,7 @@ class Shelf {
         NPY_ARRAY_C_CONTIGUOUS | NPY_ARRAY_OWNDATA | NPY_ARRAY_ALIGNED | NPY_ARRAY_WRITEABLE;
     int dims_ = -1;
     unsigned next_ = 0;
-    npy_intp shape_[kMostShelvedDims] = {};
+    npy_intp shape_[kMostPooledDims] = {};
     PyArrayObject* slots_[kSlots] = {};
 
     bool is_free(PyArrayObject* given) const {
@@ -66,80 +66,82 @@ class Shelf {
         static PyArray_Descr* const doubles = PyArray_DescrFromType(NPY_DOUBLE);
         const auto* array = reinterpret_cast<const PyArrayObject_fields*>(given);
         return array->weakreflist == nullptr && (array->flags & kFlags) == kFlags && array->descr == doubles &&
-               array->base == nullptr && is_for(array->nd, array->dimensions);
+               array->base == nullptr && holds(array->nd, array->dimensions);
     }
 };
 
 // numpy's allocator for large arrays: blocks of a few sizes, four to a power of two. Those that are gone are kept, up to 64 MB or
 // twice what is in use.
-class Blocks {
+class BlockCache {
   public:
-    static void* take(void*, std::size_t size) {
-        const int kind = kind_of(size);
-        if (kind == kKinds) return nullptr;
-        Block* block = free_[kind];
+    static void* allocate(void*, std::size_t size) {
+        const int size_class = class_of(size);
+        if (size_class == kClasses) return nullptr;
+        Block* block = free_[size_class];
         if (block != nullptr) {
-            free_[kind] = block->next;
-            kept_ -= size_of(kind);
+            free_[size_class] = block->next;
+            kept_ -= size_of(size_class);
         } else {
-            block = static_cast<Block*>(::operator new(kHead + size_of(kind), std::align_val_t{kHead}, std::nothrow));
+            block = static_cast<Block*>(::operator new(kHead + size_of(size_class), std::align_val_t{kHead}, std::nothrow));
             if (block == nullptr) return nullptr;
-            want_huge_pages(block, kHead + size_of(kind));
+            want_huge_pages(block, kHead + size_of(size_class));
         }
-        block->kind = kind;
-        used_ += size_of(kind);
+        block->size_class = size_class;
+        used_ += size_of(size_class);
         return reinterpret_cast<char*>(block) + kHead;
     }
 
-    static void give(void*, void* memory, std::size_t) {
+    static void release(void*, void* memory, std::size_t) {
         if (memory == nullptr) return;
         auto* block = reinterpret_cast<Block*>(static_cast<char*>(memory) - kHead);
-        const std::size_t size = size_of(block->kind);
+        const std::size_t size = size_of(block->size_class);
         used_ -= size;
         kept_ += size;
-        block->next = free_[block->kind];
-        free_[block->kind] = block;
+        block->next = free_[block->size_class];
+        free_[block->size_class] = block;
         const std::size_t most = 2 * used_ > kMostKept ? 2 * used_ : kMostKept;
-        for (int kind = kKinds - 1; kept_ > most; --kind)  // the largest first: they are the fewest
-            while (free_[kind] != nullptr && kept_ > most) {
-                Block* gone = free_[kind];
-                free_[kind] = gone->next;
-                kept_ -= size_of(kind);
+        for (int size_class = kClasses - 1; kept_ > most; --size_class)  // the largest first: they are the fewest
+            while (free_[size_class] != nullptr && kept_ > most) {
+                Block* gone = free_[size_class];
+                free_[size_class] = gone->next;
+                kept_ -= size_of(size_class);
                 ::operator delete(gone, std::align_val_t{kHead});
             }
     }
 
-    static void* take_zeros(void* context, std::size_t count, std::size_t each) {
-        void* memory = take(context, count * each);
+    static void* allocate_zeros(void* context, std::size_t count, std::size_t each) {
+        void* memory = allocate(context, count * each);
         return memory == nullptr ? nullptr : std::memset(memory, 0, count * each);
     }
 
-    static void* change(void* context, void* memory, std::size_t size) {
-        void* other = take(context, size);
+    static void* reallocate(void* context, void* memory, std::size_t size) {
+        void* other = allocate(context, size);
         if (other == nullptr || memory == nullptr) return other;
         const auto* block = reinterpret_cast<const Block*>(static_cast<const char*>(memory) - kHead);
-        const std::size_t old = size_of(block->kind);
+        const std::size_t old = size_of(block->size_class);
         std::memcpy(other, memory, old < size ? old : size);
-        give(context, memory, 0);
+        release(context, memory, 0);
         return other;
     }
 
   private:
     struct Block {
-        int kind;
+        int size_class;
         Block* next;
     };
     static constexpr std::size_t kHead = 64, kLeast = 4096, kMostKept = std::size_t(64) << 20, kHuge = std::size_t(4) << 20;
-    static constexpr int kKinds = 4 * 40;
-    static inline Block* free_[kKinds] = {};
+    static constexpr int kClasses = 4 * 40;
+    static inline Block* free_[kClasses] = {};
     static inline std::size_t kept_ = 0, used_ = 0;
 
-    static std::size_t size_of(int kind) { return (kLeast << (kind / 4)) / 4 * static_cast<std::size_t>(4 + kind % 4); }
-    static int kind_of(std::size_t size) {
-        int kind = 0;
-        while (kind + 4 < kKinds && size_of(kind + 4) <= size) kind += 4;
-        while (kind < kKinds && size_of(kind) < size) ++kind;
-        return kind;
+    static std::size_t size_of(int size_class) {
+        return (kLeast << (size_class / 4)) / 4 * static_cast<std::size_t>(4 + size_class % 4);
+    }
+    static int class_of(std::size_t size) {
+        int size_class = 0;
+        while (size_class + 4 < kClasses && size_of(size_class + 4) <= size) size_class += 4;
+        while (size_class < kClasses && size_of(size_class) < size) ++size_class;
+        return size_class;
     }
 
     // As numpy does for its own.
@@ -155,7 +157,7 @@ class Blocks {
 // Where a program has set an allocator of its own, that one serves.
 inline PyObject* new_large_array(int dims, npy_intp* shape) {
     static PyDataMem_Handler handler = {
-        "vedette", 1, {nullptr, Blocks::take, Blocks::take_zeros, Blocks::change, Blocks::give}};
+        "vedette", 1, {nullptr, BlockCache::allocate, BlockCache::allocate_zeros, BlockCache::reallocate, BlockCache::release}};
     static PyObject* const own = PyCapsule_New(&handler, "mem_handler", nullptr);
     PyObject* usual = PyDataMem_GetHandler();
     if (usual == nullptr) return nullptr;
@@ -168,9 +170,9 @@ inline PyObject* new_large_array(int dims, npy_intp* shape) {
     return array;
 }
 
-// An uninitialised array of doubles. The interpreter's lock guards shelves and blocks.
+// An uninitialised array of doubles. The interpreter's lock guards pools and blocks.
 inline PyObject* new_array(int dims, npy_intp* shape) {
-    static Shelf shelves[256];
+    static ArrayPool pools[256];
     npy_intp size = 1;
     std::uint32_t hash = static_cast<std::uint32_t>(dims);
     for (int d = 0; d < dims; ++d) {
@@ -178,11 +180,11 @@ inline PyObject* new_array(int dims, npy_intp* shape) {
         hash = hash * 31 + static_cast<std::uint32_t>(shape[d]);
     }
     if (size >= kLeastKept) return new_large_array(dims, shape);
-    if (dims > kMostShelvedDims || size > kMostShelved) return PyArray_SimpleNew(dims, shape, NPY_DOUBLE);
-    Shelf& shelf = shelves[(hash ^ (hash >> 8)) % 256];
-    if (!shelf.is_for(dims, shape)) shelf.become(dims, shape);
-    if (!shelf.is_for(dims, shape)) return PyArray_SimpleNew(dims, shape, NPY_DOUBLE);  // a callback was quicker
-    return shelf.take();
+    if (dims > kMostPooledDims || size > kMostPooled) return PyArray_SimpleNew(dims, shape, NPY_DOUBLE);
+    ArrayPool& pool = pools[(hash ^ (hash >> 8)) % 256];
+    if (!pool.holds(dims, shape)) pool.reset(dims, shape);
+    if (!pool.holds(dims, shape)) return PyArray_SimpleNew(dims, shape, NPY_DOUBLE);  // a callback was quicker
+    return pool.take();
 }
 
 }  // namespace vedette

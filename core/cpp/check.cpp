@@ -83,7 +83,7 @@ void show_all(int n, int m) {
     show<ImmMix>("imm_mix", shapes::ImmMix{n, r}, {log_prob, switching, xs, Ps}, {r, r * n, r * n * n});
     show<ImmCombine>("imm_combine", shapes::ImmCombine{n, r}, {log_prob, loglik, xs, Ps}, {r, n, n * n, 1});
     show<SigmaPoints>("sigma_points", shapes::SigmaPoints{n, n + 1.0}, {P}, {s * n});
-    show<InnovatePoints>("evaluate_points", shapes::InnovatePoints{n, m, k, s, 1}, {dx, dz, weights, returns, R},
+    show<EvaluatePoints>("evaluate_points", shapes::EvaluatePoints{n, m, k, s, 1}, {dx, dz, weights, returns, R},
                          {k, k, 1, k * n, n * n});
     show<Whiten>("whiten", shapes::Whiten{n}, {x, P}, {n});
 }

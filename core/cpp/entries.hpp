@@ -20,9 +20,9 @@ PyObject* pack(Parts... parts) {
     constexpr Py_ssize_t count = sizeof...(parts);
     PyObject* tuple = PyTuple_New(count);
     bool good = tuple != nullptr;
-    for (PyObject* part : all) good = good && part != nullptr;
+    for (PyObject* at_offset : all) good = good && at_offset != nullptr;
     if (!good) {
-        for (PyObject* part : all) Py_XDECREF(part);
+        for (PyObject* at_offset : all) Py_XDECREF(at_offset);
         Py_XDECREF(tuple);
         return nullptr;
     }
@@ -53,7 +53,7 @@ inline PyObject* propagate(Call& call, Args args) {
     return cov;
 }
 
-inline PyObject* updated(Call& call, Args args, bool step) {
+inline PyObject* update_or_step(Call& call, Args args, bool step) {
     const npy_intp *x = call.in(args[0], 1), *P = call.in(args[1], 2), *F = nullptr, *Q = nullptr;
     if (step) F = call.in(args[2], 2), Q = call.in(args[3], 2);
     Args rest = args + (step ? 4 : 2);
@@ -69,11 +69,11 @@ inline PyObject* updated(Call& call, Args args, bool step) {
     return pack(to, cov, loglik);
 }
 
-inline PyObject* update(Call& call, Args args) { return updated(call, args, false); }
-inline PyObject* filter_step(Call& call, Args args) { return updated(call, args, true); }
+inline PyObject* update(Call& call, Args args) { return update_or_step(call, args, false); }
+inline PyObject* filter_step(Call& call, Args args) { return update_or_step(call, args, true); }
 
 inline PyObject* evaluate_returns(Call& call, Args args) {
-    shapes::InnovateReturns shape;
+    shapes::EvaluateReturns shape;
     if (!read_periods(args[7], shape.periods)) return nullptr;
     const npy_intp *P = call.in(args[0], 2), *z = call.in(args[1], 2, true), *expected = call.in(args[2], 1),
                    *H = call.in(args[3], 2), *R = call.in(args[4], 3);
@@ -93,7 +93,7 @@ inline PyObject* evaluate_returns(Call& call, Args args) {
 }
 
 inline PyObject* weighted_update(Call& call, Args args) {
-    shapes::Absorb shape;
+    shapes::WeightedUpdate shape;
     if (!read_periods(args[5], shape.periods)) return nullptr;
     const npy_intp *x = call.in(args[0], 1), *P = call.in(args[1], 2), *shift = call.in(args[2], 2),
                    *post = call.in(args[3], 3), *weights = call.in(args[4], 1);
@@ -204,8 +204,8 @@ inline PyObject* imm_combine(Call& call, Args args) {
 }
 
 // The arrays of a list or tuple, one a mode.
-inline bool take_modes(Call& call, PyObject* given, Py_ssize_t r, int core, const npy_intp** sizes) {
-    PyObject* items = call.held(given);
+inline bool read_modes(Call& call, PyObject* given, Py_ssize_t r, int core, const npy_intp** sizes) {
+    PyObject* items = call.as_tuple(given);
     if (items == nullptr || PyTuple_GET_SIZE(items) != r) return false;
     for (Py_ssize_t j = 0; j < r; ++j) {
         sizes[j] = call.in(PyTuple_GET_ITEM(items, j), core);
@@ -215,9 +215,9 @@ inline bool take_modes(Call& call, PyObject* given, Py_ssize_t r, int core, cons
 }
 
 // The means, covariances and axes of a bank: arguments xs, Ps, own, absent, periods.
-inline bool take_bank(Call& call, Args args, npy_intp r, shapes::Interact& shape) {
+inline bool read_bank(Call& call, Args args, npy_intp r, shapes::MixModes& shape) {
     const npy_intp *means[kMostModes], *covs[kMostModes];
-    if (r < 1 || r > kMostModes || !take_modes(call, args[0], r, 1, means) || !take_modes(call, args[1], r, 2, covs) ||
+    if (r < 1 || r > kMostModes || !read_modes(call, args[0], r, 1, means) || !read_modes(call, args[1], r, 2, covs) ||
         !read_periods(args[4], shape.periods) || !PyTuple_CheckExact(args[2]) || PyTuple_GET_SIZE(args[2]) != r)
         return false;
     PyArrayObject* absent = call.as_doubles(args[3], 2);
@@ -242,10 +242,10 @@ inline bool take_bank(Call& call, Args args, npy_intp r, shapes::Interact& shape
     return true;
 }
 
-inline PyObject* interact(Call& call, Args args) {
-    shapes::Interact shape;
+inline PyObject* mix_modes(Call& call, Args args) {
+    shapes::MixModes shape;
     const npy_intp *prob = call.in(args[0], 1), *transition = call.in(args[1], 2);
-    if (!call.ok || !square(transition, prob[0]) || !take_bank(call, args + 2, prob[0], shape) || !call.broadcast())
+    if (!call.ok || !square(transition, prob[0]) || !read_bank(call, args + 2, prob[0], shape) || !call.broadcast())
         return nullptr;
     const int r = shape.r;
     PyObject *after = call.out(1, r), *means = PyTuple_New(r), *covs = PyTuple_New(r);
@@ -264,22 +264,22 @@ inline PyObject* interact(Call& call, Args args) {
         Py_XDECREF(after), Py_XDECREF(means), Py_XDECREF(covs);
         return nullptr;
     }
-    call.run(table->interact, shape);
+    call.run(table->mix_modes, shape);
     return pack(after, means, covs);
 }
 
-inline PyObject* together(Call& call, Args args) {
-    shapes::Together shape;
+inline PyObject* mixture_moments(Call& call, Args args) {
+    shapes::MixtureMoments shape;
     const npy_intp* prob = call.in(args[0], 1);
-    if (!call.ok || !take_bank(call, args + 1, prob[0], shape.bank) || !call.broadcast()) return nullptr;
+    if (!call.ok || !read_bank(call, args + 1, prob[0], shape.bank) || !call.broadcast()) return nullptr;
     PyObject *mean = call.out(1, shape.bank.n), *cov = call.out(2, shape.bank.n, shape.bank.n);
-    if (mean != nullptr && cov != nullptr) call.run(table->together, shape);
+    if (mean != nullptr && cov != nullptr) call.run(table->mixture_moments, shape);
     return pack(mean, cov);
 }
 
 inline PyObject* weigh_modes(Call& call, Args args) {
     const npy_intp *prob = call.in(args[0], 1), *sizes[4][kMostModes];
-    PyObject* all = call.held(args[1]);
+    PyObject* all = call.as_tuple(args[1]);
     const npy_intp r = call.ok ? prob[0] : 0;
     if (r < 1 || r > kMostModes || PyTuple_GET_SIZE(all) != r) return nullptr;
     constexpr int core[4] = {1, 1, 0, 1};  // loglik, distance, log volume, squared distance expected
@@ -309,9 +309,9 @@ inline PyObject* split_weights(Call& call, Args args) {
     PyObject *after = call.out(1, r), *own = PyTuple_New(r);
     bool good = after != nullptr && own != nullptr;
     for (npy_intp j = 0; good && j < r; ++j) {
-        PyObject* part = call.out(1, 1 + k);
-        good = part != nullptr;
-        if (good) PyTuple_SET_ITEM(own, j, part);
+        PyObject* at_offset = call.out(1, 1 + k);
+        good = at_offset != nullptr;
+        if (good) PyTuple_SET_ITEM(own, j, at_offset);
     }
     if (!good) {
         Py_XDECREF(after), Py_XDECREF(own);
@@ -322,7 +322,7 @@ inline PyObject* split_weights(Call& call, Args args) {
 }
 
 // Which returns count: as numbers, or where all do for their shape alone.
-inline bool take_valid(Call& call, PyObject* valid, npy_intp k, bool& needed) {
+inline bool read_valid(Call& call, PyObject* valid, npy_intp k, bool& needed) {
     if (!PyArray_CheckExact(valid)) return false;
     auto* array = reinterpret_cast<PyArrayObject*>(valid);
     if (PyArray_TYPE(array) != NPY_BOOL || PyArray_NDIM(array) < 1 ||
@@ -352,7 +352,7 @@ inline PyObject* gate_scores(Call& call, Args args) {
         const npy_intp* evidence = call.in(args[6], 1);
         if (!call.ok || evidence[0] != k) return nullptr;
     }
-    if (!take_valid(call, args[2], k, shape.valid) || !call.broadcast()) return nullptr;
+    if (!read_valid(call, args[2], k, shape.valid) || !call.broadcast()) return nullptr;
     PyObject* scores = call.out(1, 1 + k);
     if (scores != nullptr) call.run(table->gate_scores, shape);
     return scores;
@@ -364,7 +364,7 @@ inline PyObject* sample_density(Call& call, Args args) {
     const npy_intp* distance = call.in(args[0], 1);
     call.in(args[3], 0);
     shape.limit = PyFloat_AS_DOUBLE(args[2]), shape.log_ball = PyFloat_AS_DOUBLE(args[4]);
-    if (!call.ok || !take_valid(call, args[1], distance[0], shape.valid) || !call.broadcast())
+    if (!call.ok || !read_valid(call, args[1], distance[0], shape.valid) || !call.broadcast())
         return nullptr;
     shape.k = static_cast<int>(distance[0]);
     PyObject* density = call.out(1, 1);
@@ -372,16 +372,16 @@ inline PyObject* sample_density(Call& call, Args args) {
     return density;
 }
 
-inline PyObject* choose(Call& call, Args args, bool hard) {
+inline PyObject* association_weights(Call& call, Args args, bool hard) {
     const npy_intp* scores = call.in(args[0], 1);
     if (!call.ok || scores[0] < 1 || !call.broadcast()) return nullptr;
     PyObject* weights = call.out(1, scores[0]);
-    if (weights != nullptr) call.run(table->choose, {static_cast<int>(scores[0] - 1), hard});
+    if (weights != nullptr) call.run(table->softmax, {static_cast<int>(scores[0] - 1), hard});
     return weights;
 }
 
-inline PyObject* softmax(Call& call, Args args) { return choose(call, args, false); }
-inline PyObject* one_hot(Call& call, Args args) { return choose(call, args, true); }
+inline PyObject* softmax(Call& call, Args args) { return association_weights(call, args, false); }
+inline PyObject* one_hot(Call& call, Args args) { return association_weights(call, args, true); }
 
 inline PyObject* existence(Call& call, Args args) {
     shapes::Existence shape;

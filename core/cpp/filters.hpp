@@ -4,64 +4,121 @@
 // of squares (Joseph's form) wherever digits would cancel otherwise.
 #pragma once
 
-#include "algebra.hpp"
+#include "square_root.hpp"
 
 namespace vedette::VEDETTE_ISA {
 
-constexpr double kMild = 1e-3;  // the least |R| / |S| at which a covariance is updated by the short form
+constexpr double kLeastNoiseShare = 1e-3;  // the least |R| / |S| at which a covariance is updated by the short form
 
 // What one noise R makes of a predicted P (n, n) seen through H (m, n): H P (m, n), inverse of S, the gain transposed (m, n),
-// log |S|, and whether the noise is so large a part of S that P - K S K' keeps its digits (ADR 11).
+// log |S|, and whether the noise is so large a part of S that P - K S K' keeps its digits (ADR 11); if not, whether S has an
+// inverse that does.
 template <class T>
-struct Sight {
+struct Correction {
     T cross[kMostMeasured * kMostStates], inverse[kMeasured2], gain[kMostMeasured * kMostStates], log_det;
-    bool mild;
+    Mask<T> is_regular;
+    bool keeps_digits;
 
     template <class C, class N, class M>
-    VEDETTE_INLINE void take(const T* P, const C* H, const C* R, N n, M m) {
-        stage<T>([=] { look(P, H, R, n, m); });
+    VEDETTE_INLINE void prepare(const T* P, const C* H, const C* R, N n, M m) {
+        outlined_for_eight<T>([=] { compute(P, H, R, n, m); });
     }
 
     template <class C>
-    VEDETTE_INLINE void look(const T* P, const C* H, const C* R, int n, int m) {
+    VEDETTE_INLINE void compute(const T* P, const C* H, const C* R, int n, int m) {
         T S[kMeasured2];
         congruence(H, P, R, cross, S, m, n);
-        log_det = invert(S, inverse, m);
+        log_det = invert(S, inverse, m, is_regular);
         multiply<kLeft>(inverse, cross, gain, m, m, n);
-        mild = false;
-        if (m == 1) mild = all_of(R[0] > kMild * S[0]);
-        if (m == 2) mild = all_of(R[0] * R[3] - R[1] * R[1] > kMild * (S[0] * S[3] - S[1] * S[1]));
+        keeps_digits = false;
+        if (m == 1) keeps_digits = all_of(R[0] > kLeastNoiseShare * S[0]);
+        if (m == 2)
+            keeps_digits =
+                all_of(R[0] * R[3] - R[1] * R[1] >
+                       Lane<T>::maximum(kLeastNoiseShare * (S[0] * S[3] - S[1] * S[1]), kSingular * S[0] * S[3]));
+        if (keeps_digits) return;
+        if (m == 1) is_regular = S[0] > 0.0;
+        if (m == 2) is_regular = S[0] * S[3] - S[1] * S[1] > kSingular * S[0] * S[3];
+        if (!all_of(is_regular)) recompute_by_square_root<T, C>(P, H, R, nullptr, n, m, is_regular);
     }
 
     // The posterior covariance.
     template <class C, class N, class M>
-    VEDETTE_INLINE void narrow(const T* P, const C* H, const C* R, T* post, N n, M m) const {
-        if (mild)
-            stage<T>([=] { shorten(P, cross, post, n, m); });
+    VEDETTE_INLINE void posterior_covariance(const T* P, const C* H, const C* R, T* post, N n, M m) {
+        if (keeps_digits)
+            outlined_for_eight<T>([=] { short_form(P, cross, post, n, m); });
         else
-            stage<T>([=] { joseph(P, H, R, post, n, m); });
+            outlined_for_eight<T>([=] {
+                Mask<T> kept;
+                joseph_form(P, H, R, post, n, m, kept);
+                if (!all_of(kept & is_regular) && !keeps_pivots(P, post, n, kept))
+                    recompute_by_square_root<T, C>(P, H, R, post, n, m, kept);
+            });
+    }
+
+    // Whether a covariance that Joseph's form has made keeps its digits after all, and which problems' do.
+    __attribute__((noinline)) bool keeps_pivots(const T* P, const T* post, int n, Mask<T>& kept) const {
+        pivots_exceed<T>(post, kLeastPivot, P, kLost, n, kept);
+        kept = kept & is_regular;
+        return all_of(kept);
+    }
+
+    // All of those problems whose digits were not kept, by roots; `post` may be none.
+    template <class V, class C>
+    __attribute__((noinline, cold)) void recompute_by_square_root(const V* P, const C* H, const C* R, V* post, int n, int m,
+                                                                 const Mask<V>& kept) {
+        for (int l = 0; l < Lane<T>::count; ++l) {
+            if (is_set(kept, l)) continue;
+            SquareRootUpdate update;
+            double own[kStates2], rows[kStates2], noise[kMeasured2];
+            for (int i = 0; i < n; ++i)
+                for (int j = i; j < n; ++j) own[i * n + j] = lane(P[i * n + j], l);
+            for (int i = 0; i < m; ++i)
+                for (int j = i; j < m; ++j) noise[i * m + j] = lane(R[i * m + j], l);
+            bounded_root(own, rows, n);
+            for (int p = 0; p < n; ++p) {
+                for (int j = 0; j < n; ++j) update.A[m + p][m + j] = rows[p * n + j];
+                for (int i = 0; i < m; ++i)
+                    for (int j = 0; j < n; ++j) update.A[m + p][i] += rows[p * n + j] * lane(H[i * n + j], l);
+            }
+            update.solve(noise, n, n, m);
+            set_problem(update, post, n, m, l);
+        }
+    }
+
+    VEDETTE_INLINE void set_problem(const SquareRootUpdate& update, T* post, int n, int m, int l) {
+        for (int i = 0; i < m * m; ++i) set_lane(inverse[i], l, update.inverse[i]);
+        for (int i = 0; i < m * n; ++i) set_lane(gain[i], l, update.gain[i]);
+        set_lane(log_det, l, update.log_det);
+        for (int i = 0; post != nullptr && i < n * n; ++i) set_lane(post[i], l, update.post[i]);
     }
 
     // P - K L, where that is symmetric: with H P for L the posterior, P - K S K'
-    VEDETTE_INLINE void shorten(const T* P, const T* L, T* post, int n, int m) const {
-        add_turned_product<-1>(P, gain, L, post, n, m);
+    VEDETTE_INLINE void short_form(const T* P, const T* L, T* post, int n, int m) const {
+        add_transposed_product<-1>(P, gain, L, post, n, m);
     }
 
-    // (I - K H) P (I - K H)' + K R K'
+    // (I - K H) P (I - K H)' + K R K', and where its terms are so small that no digit to speak of cancels.
     template <class C, class V>
-    VEDETTE_INLINE void joseph(const T* P, const C* H, const V* R, T* post, int n, int m) const {
-        T keep[kStates2], kept[kStates2], noisy[kMostMeasured * kMostStates], within[kStates2];  // keep: (I - K H)'
-        multiply_turned(H, gain, keep, n, m, n);
+    VEDETTE_INLINE void joseph_form(const T* P, const C* H, const V* R, T* post, int n, int m, Mask<T>& kept) const {
+        T keep[kStates2], narrowed[kStates2], noisy[kMostMeasured * kMostStates], within[kStates2];  // keep: (I - K H)'
+        multiply_transposed(H, gain, keep, n, m, n);
         for (int i = 0; i < n * n; ++i) keep[i] = (i % (n + 1) == 0 ? 1.0 : 0.0) - keep[i];
-        multiply<kLeft>(P, keep, kept, n, n, n);
+        multiply<kLeft>(P, keep, narrowed, n, n, n);
         multiply<kLeft>(R, gain, noisy, m, m, n);
         for (int i = 0; i < n * n; ++i) within[i] = T{};
-        add_turned_product(within, keep, kept, within, n, n);
-        add_turned_product(within, gain, noisy, post, n, m);
+        add_transposed_product(within, keep, narrowed, within, n, n);
+        add_transposed_product(within, gain, noisy, post, n, m);
+        kept = T{} == 0.0;
+        for (int i = 0; i < n; ++i) {
+            T terms{};
+            for (int j = 0; j < n; ++j) terms += keep[j * n + i] * keep[j * n + i] * P[j * n + j];
+            kept = kept & (terms <= kMostCancelled * post[i * n + i]);
+        }
     }
 
-    VEDETTE_INLINE T distance(const T* nu, int m) const {
-        T total = Lane<T>::all(0.0);
+    VEDETTE_INLINE T squared_distance(const T* nu, int m) const {
+        T total = Lane<T>::broadcast(0.0);
         for (int i = 0; i < m; ++i) {
             T sum = entry(inverse, i, 0, m) * nu[0];
             for (int j = 1; j < m; ++j) sum += entry(inverse, i, j, m) * nu[j];
@@ -71,43 +128,43 @@ struct Sight {
     }
 
     // Of a residual: log-likelihood, with `least` its part that no residual changes, squared distance, and the mean's shift.
-    VEDETTE_INLINE void judge(const T* nu, const T& least, Out loglik, Out squared, Out shifted, int n, int m) const {
+    VEDETTE_INLINE void score_residual(const T* nu, const T& least, Out loglik, Out squared, Out shifted, int n, int m) const {
         T to[kMostStates];
-        const T d = distance(nu, m);
+        const T d = squared_distance(nu, m);
         Lane<T>::store(squared, 0, d);
         Lane<T>::store(loglik, 0, least - 0.5 * d);
-        shift(nu, to, n, m);
+        mean_shift(nu, to, n, m);
         store(shifted, to, n);
     }
 
     // K nu
-    VEDETTE_INLINE void shift(const T* nu, T* to, int n, int m) const { multiply(nu, gain, to, 1, m, n); }
+    VEDETTE_INLINE void mean_shift(const T* nu, T* to, int n, int m) const { multiply(nu, gain, to, 1, m, n); }
 };
 
 // Moments of the hypotheses `miss` and 1..k, into x (n) and P (n, n), which are the prior's on entry.
 template <class T>
-VEDETTE_INLINE void mix(T* x, T* P, In shift, In post, In weights, int n, int k, bool shared, const Periods& periods) {
+VEDETTE_INLINE void mix_hypotheses(T* x, T* P, In shift, In post, In weights, int n, int k, bool shared, const Periods& periods) {
     T mean[kMostStates], apart[kMostStates], within[kStates2];
     const T miss = Lane<T>::load(weights, 0);
-    for (int i = 0; i < n; ++i) mean[i] = Lane<T>::all(0.0);
-    T hit = Lane<T>::all(0.0);
+    for (int i = 0; i < n; ++i) mean[i] = Lane<T>::broadcast(0.0);
+    T hit = Lane<T>::broadcast(0.0);
     for (int h = 0; h < k; ++h) {
         const T w = Lane<T>::load(weights, 1 + h);
         hit += w;
-        load(part(shift, h * n), apart, n);
+        load(at_offset(shift, h * n), apart, n);
         for (int i = 0; i < n; ++i) mean[i] += w * apart[i];
     }
     for (int i = 0; i < n; ++i)
         for (int j = i; j < n; ++j) within[i * n + j] = miss * (P[i * n + j] + mean[i] * mean[j]);
     for (int h = 0; h < (shared ? 1 : k); ++h) {
         const T w = shared ? hit : Lane<T>::load(weights, 1 + h);
-        load_symmetric(part(post, h * n * n), P, n);
+        load_symmetric(at_offset(post, h * n * n), P, n);
         for (int i = 0; i < n; ++i)
             for (int j = i; j < n; ++j) within[i * n + j] += w * P[i * n + j];
     }
     for (int h = 0; h < k; ++h) {
         const T w = Lane<T>::load(weights, 1 + h);
-        load(part(shift, h * n), apart, n);
+        load(at_offset(shift, h * n), apart, n);
         for (int i = 0; i < n; ++i) apart[i] -= mean[i];
         for (int i = 0; i < n; ++i) {
             const T scaled = w * apart[i];
@@ -123,7 +180,7 @@ VEDETTE_INLINE void mix(T* x, T* P, In shift, In post, In weights, int n, int k,
 
 // F x and F P F' + Q of the inputs x, P, F, Q.
 template <class T, class C, class N>
-VEDETTE_INLINE void step_ahead(const In* in, T* to, T* cov, N n) {
+VEDETTE_INLINE void predict_moments(const In* in, T* to, T* cov, N n) {
     const Vector<T> x(in[0], n);
     const Square<T> P(in[1], n, kSymmetric);
     const Square<C> F(in[2], n * n), Q(in[3], n, kSymmetric);
@@ -135,12 +192,12 @@ VEDETTE_INLINE void step_ahead(const In* in, T* to, T* cov, N n) {
 struct Predict : shapes::Predict {
     template <class T>
     void run(const In* in, const Out* out) const {
-        specialised<T>(n, are_shared(in, {2, 3}), [&](auto states, auto c) { solve<T, decltype(c)>(in, out, states); });
+        with_constants<T>(n, are_shared(in, {2, 3}), [&](auto states, auto c) { solve<T, decltype(c)>(in, out, states); });
     }
     template <class T, class C, class N>
     VEDETTE_INLINE void solve(const In* in, const Out* out, N n) const {
         T to[kMostStates], cov[kStates2];
-        step_ahead<T, C>(in, to, cov, n);
+        predict_moments<T, C>(in, to, cov, n);
         store(out[0], to, n), store_symmetric(out[1], cov, n);
     }
 };
@@ -164,22 +221,22 @@ struct Update : shapes::Update {
     template <class T>
     void run(const In* in, const Out* out) const {
         if (step)
-            specialised<T>(n, m, are_shared(in, {2, 3, 5, 6}), [&](auto states, auto measured, auto c) {
-                ahead<T, decltype(c)>(in, out, states, measured);
+            with_constants<T>(n, m, are_shared(in, {2, 3, 5, 6}), [&](auto states, auto measured, auto c) {
+                predict_and_update<T, decltype(c)>(in, out, states, measured);
             });
         else
-            specialised<T>(n, m, are_shared(in, {3, 4}), [&](auto states, auto measured, auto c) {
-                now<T, decltype(c)>(in, out, states, measured);
+            with_constants<T>(n, m, are_shared(in, {3, 4}), [&](auto states, auto measured, auto c) {
+                update_only<T, decltype(c)>(in, out, states, measured);
             });
     }
     template <class T, class C, class N, class M>
-    VEDETTE_INLINE void ahead(const In* in, const Out* out, N n, M m) const {
+    VEDETTE_INLINE void predict_and_update(const In* in, const Out* out, N n, M m) const {
         T to[kMostStates], cov[kStates2];
-        step_ahead<T, C>(in, to, cov, n);
+        predict_moments<T, C>(in, to, cov, n);
         solve<T, C>(to, cov, in + 4, out, n, m);
     }
     template <class T, class C, class N, class M>
-    VEDETTE_INLINE void now(const In* in, const Out* out, N n, M m) const {
+    VEDETTE_INLINE void update_only(const In* in, const Out* out, N n, M m) const {
         const Vector<T> x(in[0], n);
         const Square<T> P(in[1], n, kSymmetric);
         solve<T, C>(x, P, in + 2, out, n, m);
@@ -190,23 +247,23 @@ struct Update : shapes::Update {
         const Rectangle<C> H(in[1], m * n);
         const Square<C> R(in[2], m, kSymmetric);
         T nu[kMostMeasured], to[kMostStates], post[kStates2];
-        Sight<T> sight;
-        sight.template take<C>(P, H, R, n, m);
+        Correction<T> correction;
+        correction.template prepare<C>(P, H, R, n, m);
         apply<T, C>(H, x, nu, m, n);
         for (int i = 0; i < m; ++i) nu[i] = z[i] - nu[i];
-        sight.shift(nu, to, n, m);
+        correction.template posterior_covariance<C>(P, H, R, post, n, m);
+        correction.mean_shift(nu, to, n, m);
         for (int i = 0; i < n; ++i) to[i] += x[i];
-        sight.template narrow<C>(P, H, R, post, n, m);
         store(out[0], to, n), store_symmetric(out[1], post, n);
-        Lane<T>::store(out[2], 0, -0.5 * (sight.distance(nu, m) + sight.log_det + m * kLog2Pi));
+        Lane<T>::store(out[2], 0, -0.5 * (correction.squared_distance(nu, m) + correction.log_det + m * kLog2Pi));
     }
 };
 
 // in: P, z, expected, H, R, P_D; out: loglik (1+k), distance (k), log volume, shift (k, n), posterior (1|k, n, n)
-struct InnovateReturns : shapes::InnovateReturns {
+struct EvaluateReturns : shapes::EvaluateReturns {
     template <class T>
     void run(const In* in, const Out* out) const {
-        specialised<T>(n, m, are_shared(in, {3, 4}), [&](auto states, auto measured, auto c) {
+        with_constants<T>(n, m, are_shared(in, {3, 4}), [&](auto states, auto measured, auto c) {
             solve<T, decltype(c)>(in, out, states, measured);
         });
     }
@@ -219,27 +276,27 @@ struct InnovateReturns : shapes::InnovateReturns {
         const T p_detect = Lane<T>::load(in[5], 0);
         Lane<T>::store(out[0], 0, safe_log(1.0 - p_detect * p_gate));
         const T log_detect = safe_log(p_detect);
-        T volume = Lane<T>::all(-std::numeric_limits<double>::infinity());
-        Sight<T> sight;
+        T volume = Lane<T>::broadcast(-std::numeric_limits<double>::infinity());
+        Correction<T> correction;
         for (int h = 0; h < noises; ++h) {
-            const Square<C> R(part(in[4], h * m * m), m, kSymmetric);
-            sight.template take<C>(P, H, R, n, m);
-            sight.template narrow<C>(P, H, R, post, n, m);
-            store_symmetric(part(out[4], h * n * n), post, n);
-            volume = Lane<T>::larger(volume, 0.5 * sight.log_det);
-            const T least = log_detect - 0.5 * (sight.log_det + m * kLog2Pi);
+            const Square<C> R(at_offset(in[4], h * m * m), m, kSymmetric);
+            correction.template prepare<C>(P, H, R, n, m);
+            correction.template posterior_covariance<C>(P, H, R, post, n, m);
+            store_symmetric(at_offset(out[4], h * n * n), post, n);
+            volume = Lane<T>::maximum(volume, 0.5 * correction.log_det);
+            const T least = log_detect - 0.5 * (correction.log_det + m * kLog2Pi);
             for (int g = noises == 1 ? 0 : h; g < (noises == 1 ? k : h + 1); ++g) {
-                load(part(in[1], g * m), nu, m);
+                load(at_offset(in[1], g * m), nu, m);
                 for (int i = 0; i < m; ++i) nu[i] -= expected[i];
                 wrap(nu, periods);
-                sight.judge(nu, least, part(out[0], 1 + g), part(out[1], g), part(out[3], g * n), n, m);
+                correction.score_residual(nu, least, at_offset(out[0], 1 + g), at_offset(out[1], g), at_offset(out[3], g * n), n, m);
             }
         }
         Lane<T>::store(out[2], 0, volume);
     }
 };
 
-struct Absorb : shapes::Absorb {
+struct WeightedUpdate : shapes::WeightedUpdate {
     template <class T>
     void run(const In* in, const Out* out) const {
         with_sizes(n, [&](auto states) { solve<T>(in, out, states); });
@@ -248,7 +305,7 @@ struct Absorb : shapes::Absorb {
     VEDETTE_INLINE void solve(const In* in, const Out* out, N n) const {
         T x[kMostStates], P[kStates2];
         load(in[0], x, n), load_symmetric(in[1], P, n);
-        mix(x, P, in[2], in[3], in[4], n, k, shared, periods);
+        mix_hypotheses(x, P, in[2], in[3], in[4], n, k, shared, periods);
         store(out[0], x, n), store_symmetric(out[1], P, n);
     }
 };

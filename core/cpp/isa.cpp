@@ -12,24 +12,35 @@ namespace {
 // the cache: the modes of a track.
 constexpr std::ptrdiff_t kTile = 512;
 
-template <bool alone, class Kernel>
-VEDETTE_INLINE void one(const Kernel& kernel, const In* in, const Out* out) {
-    if constexpr (alone)
+// A kernel that says so takes one problem at a time, others eight as well.
+template <class Kernel, class = void>
+constexpr bool one_by_one = false;
+template <class Kernel>
+constexpr bool one_by_one<Kernel, std::enable_if_t<Kernel::kOneByOne>> = true;
+
+// A function of its own: inlined wherever it is called, it would be compiled twice.
+template <class Kernel>
+__attribute__((noinline)) void run_large(const Kernel& kernel, const In* in, const Out* out) {
+    kernel.template run<double>(in, out);
+}
+template <class Kernel>
+VEDETTE_INLINE void run_one(const Kernel& kernel, const In* in, const Out* out) {
+    if constexpr (one_by_one<Kernel>)
         kernel.run(in, out);
     else
-        kernel.template run<double>(in, out);
+        run_large(kernel, in, out);
 }
 
 // One problem after another along the batch; eight at a time along its last axis, which is the longest.
-template <class Kernel, class Shape, bool alone = false>
-void drive(const Batch& batch, const Shape& shape) {
+template <class Kernel, class Shape>
+void run_batch(const Batch& batch, const Shape& shape) {
     const Kernel kernel{shape};
     In in[kMostOperands];
     Out out[kMostOperands];
     if (batch.dims == 0) {
         for (int i = 0; i < batch.ins; ++i) in[i] = {batch.in[i], 0};
         for (int o = 0; o < batch.outs; ++o) out[o] = {batch.out[o], 0};
-        return one<alone>(kernel, in, out);
+        return run_one(kernel, in, out);
     }
     const int last = batch.dims - 1;
     const std::ptrdiff_t length = batch.shape[last];
@@ -49,14 +60,14 @@ void drive(const Batch& batch, const Shape& shape) {
             for (int o = 0; o < batch.outs; ++o)
                 out[o] = {batch.out[o] + place * batch.out_size[o], batch.places[last] * batch.out_size[o]};
             std::ptrdiff_t i = 0;
-            if constexpr (!alone)
+            if constexpr (!one_by_one<Kernel>)
                 for (; i + kLanes <= count; i += kLanes) {
                     kernel.template run<Eight>(in, out);
                     for (int j = 0; j < batch.ins; ++j) in[j].at += kLanes * in[j].next;
                     for (int j = 0; j < batch.outs; ++j) out[j].at += kLanes * out[j].next;
                 }
             for (; i < count; ++i) {
-                one<alone>(kernel, in, out);
+                run_one(kernel, in, out);
                 for (int j = 0; j < batch.ins; ++j) in[j].at += in[j].next;
                 for (int j = 0; j < batch.outs; ++j) out[j].at += out[j].next;
             }
@@ -69,25 +80,9 @@ void drive(const Batch& batch, const Shape& shape) {
 
 extern const Table table;
 const Table table = {
-    drive<Predict, shapes::Predict>,
-    drive<Propagate, shapes::Propagate>,
-    drive<Update, shapes::Update>,
-    drive<InnovateReturns, shapes::InnovateReturns>,
-    drive<Absorb, shapes::Absorb>,
-    drive<Whiten, shapes::Whiten>,
-    drive<SigmaPoints, shapes::SigmaPoints>,
-    drive<InnovatePoints, shapes::InnovatePoints>,
-    drive<PdaUpdate, shapes::PdaUpdate>,
-    drive<ImmMix, shapes::ImmMix>,
-    drive<ImmCombine, shapes::ImmCombine>,
-    drive<Interact, shapes::Interact>,
-    drive<Together, shapes::Together>,
-    drive<WeighModes, shapes::WeighModes>,
-    drive<SplitWeights, shapes::SplitWeights>,
-    drive<GateScores, shapes::GateScores, true>,
-    drive<SampleDensity, shapes::SampleDensity, true>,
-    drive<Choose, shapes::Choose, true>,
-    drive<Existence, shapes::Existence, true>,
+#define VEDETTE_BATCHED(name, arguments, Shape) run_batch<Shape, shapes::Shape>,
+    VEDETTE_KERNELS(VEDETTE_BATCHED)
+#undef VEDETTE_BATCHED
 };
 
 }  // namespace vedette::VEDETTE_ISA

@@ -11,7 +11,7 @@
 #include <immintrin.h>
 #endif
 
-#include "shapes.hpp"
+#include "kernels.hpp"
 
 // Compiled once for each instruction set, each time in a namespace of its own, so that the linker cannot mix them.
 namespace vedette::VEDETTE_ISA {
@@ -30,15 +30,15 @@ typedef long long Row64 __attribute__((vector_size(8 * 4)));
 #define VEDETTE_SHUFFLE(whole, a, b, ...) __builtin_shuffle(a, b, whole{__VA_ARGS__})
 #endif
 
-VEDETTE_INLINE Row row_at(const double* at) {
+VEDETTE_INLINE Row load_row(const double* at) {
     Row row;
     std::memcpy(&row, at, sizeof row);
     return row;
 }
-VEDETTE_INLINE void set_row(double* at, Row row) { std::memcpy(at, &row, sizeof row); }
+VEDETTE_INLINE void store_row(double* at, Row row) { std::memcpy(at, &row, sizeof row); }
 
 // Rows of a matrix into its columns.
-VEDETTE_INLINE void turn(Row* a) {
+VEDETTE_INLINE void transpose(Row* a) {
     const Row p = VEDETTE_SHUFFLE(Row64, a[0], a[1], 0, 4, 2, 6), q = VEDETTE_SHUFFLE(Row64, a[0], a[1], 1, 5, 3, 7);
     const Row s = VEDETTE_SHUFFLE(Row64, a[2], a[3], 0, 4, 2, 6), t = VEDETTE_SHUFFLE(Row64, a[2], a[3], 1, 5, 3, 7);
     a[0] = VEDETTE_SHUFFLE(Row64, p, s, 0, 1, 4, 5), a[1] = VEDETTE_SHUFFLE(Row64, q, t, 0, 1, 4, 5);
@@ -47,14 +47,14 @@ VEDETTE_INLINE void turn(Row* a) {
 
 // Eight tracks' rows of four, tracks i and i + 4 side by side, from and to memory; and each half's rows into its columns.
 #ifdef __AVX512F__
-VEDETTE_INLINE Eight pair_at(const double* first, const double* second) {
+VEDETTE_INLINE Eight load_pair(const double* first, const double* second) {
     return _mm512_insertf64x4(_mm512_castpd256_pd512(_mm256_loadu_pd(first)), _mm256_loadu_pd(second), 1);
 }
-VEDETTE_INLINE void set_pair(double* first, double* second, Eight pair) {
+VEDETTE_INLINE void store_pair(double* first, double* second, Eight pair) {
     _mm256_storeu_pd(first, _mm512_castpd512_pd256(pair));
     _mm256_storeu_pd(second, _mm512_extractf64x4_pd(pair, 1));
 }
-VEDETTE_INLINE void turn(Eight* a) {
+VEDETTE_INLINE void transpose(Eight* a) {
 #define VEDETTE_EVEN 0, 8, 2, 10, 4, 12, 6, 14
 #define VEDETTE_ODD 1, 9, 3, 11, 5, 13, 7, 15
 #define VEDETTE_FRONT 0, 1, 8, 9, 4, 5, 12, 13
@@ -65,28 +65,28 @@ VEDETTE_INLINE void turn(Eight* a) {
     a[2] = VEDETTE_SHUFFLE(Eight64, p, s, VEDETTE_BACK), a[3] = VEDETTE_SHUFFLE(Eight64, q, t, VEDETTE_BACK);
 }
 #else
-VEDETTE_INLINE Eight pair_at(const double* first, const double* second) {
+VEDETTE_INLINE Eight load_pair(const double* first, const double* second) {
     Eight pair;
     std::memcpy(&pair, first, sizeof(Row));
     std::memcpy(reinterpret_cast<char*>(&pair) + sizeof(Row), second, sizeof(Row));
     return pair;
 }
-VEDETTE_INLINE void set_pair(double* first, double* second, Eight pair) {
+VEDETTE_INLINE void store_pair(double* first, double* second, Eight pair) {
     std::memcpy(first, &pair, sizeof(Row));
     std::memcpy(second, reinterpret_cast<const char*>(&pair) + sizeof(Row), sizeof(Row));
 }
-VEDETTE_INLINE void turn(Eight* a) {
+VEDETTE_INLINE void transpose(Eight* a) {
     Row half[2][4];
-    for (int i = 0; i < 4; ++i) set_pair(reinterpret_cast<double*>(&half[0][i]), reinterpret_cast<double*>(&half[1][i]), a[i]);
-    turn(half[0]), turn(half[1]);
+    for (int i = 0; i < 4; ++i) store_pair(reinterpret_cast<double*>(&half[0][i]), reinterpret_cast<double*>(&half[1][i]), a[i]);
+    transpose(half[0]), transpose(half[1]);
     for (int i = 0; i < 4; ++i)
-        a[i] = pair_at(reinterpret_cast<const double*>(&half[0][i]), reinterpret_cast<const double*>(&half[1][i]));
+        a[i] = load_pair(reinterpret_cast<const double*>(&half[0][i]), reinterpret_cast<const double*>(&half[1][i]));
 }
 #endif
 #ifdef __AVX__
-constexpr bool kTurnsRows = true;
+constexpr bool kTransposesRows = true;
 #else
-constexpr bool kTurnsRows = false;  // without vectors of four, numbers are gathered one by one
+constexpr bool kTransposesRows = false;  // without vectors of four, numbers are gathered one by one
 #endif
 
 // The bits of numbers, and back; `words` may be shifted to the left whatever they hold.
@@ -103,7 +103,7 @@ struct Bits<Eight> {
     typedef EightWords words;
 };
 template <class To, class From>
-VEDETTE_INLINE To same_bits(From from) {
+VEDETTE_INLINE To bits_as(From from) {
     To to;
     std::memcpy(&to, &from, sizeof to);
     return to;
@@ -120,12 +120,21 @@ VEDETTE_INLINE bool all_of(Eight64 which) {
 #endif
 }
 
+constexpr double kTiny = std::numeric_limits<double>::min();  // the smallest normal number
+constexpr double kLeastExponent = -708.3964185322641;        // its logarithm
+
+// A weight, or 0 for one below the smallest normal number, as arithmetic on such is many times slower.
+template <class T>
+VEDETTE_INLINE T normal_or_zero(T weight) {
+    return weight < kTiny ? T{} : weight;
+}
+
 constexpr double kLn2High = 0x1.62e42fee00000p-1, kLn2Low = 0x1.a39ef35793c76p-33;  // the first has 21 zero bits at its end
 constexpr double kToWhole = 0x1.8p52;  // adding it rounds to a whole number, which then stands in the lowest bits
 
 // x 2^w, with w in the lowest bits of `shifted`.
 template <class T>
-VEDETTE_INLINE T times_power(T x, T shifted) {
+VEDETTE_INLINE T scale_by_power(T x, T shifted) {
 #ifdef __AVX512F__
     const T whole = shifted - kToWhole;
     if constexpr (std::is_same_v<T, Eight>)
@@ -135,18 +144,19 @@ VEDETTE_INLINE T times_power(T x, T shifted) {
 #else
     typedef typename Bits<T>::type I;
     typedef typename Bits<T>::words W;
-    const I w = same_bits<I>(shifted) - same_bits<I>(kToWhole - T{}), half = w >> 1;  // two factors: results may be subnormal
-    return x * same_bits<T>(W(same_bits<W>(I(half + 1023)) << 52)) * same_bits<T>(W(same_bits<W>(I(w - half + 1023)) << 52));
+    const I w = bits_as<I>(shifted) - bits_as<I>(kToWhole - T{}), half = w >> 1;  // two factors: results may be subnormal
+    return x * bits_as<T>(W(bits_as<W>(I(half + 1023)) << 52)) * bits_as<T>(W(bits_as<W>(I(w - half + 1023)) << 52));
 #endif
 }
 
-// exp to two units in the last place: 2^w e^r with |r| <= ln(2)/2. For e^r the polynomial through Chebyshev's nodes, off by 2e-17,
-// its even and odd powers apart, as then half as many steps wait for another. Written out, as a call of the library's for each
-// of eight would be most of a kernel's time, and for one it would keep all else waiting.
+// exp to two units in the last place, 0 where it would be no normal number: 2^w e^r with |r| <= ln(2)/2. For e^r the polynomial
+// through Chebyshev's nodes, off by 2e-17, its even and odd powers apart, as then half as many steps wait for another. Written
+// out, as a call of the library's for each of eight would be most of a kernel's time, and for one it would keep all else waiting.
 template <class T>
 VEDETTE_INLINE T exp_of(T x) {
     x = x > 710.0 ? 710.0 - T{} : x;
-    x = x < -746.0 ? -746.0 - T{} : x;
+    const auto vanishes = x < kLeastExponent;
+    x = vanishes ? T{} : x;
     const T shifted = x * 1.4426950408889634 + kToWhole, whole = shifted - kToWhole;
     const T r = (x - whole * kLn2High) - whole * kLn2Low, square = r * r;
     T even = 0x1.28b40581fba5cp-22 - T{}, odd = 0x1.af631d03b18bfp-26 - T{};
@@ -154,7 +164,7 @@ VEDETTE_INLINE T exp_of(T x) {
         even = even * square + c;
     for (double c : {0x1.71ddf5749b43dp-19, 0x1.a01a01b14379ap-13, 0x1.111111110f225p-7, 0x1.555555555555ap-3, 1.0})
         odd = odd * square + c;
-    return times_power(odd * r + even, shifted);
+    return vanishes ? T{} : scale_by_power(odd * r + even, shifted);
 }
 
 // log to two units in the last place, of normal numbers: x = 2^e m, 1/sqrt(2) <= m < sqrt(2), log m = 2 artanh((m-1)/(m+1)), for
@@ -163,18 +173,18 @@ template <class T>
 VEDETTE_INLINE T log_of_normal(T x) {
     typedef typename Bits<T>::type I;
     typedef typename Bits<T>::words W;
-    const I shifted = same_bits<I>(x) - 0x3fe6a09e667f3bcdLL, e = shifted >> 52;
-    const T m = same_bits<T>(W(same_bits<W>(x) - (same_bits<W>(e) << 52))), t = (m - 1.0) / (m + 1.0), square = t * t;
+    const I shifted = bits_as<I>(x) - 0x3fe6a09e667f3bcdLL, e = shifted >> 52;
+    const T m = bits_as<T>(W(bits_as<W>(x) - (bits_as<W>(e) << 52))), t = (m - 1.0) / (m + 1.0), square = t * t;
     T sum = 0.07308224910391238 - T{};
     for (double c : {0.07665860794787153, 0.0909144456279605, 0.11111105567395273, 0.14285714312987757, 0.19999999999949752,
                      0.3333333333333335, 1.0})
         sum = sum * square + c;
-    const T whole = same_bits<T>(I(e + same_bits<I>(kToWhole - T{}))) - kToWhole;
+    const T whole = bits_as<T>(I(e + bits_as<I>(kToWhole - T{}))) - kToWhole;
     return whole * kLn2High + (whole * kLn2Low + 2.0 * t * sum);
 }
 
 template <class T>
-VEDETTE_INLINE bool is_usual(T x) {  // for log_of
+VEDETTE_INLINE bool is_zero_or_normal(T x) {  // for log_of
     constexpr double least = std::numeric_limits<double>::min(), most = std::numeric_limits<double>::max();
     return all_of(((x >= least) & (x <= most)) | (x == 0.0));
 }
@@ -192,14 +202,14 @@ struct Lane<double> {
     static constexpr int count = 1;
     static double load(const In& a, std::ptrdiff_t i) { return a.at[i]; }
     static void store(const Out& a, std::ptrdiff_t i, double value) { a.at[i] = value; }
-    static double all(double value) { return value; }
-    static double log(double value) { return is_usual(value) ? log_of(value) : std::log(value); }
+    static double broadcast(double value) { return value; }
+    static double log(double value) { return is_zero_or_normal(value) ? log_of(value) : std::log(value); }
     static double exp(double value) { return exp_of(value); }
     static double sqrt(double value) { return std::sqrt(value); }
-    static double larger(double a, double b) { return a <= b ? b : a; }  // a where it is NaN
+    static double maximum(double a, double b) { return a <= b ? b : a; }  // a where it is NaN
     static double wrap(double x, double period) {
         const double half = period / 2, near = x - period * std::nearbyint(x / period);
-        return near >= half ? -half : larger(near, -half);
+        return near >= half ? -half : maximum(near, -half);
     }
 };
 
@@ -209,7 +219,7 @@ struct Lane<Eight> {
     static Eight load(const In& a, std::ptrdiff_t i) {
         const double* p = a.at + i;
         const std::ptrdiff_t s = a.next;
-        if (s == 0) return all(*p);
+        if (s == 0) return broadcast(*p);
         return Eight{p[0], p[s], p[2 * s], p[3 * s], p[4 * s], p[5 * s], p[6 * s], p[7 * s]};
     }
     static void store(const Out& a, std::ptrdiff_t i, Eight value) {
@@ -219,14 +229,14 @@ struct Lane<Eight> {
         }
         for (int l = 0; l < kLanes; ++l) a.at[l * a.next + i] = value[l];
     }
-    static Eight all(double value) { return Eight{value, value, value, value, value, value, value, value}; }
+    static Eight broadcast(double value) { return Eight{value, value, value, value, value, value, value, value}; }
     template <class F>
     static Eight each(Eight value, F f) {
         for (int l = 0; l < kLanes; ++l) value[l] = f(value[l]);
         return value;
     }
     static Eight log(Eight value) {
-        return is_usual(value) ? log_of(value) : each_log(value);
+        return is_zero_or_normal(value) ? log_of(value) : each_log(value);
     }
     __attribute__((noinline, cold)) static Eight each_log(Eight value) {
         return each(value, [](double v) { return std::log(v); });
@@ -235,7 +245,7 @@ struct Lane<Eight> {
     static Eight sqrt(Eight value) {
         return each(value, [](double v) { return std::sqrt(v); });
     }
-    static Eight larger(Eight a, Eight b) { return a <= b ? b : a; }
+    static Eight maximum(Eight a, Eight b) { return a <= b ? b : a; }
     static Eight wrap(Eight x, double period) {
         return each(x, [period](double v) { return Lane<double>::wrap(v, period); });
     }
@@ -244,24 +254,24 @@ struct Lane<Eight> {
 // By rows of four: a wider load must wait until two narrower stores have reached the cache.
 VEDETTE_INLINE void copy(const double* from, double* to, int count) {
     int i = 0;
-    for (; i + 4 <= count; i += 4) set_row(to + i, row_at(from + i));
+    for (; i + 4 <= count; i += 4) store_row(to + i, load_row(from + i));
     for (; i < count; ++i) to[i] = from[i];
 }
 
-VEDETTE_INLINE In part(const In& a, std::ptrdiff_t from) { return {a.at + from, a.next}; }
-VEDETTE_INLINE Out part(const Out& a, std::ptrdiff_t from) { return {a.at + from, a.next}; }
+VEDETTE_INLINE In at_offset(const In& a, std::ptrdiff_t from) { return {a.at + from, a.next}; }
+VEDETTE_INLINE Out at_offset(const Out& a, std::ptrdiff_t from) { return {a.at + from, a.next}; }
 
 // Of a problem's `count` numbers those that `want` says.
 template <class T, class F>
-VEDETTE_INLINE void load_some(const In& a, T* to, int count, const F& want) {
-    if constexpr (kTurnsRows && std::is_same_v<T, Eight>)
+VEDETTE_INLINE void load_where(const In& a, T* to, int count, const F& want) {
+    if constexpr (kTransposesRows && std::is_same_v<T, Eight>)
         if (a.next != 0 && count >= 4) {
             for (int i = 0; i < count; i += 4) {
                 if (i > count - 4) i = count - 4;  // the last four, some of them once more
                 const double* p = a.at + i;
                 Eight four[4];
-                for (int l = 0; l < 4; ++l) four[l] = pair_at(p + l * a.next, p + (l + 4) * a.next);
-                turn(four);
+                for (int l = 0; l < 4; ++l) four[l] = load_pair(p + l * a.next, p + (l + 4) * a.next);
+                transpose(four);
                 for (int l = 0; l < 4; ++l)
                     if (want(i + l)) to[i + l] = four[l];
             }
@@ -276,20 +286,20 @@ VEDETTE_INLINE void load(const In& a, T* to, int count) {
     if constexpr (std::is_same_v<T, double>)
         copy(a.at, to, count);
     else
-        load_some(a, to, count, [](int) { return true; });
+        load_where(a, to, count, [](int) { return true; });
 }
 
 // Number i is what `value` says.
 template <class F>
-VEDETTE_INLINE void store_as(const Out& a, int count, const F& value) {
-    if constexpr (kTurnsRows)
+VEDETTE_INLINE void store_each(const Out& a, int count, const F& value) {
+    if constexpr (kTransposesRows)
         if (count >= 4) {
             for (int i = 0; i < count; i += 4) {
                 if (i > count - 4) i = count - 4;
                 double* p = a.at + i;
                 Eight four[4] = {value(i), value(i + 1), value(i + 2), value(i + 3)};
-                turn(four);
-                for (int l = 0; l < 4; ++l) set_pair(p + l * a.next, p + (l + 4) * a.next, four[l]);
+                transpose(four);
+                for (int l = 0; l < 4; ++l) store_pair(p + l * a.next, p + (l + 4) * a.next, four[l]);
             }
             return;
         }
@@ -301,7 +311,7 @@ VEDETTE_INLINE void store(const Out& a, const T* from, int count) {
     if constexpr (std::is_same_v<T, double>)
         copy(from, a.at, count);
     else
-        store_as(a, count, [from](int i) { return from[i]; });
+        store_each(a, count, [from](int i) { return from[i]; });
 }
 
 }  // namespace vedette::VEDETTE_ISA

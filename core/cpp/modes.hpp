@@ -8,6 +8,7 @@ namespace vedette::VEDETTE_ISA {
 // The sizes that banks of filters with stacked states have.
 template <class F>
 VEDETTE_INLINE void with_modes(int n, const F& f) {
+    if constexpr (!kUnrolls) return f(n);
     if (n == 4) return f(std::integral_constant<int, 4>());
     if (n == 5) return f(std::integral_constant<int, 5>());
     f(n);
@@ -15,38 +16,38 @@ VEDETTE_INLINE void with_modes(int n, const F& f) {
 
 // All modes over the same n axes: means relative to the first mode's, which is `origin`; covariances.
 template <class T>
-struct Stack {
-    T origin[kMostStates], apart[kMostModes * kMostStates], P[kMostModes * kStates2];
+struct StackedModes {
+    T origin[kMostStates], deviations[kMostModes * kMostStates], P[kMostModes * kStates2];
 
-    // After the means were read into `apart`.
-    VEDETTE_INLINE void take_origin(int n, int r, const Periods& periods) {
-        for (int a = 0; a < n; ++a) origin[a] = apart[a];
+    // After the means were read into `deviations`.
+    VEDETTE_INLINE void center(int n, int r, const Periods& periods) {
+        for (int a = 0; a < n; ++a) origin[a] = deviations[a];
         for (int j = 0; j < r; ++j) {
-            for (int a = 0; a < n; ++a) apart[j * n + a] -= origin[a];
-            wrap(apart + j * n, periods);
+            for (int a = 0; a < n; ++a) deviations[j * n + a] -= origin[a];
+            wrap(deviations + j * n, periods);
         }
     }
 
     // Mean, and covariance with the spread of the means, under the weights.
     template <class N>
     VEDETTE_INLINE void moments(const T* weights, T* mean, T* cov, N n, int r) const {
-        stage<T>([=] { mix(weights, mean, cov, n, r); });
+        outlined_for_eight<T>([=] { compute_moments(weights, mean, cov, n, r); });
     }
 
-    VEDETTE_INLINE void mix(const T* weights, T* mean, T* cov, int n, int r) const {
+    VEDETTE_INLINE void compute_moments(const T* weights, T* mean, T* cov, int n, int r) const {
         T step[kMostStates], away[kMostStates];
         for (int a = 0; a < n; ++a) {
-            step[a] = weights[0] * apart[a];
-            for (int j = 1; j < r; ++j) step[a] += weights[j] * apart[j * n + a];
+            step[a] = weights[0] * deviations[a];
+            for (int j = 1; j < r; ++j) step[a] += weights[j] * deviations[j * n + a];
             mean[a] = origin[a] + step[a];
             for (int b = a; b < n; ++b) cov[a * n + b] = T{};
         }
         for (int j = 0; j < r; ++j) {
-            for (int a = 0; a < n; ++a) away[a] = apart[j * n + a] - step[a];
+            for (int a = 0; a < n; ++a) away[a] = deviations[j * n + a] - step[a];
             for (int a = 0; a < n; ++a)
                 for (int b = a; b < n; ++b) cov[a * n + b] += weights[j] * (P[(j * n + a) * n + b] + away[a] * away[b]);
         }
-        if constexpr (std::is_same_v<T, double>) mirror(cov, n);
+        if constexpr (std::is_same_v<T, double>) copy_upper_to_lower(cov, n);
     }
 };
 
@@ -61,22 +62,22 @@ VEDETTE_INLINE auto is_finite(const T& a) {
 template <class T>
 VEDETTE_INLINE T log_sum(const T* a, int count, T* parts) {
     T top = a[0];
-    for (int i = 1; i < count; ++i) top = Lane<T>::larger(top, a[i]);
-    top = is_finite(top) ? top : Lane<T>::all(0.0);
-    T sum = Lane<T>::all(0.0);
+    for (int i = 1; i < count; ++i) top = Lane<T>::maximum(top, a[i]);
+    top = is_finite(top) ? top : Lane<T>::broadcast(0.0);
+    T sum = Lane<T>::broadcast(0.0);
     for (int i = 0; i < count; ++i) sum += parts[i] = Lane<T>::exp(a[i] - top);
     return Lane<T>::log(sum) + top;
 }
 
 // The modes' probabilities after switching, and from which modes each comes.
-struct Switching {
+struct ModeMixing {
     // `log_after` (r), and for each mode to come the weights of those now (r, r).
     template <class T>
-    VEDETTE_INLINE void weigh(In log_prob, In log_transition, T* log_after, T* weights, int r) const {
+    VEDETTE_INLINE void weights_of(In log_prob, In log_transition, T* log_after, T* weights, int r) const {
         T before[kMostModes], prob[kMostModes];
         load(log_prob, before, r);
         T top = before[0];
-        for (int i = 1; i < r; ++i) top = Lane<T>::larger(top, before[i]);
+        for (int i = 1; i < r; ++i) top = Lane<T>::maximum(top, before[i]);
         for (int i = 0; i < r; ++i) prob[i] = Lane<T>::exp(before[i] - top);
         if (log_transition.next == 0) {
             if (read != log_transition.at)
@@ -96,9 +97,9 @@ struct Switching {
             good = good && all_of((sum > 1e-200) & (sum < 1e200));
             log_after[j] = Lane<T>::log(sum) + top;
             const T over = 1.0 / sum;
-            for (int i = 0; i < r; ++i) weights[j * r + i] *= over;
+            for (int i = 0; i < r; ++i) weights[j * r + i] = normal_or_zero(weights[j * r + i] * over);
         }
-        if (!good) weigh_in_logarithms(before, log_transition, log_after, weights, r);
+        if (!good) weights_by_logarithms(before, log_transition, log_after, weights, r);
     }
 
   private:
@@ -108,7 +109,7 @@ struct Switching {
 
     // The same where a mode is next to impossible, or no way leads into it: then it starts from the whole mixture.
     template <class T>
-    __attribute__((noinline, cold)) void weigh_in_logarithms(const T* before, In transition, T* after, T* weights,
+    __attribute__((noinline, cold)) void weights_by_logarithms(const T* before, In transition, T* after, T* weights,
                                                              int r) const {
         T joint[kMostModes];
         for (int j = 0; j < r; ++j) {
@@ -118,38 +119,38 @@ struct Switching {
             const auto reached = is_finite(after[j]);
             T total{};
             for (int i = 0; i < r; ++i) total += own[i];
-            for (int i = 0; i < r; ++i) own[i] = reached ? own[i] / total : Lane<T>::exp(before[i]);
+            for (int i = 0; i < r; ++i) own[i] = normal_or_zero(reached ? own[i] / total : Lane<T>::exp(before[i]));
         }
     }
 };
 
 // Each mode's own axes among the n of all: those that it lacks have the mean and variance stated in `absent`.
 template <class T, class N>
-VEDETTE_INLINE void gather(Stack<T>& stack, const In* xs, const In* Ps, const shapes::Interact& bank, N n) {
+VEDETTE_INLINE void stack_modes(StackedModes<T>& modes, const In* xs, const In* Ps, const shapes::MixModes& bank, N n) {
     const int r = bank.r;
     for (int j = 0; j < r; ++j) {
-        T *mean = stack.apart + j * n, *cov = stack.P + j * n * n;
+        T *mean = modes.deviations + j * n, *cov = modes.P + j * n * n;
         if (bank.same) {
             load(xs[j], mean, n), load_symmetric(Ps[j], cov, n);
             continue;
         }
         const int size = bank.sizes[j], *own = bank.own[j];
-        for (int a = 0; a < n; ++a) mean[a] = Lane<T>::all(bank.absent[a]);
+        for (int a = 0; a < n; ++a) mean[a] = Lane<T>::broadcast(bank.absent[a]);
         for (int a = 0; a < n * n; ++a) cov[a] = T{};
-        for (int a = 0; a < n; ++a) cov[a * n + a] = Lane<T>::all(bank.absent[n + a]);
+        for (int a = 0; a < n; ++a) cov[a * n + a] = Lane<T>::broadcast(bank.absent[n + a]);
         for (int a = 0; a < size; ++a) {
             mean[own[a]] = Lane<T>::load(xs[j], a);
             for (int b = 0; b < size; ++b) cov[own[a] * n + own[b]] = Lane<T>::load(Ps[j], a * size + b);
         }
     }
-    stack.take_origin(n, r, bank.periods);
+    modes.center(n, r, bank.periods);
 }
 
 // in: log_prob (r), log_transition (r, r), then r means, then r covariances; out: log_prob (r), r means, r covariances
-struct Interact : shapes::Interact {
-    Switching switching;
+struct MixModes : shapes::MixModes {
+    ModeMixing mode_mixing;
 
-    explicit Interact(const shapes::Interact& shape) : shapes::Interact(shape) {}
+    explicit MixModes(const shapes::MixModes& shape) : shapes::MixModes(shape) {}
 
     template <class T>
     void run(const In* in, const Out* out) const {
@@ -158,12 +159,12 @@ struct Interact : shapes::Interact {
     template <class T, class N>
     VEDETTE_INLINE void solve(const In* in, const Out* out, N n) const {
         T after[kMostModes], weights[kMostModes * kMostModes], mean[kMostStates], cov[kStates2];
-        switching.weigh(in[0], in[1], after, weights, r);
+        mode_mixing.weights_of(in[0], in[1], after, weights, r);
         store(out[0], after, r);
-        Stack<T> stack;
-        gather(stack, in + 2, in + 2 + r, *this, n);
+        StackedModes<T> modes;
+        stack_modes(modes, in + 2, in + 2 + r, *this, n);
         for (int j = 0; j < r; ++j) {
-            stack.moments(weights + j * r, mean, cov, n, r);
+            modes.moments(weights + j * r, mean, cov, n, r);
             wrap(mean, periods);
             if (same) {
                 store(out[1 + j], mean, n), store_symmetric(out[1 + r + j], cov, n);
@@ -179,7 +180,7 @@ struct Interact : shapes::Interact {
 };
 
 // in: log_prob (r), r means, r covariances; out: mean (n), covariance (n, n)
-struct Together : shapes::Together {
+struct MixtureMoments : shapes::MixtureMoments {
     template <class T>
     void run(const In* in, const Out* out) const {
         with_modes(bank.n, [&](auto states) { solve<T>(in, out, states); });
@@ -189,9 +190,9 @@ struct Together : shapes::Together {
         T weights[kMostModes], mean[kMostStates], cov[kStates2];
         load(in[0], weights, bank.r);
         for (int j = 0; j < bank.r; ++j) weights[j] = Lane<T>::exp(weights[j]);
-        Stack<T> stack;
-        gather(stack, in + 1, in + 1 + bank.r, bank, n);
-        stack.moments(weights, mean, cov, n, bank.r);
+        StackedModes<T> modes;
+        stack_modes(modes, in + 1, in + 1 + bank.r, bank, n);
+        modes.moments(weights, mean, cov, n, bank.r);
         wrap(mean, bank.periods);
         store(out[0], mean, n), store_symmetric(out[1], cov, n);
     }
@@ -206,7 +207,7 @@ struct WeighModes : shapes::WeighModes {
         T before[kMostModes], joint[kMostModes], parts[kMostModes];
         load(in[0], before, r);
         T volume = Lane<T>::load(volumes[0], 0);
-        for (int j = 1; j < r; ++j) volume = Lane<T>::larger(volume, Lane<T>::load(volumes[j], 0));
+        for (int j = 1; j < r; ++j) volume = Lane<T>::maximum(volume, Lane<T>::load(volumes[j], 0));
         Lane<T>::store(out[2], 0, volume);
         for (int h = 0; h <= k; ++h) {
             for (int j = 0; j < r; ++j) joint[j] = Lane<T>::load(logliks[j], h) + before[j];
@@ -214,7 +215,7 @@ struct WeighModes : shapes::WeighModes {
             Lane<T>::store(out[0], h, loglik);
             for (int j = 0; j < r; ++j) Lane<T>::store(out[4], h * r + j, joint[j] - loglik);
             if (h == 0) continue;
-            T expected = Lane<T>::all(0.0), total = expected, least = Lane<T>::load(distances[0], h - 1);
+            T expected = Lane<T>::broadcast(0.0), total = expected, least = Lane<T>::load(distances[0], h - 1);
             for (int j = 0; j < r; ++j) {
                 const T distance = Lane<T>::load(distances[j], h - 1);
                 least = distance < least ? distance : least;
@@ -233,29 +234,30 @@ struct SplitWeights : shapes::SplitWeights {
     void run(const In* in, const Out* out) const {
         T after[kMostModes], top[kMostModes], sum[kMostModes];
         for (int j = 0; j < r; ++j) {
-            top[j] = Lane<T>::all(-std::numeric_limits<double>::infinity());
-            sum[j] = Lane<T>::all(0.0);
+            top[j] = Lane<T>::broadcast(-std::numeric_limits<double>::infinity());
+            sum[j] = Lane<T>::broadcast(0.0);
         }
         for (int h = 0; h <= k; ++h) {  // the logarithms wait in the outputs until the largest is known
             const T weight = Lane<T>::log(Lane<T>::load(in[0], h));
             for (int j = 0; j < r; ++j) {
                 const T joint = weight + Lane<T>::load(in[1], h * r + j);
-                top[j] = Lane<T>::larger(joint, top[j]);
+                top[j] = Lane<T>::maximum(joint, top[j]);
                 Lane<T>::store(out[1 + j], h, joint);
             }
         }
         for (int j = 0; j < r; ++j) {
-            top[j] = is_finite(top[j]) ? top[j] : Lane<T>::all(0.0);
+            top[j] = is_finite(top[j]) ? top[j] : Lane<T>::broadcast(0.0);
             const In own{out[1 + j].at, out[1 + j].next};
             for (int h = 0; h <= k; ++h) {
-                const T part = Lane<T>::exp(Lane<T>::load(own, h) - top[j]);
-                Lane<T>::store(out[1 + j], h, part);
-                sum[j] += part;
+                const T at_offset = Lane<T>::exp(Lane<T>::load(own, h) - top[j]);
+                Lane<T>::store(out[1 + j], h, at_offset);
+                sum[j] += at_offset;
             }
             after[j] = Lane<T>::log(sum[j]) + top[j];
             const auto possible = sum[j] > 0.0;
             for (int h = 0; h <= k; ++h)
-                Lane<T>::store(out[1 + j], h, possible ? Lane<T>::load(own, h) / sum[j] : Lane<T>::load(in[0], h));
+                Lane<T>::store(out[1 + j], h,
+                               normal_or_zero(possible ? Lane<T>::load(own, h) / sum[j] : Lane<T>::load(in[0], h)));
         }
         const T total = log_sum(after, r, sum);
         for (int j = 0; j < r; ++j) Lane<T>::store(out[0], j, after[j] - total);

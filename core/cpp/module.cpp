@@ -22,23 +22,16 @@ extern const Table table;
 
 namespace {
 
-#define VEDETTE_KERNELS(each)                                                                                              \
-    each(predict, 4) each(propagate, 3) each(update, 5) each(filter_step, 7) each(evaluate_returns, 8) each(weighted_update, 6)     \
-    each(whiten, 2) each(sigma_points, 2) each(evaluate_points, 5) each(pda_update, 9) each(imm_mix, 4)                    \
-    each(imm_combine, 4) each(interact, 7) each(together, 6) each(weigh_modes, 2) each(split_weights, 2)                   \
-    each(gate_scores, 7) each(sample_density, 5) each(softmax, 1) each(one_hot, 1) each(existence, 6) each(is_plain, 4)    \
-    each(normals, 2) each(uniforms, 2)
-
-#define VEDETTE_NAME(name, count) name,
-#define VEDETTE_TEXT(name, count) #name,
-enum class Name { VEDETTE_KERNELS(VEDETTE_NAME) kNames };
+#define VEDETTE_NAME(name, ...) name,
+#define VEDETTE_TEXT(name, ...) #name,
+enum class Name { VEDETTE_KERNELS(VEDETTE_NAME) VEDETTE_FUNCTIONS(VEDETTE_NAME) kNames };
 constexpr int kNames = static_cast<int>(Name::kNames);
-const char* const kText[kNames] = {VEDETTE_KERNELS(VEDETTE_TEXT)};
+const char* const kText[kNames] = {VEDETTE_KERNELS(VEDETTE_TEXT) VEDETTE_FUNCTIONS(VEDETTE_TEXT)};
 
 PyObject* reference[kNames];
 const char* chosen = "baseline";
 
-PyObject* refer(Name name, Args args, Py_ssize_t count) {
+PyObject* call_reference(Name name, Args args, Py_ssize_t count) {
     const int which = static_cast<int>(name);
     if (reference[which] == nullptr)
         return PyErr_Format(PyExc_RuntimeError, "no reference is bound for %s", kText[which]);
@@ -47,7 +40,7 @@ PyObject* refer(Name name, Args args, Py_ssize_t count) {
 
 // A call from Python: the kernel's, or the reference's if the kernel does not take it, be it for an argument that is no array.
 template <Name name, Py_ssize_t count, PyObject* (*kernel)(Call&, Args)>
-PyObject* enter(PyObject*, Args args, Py_ssize_t given) {
+PyObject* call_kernel(PyObject*, Args args, Py_ssize_t given) {
     if (given == count) {
         Call call;
         if (PyObject* result = kernel(call, args)) return result;
@@ -56,7 +49,7 @@ PyObject* enter(PyObject*, Args args, Py_ssize_t given) {
             PyErr_Clear();
         }
     }
-    return refer(name, args, given);
+    return call_reference(name, args, given);
 }
 
 // bind(name, function): where the calls go that the kernel of that name does not take.
@@ -71,7 +64,7 @@ PyObject* bind(PyObject*, Args args, Py_ssize_t count) {
     return PyErr_Occurred() ? nullptr : PyErr_Format(PyExc_KeyError, "bind takes the name of a kernel and a function");
 }
 
-bool can(const char* name) {
+bool is_supported(const char* name) {
 #ifdef VEDETTE_X86
     if (std::strcmp(name, "avx512") == 0)
         return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
@@ -85,7 +78,7 @@ bool can(const char* name) {
 PyObject* use(PyObject*, PyObject* given) {
     const char* name = PyUnicode_AsUTF8(given);
     if (name == nullptr) return nullptr;
-    if (!can(name)) return PyErr_Format(PyExc_ValueError, "this processor or build has no kernels for %R", given);
+    if (!is_supported(name)) return PyErr_Format(PyExc_ValueError, "this processor or build has no kernels for %R", given);
     if (std::strcmp(name, "baseline") == 0) table = &baseline::table, chosen = "baseline";
 #ifdef VEDETTE_X86
     if (std::strcmp(name, "avx2") == 0) table = &avx2::table, chosen = "avx2";
@@ -99,7 +92,7 @@ PyObject* instruction_set(PyObject*, PyObject*) { return PyUnicode_FromString(ch
 PyObject* instruction_sets(PyObject*, PyObject*) {
     PyObject* all = PyList_New(0);
     for (const char* name : {"baseline", "avx2", "avx512"}) {
-        if (all == nullptr || !can(name)) continue;
+        if (all == nullptr || !is_supported(name)) continue;
         PyObject* text = PyUnicode_FromString(name);
         if (text == nullptr || PyList_Append(all, text) < 0) Py_CLEAR(all);
         Py_XDECREF(text);
@@ -109,9 +102,9 @@ PyObject* instruction_sets(PyObject*, PyObject*) {
 
 #define VEDETTE_FAST(name, function) \
     {name, reinterpret_cast<PyCFunction>(reinterpret_cast<void (*)()>(function)), METH_FASTCALL, nullptr},
-#define VEDETTE_ENTRY(name, count) VEDETTE_FAST(#name, (enter<Name::name, count, entries::name>))
+#define VEDETTE_ENTRY(name, arguments, ...) VEDETTE_FAST(#name, (call_kernel<Name::name, arguments, entries::name>))
 PyMethodDef methods[] = {
-    VEDETTE_KERNELS(VEDETTE_ENTRY) VEDETTE_FAST("bind", bind)
+    VEDETTE_KERNELS(VEDETTE_ENTRY) VEDETTE_FUNCTIONS(VEDETTE_ENTRY) VEDETTE_FAST("bind", bind)
     {"use", use, METH_O, nullptr},
     {"instruction_set", instruction_set, METH_NOARGS, nullptr},
     {"instruction_sets", instruction_sets, METH_NOARGS, nullptr},
@@ -128,7 +121,7 @@ PyMODINIT_FUNC PyInit__compiled() {
     vedette::table = &vedette::baseline::table;
 #ifdef VEDETTE_X86
     for (const char* name : {"avx2", "avx512"})
-        if (vedette::can(name)) {
+        if (vedette::is_supported(name)) {
             PyObject* text = PyUnicode_FromString(name);
             PyObject* done = text == nullptr ? nullptr : vedette::use(nullptr, text);
             Py_XDECREF(text);

@@ -16,15 +16,15 @@ struct Whiten : shapes::Whiten {
         const Square<T> P(in[1], n, kSymmetric);
         T white[kMostStates], L[kStates2], over[kMostStates], inverse[kMostStates];
         load(in[0], white, n);
-        const T none = Lane<T>::all(std::numeric_limits<double>::quiet_NaN());
+        const T none = Lane<T>::broadcast(std::numeric_limits<double>::quiet_NaN());
         for (int i = 0; i < n; ++i) {
             const T variance = P[i * n + i];
             const auto free = variance > 0.0;
-            over[i] = free ? 1.0 / Lane<T>::sqrt(free ? variance : Lane<T>::all(1.0)) : Lane<T>::all(1.0);
+            over[i] = free ? 1.0 / Lane<T>::sqrt(free ? variance : Lane<T>::broadcast(1.0)) : Lane<T>::broadcast(1.0);
             white[i] = variance >= 0.0 ? (free ? white[i] * over[i] : T{}) : none;
         }
         for (int j = 0; j < n; ++j) {  // L L' is the correlation
-            T pivot = Lane<T>::all(1.0);
+            T pivot = Lane<T>::broadcast(1.0);
             for (int l = 0; l < j; ++l) pivot -= L[j * n + l] * L[j * n + l];
             inverse[j] = 1.0 / Lane<T>::sqrt(pivot > 0.0 ? pivot : none);
             for (int i = j + 1; i < n; ++i) {
@@ -50,31 +50,31 @@ struct SigmaPoints : shapes::SigmaPoints {
     template <class T, class N>
     VEDETTE_INLINE void solve(const In* in, const Out* out, N n) const {
         const Square<T> P(in[0], n, kSymmetric);
-        T turned[kStates2], nothing[kMostStates];  // turned: L'
-        for (int i = 0; i < n * n; ++i) turned[i] = T{};
+        T transposed[kStates2], nothing[kMostStates];  // turned: L'
+        for (int i = 0; i < n * n; ++i) transposed[i] = T{};
         for (int i = 0; i < n; ++i) nothing[i] = T{};
         for (int j = 0; j < n; ++j) {
             const T variance = scale * P[j * n + j];
             T pivot = variance;
-            for (int l = 0; l < j; ++l) pivot -= turned[l * n + j] * turned[l * n + j];
+            for (int l = 0; l < j; ++l) pivot -= transposed[l * n + j] * transposed[l * n + j];
             const auto free = pivot > 1e-14 * variance;  // else the axis is known exactly, and has no variance
-            const T root = Lane<T>::sqrt(free ? pivot : Lane<T>::all(1.0)), over = free ? 1.0 / root : T{};
-            turned[j * n + j] = free ? root : T{};
+            const T root = Lane<T>::sqrt(free ? pivot : Lane<T>::broadcast(1.0)), over = free ? 1.0 / root : T{};
+            transposed[j * n + j] = free ? root : T{};
             for (int i = j + 1; i < n; ++i) {
                 T sum = scale * P[j * n + i];
-                for (int l = 0; l < j; ++l) sum -= turned[l * n + i] * turned[l * n + j];
-                turned[j * n + i] = sum * over;
+                for (int l = 0; l < j; ++l) sum -= transposed[l * n + i] * transposed[l * n + j];
+                transposed[j * n + i] = sum * over;
             }
         }
-        store(out[0], nothing, n), store(part(out[0], n), turned, n * n);
-        for (int i = 0; i < n * n; ++i) turned[i] = -turned[i];
-        store(part(out[0], n + n * n), turned, n * n);
+        store(out[0], nothing, n), store(at_offset(out[0], n), transposed, n * n);
+        for (int i = 0; i < n * n; ++i) transposed[i] = -transposed[i];
+        store(at_offset(out[0], n + n * n), transposed, n * n);
     }
 };
 
 // in: dx (s, n), dz (s, m), weights (s), nu (k, m), R (1|k, m, m)
 // out: loglik (k), distance (k), log volume (1|k), shift (k, n), posterior (1|k, n, n)
-struct InnovatePoints : shapes::InnovatePoints {
+struct EvaluatePoints : shapes::EvaluatePoints {
     template <class T>
     void run(const In* in, const Out* out) const {
         with_sizes(n, m, [&](auto states, auto measured) { solve<T>(in, out, states, measured); });
@@ -94,32 +94,55 @@ struct InnovatePoints : shapes::InnovatePoints {
                 for (int j = i; j < m; ++j) spread[i * m + j] += scaled * dz[p * m + j];
             }
         for (int h = 0; h < noises; ++h) {
-            const Square<T> R(part(in[4], h * m * m), m, kSymmetric);
+            const Square<T> R(at_offset(in[4], h * m * m), m, kSymmetric);
             T S[kMeasured2], post[kStates2], nu[kMostMeasured];
-            Sight<T> sight;
+            Correction<T> correction;
             for (int i = 0; i < m; ++i)
                 for (int j = i; j < m; ++j) set_entry(S, i, j, m, T(spread[i * m + j] + R[i * m + j]));
-            sight.log_det = invert(S, sight.inverse, m);
-            multiply<kLeft>(sight.inverse, cross, sight.gain, m, m, n);
-            narrow<T>(dx, dz, weights, R, sight.gain, post, n, m);
-            store_symmetric(part(out[4], h * n * n), post, n);
-            Lane<T>::store(out[2], h, 0.5 * sight.log_det);
-            const T least = -0.5 * (sight.log_det + m * kLog2Pi);
+            correction.log_det = invert(S, correction.inverse, m, correction.is_regular);
+            if (m == 1) correction.is_regular = S[0] > 0.0;
+            if (m == 2) correction.is_regular = S[0] * S[3] - S[1] * S[1] > kSingular * S[0] * S[3];
+            multiply<kLeft>(correction.inverse, cross, correction.gain, m, m, n);
+            posterior_covariance<T>(dx, dz, weights, R, correction.gain, post, n, m);
+            if (!all_of(correction.is_regular)) recompute_by_square_root<T>(correction, dx, dz, weights, R, post);
+            store_symmetric(at_offset(out[4], h * n * n), post, n);
+            Lane<T>::store(out[2], h, 0.5 * correction.log_det);
+            const T least = -0.5 * (correction.log_det + m * kLog2Pi);
             for (int g = noises == 1 ? 0 : h; g < (noises == 1 ? k : h + 1); ++g) {
-                load(part(in[3], g * m), nu, m);
-                sight.judge(nu, least, part(out[0], g), part(out[1], g), part(out[3], g * n), n, m);
+                load(at_offset(in[3], g * m), nu, m);
+                correction.score_residual(nu, least, at_offset(out[0], g), at_offset(out[1], g), at_offset(out[3], g * n), n, m);
             }
+        }
+    }
+
+    // Those problems whose S is next to singular, by roots.
+    template <class T>
+    __attribute__((noinline, cold)) void recompute_by_square_root(Correction<T>& correction, const T* dx, const T* dz,
+                                                                  const T* weights, const T* R, T* post) const {
+        for (int l = 0; l < Lane<T>::count; ++l) {
+            if (is_set(correction.is_regular, l)) continue;
+            SquareRootUpdate update;
+            double noise[kMeasured2];
+            for (int i = 0; i < m; ++i)
+                for (int j = i; j < m; ++j) noise[i * m + j] = lane(R[i * m + j], l);
+            for (int p = 0; p < s; ++p) {
+                const double scale = std::sqrt(lane(weights[p], l));
+                for (int i = 0; i < m; ++i) update.A[m + p][i] = scale * lane(dz[p * m + i], l);
+                for (int j = 0; j < n; ++j) update.A[m + p][m + j] = scale * lane(dx[p * n + j], l);
+            }
+            update.solve(noise, s, n, m);
+            correction.set_problem(update, post, n, m, l);
         }
     }
 
     // The posterior covariance: the points' own after the gain K, and K R K'.
     template <class T>
-    VEDETTE_INLINE void narrow(const T* dx, const T* dz, const T* weights, const T* R, const T* gain, T* post, int n,
-                               int m) const {
+    VEDETTE_INLINE void posterior_covariance(const T* dx, const T* dz, const T* weights, const T* R, const T* gain, T* post,
+                                             int n, int m) const {
         T left[kMostStates], noisy[kMostMeasured * kMostStates];
         multiply<kLeft>(R, gain, noisy, m, m, n);
         for (int i = 0; i < n * n; ++i) post[i] = T{};
-        add_turned_product(post, gain, noisy, post, n, m);
+        add_transposed_product(post, gain, noisy, post, n, m);
         for (int p = 0; p < s; ++p) {
             for (int i = 0; i < n; ++i) {
                 left[i] = dx[p * n + i];
@@ -130,7 +153,7 @@ struct InnovatePoints : shapes::InnovatePoints {
                 for (int j = i; j < n; ++j) post[i * n + j] += scaled * left[j];
             }
         }
-        if constexpr (std::is_same_v<T, double>) mirror(post, n);
+        if constexpr (std::is_same_v<T, double>) copy_upper_to_lower(post, n);
     }
 };
 

@@ -5,8 +5,13 @@
 
 namespace vedette::VEDETTE_ISA {
 
+// 0 where exp would be below the smallest normal number.
+VEDETTE_INLINE double exp_or_zero(double x) { return x < kLeastExponent ? 0.0 : std::exp(x); }
+
 // in: loglik (1+k), distance (k), existence, log density (1|k), [evidence (k)], [valid (k)]; out: scores (1+k)
 struct GateScores : shapes::GateScores {
+    static constexpr bool kOneByOne = true;
+
     void run(const In* in, const Out* out) const {
         const double *loglik = in[0].at, *distance = in[1].at, *density = in[3].at;
         const double *likelier = evidence ? in[4].at : nullptr, *counts = valid ? in[4 + evidence].at : nullptr;
@@ -24,6 +29,8 @@ struct GateScores : shapes::GateScores {
 
 // in: distance (k), log volume, [valid (k)]; out: log density
 struct SampleDensity : shapes::SampleDensity {
+    static constexpr bool kOneByOne = true;
+
     void run(const In* in, const Out* out) const {
         int count = 0;
         for (int h = 0; h < k; ++h) count += in[0].at[h] <= limit && (!valid || in[2].at[h] != 0.0);
@@ -32,7 +39,9 @@ struct SampleDensity : shapes::SampleDensity {
 };
 
 // in: scores (1+k); out: weights (1+k), 1 for the first of the best or each by its probability
-struct Choose : shapes::Choose {
+struct AssociationWeights : shapes::AssociationWeights {
+    static constexpr bool kOneByOne = true;
+
     void run(const In* in, const Out* out) const {
         const double* scores = in[0].at;
         double* weights = out[0].at;
@@ -45,20 +54,23 @@ struct Choose : shapes::Choose {
         }
         double sum = 0.0;
         const double top = scores[best];
-        for (int h = 0; h <= k; ++h) sum += weights[h] = scores[h] < top - 750.0 ? 0.0 : std::exp(scores[h] - top);
-        for (int h = 0; h <= k; ++h) weights[h] /= sum;
+        for (int h = 0; h <= k; ++h) sum += weights[h] = exp_or_zero(scores[h] - top);
+        for (int h = 0; h <= k; ++h) weights[h] = normal_or_zero(weights[h] / sum);
     }
 };
 
 // in: scores (t, 1+k), weights (t, 1+k), prior (t), loglik (t, 1+k); out: hit (t), existence (t), P_D (t), room (k)
 struct Existence : shapes::Existence {
+    static constexpr bool kOneByOne = true;
+
     void run(const In* in, const Out* out) const {
         double* free = out[3].at;
         for (int h = 0; h < k; ++h) free[h] = 1.0;
         for (int i = 0; i < t; ++i) {
             const double *scores = in[0].at + i * (1 + k), *weights = in[1].at + i * (1 + k);
-            const double prior = in[2].at[i], miss = std::exp(in[3].at[i * (1 + k)]);
-            const double absent = 1.0 - prior + prior * miss, unseen = absent > 0.0 ? prior * miss / absent : 0.0;
+            const double prior = in[2].at[i], miss = exp_or_zero(in[3].at[i * (1 + k)]);
+            const double missed = normal_or_zero(prior * miss), absent = 1.0 - prior + missed;
+            const double unseen = absent > 0.0 ? missed / absent : 0.0;
             double hit = 0.0, chosen = 0.0, largest = 0.0;
             for (int h = 0; h < k; ++h) {
                 const double weight = weights[1 + h];
@@ -73,8 +85,8 @@ struct Existence : shapes::Existence {
                 free[h] *= 1.0 - weight;
             }
             const double seen = largest == 1.0 ? chosen / (1.0 + chosen) : hit;
-            out[0].at[i] = hit;
-            out[1].at[i] = seen + (1.0 - seen) * unseen;
+            out[0].at[i] = normal_or_zero(hit);
+            out[1].at[i] = normal_or_zero(seen + (1.0 - seen) * unseen);
             out[2].at[i] = (1.0 - miss) / p_gate;
         }
     }

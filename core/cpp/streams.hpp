@@ -41,9 +41,9 @@ inline bitgen_t* bits_of(PyObject* generator) {
 }
 
 // Arguments: a list of generators, and the shape of what each gives.
-inline PyObject* drawn(Call& call, Args args, Fill fill) {
+inline PyObject* draw(Call& call, Args args, Fill fill) {
     static PyObject* const type = find_generator_type();
-    PyObject* generators = call.held(args[0]);
+    PyObject* generators = call.as_tuple(args[0]);
     if (type == nullptr || !call.ok || !PyTuple_CheckExact(args[1]) || PyTuple_GET_SIZE(args[1]) >= kMostDims) return nullptr;
     const Py_ssize_t runs = PyTuple_GET_SIZE(generators);
     npy_intp shape[kMostDims] = {runs}, each = 1;
@@ -67,8 +67,8 @@ inline PyObject* drawn(Call& call, Args args, Fill fill) {
     return numbers;
 }
 
-inline PyObject* normals(Call& call, Args args) { return drawn(call, args, random_standard_normal_fill); }
-inline PyObject* uniforms(Call& call, Args args) { return drawn(call, args, random_standard_uniform_fill); }
+inline PyObject* normals(Call& call, Args args) { return draw(call, args, random_standard_normal_fill); }
+inline PyObject* uniforms(Call& call, Args args) { return draw(call, args, random_standard_uniform_fill); }
 
 #else
 

@@ -51,6 +51,7 @@ if TYPE_CHECKING:
     from vedette.roles import Preprocessor as Preprocessor
     from vedette.roles import Sensor as Sensor
     from vedette.roles import Source as Source
+    from vedette.space import NO_AXES as NO_AXES
     from vedette.space import Array as Array
     from vedette.space import Axis as Axis
     from vedette.space import Mask as Mask
@@ -65,12 +66,17 @@ if TYPE_CHECKING:
     from vedette.types import Gaussian as Gaussian
     from vedette.types import Innovation as Innovation
     from vedette.types import LazyScans as LazyScans
+    from vedette.types import Newborn as Newborn
     from vedette.types import Pose as Pose
     from vedette.types import Recording as Recording
+    from vedette.types import Review as Review
     from vedette.types import Rows as Rows
     from vedette.types import Scan as Scan
     from vedette.types import Track as Track
     from vedette.types import Trajectory as Trajectory
+    from vedette.types import new_gaussian as new_gaussian
+    from vedette.types import new_innovation as new_innovation
+    from vedette.values import maker as maker
 
 _HOMES = {
     "config": ("build", "load", "to_config"),
@@ -88,7 +94,7 @@ _HOMES = {
         *("Sensor", "Source"),
     ),
     "tracking.smoothing": ("smooth", "smoothed"),
-    "space": ("Array", "Axis", "Mask", "Space", "SpaceError"),
+    "space": ("NO_AXES", "Array", "Axis", "Mask", "Space", "SpaceError"),
     "tracking.tracker": ("Tracker",),
     "types": (
         "Detections",
@@ -96,13 +102,18 @@ _HOMES = {
         "Gaussian",
         "Innovation",
         "LazyScans",
+        "Newborn",
         "Pose",
         "Recording",
+        "Review",
         "Rows",
         "Scan",
         "Track",
         "Trajectory",
+        "new_gaussian",
+        "new_innovation",
     ),
+    "values": ("maker",),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 

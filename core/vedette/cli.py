@@ -12,9 +12,8 @@ from argparse import Action, ArgumentParser, Namespace
 from collections.abc import Sequence
 from typing import Any
 
+from vedette.commands.ending import CLOSED, INTERRUPTED, complain
 from vedette.errors import VedetteError
-
-DONE, WRONG, INTERRUPTED, CLOSED = 0, 2, 130, 141
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -37,15 +36,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return code
 
 
-def complain(text: str) -> int:
-    """Tell what is wrong, each line by itself, and return the exit code that says so."""
-    for line in text.splitlines() or ["unknown error"]:
-        print(f"vedette: error: {line}", file=sys.stderr)
-    return WRONG
-
-
 def _command(parsed: Namespace) -> int:
-    """Commands are imported when they are asked for: help comes at once, and each needs only its own."""
+    """Run the command that was asked for, and import no other: help comes at once, and each needs only its own."""
     if parsed.command == "run":
         from vedette.commands import run
 
@@ -76,7 +68,7 @@ def _command(parsed: Namespace) -> int:
 
 
 def _forget_stdout() -> None:
-    """Whoever read our output went away, as `| head` does: nothing more can be told, and nothing is wrong."""
+    """Write nowhere from now on: whoever read the output went away, as `| head` does, and nothing is wrong."""
     try:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except (OSError, ValueError):
@@ -112,6 +104,11 @@ def _parser() -> ArgumentParser:
         help="also smooth: by all later scans, or by those of up to LAG later, as in --smooth '10 s'",
     )
     run.add_argument("--strict", action="store_true", help="stop at the first scan or return that cannot be taken")
+    run.add_argument(
+        "--stream",
+        action="store_true",
+        help="write results as the run goes and keep nothing, for runs of any length",
+    )
 
     reproduce = commands.add_parser("reproduce", help="run a published study anew", description=_REPRODUCE)
     reproduce.add_argument("paper", metavar="PAPER", help="the study: vts, target-oriented, bayes-risk, or a plugin's")
@@ -144,6 +141,7 @@ def _parser() -> ArgumentParser:
     check.add_argument("subject", metavar="KIND_OR_MODULE", help="an installed kind, a module, or module:Class")
     check.add_argument("--profile", default="fast", choices=["fast", "nightly"], help="how hard to look; default: fast")
     check.add_argument("--seed", metavar="N", type=int, default=0, help="of everything random; default: 0")
+    check.add_argument("--json", action="store_true", help="end standard output with one line of JSON")
 
     info = commands.add_parser("info", help="say which kernels, libraries and plugins run here", description=_INFO)
     info.add_argument("--json", action="store_true", help="as one JSON object")

@@ -31,7 +31,7 @@ class ConfigError(VedetteError, ValueError):
         super().__init__("\n".join(map(str, self.problems)))
 
     def within(self, place: str) -> ConfigError:
-        """The same problems, of a part that stands at `place`."""
+        """Return the same problems, of a part that stands at `place`."""
         return ConfigError(Problem(f"{place}.{problem.place}", problem.text) for problem in self.problems)
 
 

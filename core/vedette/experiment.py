@@ -15,11 +15,15 @@ from vedette.metrics import Judge
 from vedette.progress import Progress, silent
 from vedette.roles import Preprocessor, Source
 from vedette.tracking.history import History
+from vedette.tracking.intake import Intake, Refused
 from vedette.tracking.preprocessing import check_preprocessors, preprocess, raw_sensors
 from vedette.tracking.state import State
 from vedette.tracking.tracker import Tracker
 from vedette.tracking.validation import without_bad_returns
-from vedette.types import LazyScans, Recording, Scan, Track
+from vedette.types import Gaussian, LazyScans, Recording, Scan, Track
+
+_NAMED = 100
+"""How many refused things a run that keeps nothing names; all are counted."""
 
 
 @frozen(eq=False)
@@ -28,8 +32,8 @@ class Result:
 
     `begun` counts all tracks, tentative ones included; `scans` holds those taken, without their bad returns; `refused` holds
     what was not taken, and why; `seconds` is the CPU time of the tracker alone; `states` holds what each scan left, if
-    it was to be kept. `framed` holds those taken that brought a frame, with it: lazily, where the recording is lazy, and
-    `scans` then lacks the frames, as not all fit into memory.
+    it was to be kept; `intake` counts what came in. `framed` holds those taken that brought a frame, with it: lazily, where
+    the recording is lazy, and `scans` then lacks the frames, as not all fit into memory.
     """
 
     tracks: tuple[Track, ...]
@@ -41,6 +45,63 @@ class Result:
     interrupted: bool
     states: tuple[State, ...] = ()
     framed: Sequence[Scan] = ()
+    intake: Intake = Factory(lambda self: Intake.of({}, self.scans, self.refused), takes_self=True)
+
+
+@final
+class Steps:
+    """A run under way: iterated over, it gives each scan that was taken, without its bad returns, and the state after it.
+
+    Nothing of it grows with the number of scans. `recording` is what the source delivered, `intake` counts what came in,
+    `seconds` is the CPU time of the tracker alone, `state` the last one.
+    """
+
+    def __init__(
+        self,
+        experiment: Experiment,
+        recording: Recording,
+        given: Gaussian | None,
+        seeds: np.random.SeedSequence,
+        *,
+        strict: bool,
+        progress: Progress,
+        named: float,
+    ) -> None:
+        self.recording, self.seconds = recording, 0.0
+        self.intake = Intake(experiment.tracker.sensors, Refused(named))
+        self.intake.refused.extend(recording.refused)
+        self._tracker, self._given, self._seeds, self._strict = experiment.tracker, given, seeds, strict
+        self.places: dict[tuple[float, str], int] = {}
+        scans = _noted(progress(recording.scans, "tracking"), self.places)
+        self._scans = preprocess(scans, experiment.preprocessors, self.intake.refused, strict=strict)
+        self.state = self._tracker.start(given, -np.inf, seeds)
+
+    def __iter__(self) -> Iterator[tuple[Scan, State]]:
+        for i, scan in enumerate(self._scans):
+            if i == 0 and self._given is not None:
+                self.state = self._tracker.start(self._given, scan.time, self._seeds)
+            before = process_time()
+            after, kept, problems = self._step(self.state, scan)
+            self.seconds += process_time() - before
+            if problems:
+                self.intake.refused.extend(Problem(f"scan {i}, {each.place}", each.text) for each in problems)
+            if after is not None:
+                self.intake.add(kept, self.state, after)
+                self.state = after
+                yield kept, after
+
+    def _step(self, state: State, scan: Scan) -> tuple[State | None, Scan, list[Problem]]:
+        """The next state, None if the scan is refused as a whole; the scan without bad returns; what was left out."""
+        try:
+            return self._tracker.step(state, scan), scan, []
+        except ScanRefused as error:
+            if self._strict:
+                raise ScanRefused(f"scan of {scan.sensor!r} at {scan.time:.6f} s: {error}") from None
+        kept, problems = without_bad_returns(scan)
+        try:
+            return self._tracker.step(state, kept), kept, problems
+        except ScanRefused as error:
+            return None, kept, [Problem("left out whole", str(error))]
 
 
 @final
@@ -63,20 +124,22 @@ class Experiment:
             known = ", ".join(map(repr, self.tracker.sensors))
             raise ValueError(f"judge.sensor: must be one of {known}, got {self.judge.sensor!r}")
 
-    def run(
+    def steps(
         self,
         *,
         strict: bool = False,
         progress: Progress = silent,
-        keep_states: bool = False,
         seeds: np.random.SeedSequence | None = None,
-    ) -> Result:
-        """Run the tracker over all scans.
+        named: float = _NAMED,
+    ) -> Steps:
+        """Open the source and give the run over it, scan by scan, for a run of any length: it keeps nothing.
 
-        A scan or a return that the tracker cannot take is left out and told in `refused`; with `strict` it raises
-        ScanRefused. `progress` wraps the scans, to show how far the run is. `keep_states` leaves the states in the result,
-        for `vedette.smooth`. `seeds` take the place of `seed`, for one of many runs. Ctrl-C ends the run and keeps what is
-        done.
+        >>> for scan, state in experiment.steps():                               # doctest: +SKIP
+        ...     print(scan.time, experiment.tracker.estimate(state).mean)
+
+        A scan or a return that the tracker cannot take is left out, and told in `intake.refused`, the first `named` of them
+        in words; with `strict` it raises ScanRefused. `progress` wraps the scans, to show how far the run is. `seeds` take
+        the place of `seed`, for one of many runs.
         """
         if self.source is None:
             raise ConfigError([Problem("source", "is missing: there are no scans to run on")])
@@ -93,57 +156,50 @@ class Experiment:
             given = self.tracker.given(recording)
         except ValueError as error:
             raise ConfigError([Problem("", str(error))]) from None
-        refused, taken, seconds, interrupted = [*recording.refused], [], 0.0, False
-        scans_given, places = recording.scans, dict[tuple[float, str], int]()
-        shown = _noted(progress(scans_given, "tracking"), places)
-        scans = preprocess(shown, self.preprocessors, refused, strict=strict)
-        lazy, framed = isinstance(scans_given, LazyScans), list[int]()
-        history = History(self.tracker)
-        state = self.tracker.start(given, -np.inf, for_tracker)
+        return Steps(self, recording, given, for_tracker, strict=strict, progress=progress, named=named)
+
+    def run(
+        self,
+        *,
+        strict: bool = False,
+        progress: Progress = silent,
+        keep_states: bool = False,
+        seeds: np.random.SeedSequence | None = None,
+    ) -> Result:
+        """Run the tracker over all scans, and keep them and the history of every track; `steps` keeps nothing.
+
+        A scan or a return that the tracker cannot take is left out and told in `refused`; with `strict` it raises
+        ScanRefused. `progress` wraps the scans, to show how far the run is. `keep_states` leaves the states in the result,
+        for `vedette.smooth`. `seeds` take the place of `seed`, for one of many runs. Ctrl-C ends the run and keeps what is
+        done.
+        """
+        steps = self.steps(strict=strict, progress=progress, seeds=seeds, named=np.inf)
+        history, taken, interrupted = History(self.tracker), list[Scan](), False
         states: list[State] = []
+        scans_given, framed = steps.recording.scans, list[int]()
+        lazy = isinstance(scans_given, LazyScans)
         try:
-            for i, scan in enumerate(scans):
-                if i == 0 and given is not None:
-                    state = self.tracker.start(given, scan.time, for_tracker)
-                before = process_time()
-                after, kept, problems = self._step(state, scan, strict)
-                seconds += process_time() - before
-                refused += [Problem(f"scan {i}, {problem.place}", problem.text) for problem in problems]
-                if after is not None:
-                    state = after
-                    if kept.frame is not None:
-                        framed.append(places[kept.time, kept.sensor])
-                        kept = evolve(kept, frame=None) if lazy else kept
-                    taken.append(kept)
-                    history.add(state)
-                    if keep_states:
-                        states.append(state)
+            for scan, state in steps:
+                if scan.frame is not None:
+                    framed.append(steps.places[scan.time, scan.sensor])
+                taken.append(evolve(scan, frame=None) if lazy and scan.frame is not None else scan)
+                history.add(state)
+                if keep_states:
+                    states.append(state)
         except KeyboardInterrupt:
             interrupted = True
         return Result(
-            history.tracks(),
-            recording,
-            tuple(taken),
-            tuple(refused),
-            state.born,
-            seconds,
-            interrupted,
-            tuple(states),
-            LazyScans(len(framed), lambda k: scans_given[framed[k]]),
+            tracks=history.tracks(),
+            recording=steps.recording,
+            scans=tuple(taken),
+            refused=tuple(steps.intake.refused.first),
+            begun=steps.state.born,
+            seconds=steps.seconds,
+            interrupted=interrupted,
+            states=tuple(states),
+            intake=steps.intake,
+            framed=LazyScans(len(framed), lambda k: scans_given[framed[k]]),
         )
-
-    def _step(self, state: State, scan: Scan, strict: bool) -> tuple[State | None, Scan, list[Problem]]:
-        """The next state, None if the scan is refused as a whole; the scan without bad returns; what was left out."""
-        try:
-            return self.tracker.step(state, scan), scan, []
-        except ScanRefused as error:
-            if strict:
-                raise ScanRefused(f"scan of {scan.sensor!r} at {scan.time:.6f} s: {error}") from None
-        kept, problems = without_bad_returns(scan)
-        try:
-            return self.tracker.step(state, kept), kept, problems
-        except ScanRefused as error:
-            return None, kept, [Problem("left out whole", str(error))]
 
 
 def _noted(scans: Iterable[Scan], places: dict[tuple[float, str], int]) -> Iterator[Scan]:

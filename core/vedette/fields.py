@@ -36,7 +36,7 @@ _LIMITS: dict[str, tuple[str, Callable[[float, float], bool]]] = {
 
 
 def _field(read: Callable[[Any], Any], default: Any, unit: str, doc: str, eq: Any = None, **more: Any) -> Any:
-    """An attrs field whose every value goes through `read`."""
+    """Return an attrs field whose every value goes through `read`."""
 
     def read_optional(value: Any) -> Any:
         return None if value is None and default is None else read(value)
@@ -71,7 +71,7 @@ def quantity(
     below: float | None = None,
     at_most: float | None = None,
 ) -> Any:
-    """A number in `unit` within bounds; a config may write it with a unit of the same kind: "1.5 deg"."""
+    """Declare a number in `unit` within bounds; a config may write it with a unit of the same kind: "1.5 deg"."""
     bounds = {"above": above, "at_least": at_least, "below": below, "at_most": at_most}
     limits = {name: bound for name, bound in bounds.items() if bound is not None}
 
@@ -84,14 +84,14 @@ def quantity(
 
 
 def probability(doc: str, *, default: Any = NOTHING, **limits: float) -> Any:
-    """A number in [0, 1], or in the narrower `limits` of `quantity`."""
+    """Declare a number in [0, 1], or in the narrower `limits` of `quantity`."""
     wide = {} if "above" in limits else {"at_least": 0.0}
     wide |= {} if "below" in limits else {"at_most": 1.0}
     return quantity("1", doc, default=default, **(wide | limits))
 
 
 def integer(doc: str, *, default: Any = NOTHING, at_least: int = 0, at_most: int = 10**9) -> Any:
-    """A whole number within bounds."""
+    """Declare a whole number within bounds."""
     limits = {"at_least": at_least, "at_most": at_most}
 
     def read(value: Any) -> int:
@@ -105,7 +105,7 @@ def integer(doc: str, *, default: Any = NOTHING, at_least: int = 0, at_most: int
 
 
 def choice(doc: str, options: Sequence[str], *, default: Any = NOTHING) -> Any:
-    """One of a few words."""
+    """Declare one of a few words."""
 
     def read(value: Any) -> str:
         if value not in options:
@@ -116,7 +116,7 @@ def choice(doc: str, options: Sequence[str], *, default: Any = NOTHING) -> Any:
 
 
 def text(doc: str, *, default: Any = NOTHING) -> Any:
-    """A string: a path, a column's name."""
+    """Declare a string: a path, a column's name."""
 
     def read(value: Any) -> str:
         if not isinstance(value, str):
@@ -127,7 +127,7 @@ def text(doc: str, *, default: Any = NOTHING) -> Any:
 
 
 def words(doc: str, *, default: Any = NOTHING) -> Any:
-    """A list of strings."""
+    """Declare a list of strings."""
 
     def read(value: Any) -> tuple[str, ...]:
         if isinstance(value, str) or not isinstance(value, Sequence) or not all(isinstance(item, str) for item in value):
@@ -138,7 +138,7 @@ def words(doc: str, *, default: Any = NOTHING) -> Any:
 
 
 def names(doc: str) -> Any:
-    """A table of names to strings, empty by default."""
+    """Declare a table of names to strings, empty by default."""
 
     def read(value: Any) -> dict[str, str]:
         if not isinstance(value, Mapping) or not all(isinstance(item, str) for item in value.values()):
@@ -149,7 +149,7 @@ def names(doc: str) -> Any:
 
 
 def flag(doc: str, *, default: Any = NOTHING) -> Any:
-    """True or false."""
+    """Declare a value that is true or false."""
 
     def read(value: Any) -> bool:
         if not isinstance(value, bool):
@@ -167,7 +167,7 @@ def array(
     default: Any = NOTHING,
     check: Callable[[Array], str | None] | None = None,
 ) -> Any:
-    """Numbers in `unit` with `ndim` axes, read-only; `check` returns what is wrong with them, or None."""
+    """Declare numbers in `unit` with `ndim` axes, read-only; `check` returns what is wrong with them, or None."""
 
     def read(value: Any) -> Array:
         try:
@@ -189,14 +189,14 @@ def array(
 
 
 def _numeric(value: Any) -> bool:
-    """Whether nothing in nested lists is a truth value or a text, which numpy would take for numbers."""
+    """Return whether nothing in nested lists is a truth value or a text, which numpy would take for numbers."""
     if isinstance(value, list | tuple):
         return all(map(_numeric, value))
     return np.asarray(value).dtype.kind in "iufO"  # O: an integer too large for numpy, judged next
 
 
 def table(doc: str, *, unit: str = "1", pairs: bool = False) -> Any:
-    """Names to numbers in `unit`, empty by default; with `pairs`, names to [mean, standard deviation >= 0]."""
+    """Declare names to numbers in `unit`, empty by default; with `pairs`, names to [mean, standard deviation >= 0]."""
 
     def one(key: str, item: Any) -> Any:
         if not pairs:
@@ -217,5 +217,5 @@ def table(doc: str, *, unit: str = "1", pairs: bool = False) -> Any:
 
 
 def part(doc: str, *, default: Any = NOTHING) -> Any:
-    """Another component, a tuple or a table of them: the annotation says of which role. Or a plain attrs class."""
+    """Declare another component, a tuple or a table of them, of the annotation's role; or a plain attrs class."""
     return field(default=default, metadata={"unit": "", "doc": doc})

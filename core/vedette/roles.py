@@ -374,7 +374,9 @@ class Preprocessor(Component):
 
 
 class Source(Component):
-    """Where scans come from: a recording, a simulated scene."""
+    """Where scans come from: a recording, a simulated scene. `draws`: whether another generator gives other scans."""
+
+    draws: ClassVar[bool] = True
 
     @abstractmethod
     def open(self, sensors: Mapping[str, Sensor], rng: np.random.Generator) -> Recording:

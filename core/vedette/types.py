@@ -226,13 +226,15 @@ class Rows:
 class Recording:
     """What a source delivers: scans in time order, the truth if it is known, and what was refused on the way.
 
-    `scans` may be lazy. `rows` accounts for all that was read, table by table.
+    `scans` may be lazy. `warnings`: a sentence for each thing that looks wrong and was read all the same. `rows` accounts
+    for all that was read, table by table.
     """
 
     scans: Sequence[Scan]
     truth: tuple[Trajectory, ...] = ()
     refused: tuple[Problem, ...] = ()
     notes: Mapping[str, str] = {}
+    warnings: tuple[str, ...] = ()
     rows: Mapping[str, Rows] = {}
 
 

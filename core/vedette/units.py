@@ -23,18 +23,18 @@ _SI = {
 
 
 def spellings(unit: str) -> tuple[str, ...]:
-    """What a config may write after a number for a parameter in `unit`; nothing after a pure number."""
+    """Return what a config may write after a number for a parameter in `unit`; nothing after a pure number."""
     return () if unit in ("1", "") else tuple(_SI.get(unit, (unit,)))
 
 
 def say(value: float, unit: str = "1") -> str:
-    """A number as a message shows it, with its unit unless that is 1."""
+    """Return a number as a message shows it, with its unit unless that is 1."""
     number = f"{value:.6g}"
     return number if unit in ("1", "") else f"{number} {unit}"
 
 
 def in_unit(value: Any, unit: str, largest: float = math.inf, name: str = "") -> float:
-    """`value`, a number or a string like "1.5 deg", in `unit`; ValueError says what would be right."""
+    """Return `value`, a number or a string like "1.5 deg", in `unit`; ValueError says what would be right."""
     where = f"{name}: " if name else ""
     known = _SI.get(unit, {unit: 1.0})
     factor = 1.0

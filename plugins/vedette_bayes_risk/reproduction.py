@@ -8,13 +8,12 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Experiment, Mask, Progress, Reproduction, Scan, Space, load
-from vedette.metrics.consistency import nees
-from vedette.montecarlo.lockstep import run_together
+from vedette import Array, Experiment, Gaussian, Mask, Progress, Reproduction, Scan, Space, load
+from vedette.metrics import nees
+from vedette.montecarlo import run_together
 from vedette.reproduction import Findings, over_axes, two_point
-from vedette.sampling.detections import Bounds, draw_detections
-from vedette.tracking.preprocessing import preprocessed, raw_sensors
-from vedette.types import Gaussian
+from vedette.sampling import Bounds, draw_detections
+from vedette.tracking import preprocessed, raw_sensors
 from vedette_bayes_risk import outcome
 from vedette_bayes_risk.configs import CONTESTED, FILTERS, SENSORS
 from vedette_bayes_risk.outcome import Contest, Record

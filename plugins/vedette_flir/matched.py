@@ -9,9 +9,9 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Frame, Gaussian, Mask, Scan, load
-from vedette.metrics.consistency import nees
-from vedette.montecarlo.lockstep import run_together
-from vedette.sampling.trajectories import draw_gaussian, draw_states
+from vedette.metrics import nees
+from vedette.montecarlo import run_together
+from vedette.sampling import draw_gaussian, draw_states
 from vedette_flir.motion.atmospheric_wander import AtmosphericWander
 from vedette_flir.motion.jittered_wander import JitteredWander
 from vedette_flir.sensors.gaussian_spot import GaussianSpot

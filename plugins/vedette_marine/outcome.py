@@ -116,21 +116,22 @@ def claims(found: Found, seeds: int) -> tuple[Claim, ...]:
     order = [
         (key[0], [rms(records[name], "ais") for name in FILTERS]) for key, records in found.items() if key[1] == "tuned"
     ]
-    shown = "; ".join(f"{name}: " + ", ".join(f"{value:.2f}" for value in values) for name, values in order)
+    shown = "; ".join(f"{name}: " + ", ".join(_told(value, 2) for value in values) for name, values in order)
     held = [name for name, values in order if values[0] < values[1] < values[2]]
-    every = [rms(records["IMM-PDAF"], "ais") for records in found.values()]
+    known = [error for records in found.values() if np.isfinite(error := rms(records["IMM-PDAF"], "ais"))]
+    every = known or [np.inf]
     return (
         Claim(
             "IMM-PDAF is more accurate than CV-PDAF where targets manoeuvre",
             "reproduced" if worst <= 0.96 else "not reproduced",
-            f"against AIS {' and '.join(f'{cell.measured:.3f}' for cell in gains)} of the error of the CV-PDAF, whose "
-            f"process noise was the best of a grid on {seeds} other runs; {lost} runs lost, at most {largest:.1f} m",
+            f"against AIS {' and '.join(_told(cell.measured, 3) for cell in gains)} of the error of the CV-PDAF, whose "
+            f"process noise was the best of a grid on {seeds} other runs; {lost} runs lost, at most {_told(largest, 1)} m",
         ),
         Claim(
             "IMM-PDAF is more accurate than CV-PDAF on the large ship (423 m against 525 m)",
             "reproduced" if max(same) < 0.98 else "not reproduced",
-            f"against AIS the ratio is {max(same):.3f}: what is seen there is the antenna, 65 m from the hull's centre. "
-            "It is the same for all filters",
+            f"against AIS the ratio is {_told(max(same), 3)}: what is seen there is the antenna, 65 m from the hull's "
+            "centre. It is the same for all filters",
         ),
         Claim(
             "The order IMM, CV, CT from small to large errors, in all three targets",
@@ -141,10 +142,16 @@ def claims(found: Found, seeds: int) -> tuple[Claim, ...]:
         Claim(
             "Errors of 98 to 121 m (MANV) and 423 to 530 m (DARC)",
             "not testable",
-            f"healthy tracks err by {min(every):.1f} to {max(every):.0f} m here. The data are not published; a frame's "
-            "number taken for its time (24 of 1,000 are lost) gives errors of the published size, alike for all filters",
+            f"healthy tracks err by {_told(min(every), 1)} to {_told(max(every), 0)} m here. The data are not published; a "
+            "frame's number taken for its time (24 of 1,000 are lost) gives errors of the published size, alike for all "
+            "filters",
         ),
     )
+
+
+def _told(value: float | None, digits: int) -> str:
+    """Return a figure in words; one that does not exist, as all runs were lost, is unknown."""
+    return "unknown" if value is None or np.isinf(value) else f"{value:.{digits}f}"
 
 
 def charts(times: Mapping[str, Array], centres: Mapping[str, Array], found: Found) -> tuple[Chart, ...]:

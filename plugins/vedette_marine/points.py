@@ -10,7 +10,7 @@ from attrs import evolve, frozen
 
 from vedette import Array, Detections, Gaussian, Mask, Progress, Scan, Space, load
 from vedette.reproduction import over_axes
-from vedette.tracking.preprocessing import preprocessed
+from vedette.tracking import preprocessed
 from vedette_marine import configs
 from vedette_marine.ais.reports import Reports
 from vedette_marine.ais.tracks import STATE, motion

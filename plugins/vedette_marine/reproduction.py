@@ -9,7 +9,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Mask, Progress, Reproduction, build
-from vedette.montecarlo.lockstep import run_together
+from vedette.montecarlo import run_together
 from vedette.reproduction import Findings
 from vedette_marine import configs, outcome, scenes
 from vedette_marine.outcome import FILTERS, Record

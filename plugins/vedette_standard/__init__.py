@@ -9,6 +9,7 @@ from vedette_standard.associators.nearest import Nearest
 from vedette_standard.associators.pda import Pda
 from vedette_standard.births.from_returns import FromReturns
 from vedette_standard.births.given import Given
+from vedette_standard.births.poisson import Poisson
 from vedette_standard.estimators.auxiliary import AuxiliaryParticles
 from vedette_standard.estimators.bootstrap import BootstrapParticles
 from vedette_standard.estimators.cubature import CubatureKalman
@@ -70,6 +71,6 @@ def vedette_components() -> Iterable[type[vedette.Component]]:
         *(BootstrapParticles, AuxiliaryParticles, GaussianSum),
         *(Nearest, GlobalNearest, Pda, Jpda),
         *(NaiveConversion, DebiasedConversion, UnbiasedConversion, ModifiedUnbiasedConversion),
-        *(FromReturns, Given),
+        *(FromReturns, Given, Poisson),
         *(SingleTarget, MOfN, Existence, Score, CoastLimited),
     ]

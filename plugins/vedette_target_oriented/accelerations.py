@@ -24,7 +24,7 @@ class Accelerations:
 
 
 def pieces(count: int, rng: np.random.Generator) -> Array:
-    """Two random walks, from 0 for Poisson(10) s, then at rest for Poisson(10) s, and so on: (count, s, 2), steps of 1."""
+    """Return two random walks from 0 in steps of 1, for Poisson(10) s, at rest for as many, and so on: (count, s, 2)"""
     walks = np.empty((count, SECONDS, 2))
     for row in walks:
         lengths = rng.poisson(10, size=SECONDS // 4)
@@ -37,14 +37,14 @@ def pieces(count: int, rng: np.random.Generator) -> Array:
 
 
 def along_axes(accel: Array) -> Accelerations:
-    """Scenario 1: `accel` (r, s, 2) drives the target along x and y; it starts at 400 m/s along x."""
+    """Return scenario 1: `accel` (r, s, 2) drives the target along x and y; it starts at 400 m/s along x."""
     velocity = np.concatenate([np.zeros_like(accel[:, :1]), np.cumsum(accel[:, :-1], axis=1)], axis=1)
     velocity[..., 0] += SPEED
     return Accelerations(accel, turned(accel, velocity))
 
 
 def along_velocity(walks: Array) -> Accelerations:
-    """Scenario 2: walks (r, s, 2) of the forward acceleration and of the turn rate."""
+    """Return scenario 2: walks (r, s, 2) of the forward acceleration and of the turn rate."""
     forward, rate = walks[..., 0], walks[..., 1]
     speed = SPEED + np.concatenate([np.zeros_like(forward[:, :1]), np.cumsum(forward[:, :-1], axis=1)], axis=1)
     heading = np.concatenate([np.zeros_like(rate[:, :1]), np.cumsum(rate[:, :-1], axis=1)], axis=1)
@@ -55,14 +55,14 @@ def along_velocity(walks: Array) -> Accelerations:
 
 
 def turned(accel: Array, velocity: Array) -> Array:
-    """Components along the velocity and to its right: (*b, 2), (*b, 2) -> (*b, 2)"""
+    """Return components along the velocity and to its right: (*b, 2), (*b, 2) -> (*b, 2)"""
     unit = velocity / np.maximum(np.linalg.norm(velocity, axis=-1, keepdims=True), 1e-9)
     right = unit[..., 0] * -accel[..., 1] + unit[..., 1] * accel[..., 0]
     return np.stack([np.sum(unit * accel, axis=-1), right], axis=-1)
 
 
 def correlation(pair: Array) -> Array:
-    """Cross-correlation coefficient of two series (r, s, 2) at lags -100 ... 100: (r, 201)"""
+    """Return cross-correlation coefficient of two series (r, s, 2) at lags -100 ... 100: (r, 201)"""
     centred = pair - np.mean(pair, axis=1, keepdims=True)
     size = 1 << (2 * SECONDS - 1).bit_length()
     first, second = (np.fft.rfft(centred[..., j], size) for j in (0, 1))
@@ -74,14 +74,14 @@ def correlation(pair: Array) -> Array:
 
 
 def kurtosis(values: Array) -> Array:
-    """Fourth central moment over the squared variance, 3 for a Gaussian: (r, s) -> (r,)"""
+    """Return fourth central moment over the squared variance, 3 for a Gaussian: (r, s) -> (r,)"""
     centred = values - np.mean(values, axis=1, keepdims=True)
     ratio: Array = np.mean(centred**4, axis=1) / np.mean(centred**2, axis=1) ** 2
     return ratio
 
 
 def study(count: int, rng: np.random.Generator) -> dict[str, Accelerations]:
-    """Both scenarios, `count` trajectories each, and white noise to compare with."""
+    """Return both scenarios, `count` trajectories each, and white noise to compare with."""
     first = along_axes(np.array(STEPS["scenario 1"]) * pieces(count, rng))
     second = along_velocity(np.array(STEPS["scenario 2"]) * pieces(count, rng))
     white = rng.standard_normal((count, SECONDS, 2))
@@ -89,20 +89,20 @@ def study(count: int, rng: np.random.Generator) -> dict[str, Accelerations]:
 
 
 def _spread(pair: Array) -> Array:
-    """Root mean square of the cross-correlation over the lags: (r, s, 2) -> (r,)"""
+    """Return root mean square of the cross-correlation over the lags: (r, s, 2) -> (r,)"""
     root: Array = np.sqrt(np.mean(correlation(pair) ** 2, axis=1))
     return root
 
 
 def _geometric(values: Array, published: float | None = None) -> Cell:
-    """Geometric mean over trajectories: variances spread over decades, for a speed that once grew stays large."""
+    """Return geometric mean over trajectories: variances spread over decades, for a speed that once grew stays large."""
     log = mean_cell(np.log(values))
     middle = float(np.exp(log.measured or 0.0))
     return Cell(middle, None if log.error is None else middle * log.error, published)
 
 
 def tables(found: dict[str, Accelerations]) -> tuple[Table, ...]:
-    """Correlations, variances and kurtoses."""
+    """Return correlations, variances and kurtoses."""
     both = {name: part for name, part in found.items() if name != "white noise"}
     correlations = Table(
         "Section 4.1: cross-correlation of the acceleration's two components",
@@ -131,7 +131,7 @@ def _four(part: Accelerations) -> Array:
 
 
 def claims(found: dict[str, Accelerations]) -> tuple[Claim, ...]:
-    """The verdicts on section 4.1."""
+    """Return the verdicts on section 4.1."""
     gaps = {name: mean_cell(_spread(found[name].fixed) - _spread(found[name].own)) for name in STEPS}
     clear = {name: (gap.measured or 0.0) > 3 * (gap.error or np.inf) for name, gap in gaps.items()}
     shown = ", ".join(f"{name}: {gap.measured:.4f} +- {gap.error or np.nan:.4f}" for name, gap in gaps.items())
@@ -169,7 +169,7 @@ def claims(found: dict[str, Accelerations]) -> tuple[Claim, ...]:
 
 
 def charts(found: dict[str, Accelerations]) -> tuple[Chart, ...]:
-    """Figures 3 and 4: the first trajectory's correlations and histograms."""
+    """Return figures 3 and 4: the first trajectory's correlations and histograms."""
     lags = np.arange(-LAGS, LAGS + 1.0)
     panels = [
         Panel(f"{name}: {words}", "lag [s]", "correlation", (Curve(words, lags, correlation(pair[:1])[0]),))
@@ -185,7 +185,7 @@ def charts(found: dict[str, Accelerations]) -> tuple[Chart, ...]:
 
 
 def _histogram(name: str, part: Accelerations, j: int) -> Panel:
-    """One component's density in its own standard deviations, beside the Gaussian's."""
+    """Return one component's density in its own standard deviations, beside the Gaussian's."""
     values = _four(part)[0, :, j]
     edges = np.linspace(-4.0, 4.0, 81)
     middle = 0.5 * (edges[1:] + edges[:-1])

@@ -8,7 +8,7 @@ from vedette import Array
 
 
 def held_gain(direction: Array, sigma_forward: float, sigma_side: float, dt: float) -> tuple[Array, Array, Array]:
-    """What an acceleration held for `dt` adds: covariance of position, position with velocity, velocity, (*b, 2, 2) each.
+    """Return what an acceleration held for `dt` adds: covariance of position, with velocity, of velocity, (*b, 2, 2) each.
 
     `direction` (*b, 2, 2) is f f', f the unit vector along which sigma_forward works; sigma_side works across.
     """

@@ -8,12 +8,12 @@ from attrs import frozen
 
 from vedette import Array
 from vedette.filters import without_variance
-from vedette_target_oriented.resets import Resetting
+from vedette_target_oriented.resets import ResettingMotion
 
 
 @final
 @frozen
-class TargetOrientedCertain(Resetting):
+class TargetOrientedCertain(ResettingMotion):
     """The other reading of the paper: v_side is set anew after each scan, and known from then on: its variance is 0.
 
     The direction of the last two positions is far less sure than that, so sigma_side must make up for it: on a straight line

@@ -14,7 +14,7 @@ SPEED = 400.0
 
 
 def scene() -> dict[str, Any]:
-    """The source: 400 m/s, 60 m/s^2 to the right from 20 s on and 40 m/s^2 to the left from 55 s on, 15 s each."""
+    """Return the source: 400 m/s, 60 m/s^2 to the right from 20 s on and 40 m/s^2 to the left from 55 s on, 15 s each."""
     legs = [
         {"do": "straight", "seconds": 20},
         {"do": "turn", "seconds": 15, "lateral_accel": -60},
@@ -33,7 +33,7 @@ def scene() -> dict[str, Any]:
 
 
 def config(title: str, modes: list[dict[str, Any]], transition: list[list[float]], spread: dict[str, Any]) -> dict[str, Any]:
-    """An experiment on the scene: an IMM-PDAF. The filter allows for one miss in a hundred; the scene has none."""
+    """Return an experiment on the scene: an IMM-PDAF. The filter allows for one miss in a hundred; the scene has none."""
     sensor = {"kind": "cartesian_position", "sigma": SIGMA, "clutter_density": CLUTTER, "detection_probability": 0.99}
     return {
         "title": title,
@@ -57,7 +57,7 @@ def _modes(estimator: str, *motions: dict[str, Any]) -> list[dict[str, Any]]:
 
 
 def _frame() -> dict[str, Any]:
-    """Where a track in the paper's frame starts: the axes that the truth does not have."""
+    """Return where a track in the paper's frame starts: the axes that the truth does not have."""
     before = [START[0] - SPEED * math.cos(COURSE), START[1] - SPEED * math.sin(COURSE)]
     start = {"v_forward": [SPEED, 20.0], "v_side": [0.0, 20.0], "heading": [COURSE, 0.0]}
     return {"spread": _PLACE, "start": start | {"last_x": [before[0], 0.0], "last_y": [before[1], 0.0]}}

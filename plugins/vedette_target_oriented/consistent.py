@@ -42,7 +42,7 @@ class TargetOriented(MotionModel):
         return _STATE
 
     def _turn(self, x: Array, dt: float) -> tuple[Array, Array, Array]:
-        """Velocity (*b) as a complex number, its speed but at least `slowest` (*b), and the angle (*b) it turns by."""
+        """Return the velocity as a complex number, its speed, at least `slowest`, and the angle it turns by, (*b) each."""
         v = x[..., 2] + 1j * x[..., 3]
         speed = np.maximum(np.abs(v), self.slowest)
         return v, speed, -self.side_accel * dt / speed

@@ -7,12 +7,12 @@ from typing import ClassVar, final
 from attrs import frozen
 
 from vedette import Array
-from vedette_target_oriented.resets import Resetting
+from vedette_target_oriented.resets import ResettingMotion
 
 
 @final
 @frozen
-class TargetOrientedLiteral(Resetting):
+class TargetOrientedLiteral(ResettingMotion):
     """The paper's model read to the letter: v_side is set anew after each scan, and the covariance stays what it was.
 
     The filter then believes in a side speed that it has thrown away: on the truth of its models its squared error is over

@@ -59,7 +59,7 @@ PHASES: dict[str, Mask] = {"total": SCORED, "manoeuvres": SCORED & MANOEUVRES, "
 
 
 def tables(records: Mapping[str, Record]) -> tuple[Table, ...]:
-    """Errors and fails, errors against Singer's, and squared errors against the covariances."""
+    """Return errors and fails, errors against Singer's, and squared errors against the covariances."""
     rows, ratios, sizes = [], [], []
     for name, record in records.items():
         kept, printed = ~record.failed, PUBLISHED.get(name, (None,) * 4)
@@ -91,13 +91,13 @@ def tables(records: Mapping[str, Record]) -> tuple[Table, ...]:
 
 
 def against(records: Mapping[str, Record], name: str, other: str, phase: str) -> Cell:
-    """The ratio of two filters' RMS errors on the runs that both kept."""
+    """Return the ratio of two filters' RMS errors on the runs that both kept."""
     kept, part = ~records[name].failed & ~records[other].failed, PHASES[phase]
     return ratio_cell(records[name].squares[kept][:, part], records[other].squares[kept][:, part])
 
 
 def claims(records: Mapping[str, Record]) -> tuple[Claim, ...]:
-    """The verdicts on section 4.3."""
+    """Return the verdicts on section 4.3."""
     fails = {name: 100 * float(np.mean(record.failed)) for name, record in records.items()}
     literal, certain = (against(records, name, "Singer", "manoeuvres") for name in ("TOM literal", "TOM certain"))
     holds = (literal.measured or 1.0) <= 0.8
@@ -147,14 +147,14 @@ def claims(records: Mapping[str, Record]) -> tuple[Claim, ...]:
 
 
 def _percent(ratio: Cell) -> str:
-    """A ratio as a change in per cent, with its standard error."""
+    """Return a ratio as a change in per cent, with its standard error."""
     if ratio.measured is None:
         return "unknown"
     return f"{100 * (ratio.measured - 1):+.0f} % (+- {100 * (ratio.error or 0.0):.1f})"
 
 
 def charts(scene: Scene, records: Mapping[str, Record]) -> tuple[Chart, ...]:
-    """Figure 5, the trajectory, and the mode probabilities."""
+    """Return figure 5, the trajectory, and the mode probabilities."""
     path = scene.truth[:, :2] / 1e3
     flight = [Curve("truth", path[:, 0], path[:, 1])]
     flight += [Curve(name, *_columns(records[name].path / 1e3), "dashed") for name in ("Singer", "TOM")]
@@ -178,7 +178,7 @@ def charts(scene: Scene, records: Mapping[str, Record]) -> tuple[Chart, ...]:
 
 
 def _kept(record: Record) -> Mask:
-    """The runs that a curve shows: those that did not fail, or all if all did."""
+    """Return the runs that a curve shows: those that did not fail, or all if all did."""
     kept: Mask = ~record.failed
     return kept if kept.any() else ~kept
 

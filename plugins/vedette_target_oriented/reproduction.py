@@ -8,10 +8,10 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Experiment, Gaussian, Progress, Reproduction, Scan, Space, load
-from vedette.metrics.consistency import nees
-from vedette.montecarlo.lockstep import run_together
+from vedette.metrics import nees
+from vedette.montecarlo import run_together
 from vedette.reproduction import Findings, over_axes, two_point
-from vedette.sampling.detections import Bounds, draw_detections
+from vedette.sampling import Bounds, draw_detections
 from vedette_target_oriented import accelerations, outcome
 from vedette_target_oriented.configs import FILTERS
 from vedette_target_oriented.frames import cartesian, in_frame
@@ -39,7 +39,7 @@ class TargetOrientedReproduction(Reproduction):
     default_runs: ClassVar[int] = 1000
 
     def run(self, runs: int, seed: int, progress: Progress) -> Findings:
-        """All filters on the same draws."""
+        """Run all filters on the same draws."""
         first, second = np.random.default_rng(seed).spawn(2)
         experiments = {name: load(config) for name, config in FILTERS.items()}
         scene = draw(next(iter(experiments.values())), runs, first)
@@ -51,7 +51,7 @@ class TargetOrientedReproduction(Reproduction):
 
 
 def draw(experiment: Experiment, runs: int, rng: np.random.Generator) -> Scene:
-    """The aircraft's trajectory and what the radar sees in each run; the first two scans hold the target alone."""
+    """Return the aircraft's trajectory and what the radar sees in each run; the first two scans hold the target alone."""
     assert experiment.source is not None
     sensor = load(FILTERS["Singer"] | {"sensors": FILTERS["Singer"]["source"]["sensors"]}).tracker.sensors["radar"]
     path = experiment.source.open(experiment.tracker.sensors, rng).truth[0]
@@ -64,7 +64,7 @@ def draw(experiment: Experiment, runs: int, rng: np.random.Generator) -> Scene:
 
 
 def record(experiment: Experiment, scene: Scene) -> Record:
-    """One filter on all runs; it starts from the first two returns."""
+    """Run one filter on all runs; it starts from the first two returns."""
     tracker = experiment.tracker
     (sensor,) = tracker.sensors.values()
     first, second = [sensor.invert(scan.detections.z[:, 0]) for scan in scene.scans[:2]]
@@ -83,6 +83,6 @@ def record(experiment: Experiment, scene: Scene) -> Record:
 
 
 def _squares(error: Array) -> Array:
-    """Squared distances (*b) of errors (*b, 4)."""
+    """Return squared distances (*b) of errors (*b, 4)."""
     squared: Array = np.sum(error[..., :2] ** 2, axis=-1)
     return squared

@@ -11,13 +11,13 @@ from attrs import evolve, frozen
 from vedette import Array, Gaussian, MotionModel, Space, fields
 from vedette_target_oriented.along_velocity import held_gain
 
-CARRIED = Space.of(heading="rad mod 2pi", last_x="m", last_y="m")
-STATE = Space(Space.of(x="m", y="m", v_forward="m/s", v_side="m/s").axes + CARRIED.axes)
+ZERO_VARIANCE = Space.of(heading="rad mod 2pi", last_x="m", last_y="m")
+STATE = Space(Space.of(x="m", y="m", v_forward="m/s", v_side="m/s").axes + ZERO_VARIANCE.axes)
 
 
 @frozen
-class Resetting(MotionModel):
-    """x, y, v_forward, v_side, the last to the right; heading and the last position are zero_variance.
+class ResettingMotion(MotionModel):
+    """x, y, v_forward, v_side, the last to the right; heading and the last position are axes without variance.
 
     Before each step: heading = atan2 of the way from the last combined position to this one, and v_side is set anew; on no
     way at all the heading stays. F = I + T [0 B; 0 0] with B = [cos sin; sin -cos] of the heading;
@@ -37,11 +37,11 @@ class Resetting(MotionModel):
 
     @property
     def zero_variance(self) -> Space:
-        return CARRIED
+        return ZERO_VARIANCE
 
     @abstractmethod
     def reset(self, cov: Array) -> Array:
-        """The covariance (*b, 7, 7) once v_side is set."""
+        """Return the covariance (*b, 7, 7) once v_side is set."""
 
     def move(self, x: Array, dt: float) -> Array:
         """(*b, 7) -> (*b, 7)"""
@@ -72,7 +72,7 @@ class Resetting(MotionModel):
         return Q
 
     def reframe(self, own: Gaussian, combined: Gaussian) -> Gaussian:
-        """Heading and last position from the combined estimate, v_side anew, and the covariance as `reset` leaves it."""
+        """Take heading and last position from the combined estimate, set v_side, and leave the covariance to `reset`."""
         way = combined.mean[..., :2] - combined.mean[..., 5:7]
         moved = np.any(way != 0, axis=-1)
         mean = own.mean.copy()
@@ -83,7 +83,7 @@ class Resetting(MotionModel):
 
 
 def basis(heading: Array) -> Array:
-    """Unit vectors forward and to the right as columns: (*b) -> (*b, 2, 2)"""
+    """Return unit vectors forward and to the right as columns: (*b) -> (*b, 2, 2)"""
     cos, sin = np.cos(heading), np.sin(heading)
     B = np.empty((*heading.shape, 2, 2))
     B[..., 0, 0], B[..., 0, 1] = cos, sin

@@ -125,7 +125,7 @@ def claims(scene: Scene, records: Mapping[str, Record]) -> tuple[Claim, ...]:
             f"a choice of Q, not the model: {straight['CAKF']:.2f} m against {straight['CVKF']:.2f} m with q = 0.1 m/s^2; "
             f"but with q = 1 m/s^2 the CVKF has {straight['CVKF wide']:.2f} m and is out of its gate in "
             f"{100 * out['CVKF wide']:.2g} % of the manoeuvring scans, and with q = 0.1 m/s^2 the CAKF is "
-            f"in {100 * out['CAKF tight']:.2g} %",
+            f"out of it in {100 * out['CAKF tight']:.2g} %",
         ),
         *(_stays_in_gate(name, out) for name in ("IMMCV2", "IMMCVCA")),
         Claim(

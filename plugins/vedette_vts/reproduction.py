@@ -8,11 +8,11 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Detections, Experiment, Gaussian, Progress, Reproduction, Scan, Space, load
-from vedette.metrics.consistency import nees
-from vedette.montecarlo.lockstep import run_together
+from vedette.metrics import nees
+from vedette.montecarlo import run_together
 from vedette.reproduction import Findings, over_axes, two_point
-from vedette.sampling.detections import returns
-from vedette.tracking.preprocessing import preprocessed, raw_sensors
+from vedette.sampling import returns
+from vedette.tracking import preprocessed, raw_sensors
 from vedette_vts import outcome
 from vedette_vts.configs import FILTERS
 from vedette_vts.gating import watch

@@ -3,15 +3,18 @@
 from collections.abc import Iterable
 
 import vedette
-from vedette.sampling.detections import Bounds, draw_clutter, draw_detections, returns
-from vedette.sampling.trajectories import (
+from vedette.sampling import (
+    Bounds,
     common_state,
+    draw_clutter,
+    draw_detections,
     draw_gaussian,
     draw_jump_markov,
     draw_states,
     follow,
     follow_modes,
     psd_root,
+    returns,
     switch,
     union_state,
 )

@@ -25,7 +25,7 @@ from vedette import (
     Trajectory,
     fields,
 )
-from vedette.sampling.trajectories import draw_states
+from vedette.sampling import draw_states
 
 IMAGE = Space.of(x="px", y="px", jx="px", jy="px", width="px", height="px")
 

@@ -23,9 +23,8 @@ from vedette import (
     Trajectory,
     fields,
 )
-from vedette.montecarlo.scenes import Scenes
-from vedette.sampling.detections import Bounds, corners, draw_clutter, returns, shuffled
-from vedette.sampling.trajectories import common_state, draw_jump_markov, union_state
+from vedette.montecarlo import Scenes
+from vedette.sampling import Bounds, common_state, corners, draw_clutter, draw_jump_markov, returns, shuffled, union_state
 from vedette_sim.ships import PLANE, Ship
 from vedette_sim.together import Gaze, drawn_states, look_together, ship_states
 

@@ -8,8 +8,18 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Detections, Mask, MotionModel, Pose, Scan, Sensor, kernels
-from vedette.sampling.detections import Bounds, ceiling, corners, densities, returns
-from vedette.sampling.trajectories import common_state, follow, follow_modes, switch, union_state
+from vedette.sampling import (
+    Bounds,
+    ceiling,
+    common_state,
+    corners,
+    follow,
+    follow_modes,
+    returns,
+    switch,
+    thinned,
+    union_state,
+)
 from vedette_sim.ships import PLANE, Ship
 
 Generators = Sequence[np.random.Generator]
@@ -94,10 +104,7 @@ def _among_clutter(gaze: Gaze, region: Mapping[str, Bounds], z: Array, seen: Mas
     found = []
     for i in range(s):
         sensor = gaze.placed[0 if alike else i]
-        density, limit = densities(sensor, false[i]), float(bound[0 if alike else i])
-        if np.any((density > limit) & kept[i]):
-            raise ValueError(f"{sensor.kind}: its clutter density peaks too sharply for this region; state a smaller one")
-        there = kept[i] & (chance[i] * limit < density)
+        there = thinned(sensor, false[i], chance[i], float(bound[0 if alike else i]), kept[i])
         every = np.concatenate([z[:, i, None], sensor.measurement.canonical(false[i])], axis=1)
         valid = np.concatenate([seen[:, i, None], there], axis=1)
         found.append(_mixed(every, valid, places[:, i]))

@@ -10,7 +10,8 @@ import pytest
 
 import vedette
 from vedette.cli import main
-from vedette.montecarlo.plan import plan, short_names
+from vedette.montecarlo.grid import short_names
+from vedette.montecarlo.plan import plan
 
 START = {"x": [0, 10], "y": [0, 10], "vx": [5, 2], "vy": [3, 2]}
 CV = {"kind": "constant_velocity", "sigma_accel": 0.5}

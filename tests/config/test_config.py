@@ -76,18 +76,24 @@ def test_an_experiment_is_flat_and_build_checks_all_of_it(registry: Registry) ->
             {"low": 1, "high": 2, "region": {"width": -1, "corners": [[1, 2], [3]], "rates": {"a b": {"per_scan": -1}}}},
             ["region.width: must be > 0", "region.corners: must be numbers", 'region.rates."a b".per_scan: must be >= 0'],
         ),
-        ({"low": 1, "high": 2, "several": LEAST}, ["several: must be a list of associator, got a table"]),
-        ({"low": 1, "high": 2, "named": [LEAST]}, ["named: must be a table of names to associator, got a list of 1"]),
+        ({"low": 1, "high": 2, "several": LEAST}, ["several: must be a list of associators, got a table"]),
+        ({"low": 1, "high": 2, "named": [LEAST]}, ["named: must be a table of names to associators, got a list of 1"]),
         ({"low": 1, "high": 2, "named": {"a": {**LEAST, "low": 9}}}, ["named.a.low: must be at most high"]),
         ({"low": 1, "high": 2, "named": {3: LEAST}}, ["named: names must be strings, got 3"]),
         (
             {"low": 1, "high": 2, "several": [LEAST, {"kind": "bend"}, 3]},
             ["several[1].kind: unknown", "several[2]: must be"],
         ),
-        ({"low": 1, "high": 2, "inner": "band"}, ["inner: must be a table whose kind is 'band', got 'band'"]),
+        (
+            {"low": 1, "high": 2, "inner": "band"},
+            ["inner: must be a table that names its kind, got 'band'; installed: band"],
+        ),
         ({"low": 1, "high": 2, "inner": {"knd": "band"}}, ["inner.knd: unknown; did you mean 'kind'?"]),
-        ({"low": 1, "high": 2, "inner": {"low": 1}}, ["inner.kind: missing: must be 'band'"]),
-        ({"low": 1, "high": 2, "inner": {"kind": ["band"]}}, ["inner.kind: must be 'band', got a list of 1"]),
+        ({"low": 1, "high": 2, "inner": {"low": 1}}, ["inner.kind: missing; installed: band"]),
+        (
+            {"low": 1, "high": 2, "inner": {"kind": ["band"]}},
+            ["inner.kind: must be the name of a kind, got a list of 1; installed: band"],
+        ),
         (
             {"low": 1, "high": 2, "words": "xy", "hidden": 0.5},
             ["hidden: must be a whole number", "words: must be a list of"],
@@ -110,7 +116,9 @@ def test_a_long_value_is_not_quoted_whole() -> None:
 
 def test_a_ready_object_of_another_role_is_refused(registry: Registry) -> None:
     sensor = build(tracker_config(), registry).sensors["lidar"]
-    with pytest.raises(ConfigError, match=r"^associator: must be a table whose kind is .*, got a CartesianPosition$"):
+    with pytest.raises(
+        ConfigError, match=r"^associator: must be a table that names its kind, got a CartesianPosition; installed: "
+    ):
         build({**tracker_config(), "associator": sensor}, registry)
 
 

@@ -102,8 +102,8 @@ def test_modes_that_interact(seed, batch, kind, r, n, periods, possible):
         log_prob[..., 0] = -800.0
     with np.errstate(divide="ignore"):
         log_transition = np.log(transition)
-    agree("interact", log_prob, log_transition, xs, Ps, own, absent, periods)
-    agree("together", log_prob, tuple(xs), Ps, own, absent, periods)
+    agree("mix_modes", log_prob, log_transition, xs, Ps, own, absent, periods)
+    agree("mixture_moments", log_prob, tuple(xs), Ps, own, absent, periods)
 
 
 @given(seeds, batches, kinds, states, measured, counts, st.booleans(), st.sampled_from([0.0, 0.5, 3.0]))
@@ -202,7 +202,7 @@ def test_a_mode_that_a_return_is_next_to_impossible_for():
     agree("pda_update", xs, Ps, np.zeros((1, 1)), np.eye(1), np.eye(1), 0.9, 0.99, 9.0, -2.0)
 
 
-@pytest.mark.parametrize("mutant", ["predict", "weighted_update", "interact", "existence"])
+@pytest.mark.parametrize("mutant", ["predict", "weighted_update", "mix_modes", "existence"])
 def test_the_comparison_bites(monkeypatch, mutant):
     """A reference that is wrong by 1e-8 is told from the kernels."""
     right = REFERENCE[mutant]
@@ -215,7 +215,7 @@ def test_the_comparison_bites(monkeypatch, mutant):
     checks = {
         "predict": test_prediction,
         "weighted_update": test_returns_of_a_scan_and_their_mixture,
-        "interact": test_modes_that_interact,
+        "mix_modes": test_modes_that_interact,
         "existence": test_scores_weights_and_existence,
     }
     with pytest.raises(AssertionError):

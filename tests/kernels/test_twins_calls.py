@@ -70,8 +70,8 @@ def an_example_of_each():
         "pda_update": (xs, Ps, *clutter),
         "imm_mix": (log_prob, log_prob, xs, Ps),
         "imm_combine": (log_prob, log_prob, xs, Ps),
-        "interact": (log_prob, log_prob, *bank),
-        "together": (log_prob, *bank),
+        "mix_modes": (log_prob, log_prob, *bank),
+        "mixture_moments": (log_prob, *bank),
         "weigh_modes": (log_prob, [said, said]),
         "split_weights": (weights, np.full((2, 1 + k, 2), 0.5)),
         "gate_scores": (columns, distance, valid, exists, 2.0, np.array(-2.0), None),
@@ -119,9 +119,9 @@ class Meddler:
 def test_a_list_that_changes_while_it_is_read_does_no_harm():
     log_prob, bank = np.log([0.5, 0.5]), (((0, 1),) * 2, np.zeros((2, 2)), ())
     xs, Ps = [np.zeros(2), np.ones(2)], [np.eye(2), 2 * np.eye(2)]
-    expected = kernels.together(log_prob, list(xs), list(Ps), *bank)
+    expected = kernels.mixture_moments(log_prob, list(xs), list(Ps), *bank)
     gone = [Meddler(xs[0], lambda: gone.clear()), xs[1] + 0]
-    compare(kernels.together(log_prob, gone, list(Ps), *bank), expected, "together")
+    compare(kernels.mixture_moments(log_prob, gone, list(Ps), *bank), expected, "mixture_moments")
     assert gone == []
 
 
@@ -146,7 +146,7 @@ def test_an_axis_that_is_not_there_cannot_wrap():
     with pytest.raises(IndexError):
         kernels.weighted_update(np.zeros((1, 2)), P, np.zeros((1, 1, 2)), P[None], np.ones((1, 2)), periods)
     with pytest.raises(IndexError):
-        kernels.together(np.zeros(1), (np.zeros(2),), (np.eye(2),), ((0, 1),), np.zeros((2, 2)), periods)
+        kernels.mixture_moments(np.zeros(1), (np.zeros(2),), (np.eye(2),), ((0, 1),), np.zeros((2, 2)), periods)
 
 
 def test_wrong_shapes_get_the_references_error():

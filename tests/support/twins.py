@@ -17,7 +17,7 @@ from vedette.kernels import _compiled
 REFERENCE = {
     name: getattr(home, name)
     for home in (reference, modes, association, streams)
-    for name in kernels.__all__
+    for name in dir(kernels)
     if hasattr(_compiled, name) and hasattr(home, name)
 }
 

@@ -21,6 +21,7 @@ from vedette_marine.picture.chain import Chain
 from vedette_marine.screen import RadarScreen
 from vedette_sim import Drawn, Look, PpiRadar, RadarPicturesScene, Ship, Transponder, Vessel
 from vedette_sim.infrared import HotSpot, HotTarget
+from vedette_standard.births.poisson import Appearance
 from vedette_standard.estimators.kalman import Kalman
 from vedette_standard.motion.constant_velocity import ConstantVelocity
 from vedette_standard.motion.coordinated_turn import CoordinatedTurn
@@ -68,6 +69,8 @@ PICTURES = {
     **dict.fromkeys(("land", "rain", "buoys", "racons"), st.just(())),
 }
 
+PLANE = ("x", "y", "vx", "vy")
+
 GIVEN = {
     ("estimator", "template_filter"): {"motion": BOXED, "cells": st.just(8)},
     ("estimator", "correlation_filter"): {"motion": BOXED, "cells": st.just(8)},
@@ -90,6 +93,18 @@ GIVEN = {
     },
     ("source", "radar_pictures_scene"): PICTURES,
     ("source", "radar_points_scene"): {"scene": components(RadarPicturesScene, PICTURES)},
+    ("birth", "poisson"): {
+        "appear": st.lists(
+            st.builds(
+                Appearance,
+                st.fixed_dictionaries({name: st.tuples(st.floats(-99.0, 99.0), st.floats(50.0, 300.0)) for name in PLANE}),
+                st.floats(0.1, 5.0),
+                st.floats(0.0, 0.1),
+            ),
+            min_size=1,
+            max_size=3,
+        ).map(tuple)
+    },
     ("motion", "gauss_markov"): {"axes": st.sampled_from([("b",), ("b", "c")])},
     ("motion", "product"): {"models": SIDE_BY_SIDE},
     ("sensor", "hot_spots"): {"spots": st.just((Spot(1.0, 1.0), Spot(0.8, 1.5, 0.5, x=3.0)))},

@@ -8,7 +8,7 @@ from support.smoothing import conditioned, estimates, random_problem, states_of,
 from vedette import Detections, Gaussian, Scan
 from vedette.kernels import backward
 from vedette.tracking.smoothing import smoothed
-from vedette_standard.estimators import unmixing
+from vedette_standard.estimators import imm_backward
 from vedette_standard.estimators.cubature import CubatureKalman
 from vedette_standard.estimators.extended import ExtendedKalman
 from vedette_standard.estimators.gaussian_sum import GaussianSum
@@ -41,7 +41,11 @@ def test_on_linear_problems_it_is_the_joint_gaussians_conditional_and_never_less
     check_exact()
 
 
-REAL = {"smooth_step": backward.smooth_step, "future": unmixing.future, "foreseen": unmixing.foreseen}
+REAL = {
+    "smooth_step": backward.smooth_step,
+    "future_likelihood": imm_backward.future_likelihood,
+    "pair_posterior": imm_backward.pair_posterior,
+}
 
 
 @pytest.mark.parametrize(

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import inspect
+import json
 from argparse import Namespace
 from importlib import import_module
 from types import ModuleType
+from typing import Any
 
-from vedette.cli import complain
+from vedette.commands.ending import DONE, FAILED, complain
+from vedette.config.contract import described
 from vedette.config.parameters import role_of
 from vedette.config.registry import Registry
 from vedette.config.suggestions import did_you_mean
 from vedette.errors import ConfigError, PluginError, Problem
 from vedette.roles import Component
-
-HELD, FAILED = 0, 1
 
 
 def run(arguments: Namespace) -> int:
@@ -26,11 +27,13 @@ def run(arguments: Namespace) -> int:
         found = [check(cls, profile) for cls in classes_of(arguments.subject, Registry.installed())]
     except ModuleNotFoundError as missing:
         return complain(str(missing))
-    return FAILED if any(found) else HELD
+    if arguments.json:
+        print(json.dumps({"components": found}))
+    return FAILED if any(component["failed"] for component in found) else DONE
 
 
 def classes_of(subject: str, registry: Registry) -> list[type[Component]]:
-    """The components that a kind, a module, or `module:Class` names; ConfigError if there are none."""
+    """Return the components that a kind, a module, or `module:Class` names; ConfigError if there are none."""
     kinds = [entry.cls for entry in registry if subject == entry.kind]
     if kinds:
         return kinds
@@ -41,11 +44,13 @@ def classes_of(subject: str, registry: Registry) -> list[type[Component]]:
         module = import_module(name)
     except ModuleNotFoundError as error:
         if error.name is None or not (name == error.name or name.startswith(f"{error.name}.")):
-            raise PluginError(f"{name}: cannot be imported: {error}") from error
+            raise PluginError(f"{name}: could not be imported: {error}") from error
         hints = did_you_mean(subject, [entry.kind for entry in registry])
         hints += "".join(f" {cause};" for cause in registry.unreadable())
         text = f"is neither an installed kind nor a module;{hints} `vedette components` lists the kinds"
         raise ConfigError([Problem(subject, text)]) from None
+    except Exception as error:
+        raise PluginError(f"{name}: could not be imported: {type(error).__name__}: {error}") from error
     found = _components(module)
     if one:
         found = [cls for cls in found if cls.__name__ == one]
@@ -55,33 +60,40 @@ def classes_of(subject: str, registry: Registry) -> list[type[Component]]:
 
 
 def _components(module: ModuleType) -> list[type[Component]]:
-    """What the module's hook brings; without a hook, the complete components that are written in it."""
+    """Return what the module's hook brings; without a hook, the complete components that are written in it."""
     hook = getattr(module, "vedette_components", None)
     if callable(hook):
-        return list(hook())
+        try:
+            return list(hook())
+        except Exception as error:
+            raise PluginError(
+                f"{module.__name__}: its vedette_components failed: {type(error).__name__}: {error}"
+            ) from error
     own = [cls for _, cls in inspect.getmembers(module, inspect.isclass) if cls.__module__ == module.__name__]
     return [cls for cls in own if issubclass(cls, Component) and role_of(cls) and not inspect.isabstract(cls)]
 
 
-def check(cls: type[Component], profile: object) -> bool:
-    """Print the table of one component; True if a law failed."""
+def check(cls: type[Component], profile: object) -> dict[str, Any]:
+    """Print the table of one component, and return it as plain data."""
     from vedette.testing.kit import examine, laws_of
     from vedette.testing.law import Profile
     from vedette.testing.strategies import components
 
     assert isinstance(profile, Profile)
-    laws = laws_of(cls)
-    print(f"{role_of(cls)} {cls.kind} ({cls.__module__}.{cls.__qualname__})")
+    entry, laws = described(cls, "", ""), laws_of(cls)
+    name = f"{cls.__module__}.{cls.__qualname__}"
+    print(f"{entry.role} {entry.kind} ({name})")
+    told: list[dict[str, Any]] = []
+    component = {"role": entry.role, "kind": entry.kind, "class": name, "failed": True, "laws": told}
     try:
         drawn = components(cls)
     except ValueError as lacking:
         print(f"  cannot be drawn: {lacking}\n  write a test with `conformance({cls.__name__}, ...)` that gives it")
-        return True
+        return component | {"reason": str(lacking)}
     width = max(len(law.name) for law in laws)
-    failed = False
     for law in laws:
         outcome = examine(cls, law, drawn, profile)
-        failed = failed or outcome.verdict == "failed"
+        told.append({"law": law.name, "verdict": outcome.verdict, "text": outcome.text, "examples": outcome.examples})
         note = law.sentence if outcome.verdict == "held" else outcome.text.replace("\n", "\n" + " " * (width + 12))
         print(f"  {law.name:{width}}  {outcome.verdict:7} {note}", flush=True)
-    return failed
+    return component | {"failed": any(law["verdict"] == "failed" for law in told)}

@@ -45,7 +45,7 @@ def _unused(registry: Registry) -> dict[str, Any]:
 
 
 def _described(entry: Installed) -> dict[str, Any]:
-    """A component with the tables among its parameters, and in these, written out as well."""
+    """Return a component as plain data, with the tables among its parameters, and in these, written out as well."""
     inner = {cls.__name__: [parameter.describe() for parameter in parameters(cls)] for cls in tables(entry.parameters)}
     return entry.describe() | {"tables": inner}
 

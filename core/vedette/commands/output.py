@@ -11,7 +11,7 @@ from vedette.reproduction import Chart
 
 
 def can_write(what: str, extra: str, *modules: str) -> bool:
-    """Whether all modules are installed; else it says on standard error how to get them."""
+    """Return whether all modules are installed; else say on standard error how to get them."""
     if all(find_spec(module) for module in modules):
         return True
     print(f"vedette: no {what} without {' and '.join(modules)}: pip install 'vedette[{extra}]'", file=sys.stderr)
@@ -19,12 +19,12 @@ def can_write(what: str, extra: str, *modules: str) -> bool:
 
 
 def can_draw() -> bool:
-    """Whether there can be pictures."""
+    """Return whether there can be pictures."""
     return can_write("pictures", "report", "matplotlib")
 
 
 def write_charts(folder: Path, charts: Iterable[Chart]) -> list[str]:
-    """A picture of each chart; returns the names of the files."""
+    """Write a picture of each chart; return the names of the files."""
     if not can_draw():
         return []
     from vedette.report import canvas

@@ -38,14 +38,14 @@ def run(arguments: Namespace) -> int:
 
 
 def _study(name: str) -> Reproduction:
-    """The study of a paper, whose name may be written with hyphens; it has no parameters, so its class alone makes it."""
+    """Return the study of a paper by its name, which may have hyphens; it has no parameters, so its class alone makes it."""
     made = Registry.installed().get("reproduction", name.replace("-", "_")).cls()
     assert isinstance(made, Reproduction)
     return made
 
 
 def _whole(option: str, given: str | None, default: int, least: int) -> int:
-    """A whole number of the command line; ConfigError if it is none, or too small."""
+    """Return a whole number of the command line; ConfigError if it is none, or too small."""
     if given is None:
         return default
     try:
@@ -58,7 +58,7 @@ def _whole(option: str, given: str | None, default: int, least: int) -> int:
 
 
 def _write(folder: Path, result: Findings) -> list[str]:
-    """Text, JSON and, where matplotlib is installed, the figures; returns the names of the files."""
+    """Write text, JSON and, where matplotlib is installed, the figures; return the names of the files."""
     folder.mkdir(parents=True, exist_ok=True)
     for name, content in (("study.txt", text(result)), ("study.json", json.dumps(data(result), indent=2))):
         with whole_file(folder / name) as file:

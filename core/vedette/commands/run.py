@@ -6,9 +6,13 @@ import json
 import sys
 from argparse import Namespace
 from pathlib import Path
+from typing import Any
 
+from vedette.commands.ending import DONE, INTERRUPTED
 from vedette.commands.output import can_draw
 from vedette.config import load
+from vedette.errors import ConfigError, Problem
+from vedette.experiment import Experiment, Result
 from vedette.metrics import judge
 from vedette.progress import on_terminal
 from vedette.report.figures import figures, timings
@@ -24,6 +28,8 @@ def run(arguments: Namespace) -> int:
     experiment = load(arguments.config, overrides=overrides)
     folder = Path(arguments.out) if arguments.out else Path("out") / Path(arguments.config).stem
     check_folder(folder)
+    if arguments.stream:
+        return _stream(experiment, folder, arguments)
     lag = None if arguments.smooth is None else read_lag(arguments.smooth)
     if lag is not None:
         check_smoothing(experiment.tracker)
@@ -44,11 +50,27 @@ def run(arguments: Namespace) -> int:
     written += further
     for problem in problems:
         print(f"vedette: {problem}", file=sys.stderr)
+    return _tell(arguments, result, text, found, f"{folder}: {', '.join(written)}")
+
+
+def _stream(experiment: Experiment, folder: Path, arguments: Namespace) -> int:
+    """Run, write meanwhile and keep nothing."""
+    if arguments.smooth is not None:
+        raise ConfigError([Problem("--stream", "keeps nothing of the past, which --smooth needs: give one of the two")])
+    from vedette.report.streaming import stream
+
+    with on_terminal() as progress:
+        done = stream(experiment, folder, strict=arguments.strict, progress=progress)
+    return _tell(arguments, done.result, done.text, done.figures, f"{folder}: {', '.join(done.files)}")
+
+
+def _tell(arguments: Namespace, result: Result, text: str, found: dict[str, Any], written: str) -> int:
+    """Print what came of a run; the exit code."""
     took = timings(result)
     print(text)
     if took["seconds_per_scan"] is not None:
         print(f"{1e3 * took['seconds_per_scan']:.3g} ms a scan")
-    print(f"{folder}: {', '.join(written)}")
+    print(written)
     if arguments.json:
         print(json.dumps(found | took))
-    return 130 if result.interrupted else 0
+    return INTERRUPTED if result.interrupted else DONE

@@ -8,6 +8,7 @@ from argparse import Namespace
 from pathlib import Path
 from time import perf_counter, process_time
 
+from vedette.commands.ending import DONE, INTERRUPTED
 from vedette.commands.output import can_write, write_charts
 from vedette.errors import ConfigError, Problem
 from vedette.montecarlo.outcome import Outcome
@@ -44,7 +45,7 @@ def run(arguments: Namespace) -> int:
             print(f"{folder}: {', '.join(_write(folder, outcome))}")
     if arguments.json:
         print(json.dumps(outcome.data() | {"seconds": seconds}))
-    return 130 if outcome.interrupted else 0
+    return INTERRUPTED if outcome.interrupted else DONE
 
 
 def _number(option: str, given: str) -> int:
@@ -55,7 +56,7 @@ def _number(option: str, given: str) -> int:
 
 
 def _write(folder: Path, outcome: Outcome) -> list[str]:
-    """Tables always; labelled arrays and pictures where their libraries are installed."""
+    """Write tables always, labelled arrays and pictures where their libraries are installed; return the files' names."""
     written = write_study(folder, outcome)
     if can_write("labelled arrays", "study", "xarray", "zarr"):
         from vedette.montecarlo.arrays import write_zarr

@@ -42,7 +42,7 @@ INLINE = "tracker"
 
 
 def build(config: Config, registry: Registry | None = None) -> Tracker:
-    """The tracker that a config describes. An experiment's config is checked as a whole, its tracker returned.
+    """Return the tracker that a config describes. An experiment's config is checked as a whole.
 
     ConfigError holds every problem with its path. `registry` defaults to all that is installed.
     """
@@ -50,7 +50,7 @@ def build(config: Config, registry: Registry | None = None) -> Tracker:
 
 
 def load(config: Config, registry: Registry | None = None, overrides: Iterable[str] = ()) -> Experiment:
-    """The experiment that a config describes, after `overrides` such as "estimator.modes[1].motion.sigma_accel=0.2".
+    """Return the experiment that a config describes, after `overrides` such as "estimator.modes[1].motion.sigma_accel=0.2".
 
     ConfigError holds every problem with its path. `registry` defaults to all that is installed.
     """
@@ -69,7 +69,7 @@ def load(config: Config, registry: Registry | None = None, overrides: Iterable[s
 
 
 def to_config(value: Any) -> dict[str, Any]:
-    """A config, of plain numbers, strings, lists and tables, that builds the equal of a tracker, experiment or component."""
+    """Return a config of plain numbers, strings, lists and tables that builds the equal of a tracker or a component."""
     config: dict[str, Any] = plain(value)
     return config.pop(INLINE) | config if isinstance(value, Experiment) else config
 

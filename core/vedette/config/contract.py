@@ -135,7 +135,7 @@ def _check_default(parameter: Parameter) -> None:
 
 
 def _is_frozen(cls: type) -> bool:
-    """Whether attributes of an instance refuse to be set, tried on one that no constructor has seen."""
+    """Return whether attributes of an instance refuse to be set, tried on one that no constructor has seen."""
     try:
         setattr(object.__new__(cls), "anything", None)  # noqa: B010
     except FrozenInstanceError:

@@ -16,7 +16,7 @@ LARGEST = 10_000_000
 
 
 def read_file(path: str | Path) -> dict[str, Any]:
-    """The table in a TOML, YAML or JSON file, told apart by the file's ending; ConfigError with the path and the cure."""
+    """Return the table in a TOML, YAML or JSON file, told apart by its ending; ConfigError with the path and the cure."""
     readers = {".toml": _toml, ".yaml": _yaml, ".yml": _yaml, ".json": _json}
     path = Path(path)
     place = str(path)
@@ -73,7 +73,7 @@ def check_size(config: Mapping[str, Any]) -> None:
 
 
 def _extent(value: Any, room: int, known: dict[int, tuple[int, int]]) -> tuple[int, int]:
-    """Levels and number of values of plain data. Levels are right up to `room`, and more than it beyond.
+    """Return levels and number of values of plain data. Levels are right up to `room`, and more than it beyond.
 
     A part that is referred to again is not counted anew, so that repeated references cost no time.
     """

@@ -32,9 +32,9 @@ specification = pluggy.HookspecMarker("vedette")
 
 @specification
 def vedette_components() -> Iterable[type[Component]]:  # type: ignore[empty-body]  # pluggy reads the signature only
-    """The component classes that this plugin brings."""
+    """Return the component classes that this plugin brings."""
 
 
 @specification
 def vedette_files(folder: Path, experiment: Experiment, result: Result) -> Iterable[str]:  # type: ignore[empty-body]
-    """Further files of a run, written into `folder`: their names. None where this plugin has nothing to say of the run."""
+    """Write further files of a run into `folder`; return their names, none where there is nothing to say of the run."""

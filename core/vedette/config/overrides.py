@@ -91,7 +91,7 @@ class _Change:
     kept: frozenset[str | int]
 
     def of(self, given: Any, depth: int) -> Any:
-        """`given`, which stands `depth` steps down the path, with the change inside; ValueError if the path is wrong."""
+        """Return `given`, which stands `depth` steps down the path, with the change inside; ValueError if that is wrong."""
         if depth == len(self.path):
             return self.value
         step = self.path[depth]
@@ -122,7 +122,7 @@ class _Change:
             raise ValueError(f"there is no {self._place(depth + 1)};{did_you_mean(step, given)}")
 
     def _fit(self, table: Mapping[str, Any], kind: str) -> Mapping[str, Any]:
-        """The table without what its old kind takes and the new one does not."""
+        """Return the table without what its old kind takes and the new one does not."""
         old = [entry for entry in self.registry if entry.kind == table.get("kind")]
         roles = [entry.role for entry in old]
         new = [entry for entry in self.registry if entry.kind == kind and (entry.role in roles or not roles)]

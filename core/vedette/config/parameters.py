@@ -120,7 +120,7 @@ class Parameter:
         return f"{doc}, in {self.unit}" if self.unit not in ("", "1") else doc
 
     def describe(self) -> dict[str, Any]:
-        """All about it as plain data, for listings: name, type, unit, doc, required; default, limits, options if any."""
+        """Return all about it as plain data: name, type, unit, doc, required; default, limits, options if any."""
         metadata = self.field.metadata
         return {
             "name": self.name,
@@ -134,13 +134,13 @@ class Parameter:
 
 
 def role_of(cls: type) -> str | None:
-    """The name of the role that a class plays: that of the first of its bases that is one."""
+    """Return the name of the role that a class plays: that of the first of its bases that is one."""
     names = {base: name for name, base in ROLES.items()}
     return next((names[base] for base in cls.__mro__ if base in names), None)
 
 
 def parameters(cls: type) -> tuple[Parameter, ...]:
-    """What a config may write for an attrs class, in order; TypeError if the class does not say it clearly."""
+    """Return what a config may write for an attrs class, in order; TypeError if the class does not say it clearly."""
     try:
         attrs.resolve_types(cls, include_extras=False)  # once a class: attrs remembers, and it takes a while
     except Exception as error:
@@ -159,7 +159,7 @@ def _parameter(field: attrs.Attribute[Any], hint: Any) -> Parameter:
 
 
 def shape_of(hint: Any) -> Shape:
-    """What a config writes where a field is annotated with `hint`; TypeError for parts in places that it cannot fill."""
+    """Return what a config writes for a field annotated with `hint`; TypeError for parts in places that it cannot fill."""
     origin, arguments = get_origin(hint), get_args(hint)
     if origin in (Union, types.UnionType) and len(arguments) == 2 and types.NoneType in arguments:
         return Maybe(shape_of(next(argument for argument in arguments if argument is not types.NoneType)))
@@ -181,14 +181,14 @@ def shape_of(hint: Any) -> Shape:
 
 
 def holds_parts(shape: Shape) -> bool:
-    """Whether a config is walked into it; else the field's own converter and validator take it whole."""
+    """Return whether a config is walked into it; else the field's own converter and validator take it whole."""
     if isinstance(shape, Many | Names | Maybe):
         return holds_parts(shape.item)
     return isinstance(shape, Part | Table)
 
 
 def tables(own: Iterable[Parameter]) -> list[type]:
-    """Every plain attrs class that some parameters lead to, each once; TypeError if one is not clear."""
+    """Return every plain attrs class that some parameters lead to, each once; TypeError if one is not clear."""
     found: list[type] = []
     todo = [_table_of(parameter.shape) for parameter in own]
     while todo:
@@ -209,20 +209,29 @@ def _table_of(shape: Shape) -> type | None:
 
 
 _LEAVES: dict[Any, str] = {float: "number", int: "whole number", bool: "true or false", str: "text", Any: "value"}
-_ARRAYS = {1: "list of number", 2: "matrix"}
+_ARRAYS = {1: "list of numbers", 2: "matrix"}
+_PLURALS = {"motion": "motion models", "whole number": "whole numbers", "true or false": "true or false", "text": "texts"}
+
+
+def _several(shape: Shape) -> str:
+    """Return what many of a shape are called."""
+    if isinstance(shape, Table):
+        return f"tables {shape.cls.__name__}"
+    one = in_words(shape)
+    return _PLURALS.get(one, f"{one}s" if one.isalpha() else one)
 
 
 def in_words(shape: Shape, ndim: int | None = None) -> str:
-    """A shape as a listing shows it; `ndim` is known of arrays."""
+    """Return a shape as a listing shows it; `ndim` is known of arrays."""
     match shape:
         case Part(role, _):
             return role
         case Table(cls):
             return f"table {cls.__name__}"
         case Many(item):
-            return f"list of {in_words(item)}"
+            return f"list of {_several(item)}"
         case Names(item):
-            return f"names to {in_words(item)}"
+            return f"names to {_several(item)}"
         case Maybe(item):
             return f"{in_words(item, ndim)} or nothing"
         case Leaf(hint) if get_origin(hint) is tuple:
@@ -234,7 +243,7 @@ def in_words(shape: Shape, ndim: int | None = None) -> str:
 
 
 def plain(value: Any) -> Any:
-    """`value` as numbers, strings, lists and tables; components and attrs values as tables that build their equal."""
+    """Return `value` as numbers, strings, lists and tables; components and attrs values as tables that build their equal."""
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
     if value is None or isinstance(value, bool | int | float | str):

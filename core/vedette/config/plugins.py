@@ -45,7 +45,7 @@ class SetAside:
         return f"plugin {self.entry_point!r} of {self.distribution} {self.error}"
 
     def brings(self, role: str, kind: str) -> bool:
-        """Whether it is known to bring this kind."""
+        """Return whether it is known to bring this kind."""
         return self.kinds is not None and (role, kind) in self.kinds
 
 

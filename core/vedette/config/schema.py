@@ -33,7 +33,7 @@ _LIMITS = {"above": "exclusiveMinimum", "at_least": "minimum", "below": "exclusi
 
 
 def schema(registry: Registry | None = None) -> dict[str, Any]:
-    """The JSON Schema (draft 2020-12) of a config: it knows shapes, names, ranges and units, not rules across parameters."""
+    """Return the JSON Schema (draft 2020-12) of a config: shapes, names, ranges and units, not rules across parameters."""
     registry = Registry.installed() if registry is None else registry
     top = [p for p in (*parameters(Tracker), *parameters(Experiment)) if p.name != INLINE]
     definitions: dict[str, Any] = {role: _any_of(registry, Part(role, base)) for role, base in ROLES.items()}
@@ -54,7 +54,7 @@ def _name(cls: type) -> str:
 
 
 def _any_of(registry: Registry, part: Part) -> dict[str, Any]:
-    """Any installed component of a role, or of a narrower base."""
+    """Return the schema of any installed component of a role, or of a narrower base."""
     kinds = [entry.kind for entry in registry.of_role(part.role) if issubclass(entry.cls, part.base)]
     return {"oneOf": [{"$ref": f"#/$defs/{part.role}.{kind}"} for kind in kinds]} if kinds else {"not": {}}
 
@@ -90,7 +90,7 @@ def _shape(shape: Shape, parameter: Parameter, registry: Registry) -> dict[str, 
         case Table(cls):
             return {"$ref": f"#/$defs/{_name(cls)}"}
         case Leaf(hint):
-            # What a converter of other making takes is not known: then anything is right for the schema.
+            # Nobody knows what a converter from elsewhere takes: for the schema anything is right.
             return _leaf(hint, parameter.field.metadata) if "read" in parameter.field.metadata else {}
 
 
@@ -114,7 +114,7 @@ def _leaf(hint: Any, metadata: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _number(kind: str, limits: Mapping[str, float], unit: str) -> dict[str, Any]:
-    """A number within limits, or a string of a number and, where it has one, a unit."""
+    """Return the schema of a number within limits, or a string of a number and, where it has one, a unit."""
     units = "|".join(written.replace("^", r"\^") for written in spellings(unit))
     tail = f"( ({units}))?" if units else ""
     return {"anyOf": [{"type": kind, **limits}, {"type": "string", "pattern": rf"^\s*{_NUMBER}{tail}\s*$"}]}

@@ -43,13 +43,13 @@ _SIMPLE = re.compile(r"[A-Za-z0-9_-]+")
 
 
 def below(place: str, name: str) -> str:
-    """The path of `name` in the table at `place`."""
+    """Return the path of `name` in the table at `place`."""
     written = name if _SIMPLE.fullmatch(name) else f'"{name}"'
     return f"{place}.{written}" if place else written
 
 
 def told(given: Any) -> str:
-    """What was given, in a few words."""
+    """Return what was given, in a few words."""
     if given is None:
         return "nothing"
     if isinstance(given, Mapping):
@@ -195,18 +195,17 @@ class Walker:
         if isinstance(given, shape.base):
             return given
         candidates = [entry for entry in self.registry.of_role(shape.role) if issubclass(entry.cls, shape.base)]
-        right = " or ".join(repr(entry.kind) for entry in candidates) or f"a {shape.role}, and none is installed"
         if not isinstance(given, Mapping):
-            return self.fail(place, f"must be a table whose kind is {right}, got {told(given)}")
+            return self.fail(place, f"must be a table that names its kind, got {told(given)}; {_kinds(candidates)}")
         at_kind = below(place, "kind")
         if "kind" not in given:
             typo = nearest("kind", [name for name in given if isinstance(name, str)])
             if typo is not None:
                 return self.fail(below(place, typo), "unknown; did you mean 'kind'?")
-            return self.fail(at_kind, f"missing: must be {right}")
+            return self.fail(at_kind, f"missing; {_kinds(candidates)}")
         kind = given["kind"]
         if not isinstance(kind, str):
-            return self.fail(at_kind, f"must be {right}, got {told(kind)}")
+            return self.fail(at_kind, f"must be the name of a kind, got {told(kind)}; {_kinds(candidates)}")
         entry = next((entry for entry in candidates if entry.kind == kind), None)
         if entry is None:
             self.problems.append(Problem(at_kind, self._why_not(shape, kind, candidates)))  # never cut: it holds the cause
@@ -216,15 +215,20 @@ class Walker:
         return self.construct(entry.cls, entry.parameters, given, place, meant)
 
     def _why_not(self, shape: Part, kind: str, candidates: list[Installed]) -> str:
-        """Why a kind cannot stand here: it is not installed, or of the role but not of the narrower base that is wanted."""
+        """Return why a kind cannot stand here: it is not installed, or not of the narrower base that is wanted."""
         if self.registry.find(shape.role, kind) is None:
             return self.registry.unknown(shape.role, kind, candidates)
-        kinds = ", ".join(entry.kind for entry in candidates)
-        return f"must be a {shape.base.__name__}, and {kind!r} is none; installed: {kinds or 'none'}"
+        return f"must be a {shape.base.__name__}, and {kind!r} is none; {_kinds(candidates)}"
+
+
+def _kinds(candidates: Iterable[Installed]) -> str:
+    """Return which kinds there are to choose from."""
+    kinds = ", ".join(entry.kind for entry in candidates)
+    return f"installed: {kinds}" if kinds else "none is installed"
 
 
 def _converted(attribute: attrs.Attribute[Any], given: Any) -> Any:
-    """What the field's converter makes of a value."""
+    """Return what the field's converter makes of a value."""
     convert: Any = attribute.converter
     if convert is None:
         return given

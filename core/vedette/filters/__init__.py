@@ -18,7 +18,7 @@ from vedette.filters.detections import Prepared, make_innovation, prepare, prese
 from vedette.filters.frames import evaluate_frame
 from vedette.filters.gaussian import GaussianFilter, Hypotheses, marginal, without_variance
 from vedette.filters.linear import evaluate_each, evaluate_linearised, predict_linearised
-from vedette.filters.memo import Memo, SensorConstants, embedded
+from vedette.filters.memo import Memo, SensorConstants, embedded, keep
 from vedette.filters.motion import OverMotion, predicted
 from vedette.filters.particles import (
     Particles,
@@ -51,6 +51,7 @@ __all__ = [
     "evaluate_each",
     "evaluate_frame",
     "evaluate_linearised",
+    "keep",
     "log_association",
     "make_innovation",
     "marginal",

@@ -31,7 +31,7 @@ class SensorConstants:
 
     @classmethod
     def of(cls, state: Space, sensor: Sensor, mean: Array) -> SensorConstants:
-        """Of states like `mean` (*b, t, n)."""
+        """Take the constants of states like `mean` (*b, t, n)."""
         axes = _as_slice(state.locate(sensor.observes))
         where = (..., axes)
         x = mean[where]
@@ -59,7 +59,7 @@ class Memo:
         self._constants: dict[int, SensorConstants] = {}
 
     def step(self, motion: MotionModel, x: Array, dt: float) -> tuple[Array, Array]:
-        """F and Q of a linear motion over `dt` s."""
+        """Return F and Q of a linear motion over `dt` s."""
         found = self.steps.get(dt)
         if found is None:
             found = motion.jacobian(x, dt), motion.noise(x, dt)
@@ -68,12 +68,12 @@ class Memo:
         return found
 
     def framed(self, motion: MotionModel) -> tuple[Periods, list[int]]:
-        """`frame` of the filter's motion."""
+        """Return `frame` of the filter's motion."""
         self.frame = motion.state.periods, motion.state.locate(motion.zero_variance)
         return self.frame
 
     def constants(self, state: Space, sensor: Sensor, mean: Array) -> SensorConstants:
-        """How `sensor` sees states like `mean` (*b, t, n)."""
+        """Return how `sensor` sees states like `mean` (*b, t, n)."""
         found = self._constants.get(id(sensor))
         if found is None or found.sensor is not sensor:
             found = SensorConstants.of(state, sensor, mean)
@@ -83,7 +83,7 @@ class Memo:
 
 
 def embedded(slope: Array, where: slice | list[int], n: int) -> Array:
-    """A derivative with respect to the axes `where` of `n` axes: (*b, m, p) -> (*b, m, n), zeros elsewhere."""
+    """Return a derivative with respect to the axes `where` of `n` axes: (*b, m, p) -> (*b, m, n), zeros elsewhere."""
     if slope.shape[-1] == n and where == slice(0, n):
         return slope
     H = np.zeros((*slope.shape[:-1], n))
@@ -92,7 +92,7 @@ def embedded(slope: Array, where: slice | list[int], n: int) -> Array:
 
 
 def _as_slice(where: list[int]) -> slice | list[int]:
-    """Axes that stand side by side as a slice, which costs no copy."""
+    """Return axes that stand side by side as a slice, which costs no copy."""
     if where and where == list(range(where[0], where[0] + len(where))):
         return slice(where[0], where[0] + len(where))
     return where

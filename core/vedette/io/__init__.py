@@ -7,6 +7,8 @@ from vedette.io.autoferry import AutoferrySource
 from vedette.io.csv_source import CsvSource
 from vedette.io.jsonl import read_recording, write_recording
 from vedette.io.jsonl_source import JsonLinesSource
+from vedette.io.opening import lines
+from vedette.io.reading import Sample, find, in_time_order
 from vedette.io.tracks import read_tracks, write_tracks_csv, write_tracks_jsonl
 from vedette.roles import Component
 
@@ -16,6 +18,10 @@ __all__ = [
     "AutoferrySource",
     "CsvSource",
     "JsonLinesSource",
+    "Sample",
+    "find",
+    "in_time_order",
+    "lines",
     "read_recording",
     "read_tracks",
     "write_recording",

@@ -42,6 +42,7 @@ class AutoferrySource(Source):
     """
 
     kind: ClassVar[str] = "autoferry"
+    draws: ClassVar[bool] = False
 
     scenario: int = fields.integer("number N of the scenario", at_least=1)
     path: str = fields.text("folder that holds scenarioN_detections.json and scenarioN_groundTruth.json", default="")
@@ -83,7 +84,7 @@ class AutoferrySource(Source):
         scans.sort(key=lambda scan: scan.time)
         rows = {"detections": Rows(total, len(scans), sum(problem.rows for problem in refused), left_out)}
         boats, rows["truth"] = truth(folder / names[1], refused)
-        return Recording(tuple(scans), boats, tuple(refused), {"frame": NORTH_EAST}, rows)
+        return Recording(tuple(scans), boats, tuple(refused), {"frame": NORTH_EAST}, rows=rows)
 
     def _measured(self, sensors: Mapping[str, Sensor]) -> dict[str, Space]:
         """The axes that each used sensor measures; ConfigError if the tracker lacks one or it measures others."""

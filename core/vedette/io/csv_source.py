@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import ClassVar, final
 
 import numpy as np
@@ -14,7 +14,18 @@ from vedette.io.csv_returns import DetectionColumns, Look, Reading
 from vedette.io.csv_truth import Platform, PlatformColumns, TruthColumns
 from vedette.io.gaps import fill_gaps
 from vedette.io.opening import shown
-from vedette.io.reading import FRAMES, NORTH_EAST, Sample, check_files, detections, find, offer_sorting, offers_first, polar
+from vedette.io.reading import (
+    FRAMES,
+    NORTH_EAST,
+    Sample,
+    beyond_period,
+    check_files,
+    detections,
+    find,
+    offer_sorting,
+    offers_first,
+    polar,
+)
 from vedette.roles import Sensor, Source
 from vedette.types import Recording, Rows, Scan, Trajectory
 
@@ -29,6 +40,7 @@ class CsvSource(Source):
     """
 
     kind: ClassVar[str] = "csv"
+    draws: ClassVar[bool] = False
 
     detections: DetectionColumns = fields.part("the returns")
     path: str = fields.text("folder of the recording, or its one file", default="")
@@ -66,8 +78,9 @@ class CsvSource(Source):
             rows["platform"] = _rows(platform.rows, refused["platform"])
         looks, left_out = self.detections.read(path, readings, self.delimiter, refused["detections"], sort=self.sort)
         notes |= {f"rows of {shown(sensor)}, which the tracker lacks": str(count) for sensor, count in left_out.items()}
-        used, scans = 0, []
+        used, scans, odd = 0, [], list[str]()
         for name, reading in readings.items():
+            odd += _odd(name, reading, looks[name])
             placed = []
             for look in looks[name]:
                 scan = _scan(name, look, reading, platform, refused["detections"])
@@ -89,7 +102,8 @@ class CsvSource(Source):
             truth = self.truth.read(folder, self.delimiter, refused["truth"], sort=self.sort)
             rows["truth"] = _rows(sum(len(path.times) for path in truth), refused["truth"])
         told = offers_first(offer_sorting(refused[name], part.total) for name, part in rows.items())
-        return Recording(tuple(sorted(scans, key=lambda scan: scan.time)), truth, tuple(dict.fromkeys(told)), notes, rows)
+        in_order = tuple(sorted(scans, key=lambda scan: scan.time))
+        return Recording(in_order, truth, tuple(dict.fromkeys(told)), notes, tuple(odd), rows=rows)
 
     def _tables(self) -> dict[str, DetectionColumns | TruthColumns | PlatformColumns]:
         """Return the config's tables that name columns, by their names."""
@@ -109,6 +123,16 @@ class CsvSource(Source):
 def _rows(used: int, refused: list[Problem], left_out: int = 0) -> Rows:
     lost = sum(problem.rows for problem in refused)
     return Rows(used + lost + left_out, used, lost, left_out)
+
+
+def _odd(name: str, reading: Reading, looks: list[Sample[Look]]) -> Iterator[str]:
+    """Say which angles are larger than a whole turn; the scans wrap them."""
+    values = [np.array(look.value.returns).reshape(-1, len(reading.read)) for look in looks]
+    for i, axis in enumerate(reading.read.axes):
+        if axis.period is not None and values:
+            said = beyond_period(name, axis, np.concatenate(values)[:, i])
+            if said is not None:
+                yield said
 
 
 def _scan(name: str, look: Sample[Look], reading: Reading, platform: Platform | None, refused: list[Problem]) -> Scan | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -41,23 +41,33 @@ def write_recording(path: Path, recording: Recording, sensors: Mapping[str, Spac
     Floats are written so that they read back to the last bit. What was refused is not written. ValueError, and no file,
     for numbers that are not finite, batches of runs, true objects of one name, sensors that are not in `sensors`.
     """
+    head = recording_head(recording, sensors)
+    with whole_file(path) as file:
+        file.writelines(head)
+        file.writelines(scan_line(scan, sensors) for scan in recording.scans)
+
+
+def recording_head(recording: Recording, sensors: Mapping[str, Space]) -> Iterator[str]:
+    """Return the lines that come before the scans: the header, and the truth."""
     truth = {true.name: units(true.space) for true in recording.truth}
     if len(truth) != len(recording.truth):
         raise ValueError("two true objects share a name, so the format cannot tell them apart")
-    with whole_file(path) as file:
-        header = {
-            "format": FORMAT,
-            "version": VERSION,
-            "sensors": {name: units(space) for name, space in sensors.items()},
-            "truth": truth,
-            "notes": dict(recording.notes),
-        }
-        file.write(line(header))
-        for true in recording.truth:
-            for time, state in zip(true.times.tolist(), true.states.tolist(), strict=True):
-                file.write(line({"truth": true.name, "time": time, "state": state}))
-        for scan in recording.scans:
-            file.write(line(_scan_fields(scan, sensors)))
+    header = {
+        "format": FORMAT,
+        "version": VERSION,
+        "sensors": {name: units(space) for name, space in sensors.items()},
+        "truth": truth,
+        "notes": dict(recording.notes),
+    }
+    yield line(header)
+    for true in recording.truth:
+        for time, state in zip(true.times.tolist(), true.states.tolist(), strict=True):
+            yield line({"truth": true.name, "time": time, "state": state})
+
+
+def scan_line(scan: Scan, sensors: Mapping[str, Space]) -> str:
+    """Return the line of one scan."""
+    return line(_scan_fields(scan, sensors))
 
 
 def read_recording(path: Path, *, sort: bool = False) -> tuple[Recording, dict[str, Space]]:
@@ -102,7 +112,7 @@ def read_recording(path: Path, *, sort: bool = False) -> tuple[Recording, dict[s
     used = len(in_order) + sum(len(path.times) for path in truth)
     rows = {"lines": Rows(total, used, sum(problem.rows for problem in refused))}
     told = tuple(offer_sorting(refused, total))
-    recording = Recording(tuple(scan for _, scan in in_order), tuple(truth), told, header.notes, rows)
+    recording = Recording(tuple(scan for _, scan in in_order), tuple(truth), told, header.notes, rows=rows)
     return recording, header.sensors
 
 

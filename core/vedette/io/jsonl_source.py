@@ -27,6 +27,7 @@ class JsonLinesSource(Source):
     """
 
     kind: ClassVar[str] = "jsonl"
+    draws: ClassVar[bool] = False
 
     path: str = fields.text("the file", default="")
     about: str = fields.text("what the recording is and who published it, told to those who lack it", default="")

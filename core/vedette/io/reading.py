@@ -12,7 +12,7 @@ from attrs import evolve, frozen
 
 from vedette.errors import ConfigError, InputError, Problem
 from vedette.io.opening import inside, shown, user_path
-from vedette.space import Array, Space
+from vedette.space import Array, Axis, Space
 from vedette.types import Detections
 
 V = TypeVar("V")
@@ -129,6 +129,17 @@ def detections(columns: Mapping[str, Array], measured: Space) -> Detections:
     """One scan over the `measured` axes from `columns`, axis name to values (k,), angles wrapped."""
     z = np.stack([columns[name] for name in measured.names], axis=-1)
     return Detections.of(measured.canonical(z), len(measured))
+
+
+def beyond_period(name: str, axis: Axis, values: Array) -> str | None:
+    """Say that `values` on an axis that wraps are larger than its period, so probably in another unit; or nothing."""
+    largest = float(np.max(np.abs(values[np.isfinite(values)]), initial=0.0))
+    if axis.period is None or largest <= 1.0001 * axis.period:
+        return None
+    return (
+        f"{name}: {axis.name} goes up to {largest:.4g} {axis.unit}, beyond its period of {axis.period:.4g} {axis.unit}: are "
+        "the values in degrees? Then state it, as in source.detections.units.bearing = 'deg'"
+    )
 
 
 def polar(x: Array, y: Array, heading: float = 0.0) -> dict[str, Array]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import combinations_with_replacement
 from pathlib import Path
 from typing import Any
@@ -28,21 +28,31 @@ def write_tracks_csv(path: Path, tracks: Sequence[Track], space: Space) -> None:
     empty cell. ValueError, and no file, for a track over another space or with other modes than the first.
     """
     modes = _modes(tracks, space)
-    pairs = list(combinations_with_replacement(range(len(space)), 2))
+    with whole_file(path) as file:
+        file.write(csv_head(space, modes))
+        for track in tracks:
+            file.writelines(csv_rows(track))
+
+
+def csv_head(space: Space, modes: int) -> str:
+    """Return the header of a CSV file of tracks over `space` with so many `modes`."""
     names = space.names
     header = ["track", "time", *names, *(f"sd_{name}" for name in names)]
-    header += [f"cov_{names[i]}_{names[j]}" for i, j in pairs]
+    header += [f"cov_{names[i]}_{names[j]}" for i, j in combinations_with_replacement(range(len(space)), 2)]
     header += ["confirmed", "existence", "hit", "nis", *(f"mode_{i + 1}" for i in range(modes))]
-    with whole_file(path) as file:
-        file.write(",".join(header) + "\n")
-        for track in tracks:
-            deviations = np.sqrt(np.maximum(np.diagonal(track.cov, axis1=-2, axis2=-1), 0.0))
-            triangle = track.cov[:, [i for i, _ in pairs], [j for _, j in pairs]]
-            judged = np.column_stack([track.existence, track.hit, track.nis])
-            judged = judged if track.mode_prob is None else np.hstack([judged, track.mode_prob])
-            estimates = np.column_stack([track.times, track.mean, deviations, triangle])
-            for estimate, confirmed, rest in zip(_cells(estimates), track.confirmed, _cells(judged), strict=True):
-                file.write(",".join([str(track.id), *estimate, "1" if confirmed else "0", *rest]) + "\n")
+    return ",".join(header) + "\n"
+
+
+def csv_rows(track: Track) -> Iterator[str]:
+    """Return a track's lines in a CSV file."""
+    pairs = list(combinations_with_replacement(range(len(track.space)), 2))
+    deviations = np.sqrt(np.maximum(np.diagonal(track.cov, axis1=-2, axis2=-1), 0.0))
+    triangle = track.cov[:, [i for i, _ in pairs], [j for _, j in pairs]]
+    judged = np.column_stack([track.existence, track.hit, track.nis])
+    judged = judged if track.mode_prob is None else np.hstack([judged, track.mode_prob])
+    estimates = np.column_stack([track.times, track.mean, deviations, triangle])
+    for estimate, confirmed, rest in zip(_cells(estimates), track.confirmed, _cells(judged), strict=True):
+        yield ",".join([str(track.id), *estimate, "1" if confirmed else "0", *rest]) + "\n"
 
 
 def write_tracks_jsonl(path: Path, tracks: Sequence[Track], space: Space) -> None:
@@ -52,22 +62,32 @@ def write_tracks_jsonl(path: Path, tracks: Sequence[Track], space: Space) -> Non
     """
     _modes(tracks, space)
     with whole_file(path) as file:
-        file.write(line({"format": FORMAT, "version": VERSION, "axes": units(space)}))
+        file.write(jsonl_head(space))
         for track in tracks:
-            for i, time in enumerate(track.times.tolist()):
-                found = {
-                    "track": track.id,
-                    "time": time,
-                    "mean": _nulled(track.mean[i]),
-                    "cov": _nulled(track.cov[i]),
-                    "confirmed": bool(track.confirmed[i]),
-                    "existence": _nulled(track.existence[i]),
-                    "hit": _nulled(track.hit[i]),
-                    "nis": _nulled(track.nis[i]),
-                    "weights": _nulled(track.weights[i]),
-                }
-                modes = {} if track.mode_prob is None else {"mode_prob": _nulled(track.mode_prob[i])}
-                file.write(line(found | modes))
+            file.writelines(jsonl_rows(track))
+
+
+def jsonl_head(space: Space) -> str:
+    """Return the first line of a file of tracks over `space`."""
+    return line({"format": FORMAT, "version": VERSION, "axes": units(space)})
+
+
+def jsonl_rows(track: Track) -> Iterator[str]:
+    """Return a track's lines in a file of tracks."""
+    for i, time in enumerate(track.times.tolist()):
+        found = {
+            "track": track.id,
+            "time": time,
+            "mean": _nulled(track.mean[i]),
+            "cov": _nulled(track.cov[i]),
+            "confirmed": bool(track.confirmed[i]),
+            "existence": _nulled(track.existence[i]),
+            "hit": _nulled(track.hit[i]),
+            "nis": _nulled(track.nis[i]),
+            "weights": _nulled(track.weights[i]),
+        }
+        modes = {} if track.mode_prob is None else {"mode_prob": _nulled(track.mode_prob[i])}
+        yield line(found | modes)
 
 
 def read_tracks(path: Path) -> tuple[Track, ...]:

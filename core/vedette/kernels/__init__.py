@@ -4,89 +4,51 @@ They trust their input. Covariances stay symmetric positive semi-definite by con
 every scan goes through have a compiled twin, which takes the calls where it was built; `RUNNING` says what runs and why.
 """
 
-from vedette.kernels import association, modes, reference, streams
-from vedette.kernels.backward import smooth_step, unroot
-from vedette.kernels.derivative import numerical_jacobian
-from vedette.kernels.modes import stacked
-from vedette.kernels.reference import (
-    evaluate,
-    log_sum,
-    mixture,
-    moments,
-    root,
-    safe_log,
-    symmetric,
-)
-from vedette.kernels.selection import Selection
+from vedette.kernels import association as _association
+from vedette.kernels import modes as _modes
+from vedette.kernels import reference as _reference
+from vedette.kernels import streams as _streams
+from vedette.kernels.backward import smooth_step as smooth_step
+from vedette.kernels.backward import solve_by_root as solve_by_root
+from vedette.kernels.derivative import numerical_jacobian as numerical_jacobian
+from vedette.kernels.modes import stacked as stacked
+from vedette.kernels.reference import evaluate as evaluate
+from vedette.kernels.reference import log_sum as log_sum
+from vedette.kernels.reference import mixture as mixture
+from vedette.kernels.reference import moments as moments
+from vedette.kernels.reference import root as root
+from vedette.kernels.reference import safe_log as safe_log
+from vedette.kernels.reference import symmetric as symmetric
+from vedette.kernels.selection import Selection as _Selection
 
-_fastest = Selection.now()
+_fastest = _Selection.now()
 RUNNING = _fastest.why
 
-weighted_update = _fastest(reference.weighted_update)
-filter_step = _fastest(reference.filter_step)
-evaluate_points = _fastest(reference.evaluate_points)
-evaluate_returns = _fastest(reference.evaluate_returns)
-pda_update = _fastest(reference.pda_update)
-predict = _fastest(reference.predict)
-propagate = _fastest(reference.propagate)
-sigma_points = _fastest(reference.sigma_points)
-update = _fastest(reference.update)
-whiten = _fastest(reference.whiten)
+evaluate_points = _fastest(_reference.evaluate_points)
+evaluate_returns = _fastest(_reference.evaluate_returns)
+filter_step = _fastest(_reference.filter_step)
+imm_combine = _fastest(_reference.imm_combine)
+imm_mix = _fastest(_reference.imm_mix)
+pda_update = _fastest(_reference.pda_update)
+predict = _fastest(_reference.predict)
+propagate = _fastest(_reference.propagate)
+sigma_points = _fastest(_reference.sigma_points)
+update = _fastest(_reference.update)
+weighted_update = _fastest(_reference.weighted_update)
+whiten = _fastest(_reference.whiten)
 
-imm_combine = _fastest(reference.imm_combine)
-imm_mix = _fastest(reference.imm_mix)
-interact = _fastest(modes.interact)
-split_weights = _fastest(modes.split_weights)
-together = _fastest(modes.together)
-weigh_modes = _fastest(modes.weigh_modes)
+mix_modes = _fastest(_modes.mix_modes)
+mixture_moments = _fastest(_modes.mixture_moments)
+split_weights = _fastest(_modes.split_weights)
+weigh_modes = _fastest(_modes.weigh_modes)
 
-existence = _fastest(association.existence)
-gate_scores = _fastest(association.gate_scores)
-given_existence = _fastest(association.given_existence)
-is_plain = _fastest(association.is_plain)
-one_hot = _fastest(association.one_hot)
-sample_density = _fastest(association.sample_density)
-softmax = _fastest(association.softmax)
+existence = _fastest(_association.existence)
+gate_scores = _fastest(_association.gate_scores)
+given_existence = _fastest(_association.given_existence)
+is_plain = _fastest(_association.is_plain)
+one_hot = _fastest(_association.one_hot)
+sample_density = _fastest(_association.sample_density)
+softmax = _fastest(_association.softmax)
 
-normals = _fastest(streams.normals)
-uniforms = _fastest(streams.uniforms)
-
-__all__ = [
-    "RUNNING",
-    "evaluate",
-    "evaluate_points",
-    "evaluate_returns",
-    "existence",
-    "filter_step",
-    "gate_scores",
-    "given_existence",
-    "imm_combine",
-    "imm_mix",
-    "interact",
-    "is_plain",
-    "log_sum",
-    "mixture",
-    "moments",
-    "normals",
-    "numerical_jacobian",
-    "one_hot",
-    "pda_update",
-    "predict",
-    "propagate",
-    "root",
-    "safe_log",
-    "sample_density",
-    "sigma_points",
-    "smooth_step",
-    "softmax",
-    "split_weights",
-    "stacked",
-    "symmetric",
-    "together",
-    "uniforms",
-    "unroot",
-    "update",
-    "weigh_modes",
-    "weighted_update",
-    "whiten",
-]
+normals = _fastest(_streams.normals)
+uniforms = _fastest(_streams.uniforms)

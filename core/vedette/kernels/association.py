@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vedette.kernels.reference import safe_log
+from vedette.kernels.reference import exp_or_zero, normal_or_zero, safe_log
 from vedette.space import Array, Mask
 
 
@@ -51,10 +51,10 @@ def gate_scores(
 
 
 def softmax(scores: Array) -> Array:
-    """exp(scores) over their sum on the last axis; 0 where a score is -inf."""
-    likely: Array = np.exp(scores - np.max(scores, axis=-1, keepdims=True))
+    """exp(scores) over their sum on the last axis; 0 where a score is -inf, or that is below the smallest normal number."""
+    likely = exp_or_zero(scores - np.max(scores, axis=-1, keepdims=True))
     likely /= np.sum(likely, axis=-1, keepdims=True)
-    return likely
+    return normal_or_zero(likely)
 
 
 def one_hot(scores: Array) -> Array:
@@ -73,9 +73,10 @@ def existence(
     return (not `exclusive`), the older one, which comes first, claims it first: else a newborn track would live off its
     neighbour's returns. A hard choice says nothing of its doubt, so there existence follows from the score.
     """
-    miss = np.exp(loglik[..., 0])
-    absent = 1.0 - prior + prior * miss
-    unseen = np.divide(prior * miss, absent, out=np.zeros_like(absent), where=absent > 0)
+    miss = exp_or_zero(loglik[..., 0])
+    missed = normal_or_zero(prior * miss)
+    absent = 1.0 - prior + missed
+    unseen = np.divide(missed, absent, out=np.zeros_like(absent), where=absent > 0)
     taken = weights[..., 1:]
     if not exclusive and taken.shape[-2] > 1:
         free = np.ones_like(taken)
@@ -85,7 +86,7 @@ def existence(
     chosen = np.sum(taken * np.exp(np.where(taken > 0, scores[..., 1:] - scores[..., :1], 0.0).clip(max=700)), axis=-1)
     sure = np.max(weights[..., 1:], axis=-1, initial=0.0) == 1.0
     seen = np.where(sure, chosen / (1.0 + chosen), hit)
-    return hit, seen + (1.0 - seen) * unseen, (1.0 - miss) / p_gate
+    return normal_or_zero(hit), normal_or_zero(seen + (1.0 - seen) * unseen), (1.0 - miss) / p_gate
 
 
 def given_existence(weights: Array, scores: Array, loglik: Array, existence: Array) -> Array:
@@ -95,11 +96,11 @@ def given_existence(weights: Array, scores: Array, loglik: Array, existence: Arr
     exp(log e + loglik_0 - score_0), is kept, and the row sums to 1 again. A row of which nothing is left stays as it is.
     """
     with np.errstate(invalid="ignore"):
-        kept = np.exp(safe_log(existence) + loglik[..., 0] - scores[..., 0])
+        kept = exp_or_zero(safe_log(existence) + loglik[..., 0] - scores[..., 0])
     doubted = (existence < 1.0) & np.isfinite(kept)
     alive = np.array(weights)
     alive[..., 0] *= np.where(doubted, np.minimum(kept, 1.0), 1.0)
     total = np.sum(alive, axis=-1)
     changed = doubted & (total > 0.0)
     alive /= np.where(changed, total, 1.0)[..., None]
-    return np.where(changed[..., None], alive, weights)
+    return np.where(changed[..., None], normal_or_zero(alive), weights)

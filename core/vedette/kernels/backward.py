@@ -8,7 +8,7 @@ from vedette.kernels.reference import root, symmetric
 from vedette.space import Array
 
 
-def unroot(lower: Array, rows: Array) -> Array:
+def solve_by_root(lower: Array, rows: Array) -> Array:
     """X (*b, p, q) with X L = rows, for L = `lower` (*b, q, q) as `root` makes it; 0 where that has no variance."""
     q = lower.shape[-1]
     pivots = np.diagonal(lower, axis1=-2, axis2=-1)
@@ -28,7 +28,7 @@ def smooth_step(P: Array, ahead: Array, cross: Array, step: Array, later: Array)
     above = np.concatenate([ahead, np.swapaxes(cross, -1, -2)], axis=-1)
     below = np.concatenate([cross, P], axis=-1)
     joint = root(np.concatenate([above, below], axis=-2))
-    gain = unroot(joint[..., :q, :q], joint[..., q:, :q])
+    gain = solve_by_root(joint[..., :q, :q], joint[..., q:, :q])
     rest = joint[..., q:, q:]
     cov = rest @ np.swapaxes(rest, -1, -2) + gain @ later @ np.swapaxes(gain, -1, -2)
     return (gain @ step[..., None])[..., 0], symmetric(cov)

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vedette.kernels.reference import imm_mix, log_sum, moments
+from vedette.kernels.reference import exp_or_zero, imm_mix, log_sum, moments, normal_or_zero
 from vedette.space import Array, Periods, wrapped
 
 
@@ -29,7 +29,7 @@ def stacked(
     return origin, wrapped(means - origin[..., None, :], periods), covs
 
 
-def interact(
+def mix_modes(
     log_prob: Array,
     log_transition: Array,
     xs: Sequence[Array],
@@ -53,12 +53,12 @@ def interact(
     )
 
 
-def together(
+def mixture_moments(
     log_prob: Array, xs: Sequence[Array], Ps: Sequence[Array], own: Sequence[Sequence[int]], absent: Array, periods: Periods
 ) -> tuple[Array, Array]:
     """Mean (*b, n) and covariance (*b, n, n) of the mixture of all modes, the spread of their means included."""
     origin, apart, covs = stacked(xs, Ps, own, absent, periods)
-    step, cov = moments(np.exp(log_prob)[..., None, :], apart, covs)
+    step, cov = moments(exp_or_zero(log_prob)[..., None, :], apart, covs)
     return wrapped(origin + step[..., 0, :], periods), cov[..., 0, :, :]
 
 
@@ -74,7 +74,7 @@ def weigh_modes(
     joint = np.stack(logliks, axis=-1) + log_prob[..., None, :]
     loglik = log_sum(joint)
     share = joint - loglik[..., None]
-    expected = np.sum(np.exp(share[..., 1:, :]) * np.stack(nis, axis=-1), axis=-1)
+    expected = np.sum(exp_or_zero(share[..., 1:, :]) * np.stack(nis, axis=-1), axis=-1)
     return loglik, np.minimum.reduce(distances), np.maximum.reduce(log_volumes), expected, share
 
 
@@ -87,6 +87,7 @@ def split_weights(weights: Array, log_share: Array) -> tuple[Array, tuple[Array,
         joint = np.log(weights)[..., None] + log_share
     log_prob = log_sum(joint, axis=-2)
     possible = np.isfinite(log_prob)[..., None, :]
-    own = np.where(possible, np.exp(joint - np.where(possible, log_prob[..., None, :], 0.0)), weights[..., None])
+    own = np.where(possible, exp_or_zero(joint - np.where(possible, log_prob[..., None, :], 0.0)), weights[..., None])
+    own = normal_or_zero(own)
     after = log_prob - log_sum(log_prob)[..., None]
     return after, tuple(np.ascontiguousarray(own[..., j]) for j in range(own.shape[-1]))

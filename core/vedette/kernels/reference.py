@@ -8,15 +8,28 @@ from __future__ import annotations
 
 import numpy as np
 
-from vedette.space import Array, Periods, wrapped
+from vedette.kernels.square_root import bounded_root, keeps_digits, pivots_exceed, square_root_update
+from vedette.space import Array, Mask, Periods, wrapped
 
 _TINY = float(np.finfo(float).tiny)
+_LEAST_EXPONENT = float(np.log(_TINY))
 _LOG_2PI = float(np.log(2.0 * np.pi))
+_SINGULAR = 1e-12  # an S with a smaller pivot than this part of its diagonal is updated by its root
 
 
 def safe_log(p: Array) -> Array:
     """The logarithm of probabilities and densities, no less than log of the smallest normal number: about -708."""
     return np.log(np.maximum(p, _TINY))
+
+
+def exp_or_zero(a: Array) -> Array:
+    """exp(a), 0 where that would be below the smallest normal number: arithmetic on such is many times slower."""
+    return np.exp(np.where(a < _LEAST_EXPONENT, -np.inf, a))
+
+
+def normal_or_zero(weights: Array) -> Array:
+    """Return weights >= 0, those below the smallest normal number as 0."""
+    return np.where(weights < _TINY, 0.0, weights)
 
 
 def log_sum(a: Array, axis: int = -1) -> Array:
@@ -43,23 +56,33 @@ def predict(x: Array, P: Array, F: Array, Q: Array) -> tuple[Array, Array]:
     return (F @ x[..., None])[..., 0], propagate(P, F, Q)
 
 
-def _invert(S: Array) -> tuple[Array, Array]:
-    """Inverse (*b, m, m) and log determinant (*b) of a positive definite S; by LDL' for m <= 2, as LAPACK costs more."""
+def _invert(S: Array) -> tuple[Array, Array, Mask]:
+    """Inverse (*b, m, m) and log determinant (*b) of a positive definite S, and where it is not too near singular for them.
+
+    By LDL' for m <= 2, as LAPACK costs more.
+    """
     m = S.shape[-1]
     if m == 1:
-        return 1.0 / S, np.log(S[..., 0, 0])
+        return 1.0 / S, np.log(S[..., 0, 0]), S[..., 0, 0] > 0.0
     if m == 2:
         d1 = S[..., 0, 0]
         slope = S[..., 1, 0] / d1
         d2 = S[..., 1, 1] - slope * S[..., 1, 0]
+        sound = d2 > _SINGULAR * S[..., 1, 1]
+        d2 = np.where(sound, d2, np.nan)
         inverse = np.empty_like(S)
         inverse[..., 1, 1] = 1.0 / d2
         inverse[..., 0, 1] = inverse[..., 1, 0] = -slope / d2
         inverse[..., 0, 0] = 1.0 / d1 + slope * slope / d2
-        return inverse, np.log(d1) + np.log(d2)
-    root = np.linalg.inv(np.linalg.cholesky(S))
-    log_det = -2.0 * np.sum(np.log(np.diagonal(root, axis1=-2, axis2=-1)), axis=-1)
-    return np.swapaxes(root, -1, -2) @ root, log_det
+        return inverse, np.log(d1) + np.log(d2), sound
+    try:
+        lower = np.linalg.cholesky(S)
+    except np.linalg.LinAlgError:
+        lower = np.linalg.cholesky(np.where(pivots_exceed(S, _SINGULAR)[..., None, None], S, np.eye(m)))
+    pivots = np.diagonal(lower, axis1=-2, axis2=-1)
+    sound = np.all(pivots**2 > _SINGULAR * np.diagonal(S, axis1=-2, axis2=-1), axis=-1)
+    root = np.linalg.inv(lower)
+    return np.swapaxes(root, -1, -2) @ root, 2.0 * np.sum(np.log(pivots), axis=-1), sound
 
 
 def _each(rows: Array, matrix: Array) -> Array:
@@ -69,12 +92,10 @@ def _each(rows: Array, matrix: Array) -> Array:
     return product
 
 
-def _score(nu: Array, S: Array) -> tuple[Array, Array, Array, Array]:
-    """Of residuals nu (*b, k, m): inverse of S (*b, 1|k, m, m), log N(nu; 0, S), squared distance, half log determinant."""
-    inverse, log_det = _invert(S)
+def _score(nu: Array, inverse: Array, log_det: Array) -> tuple[Array, Array, Array]:
+    """Of residuals nu (*b, k, m) with the inverse of S (*b, 1|k, m, m): log N(nu; 0, S), squared distance, half log |S|."""
     distance = np.sum(_each(nu, inverse) * nu, axis=-1)
-    loglik = -0.5 * (distance + log_det + S.shape[-1] * _LOG_2PI)
-    return inverse, loglik, distance, 0.5 * log_det
+    return -0.5 * (distance + log_det + nu.shape[-1] * _LOG_2PI), distance, 0.5 * log_det
 
 
 def evaluate(P: Array, nu: Array, H: Array, R: Array) -> tuple[Array, Array, Array, Array, Array]:
@@ -82,16 +103,28 @@ def evaluate(P: Array, nu: Array, H: Array, R: Array) -> tuple[Array, Array, Arr
 
     P (*b, t, n, n), nu (*b, t, k, m), H (*b, t, m, n) or (m, n), R (*b, t, 1|k, m, m) ->
     log N(nu; 0, S) (*b, t, k), squared distance (*b, t, k), log sqrt|S| (*b, t, 1|k), the mean's shift (*b, t, k, n),
-    and the posterior covariance (*b, t, 1|k, n, n) in Joseph's form.
+    and the posterior covariance (*b, t, 1|k, n, n): in Joseph's form, or by roots where that would not keep its digits.
     """
     cross = P @ np.swapaxes(H, -1, -2)
     S = symmetric(H @ cross)[..., None, :, :] + R
-    inverse, loglik, distance, log_volume = _score(nu, S)
+    inverse, log_det, sound = _invert(S)
+    P, H = P[..., None, :, :], H[..., None, :, :]
     gain = cross[..., None, :, :] @ inverse
-    shift = _each(nu, np.swapaxes(gain, -1, -2))
-    keep = np.eye(P.shape[-1]) - gain @ H[..., None, :, :]
-    post = keep @ P[..., None, :, :] @ np.swapaxes(keep, -1, -2) + gain @ R @ np.swapaxes(gain, -1, -2)
-    return loglik, distance, log_volume, shift, symmetric(post)
+    keep = np.eye(P.shape[-1]) - gain @ H
+    post = symmetric(keep @ P @ np.swapaxes(keep, -1, -2) + gain @ R @ np.swapaxes(gain, -1, -2))
+    hard = ~(sound & keeps_digits(post, P))
+    if hard.any():
+        rows = np.swapaxes(bounded_root(_of(P, hard)), -1, -2)
+        found = square_root_update(rows, rows @ np.swapaxes(_of(H, hard), -1, -2), _of(R, hard))
+        inverse[hard], log_det[hard], gain[hard], post[hard] = found[0], found[1], np.swapaxes(found[2], -1, -2), found[3]
+    loglik, distance, log_volume = _score(nu, inverse, log_det)
+    return loglik, distance, log_volume, _each(nu, np.swapaxes(gain, -1, -2)), post
+
+
+def _of(matrices: Array, which: Mask) -> Array:
+    """Those matrices, broadcast over the mask, that it marks."""
+    found: Array = np.broadcast_to(matrices, (*which.shape, *matrices.shape[-2:]))[which]
+    return found
 
 
 def evaluate_returns(
@@ -185,13 +218,16 @@ def evaluate_points(dx: Array, dz: Array, weights: Array, nu: Array, R: Array) -
     The posterior covariance is the points' own after the gain, sum w (dx - K dz)(dx - K dz)' + K R K': PSD as they are.
     """
     weighted = np.swapaxes(dz * weights[:, None], -1, -2)
-    S = symmetric(weighted @ dz)[..., None, :, :] + R
-    inverse, loglik, distance, log_volume = _score(nu, S)
+    inverse, log_det, sound = _invert(symmetric(weighted @ dz)[..., None, :, :] + R)
     gain_t = inverse @ (weighted @ dx)[..., None, :, :]
-    shift = _each(nu, gain_t)
     left = dx[..., None, :, :] - dz[..., None, :, :] @ gain_t
-    post = np.swapaxes(left * weights[:, None], -1, -2) @ left + np.swapaxes(gain_t, -1, -2) @ R @ gain_t
-    return loglik, distance, log_volume, shift, symmetric(post)
+    post = symmetric(np.swapaxes(left * weights[:, None], -1, -2) @ left + np.swapaxes(gain_t, -1, -2) @ R @ gain_t)
+    if not sound.all():
+        scale, hard = np.sqrt(weights)[:, None], ~sound
+        rows, seen = _of((scale * dx)[..., None, :, :], hard), _of((scale * dz)[..., None, :, :], hard)
+        inverse[hard], log_det[hard], gain_t[hard], post[hard] = square_root_update(rows, seen, _of(R, hard))
+    loglik, distance, log_volume = _score(nu, inverse, log_det)
+    return loglik, distance, log_volume, _each(nu, gain_t), post
 
 
 def mixture(P: Array, shift: Array, post: Array, weights: Array) -> tuple[Array, Array]:
@@ -239,8 +275,8 @@ def imm_mix(log_prob: Array, log_transition: Array, xs: Array, Ps: Array) -> tup
     predicted = log_sum(joint)
     # A mode that cannot be reached starts from the whole mixture: any prior is as good, but it must be one.
     reached = np.isfinite(predicted)[..., None]
-    mixing = np.exp(np.where(reached, joint - np.where(reached, predicted[..., None], 0.0), log_prob[..., None, :]))
-    return predicted, *moments(mixing, xs, Ps)
+    logs = np.where(reached, joint - np.where(reached, predicted[..., None], 0.0), log_prob[..., None, :])
+    return predicted, *moments(exp_or_zero(logs), xs, Ps)
 
 
 def imm_combine(log_prob: Array, loglik: Array, xs: Array, Ps: Array) -> tuple[Array, Array, Array, Array]:
@@ -252,7 +288,7 @@ def imm_combine(log_prob: Array, loglik: Array, xs: Array, Ps: Array) -> tuple[A
     joint = log_prob + loglik
     total = log_sum(joint)
     after = joint - total[..., None]
-    mean, cov = moments(np.exp(after)[..., None, :], xs, Ps)
+    mean, cov = moments(exp_or_zero(after)[..., None, :], xs, Ps)
     return after, mean[..., 0, :], cov[..., 0, :, :], total
 
 
@@ -273,5 +309,5 @@ def pda_update(
     inside = np.min(distance, axis=-2, keepdims=True) <= limit
     scores[..., 1:] = np.where(inside, loglik + safe_log(np.asarray(p_detect)) - log_density, -np.inf)
     total = log_sum(scores)
-    step, cov = mixture(Ps, shift, post, np.exp(scores - total[..., None]))
+    step, cov = mixture(Ps, shift, post, exp_or_zero(scores - total[..., None]))
     return xs + step, cov, total

@@ -1,5 +1,6 @@
 """How good tracks are: errors, coverage, losses, switches, set distances. docs/metrics.md defines the figures."""
 
+from vedette.metrics.consistency import chi_square_band, nees
 from vedette.metrics.coverage import covering, is_lost, switches
 from vedette.metrics.errors import rmse, rmse_over_runs
 from vedette.metrics.gospa import Gospa, distances, gospa, ospa
@@ -13,12 +14,14 @@ __all__ = [
     "Match",
     "Score",
     "TruthScore",
+    "chi_square_band",
     "covering",
     "distances",
     "gospa",
     "is_lost",
     "judge",
     "match",
+    "nees",
     "ospa",
     "rmse",
     "rmse_over_runs",

@@ -12,7 +12,8 @@ from attrs import field, frozen
 from vedette.errors import VedetteError
 from vedette.montecarlo.carry import Chunks
 from vedette.montecarlo.chunk import SERIES
-from vedette.montecarlo.plan import UNITS, Plan, by_point, short_names
+from vedette.montecarlo.grid import short_names
+from vedette.montecarlo.plan import UNITS, Plan, by_point
 from vedette.montecarlo.statistics import Mean, difference, gathered, mean, ratios
 from vedette.montecarlo.store import made_by
 from vedette.space import Array

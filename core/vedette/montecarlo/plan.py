@@ -3,28 +3,25 @@
 from __future__ import annotations
 
 import hashlib
-import itertools
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from attrs import field, frozen
 
-from vedette.config import apply_overrides, load
 from vedette.config.files import read_file
-from vedette.config.overrides import apply_changes, path_of
 from vedette.config.parameters import plain
 from vedette.config.registry import Registry
-from vedette.config.renames import renamed, with_birth
+from vedette.config.renames import renamed
 from vedette.config.suggestions import did_you_mean
 from vedette.errors import ConfigError, Problem
-from vedette.experiment import Experiment
 from vedette.montecarlo.chunk import goes_together
+from vedette.montecarlo.grid import Grid, Point, overridden
 from vedette.space import Array
 from vedette.units import in_unit
 
-MOST_RUNS, MOST_POINTS = 1_000_000_000, 10_000
+MOST_RUNS = 1_000_000_000
 TOGETHER, ALONE = 2000, 10
 """Most runs of a chunk: in lock-step about as many as fit the cache; else few, that all processes have work."""
 UNITS = {
@@ -42,21 +39,6 @@ UNITS = {
 }
 """All figures of a study. NEES is over the number of axes and NIS over what is expected: both 1 on matched truth."""
 NAMES = ("title", "experiment", "runs", "seed", "chunk", "sweep", "trackers", "precision")
-
-
-@frozen
-class Point:
-    """One point of the grid: what is varied there, by name, the whole config, and what it describes, ready to run here."""
-
-    labels: dict[str, Any]
-    config: dict[str, Any]
-    experiment: Experiment = field(repr=False, eq=False)
-
-    @property
-    def name(self) -> str:
-        """All labels in one line."""
-        names = short_names(self.labels)
-        return ", ".join(f"{names[path]} {told(value)}" for path, value in self.labels.items()) or "the config"
 
 
 @frozen(eq=False)
@@ -87,24 +69,6 @@ class Plan:
     def runs_of(self, k: int) -> range:
         """The runs of the k-th chunk."""
         return range(k * self.chunk, min((k + 1) * self.chunk, self.runs))
-
-
-def short_names(paths: Iterable[str], taken: Iterable[str] = ()) -> dict[str, str]:
-    """Return of each config path as much of its end as tells it from the others: of `associator.kind` the `associator`."""
-    taken, whole = set(taken), list(paths)
-    parts = {path: path.removesuffix(".kind").split(".") for path in whole}
-    names = {path: steps[-1] for path, steps in parts.items()}
-    for length in range(2, max(map(len, parts.values()), default=0) + 1):
-        ends = list(names.values())
-        for path, steps in parts.items():
-            if ends.count(names[path]) > 1 or names[path] in taken:
-                names[path] = ".".join(steps[-length:])
-    return {path: path if name in taken or list(names.values()).count(name) > 1 else name for path, name in names.items()}
-
-
-def told(value: Any) -> str:
-    """A swept value in a label."""
-    return f"{value:g}" if isinstance(value, float) else value if isinstance(value, str) else json.dumps(plain(value))
 
 
 def whole(place: str, given: Any, least: int, most: int = MOST_RUNS) -> int:
@@ -146,11 +110,13 @@ def plan(table: Mapping[str, Any], overrides: Sequence[str] = ()) -> Plan:
     except ConfigError as error:
         raise error.within("experiment") from None
     changes = {"sweep": sweep, **{f"trackers.{name}": each for name, each in trackers.items()}}
-    base = _overridden(given, overrides, changes, registry)
-    points = _Grid(given, base, trackers, sweep, registry).points()
+    base = overridden(given, overrides, changes, registry)
+    points = Grid(given, base, trackers, sweep, registry).points()
     together = all(_goes_together(point) for point in points)
     axes: dict[str, tuple[Any, ...]] = {"tracker": tuple(trackers)} if trackers else {}
     runs = whole("runs", table.get("runs", 1000), 1)
+    if runs > 1 and not any(_draws(point.experiment) for point in points):
+        raise ConfigError([Problem("runs", _all_the_same(points, runs))])
     return Plan(
         title=str(table.get("title", experiment.get("title", ""))),
         points=points,
@@ -161,6 +127,22 @@ def plan(table: Mapping[str, Any], overrides: Sequence[str] = ()) -> Plan:
         together=together,
         precision=_precision(table.get("precision")),
         given=json.loads(json.dumps(dict(table) | {"experiment": base}, default=plain)),
+    )
+
+
+def _draws(experiment: Experiment) -> bool:
+    """Whether another seed gives another run."""
+    parts = (experiment.source, experiment.tracker.estimator, experiment.tracker.birth)
+    return any(part is not None and part.draws for part in parts)
+
+
+def _all_the_same(points: tuple[Point, ...], runs: int) -> str:
+    sources = {point.experiment.source.kind for point in points if point.experiment.source is not None}
+    estimators = {point.experiment.tracker.estimator.kind for point in points}
+    return (
+        f"must be 1, got {runs:,}: neither the source ({', '.join(sorted(sources))}) nor the estimator "
+        f"({', '.join(sorted(estimators))}) draws anything, so all runs would be the same; vary the scene with a source "
+        "that draws, such as 'simulation'"
     )
 
 
@@ -215,74 +197,6 @@ def _trackers(given: Any) -> dict[str, Mapping[str, Any]]:
     if not isinstance(given, Mapping) or not all(isinstance(table, Mapping) for table in given.values()):
         raise ConfigError([Problem("trackers", "must be a table: name to a table of config paths and values")])
     return {str(name): table for name, table in given.items()}
-
-
-@frozen
-class _Grid:
-    """All combinations of trackers and swept values, each a change of `base`, which is `given` with its overrides."""
-
-    given: Mapping[str, Any]
-    base: Mapping[str, Any]
-    trackers: Mapping[str, Mapping[str, Any]]
-    sweep: Mapping[str, list[Any]]
-    registry: Registry
-
-    def points(self) -> tuple[Point, ...]:
-        """Return all points, each loaded once to see that it can be built."""
-        count = max(1, len(self.trackers))
-        for values in self.sweep.values():
-            count *= len(values)
-        if count > MOST_POINTS:
-            raise ConfigError([Problem("sweep", f"makes {count:,} points; at most {MOST_POINTS:,} are taken")])
-        alone = self._point({}, self.base, "experiment")  # told first, so that its own faults are not the sweep's
-        choices = itertools.product(self.trackers or [None], *self.sweep.values())
-        return tuple(self._chosen(*each) for each in choices) if self.trackers or self.sweep else (alone,)
-
-    def _chosen(self, tracker: str | None, *values: Any) -> Point:
-        config, place = self.base, "sweep" if self.sweep else f"trackers.{tracker}"
-        swept = dict(zip(self.sweep, values, strict=True))
-        if tracker is not None:
-            config = _changed(config, self.trackers[tracker], f"trackers.{tracker}", self.registry)
-        config = _changed(config, swept, "sweep", self.registry)
-        return self._point(({} if tracker is None else {"tracker": tracker}) | swept, config, place)
-
-    def _point(self, labels: dict[str, Any], config: Mapping[str, Any], place: str) -> Point:
-        whole = with_birth(config, self.given, self.registry)
-        return Point(labels, whole, _load(whole, place, self.registry))
-
-
-def _overridden(
-    given: Mapping[str, Any], overrides: Iterable[str], changes: Mapping[str, Mapping[str, Any]], registry: Registry
-) -> dict[str, Any]:
-    """Return the experiment with its overrides; ConfigError where one of the study's `changes`, by place, would undo one."""
-    overrides = list(overrides)
-    undone = [
-        Problem(f"--set {override}", f"has no effect: the study sets {place}.{path}")
-        for override in overrides
-        for place, paths in changes.items()
-        for path in paths
-        if (own := path_of(path)) and path_of(override)[: len(own)] == own
-    ]
-    if undone:
-        raise ConfigError(undone)
-    return apply_overrides(given, overrides, registry)
-
-
-def _changed(config: Mapping[str, Any], changes: Mapping[str, Any], place: str, registry: Registry) -> dict[str, Any]:
-    try:
-        return apply_changes(config, ((path, plain(value)) for path, value in changes.items()), registry)
-    except ConfigError as error:
-        raise error.within(place) from None
-
-
-def _load(config: Mapping[str, Any], place: str, registry: Registry) -> Experiment:
-    try:
-        experiment = load(config, registry)
-    except ConfigError as error:
-        raise error.within(place) from None
-    if experiment.source is None:
-        raise ConfigError([Problem("experiment.source", "is missing: there are no scans to run on")])
-    return experiment
 
 
 def by_point(values: Array, axes: Mapping[str, tuple[Any, ...]]) -> Array:

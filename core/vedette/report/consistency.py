@@ -2,16 +2,33 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+
+from attrs import frozen
 
 from vedette.report import canvas
-
-if TYPE_CHECKING:
-    from vedette.testing.trackers import Report
+from vedette.space import Array
 
 
-def draw(report: Report, path: Path) -> None:
+@frozen(eq=False)
+class Shown:
+    """What is drawn: figures at `times` (s,), 1 expected of each, with the bands of one point where they are exact."""
+
+    consistent: bool
+    runs: int
+    alpha: float
+    exact: bool
+    times: Array
+    nees: Array
+    nees_band: tuple[float, float]
+    nis: Mapping[str, Array]
+    directions: tuple[str, ...]
+    calibration: Array
+    calibration_band: tuple[float, float]
+
+
+def draw(report: Shown, path: Path) -> None:
     """Write a PNG: NEES, NIS and the scale of the covariance along each direction, 1 expected, each with its band."""
     made = canvas.figure(8.0)
     top, low = made.subplots(2, 1, sharex=True)

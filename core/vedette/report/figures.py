@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numpy as np
-
 from vedette.experiment import Experiment, Result
 from vedette.metrics import Score
 from vedette.metrics.pixels import pixel_figures
@@ -17,13 +15,14 @@ FIRST = 20
 
 def figures(experiment: Experiment, result: Result, score: Score) -> dict[str, Any]:
     """What is equal in every run of one config and seed: the score, and how it came about. None where one does not exist."""
+    intake = result.intake
     found = {
         "title": experiment.title,
         "seed": experiment.seed,
         "interrupted": result.interrupted,
-        "scans_taken": len(result.scans),
-        "returns": sum(int(np.count_nonzero(scan.detections.valid)) for scan in result.scans),
-        "refused": len(result.refused),
+        "scans_taken": intake.scans,
+        "returns": intake.returns,
+        "refused": intake.refused.count,
         "first_refused": [str(problem) for problem in result.refused[:FIRST]],
         "notes": dict(result.recording.notes),
         "begun": result.begun,
@@ -35,9 +34,10 @@ def figures(experiment: Experiment, result: Result, score: Score) -> dict[str, A
 
 def timings(result: Result) -> dict[str, Any]:
     """What differs from run to run."""
-    each = result.seconds / len(result.scans) if result.scans else None
-    per_frame = {"ms_per_frame": 1e3 * (each or 0.0)} if len(result.framed) else {}
-    return {"seconds": result.seconds, "seconds_per_scan": each} | per_frame
+    intake = result.intake
+    each = result.seconds / intake.scans if intake.scans else None
+    frames = {"ms_per_frame": 1e3 * (each or 0.0)} if intake.frames else {}
+    return {"seconds": result.seconds, "seconds_per_scan": each} | frames
 
 
 def count(number: int, what: str) -> str:

@@ -11,8 +11,9 @@ import numpy as np
 from attrs import evolve
 
 from vedette.io.atomic import whole_file
+from vedette.montecarlo.grid import short_names, told
 from vedette.montecarlo.outcome import Outcome, numeric_axes
-from vedette.montecarlo.plan import UNITS, short_names, told
+from vedette.montecarlo.plan import UNITS
 from vedette.montecarlo.statistics import Mean
 from vedette.report.reproduction import rows
 from vedette.reproduction import Cell, Chart, Curve, Panel, Table

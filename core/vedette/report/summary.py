@@ -12,6 +12,7 @@ from vedette.metrics import Score
 from vedette.metrics.consistency import chi_square_band
 from vedette.report.figures import count
 from vedette.report.traces import BAND, Normalised, band, innovations, mode_names, position_nees, traces
+from vedette.report.warnings import warnings
 
 FIRST = 5
 """How many refused things the summary names."""
@@ -22,19 +23,27 @@ FACTOR = 2.0
 _TEXT, _WIDE = 21, 118
 """Where texts begin and where they end, in characters."""
 
+_NOTHING = ("", "nothing to judge by: no confirmed track")
+
 
 def summary(experiment: Experiment, result: Result, score: Score) -> str:
     """Lines of text, the same in every run of one config and seed."""
-    title = experiment.title or "Run"
-    lines = [title, "=" * len(title), "", *_rows(_read(result)), *_refused(result)]
-    lines += _rows([("tracks", f"{score.tracks:,} confirmed of {result.begun:,} begun")])
+    lines = head(experiment, result, score)
     if score.coverage is not None:
         unit = _length(experiment)
         radius = f"a track within {experiment.judge.cover_radius:g} {unit} covers an object"
         lines += ["", f"Against the truth: {radius}; {count(score.scans, 'scan')} judged"]
-        lines += [*_rows(_against_truth(experiment, score, unit)), "", *_objects(score, unit)]
-    lines += ["", "Are the covariances as large as the errors?", *_rows(_consistency(experiment, result, score))]
+        lines += [*rows(_against_truth(experiment, score, unit)), "", *_objects(score, unit)]
+    lines += ["", "Are the covariances as large as the errors?", *rows(_consistency(experiment, result, score))]
     return "\n".join(lines) + "\n"
+
+
+def head(experiment: Experiment, result: Result, score: Score) -> list[str]:
+    """Return the lines on what came in and how many tracks there were."""
+    title = experiment.title or "Run"
+    lines = [title, "=" * len(title), "", *rows(("LOOKS WRONG", said) for said in warnings(experiment, result, score))]
+    lines += [*rows(_read(result)), *_refused(result)]
+    return [*lines, *rows([("tracks", f"{score.tracks:,} confirmed of {result.begun:,} begun")])]
 
 
 def _length(experiment: Experiment) -> str:
@@ -43,8 +52,8 @@ def _length(experiment: Experiment) -> str:
     return "px" if any(axis.name == "x" and axis.unit == "px" for axis in space.axes) else "m"
 
 
-def _rows(pairs: Iterable[tuple[str, str]]) -> list[str]:
-    """A name and its text in a line each, or in more where the text is long."""
+def rows(pairs: Iterable[tuple[str, str]]) -> list[str]:
+    """Return a name and its text in a line each, or in more where the text is long."""
     lines = []
     for name, text in pairs:
         lines += wrap(text, _WIDE, initial_indent=f"  {name:<{_TEXT - 2}}", subsequent_indent=" " * _TEXT)
@@ -52,13 +61,11 @@ def _rows(pairs: Iterable[tuple[str, str]]) -> list[str]:
 
 
 def _read(result: Result) -> Iterator[tuple[str, str]]:
-    sensors = list(dict.fromkeys(scan.sensor for scan in result.scans))
-    for name in sensors:
-        own = [scan for scan in result.scans if scan.sensor == name]
-        returns = sum(int(np.count_nonzero(scan.detections.valid)) for scan in own)
-        yield name, f"{count(len(own), 'scan')}, {count(returns, 'return')}"
-    if result.scans:
-        first, last = result.scans[0].time, result.scans[-1].time
+    intake = result.intake
+    for name, came in intake.came.items():
+        yield name, f"{count(came.scans, 'scan')}, {count(came.returns, 'return')}"
+    if intake.times is not None:
+        first, last = intake.times
         yield "time", f"{first:.3f} s to {last:.3f} s: {last - first:.6g} s"
     else:
         yield "scans", "none was taken"
@@ -67,16 +74,17 @@ def _read(result: Result) -> Iterator[tuple[str, str]]:
     for name, note in result.recording.notes.items():
         yield ("note", f"{name}: {note}")
     if result.interrupted:
-        yield "interrupted", f"after {count(len(result.scans), 'scan')}; the recording has {len(result.recording.scans):,}"
+        yield "interrupted", f"after {count(intake.scans, 'scan')}; the recording has {len(result.recording.scans):,}"
 
 
 def _refused(result: Result) -> list[str]:
-    if not result.refused:
+    refused = result.intake.refused
+    if not refused.count:
         return []
-    told = [("refused", f"{count(len(result.refused), 'part')} of the input left out:")]
-    told += [("", str(problem)) for problem in result.refused[:FIRST]]
-    more = len(result.refused) - FIRST
-    return _rows([*told, ("", f"and {more:,} more")] if more > 0 else told)
+    told = [("refused", f"{count(refused.count, 'part')} of the input left out:")]
+    told += [("", str(problem)) for problem in refused.first[:FIRST]]
+    more = refused.count - FIRST
+    return rows([*told, ("", f"and {more:,} more")] if more > 0 else told)
 
 
 def _against_truth(experiment: Experiment, score: Score, unit: str) -> Iterator[tuple[str, str]]:
@@ -101,8 +109,8 @@ def _against_truth(experiment: Experiment, score: Score, unit: str) -> Iterator[
 
 
 def _objects(score: Score, unit: str) -> list[str]:
-    head = ("object", "scans", "coverage", f"RMSE [{unit}]", "switches", "lost", "first covered [s]")
-    rows = [
+    titles = ("object", "scans", "coverage", f"RMSE [{unit}]", "switches", "lost", "first covered [s]")
+    table = [
         (
             fate.name,
             f"{fate.scans:,}",
@@ -114,8 +122,8 @@ def _objects(score: Score, unit: str) -> list[str]:
         )
         for fate in score.truths
     ]
-    widths = [max(len(row[i]) for row in (head, *rows)) for i in range(len(head))]
-    return ["  " + "  ".join([row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])]) for row in (head, *rows)]
+    widths = [max(len(row[i]) for row in (titles, *table)) for i in range(len(titles))]
+    return ["  " + "  ".join([row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])]) for row in (titles, *table)]
 
 
 def _consistency(experiment: Experiment, result: Result, score: Score) -> Iterator[tuple[str, str]]:
@@ -129,10 +137,19 @@ def _consistency(experiment: Experiment, result: Result, score: Score) -> Iterat
         yield "NIS", f"{score.nis:.3g} of what is expected; {_inside(seen)}"
         yield "", _nis_in_words(score.nis, float(np.sum(seen.axes)))
     if score.anees is None and score.nis is None:
-        yield "", "nothing to judge by: no confirmed track"
+        yield _NOTHING
     if score.mode_prob is not None:
         names = mode_names(experiment, len(score.mode_prob))
         yield "modes", ", ".join(f"{name} {share:.2f}" for name, share in zip(names, score.mode_prob, strict=True))
+
+
+def innovation_rows(nis: float | None, axes: float) -> Iterator[tuple[str, str]]:
+    """Say what the NIS of a whole run is, over `axes` measured components, where no single one is known any more."""
+    if nis is None or not axes:
+        yield _NOTHING
+    else:
+        yield "NIS", f"{nis:.3g} of what is expected"
+        yield "", _nis_in_words(nis, axes)
 
 
 def _inside(seen: Normalised) -> str:

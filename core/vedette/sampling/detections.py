@@ -32,7 +32,7 @@ class Bounds:
 
 
 def returns(sensor: Sensor, x: Array, uniform: Array, standard: Array) -> tuple[Array, Mask]:
-    """What `sensor` measures of objects x (*b, t, n) over `observes`, and which of them it detects: z (*b, t, m), (*b, t).
+    """Return what `sensor` measures of objects x (*b, t, n), z (*b, t, m), and which of them it detects, (*b, t).
 
     z = h(x) + L w, wrapped, with L L' = R(x) and standard normal w (*b, t, m); an object is detected if its uniform number
     (*b, t) in [0, 1) is below P_D(x).
@@ -42,7 +42,7 @@ def returns(sensor: Sensor, x: Array, uniform: Array, standard: Array) -> tuple[
 
 
 def corners(measurement: Space, region: Mapping[str, Bounds]) -> tuple[Array, Array]:
-    """The box that `region` names: lows (m,) and highs (m,). An axis that wraps may be left out: it is the whole circle.
+    """Return the box that `region` names: lows (m,) and highs (m,). An axis that wraps may be left out for all of it.
 
     ValueError if an axis is missing or unknown, or if a range is longer than the period.
     """
@@ -64,7 +64,7 @@ def corners(measurement: Space, region: Mapping[str, Bounds]) -> tuple[Array, Ar
 
 
 def densities(sensor: Sensor, z: Array) -> Array:
-    """The clutter density at z (*b, m): (*b); ValueError if it is none."""
+    """Return the clutter density at z (*b, m): (*b); ValueError if it is none."""
     density = np.broadcast_to(sensor.clutter(sensor.measurement.canonical(z)), z.shape[:-1])
     if not np.all((density >= 0) & np.isfinite(density)):
         raise ValueError(f"{sensor.kind}: its clutter density must be finite and >= 0, got {np.min(density):.6g}")
@@ -72,7 +72,7 @@ def densities(sensor: Sensor, z: Array) -> Array:
 
 
 def ceiling(sensor: Sensor, lows: Array, highs: Array) -> float:
-    """A bound of the clutter density in the box: its greatest value on a grid, a quarter more where it varies.
+    """Return a bound of the clutter density in the box: its greatest value on a grid, a quarter more where it varies.
 
     ValueError if it makes more returns than a scene can have.
     """
@@ -86,29 +86,37 @@ def ceiling(sensor: Sensor, lows: Array, highs: Array) -> float:
     return bound
 
 
+def thinned(sensor: Sensor, z: Array, uniform: Array, bound: float, candidate: Mask) -> Mask:
+    """Return which of the candidates z (*b, k, m) of a uniform process stay: with probability density / `bound`.
+
+    uniform (*b, k) in [0, 1); candidate (*b, k) says which of z are any. ValueError if one lies where the density is above
+    the bound, as at a narrow peak: that would be a wrong draw.
+    Lewis, Shedler, Simulation of nonhomogeneous Poisson processes by thinning, Naval Research Logistics 26, 1979.
+    """
+    density = densities(sensor, z)
+    if np.any((density > bound) & candidate):
+        raise ValueError(f"{sensor.kind}: its clutter density peaks too sharply for this region; state a smaller one")
+    return candidate & (uniform * bound < density)
+
+
 def draw_clutter(
     sensor: Sensor, region: Mapping[str, Bounds], rng: np.random.Generator, size: tuple[int, ...] = ()
 ) -> tuple[Array, Mask]:
-    """False returns in `region`: a Poisson process with the density that `sensor` states: z (*size, k, m), valid (*size, k).
+    """Return false returns in `region`, z (*size, k, m), and which of them are valid (*size, k).
 
-    Exact for any density: candidates of a uniform process are kept with probability density / bound (thinning). The bound
-    comes from a grid; a candidate above it, as at a narrow peak, is a ValueError rather than a wrong draw.
-    Lewis, Shedler, Simulation of nonhomogeneous Poisson processes by thinning, Naval Research Logistics 26, 1979.
+    They are a Poisson process with the density that `sensor` states, `thinned` from a uniform one; exact for any density.
     """
     lows, highs = corners(sensor.measurement, region)
     bound, volume = ceiling(sensor, lows, highs), float(np.prod(highs - lows))
     counts = np.asarray(rng.poisson(bound * volume, size))
     k = int(np.max(counts, initial=0))
     z = lows + (highs - lows) * rng.random((*size, k, len(lows)))
-    density = densities(sensor, z)
-    if np.any(density > bound):
-        raise ValueError(f"{sensor.kind}: its clutter density peaks too sharply for this region; state a smaller one")
-    kept = (np.arange(k) < counts[..., None]) & (rng.random((*size, k)) * bound < density)
+    kept = thinned(sensor, z, rng.random((*size, k)), bound, np.arange(k) < counts[..., None])
     return sensor.measurement.canonical(z), kept
 
 
 def shuffled(z: Array, valid: Mask, rng: np.random.Generator) -> Detections:
-    """The valid ones of z (*b, k, m) in random order, first; what pads the shorter runs is 0."""
+    """Return the valid ones of z (*b, k, m) in random order, first; what pads the shorter runs is 0."""
     key = np.where(valid, rng.random(valid.shape), 2.0)
     order = np.argsort(key, axis=-1, kind="stable")[..., : int(np.max(np.sum(valid, axis=-1), initial=0))]
     valid = np.take_along_axis(valid, order, axis=-1)
@@ -123,7 +131,7 @@ def draw_detections(
     region: Mapping[str, Bounds] | None = None,
     alive: Mask | None = None,
 ) -> Detections:
-    """One scan of objects x (*b, t, n) over the sensor's `observes`, in random order: z (*b, k, m), valid (*b, k).
+    """Return one scan of objects x (*b, t, n) over the sensor's `observes`, in random order: z (*b, k, m), valid (*b, k).
 
     With `region`, clutter lies in it (see `draw_clutter`); without, there is none. `alive` (*b, t) masks objects out.
     """

@@ -44,11 +44,11 @@ class Generators(np.random.Generator):
     __repr__ = __str__
 
     def random(self, size: Any = None) -> Array:  # type: ignore[override]
-        """Uniform in [0, 1)."""
+        """Draw uniform numbers in [0, 1)."""
         return kernels.uniforms(self._each(), self._own(size))
 
     def standard_normal(self, size: Any = None) -> Array:  # type: ignore[override]
-        """Standard normal."""
+        """Draw standard normal numbers."""
         return kernels.normals(self._each(), self._own(size))
 
     def _each(self) -> Sequence[np.random.Generator]:
@@ -57,7 +57,7 @@ class Generators(np.random.Generator):
         return self._streams
 
     def _own(self, size: Any) -> tuple[int, ...]:
-        """What each run draws of a size."""
+        """Return what each run draws of a size."""
         shape = tuple(size) if isinstance(size, tuple | list) else (size,)
         if not shape or shape[0] != self._runs:
             raise NotInLockStep(f"size: {_LAW}, {self._runs} of them; got {size}")

@@ -80,7 +80,7 @@ class _Hashed(ISeedSequence):
 
 
 def _states(seed: int, runs: NDArray[np.uint64], branch: tuple[int, ...]) -> NDArray[np.uint64]:
-    """`sequence(...).generate_state(4, np.uint64)` for all runs, a run's key below 2^32: (r, 4).
+    """Return `sequence(...).generate_state(4, np.uint64)` for all runs, a run's key below 2^32: (r, 4).
 
     M. E. O'Neill, Developing a seed_seq Alternative, 2015, with the constants of numpy's, which numpy promises to keep.
     """
@@ -121,7 +121,7 @@ def _states(seed: int, runs: NDArray[np.uint64], branch: tuple[int, ...]) -> NDA
 
 
 def _words(number: int) -> list[int]:
-    """A whole number >= 0 in words of 32 bits, the lowest first."""
+    """Return a whole number >= 0 in words of 32 bits, the lowest first."""
     words = [number & _WORD]
     while number := number >> 32:
         words.append(number & _WORD)

@@ -43,7 +43,7 @@ def _coloured(cov: Array, standard: Array) -> Array:
 
 
 def _spread(lower: Array, standard: Array) -> Array:
-    """L w; one product for all of them where L (n, n) is the same for all."""
+    """Return L w; one product for all of them where L (n, n) is the same for all."""
     return standard @ lower.T if lower.ndim == 2 else (lower @ standard[..., None])[..., 0]
 
 
@@ -62,7 +62,7 @@ def _over(state: Space, x0: Array, batch: tuple[int, ...]) -> Array:
 
 
 def _step(model: MotionModel, x: Array, dt: float, standard: Array, factors: dict[float, Array]) -> Array:
-    """One step; `factors` of this model holds L by dt where Q lacks the batch's axes: it depends on dt alone then."""
+    """Return one step; `factors` of this model holds L by dt where Q lacks the batch's axes: it depends on dt alone then."""
     lower = factors.get(dt)
     if lower is None:
         lower = psd_root(model.noise(x, dt))
@@ -72,7 +72,7 @@ def _step(model: MotionModel, x: Array, dt: float, standard: Array, factors: dic
 
 
 def follow(model: MotionModel, x0: Array, times: Array, standard: Array) -> Array:
-    """The trajectory that starts at x0 (*b, n) and meets the standard normal noise (*b, s-1, n): (*b, s, n)
+    """Return the trajectory that starts at x0 (*b, n) and meets the standard normal noise (*b, s-1, n): (*b, s, n)
 
     x' = f(x, dt) + L w with L L' = Q(x, dt); `times` (s,) in s.
     """
@@ -89,23 +89,23 @@ def follow(model: MotionModel, x0: Array, times: Array, standard: Array) -> Arra
 
 
 def draw_states(model: MotionModel, x0: Array, times: Array, rng: np.random.Generator, size: tuple[int, ...] = ()) -> Array:
-    """Trajectories of `model` from x0 (*b, n) at `times` (s,) in s: (*size, *b, s, n). x0 is the state at the first time."""
+    """Return trajectories of `model` that start at x0 (*b, n) at the first of `times` (s,) in s: (*size, *b, s, n)"""
     shape = (*size, *np.shape(x0)[:-1], max(len(times) - 1, 0), len(model.state))
     return follow(model, x0, times, rng.standard_normal(shape))
 
 
 def union_state(models: Sequence[MotionModel]) -> Space:
-    """All axes that any of `models` has, in the order in which they first appear."""
+    """Return all axes that any of `models` has, in the order in which they first appear."""
     return reduce(Space.union, (model.state for model in models), Space())
 
 
 def common_state(models: Sequence[MotionModel]) -> Space:
-    """The axes that all of `models` have, in the first one's order."""
+    """Return the axes that all of `models` have, in the first one's order."""
     return Space(tuple(axis for axis in union_state(models).axes if all(axis.name in model.state for model in models)))
 
 
 def switch(transition: Array, mode0: Modes | int, times: Array, uniform: Array) -> Modes:
-    """A Markov chain under uniform noise (*b, s-1) in [0, 1): modes (*b, s).
+    """Return a Markov chain under uniform noise (*b, s-1) in [0, 1): modes (*b, s).
 
     `transition` (r, r) holds for every step of `times` (s,) that takes time: row the mode, column the next. Over a step of
     0 s nothing switches, as in the IMM estimator.
@@ -128,7 +128,7 @@ def switch(transition: Array, mode0: Modes | int, times: Array, uniform: Array) 
 def follow_modes(
     models: Sequence[MotionModel], modes: Modes, x0: Array, times: Array, standard: Array, fresh: Array
 ) -> Array:
-    """The trajectory over `union_state(models)`, u axes, under modes (*b, s) and standard normal noise (*b, s-1, u).
+    """Return the trajectory over `union_state(models)`, u axes, under modes (*b, s) and standard normal noise (*b, s-1, u).
 
     modes[k] moves the state from times[k-1] to times[k]; modes[0] only says which axes of x0 (*b, u) count. An axis that the
     last model lacked starts at `fresh` (*b, s-1, u). Result (*b, s, u), NaN on the axes that the mode of the time lacks.
@@ -165,7 +165,7 @@ def draw_jump_markov(
     size: tuple[int, ...] = (),
     starts: Mapping[str, tuple[float, float]] | None = None,
 ) -> tuple[Modes, Array]:
-    """Trajectories that switch between `models` by a Markov chain: modes (*size, *b, s), states (*size, *b, s, u).
+    """Return trajectories that switch between `models` by a Markov chain: modes (*size, *b, s), states (*size, *b, s, u).
 
     x0 (*b, u) over `union_state(models)`, mode0 () or (*b). Shared axes are carried over by their names; an axis that the
     last model lacked starts from [mean, standard deviation] of `starts`. `switch` says more of `transition`, `follow_modes`

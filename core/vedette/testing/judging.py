@@ -47,9 +47,11 @@ def same(
     off = np.where(np.isnan(got) & np.isnan(wanted), 0.0, np.where(np.isnan(off), np.inf, off))
     worst = np.unravel_index(int(np.argmax(off)), off.shape)
     place = f"{what}[{', '.join(map(str, worst))}]" if worst else what
+    allowed = np.broadcast_to(tolerance * np.asarray(scale), off.shape)[worst]
+    near = f" to within {allowed:.2g}" if allowed > 1e-9 * abs(got[worst] - wanted[worst]) else ""
     demand(
         off[worst] <= tolerance,
-        f"{place}: must be {wanted[worst]:.9g}, got {got[worst]:.9g} (off by {off[worst]:.2g}, allowed {tolerance:g})",
+        f"{place}: must be {wanted[worst]:.9g}{near}, got {got[worst]:.9g}",
     )
 
 

@@ -18,6 +18,8 @@ from vedette.types import Detections, Gaussian, Recording, Scan
 
 OPEN_GATE = 1.0 - 1e-9
 """Without clutter the gate has nothing to keep out: open, it does not cut the tails that chi-square counts."""
+MOST_FALSE = 2_000
+"""A run whose gate would hold about a tenth as many false returns has lost its target: it gets none from then on."""
 
 
 @frozen(eq=False)
@@ -33,7 +35,8 @@ class Looks:
 class Runs:
     """What came of the runs: errors (r, s, n) and covariances (r, s, n, n) at times (s,), estimates (r, s, n), and looks.
 
-    `exact` says whether chi-square holds for them, and `why` not.
+    `exact` says whether chi-square holds for them, and `why` not. `drowned` (r,) are runs that knew so little of their
+    target that there was no end to the clutter around it.
     """
 
     tracker: Tracker
@@ -44,6 +47,7 @@ class Runs:
     looks: Mapping[str, Looks] = field(repr=False)
     exact: bool
     why: str
+    drowned: Mask
 
 
 def prior_of(tracker: Tracker, given: Mapping[str, tuple[float, float]] | None) -> Gaussian:
@@ -117,6 +121,7 @@ def play(
     many = Gaussian(np.broadcast_to(prior.mean, (runs, 1, n)), np.broadcast_to(prior.cov, (runs, 1, n, n)))
     state = tracker.start(many, float(times[0]), rng.spawn(1)[0])
     means, covs = [], []
+    drowned = np.zeros(runs, dtype=bool)
     looks: dict[str, list[tuple[Array, Array, Mask]]] = {name: [] for name in tracker.sensors}
     for k, time in enumerate(times[1:].tolist(), 1):
         for name, sensor in tracker.sensors.items():
@@ -126,7 +131,10 @@ def play(
             residual, S = innovation(tracker, sensor, Gaussian(moments.mean[:, 0], moments.cov[:, 0]), z)
             looks[name].append((residual, S, seen))
             expected = sensor.measurement.displace(z, -residual)
-            scan = _scanned(tracker, sensor, name, time, z, seen, expected, S, rng if clutter else None)
+            scan = Scan(time, name, Detections(z[:, None], seen[:, None]))
+            if clutter:
+                scan, grown = _cluttered(tracker, sensor, scan, expected, S, drowned, rng)
+                drowned = drowned | grown
             state = tracker.step(state, scan)
         estimate = tracker.estimate(state)
         means.append(estimate.mean[:, 0])
@@ -134,7 +142,7 @@ def play(
     mean, cov = np.stack(means, axis=1), np.stack(covs, axis=1)
     gathered = {name: Looks(*(np.stack(part, axis=1) for part in zip(*rows, strict=True))) for name, rows in looks.items()}
     error = tracker.state.difference(truth[:, 1:], mean)
-    return Runs(tracker, times[1:], error, cov, mean, gathered, not why, why)
+    return Runs(tracker, times[1:], error, cov, mean, gathered, not why, why, drowned)
 
 
 def _looked_at(tracker: Tracker, sensor: Sensor, x: Array) -> Array:
@@ -150,22 +158,31 @@ def innovation(tracker: Tracker, sensor: Sensor, predicted: Gaussian, z: Array) 
     return sensor.measurement.difference(z, sensor.measure(x)), S
 
 
-def _scanned(
-    tracker: Tracker, sensor: Sensor, name: str, time: float, z: Array, seen: Mask, expected: Array, S: Array,
-    rng: np.random.Generator | None,
-) -> Scan:  # fmt: skip
-    """The scan of all runs: the target's return, and with a generator the clutter that could fall into any gate."""
-    if rng is None:
-        return Scan(time, name, Detections(z[:, None], seen[:, None]))
+def _cluttered(
+    tracker: Tracker, sensor: Sensor, scan: Scan, expected: Array, S: Array, without: Mask, rng: np.random.Generator
+) -> tuple[Scan, Mask]:
+    """Add the clutter that could fall into any gate to the scan of all runs; and those in which there is no end of it (r,).
+
+    The runs `without` get none.
+    """
+    z, seen = scan.detections.z, scan.detections.valid
     m, space = len(sensor.measurement), sensor.measurement
-    reach = 3.0 * np.sqrt(tracker.gate.threshold(m) * np.diagonal(S, axis1=-2, axis2=-1))
+    with np.errstate(over="ignore"):
+        reach = 3.0 * np.sqrt(tracker.gate.threshold(m) * np.diagonal(S, axis1=-2, axis2=-1))
+    blind = ~without & ~np.all(reach < np.inf, axis=-1)
+    reach = np.where((without | blind)[:, None], 0.0, reach)
     half = np.minimum(reach, [np.inf if axis.period is None else axis.period / 2 for axis in space.axes])
     corners = np.stack([expected + half * np.array(signs) for signs in np.ndindex(*(2,) * m)], axis=1)
     probes = np.concatenate([corners, expected[:, None]], axis=1)
     bound = 1.3 * float(np.max(sensor.clutter(probes)))
-    counts = rng.poisson(bound * np.prod(2 * half, axis=-1))
+    with np.errstate(over="ignore"):
+        mean = bound * np.prod(2 * half, axis=-1)
+    endless = blind | (mean > MOST_FALSE)
+    counts = rng.poisson(np.where(endless, 0.0, mean))
+    half = np.where(endless[:, None], 0.0, half)
     k = int(counts.max(initial=0))
     false = space.canonical(expected[:, None] + half[:, None] * rng.uniform(-1.0, 1.0, (len(z), k, m)))
     density = np.broadcast_to(sensor.clutter(false), false.shape[:-1])
     kept = (np.arange(k) < counts[:, None]) & (rng.random(false.shape[:-1]) * bound < density)
-    return Scan(time, name, Detections(np.concatenate([z[:, None], false], 1), np.concatenate([seen[:, None], kept], 1)))
+    both = Detections(np.concatenate([z, false], 1), np.concatenate([seen, kept], 1))
+    return Scan(scan.time, scan.sensor, both), endless

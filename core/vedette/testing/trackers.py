@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import attrs
 import numpy as np
 from attrs import evolve, frozen
 
@@ -74,9 +75,9 @@ class Report:
 
     def plot(self, path: str | Path) -> None:
         """Draw NEES, NIS and calibration over time with their bands; needs matplotlib."""
-        from vedette.report.consistency import draw
+        from vedette.report.consistency import Shown, draw
 
-        draw(self, Path(path))
+        draw(Shown(**{name: getattr(self, name) for name in attrs.fields_dict(Shown)}), Path(path))
 
 
 def consistency(
@@ -159,12 +160,12 @@ def judge(played: Runs, alpha: float, band: tuple[float, float], seed: int) -> R
 
 
 def _lost(played: Runs) -> Mask:
-    """Runs (r,) whose target's return fell outside the gate in each of the last scans: they follow clutter."""
+    """Runs (r,) that drowned, or that follow clutter: its return fell outside the gate in each of the last scans."""
     gone = np.ones(len(played.error), dtype=bool)
     for looks in played.looks.values():
         squared = nees(looks.residual[:, -LAGS:], looks.cov[:, -LAGS:])
         gone &= np.all(squared > played.tracker.gate.threshold(looks.residual.shape[-1]), axis=1)
-    return gone
+    return gone | played.drowned
 
 
 def _lost_verdict(count: int, total: int, share: float) -> Verdict:
@@ -179,7 +180,14 @@ def _lost_verdict(count: int, total: int, share: float) -> Verdict:
 def _without(played: Runs, lost: Mask) -> Runs:
     keep = ~lost
     looks = {name: Looks(one.residual[keep], one.cov[keep], one.seen[keep]) for name, one in played.looks.items()}
-    return evolve(played, error=played.error[keep], cov=played.cov[keep], mean=played.mean[keep], looks=looks)
+    return evolve(
+        played,
+        error=played.error[keep],
+        cov=played.cov[keep],
+        mean=played.mean[keep],
+        drowned=played.drowned[keep],
+        looks=looks,
+    )
 
 
 def _when(outside: Array, times: Array) -> str:

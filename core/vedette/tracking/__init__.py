@@ -2,5 +2,6 @@
 
 from vedette.tracking.permanent import GivenTracks, PermanentTracks
 from vedette.tracking.preprocessing import preprocessed, raw_sensors
+from vedette.tracking.trees import join, take
 
-__all__ = ["GivenTracks", "PermanentTracks", "preprocessed", "raw_sensors"]
+__all__ = ["GivenTracks", "PermanentTracks", "join", "preprocessed", "raw_sensors", "take"]

@@ -3,19 +3,40 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 from attrs import evolve
 
-from vedette.roles import Birth, Estimator, Sensor
-from vedette.space import Array
+from vedette.roles import Associator, Birth, Estimator, Lifecycle, Sensor
+from vedette.space import Array, Space
 from vedette.tracking import trees
+from vedette.tracking.ceiling import check_births
+from vedette.tracking.gate import Gate
 from vedette.tracking.state import State
 from vedette.types import Detections, Frame, Newborn
 
-if TYPE_CHECKING:
-    from vedette.tracking.tracker import Tracker
+
+class Parts(Protocol):
+    """What of a tracker makes its tracks begin."""
+
+    @property
+    def birth(self) -> Birth | None: ...
+
+    @property
+    def estimator(self) -> Estimator[Any]: ...
+
+    @property
+    def associator(self) -> Associator: ...
+
+    @property
+    def lifecycle(self) -> Lifecycle: ...
+
+    @property
+    def gate(self) -> Gate: ...
+
+    @property
+    def state(self) -> Space: ...
 
 
 def starters(birth: Birth | None, sensors: Mapping[str, Sensor], estimator: Estimator[Any]) -> Iterator[str]:
@@ -34,7 +55,7 @@ def starters(birth: Birth | None, sensors: Mapping[str, Sensor], estimator: Esti
 
 
 def reveal(
-    tracker: Tracker, state: State, dt: float, sensor: Sensor, observed: Detections | Frame, rng: np.random.Generator
+    tracker: Parts, state: State, dt: float, sensor: Sensor, observed: Detections | Frame, rng: np.random.Generator
 ) -> tuple[Any, Array | None, Any]:
     """Return the birth's memory after the scan, the rate of each return (k,), and what it found to begin tracks with."""
     birth, estimator, p_gate = tracker.birth, tracker.estimator, tracker.gate.probability
@@ -47,7 +68,7 @@ def reveal(
 
 
 def begin(
-    tracker: Tracker,
+    tracker: Parts,
     state: State,
     found: Any,
     sensor: Sensor,
@@ -76,8 +97,9 @@ def claimed(weights: Array, exclusive: bool) -> Array:
     return some
 
 
-def _joined(tracker: Tracker, state: State, newborn: Newborn, rng: np.random.Generator) -> State:
+def _joined(tracker: Parts, state: State, newborn: Newborn, rng: np.random.Generator) -> State:
     count, k = len(newborn.returns), state.weights.shape[-1] - 1
+    check_births(state, count, k)
     existence = np.ones(count) if tracker.lifecycle.certain else newborn.existence
     belief = tracker.estimator.start(newborn.prior, tracker.state, rng)
     weights = np.zeros((count, 1 + k))

@@ -12,6 +12,8 @@ from vedette.tracking.state import State
 from vedette.tracking.tracker import Tracker
 from vedette.types import Track
 
+_COLUMNS = ("ids", "times", "mean", "cov", "confirmed", "existence", "nis", "hit")
+
 
 @final
 class History:
@@ -20,6 +22,12 @@ class History:
     def __init__(self, tracker: Tracker) -> None:
         self._tracker = tracker
         self._rows: list[dict[str, Any]] = []
+        self._handed_out: set[int] = set()
+
+    @property
+    def scans(self) -> int:
+        """How many scans it holds."""
+        return len(self._rows)
 
     def add(self, state: State) -> None:
         """Keep what a scan left of every track (t,)."""
@@ -40,22 +48,22 @@ class History:
         )
 
     def tracks(self) -> tuple[Track, ...]:
-        """The tracks that were ever confirmed, in the order of their ids."""
+        """Return the tracks that were ever confirmed, in the order of their ids."""
         if not self._rows:
             return ()
         ids = self._column("ids")
         order = np.argsort(ids, kind="stable")
         edges = [*np.flatnonzero(np.diff(ids[order], prepend=-1)), len(order)]
-        names = ("times", "mean", "cov", "confirmed", "existence", "nis", "hit")
-        columns: dict[str, Any] = {name: self._column(name)[order] for name in names}
+        columns: dict[str, Any] = {name: self._column(name)[order] for name in _COLUMNS[1:]}
         mode_prob = None if self._rows[0]["mode_prob"] is None else self._column("mode_prob")[order]
         weights = [row for rows in self._rows for row in rows["weights"]]
         found = []
         for i, j in pairwise(edges):
-            if columns["confirmed"][i:j].any():
+            number = int(ids[order[i]])
+            if number in self._handed_out or columns["confirmed"][i:j].any():
                 found.append(
                     Track(
-                        id=int(ids[order[i]]),
+                        id=number,
                         space=self._tracker.state,
                         mode_prob=None if mode_prob is None else mode_prob[i:j],
                         weights=tuple(weights[row] for row in order[i:j]),
@@ -64,5 +72,26 @@ class History:
                 )
         return tuple(found)
 
+    def hand_out(self) -> tuple[Track, ...]:
+        """Return what there is to tell of the tracks that were ever confirmed, in pieces: none is told twice.
+
+        What was told is forgotten, and so are tracks that ended unconfirmed. Those that may still be confirmed stay.
+        """
+        found = self.tracks()
+        alive = self._rows[-1]["ids"] if self._rows else np.zeros(0, dtype=np.int64)
+        known = self._handed_out | {track.id for track in found}
+        self._handed_out = known & set(alive.tolist())
+        waiting = [number for number in alive.tolist() if number not in known]
+        self._rows = [row for row in (_of(row, waiting) for row in self._rows) if len(row["ids"])] if waiting else []
+        return found
+
     def _column(self, name: str) -> Array:
         return np.concatenate([row[name] for row in self._rows])
+
+
+def _of(row: dict[str, Any], ids: list[int]) -> dict[str, Any]:
+    """Return what a row holds of some tracks, in arrays of its own: the others' go."""
+    own = np.isin(row["ids"], ids)
+    kept = {name: row[name][own] for name in _COLUMNS}
+    modes = None if row["mode_prob"] is None else row["mode_prob"][own]
+    return {**kept, "mode_prob": modes, "weights": [row["weights"][i].copy() for i in np.flatnonzero(own)]}

@@ -10,6 +10,7 @@ from attrs import evolve
 
 from vedette.errors import Problem, ScanRefused
 from vedette.roles import Preprocessor, Sensor
+from vedette.tracking.intake import Refused
 from vedette.tracking.validation import flaws, without_bad_returns
 from vedette.types import Scan
 
@@ -77,7 +78,7 @@ def _whole(scan: Scan) -> Scan:
 
 
 def preprocess(
-    scans: Iterable[Scan], preprocessors: Mapping[str, Preprocessor], problems: list[Problem], *, strict: bool
+    scans: Iterable[Scan], preprocessors: Mapping[str, Preprocessor], problems: list[Problem] | Refused, *, strict: bool
 ) -> Iterator[Scan]:
     """The scans of a recording after detection, one at a time, so that pictures need not fit into memory.
 
@@ -87,7 +88,7 @@ def preprocess(
 
 
 def _sound(
-    scans: Iterable[Scan], preprocessors: Mapping[str, Preprocessor], problems: list[Problem], strict: bool
+    scans: Iterable[Scan], preprocessors: Mapping[str, Preprocessor], problems: list[Problem] | Refused, strict: bool
 ) -> Iterator[Scan]:
     """The scans without what no preprocessor can take."""
     raw = {name: sensor for preprocessor in preprocessors.values() for name, sensor in preprocessor.sensors.items()}
@@ -97,7 +98,7 @@ def _sound(
                 raise ScanRefused(f"raw scan of {scan.sensor!r} at {scan.time:.6f} s: {'; '.join(map(str, found))}")
             scan, left_out = without_bad_returns(scan)
             found = left_out or found
-            problems += [Problem(f"raw scan {i}, {problem.place}", problem.text) for problem in found]
+            problems.extend([Problem(f"raw scan {i}, {problem.place}", problem.text) for problem in found])
             if not left_out:
                 continue
         yield scan

@@ -14,6 +14,7 @@ from vedette.sampling.generators import NO_DRAWS
 from vedette.sampling.seeds import Seed, Seeds
 from vedette.space import Array, Space
 from vedette.tracking import births
+from vedette.tracking.ceiling import FEW, check_pairs
 from vedette.tracking.gate import Gate, SensorGate
 from vedette.tracking.state import State, kept, new_state
 from vedette.tracking.validation import admitted, check_sensors
@@ -141,6 +142,8 @@ class Tracker:
     def step(self, state: State, scan: Scan) -> State:
         """Return the state after one scan; ScanRefused, with the state as it was, if the scan cannot be taken."""
         observed = admitted(scan, self._sensor_gates, state.time)
+        if scan.detections.z.size > FEW:
+            check_pairs(state, scan, len(self.state))
         gate, estimator, lifecycle = self._sensor_gates[scan.sensor], self.estimator, self.lifecycle
         sensor = gate.sensor if scan.pose is None else gate.sensor.at(scan.pose)
         dt = scan.time - state.time if state.time != -np.inf else 0.0

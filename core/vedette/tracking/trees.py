@@ -25,6 +25,11 @@ def join(first: T, second: T, axis: int) -> T:
     return _rebuild(first, [join(one, other, axis) for one, other in pairs])
 
 
+def size(tree: Any) -> int:
+    """Return how many numbers there are in all arrays."""
+    return int(tree.size) if isinstance(tree, np.ndarray) else sum(size(part) for part in _parts(tree))
+
+
 def _parts(tree: Any) -> list[Any]:
     if tree is None:
         return []

@@ -40,17 +40,17 @@ class CorrelationFilter(AppearanceFilter[BoxPatch]):
     search: int = fields.integer("cells searched to each side, at most", default=40, at_least=3, at_most=128)
 
     def unseen(self, tracks: tuple[int, ...]) -> BoxPatch:
-        """No template."""
+        """Return no template."""
         return BoxPatch(np.zeros(tracks), np.zeros((*tracks, self.cells, self.cells)), np.ones((*tracks, 2)))
 
     def first(self, pixels: Array, where: Array, box: Array) -> BoxPatch:
-        """The box."""
+        """Return the box."""
         step = self._step(box)
         size = np.clip(np.rint(box / step), 3, self.cells)
         return BoxPatch(np.ones(()), sample(pixels, where, step, self.cells), size)
 
     def find(self, pixels: Array, where: Array, box: Array, S: Array, appearance: BoxPatch) -> Match[BoxPatch]:
-        """The best correlation, its top by a parabola."""
+        """Return the best correlation, its top by a parabola."""
         cv2, step, p = opencv(), self._step(box), self.cells
         centre = np.clip(where, 0.0, np.array(pixels.shape[::-1]) - 1.0)
         reach = int(np.clip(np.ceil((3.5 * np.sqrt(np.max(np.diagonal(S))) + 2.0) / step), 3, self.search))
@@ -72,5 +72,5 @@ class CorrelationFilter(AppearanceFilter[BoxPatch]):
         )
 
     def _step(self, box: Array) -> float:
-        """Px of a cell."""
+        """Return Px of a cell."""
         return max(1.0, float(np.max(box)) / self.cells)

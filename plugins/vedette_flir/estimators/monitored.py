@@ -74,11 +74,11 @@ class ResidualMonitored(Estimator[Monitored]):
         return self.of.reframes
 
     def refuses(self, sensor: Sensor) -> str | None:
-        """What the filter refuses."""
+        """Return what the filter refuses."""
         return self.of.refuses(sensor)
 
     def start(self, prior: Gaussian, axes: Space, rng: np.random.Generator) -> Monitored:
-        """The filter's start, and its noise as stated."""
+        """Return the filter's start, and its noise as stated."""
         return Monitored(self.of.start(prior, axes, rng), np.ones(prior.mean.shape[:-1]))
 
     def reframe(self, belief: Monitored, combined: Gaussian) -> Monitored:
@@ -86,7 +86,7 @@ class ResidualMonitored(Estimator[Monitored]):
         return evolve(belief, belief=self.of.reframe(belief.belief, combined))
 
     def predict(self, belief: Monitored, dt: float, rng: np.random.Generator) -> Monitored:
-        """The filter's prediction, its process noise scaled."""
+        """Return the filter's prediction, its process noise scaled."""
         if dt == 0:
             return belief
         ahead = self.of.predict(belief.belief, dt, rng)
@@ -94,13 +94,13 @@ class ResidualMonitored(Estimator[Monitored]):
         return evolve(belief, belief=Gaussian(ahead.mean, ahead.cov + more))
 
     def evaluate(self, belief: Monitored, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
-        """The filter's own."""
+        """Return the filter's own."""
         made = self.of.evaluate(belief.belief, sensor, observed, p_gate)
         ratio = np.clip(made.nis / len(sensor.measurement), 0.0, self.most)
         return evolve(made, detail=MonitoredInnovation(made.detail, ratio))
 
     def update(self, belief: Monitored, innovation: Innovation, weights: Array) -> Monitored:
-        """The filter's posterior, and the factor's step."""
+        """Return the filter's posterior, and the factor's step."""
         detail: MonitoredInnovation = innovation.detail
         after = self.of.update(belief.belief, evolve(innovation, detail=detail.detail), weights)
         step = self.gain * np.sum(weights[..., 1:] * (detail.ratio - 1.0), axis=-1)

@@ -66,12 +66,12 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
     )
 
     def unseen(self, tracks: tuple[int, ...]) -> TemplateAppearance:
-        """No template, and a size that is none."""
+        """Return no template, and a size that is none."""
         patch, pair = np.zeros((*tracks, self.cells, self.cells)), np.zeros((*tracks, 2))
         return TemplateAppearance(np.zeros(tracks), patch, patch, np.ones(tracks), pair, np.ones_like(pair))
 
     def first(self, pixels: Array, where: Array, box: Array) -> TemplateAppearance:
-        """The target in its box, and the template around it."""
+        """Return the target in its box, and the template around it."""
         found = target_in(pixels, where, box)
         step, inner, _ = self._grid(found.size)
         # As much surroundings as a search sees: what is small beside them is not taken out.
@@ -84,7 +84,7 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
     def find(
         self, pixels: Array, where: Array, box: Array, S: Array, appearance: TemplateAppearance
     ) -> Match[TemplateAppearance]:
-        """The best place within 3.5 standard deviations and 2 px, and the appearance renewed there."""
+        """Return the best place within 3.5 standard deviations and 2 px, and the appearance renewed there."""
         step, inner, mask = self._grid(appearance.size)
         amplitude, where = float(appearance.amplitude), where + appearance.offset
         centre = np.clip(where, 0.0, np.array(pixels.shape[::-1]) - 1.0)
@@ -116,13 +116,13 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         return Match(centre + moved - where, ratio, renewed)
 
     def _grid(self, size: Array) -> tuple[float, Array, Array]:
-        """Step in px, the target's size in cells, and the template's mask."""
+        """Return step in px, the target's size in cells, and the template's mask."""
         wide = self.margin * np.maximum(size, 3.0) + 2.0
         step = max(1.0, float(np.max(wide)) / self.cells)
         return step, size / step, mask_of(wide / step, self.cells)
 
     def _apart(self, pixels: Array, centre: Array, size: Array, step: float, cells: int, sign: float) -> Array:
-        """Contrast (cells, cells) around `centre`; larger structures of the target's sign are gone where it is small."""
+        """Return the contrast (cells, cells) around `centre`, for a small target without larger structures of its sign."""
         image = blurred(sample(pixels, centre, step, cells))
         if np.max(size) > self.small:
             return image - float(np.median(image))
@@ -130,6 +130,6 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
 
 
 def _kept(image: Array, amplitude: float) -> Array:
-    """Contrast of the target's sign, in parts of its amplitude, from 0 to `BRIGHTEST`."""
+    """Return contrast of the target's sign, in parts of its amplitude, from 0 to `BRIGHTEST`."""
     kept: Array = np.clip(image / amplitude, 0.0, BRIGHTEST)
     return kept

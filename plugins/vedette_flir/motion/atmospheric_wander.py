@@ -48,14 +48,14 @@ class AtmosphericWander(ImagePlane):
         return first, -first, K * a * b**2 / (a - b)
 
     def one_axis(self, dt: float) -> tuple[Array, Array]:
-        """F and Q (4, 4)"""
+        """Return F and Q (4, 4)"""
         from scipy.special import gammainc
 
         a, b = self.corner, self.double_corner
         g1, g2, g3 = self.gains
 
         def moment(power: int, rate: float) -> float:
-            """The integral of s^power e^(-rate s) over [0, dt]."""
+            """Return the integral of s^power e^(-rate s) over [0, dt]."""
             return math.factorial(power) / rate ** (power + 1) * float(gammainc(power + 1, rate * dt))
 
         slow = g1 * g1 * moment(0, 2 * a)

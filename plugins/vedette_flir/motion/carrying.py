@@ -49,7 +49,7 @@ class Carrying(MotionModel):
         return self.motion.reframes
 
     def _wide(self, own: Array, rest: float) -> Array:
-        """The motion's own matrix in the corner, `rest` on the other diagonal."""
+        """Return the motion's own matrix in the corner, `rest` on the other diagonal."""
         n, size = len(self.motion.state), len(self.state)
         whole = np.zeros((*own.shape[:-2], size, size))
         whole[..., :n, :n] = own

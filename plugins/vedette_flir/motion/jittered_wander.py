@@ -29,6 +29,6 @@ class JitteredWander(ImagePlane):
     tau_jitter: float = fields.quantity("s", "correlation time of the jitter", default=0.076, above=0)
 
     def one_axis(self, dt: float) -> tuple[Array, Array]:
-        """F and Q (2, 2)"""
+        """Return F and Q (2, 2)"""
         (F, Q), (Fj, Qj) = fading(self.tau, self.sigma, dt), fading(self.tau_jitter, self.sigma_jitter, dt)
         return apart(F, Fj), apart(Q, Qj)

@@ -13,7 +13,7 @@ from vedette import Array, MotionModel, Space
 
 
 def both_axes(block: Array) -> Array:
-    """A matrix (p, p) over one axis' processes -> (2p, 2p) over both axes, each process' column and row together."""
+    """Return a matrix (p, p) over one axis' processes -> (2p, 2p) over both axes, each process' column and row together."""
     p = len(block)
     both = np.zeros((p, 2, p, 2))
     both[:, 0, :, 0] = both[:, 1, :, 1] = block
@@ -21,7 +21,7 @@ def both_axes(block: Array) -> Array:
 
 
 def apart(*blocks: Array) -> Array:
-    """Block-diagonal: processes that do not touch each other."""
+    """Return block-diagonal: processes that do not touch each other."""
     size = sum(len(block) for block in blocks)
     whole, at = np.zeros((size, size)), 0
     for block in blocks:
@@ -31,7 +31,7 @@ def apart(*blocks: Array) -> Array:
 
 
 def fading(tau: float, sigma: float, dt: float) -> tuple[Array, Array]:
-    """F and Q, (1, 1) each, of a first-order Gauss-Markov process of stationary standard deviation `sigma`, exactly."""
+    """Return F and Q, (1, 1) each, of a first-order Gauss-Markov process, exactly; `sigma`: its stationary deviation."""
     return np.array([[math.exp(-dt / tau)]]), np.array([[-(sigma**2) * math.expm1(-2.0 * dt / tau)]])
 
 
@@ -49,7 +49,7 @@ class ImagePlane(MotionModel):
 
     @abstractmethod
     def one_axis(self, dt: float) -> tuple[Array, Array]:
-        """F and Q (p, p) of one axis."""
+        """Return F and Q (p, p) of one axis."""
 
     def move(self, x: Array, dt: float) -> Array:
         """(*b, n) -> (*b, n)"""

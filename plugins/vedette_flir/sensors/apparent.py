@@ -11,7 +11,7 @@ APPARENT = Space.of(x="px", y="px")
 APPEARANCE = {"amplitude": "count", "spread": "px", "background": "count"}
 
 
-def _looks_at(self: ApparentPosition) -> Space:
+def _observed(self: ApparentPosition) -> Space:
     where = dict.fromkeys((*self.across, *self.down), "px")
     if len(where) < len(self.across) + len(self.down) or not self.across or not self.down:
         raise ValueError(f"across, down: must name at least one axis each, none twice, got {self.across}, {self.down}")
@@ -32,11 +32,11 @@ class ApparentPosition(ImagingSensor):
     across: tuple[str, ...] = fields.words("the axes whose sum is the apparent x, the column", default=("x",))
     down: tuple[str, ...] = fields.words("the axes whose sum is the apparent y, the row", default=("y",))
     detection_probability: float = fields.probability("probability that the target is to be seen in a frame", default=1.0)
-    observes: Space = field(init=False, repr=False, eq=False, default=Factory(_looks_at, takes_self=True))
+    observes: Space = field(init=False, repr=False, eq=False, default=Factory(_observed, takes_self=True))
     _chosen: Array = field(init=False, repr=False, eq=False, default=Factory(_select, takes_self=True))
 
     def appearance(self) -> dict[str, str]:
-        """Axis to unit of what it reads beyond the position."""
+        """Return axis to unit of what it reads beyond the position."""
         return APPEARANCE
 
     @property
@@ -56,6 +56,6 @@ class ApparentPosition(ImagingSensor):
         return np.asarray(self.detection_probability)
 
     def looks(self, x: Array) -> tuple[Array, ...]:
-        """The axes beyond the position (*b, n) -> (*b) each, in the order of `appearance`."""
+        """Return the axes beyond the position (*b, n) -> (*b) each, in the order of `appearance`."""
         first = len(self.across) + len(self.down)
         return tuple(x[..., i] for i in range(first, x.shape[-1]))

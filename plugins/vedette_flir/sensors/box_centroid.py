@@ -29,7 +29,7 @@ class BoxCentroid(ApparentPosition):
     least: float = fields.quantity("count", "spread of the border's pixels, at least", default=1.0, above=0)
 
     def appearance(self) -> dict[str, str]:
-        """The box."""
+        """Return the box."""
         return {"width": "px", "height": "px"}
 
     def noise(self, x: Array) -> Array:
@@ -37,7 +37,7 @@ class BoxCentroid(ApparentPosition):
         return self.sigma**2 * np.eye(2)
 
     def information(self, x: Array, frame: Frame, at: Array) -> tuple[Array, Array, Array]:
-        """J (*b, t, 2, 2) in 1/px^2, g (*b, t, 2) in 1/px, llr (*b, t)"""
+        """Return J (*b, t, 2, 2) in 1/px^2, g (*b, t, 2) in 1/px, llr (*b, t)"""
         width, height = self.looks(x)
         size = max(5, int(np.ceil(self.margin * max(np.max(width, initial=1.0), np.max(height, initial=1.0)))) + 4)
         spot = self.measure(x)

@@ -34,7 +34,7 @@ class EllipticSpot(FittedImage):
     gain_background: float = fields.probability("part of a step that the background takes each frame", default=0.0)
 
     def appearance(self) -> dict[str, str]:
-        """Amplitude, the ellipse, background."""
+        """Return amplitude, the ellipse, background."""
         return {"amplitude": "count", "spread_x": "px", "spread_y": "px", "correlation": "1", "background": "count"}
 
     def gains(self) -> Array:
@@ -47,7 +47,7 @@ class EllipticSpot(FittedImage):
         return np.array([free, WIDTHS, WIDTHS, CORRELATIONS, free])
 
     def picture(self, looks: tuple[Array, ...], x: Array, y: Array) -> Picture:
-        """Amplitude * spot"""
+        """Return amplitude * spot"""
         amplitude, sx, sy, r, _ = (look[..., None, None] for look in looks)
         spot, slopes, bends = elliptic(x, y, bivariate(*looks[1:4]))
         xx, xy, yy = (bends[..., k, :, :] for k in range(3))

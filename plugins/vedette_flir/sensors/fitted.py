@@ -31,14 +31,14 @@ class FittedImage(ApparentPosition):
 
     @abstractmethod
     def picture(self, looks: tuple[Array, ...], x: Array, y: Array) -> Picture:
-        """The target at `looks` (*b) each, in pixels whose columns and rows stand at x, y (*b, w) from where it appears."""
+        """Return the target at `looks` (*b) each, in pixels at columns x and rows y (*b, w) from where it appears."""
 
     @abstractmethod
     def gains(self) -> Array:
-        """The part of a step that each look takes, (q,)."""
+        """Return the part of a step that each look takes, (q,)."""
 
     def bounds(self) -> Array:
-        """Least and largest value of each look, and its largest step in a frame, (q, 3)."""
+        """Return least and largest value of each look, and its largest step in a frame, (q, 3)."""
         return np.array([[-np.inf, np.inf, np.inf]] * len(self.appearance()))
 
     def noise(self, x: Array) -> Array:
@@ -48,19 +48,19 @@ class FittedImage(ApparentPosition):
         return variance[..., None, None] * np.eye(2)
 
     def render(self, x: Array, shape: tuple[int, int]) -> Array:
-        """What a frame of `shape` (height, width) shows without noise and background: (*b, n) -> (*b, h, w)"""
+        """Return what a frame of `shape` (height, width) shows without noise and background: (*b, n) -> (*b, h, w)"""
         spot, steps = self.measure(x), np.arange(max(shape))
         made = self.picture(self.looks(x), steps - spot[..., 0, None], steps - spot[..., 1, None])
         return made.image[..., : shape[0], : shape[1]]
 
     def information(self, x: Array, frame: Frame, at: Array) -> tuple[Array, Array, Array]:
-        """J (*b, t, 2, 2) in 1/px^2, g (*b, t, 2) in 1/px, llr (*b, t)"""
+        """Return J (*b, t, 2, 2) in 1/px^2, g (*b, t, 2) in 1/px, llr (*b, t)"""
         window = self.camera.cut(frame, self.measure(x))
         made = self.picture(self.looks(at), *window.offsets(self.measure(at)))
         return self.camera.information(window, made.image, made.slopes, self.looks(at)[-1])
 
     def learn(self, x: Array, frame: Frame) -> Array:
-        """The looks a part of the way to what fits the frame best; (*b, t, n) -> (*b, t, n)
+        """Return the looks a part of the way to what fits the frame best; (*b, t, n) -> (*b, t, n)
 
         A Gauss-Newton step of least squares over those with a gain, cut to its bounds.
         """

@@ -41,7 +41,7 @@ class GaussianSpot(FittedImage):
         return np.array([free, WIDTHS, free])
 
     def picture(self, looks: tuple[Array, ...], x: Array, y: Array) -> Picture:
-        """Amplitude * spot"""
+        """Return amplitude * spot"""
         amplitude, spread, _ = looks
         spot, slopes, wider = circular(x, y, spread)
         strength = amplitude[..., None, None]

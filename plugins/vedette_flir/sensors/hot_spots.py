@@ -53,7 +53,7 @@ class HotSpots(FittedImage):
             raise ValueError("spots: must hold at least one spot, got none")
 
     def appearance(self) -> dict[str, str]:
-        """Amplitude, turn, background."""
+        """Return amplitude, turn, background."""
         return {"amplitude": "count", "turn": "rad mod 2pi", "background": "count"}
 
     def gains(self) -> Array:
@@ -66,7 +66,7 @@ class HotSpots(FittedImage):
         return np.array([free, TURNS, free])
 
     def picture(self, looks: tuple[Array, ...], x: Array, y: Array) -> Picture:
-        """The sum of the spots"""
+        """Return the sum of the spots"""
         amplitude, turn, _ = looks
         T = np.cos(turn)[..., None, None] * np.eye(2) + np.sin(turn)[..., None, None] * QUARTER
         parts = [spot.peak * self._one(spot, T, x, y) for spot in self.spots]
@@ -77,7 +77,7 @@ class HotSpots(FittedImage):
         return Picture(strength * image, strength[..., None] * slopes, basis)
 
     def _one(self, spot: Spot, T: Array, x: Array, y: Array) -> Array:
-        """Image, slopes to the place and derivative to the turn of one spot of peak 1, (*b, 4, w, w)."""
+        """Return image, slopes to the place and derivative to the turn of one spot of peak 1, (*b, 4, w, w)."""
         away = T @ np.array([spot.x, spot.y])
         C = T @ bivariate(*np.array([spot.spread_x, spot.spread_y, spot.correlation])) @ np.swapaxes(T, -1, -2)
         image, slopes, bends = elliptic(x - away[..., 0, None], y - away[..., 1, None], C)

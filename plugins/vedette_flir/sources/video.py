@@ -51,6 +51,7 @@ class VideoSource(Source):
     """
 
     kind: ClassVar[str] = "video"
+    draws: ClassVar[bool] = False
 
     path: str = fields.text("a video file, or a folder of images in the order of their names", default="")
     truth: str = fields.text(
@@ -98,7 +99,7 @@ class VideoSource(Source):
         notes = {"frames": f"{kept[0]} to {kept[-1]} of {path.name}, {size}"}
         lost = sum(problem.rows for problem in clip.problems)
         rows = {"frames": Rows(clip.total, len(kept), lost, len(clip.numbers) - len(kept))}
-        return Recording(LazyScans(len(kept), make), (truth,), clip.problems, notes, rows)
+        return Recording(LazyScans(len(kept), make), (truth,), clip.problems, notes, rows=rows)
 
     def _beside(self, path: Path, parameter: str, name: str) -> Path:
         """Return the file that a parameter names, or else `name`, in the clip's folder; ConfigError if it lies elsewhere."""

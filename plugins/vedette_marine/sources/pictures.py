@@ -49,6 +49,7 @@ class RadarPictures(Source):
     """
 
     kind: ClassVar[str] = "radar_pictures"
+    draws: ClassVar[bool] = False
 
     path: str = fields.text("folder that holds geometry.json, frames.csv and the pictures", default="")
     reference: str = fields.choice("what tracks are held against", ("truth", "ais", "none"), default="truth")
@@ -78,7 +79,7 @@ class RadarPictures(Source):
 
         size = f"{geometry.width} x {geometry.height} px of {geometry.metres_per_pixel:g} m, {geometry.stabilisation}"
         reference = self._reference(folder, geometry, refused, rows)
-        return Recording(LazyScans(len(frames), make), reference, tuple(refused), {"pictures": size}, rows)
+        return Recording(LazyScans(len(frames), make), reference, tuple(refused), {"pictures": size}, rows=rows)
 
     def _reference(
         self, folder: Path, geometry: PictureGeometry, refused: list[Problem], rows: dict[str, Rows]
@@ -130,7 +131,7 @@ def _frames(folder: Path, geometry: PictureGeometry, refused: list[Problem]) -> 
                 wanted = f"{geometry.width} x {geometry.height}"
                 raise ValueError(f"{name}: must be {wanted} px as geometry.json says, got {size[0]} x {size[1]}")
         except ValueError as error:
-            text = str(error) if str(error).startswith(("file ", words["file"])) else f"{words['file']} {error}"
+            text = str(error) if str(error).startswith(("file ", words["file"])) else f"{words['file'][:60]} {error}"
             refused.append(Problem(place, text))
             continue
         heading = np.pi / 2 - row.get("heading_rad", 0.0)

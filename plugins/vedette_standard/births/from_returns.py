@@ -7,8 +7,7 @@ from typing import Any, ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Birth, Detections, Estimator, Gaussian, Sensor, fields
-from vedette.types import Newborn
+from vedette import Array, Birth, Detections, Estimator, Gaussian, Newborn, Sensor, fields
 
 
 @final

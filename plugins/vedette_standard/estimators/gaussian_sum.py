@@ -58,11 +58,11 @@ class GaussianSum(Estimator[Modes]):
         return self.each.zero_variance
 
     def refuses(self, sensor: Sensor) -> str | None:
-        """What its parts refuse."""
+        """Return what its parts refuse."""
         return self.each.refuses(sensor)
 
     def start(self, prior: Gaussian, axes: Space, rng: np.random.Generator) -> Modes:
-        """The prior, split."""
+        """Return the prior, split."""
         own = axes.locate(self.state)
         mean, cov = prior.mean[..., own], prior.cov[..., own, :][..., own]
         nodes, weights = np.polynomial.hermite_e.hermegauss(self.parts)
@@ -74,7 +74,7 @@ class GaussianSum(Estimator[Modes]):
         return Modes(beliefs, np.broadcast_to(np.log(weights / np.sum(weights)), (*mean.shape[:-1], self.parts)))
 
     def _direction(self, cov: Array) -> Array:
-        """One standard deviation along the direction to split, and what goes with it: (*b, t, n, n) -> (*b, t, n)"""
+        """Return one standard deviation along the direction to split, and what goes with it: (*b, t, n, n) -> (*b, t, n)"""
         names = [self.axis] if self.axis else [axis.name for axis in self.state.axes if axis.unit == "m"]
         where = [self.state.names.index(name) for name in names or self.state.names]
         _, vectors = np.linalg.eigh(cov[..., where, :][..., where])
@@ -86,25 +86,25 @@ class GaussianSum(Estimator[Modes]):
         return step
 
     def predict(self, belief: Modes, dt: float, rng: np.random.Generator) -> Modes:
-        """Every part `dt` s later."""
+        """Return every part `dt` s later."""
         return self._bank.predict(belief, dt, rng)
 
     def evaluate(self, belief: Modes, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
-        """The parts' likelihoods, weighted."""
+        """Return the parts' likelihoods, weighted."""
         return self._bank.evaluate(belief, sensor, observed, p_gate)
 
     def update(self, belief: Modes, innovation: Innovation, weights: Array) -> Modes:
-        """The track's weights split among the parts, each of which absorbs its own."""
+        """Return the track's weights split among the parts, each of which absorbs its own."""
         return self._bank.update(belief, innovation, weights)
 
     def moments(self, belief: Modes) -> Gaussian:
-        """Mean and covariance of the sum."""
+        """Return mean and covariance of the sum."""
         return self._bank.moments(belief)
 
     def mode_prob(self, belief: Modes) -> Array:
-        """Weights of the parts (*b, t, parts)"""
+        """Return weights of the parts (*b, t, parts)"""
         return self._bank.mode_prob(belief)
 
     def smooth_step(self, belief: Modes, later: Modes, dt: float, rng: np.random.Generator) -> Modes:
-        """Every part by all scans."""
+        """Return every part by all scans."""
         return self._bank.smooth_step(belief, later, dt, rng)

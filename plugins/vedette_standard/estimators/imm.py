@@ -8,13 +8,30 @@ from typing import Any, ClassVar, final
 import numpy as np
 from attrs import Factory, field, frozen
 
-from vedette import Array, Detections, Estimator, Frame, Gaussian, Innovation, Sensor, Space, fields, kernels
+from vedette import (
+    NO_AXES,
+    Array,
+    Detections,
+    Estimator,
+    Frame,
+    Gaussian,
+    Innovation,
+    Sensor,
+    Space,
+    fields,
+    kernels,
+    maker,
+    new_gaussian,
+    new_innovation,
+)
 from vedette.filters import contradiction, marginal, without_variance
-from vedette.space import NO_AXES
-from vedette.types import new_gaussian, new_innovation
-from vedette.values import maker
+from vedette_standard.estimators.imm_backward import (
+    future_likelihood,
+    gain_over_all_axes,
+    log_pair_probability,
+    pair_posterior,
+)
 from vedette_standard.estimators.transitions import Transition, rates_problem, transition_problem
-from vedette_standard.estimators.unmixing import carried_over, foreseen, future, share_of
 
 
 @frozen(eq=False)
@@ -44,7 +61,7 @@ def _state(self: Imm) -> Space:
 
 
 def _zero_variance(self: Imm) -> Space:
-    """An axis has zero variance where it has in every mode that has it: then its variance is 0 in the mixture too."""
+    """Return the axes that no mode has with variance: then their variance is 0 in the mixture too."""
     free = {name for mode in self.modes for name in mode.state.names if name not in mode.zero_variance}
     return Space(tuple(axis for axis in self.state.axes if axis.name not in free))
 
@@ -83,7 +100,7 @@ class Imm(Estimator[Modes]):
     zero_variance: Space = field(init=False, repr=False, eq=False, default=Factory(_zero_variance, takes_self=True))
     _own: tuple[tuple[int, ...], ...] = field(init=False, repr=False, eq=False)
     _reframing: bool = field(init=False, repr=False, eq=False)
-    _plain: bool = field(init=False, repr=False, eq=False)
+    _gaussian: bool = field(init=False, repr=False, eq=False)
     _switch: Transition = field(init=False, repr=False, eq=False)
     _absent: Array = field(init=False, repr=False, eq=False)
 
@@ -111,9 +128,9 @@ class Imm(Estimator[Modes]):
     def _any_reframes(self) -> bool:
         return any(mode.reframes for mode in self.modes)
 
-    @_plain.default
+    @_gaussian.default
     def _beliefs_are_gaussians(self) -> bool:
-        """Whether a mode's belief is its mean and covariance and nothing else, so that none need be asked."""
+        """Return whether every mode's belief is its moments, so that none need be asked."""
         return all(mode.gaussian_belief and not mode.zero_variance for mode in self.modes)
 
     @_switch.default
@@ -146,25 +163,25 @@ class Imm(Estimator[Modes]):
         return np.array([[mean for mean, _ in stated], [deviation**2 for _, deviation in stated]]).reshape(2, -1)
 
     def refuses(self, sensor: Sensor) -> str | None:
-        """What any mode refuses."""
+        """Return what any mode refuses."""
         return next((reason for mode in self.modes if (reason := mode.refuses(sensor))), None)
 
     def start(self, prior: Gaussian, axes: Space, rng: np.random.Generator) -> Modes:
-        """Every mode from the same prior, with the `initial` mode probabilities."""
+        """Return every mode from the same prior, with the `initial` mode probabilities."""
         r = len(self.modes)
         initial = np.full(r, 1.0 / r) if self.initial is None else self.initial
         log_prob = np.broadcast_to(np.log(initial / initial.sum()), (*prior.mean.shape[:-1], r))
         return new_modes(tuple(mode.start(prior, axes, rng) for mode in self.modes), log_prob)
 
     def predict(self, belief: Modes, dt: float, rng: np.random.Generator) -> Modes:
-        """Mix, then predict every mode."""
+        """Mix, then predict every mode; one that reframes is told the combined estimate from before the mixing."""
         if dt == 0:
             return belief
-        log_prob, means, covs = kernels.interact(
+        log_prob, means, covs = kernels.mix_modes(
             belief.log_prob, self._switch.log(dt), *self._each(belief), self._own, self._absent, self.state.periods
         )
         beliefs: list[Any] = []
-        if self._plain and not self._reframing:
+        if self._gaussian and not self._reframing:
             for j, mode in enumerate(self.modes):
                 beliefs.append(mode.predict(new_gaussian(means[j], covs[j]), dt, rng))
             return new_modes(tuple(beliefs), log_prob)
@@ -177,7 +194,7 @@ class Imm(Estimator[Modes]):
         return new_modes(tuple(beliefs), log_prob)
 
     def evaluate(self, belief: Modes, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
-        """The modes' likelihoods weighted by their predicted probabilities; a miss is a hypothesis like any other."""
+        """Return the modes' likelihoods weighted by their predicted probabilities; a miss is a hypothesis like any other."""
         parts, said = [], []
         for j, mode in enumerate(self.modes):
             part = mode.evaluate(belief.beliefs[j], sensor, observed, p_gate)
@@ -196,9 +213,9 @@ class Imm(Estimator[Modes]):
         return new_modes(tuple(beliefs), log_prob)
 
     def moments(self, belief: Modes) -> Gaussian:
-        """Mean and covariance of the mixture over all modes' axes, the spread of the means included."""
+        """Return mean and covariance of the mixture over all modes' axes, the spread of the means included."""
         means, covs = self._each(belief)
-        mean, cov = kernels.together(belief.log_prob, means, covs, self._own, self._absent, self.state.periods)
+        mean, cov = kernels.mixture_moments(belief.log_prob, means, covs, self._own, self._absent, self.state.periods)
         if self.zero_variance:
             cov = without_variance(cov, self.state.locate(self.zero_variance))
         return Gaussian(mean, cov)
@@ -208,9 +225,9 @@ class Imm(Estimator[Modes]):
         return np.exp(belief.log_prob)
 
     def smooth_step(self, belief: Modes, later: Modes, dt: float, rng: np.random.Generator) -> Modes:
-        """The modes of a moment by all scans, each pair of a mode now and one `dt` s later weighed by Bayes' rule.
+        """Return the modes of a moment by all scans, each pair of a mode now and one `dt` s later weighed by Bayes' rule.
 
-        The formula is in `unmixing`. Exact for linear modes where the filter's own mixtures are; it mixes as the filter
+        The formula is in `imm_backward`. Exact for linear modes where the filter's own mixtures are; it mixes as the filter
         does, so an axis that a mode lacks is taken as `absent` states. r modes cost r predictions and steps back of r
         beliefs each. After Nadarajah, Tharmarasa, McDonald, Kirubarajan, IMM Forward Filtering and Backward Smoothing for
         Maneuvering Target Tracking, IEEE Trans. Aerospace and Electronic Systems 48, 2012, with the likelihood of the
@@ -226,12 +243,12 @@ class Imm(Estimator[Modes]):
         for j, mode in enumerate(self.modes):
             mixed = Gaussian(self.state.displace(origin, means[..., j, :]), covs_mixed[..., j, :, :])
             forward = mode.moments(mode.predict(mode.start(mixed, self.state, rng), dt, rng))
-            seen = future(forward, mode.moments(later.beliefs[j]), mode.state)
+            seen = future_likelihood(forward, mode.moments(later.beliefs[j]), mode.state)
             own = mode.start(each, self.state, rng)
-            ahead, log_weight = foreseen(mode.moments(mode.predict(own, dt, rng)), forward.mean, seen, mode.state)
+            ahead, log_weight = pair_posterior(mode.moments(mode.predict(own, dt, rng)), forward.mean, seen, mode.state)
             back = mode.moments(mode.smooth_step(own, mode.start(ahead, mode.state, rng), dt, rng))
-            gains.append(carried_over(each, self.state.locate(mode.state), back, self.state))
-            joint.append(later.log_prob[..., j, None] + share_of(belief.log_prob, log_switch[:, j] + log_weight))
+            gains.append(gain_over_all_axes(each, self.state.locate(mode.state), back, self.state))
+            joint.append(later.log_prob[..., j, None] + log_pair_probability(belief.log_prob, log_switch[:, j] + log_weight))
         log_joint = np.stack(joint, axis=-1)
         log_prob = kernels.log_sum(log_joint)
         possible = np.isfinite(log_prob)[..., None]  # a mode that cannot be goes on as it would without the future
@@ -246,9 +263,9 @@ class Imm(Estimator[Modes]):
         return Modes(beliefs, log_prob - kernels.log_sum(log_prob)[..., None])
 
     def _each(self, belief: Modes) -> tuple[list[Array], list[Array]]:
-        """The modes' means and covariances, each over its own axes."""
+        """Return the modes' means and covariances, each over its own axes."""
         parts = belief.beliefs
-        if not self._plain:
+        if not self._gaussian:
             parts = tuple(mode.moments(part) for mode, part in zip(self.modes, parts, strict=True))
         means, covs = [], []
         for part in parts:

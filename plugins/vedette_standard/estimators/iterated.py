@@ -7,9 +7,8 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import evolve, frozen
 
-from vedette import Array, Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, fields
+from vedette import Array, Detections, Frame, Gaussian, Innovation, Mask, MotionModel, Sensor, fields
 from vedette.filters import GaussianFilter, Prepared, evaluate_each, evaluate_frame, predict_linearised, prepare
-from vedette.space import Mask
 
 
 @final
@@ -76,5 +75,5 @@ class IteratedExtendedKalman(GaussianFilter):
 
 
 def _where(better: Mask, new: tuple[Array, Array], old: tuple[Array, Array]) -> tuple[Array, Array]:
-    """The new line (*b, t, k, m, n) and (*b, t, k, m) where it is better (*b, t, k)."""
+    """Return the new line (*b, t, k, m, n) and (*b, t, k, m) where it is better (*b, t, k)."""
     return np.where(better[..., None, None], new[0], old[0]), np.where(better[..., None], new[1], old[1])

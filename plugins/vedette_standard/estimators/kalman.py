@@ -7,9 +7,8 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, fields, kernels
+from vedette import Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, fields, kernels, new_gaussian
 from vedette.filters import GaussianFilter, evaluate_linearised
-from vedette.types import new_gaussian
 
 
 @final

@@ -8,8 +8,7 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Mask, fields
-from vedette.types import Review
+from vedette import Array, Mask, Review, fields
 from vedette_standard.lifecycles.limited import Limited
 
 

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Lifecycle, Mask, fields
-from vedette.types import Review
+from vedette import Array, Lifecycle, Mask, Review, fields
 
 DETECTED = 0.5
 """A track counts as detected if a return was its with a greater probability."""

@@ -8,8 +8,7 @@ import numpy as np
 from attrs import frozen
 from numpy.typing import NDArray
 
-from vedette import Array, Mask, fields
-from vedette.types import Review
+from vedette import Array, Mask, Review, fields
 from vedette_standard.lifecycles.limited import DETECTED, Limited
 
 

@@ -9,8 +9,7 @@ from typing import Any, ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Mask, fields
-from vedette.types import Review
+from vedette import Array, Mask, Review, fields
 from vedette_standard.lifecycles.limited import Limited
 
 _CERTAIN = 1.0 - 5e-13

@@ -16,7 +16,7 @@ _DERIVATIVES = (("", "m"), ("v", "m/s"), ("a", "m/s^2"))
 
 
 def over_axes(block: Array, count: int) -> Array:
-    """A matrix (p, p) over one axis' derivatives -> (p count, p count) over x, y, .. vx, vy, ..: the same for every axis."""
+    """Repeat a matrix (p, p) over one axis' derivatives for `count` axes: (p count, p count) over x, y, .. vx, vy, .."""
     p, axes = len(block), range(count)
     whole = np.zeros((p, count, p, count))
     whole[:, axes, :, axes] = block
@@ -24,7 +24,7 @@ def over_axes(block: Array, count: int) -> Array:
 
 
 def white_acceleration(sigma: float, dt: float) -> Array:
-    """Covariance (2, 2) of one axis' position and velocity after `dt` of white-noise acceleration.
+    """Return covariance (2, 2) of one axis' position and velocity after `dt` of white-noise acceleration.
 
     `sigma`: standard deviation of the velocity gained in 1 s.
     """
@@ -33,7 +33,7 @@ def white_acceleration(sigma: float, dt: float) -> Array:
 
 
 def white_jerk(sigma: float, dt: float) -> Array:
-    """Covariance (3, 3) of one axis' position, velocity and acceleration after `dt` of white-noise jerk.
+    """Return covariance (3, 3) of one axis' position, velocity and acceleration after `dt` of white-noise jerk.
 
     `sigma`: standard deviation of the acceleration gained in 1 s.
     """
@@ -45,7 +45,7 @@ def white_jerk(sigma: float, dt: float) -> Array:
 
 
 def free_flight(derivatives: int, dt: float) -> Array:
-    """One axis' transition (p, p), p of 1 to 3, where the highest derivative stays."""
+    """Return one axis' transition (p, p), p of 1 to 3, where the highest derivative stays."""
     return np.array([[1.0, dt, dt**2 / 2], [0.0, 1.0, dt], [0.0, 0.0, 1.0]])[:derivatives, :derivatives]
 
 
@@ -73,11 +73,11 @@ class PerAxis(MotionModel):
 
     @abstractmethod
     def transition(self, dt: float) -> Array:
-        """F over one axis' position and derivatives (p, p)"""
+        """Return F over one axis' position and derivatives (p, p)"""
 
     @abstractmethod
     def covariance(self, dt: float) -> Array:
-        """Q over one axis' position and derivatives (p, p)"""
+        """Return Q over one axis' position and derivatives (p, p)"""
 
     def move(self, x: Array, dt: float) -> Array:
         """(*b, n) -> (*b, n)"""

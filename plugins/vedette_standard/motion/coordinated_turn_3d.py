@@ -40,7 +40,7 @@ def _slopes(square: Array, shares: Array) -> Array:
 
 
 def _cross(w: Array) -> Array:
-    """The matrix (*b, 3, 3) of w x."""
+    """Return the matrix (*b, 3, 3) of w x."""
     K = np.zeros((*w.shape, 3))
     K[..., 2, 1], K[..., 0, 2], K[..., 1, 0] = w[..., 0], w[..., 1], w[..., 2]
     return K - np.swapaxes(K, -1, -2)

@@ -24,7 +24,7 @@ _SERIES = np.array(
 
 
 def shares(u: float) -> tuple[float, ...]:
-    """The parts of F and Q that depend on u = T/tau >= 0 alone, each finite at 0; by series below u = 1, where they cancel.
+    """Return the parts of F and Q that depend on u = T/tau >= 0 alone; by series below u = 1, where they cancel.
 
     With e = exp(-u): the gains a = (1 - e)/u of velocity and b = (1 - a)/u of position, and of the variances the shares
     c = (1 - e^2)/(2u), (1 - 2a + c)/u^2 of velocity, (c - e)/u^2 of position with acceleration, and

@@ -25,13 +25,13 @@ class Turn:
 
     @classmethod
     def by(cls, angle: Array | float) -> Turn:
-        """From the turned angle (*b) in rad, counter-clockwise."""
+        """Return the turn by the angle (*b) in rad, counter-clockwise."""
         half = np.asarray(angle) / 2
         sin = np.sin(half)
         return cls(half, np.cos(half), sin, np.divide(sin, half, out=np.ones_like(sin), where=half != 0))
 
     def halfway(self, vx: Array, vy: Array) -> tuple[Array, Array]:
-        """A vector, (*b) by component, turned by h."""
+        """Return a vector, (*b) by component, turned by h."""
         return self.cos * vx - self.sin * vy, self.sin * vx + self.cos * vy
 
     @property

@@ -33,7 +33,7 @@ class PolarConversion(Preprocessor):
 
     @abstractmethod
     def moments(self, r: Array, range_variance: Array, bearing_variance: Array) -> tuple[Array, Array, Array]:
-        """What the range r (*b) in m is multiplied with, and the variances along and across the line of sight, (*b) each."""
+        """Return the factor of the range r (*b) in m, and the variances along and across the line of sight, (*b) each."""
 
     def process(self, scans: Mapping[str, Scan]) -> Detections:
         """(*b, k, 2) of range and bearing -> (*b, k, 2) of x and y, and noise (*b, k, 2, 2)"""

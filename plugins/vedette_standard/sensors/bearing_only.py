@@ -9,7 +9,7 @@ from attrs import frozen
 
 from vedette import Array, Space, fields
 from vedette_standard.sensors.geometry import polar_slope, ranges_and_bearings
-from vedette_standard.sensors.standing import CIRCLE, Standing
+from vedette_standard.sensors.placed import CIRCLE, PlacedSensor
 from vedette_standard.sensors.station import POSITION
 
 _BEARING = Space.of(bearing="rad mod 2pi")
@@ -17,7 +17,7 @@ _BEARING = Space.of(bearing="rad mod 2pi")
 
 @final
 @frozen
-class BearingOnly(Standing):
+class BearingOnly(PlacedSensor):
     """z = b + v, v ~ N(0, sigma_bearing^2), b = atan2(dy, dx) - heading, from +x towards +y.
 
     One bearing gives no position, so it starts no track; a place is observable once the platform manoeuvres against a

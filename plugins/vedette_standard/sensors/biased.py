@@ -5,14 +5,14 @@ from __future__ import annotations
 from typing import ClassVar, final
 
 import numpy as np
-from attrs import Factory, evolve, field, frozen
+from attrs import Factory, field, frozen
 
-from vedette import Array, Gaussian, Pose, Sensor, Space, fields
-from vedette.space import Axis
+from vedette import Array, Axis, Gaussian, Sensor, Space, fields
+from vedette_standard.sensors.wrapping import WrappedSensor
 
 
-def _looks_at(self: Biased) -> Space:
-    """The sensor's own axes, the velocities that a lag needs, then the biases."""
+def _observed(self: Biased) -> Space:
+    """Return the sensor's own axes, the velocities that a lag needs, then the biases."""
     own, measured = self.of.observes, self.of.measurement
     for name, table, known in (("add", self.add, measured), ("offset", self.offset, own)):
         for axis in table:
@@ -29,7 +29,7 @@ def _looks_at(self: Biased) -> Space:
 
 @final
 @frozen
-class Biased(Sensor):
+class Biased(WrappedSensor):
     """z = h(x + o - l v) + a + noise, with biases as state axes: a on what is measured, o on the place, a lag l.
 
     A bearing that is turned, a range that is long, a position that lies too far north and east, a time stamp that is late.
@@ -46,28 +46,24 @@ class Biased(Sensor):
     offset: dict[str, str] = fields.names("state axis that is seen, such as x, to the state axis by which it is displaced")
     lag: str = fields.text("state axis of the time by which the returns are late", default="")
     spread: dict[str, float] = fields.table("bias to its standard deviation around 0 in a track that starts at a return")
-    observes: Space = field(init=False, repr=False, eq=False, default=Factory(_looks_at, takes_self=True))
+    observes: Space = field(init=False, repr=False, eq=False, default=Factory(_observed, takes_self=True))
 
     @property
     def linear(self) -> bool:  # type: ignore[override]  # a class variable elsewhere: here it depends on the sensor
         """Whether the sensor is; a lag is multiplied by the velocity."""
         return self.of.linear and not self.lag
 
-    @property
-    def measurement(self) -> Space:
-        return self.of.measurement
-
     def _biases(self) -> Space:
         return Space(self.observes.axes[len(self.observes) - len(self.add) - len(self.offset) - bool(self.lag) :])
 
     def _moving(self) -> tuple[list[int], list[int]]:
-        """Where the places and their velocities stand, if there is a lag."""
+        """Return where the places and their velocities stand, if there is a lag."""
         places = [axis.name for axis in self.of.observes.axes if axis.unit == "m"] if self.lag else []
         index = {name: i for i, name in enumerate(self.observes.names)}
         return [index[name] for name in places], [index[f"v{name}"] for name in places]
 
     def _apparent(self, x: Array) -> Array:
-        """What the sensor would have to see to report what it does, but for `add`: (*b, n) -> (*b, n of the sensor)."""
+        """Return the sensor's own axes displaced by offset and lag: (*b, n) -> (*b, n of the sensor)."""
         index = {name: i for i, name in enumerate(self.observes.names)}
         seen = x[..., : len(self.of.observes)].copy()
         for axis, name in self.offset.items():
@@ -110,12 +106,8 @@ class Biased(Sensor):
         """(*b, n) -> (*b) or ()"""
         return self.of.detects(self._apparent(x))
 
-    def clutter(self, z: Array) -> Array:
-        """(*b, k, m) -> (*b, k) or ()"""
-        return self.of.clutter(z)
-
     def invert(self, z: Array, noise: Array | None = None) -> Gaussian:
-        """What a return says if biases are 0 +- `spread`: (*b, m) -> (*b, n), (*b, n, n); place and biases correlated."""
+        """Return place and biases, correlated, if biases are 0 +- `spread`: (*b, m) -> (*b, n), (*b, n, n)."""
         biases, seen = self._biases(), self.of.invert(z, noise)
         lacking = [name for name in self.observes.names[len(self.of.observes) :] if name not in self.spread]
         if lacking:
@@ -133,7 +125,3 @@ class Biased(Sensor):
         cov[..., :own, :own] += (moves * prior) @ np.swapaxes(moves, -1, -2)
         cov[..., range(own, n), range(own, n)] = prior
         return Gaussian(mean, cov)
-
-    def at(self, pose: Pose) -> Sensor:
-        """The same biases on the sensor standing at `pose`."""
-        return evolve(self, of=self.of.at(pose))

@@ -7,17 +7,17 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Gaussian, Pose, Sensor, Space, fields
+from vedette import Array, Space, fields
+from vedette_standard.sensors.direct import DirectSensor
 from vedette_standard.sensors.station import POSITION
 
 
 @final
 @frozen
-class CartesianPosition(Sensor):
+class CartesianPosition(DirectSensor):
     """z = position + v, v ~ N(0, sigma^2 I): a position in the tracker's own frame, whatever platform it came from."""
 
     kind: ClassVar[str] = "cartesian_position"
-    linear: ClassVar[bool] = True
 
     sigma: float = fields.quantity("m", "standard deviation per axis", above=0)
     detection_probability: float = fields.probability("probability that a target in view gives a return", default=1.0)
@@ -27,35 +27,6 @@ class CartesianPosition(Sensor):
     def observes(self) -> Space:
         return POSITION
 
-    @property
-    def measurement(self) -> Space:
-        return POSITION
-
-    def measure(self, x: Array) -> Array:
-        """(*b, 2) -> (*b, 2)"""
-        return x
-
-    def jacobian(self, x: Array) -> Array:
-        """(2, 2)"""
-        return np.eye(2)
-
     def noise(self, x: Array) -> Array:
         """(2, 2)"""
         return self.sigma**2 * np.eye(2)
-
-    def detects(self, x: Array) -> Array:
-        """()"""
-        return np.asarray(self.detection_probability)
-
-    def clutter(self, z: Array) -> Array:
-        """()"""
-        return np.asarray(self.clutter_density)
-
-    def invert(self, z: Array, noise: Array | None = None) -> Gaussian:
-        """(*b, 2) -> (*b, 2), (*b, 2, 2)"""
-        cov = self.noise(z) if noise is None else noise
-        return Gaussian(z, np.broadcast_to(cov, (*z.shape, 2)))
-
-    def at(self, pose: Pose) -> Sensor:
-        """The same: positions are absolute."""
-        return self

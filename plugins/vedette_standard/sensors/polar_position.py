@@ -7,8 +7,9 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import field, frozen
 
-from vedette import Array, Gaussian, Pose, Sensor, Space, fields
-from vedette_standard.sensors.station import POSITION, covers, offsets, standing
+from vedette import Array, Pose, Sensor, Space, fields
+from vedette_standard.sensors.direct import DirectSensor
+from vedette_standard.sensors.station import POSITION, covers, offsets, placed
 
 _NEAR = 1e-6
 """Distance in m within which the direction fades out of the noise."""
@@ -16,7 +17,7 @@ _NEAR = 1e-6
 
 @final
 @frozen
-class PolarPosition(Sensor):
+class PolarPosition(DirectSensor):
     """z = position + v in the tracker's own frame, but v is what errors of range and bearing make of it at the target.
 
     v ~ N(0, T diag(sigma_range^2, (r^2 + sigma_range^2) sigma_bearing^2) T' + sigma_extent^2 I), T the rotation to the
@@ -27,7 +28,6 @@ class PolarPosition(Sensor):
     """
 
     kind: ClassVar[str] = "polar_position"
-    linear: ClassVar[bool] = True
 
     sigma_range: float = fields.quantity("m", "standard deviation along the line of sight", above=0)
     sigma_bearing: float = fields.quantity("rad", "standard deviation of the bearing", above=0, at_most=1)
@@ -49,18 +49,6 @@ class PolarPosition(Sensor):
     def observes(self) -> Space:
         return POSITION
 
-    @property
-    def measurement(self) -> Space:
-        return POSITION
-
-    def measure(self, x: Array) -> Array:
-        """(*b, 2) -> (*b, 2)"""
-        return x
-
-    def jacobian(self, x: Array) -> Array:
-        """(2, 2)"""
-        return np.eye(2)
-
     def noise(self, x: Array) -> Array:
         """(*b, 2) -> (*b, 2, 2)"""
         dx, dy = offsets(x, self._pose)
@@ -77,15 +65,6 @@ class PolarPosition(Sensor):
         """(*b, 2) -> (*b), or () if no range limits it"""
         return covers(self.detection_probability, 0.0, self.max_range, x, self._pose)
 
-    def clutter(self, z: Array) -> Array:
-        """()"""
-        return np.asarray(self.clutter_density)
-
-    def invert(self, z: Array, noise: Array | None = None) -> Gaussian:
-        """(*b, 2) -> (*b, 2), (*b, 2, 2), with the noise where the return lies."""
-        cov = self.noise(z) if noise is None else noise
-        return Gaussian(z, np.broadcast_to(cov, (*z.shape, 2)))
-
     def at(self, pose: Pose) -> Sensor:
-        """The same radar on a platform at `pose`, which may lead with batch axes: they are the first of the states' own."""
-        return standing(self, pose)
+        """Return the same radar on a platform at `pose`, whose batch axes, if any, are the first of the states' own."""
+        return placed(self, pose)

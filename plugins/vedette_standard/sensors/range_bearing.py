@@ -9,7 +9,7 @@ from attrs import frozen
 
 from vedette import Array, Gaussian, Space, fields
 from vedette_standard.sensors.geometry import polar_slope, ranges_and_bearings
-from vedette_standard.sensors.standing import CIRCLE, Standing
+from vedette_standard.sensors.placed import CIRCLE, PlacedSensor
 from vedette_standard.sensors.station import POSITION, leading
 
 _POLAR = Space.of(range="m", bearing="rad mod 2pi")
@@ -17,7 +17,7 @@ _POLAR = Space.of(range="m", bearing="rad mod 2pi")
 
 @final
 @frozen
-class RangeBearing(Standing):
+class RangeBearing(PlacedSensor):
     """z = (r, b) + v, v ~ N(0, diag(sigma_range^2, sigma_bearing^2)), of a target in the plane as seen from the radar.
 
     With (dx, dy) = position - (x, y): r = sqrt(dx^2 + dy^2), b = atan2(dy, dx) - heading, from +x towards +y.

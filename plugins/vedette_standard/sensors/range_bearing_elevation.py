@@ -10,7 +10,7 @@ from attrs import frozen
 
 from vedette import Array, Gaussian, Space, fields
 from vedette_standard.sensors.geometry import NEAR
-from vedette_standard.sensors.standing import CIRCLE, Standing
+from vedette_standard.sensors.placed import CIRCLE, PlacedSensor
 from vedette_standard.sensors.station import leading, offsets
 
 _STATE = Space.of(x="m", y="m", z="m")
@@ -19,7 +19,7 @@ _SPHERICAL = Space.of(range="m", bearing="rad mod 2pi", elevation="rad mod 2pi")
 
 @final
 @frozen
-class RangeBearingElevation(Standing):
+class RangeBearingElevation(PlacedSensor):
     """z = (r, b, e) + v with independent errors, of a target in space: z is up, e = atan2(dz, sqrt(dx^2 + dy^2)).
 
     A platform's pose may have two coordinates, then the radar stays at its own height, or three. Clutter is uniform over the
@@ -115,7 +115,7 @@ class RangeBearingElevation(Standing):
 
 
 def _squares(angle: Array, variance: Array) -> tuple[Array, Array, Array]:
-    """Means of cos^2, sin^2 and sin cos of a Gaussian angle, (*b) each."""
+    """Return means of cos^2, sin^2 and sin cos of a Gaussian angle, (*b) each."""
     shrunk = np.exp(-2 * variance)
     cosine = 0.5 * shrunk * np.cos(2 * angle)
     return 0.5 + cosine, 0.5 - cosine, 0.5 * shrunk * np.sin(2 * angle)

@@ -9,8 +9,8 @@ from attrs import frozen
 
 from vedette import Array, Gaussian, Space, fields
 from vedette_standard.sensors.geometry import NEAR, polar_slope, ranges_and_bearings
+from vedette_standard.sensors.placed import CIRCLE, PlacedSensor
 from vedette_standard.sensors.range_bearing import RangeBearing
-from vedette_standard.sensors.standing import CIRCLE, Standing
 from vedette_standard.sensors.station import leading, offsets
 
 _STATE = Space.of(x="m", y="m", vx="m/s", vy="m/s")
@@ -19,7 +19,7 @@ _DOPPLER = Space.of(range="m", bearing="rad mod 2pi", range_rate="m/s")
 
 @final
 @frozen
-class RangeBearingRate(Standing):
+class RangeBearingRate(PlacedSensor):
     """z = (r, b, r') + v with independent errors; r' is the target's velocity less the platform's, along the line of sight.
 
     With d = position - platform: r = |d|, b = atan2(dy, dx) - heading, r' = d . (v - v_platform) / r. A pose without a
@@ -53,14 +53,14 @@ class RangeBearingRate(Standing):
         return "max_range" if self.max_range is None else ""
 
     def _approach(self, x: Array) -> tuple[Array, Array, Array]:
-        """Unit vector to the target (*b, 2), the distance as a divisor (*b), and the relative velocity (*b, 2)."""
+        """Return unit vector to the target (*b, 2), the distance as a divisor (*b), and the relative velocity (*b, 2)."""
         d = np.stack(offsets(x[..., :2], self._pose), axis=-1)
         r = np.maximum(np.hypot(d[..., 0], d[..., 1]), NEAR)
         own = self._platform_velocity(x.ndim - 1)
         return d / r[..., None], r, x[..., 2:] - own
 
     def _platform_velocity(self, axes: int) -> Array:
-        """Velocity of the platform, (2,) or to broadcast against states with `axes` batch axes."""
+        """Return velocity of the platform, (2,) or to broadcast against states with `axes` batch axes."""
         velocity = self._pose.velocity
         if velocity is None:
             return np.zeros(2)

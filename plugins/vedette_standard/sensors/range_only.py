@@ -9,7 +9,7 @@ from attrs import frozen
 
 from vedette import Array, Space, fields
 from vedette_standard.sensors.geometry import polar_slope, ranges_and_bearings
-from vedette_standard.sensors.standing import Standing
+from vedette_standard.sensors.placed import PlacedSensor
 from vedette_standard.sensors.station import POSITION
 
 _RANGE = Space.of(range="m")
@@ -17,7 +17,7 @@ _RANGE = Space.of(range="m")
 
 @final
 @frozen
-class RangeOnly(Standing):
+class RangeOnly(PlacedSensor):
     """z = r + v, v ~ N(0, sigma_range^2), r = sqrt(dx^2 + dy^2).
 
     One range gives no position, so it starts no track. Clutter is uniform over the area from `min_range` to `max_range`,

@@ -16,7 +16,7 @@ from vedette_standard.sensors.cartesian_position import CartesianPosition
 
 RNG = np.random.default_rng(0)
 """Asked for by the signature; these filters draw nothing."""
-REAL = {name: getattr(kernels, name) for name in kernels.__all__}
+REAL = {name: each for name, each in vars(kernels).items() if callable(each)}
 
 
 def covariance(rng, n):
@@ -163,21 +163,21 @@ def test_equals_the_textbooks_imm_pdaf_over_fifty_scans(seed):
 
 
 def interact_keeping_old_probabilities(log_prob, *rest):
-    return log_prob, *REAL["interact"](log_prob, *rest)[1:]
+    return log_prob, *REAL["mix_modes"](log_prob, *rest)[1:]
 
 
 def interact_mixing_nothing(log_prob, log_transition, xs, Ps, *rest):
-    return REAL["interact"](log_prob, log_transition, xs, Ps, *rest)[0], xs, Ps
+    return REAL["mix_modes"](log_prob, log_transition, xs, Ps, *rest)[0], xs, Ps
 
 
 def interact_without_spread(log_prob, log_transition, xs, Ps, *rest):
-    predicted, means, _ = REAL["interact"](log_prob, log_transition, xs, Ps, *rest)
-    return predicted, means, REAL["interact"](log_prob, log_transition, [0 * x for x in xs], Ps, *rest)[2]
+    predicted, means, _ = REAL["mix_modes"](log_prob, log_transition, xs, Ps, *rest)
+    return predicted, means, REAL["mix_modes"](log_prob, log_transition, [0 * x for x in xs], Ps, *rest)[2]
 
 
 def together_without_spread(log_prob, xs, Ps, *rest):
-    mean, _ = REAL["together"](log_prob, xs, Ps, *rest)
-    return mean, REAL["together"](log_prob, [0 * x for x in xs], Ps, *rest)[1]
+    mean, _ = REAL["mixture_moments"](log_prob, xs, Ps, *rest)
+    return mean, REAL["mixture_moments"](log_prob, [0 * x for x in xs], Ps, *rest)[1]
 
 
 def absorb_without_spread(x, P, shift, post, weights, periods):
@@ -214,10 +214,10 @@ def innovate_without_gate_correction(self, belief, sensor, seen, p_gate):
 
 
 MUTANTS = [
-    (kernels, "interact", interact_keeping_old_probabilities),
-    (kernels, "interact", interact_mixing_nothing),
-    (kernels, "interact", interact_without_spread),
-    (kernels, "together", together_without_spread),
+    (kernels, "mix_modes", interact_keeping_old_probabilities),
+    (kernels, "mix_modes", interact_mixing_nothing),
+    (kernels, "mix_modes", interact_without_spread),
+    (kernels, "mixture_moments", together_without_spread),
     (kernels, "weighted_update", absorb_without_spread),
     (kernels, "evaluate_returns", innovate_without_likelihood),
     (kernels, "evaluate_returns", innovate_with_evidence_counted_twice),

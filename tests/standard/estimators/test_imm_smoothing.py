@@ -10,11 +10,15 @@ from vedette import Detections, Gaussian, Scan
 from vedette.kernels import backward
 from vedette.tracking.smoothing import smoothed
 from vedette_standard.estimators import imm as imm_module
-from vedette_standard.estimators import unmixing
+from vedette_standard.estimators import imm_backward
 from vedette_standard.estimators.imm import Imm
 from vedette_standard.estimators.kalman import Kalman
 
-REAL = {"smooth_step": backward.smooth_step, "future": unmixing.future, "foreseen": unmixing.foreseen}
+REAL = {
+    "smooth_step": backward.smooth_step,
+    "future_likelihood": imm_backward.future_likelihood,
+    "pair_posterior": imm_backward.pair_posterior,
+}
 STRAIGHT = np.array([[0.0, 1.0], [0.0, 0.0]])
 WHITE = np.array([[1 / 3, 1 / 2], [1 / 2, 1.0]])
 CASES = {
@@ -77,15 +81,15 @@ def at_the_later_mean(predicted, origin, seen, state):
 @pytest.mark.parametrize(
     "mutant",
     [
-        lambda *given: (REAL["foreseen"](*given)[0], np.zeros(given[0].mean.shape[:-1])),
-        lambda *given: (REAL["foreseen"](*given)[0], -REAL["foreseen"](*given)[1]),
-        lambda *given: (given[0], REAL["foreseen"](*given)[1]),
+        lambda *given: (REAL["pair_posterior"](*given)[0], np.zeros(given[0].mean.shape[:-1])),
+        lambda *given: (REAL["pair_posterior"](*given)[0], -REAL["pair_posterior"](*given)[1]),
+        lambda *given: (given[0], REAL["pair_posterior"](*given)[1]),
         at_the_later_mean,
     ],
     ids=["no weights", "weights upside down", "nothing learnt", "one point"],
 )
 def test_the_comparison_with_enumeration_finds_wrong_pairs(monkeypatch, mutant):
-    monkeypatch.setattr(imm_module, "foreseen", mutant)
+    monkeypatch.setattr(imm_module, "pair_posterior", mutant)
     with pytest.raises(AssertionError):
         check_near_enumeration("unlike noise")
 

@@ -13,12 +13,16 @@ from vedette.kernels import backward
 from vedette.tracking.smoothing import smoothed
 from vedette_standard.associators.pda import Pda
 from vedette_standard.estimators import imm as imm_module
-from vedette_standard.estimators import unmixing
+from vedette_standard.estimators import imm_backward
 from vedette_standard.estimators.extended import ExtendedKalman
 from vedette_standard.estimators.imm import Imm
 from vedette_standard.estimators.kalman import Kalman
 
-REAL = {"smooth_step": backward.smooth_step, "future": unmixing.future, "foreseen": unmixing.foreseen}
+REAL = {
+    "smooth_step": backward.smooth_step,
+    "future_likelihood": imm_backward.future_likelihood,
+    "pair_posterior": imm_backward.pair_posterior,
+}
 
 
 def check_one_mode():
@@ -44,8 +48,10 @@ def test_one_mode_is_that_modes_own_smoothing_in_clutter_too():
 def test_the_comparison_needs_the_wider_belief(monkeypatch):
     monkeypatch.setattr(
         imm_module,
-        "future",
-        lambda *given: evolve(REAL["future"](*given), growth=np.ones_like(REAL["future"](*given).growth)),
+        "future_likelihood",
+        lambda *given: evolve(
+            REAL["future_likelihood"](*given), growth=np.ones_like(REAL["future_likelihood"](*given).growth)
+        ),
     )
     with pytest.raises(AssertionError):
         check_one_mode()

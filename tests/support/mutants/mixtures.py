@@ -29,7 +29,7 @@ def wider_modes(self, belief):
 
 
 def taken_together(self, belief):
-    found = kernels.together(belief.log_prob, *Imm._each(self, belief), self._own, self._absent, self.state.periods)
+    found = kernels.mixture_moments(belief.log_prob, *Imm._each(self, belief), self._own, self._absent, self.state.periods)
     return Gaussian(*found)
 
 

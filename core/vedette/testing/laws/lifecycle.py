@@ -20,8 +20,9 @@ from vedette.types import Review
 
 @frozen(eq=False)
 class Lives:
-    """What scans said of t tracks: existence, hit and p_detect (s, t), spreads in m (s, t), time steps in s."""
+    """Existence at the start (t,); what s scans said: existence, hit, p_detect and spreads in m (s, t); time steps in s."""
 
+    initial: Array
     existence: Array
     hit: Array
     p_detect: Array
@@ -47,12 +48,12 @@ def _lives(t: int, s: int, dt: float, later: float, seed: int) -> Lives:
     existence, hit = rng.random((s, t)) ** 0.5, (rng.random((s, t)) < 0.6) * rng.choice([1.0, 0.7], (s, t))
     p_detect, spread = rng.choice([0.0, 0.5, 0.9, 1.0], (s, t)), 10.0 ** rng.uniform(-1, 5, (s, t))
     rows = [frozen_copy(array) for array in (existence, hit, p_detect, spread)]
-    return Lives(rows[0], rows[1], rows[2], rows[3], rng.permutation(t), dt, later)
+    return Lives(frozen_copy(rng.uniform(0.05, 1.0, t)), rows[0], rows[1], rows[2], rows[3], rng.permutation(t), dt, later)
 
 
 def _live(lifecycle: Lifecycle, lives: Lives, tracks: Any = slice(None)) -> list[tuple[Mask, Mask]]:
     """Confirmed and alive (t,) after each scan, of some of the tracks."""
-    memory = trees.take(lifecycle.start(lives.existence[0]), np.arange(lives.hit.shape[1])[tracks], 0)
+    memory = trees.take(lifecycle.start(lives.initial), np.arange(lives.hit.shape[1])[tracks], 0)
     verdicts = []
     for scan in range(len(lives.hit)):
         memory, confirmed, alive = lifecycle.review(memory, lives.review(scan, tracks))
@@ -87,7 +88,7 @@ def tracks_are_judged_alone(lifecycle: Lifecycle, drawn: Lives) -> None:
 
 def batches_as_it_loops(lifecycle: Lifecycle, drawn: Lives) -> None:
     """Runs in one batch give what each gives alone."""
-    memory = lifecycle.start(drawn.existence[0])
+    memory = lifecycle.start(drawn.initial)
     again, _, _ = lifecycle.review(memory, drawn.review(0))
     last = len(drawn.hit) - 1
     _, confirmed, alive = lifecycle.review(_stacked(again), drawn.review(0, runs=(last, 0)))

@@ -48,6 +48,17 @@ def the_seed_decides(source: Source, drawn: Opened) -> None:
         same(f"truth of {path.name} again", same_path.states, path.states, 0.0)
 
 
+def draws_as_declared(source: Source, drawn: Opened) -> None:
+    """One that says that it draws nothing gives the same scans whatever the generator."""
+    if source.draws:
+        raise Closed("it says that it draws")
+    one, other = drawn.open(source), Opened(drawn.sensor, drawn.seed + 1).open(source)
+    demand(len(one.scans) == len(other.scans), f"draws: scans are {len(one.scans)}, then {len(other.scans)}; declare it")
+    for first, second in zip(one.scans, other.scans, strict=True):
+        same("draws: time with another generator", np.array(second.time), np.array(first.time), 0.0)
+        same("draws: returns with another generator", second.detections.z, first.detections.z, 0.0)
+
+
 def scans_come_in_time_order(source: Source, drawn: Opened) -> None:
     """No scan lies before the one that came before it."""
     times = np.array([scan.time for scan in drawn.open(source).scans])
@@ -77,6 +88,7 @@ def truth_is_in_order(source: Source, drawn: Opened) -> None:
 
 LAWS = (
     Law(the_seed_decides),
+    Law(draws_as_declared),
     Law(scans_come_in_time_order),
     Law(scans_are_the_sensors),
     Law(truth_is_in_order),

@@ -17,7 +17,7 @@ from vedette import Array, Gaussian, Space, kernels
 
 
 @frozen(eq=False)
-class Future:
+class FutureLikelihood:
     """L_j in the coordinates where the prediction is N(0, I): y = turn (x' - m_j).
 
     `info` (*b, n) on the diagonal, no less than 0; `pull` (*b, n), so that log L_j = pull'y - y'(info)y / 2 + constant;
@@ -31,8 +31,8 @@ class Future:
     growth: Array
 
 
-def future(predicted: Gaussian, smoothed: Gaussian, state: Space) -> Future:
-    """What the scans after a prediction said, from what it was and what it became; (*b, n) each.
+def future_likelihood(predicted: Gaussian, smoothed: Gaussian, state: Space) -> FutureLikelihood:
+    """Return what the scans after a prediction said, from what it was and what it became; (*b, n) each.
 
     Where association left the smoothed belief wider than the prediction, no likelihood says so. There the information is
     0, and the pair's belief is widened by the same factor: so a single mode's step back is the plain one.
@@ -49,11 +49,11 @@ def future(predicted: Gaussian, smoothed: Gaussian, state: Space) -> Future:
     info = np.maximum(1.0 / part - 1.0, 0.0)
     known = (white @ state.difference(smoothed.mean, predicted.mean)[..., None]) * pivots[..., None]
     shift = (np.swapaxes(axes, -1, -2) @ known)[..., 0]
-    return Future(turn, whole @ axes, info, (1.0 + info) * shift, np.sqrt(np.maximum(part, 1.0)))
+    return FutureLikelihood(turn, whole @ axes, info, (1.0 + info) * shift, np.sqrt(np.maximum(part, 1.0)))
 
 
-def foreseen(predicted: Gaussian, origin: Array, seen: Future, state: Space) -> tuple[Gaussian, Array]:
-    """A pair's prediction (*b, r, n) times L_j, and the logarithm of its integral (*b, r); `origin` is m_j (*b, n)."""
+def pair_posterior(predicted: Gaussian, origin: Array, seen: FutureLikelihood, state: Space) -> tuple[Gaussian, Array]:
+    """Return a pair's prediction (*b, r, n) times L_j, and the log of its integral (*b, r); `origin` is m_j (*b, n)."""
     turn, back = seen.turn[..., None, :, :], seen.back[..., None, :, :]
     apart = (turn @ state.difference(predicted.mean, origin[..., None, :])[..., None])[..., 0]
     P = turn @ predicted.cov @ np.swapaxes(turn, -1, -2)
@@ -75,8 +75,8 @@ def foreseen(predicted: Gaussian, origin: Array, seen: Future, state: Space) -> 
     return Gaussian(mean, 0.5 * (cov + np.swapaxes(cov, -1, -2))), log_weight
 
 
-def carried_over(now: Gaussian, own: list[int], back: Gaussian, state: Space) -> tuple[Array, Array]:
-    """What all axes of `now` (*b, n) gain where some of them, `own`, became known as `back`: shift and covariance."""
+def gain_over_all_axes(now: Gaussian, own: list[int], back: Gaussian, state: Space) -> tuple[Array, Array]:
+    """Return what all axes of `now` (*b, n) gain where some of them, `own`, became known as `back`: shift and covariance."""
     step = state.difference(_embedded(now.mean, own, back.mean), now.mean)[..., own]
     if len(own) == len(state):
         shift, cov = np.zeros_like(now.mean), np.zeros_like(now.cov)
@@ -93,8 +93,8 @@ def _embedded(mean: Array, own: list[int], part: Array) -> Array:
     return whole
 
 
-def share_of(log_prior: Array, log_weight: Array) -> Array:
-    """Logarithm of p(i | j, all) (*b, r), from mu_i and p_ij times the integral; mu_i where no mode leads to j."""
+def log_pair_probability(log_prior: Array, log_weight: Array) -> Array:
+    """Return logarithm of p(i | j, all) (*b, r), from mu_i and p_ij times the integral; mu_i where no mode leads to j."""
     joint = log_prior + log_weight
     total = kernels.log_sum(joint)[..., None]
     reached = np.isfinite(total)

@@ -8,13 +8,13 @@ import numpy as np
 from attrs import field, frozen
 
 from vedette import Array, Pose, Sensor, fields
-from vedette_standard.sensors.station import covers, standing
+from vedette_standard.sensors.station import covers, placed
 
 CIRCLE = 2 * math.pi
 
 
 @frozen(kw_only=True)
-class Standing(Sensor):
+class PlacedSensor(Sensor):
     """A sensor with a place, a direction, limits of range, and clutter that is uniform over what it covers."""
 
     detection_probability: float = fields.probability("probability that a target in view gives a return", default=1.0)
@@ -37,11 +37,11 @@ class Standing(Sensor):
             raise ValueError(f"clutter_per_scan: needs {lacking}, which says over what the false returns spread")
 
     def _unbounded(self) -> str:
-        """The parameter without which clutter has no density, or ""."""
+        """Return the parameter without which clutter has no density, or ""."""
         return "max_range" if self.max_range is None else ""
 
     def _clutter_within(self, r: Array, power: int) -> Array:
-        """False returns per m of range (*b) where they are uniform over area (power 2) or volume (3); 0 without clutter.
+        """Return the clutter density per m of range (*b) if uniform over area (power 2) or volume (3); 0 without clutter.
 
         Beyond the limits, where noise may put a return, as at the limit.
         """
@@ -55,5 +55,5 @@ class Standing(Sensor):
         return covers(self.detection_probability, self.min_range, self.max_range, x[..., :2], self._pose)
 
     def at(self, pose: Pose) -> Sensor:
-        """The same on a platform at `pose`, which may lead with batch axes: they are the first of the states' own."""
-        return standing(self, pose)
+        """Return the same on a platform at `pose`, which may lead with batch axes: they are the first of the states' own."""
+        return placed(self, pose)

@@ -1,4 +1,4 @@
-// The sizes that a kernel's problems share, and where a batch of them lies in memory.
+// The list of kernels, the sizes that a kernel's problems share, and where a batch of them lies in memory.
 #pragma once
 
 #include <cstddef>
@@ -52,12 +52,12 @@ struct Update {
     int n, m;
     bool step;
 };
-struct InnovateReturns {
+struct EvaluateReturns {
     int n, m, k, noises;
     double p_gate;
     Periods periods;
 };
-struct Absorb {
+struct WeightedUpdate {
     int n, k;
     bool shared;
     Periods periods;
@@ -69,7 +69,7 @@ struct SigmaPoints {
     int n;
     double scale;
 };
-struct InnovatePoints {
+struct EvaluatePoints {
     int n, m, k, s, noises;
 };
 struct PdaUpdate {
@@ -82,14 +82,14 @@ struct ImmMix {
 struct ImmCombine {
     int n, r;
 };
-struct Interact {
+struct MixModes {
     bool same;  // all modes have all axes, in order
     int n, r, sizes[kMostModes], own[kMostModes][kMostStates];
     double absent[2 * kMostStates];
     Periods periods;
 };
-struct Together {
-    Interact bank;
+struct MixtureMoments {
+    MixModes bank;
 };
 struct WeighModes {
     int k, r;
@@ -107,7 +107,7 @@ struct SampleDensity {
     double limit, log_ball;
     bool valid;
 };
-struct Choose {
+struct AssociationWeights {
     int k;
     bool hard;
 };
@@ -119,27 +119,38 @@ struct Existence {
 
 }  // namespace shapes
 
+// The list of kernels: the name that Python calls each by, how many arguments it takes, and its shape, whose name its struct has.
+#define VEDETTE_KERNELS(kernel)                    \
+    kernel(predict, 4, Predict)                    \
+    kernel(propagate, 3, Propagate)                \
+    kernel(update, 5, Update)                      \
+    kernel(filter_step, 7, Update)                 \
+    kernel(evaluate_returns, 8, EvaluateReturns)   \
+    kernel(weighted_update, 6, WeightedUpdate)     \
+    kernel(whiten, 2, Whiten)                      \
+    kernel(sigma_points, 2, SigmaPoints)           \
+    kernel(evaluate_points, 5, EvaluatePoints)     \
+    kernel(pda_update, 9, PdaUpdate)               \
+    kernel(imm_mix, 4, ImmMix)                     \
+    kernel(imm_combine, 4, ImmCombine)             \
+    kernel(mix_modes, 7, MixModes)                 \
+    kernel(mixture_moments, 6, MixtureMoments)     \
+    kernel(weigh_modes, 2, WeighModes)             \
+    kernel(split_weights, 2, SplitWeights)         \
+    kernel(gate_scores, 7, GateScores)             \
+    kernel(sample_density, 5, SampleDensity)       \
+    kernel(softmax, 1, AssociationWeights)         \
+    kernel(one_hot, 1, AssociationWeights)         \
+    kernel(existence, 6, Existence)
+
+// Those that are no loop over problems: the module does them itself.
+#define VEDETTE_FUNCTIONS(kernel) kernel(is_plain, 4) kernel(normals, 2) kernel(uniforms, 2)
+
 // The kernels of one instruction set.
 struct Table {
-    void (*predict)(const Batch&, const shapes::Predict&);
-    void (*propagate)(const Batch&, const shapes::Propagate&);
-    void (*update)(const Batch&, const shapes::Update&);
-    void (*evaluate_returns)(const Batch&, const shapes::InnovateReturns&);
-    void (*weighted_update)(const Batch&, const shapes::Absorb&);
-    void (*whiten)(const Batch&, const shapes::Whiten&);
-    void (*sigma_points)(const Batch&, const shapes::SigmaPoints&);
-    void (*evaluate_points)(const Batch&, const shapes::InnovatePoints&);
-    void (*pda_update)(const Batch&, const shapes::PdaUpdate&);
-    void (*imm_mix)(const Batch&, const shapes::ImmMix&);
-    void (*imm_combine)(const Batch&, const shapes::ImmCombine&);
-    void (*interact)(const Batch&, const shapes::Interact&);
-    void (*together)(const Batch&, const shapes::Together&);
-    void (*weigh_modes)(const Batch&, const shapes::WeighModes&);
-    void (*split_weights)(const Batch&, const shapes::SplitWeights&);
-    void (*gate_scores)(const Batch&, const shapes::GateScores&);
-    void (*sample_density)(const Batch&, const shapes::SampleDensity&);
-    void (*choose)(const Batch&, const shapes::Choose&);
-    void (*existence)(const Batch&, const shapes::Existence&);
+#define VEDETTE_POINTER(name, arguments, Shape) void (*name)(const Batch&, const shapes::Shape&);
+    VEDETTE_KERNELS(VEDETTE_POINTER)
+#undef VEDETTE_POINTER
 };
 
 }  // namespace vedette

@@ -1,0 +1,82 @@
+"""What looks wrong with a run, and what to change: units that were forgotten, input that was refused, nothing that fits.
+
+A run does not end for any of it, and none of it is sure; each is one sentence, in the summary and on the terminal.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from vedette.experiment import Experiment, Result
+from vedette.io.reading import beyond_period
+from vedette.metrics import Score
+from vedette.report.figures import count
+from vedette.roles import Sensor
+from vedette.tracking.intake import Came, Intake
+
+MOST = 0.5
+"""A part of the input larger than this has to be odd before it is said."""
+ENOUGH = 10
+"""Fewer scans or returns than this say nothing."""
+_SHORT, _LONG = 1e-5, 1000.0
+"""Scans this near to each other, or this far apart, in s, are no sensor's: their times are in another unit."""
+
+
+def warnings(experiment: Experiment, result: Result, score: Score) -> Iterator[str]:
+    """Give a sentence for each thing that looks wrong, the gravest first."""
+    intake = result.intake
+    if (said := _refused(intake)) is not None:
+        yield said
+    yield from result.recording.warnings
+    for name, came in intake.came.items():
+        yield from _of_sensor(name, came, experiment.tracker.sensors[name])
+    gap = 0.0 if intake.times is None else (intake.times[1] - intake.times[0]) / max(intake.scans - 1, 1)
+    if intake.scans >= ENOUGH and (gap >= _LONG or 0 < gap < _SHORT):
+        yield f"scans are {gap:.3g} s apart on average: are their times in another unit, such as ms? They are read as s"
+    if intake.tracked >= ENOUGH and intake.hits == 0:
+        yield (
+            f"there were tracks and returns in {intake.tracked:,} scans, and in none of them did a track take a return: "
+            "compare the sensor's noise and the motion's with the units of the data"
+        )
+    elif ENOUGH <= intake.scans <= intake.returns and not score.tracks:
+        yield (
+            f"no track was confirmed in {intake.scans:,} scans with {intake.returns:,} returns: compare the lifecycle, the "
+            "sensor's noise and its clutter with the data"
+        )
+    if score.coverage == 0 and score.tracks:
+        yield (
+            f"of {score.tracks:,} confirmed tracks none was ever near a true object: compare axes, units and origin of "
+            "truth and tracks, and judge.cover_radius"
+        )
+
+
+def _refused(intake: Intake) -> str | None:
+    """Say that most of the input was refused, and how times that go back are mended."""
+    refused = intake.refused
+    if not refused.count or refused.count < max(intake.scans, intake.returns):
+        return None
+    told = f"most of the input was left out: {count(refused.count, 'part')}, and {count(intake.scans, 'scan')} taken"
+    if refused.late > MOST * refused.count:
+        return f"{told}; {refused.late:,} of them go back in time: sort the recording by time"
+    return f"{told}; what is wrong with the first is said below"
+
+
+def _of_sensor(name: str, came: Came, sensor: Sensor) -> Iterator[str]:
+    """Say what is odd about all that one sensor reported."""
+    if came.returns == 0 and came.frames == 0 and came.scans >= ENOUGH:
+        yield f"{name}: none of {came.scans:,} scans holds a return: is the right sensor, column or threshold read?"
+    for axis, largest in zip(sensor.measurement.axes, came.largest, strict=False):
+        if (said := beyond_period(name, axis, np.array([largest]))) is not None:
+            yield said
+    if came.looked >= ENOUGH and came.out_of_reach == came.looked:
+        yield (
+            f"{name}: all of the first {came.looked:,} returns lie where the sensor says that it detects nothing: check the "
+            "unit of their ranges, and max_range"
+        )
+    if came.scans >= ENOUGH and came.same_time > MOST * came.scans:
+        yield (
+            f"{name}: {came.same_time:,} of {came.scans:,} scans have the very time of the one before: is each return a "
+            "scan of its own, or are the times cut to whole seconds?"
+        )

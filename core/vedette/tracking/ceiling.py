@@ -1,0 +1,42 @@
+"""How much a tracker takes at once: its arrays hold every pair of a track and a return, so their memory is the product."""
+
+from __future__ import annotations
+
+from vedette.errors import ScanRefused
+from vedette.tracking import trees
+from vedette.tracking.state import State
+from vedette.types import Scan
+
+MOST_PAIRS = 20_000_000
+"""Pairs of a track, or a mode or particles of one, and a return; each takes some 100 bytes, so all of them some 2 GB."""
+FEW = 128
+"""Scans of no more numbers than this are taken without a count."""
+_MOST_PARTS = 1000
+"""As many modes or particles a track may have without being counted."""
+
+
+def check_pairs(state: State, scan: Scan, axes: int) -> None:
+    """Raise ScanRefused if the tracks, over so many state axes, and a scan's returns make more pairs than are taken at once.
+
+    How many modes or particles a track has is told by the numbers in its belief, over those of one Gaussian.
+    """
+    k, tracks = scan.detections.z.shape[-2], state.existence.size
+    if tracks * k < MOST_PAIRS / _MOST_PARTS:
+        return
+    parts = max(1, round(trees.size(state.belief) / tracks / (axes + axes**2)))
+    if (pairs := tracks * k * parts) > MOST_PAIRS:
+        told = f"{tracks:,} tracks" if parts == 1 else f"{tracks:,} tracks of {parts:,} modes or particles"
+        raise ScanRefused(_told(f"{told} and {k:,} returns", pairs))
+
+
+def check_births(state: State, count: int, returns: int) -> None:
+    """Raise ScanRefused if so many tracks that begin at a scan of so many returns make more pairs than are taken at once."""
+    if (len(state.ids) + count) * returns > MOST_PAIRS:
+        raise ScanRefused(_told(f"{count:,} tracks that would begin at {returns:,} returns", count * returns))
+
+
+def _told(what: str, pairs: int) -> str:
+    return (
+        f"{what} make {pairs:,} pairs, and at most {MOST_PAIRS:,} are taken at once: a birth that begins fewer tracks "
+        "(birth.sensors), a detection threshold that lets fewer returns through, or a narrower view"
+    )

@@ -1,0 +1,142 @@
+"""What came in during a run: how many scans and returns of each sensor, what was refused, and what looks odd about them.
+
+It holds counts only, so it stays as small in a run of a day as in one of a minute.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from typing import final
+
+import numpy as np
+from attrs import define, field
+
+from vedette.errors import Problem
+from vedette.roles import Sensor
+from vedette.space import Array
+from vedette.tracking.state import State
+from vedette.types import Scan
+
+_LOOKED = 200
+"""Scans with returns in which it is asked whether the sensor could have reached them: the first of each sensor."""
+
+
+@final
+@define
+class Refused:
+    """What was left out: the first `most` of it, by default all; how often, and `late`, for a time that goes back."""
+
+    most: float = math.inf
+    late: int = 0
+    first: list[Problem] = field(factory=list)
+    count: int = 0
+
+    def extend(self, problems: Iterable[Problem]) -> None:
+        """Add to what was left out."""
+        for problem in problems:
+            self.count += 1
+            self.late += any(words in problem.text for words in ("out of order", "must not go back"))
+            if len(self.first) < self.most:
+                self.first.append(problem)
+
+
+@final
+@define
+class Came:
+    """What came of one sensor: how many scans, frames among them, and returns, and how many of `looked` out of its reach.
+
+    `same_time`: scans at the very time of the one before; `largest` (m,): the largest size of each measured component.
+    """
+
+    scans: int = 0
+    frames: int = 0
+    returns: int = 0
+    same_time: int = 0
+    looked: int = 0
+    out_of_reach: int = 0
+    largest: Array = field(factory=lambda: np.zeros(0))
+    _last: float = -math.inf
+    _looks: int = 0
+
+    def add(self, scan: Scan, sensor: Sensor | None) -> None:
+        """Count one scan that was taken."""
+        self.scans += 1
+        self.same_time += scan.time == self._last
+        self._last = scan.time
+        if scan.frame is not None:
+            self.frames += 1
+            return
+        seen = scan.detections
+        count = int(np.count_nonzero(seen.valid))
+        if not count:
+            return
+        self.returns += count
+        known = seen.valid[..., None] if seen.missing is None else seen.valid[..., None] & ~seen.missing
+        size = np.abs(np.where(known, seen.z, 0.0)).reshape(-1, seen.z.shape[-1]).max(axis=0)
+        self.largest = size if not self.largest.size else np.maximum(self.largest, size)
+        if sensor is not None and self._looks < _LOOKED and seen.missing is None:
+            self._looks += 1
+            self._ask_for_reach(scan, sensor)
+
+    def _ask_for_reach(self, scan: Scan, sensor: Sensor) -> None:
+        """Count the returns that lie where the sensor itself says that it detects nothing."""
+        seen = scan.detections
+        placed = sensor if scan.pose is None else sensor.at(scan.pose)
+        try:
+            spot = placed.invert(seen.z[seen.valid], None if seen.noise is None else seen.noise[seen.valid]).mean
+        except NotImplementedError:
+            self._looks = _LOOKED
+            return
+        detects = np.broadcast_to(placed.detects(spot), spot.shape[:-1])
+        self.looked += detects.size
+        self.out_of_reach += int(np.count_nonzero(detects == 0))
+
+
+@final
+@define
+class Intake:
+    """What came in during one run over `sensors`, the tracker's.
+
+    `times`: of the first and of the last scan taken; `tracked`: scans with returns while there were tracks; `hits`: those
+    of them in which some track took a return.
+    """
+
+    sensors: Mapping[str, Sensor]
+    refused: Refused = field(factory=Refused)
+    came: dict[str, Came] = field(factory=dict)
+    times: tuple[float, float] | None = None
+    scans: int = 0
+    tracked: int = 0
+    hits: int = 0
+
+    @property
+    def returns(self) -> int:
+        """How many returns there were."""
+        return sum(each.returns for each in self.came.values())
+
+    @property
+    def frames(self) -> int:
+        """How many frames of cameras there were."""
+        return sum(each.frames for each in self.came.values())
+
+    @classmethod
+    def of(cls, sensors: Mapping[str, Sensor], scans: Iterable[Scan], refused: Iterable[Problem] = ()) -> Intake:
+        """Count scans that were taken, whatever the tracks made of them."""
+        intake = cls(sensors)
+        intake.refused.extend(refused)
+        for scan in scans:
+            intake._count(scan)
+        return intake
+
+    def add(self, scan: Scan, before: State, after: State) -> None:
+        """Count one scan that was taken, by the states before and after it."""
+        self._count(scan)
+        if len(before.ids) and after.distances.shape[-1]:
+            self.tracked += 1
+            self.hits += bool(np.any(after.nis > 0))
+
+    def _count(self, scan: Scan) -> None:
+        self.scans += 1
+        self.times = (scan.time if self.times is None else self.times[0], scan.time)
+        self.came.setdefault(scan.sensor, Came()).add(scan, self.sensors.get(scan.sensor))

@@ -1,0 +1,134 @@
+"""Targets that appear as a Poisson process, unseen until a sensor detects them."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, ClassVar, final
+
+import numpy as np
+from attrs import frozen
+
+from vedette import Array, Birth, Detections, Estimator, Gaussian, Sensor, Space, fields, kernels
+from vedette.tracking import join, take
+from vedette.types import Newborn
+
+
+@final
+@frozen
+class Appearance:
+    """Targets that appear around a state: how many there are before the first scan, and how many more come."""
+
+    at: dict[str, tuple[float, float]] = fields.table("state axis to [mean, standard deviation]", pairs=True)
+    initial: float = fields.quantity("1", "expected number before the first scan", default=0.0, at_least=0)
+    rate: float = fields.quantity("1/s", "expected number that appear per second", default=0.0, at_least=0)
+
+    def gaussian(self, state: Space) -> Gaussian:
+        """Return mean (1, n) and covariance (1, n, n); ValueError if an axis is not stated."""
+        if lacking := [name for name in state.names if name not in self.at]:
+            raise ValueError(f"at: must state [mean, standard deviation] of {', '.join(map(repr, lacking))}")
+        mean, deviation = np.array([self.at[name] for name in state.names]).T
+        return Gaussian(state.canonical(mean[None]), np.diag(deviation**2)[None])
+
+
+@frozen(eq=False)
+class Intensity:
+    """Unseen targets: their expected number (c,) in each of c Gaussians, which are the beliefs of the tracker's filter."""
+
+    weights: Array
+    belief: Any
+
+
+@final
+@frozen
+class Poisson(Birth):
+    """Unseen targets are a Poisson process whose intensity is a sum of Gaussians: it moves, decays and is thinned by misses.
+
+    A return z comes from one of them with the density e(z) = sum_c w_c P_D N(z; c), against clutter lambda(z): a track that
+    starts there exists with probability e / (e + lambda), times that of coming from no track, and has the Gaussians'
+    moments given z. So the tracker is a Poisson multi-Bernoulli filter.
+    Williams, Marginal Multi-Bernoulli Filters: RFS Derivation of MHT, JIPDA and MeMBer, IEEE T-AES 51, 2015.
+    """
+
+    kind: ClassVar[str] = "poisson"
+    models_unseen: ClassVar[bool] = True
+
+    appear: tuple[Appearance, ...] = fields.part("where targets appear, and how many")
+    lifetime: float = fields.quantity("s", "mean time for which an unseen target stays in view", default=600.0, above=0)
+    sensors: tuple[str, ...] = fields.words("sensors whose returns may start tracks; default: all", default=())
+    least: float = fields.probability("existence below which no track is started", default=1e-5)
+    negligible: float = fields.quantity("1", "expected number below which a Gaussian is dropped", default=1e-5, at_least=0)
+
+    def __attrs_post_init__(self) -> None:
+        if not self.appear:
+            raise ValueError("appear: must hold at least one place where targets appear, got none")
+
+    def starts_from(self, sensor: str) -> bool:
+        """Return whether it is one of `sensors`."""
+        return not self.sensors or sensor in self.sensors
+
+    def _appearing(self, estimator: Estimator[Any], weights: Array, rng: np.random.Generator) -> Intensity:
+        """Return the intensity of targets that appear now, `weights` of them in each place."""
+        places = []
+        for i, place in enumerate(self.appear):
+            try:
+                places.append(place.gaussian(estimator.state))
+            except ValueError as error:
+                raise ValueError(f"appear[{i}].{error}") from None
+        prior = Gaussian(np.concatenate([one.mean for one in places]), np.concatenate([one.cov for one in places]))
+        return Intensity(weights, estimator.start(prior, estimator.state, rng))
+
+    def initial_memory(self, estimator: Estimator[Any], rng: np.random.Generator) -> Intensity:
+        """Return the intensity before the first scan."""
+        return self._appearing(estimator, np.array([place.initial for place in self.appear]), rng)
+
+    def predict(self, memory: Intensity, estimator: Estimator[Any], dt: float, rng: np.random.Generator) -> Intensity:
+        """Return the intensity `dt` s later: what is left of it, moved, and what appeared."""
+        if dt == 0:
+            return memory
+        kept = memory.weights > self.negligible
+        old = estimator.predict(take(memory.belief, kept, 0), dt, rng)
+        new = self._appearing(estimator, np.array([place.rate * dt for place in self.appear]), rng)
+        weights = np.concatenate([memory.weights[kept] * math.exp(-dt / self.lifetime), new.weights])
+        return Intensity(weights, join(old, new.belief, 0))
+
+    def reveal(
+        self, memory: Intensity, estimator: Estimator[Any], sensor: Sensor, detections: Detections, p_gate: float
+    ) -> tuple[Array, Any]:
+        """Return the density (k,) of each return from an unseen target, and how each Gaussian explains it."""
+        innovation = estimator.evaluate(memory.belief, sensor, detections, p_gate)
+        with np.errstate(divide="ignore"):
+            log_share = np.log(memory.weights)[:, None] + innovation.loglik[:, 1:]
+        return np.exp(kernels.log_sum(log_share, axis=0)), (memory, innovation, log_share)
+
+    def miss(self, memory: Intensity, estimator: Estimator[Any], sensor: Sensor, p_gate: float) -> Intensity:
+        """Return the intensity thinned by the probability of not being detected."""
+        nothing = Detections.of([], len(sensor.measurement))
+        missed = estimator.evaluate(memory.belief, sensor, nothing, p_gate).loglik[:, 0]
+        return Intensity(memory.weights * np.exp(missed), memory.belief)
+
+    def begin(
+        self, found: Any, estimator: Estimator[Any], sensor: Sensor, name: str, detections: Detections, claimed: Array
+    ) -> Newborn:
+        """Return a track at each return that may be an unseen target's."""
+        k, n = len(claimed), len(estimator.state)
+        existence, returns = np.zeros(k), np.zeros(0, dtype=np.intp)
+        if found is not None and k:
+            rate = np.exp(kernels.log_sum(found[2], axis=0))
+            clutter = np.broadcast_to(sensor.clutter(detections.z), k)
+            some = (rate + clutter > 0) & detections.valid
+            existence = np.where(some, rate / np.where(some, rate + clutter, 1.0), 0.0) * (1.0 - claimed)
+            returns = np.flatnonzero((existence > 0) & (existence >= self.least))
+        priors = [self._given(found, estimator, int(i)) for i in returns]
+        mean = np.array([one.mean for one in priors]).reshape(-1, n)
+        return Newborn(returns, Gaussian(mean, np.array([one.cov for one in priors]).reshape(-1, n, n)), existence[returns])
+
+    def _given(self, found: Any, estimator: Estimator[Any], i: int) -> Gaussian:
+        """Return the moments (n,) of an unseen target given that it gave return i."""
+        memory, innovation, log_share = found
+        share = np.exp(log_share[:, i] - kernels.log_sum(log_share[:, i]))
+        sure = np.zeros(innovation.loglik.shape)
+        sure[:, 1 + i] = 1.0
+        each, state = estimator.moments(estimator.update(memory.belief, innovation, sure)), estimator.state
+        mean, apart = state.mean(each.mean, share)
+        cov = np.einsum("c,cij->ij", share, each.cov) + np.einsum("c,ci,cj->ij", share, apart, apart)
+        return Gaussian(mean, kernels.symmetric(cov))

@@ -1,0 +1,60 @@
+"""What the sensors share that change something about another sensor, and forward the rest."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+
+from attrs import evolve, frozen
+
+from vedette import Array, Gaussian, Pose, Sensor, Space
+
+
+@frozen
+class WrappedSensor(Sensor):
+    """A sensor that is another one, `of`, but for what a subclass defines."""
+
+    @property
+    @abstractmethod
+    def of(self) -> Sensor:
+        """The sensor; a parameter."""
+
+    @property
+    def linear(self) -> bool:  # type: ignore[override]  # a class variable elsewhere: here it depends on the sensor
+        """Whether the sensor is."""
+        return self.of.linear
+
+    @property
+    def observes(self) -> Space:
+        return self.of.observes
+
+    @property
+    def measurement(self) -> Space:
+        return self.of.measurement
+
+    def measure(self, x: Array) -> Array:
+        """(*b, n) -> (*b, m)"""
+        return self.of.measure(x)
+
+    def jacobian(self, x: Array) -> Array:
+        """(*b, n) -> (*b, m, n) or (m, n)"""
+        return self.of.jacobian(x)
+
+    def noise(self, x: Array) -> Array:
+        """(*b, n) -> (*b, m, m) or (m, m)"""
+        return self.of.noise(x)
+
+    def detects(self, x: Array) -> Array:
+        """(*b, n) -> (*b) or ()"""
+        return self.of.detects(x)
+
+    def clutter(self, z: Array) -> Array:
+        """(*b, k, m) -> (*b, k) or ()"""
+        return self.of.clutter(z)
+
+    def invert(self, z: Array, noise: Array | None = None) -> Gaussian:
+        """(*b, m) -> (*b, n), (*b, n, n)"""
+        return self.of.invert(z, noise)
+
+    def at(self, pose: Pose) -> Sensor:
+        """Return the same around the sensor standing at `pose`."""
+        return evolve(self, of=self.of.at(pose))  # type: ignore[call-arg]  # `of` is a parameter of every subclass

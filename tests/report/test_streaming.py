@@ -1,0 +1,162 @@
+"""A run that writes as it goes: the lines of one that keeps all, and memory that does not grow."""
+
+import json
+import tracemalloc
+
+import numpy as np
+import pytest
+from attrs import evolve, frozen
+
+import vedette
+from vedette import Detections, LazyScans, Recording, Scan, Source
+from vedette.cli import main
+from vedette.io import read_recording, read_tracks
+from vedette.report import streaming
+from vedette.report.streaming import stream
+
+CONFIG = {
+    "title": "Ships that come and go",
+    "seed": 3,
+    "estimator": {
+        "kind": "imm",
+        "modes": [{"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": s}} for s in (0.1, 1.0)],
+        "transition": [[0.95, 0.05], [0.05, 0.95]],
+    },
+    "sensors": {
+        "radar": {"kind": "cartesian_position", "sigma": 5.0, "detection_probability": 0.9, "clutter_density": 2e-6},
+        "beacon": {"kind": "cartesian_position", "sigma": 3.0},
+    },
+    "associator": {"kind": "gnn"},
+    "lifecycle": {"kind": "m_of_n", "spread": {"vx": 10.0, "vy": 10.0}},
+    "source": {
+        "kind": "simulation",
+        "duration": 120.0,
+        "looks": {
+            "radar": {"interval": 1.0, "clutter": {axis: {"low": -900, "high": 900} for axis in "xy"}},
+            "beacon": {"interval": 2.0},
+        },
+        "ships": {
+            "one": {"start": [0.0, 0.0], "speed": 5.0},
+            "two": {"start": [300.0, -200.0], "speed": 8.0, "appears": 30.0, "disappears": 70.0},
+        },
+    },
+}
+
+
+@pytest.fixture(scope="module")
+def both(tmp_path_factory):
+    """One run that keeps all, and the same with its results written as it goes, in many small pieces."""
+    folder = tmp_path_factory.mktemp("runs")
+    (folder / "config.json").write_text(json.dumps(CONFIG))
+    assert main(["run", str(folder / "config.json"), "--out", str(folder / "kept")]) == 0
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(streaming, "_SCANS", 7)
+        assert main(["run", str(folder / "config.json"), "--out", str(folder / "streamed"), "--stream"]) == 0
+    return folder / "kept", folder / "streamed"
+
+
+def test_the_lines_are_those_of_a_run_that_keeps_all(both):
+    kept, streamed = both
+    for name in ("tracks.csv", "tracks.jsonl"):
+        wanted, found = ((folder / name).read_text().splitlines() for folder in both)
+        assert found[0] == wanted[0]
+        assert sorted(found) == sorted(wanted)
+        assert found != wanted, "written track by track, so it was kept"
+    for name in ("recording.jsonl", "config.json"):
+        assert (streamed / name).read_bytes() == (kept / name).read_bytes()
+
+
+def test_the_tracks_read_back_as_they_were(both):
+    wanted, found = ({track.id: track for track in read_tracks(folder / "tracks.jsonl")} for folder in both)
+    assert sorted(found) == sorted(wanted)
+    for number, track in wanted.items():
+        np.testing.assert_array_equal(found[number].times, track.times)
+        np.testing.assert_array_equal(found[number].mean, track.mean)
+        np.testing.assert_array_equal(found[number].confirmed, track.confirmed)
+
+
+def test_the_figures_are_those_of_a_run_that_keeps_all(both):
+    wanted, found = (json.loads((folder / "summary.json").read_text()) for folder in both)
+    assert list(found) == [name for name in wanted if name in found]
+    for name in ("title", "seed", "interrupted", "scans_taken", "returns", "refused", "begun", "tracks"):
+        assert found[name] == wanted[name], name
+    assert found["nis"] == pytest.approx(wanted["nis"], rel=1e-12)
+    kept, streamed = ((folder / "summary.txt").read_text() for folder in both)
+    assert kept.splitlines()[:8] == streamed.splitlines()[:8]
+    assert "not judged" in streamed
+
+
+def test_steps_are_the_run(both):
+    experiment = vedette.load(CONFIG)
+    result = experiment.run()
+    pairs = list(experiment.steps())
+    assert [scan.time for scan, _ in pairs] == [scan.time for scan in result.scans]
+    last = pairs[-1][1]
+    alive = {track.id: track for track in result.tracks if track.times[-1] == last.time}
+    for number, mean in zip(last.ids.tolist(), experiment.tracker.estimate(last).mean, strict=True):
+        if number in alive:
+            np.testing.assert_array_equal(alive[number].mean[-1], mean)
+
+
+def test_an_interrupted_run_leaves_what_it_had_done(tmp_path):
+    def broken_off(scans, about):
+        for i, scan in enumerate(scans):
+            if i == 50:
+                raise KeyboardInterrupt
+            yield scan
+
+    done = stream(vedette.load(CONFIG), tmp_path, progress=broken_off)
+    assert done.result.interrupted
+    assert len(read_recording(tmp_path / "recording.jsonl")[0].scans) == done.figures["scans_taken"] == 50
+    assert "interrupted" in done.text
+
+
+def test_streaming_and_smoothing_exclude_each_other(tmp_path, capsys):
+    (tmp_path / "config.json").write_text(json.dumps(CONFIG))
+    assert main(["run", str(tmp_path / "config.json"), "--stream", "--smooth"]) == 2
+    assert "--stream: keeps nothing of the past, which --smooth needs" in capsys.readouterr().err
+
+
+@frozen
+class Traffic(Source):
+    """A stream of scans without end, made when it is asked for: ships that come and go, 40 scans each, and clutter."""
+
+    kind = "traffic"
+
+    def open(self, sensors, rng):
+        def make(i):
+            dice = np.random.default_rng([7, i])
+            there = [[100.0 * ship, 8.0 * (i - 20 * ship)] for ship in range(max(i // 20 - 1, 0), i // 20 + 1)]
+            return Scan(float(i), "radar", Detections.of(dice.normal(there, 3.0)))
+
+        return Recording(LazyScans(10**6, make))
+
+
+def test_memory_is_flat_and_no_id_comes_twice():
+    """Over 10 times the scans the memory of a run does not grow; one that keeps all grows by far more than is allowed."""
+    experiment = vedette.load({name: value for name, value in CONFIG.items() if name != "source"})
+    experiment = evolve(experiment, source=Traffic())
+
+    def grown(keep):
+        history, used, seen = streaming.History(experiment.tracker), [], {}
+        for i, (_, state) in enumerate(experiment.steps()):
+            history.add(state)
+            if not keep and i % 20 == 0:
+                for track in history.hand_out():
+                    seen.setdefault(track.id, []).extend(track.times.tolist())
+            if i in (150, 1500):
+                used.append(tracemalloc.get_traced_memory()[0] - sum(56 * len(times) for times in seen.values()))
+            if i == 1500:
+                break
+        return used[1] - used[0], seen
+
+    tracemalloc.start()
+    try:
+        (flat, seen), (kept, _) = grown(keep=False), grown(keep=True)
+    finally:
+        tracemalloc.stop()
+    assert flat < 40_000 < 400_000 < kept
+    assert len(seen) > 60
+    for times in seen.values():
+        assert np.all(np.diff(times) == 1.0), "an id that was used again, or a moment told twice"
+        assert len(times) < 60

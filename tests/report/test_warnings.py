@@ -1,0 +1,114 @@
+"""What looks wrong is said, in the summary's first lines; what is right is not."""
+
+import numpy as np
+import pytest
+from attrs import evolve, frozen
+
+import vedette
+from vedette import Detections, Recording, Scan, Source
+from vedette.metrics import judge
+from vedette.report.summary import summary
+from vedette.report.warnings import warnings
+
+SENSORS = {
+    "radar": {"kind": "range_bearing", "sigma_range": 10.0, "sigma_bearing": 0.01, "max_range": 5000.0},
+    "beacon": {"kind": "cartesian_position", "sigma": 5.0},
+}
+
+
+@frozen
+class Given(Source):
+    kind = "given"
+    scans: tuple = ()
+    refused: tuple = ()
+    truth: tuple = ()
+
+    def open(self, sensors, rng):
+        return Recording(self.scans, self.truth, self.refused)
+
+
+def said(scans, truth=(), **changes):
+    config = {
+        "estimator": {"kind": "ekf", "motion": {"kind": "constant_velocity", "sigma_accel": 1.0}},
+        "sensors": SENSORS,
+        "associator": {"kind": "gnn"},
+        "lifecycle": {"kind": "m_of_n", "spread": {"vx": 10.0, "vy": 10.0}},
+        **changes,
+    }
+    experiment = evolve(vedette.load(config), source=Given(tuple(scans), (), truth))
+    result = experiment.run()
+    score = judge(result.tracks, result.recording.truth, result.scans, experiment.judge, 0.99)
+    found, text = list(warnings(experiment, result, score)), summary(experiment, result, score)
+    assert ("LOOKS WRONG" in text.splitlines()[3]) == bool(found)
+    return found
+
+
+def polar(time, *returns):
+    return Scan(float(time), "radar", Detections.of(list(returns), 2))
+
+
+def plane(time, *returns):
+    return Scan(float(time), "beacon", Detections.of(list(returns), 2))
+
+
+def steady(unit=1.0, far=1.0):
+    return [polar(t, [far * (1000.0 + 5 * t), unit * 0.5]) for t in range(30)]
+
+
+def test_what_is_right_is_not_said():
+    assert said(steady()) == []
+    assert said([plane(2.0 * t, [5.0 * t, 0.0]) for t in range(30)]) == []
+    assert said([polar(t) for t in range(5)]) == []
+
+
+@pytest.mark.parametrize(
+    ("scans", "words"),
+    [
+        (steady(unit=180 / np.pi), "radar: bearing goes up to 28.65 rad, beyond its period of 6.283 rad"),
+        (steady(far=1852.0), "radar: all of the first 30 returns lie where the sensor says that it detects nothing"),
+        ([polar(t) for t in range(30)], "radar: none of 30 scans holds a return"),
+        ([plane(t // 10, [0.0, 0.0]) for t in range(30)], "beacon: 27 of 30 scans have the very time of the one before"),
+        ([plane(2500.0 * t, [5.0 * t, 0.0]) for t in range(30)], "scans are 2.5e+03 s apart on average"),
+        ([plane(t, [1e5 * t * t, 0.0]) for t in range(30)], "in none of them did a track take a return"),
+        ([plane(t, [0.0, 0.0]) for t in [*range(3), *range(-30, 0)]], "30 of them go back in time: sort the recording"),
+        ([plane(t, [np.nan, 0.0]) for t in range(30)], "most of the input was left out: 30 parts, and 30 scans taken"),
+    ],
+)
+def test_what_looks_wrong_is_said(scans, words):
+    assert any(words in each for each in said(scans)), said(scans)
+
+
+def test_refused_input_is_said_first():
+    found = said([plane(t, [0.0, 0.0]) for t in [*range(12), *range(-30, 0)]])
+    assert found[0].startswith("most of the input was left out")
+
+
+def test_tracks_far_from_all_truth_are_said():
+    times = np.arange(30.0)
+    truth = vedette.Trajectory("one", vedette.Space.of(x="m", y="m"), times, np.full((30, 2), 9e5))
+    assert any("none was ever near a true object" in each for each in said(steady(), (truth,)))
+
+
+def test_a_csv_file_s_angles_are_checked_before_they_are_wrapped(tmp_path):
+    rows = "\n".join(f"{t},{1000 + 5 * t},{100.0 + t}" for t in range(30))
+    (tmp_path / "radar.csv").write_text(f"t,r,b\n{rows}\n")
+    columns = {"time": "t", "columns": {"range": "r", "bearing": "b"}}
+    source = {"kind": "csv", "path": str(tmp_path / "radar.csv"), "detections": columns}
+    experiment = vedette.load(
+        {
+            "estimator": {"kind": "ekf", "motion": {"kind": "constant_velocity", "sigma_accel": 1.0}},
+            "sensors": {"radar": SENSORS["radar"]},
+            "associator": {"kind": "gnn"},
+            "lifecycle": {"kind": "m_of_n", "spread": {"vx": 10.0, "vy": 10.0}},
+            "source": source,
+        }
+    )
+    (word,) = experiment.run().recording.warnings
+    assert word.startswith("radar: bearing goes up to 129 rad, beyond its period")
+    right = evolve(experiment, source=vedette.load(_with_degrees(experiment, source)).source)
+    assert right.run().recording.warnings == ()
+
+
+def _with_degrees(experiment, source):
+    config = vedette.to_config(evolve(experiment, source=None))
+    return config | {"source": source | {"detections": source["detections"] | {"units": {"bearing": "deg"}}}}

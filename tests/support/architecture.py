@@ -1,0 +1,78 @@
+"""What imports what, read from the sources: imports within functions and for type checkers only count too."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+from support.paths import ROOT
+
+PUBLIC = (
+    "vedette",
+    "vedette.fields",
+    "vedette.filters",
+    "vedette.io",
+    "vedette.kernels",
+    "vedette.metrics",
+    "vedette.montecarlo",
+    "vedette.progress",
+    "vedette.reproduction",
+    "vedette.sampling",
+    "vedette.testing",
+    "vedette.tracking",
+)
+"""The modules of the core that others than the core may import; docs/architecture.md names them."""
+
+
+def modules(folder: Path) -> dict[str, Path]:
+    """Return the modules below a folder of packages, by their dotted names."""
+    found = {}
+    for path in sorted(folder.rglob("*.py")):
+        parts = path.relative_to(folder).with_suffix("").parts
+        found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
+    return found
+
+
+def core() -> dict[str, Path]:
+    """Return the modules of the core."""
+    return {name: path for name, path in modules(ROOT / "core").items() if name.partition(".")[0] == "vedette"}
+
+
+def imported(source: str, known: Mapping[str, object]) -> Iterator[str]:
+    """Yield the known modules that a source imports: `from a import b` is of a.b where that is a module, else of a."""
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names if alias.name in known)
+        elif isinstance(node, ast.ImportFrom) and node.module is not None:
+            for alias in node.names:
+                inner = f"{node.module}.{alias.name}"
+                if inner in known:
+                    yield inner
+                elif node.module in known:
+                    yield node.module
+
+
+def imports(found: Mapping[str, Path]) -> dict[str, set[str]]:
+    """Return of each module which of the others it imports."""
+    return {name: set(imported(path.read_text(encoding="utf-8"), found)) - {name} for name, path in found.items()}
+
+
+def circles(graph: Mapping[str, set[str]]) -> list[list[str]]:
+    """Return the groups of modules that reach each other, each in order of their names."""
+    reached = {name: _reached(graph, name) for name in graph}
+    groups = {
+        frozenset(other for other in reached[name] if name in reached[other]) for name in graph if name in reached[name]
+    }
+    return sorted(sorted(group) for group in groups)
+
+
+def _reached(graph: Mapping[str, set[str]], name: str) -> set[str]:
+    found: set[str] = set()
+    todo = [*graph[name]]
+    while todo:
+        following = todo.pop()
+        if following not in found:
+            found.add(following)
+            todo += graph[following]
+    return found

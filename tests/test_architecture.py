@@ -1,0 +1,60 @@
+"""No circles in the core, and nobody else imports what is private to it. The order of its rooms is in pyproject.toml."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+from support.architecture import PUBLIC, circles, core, imported, imports, modules
+from support.paths import ROOT
+
+OTHERS = {name: ROOT / name for name in ("plugins", "simulators", "examples")}
+
+
+def test_no_module_of_the_core_leads_back_to_itself() -> None:
+    graph = imports(core())
+    assert len(graph) > 100
+    assert graph["vedette.config.walker"] > {"vedette.config.registry", "vedette.errors"}
+    assert circles(graph) == []
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "import pkg.b",
+        "from pkg.b import name",
+        "from pkg import b",
+        "def later():\n    from pkg.b import name",
+        "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    from pkg.b import name",
+    ],
+)
+def test_a_circle_is_seen_however_it_is_closed(line: str, tmp_path: Path) -> None:
+    (tmp_path / "pkg").mkdir()
+    sources = {"__init__": "", "a": line, "b": "from pkg.c import name", "c": "import pkg.a", "d": "import pkg.a"}
+    for name, source in sources.items():
+        (tmp_path / "pkg" / f"{name}.py").write_text(source)
+    assert circles(imports(modules(tmp_path))) == [["pkg.a", "pkg.b", "pkg.c"]]
+
+
+@pytest.mark.parametrize("folder", OTHERS)
+def test_others_import_public_modules_of_the_core_only(folder: str) -> None:
+    known = core()
+    seen, private = set(), []
+    for path in sorted(OTHERS[folder].rglob("*.py")):
+        for name in imported(path.read_text(encoding="utf-8"), known):
+            seen.add(name)
+            if name not in PUBLIC:
+                private.append(f"{path.relative_to(ROOT)} imports {name}")
+    assert "vedette" in seen
+    assert private == []
+
+
+@pytest.mark.parametrize("name", PUBLIC)
+def test_public_modules_are_there_and_say_what_they_are_for(name: str) -> None:
+    module = import_module(name)
+    assert module.__doc__
+    for one in dir(module):
+        if not one.startswith("_"):
+            getattr(module, one)

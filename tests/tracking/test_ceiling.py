@@ -1,0 +1,83 @@
+"""What a tracker takes at once: more pairs of tracks and returns than the stated number are refused, in words."""
+
+from contextlib import nullcontext
+
+import numpy as np
+import pytest
+from attrs import evolve, frozen
+
+import vedette
+from vedette import Detections, Scan, ScanRefused
+from vedette.experiment import Experiment
+from vedette.tracking import ceiling
+
+KALMAN = {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 1.0}}
+ESTIMATORS = {
+    1: KALMAN,
+    3: {"kind": "imm", "modes": [KALMAN] * 3, "transition": (np.full((3, 3), 0.05) + 0.85 * np.eye(3)).tolist()},
+}
+
+
+def tracker(parts):
+    return vedette.build(
+        {
+            "estimator": ESTIMATORS[parts],
+            "sensors": {"radar": {"kind": "cartesian_position", "sigma": 5.0, "clutter_density": 1e-6}},
+            "associator": {"kind": "pda"},
+            "lifecycle": {"kind": "m_of_n", "spread": {"vx": 10.0, "vy": 10.0}},
+        }
+    )
+
+
+def scan(time, count):
+    spots = np.stack([np.arange(count) * 1000.0, np.zeros(count)], axis=-1)
+    return Scan(float(time), "radar", Detections.of(spots, 2))
+
+
+def test_a_hundred_thousand_returns_are_refused_and_nothing_is_lost():
+    built = tracker(1)
+    state = built.step(built.start(), scan(0, 3))
+    with pytest.raises(ScanRefused) as refused:
+        built.step(state, scan(1, 100_000))
+    told = str(refused.value)
+    assert "100,000 returns" in told
+    assert "20,000,000 are taken" in told
+    assert "birth" in told
+    assert built.step(state, scan(1, 3)).ids.tolist() == [0, 1, 2]
+
+
+@pytest.mark.parametrize("parts", ESTIMATORS)
+def test_the_ceiling_counts_tracks_modes_and_returns(parts, monkeypatch):
+    built = tracker(parts)
+    state = built.step(built.start(), scan(0, 80))
+    monkeypatch.setattr(ceiling, "MOST_PAIRS", 80 * 100 * parts)
+    with pytest.raises(ScanRefused, match="would begin") if parts == 1 else nullcontext():
+        built.step(state, scan(1, 100))
+    with pytest.raises(ScanRefused, match=r"80 tracks.* and 101 returns make"):
+        built.step(state, scan(1, 101))
+
+
+def test_tracks_that_would_begin_count_too(monkeypatch):
+    built = tracker(1)
+    monkeypatch.setattr(ceiling, "MOST_PAIRS", 100 * 100)
+    assert len(built.step(built.start(), scan(0, 100)).ids) == 100
+    with pytest.raises(ScanRefused, match="101 tracks that would begin at 101 returns make 10,201 pairs"):
+        built.step(built.start(), scan(0, 101))
+
+
+def test_a_run_goes_on_without_a_scan_that_is_too_much(monkeypatch):
+    monkeypatch.setattr(ceiling, "MOST_PAIRS", 10_000)
+    experiment = evolve(Experiment(tracker(1)), source=_Given())
+    result = experiment.run()
+    assert [scan.time for scan in result.scans] == [0.0, 1.0, 3.0, 4.0]
+    (why,) = map(str, result.refused)
+    assert why.startswith("scan 2, left out whole: ")
+    assert len(result.tracks) == 5
+
+
+@frozen
+class _Given(vedette.Source):
+    kind = "given"
+
+    def open(self, sensors, rng):
+        return vedette.Recording(tuple(scan(t, 500 if t == 2 else 5) for t in range(5)))
