@@ -75,6 +75,14 @@ def benchmarks(session: nox.Session) -> None:
 
 
 @nox.session
+def fuzz(session: nox.Session) -> None:
+    """Feed configs, inputs and kernels with wrong ones, for minutes; `nox -s fuzz -- --seed 7 --hours 8` for longer."""
+    session.install("-e", ".[dev]")
+    session.chdir("tests")
+    session.run("python", "-m", "fuzz", *session.posargs, env={"OPENBLAS_NUM_THREADS": "1"})
+
+
+@nox.session
 def endurance(session: nox.Session) -> None:
     """Memory along a day of 50 vessels, and 10^6 scans of one track: `nox -s endurance -- --scans 5000 --long 50000`."""
     session.install(".")

@@ -18,7 +18,9 @@ PAGE = (DOCS / "architecture.md").read_text(encoding="utf-8")
 
 def drawn():
     """Return the arrows in the picture, which are groups with the names of both rooms as their id."""
-    return {(here, there) for here, there in re.findall(r'<g id="(\w+)\.(\w+)"', DRAWING.PICTURE.read_text(encoding="utf-8"))}
+    return {
+        (here, there) for here, there in re.findall(r'<g id="(\w+)\.(\w+)"', DRAWING.PICTURE.read_text(encoding="utf-8"))
+    }
 
 
 def test_the_arrows_in_the_picture_are_the_imports_in_the_code():

@@ -70,6 +70,7 @@ if TYPE_CHECKING:
     from vedette.types import Pose as Pose
     from vedette.types import Recording as Recording
     from vedette.types import Review as Review
+    from vedette.types import Rows as Rows
     from vedette.types import Scan as Scan
     from vedette.types import Track as Track
     from vedette.types import Trajectory as Trajectory
@@ -103,6 +104,7 @@ _HOMES = {
         "Pose",
         "Recording",
         "Review",
+        "Rows",
         "Scan",
         "Track",
         "Trajectory",

@@ -9,10 +9,11 @@ from attrs import frozen
 
 @frozen
 class Problem:
-    """Something in a config or an input that was not used: where it stands, and what is wrong with it."""
+    """Something in a config or an input that was not used: where it stands, what is wrong, how many rows it cost."""
 
     place: str
     text: str
+    rows: int = 1
 
     def __str__(self) -> str:
         return f"{self.place}: {self.text}" if self.place else self.text

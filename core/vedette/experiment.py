@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from time import process_time
 from typing import final
 
 import numpy as np
-from attrs import Factory, frozen
+from attrs import Factory, evolve, frozen
 
 from vedette import fields
 from vedette.errors import ConfigError, Problem, ScanRefused
@@ -20,7 +20,7 @@ from vedette.tracking.preprocessing import check_preprocessors, preprocess, raw_
 from vedette.tracking.state import State
 from vedette.tracking.tracker import Tracker
 from vedette.tracking.validation import with_axes, without_bad_returns
-from vedette.types import Gaussian, Recording, Scan, Track
+from vedette.types import Gaussian, LazyScans, Recording, Scan, Track
 
 _NAMED = 100
 """How many refused things a run that keeps nothing names; all are counted."""
@@ -32,7 +32,8 @@ class Result:
 
     `begun` counts all tracks, tentative ones included; `scans` holds those taken, without their bad returns; `refused` holds
     what was not taken, and why; `seconds` is the CPU time of the tracker alone; `states` holds what each scan left, if
-    it was to be kept; `intake` counts what came in.
+    it was to be kept; `intake` counts what came in. `framed` holds those taken that brought a frame, with it: lazily, where
+    the recording is lazy, and `scans` then lacks the frames, as not all fit into memory.
     """
 
     tracks: tuple[Track, ...]
@@ -43,6 +44,7 @@ class Result:
     seconds: float
     interrupted: bool
     states: tuple[State, ...] = ()
+    framed: Sequence[Scan] = ()
     intake: Intake = Factory(lambda self: Intake.of({}, self.scans, self.refused), takes_self=True)
 
 
@@ -69,7 +71,8 @@ class Steps:
         self.intake = Intake(experiment.tracker.sensors, Refused(named))
         self.intake.refused.extend(recording.refused)
         self._tracker, self._given, self._seeds, self._strict = experiment.tracker, given, seeds, strict
-        scans = progress(recording.scans, "tracking")
+        self.places: dict[tuple[float, str], int] = {}
+        scans = _noted(progress(recording.scans, "tracking"), self.places)
         self._scans = preprocess(scans, experiment.preprocessors, self.intake.refused, strict=strict)
         self.state = self._tracker.start(given, -np.inf, seeds)
 
@@ -174,9 +177,13 @@ class Experiment:
         steps = self.steps(strict=strict, progress=progress, seeds=seeds, named=np.inf)
         history, taken, interrupted = History(self.tracker), list[Scan](), False
         states: list[State] = []
+        scans_given, framed = steps.recording.scans, list[int]()
+        lazy = isinstance(scans_given, LazyScans)
         try:
             for scan, state in steps:
-                taken.append(scan)
+                if scan.frame is not None:
+                    framed.append(steps.places[scan.time, scan.sensor])
+                taken.append(evolve(scan, frame=None) if lazy and scan.frame is not None else scan)
                 history.add(state)
                 if keep_states:
                     states.append(state)
@@ -192,4 +199,13 @@ class Experiment:
             interrupted=interrupted,
             states=tuple(states),
             intake=steps.intake,
+            framed=LazyScans(len(framed), lambda k: scans_given[framed[k]]),
         )
+
+
+def _noted(scans: Iterable[Scan], places: dict[tuple[float, str], int]) -> Iterator[Scan]:
+    """Yield the scans, and note where those with a frame stand."""
+    for i, scan in enumerate(scans):
+        if scan.frame is not None:
+            places[scan.time, scan.sensor] = i
+        yield scan

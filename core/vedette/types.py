@@ -268,11 +268,25 @@ class LazyScans(Sequence[Scan]):
         return self.make(range(self.length)[index])
 
 
+@frozen
+class Rows:
+    """What became of the rows of a table, the lines of a file or the frames of a clip: total = used + refused + left out.
+
+    Left out is what the tracker does not ask for, such as the rows of a sensor that it lacks.
+    """
+
+    total: int
+    used: int
+    refused: int
+    left_out: int = 0
+
+
 @frozen(eq=False)
 class Recording:
     """What a source delivers: scans in time order, the truth if it is known, and what was refused on the way.
 
-    `scans` may be lazy. `warnings`: a sentence for each thing that looks wrong and was read all the same.
+    `scans` may be lazy. `warnings`: a sentence for each thing that looks wrong and was read all the same. `rows` accounts
+    for all that was read, table by table.
     """
 
     scans: Sequence[Scan]
@@ -280,6 +294,7 @@ class Recording:
     refused: tuple[Problem, ...] = ()
     notes: Mapping[str, str] = {}
     warnings: tuple[str, ...] = ()
+    rows: Mapping[str, Rows] = {}
 
 
 new_gaussian = maker(Gaussian)

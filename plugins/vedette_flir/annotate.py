@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -23,16 +24,19 @@ CROSS, BOX, TEXT = (0, 128, 255), (0, 200, 0), (200, 200, 200)
 
 def annotated(folder: Path, experiment: Experiment, result: Result) -> list[str]:
     """Write the video (Motion JPEG) where a run went through images in px and OpenCV is there; the names of the files."""
-    scans = [scan for scan in result.scans if scan.frame is not None and scan.frame.pixels.ndim == 2]
+    scans = result.framed
     x = [axis for axis in experiment.tracker.state.axes if axis.name == "x"]
-    if not scans or not x or x[0].unit != "px":
+    if not len(scans) or not x or x[0].unit != "px":
+        return []
+    first = scans[0].frame
+    if first is None or first.pixels.ndim != 2:
         return []
     try:
         import cv2
     except ImportError:
         return []
     low, high = _levels(scans)
-    times = np.array([scan.time for scan in scans])
+    times = np.array([scan.time for scan in result.scans])
     rate = 1.0 / float(np.median(np.diff(times))) if len(times) > 1 else 30.0
     unfinished = folder / f".{os.getpid()}.{NAME}"
     writer = None
@@ -53,7 +57,7 @@ def annotated(folder: Path, experiment: Experiment, result: Result) -> list[str]
     return [NAME]
 
 
-def _levels(scans: list[Scan]) -> tuple[float, float]:
+def _levels(scans: Sequence[Scan]) -> tuple[float, float]:
     """Counts that are black and white: between them lie 99 % of the pixels of some twenty frames."""
     some = scans[:: max(1, len(scans) // 20)]
     counts = np.concatenate([np.asarray(scan.frame.pixels, dtype=float).ravel() for scan in some if scan.frame is not None])

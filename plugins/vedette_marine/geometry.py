@@ -33,10 +33,16 @@ from attrs import fields as attributes
 from attrs import frozen
 
 from vedette import Array, InputError, Pose, fields
+from vedette.io.json_values import parse, short
+from vedette.io.opening import whole_text
+from vedette.io.picture_size import check_pixels
 
 STABILISATIONS = ("north-up", "head-up")
 
 FILE = "geometry.json"
+
+LARGEST = 2**20
+"""Bytes of the sidecar file."""
 
 
 def _pair(values: Array) -> str | None:
@@ -86,6 +92,12 @@ class PictureGeometry:
         default="",
     )
 
+    def __attrs_post_init__(self) -> None:
+        try:
+            check_pixels(self.width, self.height)
+        except ValueError as error:
+            raise ValueError(f"width, height: {error}") from None
+
     @property
     def shape(self) -> tuple[int, int]:
         """Rows, columns."""
@@ -115,14 +127,14 @@ class PictureGeometry:
     def of(cls, data: object) -> PictureGeometry:
         """From what `as_json` gives; ValueError that names the field if it is not that."""
         if not isinstance(data, Mapping):
-            raise ValueError(f"must be an object with the fields of a geometry, got {data!r}")
+            raise ValueError(f"must be an object with the fields of a geometry, got {short(data)}")
         known = [each.name for each in attributes(cls)]
         for name in ("metres_per_pixel", "centre", "width", "height"):
             if name not in data:
                 raise ValueError(f"{name}: is missing")
         for name in data:
             if name not in known:
-                raise ValueError(f"{name}: there is no such field; there are {', '.join(known)}")
+                raise ValueError(f"{name[:60]}: there is no such field; there are {', '.join(known)}")
         given = dict(data)
         for name in ("overlays", "colours"):
             if given.get(name) in ([], None):
@@ -136,8 +148,10 @@ def read_geometry(folder: Path) -> PictureGeometry:
     if not path.is_file():
         raise InputError(f"{path}: is missing: without it no pixel has a place; docs/marine.md says what it holds")
     try:
-        return PictureGeometry.of(json.loads(path.read_text(encoding="utf-8")))
-    except (OSError, ValueError) as error:
+        return PictureGeometry.of(parse(whole_text(path, LARGEST)))
+    except InputError:
+        raise
+    except (TypeError, ValueError) as error:
         raise InputError(f"{path}: {error}") from None
 
 

@@ -65,7 +65,7 @@ def bits(value):
     if isinstance(value, tuple):
         return [bits(part) for part in value]
     if isinstance(value, Scan | Detections | Pose | Trajectory | Recording):
-        return {name: bits(getattr(value, name)) for name in value.__slots__ if name != "__weakref__"}
+        return {name: bits(getattr(value, name)) for name in value.__slots__ if name not in ("__weakref__", "rows")}
     return value
 
 

@@ -6,7 +6,7 @@ import pytest
 import vedette
 from support.radar_pictures import FRAMES, SIZE, config, judged, opened
 from vedette import ConfigError, InputError, ScanRefused
-from vedette_marine.picture.png import check_png
+from vedette.io.png import check_png
 from vedette_marine.screen import RadarScreen
 from vedette_marine.sources.pictures import RadarPictures
 
@@ -58,7 +58,7 @@ def _flip(path):
 def test_no_flipped_bit_of_a_picture_passes(folder):
     path = folder / "003.png"
     data = path.read_bytes()
-    assert check_png(path) == (SIZE, SIZE)
+    assert check_png(path) == (SIZE, SIZE, 8)
     for at in np.random.default_rng(0).integers(0, len(data), 60).tolist():
         path.write_bytes(data[:at] + bytes([data[at] ^ 4]) + data[at + 1 :])
         with pytest.raises(ValueError, match=r"is (corrupted|cut off|no PNG)"):

@@ -43,6 +43,8 @@ def _text(path: Path) -> str:
     try:
         if path.is_dir():
             raise _refusal(place, "is a folder; name the file in it")
+        if path.exists() and not path.is_file():
+            raise _refusal(place, "is no regular file")
         if path.stat().st_size > LARGEST:
             raise _refusal(place, f"is larger than {LARGEST} bytes: this is no config")
         text = path.read_text(encoding="utf-8-sig")

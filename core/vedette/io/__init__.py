@@ -7,7 +7,8 @@ from vedette.io.autoferry import AutoferrySource
 from vedette.io.csv_source import CsvSource
 from vedette.io.jsonl import read_recording, write_recording
 from vedette.io.jsonl_source import JsonLinesSource
-from vedette.io.reading import Sample, find, in_time_order, lines
+from vedette.io.opening import lines
+from vedette.io.reading import Sample, find, in_time_order
 from vedette.io.tracks import read_tracks, write_tracks_csv, write_tracks_jsonl
 from vedette.roles import Component
 

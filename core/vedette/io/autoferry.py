@@ -6,17 +6,17 @@ from collections.abc import Mapping
 from typing import Any, ClassVar, final
 
 import numpy as np
-from attrs import frozen
+from attrs import evolve, frozen
 
 from vedette import fields
 from vedette.errors import ConfigError, InputError, Problem
 from vedette.io.autoferry_files import PUBLISHER, bearings, entries, returns, truth
 from vedette.io.json_values import number, short, vector
-from vedette.io.reading import NORTH_EAST, detections, find, polar
+from vedette.io.reading import NORTH_EAST, check_files, detections, find, polar
 from vedette.roles import Sensor
 from vedette.space import Space
 from vedette.supporting import Source
-from vedette.types import Pose, Recording, Scan
+from vedette.types import Pose, Recording, Rows, Scan
 
 SENSORS = {1: "lidar", 2: "radar", 3: "infrared", 4: "electro_optical"}
 """The benchmark's sensorID and what the tracker calls the sensor. The last two are cameras: they give bearings."""
@@ -65,23 +65,27 @@ class AutoferrySource(Source):
         """
         measured = self._measured(sensors)
         names = [f"scenario{self.scenario}_{part}.json" for part in ("detections", "groundTruth")]
-        folder = find(self.path, PUBLISHER, names)
+        folder = find(self.path, PUBLISHER)
+        check_files(folder, [("scenario", name) for name in names], PUBLISHER)
         path = folder / names[0]
         refused: list[Problem] = []
-        scans = []
+        scans, total, left_out = [], 0, 0
         for place, entry in entries(path):
+            total, told = total + 1, len(refused)
             try:
                 scan = self._scan(entry, measured, place, refused)
             except ValueError as error:
                 refused.append(Problem(place, str(error)))
             else:
+                left_out += scan is None and len(refused) == told
                 scans += [] if scan is None else [scan]
         if not scans:
             first = f"; the first problem: {refused[0]}" if refused else ""
             raise InputError(f"{path}: holds no usable scan of {', '.join(measured)}{first}")
         scans.sort(key=lambda scan: scan.time)
-        boats = truth(folder / names[1], refused)
-        return Recording(tuple(scans), boats, tuple(refused), {"frame": NORTH_EAST})
+        rows = {"detections": Rows(total, len(scans), sum(problem.rows for problem in refused), left_out)}
+        boats, rows["truth"] = truth(folder / names[1], refused)
+        return Recording(tuple(scans), boats, tuple(refused), {"frame": NORTH_EAST}, rows=rows)
 
     def _measured(self, sensors: Mapping[str, Sensor]) -> dict[str, Space]:
         """The axes that each used sensor measures; ConfigError if the tracker lacks one or it measures others."""
@@ -106,7 +110,7 @@ class AutoferrySource(Source):
         if not isinstance(entry, dict):
             raise ValueError(f"must be an object, got {short(entry)}")
         known = entry.get("sensorID")
-        sensor = SENSORS.get(known) if isinstance(known, int) else None
+        sensor = SENSORS.get(known) if type(known) is int else None
         if sensor is None:
             raise ValueError(f"sensorID must be one of {', '.join(map(str, SENSORS))}, got {short(known)}")
         if sensor not in measured:
@@ -120,8 +124,9 @@ class AutoferrySource(Source):
             try:
                 good.append([number(value, "each of its numbers") for value in values])
             except ValueError as error:
-                refused.append(Problem(f"{place}, return {i}", str(error)))
+                refused.append(Problem(f"{place}, return {i}", str(error), 0))
         if told and not good:
+            refused[-1] = evolve(refused[-1], rows=1)
             return None
         if camera:
             found = {"bearing": np.array(good).reshape(-1)}

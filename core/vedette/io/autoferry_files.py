@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -10,8 +11,9 @@ import numpy as np
 
 from vedette.errors import InputError, Problem
 from vedette.io.json_values import number, parse, short, vector
+from vedette.io.opening import whole_text
 from vedette.space import Space
-from vedette.types import Trajectory
+from vedette.types import Rows, Trajectory
 
 PUBLISHER = (
     "the Autoferry sensor fusion benchmark (Helgesen, Vasstein, Brekke, Stahl, Ocean Engineering 252, 2022, 111152). "
@@ -26,10 +28,7 @@ HALF_BASE = 0.5
 
 def entries(path: Path) -> Iterator[tuple[str, Any]]:
     """What a file lists, each with its place."""
-    try:
-        text = path.read_text(encoding="utf-8", errors="replace")
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}. Wanted: {PUBLISHER}") from None
+    text = whole_text(path)
     if not text.strip():
         raise InputError(f"{path}: is empty. Wanted: {PUBLISHER}")
     try:
@@ -61,27 +60,32 @@ def bearings(measurement: Any) -> list[tuple[Any, ...]]:
     return [(bearing,) for bearing in (measurement if isinstance(measurement, list) else [measurement])]
 
 
-def truth(path: Path, refused: list[Problem]) -> tuple[Trajectory, ...]:
-    """The boats in the order of their ids: each time counts once, although the file repeats it for each detection."""
+def truth(path: Path, refused: list[Problem]) -> tuple[tuple[Trajectory, ...], Rows]:
+    """Return the boats in the order of their ids: each time counts once, although the file repeats it for each detection."""
+    good: Counter[int] = Counter()
+    total, told = 0, len(refused)
     positions: dict[int, dict[float, tuple[float, float]]] = {}
     for place, entry in entries(path):
         for j, sample in enumerate(entry if isinstance(entry, list) else [entry]):
+            total += 1
             try:
-                if not isinstance(sample, dict) or not isinstance(sample.get("targetID"), int):
+                if not isinstance(sample, dict) or type(sample.get("targetID")) is not int:
                     raise ValueError(f"must be an object with targetID, position and time, got {short(sample)}")
                 time = number(sample.get("time"), "time")
                 north, east, _ = vector(sample.get("position"), "position", 3)
                 if positions.setdefault(sample["targetID"], {}).setdefault(time, (north, east)) != (north, east):
                     raise ValueError(f"boat {sample['targetID']} is elsewhere at {time!r} s in an earlier entry")
+                good[sample["targetID"]] += 1
             except ValueError as error:
                 refused.append(Problem(f"{place}[{j}]", str(error)))
     known = {target: at for target, at in sorted(positions.items()) if len(at) > 1}
     refused += [
-        Problem(path.name, f"boat {target} has a position at one time only, which gives no velocity")
+        Problem(path.name, f"boat {target} has a position at one time only, which gives no velocity", good[target])
         for target in sorted(positions)
         if target not in known
     ]
-    return tuple(_trajectory(f"boat {target}", at) for target, at in known.items())
+    rows = Rows(total, sum(good[target] for target in known), sum(problem.rows for problem in refused[told:]))
+    return tuple(_trajectory(f"boat {target}", at) for target, at in known.items()), rows
 
 
 def _trajectory(name: str, at: Mapping[float, tuple[float, float]]) -> Trajectory:

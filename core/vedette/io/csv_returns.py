@@ -13,6 +13,7 @@ from attrs import frozen
 from vedette import fields
 from vedette.errors import ConfigError, Problem
 from vedette.io.csv_table import numbers, rows
+from vedette.io.opening import shown
 from vedette.io.reading import Sample, in_time_order
 from vedette.roles import Sensor
 from vedette.space import Space, SpaceError
@@ -110,9 +111,9 @@ class DetectionColumns:
         return found
 
     def read(
-        self, path: Path, readings: Mapping[str, Reading], delimiter: str, refused: list[Problem], notes: dict[str, str]
-    ) -> dict[str, list[Sample[Look]]]:
-        """Each sensor's scans in the order of time; rows of sensors that are not in `readings` are only noted."""
+        self, path: Path, readings: Mapping[str, Reading], delimiter: str, refused: list[Problem], *, sort: bool
+    ) -> tuple[dict[str, list[Sample[Look]]], Counter[str]]:
+        """Return each sensor's scans in the order of time, and how many rows other sensors have, which are left out."""
         axes = Space()
         try:
             for reading in readings.values():
@@ -137,21 +138,19 @@ class DetectionColumns:
                 refused.append(Problem(row.place, str(error)))
             else:
                 told[sensor].append(sample)
-        for sensor, count in left_out.items():
-            notes[f"rows of {sensor!r}, which the tracker lacks"] = str(count)
         group = _by_scan if self.scan else _by_time
-        return {name: group(samples, refused) for name, samples in told.items()}
+        return {name: group(samples, refused, sort) for name, samples in told.items()}, left_out
 
 
 _Cells = tuple[str, tuple[float, ...] | None]
 """A row's scan id and its values, None where all cells are empty."""
 
 
-def _by_time(rows: list[Sample[_Cells]], refused: list[Problem]) -> list[Sample[Look]]:
-    return [_look(list(scan)) for _, scan in groupby(in_time_order(rows, refused), lambda row: row.time)]
+def _by_time(rows: list[Sample[_Cells]], refused: list[Problem], sort: bool) -> list[Sample[Look]]:
+    return [_look(list(scan)) for _, scan in groupby(in_time_order(rows, refused, sort=sort), lambda row: row.time)]
 
 
-def _by_scan(rows: list[Sample[_Cells]], refused: list[Problem]) -> list[Sample[Look]]:
+def _by_scan(rows: list[Sample[_Cells]], refused: list[Problem], sort: bool) -> list[Sample[Look]]:
     """Scans at the time of most of their rows; rows of another time are refused."""
     scans: dict[str, list[Sample[_Cells]]] = {}
     for row in rows:
@@ -160,14 +159,14 @@ def _by_scan(rows: list[Sample[_Cells]], refused: list[Problem]) -> list[Sample[
     for scan, members in scans.items():
         time = Counter(row.time for row in members).most_common(1)[0][0]
         refused += [
-            Problem(row.place, f"time {row.time!r} s is not that of scan {scan!r} elsewhere, {time!r} s")
+            Problem(row.place, f"time {row.time!r} s is not that of scan {shown(scan)} elsewhere, {time!r} s")
             for row in members
             if row.time != time
         ]
         looks.append(_look([row for row in members if row.time == time]))
-    return in_time_order(looks, refused)
+    return in_time_order(looks, refused, sort=sort)
 
 
 def _look(rows: list[Sample[_Cells]]) -> Sample[Look]:
     returns = tuple(values for _, values in (row.value for row in rows) if values is not None)
-    return Sample(rows[0].place, rows[0].time, Look(rows[0].value[0], returns))
+    return Sample(rows[0].place, rows[0].time, Look(rows[0].value[0], returns), len(rows))

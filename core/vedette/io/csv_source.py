@@ -13,10 +13,22 @@ from vedette.errors import InputError, Problem
 from vedette.io.csv_returns import DetectionColumns, Look, Reading
 from vedette.io.csv_truth import Platform, PlatformColumns, TruthColumns
 from vedette.io.gaps import fill_gaps
-from vedette.io.reading import FRAMES, NORTH_EAST, Sample, beyond_period, detections, find, polar
+from vedette.io.opening import shown
+from vedette.io.reading import (
+    FRAMES,
+    NORTH_EAST,
+    Sample,
+    beyond_period,
+    check_files,
+    detections,
+    find,
+    offer_sorting,
+    offers_first,
+    polar,
+)
 from vedette.roles import Sensor
 from vedette.supporting import Source
-from vedette.types import Recording, Scan
+from vedette.types import Recording, Rows, Scan, Trajectory
 
 
 @final
@@ -38,6 +50,7 @@ class CsvSource(Source):
     platform: PlatformColumns | None = fields.part("the sensors' platform, if it moves", default=None)
     frame: str = fields.choice("where the axes point", FRAMES, default=FRAMES[0])
     delimiter: str = fields.choice("between columns", [",", ";", "\t", "|"], default=",")
+    sort: bool = fields.flag("sort all rows by time; default: those that go back in time are refused", default=False)
 
     def __attrs_post_init__(self) -> None:
         if self.platform is not None and self.platform.scan and not self.detections.scan:
@@ -50,49 +63,67 @@ class CsvSource(Source):
         are not what the sensors measure.
         """
         readings = self.detections.readings(sensors, self.platform is not None)
-        named = [table.file for table in self._tables() if table.file]
-        in_folder = self.detections.file != ""
-        given = find(self.path, self._wanted(), named if in_folder else ())
-        folder, path = (given, given / self.detections.file) if in_folder else (given.parent, given)
-        refused: list[Problem] = []
+        given = find(self.path, self._wanted())
+        folder, path = (given, given / self.detections.file) if self.detections.file else (given.parent, given)
+        named = [(f"{place}.file", table.file) for place, table in self._tables().items() if table.file]
+        check_files(folder, named, self._wanted())
+        refused: dict[str, list[Problem]] = {"platform": [], "detections": [], "truth": []}
+        rows: dict[str, Rows] = {}
         notes = {"recording": self.about} if self.about else {}
         if self.frame == NORTH_EAST:
             notes["frame"] = self.frame
         platform = None
         if self.platform is not None:
             file = folder / self.platform.file if self.platform.file else path
-            platform = self.platform.read(file, self.delimiter, refused)
-        looks = self.detections.read(path, readings, self.delimiter, refused, notes)
-        scans, odd = [], list[str]()
+            platform = self.platform.read(file, self.delimiter, refused["platform"], sort=self.sort)
+            rows["platform"] = _rows(platform.rows, refused["platform"])
+        looks, left_out = self.detections.read(path, readings, self.delimiter, refused["detections"], sort=self.sort)
+        notes |= {f"rows of {shown(sensor)}, which the tracker lacks": str(count) for sensor, count in left_out.items()}
+        used, scans, odd = 0, [], list[str]()
         for name, reading in readings.items():
             odd += _odd(name, reading, looks[name])
-            own = [_scan(name, look, reading, platform, refused) for look in looks[name]]
-            placed = [scan for scan in own if scan is not None]
+            placed = []
+            for look in looks[name]:
+                scan = _scan(name, look, reading, platform, refused["detections"])
+                if scan is not None:
+                    used += look.rows
+                    placed.append(scan)
             if name in self.detections.periods:
                 filled = fill_gaps(placed, self.detections.periods[name])
                 notes[f"scans of {name} without returns supposed in gaps"] = str(len(filled) - len(placed))
                 placed = filled
             scans += placed
         if not scans:
-            first = f"; the first problem: {refused[0]}" if refused else ""
+            told = [problem for problems in refused.values() for problem in problems]
+            first = f"; the first problem: {told[0]}" if told else ""
             raise InputError(f"{path}: holds no usable scan of {', '.join(readings)}{first}")
-        truth = () if self.truth is None else self.truth.read(folder, self.delimiter, refused)
-        return Recording(
-            tuple(sorted(scans, key=lambda scan: scan.time)), truth, tuple(dict.fromkeys(refused)), notes, tuple(odd)
-        )
+        rows["detections"] = _rows(used, refused["detections"], left_out.total())
+        truth: tuple[Trajectory, ...] = ()
+        if self.truth is not None:
+            truth = self.truth.read(folder, self.delimiter, refused["truth"], sort=self.sort)
+            rows["truth"] = _rows(sum(len(path.times) for path in truth), refused["truth"])
+        told = offers_first(offer_sorting(refused[name], part.total) for name, part in rows.items())
+        in_order = tuple(sorted(scans, key=lambda scan: scan.time))
+        return Recording(in_order, truth, tuple(dict.fromkeys(told)), notes, tuple(odd), rows=rows)
 
-    def _tables(self) -> list[DetectionColumns | TruthColumns | PlatformColumns]:
-        optional = (self.truth, self.platform)
-        return [self.detections, *(table for table in optional if table is not None)]
+    def _tables(self) -> dict[str, DetectionColumns | TruthColumns | PlatformColumns]:
+        """Return the config's tables that name columns, by their names."""
+        named = {"detections": self.detections, "truth": self.truth, "platform": self.platform}
+        return {name: table for name, table in named.items() if table is not None}
 
     def _wanted(self) -> str:
         """What a user who lacks the recording must get hold of, and in which format."""
         files: dict[str, list[str]] = {}
-        for table in self._tables():
+        for table in self._tables().values():
             titles = [*table.wanted().values(), *table.columns.values()]
             files.setdefault(table.file or self.detections.file or "a file", []).extend(titles)
         listed = [f"{name} with columns {', '.join(dict.fromkeys(titles))}" for name, titles in files.items()]
         return f"{self.about or 'a recording'}. Format: CSV, {'; '.join(listed)}"
+
+
+def _rows(used: int, refused: list[Problem], left_out: int = 0) -> Rows:
+    lost = sum(problem.rows for problem in refused)
+    return Rows(used + lost + left_out, used, lost, left_out)
 
 
 def _odd(name: str, reading: Reading, looks: list[Sample[Look]]) -> Iterator[str]:
@@ -111,7 +142,8 @@ def _scan(name: str, look: Sample[Look], reading: Reading, platform: Platform | 
     if platform is not None:
         pose = platform.pose(look.value.scan, look.time)
         if pose is None:
-            refused.append(Problem(look.place, f"the recording does not say where the platform was at {look.time!r} s"))
+            text = f"the recording does not say where the platform was at {look.time!r} s"
+            refused.append(Problem(look.place, text, look.rows))
             return None
     values = np.array(look.value.returns).reshape(-1, len(reading.read)).T
     found = dict(zip(reading.read.names, values, strict=True))

@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from attrs import frozen
 
 from vedette.errors import ConfigError, InputError, Problem
 from vedette.fields import ABSURD
-from vedette.io.reading import lines
+from vedette.io.opening import lines, shown
 from vedette.space import Axis, Space
 from vedette.units import in_unit
+
+WIDEST = 131_072
+"""Characters of a cell; what Python's csv module reads unless it is told otherwise, for the whole process."""
+
+UNCLOSED = f"a quotation mark is not closed, or a cell has more than {WIDEST:,} characters"
 
 
 @frozen
@@ -37,9 +42,9 @@ class Number:
         try:
             number = float(cell)
         except ValueError:
-            raise ValueError(f"{self.title} must be a number, got {cell!r}") from None
+            raise ValueError(f"{self.title} must be a number, got {shown(cell)}") from None
         if not abs(number) * self.factor <= ABSURD:  # also False for NaN
-            raise ValueError(f"{self.title} must be a finite number of at most {ABSURD:g}, got {cell!r}")
+            raise ValueError(f"{self.title} must be a finite number of at most {ABSURD:g}, got {shown(cell)}")
         return number * self.factor
 
 
@@ -87,14 +92,14 @@ def rows(path: Path, wanted: Mapping[str, str], place: str, delimiter: str, refu
     column or has it twice.
     """
     given = lines(path)
-    header = _cells(next(given)[1], delimiter)
+    header = cells_of(next(given)[1], delimiter)
     if header is None:
-        raise InputError(f"{path}:1: the header has a quotation mark that is not closed")
+        raise InputError(f"{path}:1: the header has {UNCLOSED.replace(' is not', ' that is not')}")
     for name, title in wanted.items():
         if header.count(title) != 1:
             there = "no column" if title not in header else "more than one column"
             raise InputError(
-                f"{path}:1: there is {there} {title!r}, which {place}.{name} asks for; the columns are {', '.join(header)}"
+                f"{path}:1: there is {there} {title!r}, which {place}.{name} asks for; the columns are {_titles(header)}"
             )
     where = {name: header.index(title) for name, title in wanted.items()}
     empty = True
@@ -102,10 +107,10 @@ def rows(path: Path, wanted: Mapping[str, str], place: str, delimiter: str, refu
         if not line.strip():
             continue
         empty = False
-        cells = _cells(line, delimiter)
+        cells = cells_of(line, delimiter)
         line_place = f"{path.name}:{number}"
         if cells is None:
-            refused.append(Problem(line_place, "a quotation mark is not closed"))
+            refused.append(Problem(line_place, UNCLOSED))
         elif len(cells) != len(header):
             refused.append(Problem(line_place, f"must have {len(header)} columns as the header has, got {len(cells)}"))
         else:
@@ -114,7 +119,28 @@ def rows(path: Path, wanted: Mapping[str, str], place: str, delimiter: str, refu
         raise InputError(f"{path}: has a header and no rows")
 
 
-def _cells(line: str, delimiter: str) -> list[str] | None:
+def _titles(header: Sequence[str]) -> str:
+    """Return a header as a message shows it."""
+    named = ", ".join(title if len(title) <= 60 else shown(title) for title in header[:20])
+    return named if len(header) <= 20 else f"{named} and {len(header) - 20} more"
+
+
+def header_of(path: Path, line: str, wanted: Sequence[str], optional: Sequence[str] = ()) -> list[str]:
+    """Return the titles in a file's first line; InputError if one is lacking, or one that is read stands twice."""
+    header = cells_of(line)
+    if header is None:
+        raise InputError(f"{path}:1: {UNCLOSED}")
+    lacking = [title for title in wanted if title not in header]
+    if lacking:
+        raise InputError(f"{path}:1: must have the columns {', '.join(wanted)}; lacks {', '.join(lacking)}")
+    twice = [title for title in (*wanted, *optional) if header.count(title) > 1]
+    if twice:
+        raise InputError(f"{path}:1: must have each column once; has {', '.join(twice)} more often")
+    return header
+
+
+def cells_of(line: str, delimiter: str = ",") -> list[str] | None:
+    """Return the cells of a line, stripped; None if a quotation mark is not closed or a cell is wider than WIDEST."""
     try:
         return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True, strict=True))]
     except (csv.Error, StopIteration):

@@ -11,6 +11,7 @@ from attrs import frozen
 from vedette import fields
 from vedette.errors import Problem
 from vedette.io.csv_table import chosen, numbers, rows
+from vedette.io.opening import shown
 from vedette.io.reading import Sample, in_time_order
 from vedette.space import Space
 from vedette.types import Pose, Trajectory
@@ -43,8 +44,8 @@ class TruthColumns:
         named = {"time": self.time, "object": self.object}
         return {name: title for name, title in named.items() if title}
 
-    def read(self, folder: Path, delimiter: str, refused: list[Problem]) -> tuple[Trajectory, ...]:
-        """A trajectory for each object, in the order of their first rows."""
+    def read(self, folder: Path, delimiter: str, refused: list[Problem], *, sort: bool) -> tuple[Trajectory, ...]:
+        """Return a trajectory for each object, in the order of their first rows."""
         place = "truth"
         space = chosen(self.columns, STATE, place)
         by_axis = numbers(space, self.time, self.columns, self.units, place)
@@ -58,7 +59,7 @@ class TruthColumns:
                 refused.append(Problem(row.place, str(error)))
                 continue
             objects.setdefault(row.cells.get("object", self.name), []).append(Sample(row.place, time, state))
-        return tuple(_trajectory(name, space, in_time_order(found, refused)) for name, found in objects.items())
+        return tuple(_trajectory(name, space, in_time_order(found, refused, sort=sort)) for name, found in objects.items())
 
 
 def _trajectory(name: str, space: Space, samples: list[Sample[list[float]]]) -> Trajectory:
@@ -93,34 +94,38 @@ class PlatformColumns:
         named = {"time": self.time, "scan": self.scan}
         return {name: title for name, title in named.items() if title}
 
-    def read(self, path: Path, delimiter: str, refused: list[Problem]) -> Platform:
-        """The platform's states; of two rows for one scan that disagree, the second is refused."""
+    def read(self, path: Path, delimiter: str, refused: list[Problem], *, sort: bool) -> Platform:
+        """Return the platform's states; of two rows for one scan that disagree, the second is refused."""
         place = "platform"
         space = chosen(self.columns, POSE, place)
         by_axis = numbers(space, self.time, self.columns, self.units, place)
         wanted = {column.name: column.title for column in by_axis.values()} | self.wanted()
         at_times: list[Sample[list[float]]] = []
         by_scan: dict[str, list[float]] = {}
+        used = 0
         for row in rows(path, wanted, place, delimiter, refused):
             try:
                 state = [by_axis[name].of(row) for name in space.names]
                 if self.time:
                     at_times.append(Sample(row.place, by_axis["time"].of(row), state))
-                elif by_scan.setdefault(row.cells["scan"], state) != state:
-                    raise ValueError(f"the platform stood elsewhere in an earlier row of scan {row.cells['scan']!r}")
+                elif by_scan.setdefault(row.cells["scan"], state) == state:
+                    used += 1
+                else:
+                    raise ValueError(f"the platform stood elsewhere in an earlier row of scan {shown(row.cells['scan'])}")
             except ValueError as error:
                 refused.append(Problem(row.place, str(error)))
-        kept = in_time_order(at_times, refused)
-        return Platform(_trajectory("platform", space, kept) if kept else None, by_scan, space)
+        kept = in_time_order(at_times, refused, sort=sort)
+        return Platform(_trajectory("platform", space, kept) if kept else None, by_scan, space, used or len(kept))
 
 
 @frozen(eq=False)
 class Platform:
-    """A platform's states over `space`: along a track in time, or by scan."""
+    """A platform's states over `space`: along a track in time, or by scan; `rows` said so."""
 
     track: Trajectory | None
     by_scan: dict[str, list[float]]
     space: Space
+    rows: int
 
     def pose(self, scan: str, time: float) -> Pose | None:
         """The pose for a scan at a time in s; None if the recording does not say."""

@@ -13,9 +13,10 @@ from attrs import frozen
 from vedette.errors import InputError, Problem
 from vedette.io.atomic import whole_file
 from vedette.io.json_values import number, parse, short, vector
-from vedette.io.reading import Sample, in_time_order, lines
+from vedette.io.opening import lines, shown
+from vedette.io.reading import Sample, in_time_order, offer_sorting
 from vedette.space import Space, SpaceError
-from vedette.types import Detections, Pose, Recording, Scan, Trajectory
+from vedette.types import Detections, Pose, Recording, Rows, Scan, Trajectory
 
 FORMAT = "vedette"
 VERSION = 1
@@ -69,8 +70,8 @@ def scan_line(scan: Scan, sensors: Mapping[str, Space]) -> str:
     return line(_scan_fields(scan, sensors))
 
 
-def read_recording(path: Path) -> tuple[Recording, dict[str, Space]]:
-    """A recording and the measurement space of each of its sensors.
+def read_recording(path: Path, *, sort: bool = False) -> tuple[Recording, dict[str, Space]]:
+    """Return a recording and the measurement space of each of its sensors; with `sort`, lines may stand in any order.
 
     Lines that are no good, a last one that is cut short among them, are in `refused`, the rest is read. InputError if
     the file is missing, empty, or its header is not one of this format and version.
@@ -83,9 +84,11 @@ def read_recording(path: Path) -> tuple[Recording, dict[str, Space]]:
         raise InputError(f"{path}:1: {error}") from None
     scans: dict[str, list[Sample[tuple[int, Scan]]]] = {name: [] for name in header.sensors}
     states: dict[str, list[Sample[list[float]]]] = {name: [] for name in header.truth}
+    total = 0
     for i, text in given:
         if not text.strip():
             continue
+        total += 1
         place = f"{path.name}:{i}"
         try:
             entry = parse(text)
@@ -94,17 +97,22 @@ def read_recording(path: Path) -> tuple[Recording, dict[str, Space]]:
                 states[name].append(Sample(place, time, state))
             else:
                 scan, problems = _scan(entry, header.sensors)
-                refused += [Problem(place, problem) for problem in problems]
+                refused += [Problem(place, text, int(scan is None and i == 0)) for i, text in enumerate(problems)]
                 if scan is not None:
                     scans[scan.sensor].append(Sample(place, scan.time, (i, scan)))
         except ValueError as error:
             refused.append(Problem(place, str(error)))
-    kept = [sample.value for own in scans.values() for sample in in_time_order(own, refused)]
+    kept = [sample.value for own in scans.values() for sample in in_time_order(own, refused, sort=sort)]
     in_order = sorted(kept, key=lambda numbered: (numbered[1].time, numbered[0]))
     truth = [
-        Trajectory(name, header.truth[name], *_columns(in_time_order(own, refused))) for name, own in states.items() if own
+        Trajectory(name, header.truth[name], *_columns(in_time_order(own, refused, sort=sort)))
+        for name, own in states.items()
+        if own
     ]
-    recording = Recording(tuple(scan for _, scan in in_order), tuple(truth), tuple(refused), header.notes)
+    used = len(in_order) + sum(len(path.times) for path in truth)
+    rows = {"lines": Rows(total, used, sum(problem.rows for problem in refused))}
+    told = tuple(offer_sorting(refused, total))
+    recording = Recording(tuple(scan for _, scan in in_order), tuple(truth), told, header.notes, rows=rows)
     return recording, header.sensors
 
 
@@ -169,7 +177,7 @@ def space_of(axes: Any, what: str) -> Space:
 def _check_fields(given: Mapping[str, Any], known: tuple[str, ...], what: str = "") -> None:
     for name in given:
         if name not in known:
-            raise ValueError(f"unknown field {what}{name!r}; known are {', '.join(known)}")
+            raise ValueError(f"unknown field {what}{shown(name)}; known are {', '.join(known)}")
 
 
 def _state(given: Mapping[str, Any], truth: Mapping[str, Space]) -> tuple[str, float, list[float]]:

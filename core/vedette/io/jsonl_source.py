@@ -11,6 +11,7 @@ from attrs import evolve, frozen
 from vedette import fields
 from vedette.errors import InputError
 from vedette.io.jsonl import read_recording
+from vedette.io.opening import shown
 from vedette.io.reading import find
 from vedette.roles import Sensor
 from vedette.space import Space
@@ -31,6 +32,7 @@ class JsonLinesSource(Source):
 
     path: str = fields.text("the file", default="")
     about: str = fields.text("what the recording is and who published it, told to those who lack it", default="")
+    sort: bool = fields.flag("sort all lines by time; default: those that go back in time are refused", default=False)
 
     def open(self, sensors: Mapping[str, Sensor], rng: np.random.Generator) -> Recording:
         """The scans in time order.
@@ -39,11 +41,13 @@ class JsonLinesSource(Source):
         measure, or no scan can be used.
         """
         path = find(self.path, f"{self.about or 'a recording'}. Format: Vedette's JSON lines")
-        recording, spaces = read_recording(path)
+        recording, spaces = read_recording(path, sort=self.sort)
         for name in spaces:
             if name in sensors and set(spaces[name].axes) != set(sensors[name].measurement.axes):
                 measured = sensors[name].measurement
-                raise InputError(f"{path}:1: sensor {name!r} gives {spaces[name]}, and the tracker's measures {measured}")
+                raise InputError(
+                    f"{path}:1: sensor {shown(name)} gives {spaces[name]}, and the tracker's measures {measured}"
+                )
         kept = tuple(
             _over(sensors[scan.sensor].measurement, scan, spaces[scan.sensor])
             for scan in recording.scans
@@ -57,8 +61,10 @@ class JsonLinesSource(Source):
         for name in spaces:
             if name not in sensors:
                 count = sum(scan.sensor == name for scan in recording.scans)
-                notes[f"scans of {name!r}, which the tracker lacks"] = str(count)
-        return evolve(recording, scans=kept, notes=notes)
+                notes[f"scans of {shown(name)}, which the tracker lacks"] = str(count)
+        lines, left_out = recording.rows["lines"], len(recording.scans) - len(kept)
+        rows = {"lines": evolve(lines, used=lines.used - left_out, left_out=left_out)}
+        return evolve(recording, scans=kept, notes=notes, rows=rows)
 
 
 def _over(measured: Space, scan: Scan, written: Space) -> Scan:

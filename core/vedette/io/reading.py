@@ -3,54 +3,57 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Generic, TypeVar
 
 import numpy as np
-from attrs import frozen
+from attrs import evolve, frozen
 
 from vedette.errors import ConfigError, InputError, Problem
+from vedette.io.opening import inside, shown, user_path
 from vedette.space import Array, Axis, Space
 from vedette.types import Detections
 
 V = TypeVar("V")
+
+OUT_OF_ORDER = "is out of order"
+OFFER = "`sort = true` in the source sorts them"
 
 NORTH_EAST = "x north, y east"
 FRAMES = ("x east, y north", NORTH_EAST)
 """Where the axes of the plane may point. A recording's note `frame` says so where it is not the first: maps turn by it."""
 
 
-def find(path: str, wanted: str, files: Sequence[str] = ()) -> Path:
-    """Where a config's `source.path` points: a folder that holds `files`, or one file if there are none.
-
-    ConfigError if it is missing or leads nowhere, InputError if a file is not there; both say what is `wanted`.
-    """
+def find(path: str, wanted: str) -> Path:
+    """Return where a config's `source.path` points, a folder or a file. ConfigError says what is `wanted`."""
     if not path:
         raise ConfigError([Problem("path", f"is not given. Wanted: {wanted}")])
-    found = Path(path).expanduser()
+    try:
+        found = user_path(path)
+    except ValueError as error:
+        raise ConfigError([Problem("path", f"{error}. Wanted: {wanted}")]) from None
     if not found.exists():
-        raise ConfigError([Problem("path", f"there is no file or folder {path!r}. Wanted: {wanted}")])
-    for name in files:
-        if not (found / name).is_file():
-            raise InputError(f"{found / name}: there is no such file. Wanted: {wanted}")
+        raise ConfigError([Problem("path", f"there is no file or folder {shown(path)}. Wanted: {wanted}")])
+    if not found.is_file() and not found.is_dir():
+        raise ConfigError([Problem("path", f"{shown(path)} is no regular file and no folder. Wanted: {wanted}")])
     return found
 
 
-def lines(path: Path) -> Iterator[tuple[int, str]]:
-    """The lines of a UTF-8 file, counted from 1, without their ends; InputError if it cannot be read or holds nothing.
+def check_files(folder: Path, files: Sequence[tuple[str, str]], wanted: str) -> None:
+    """Check that files that a config names, (place in the config, name), are there and in the folder.
 
-    What is not UTF-8 becomes U+FFFD, so that one bad byte costs one line and not the file.
+    ConfigError for a name or a link that leads out of the folder, InputError that says what is `wanted` for one that is not
+    there.
     """
-    number = 0
-    try:
-        with path.open(encoding="utf-8-sig", errors="replace") as file:
-            for number, line in enumerate(file, start=1):
-                yield number, line.rstrip("\n")
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
-    if number == 0:
-        raise InputError(f"{path}: is empty")
+    for place, name in files:
+        try:
+            file = inside(folder, name)
+        except ValueError as error:
+            raise ConfigError([Problem(place, str(error))]) from None
+        if not file.is_file():
+            text = "is no regular file" if file.exists() else "there is no such file"
+            raise InputError(f"{file}: {text}. Wanted: {wanted}")
 
 
 @frozen(eq=False)
@@ -60,14 +63,19 @@ class Sample(Generic[V]):
     place: str
     time: float
     value: V
+    rows: int = 1
 
 
-def in_time_order(samples: Sequence[Sample[V]], refused: list[Problem]) -> list[Sample[V]]:
-    """The samples without those that break the order of time, which are added to `refused`: as few as possible.
+def in_time_order(samples: Sequence[Sample[V]], refused: list[Problem], *, sort: bool = False) -> list[Sample[V]]:
+    """Return the samples without those that break the order of time, or all of them sorted.
+
+    Those that break it are added to `refused`: as few as possible.
 
     What stays is the longest non-decreasing subsequence; of several, the one that keeps the earlier entries. So one time
     far ahead is refused by itself, rather than all that follow it.
     """
+    if sort:
+        return sorted(samples, key=lambda sample: sample.time)
     keep = _longest_in_order([sample.time for sample in samples])
     kept = []
     following = iter([sample.time for sample, good in zip(samples, keep, strict=True) if good])
@@ -79,8 +87,24 @@ def in_time_order(samples: Sequence[Sample[V]], refused: list[Problem]) -> list[
             continue
         around = [f"after {kept[-1].time!r} s"] if kept else []
         around += [] if after is None else [f"before {after!r} s"]
-        refused.append(Problem(sample.place, f"time {sample.time!r} s is out of order: it stands {' and '.join(around)}"))
+        text = f"time {sample.time!r} s {OUT_OF_ORDER}: it stands {' and '.join(around)}"
+        refused.append(Problem(sample.place, text, sample.rows))
     return kept
+
+
+def offer_sorting(refused: Sequence[Problem], total: int) -> list[Problem]:
+    """Return what was refused of `total` rows. Of three or more out of order the first leads, and offers to sort them."""
+    late = [problem for problem in refused if OUT_OF_ORDER in problem.text]
+    if len(late) < 3:
+        return list(refused)
+    count = sum(problem.rows for problem in late)
+    told = f"{late[0].text}; {count} of {total} rows go back in time and are refused: {OFFER}"
+    return [evolve(late[0], text=told), *(problem for problem in refused if problem is not late[0])]
+
+
+def offers_first(refused: Iterable[Sequence[Problem]]) -> list[Problem]:
+    """Return the problems of all tables, those first that tell of many."""
+    return sorted((problem for table in refused for problem in table), key=lambda problem: OFFER not in problem.text)
 
 
 def _longest_in_order(times: Sequence[float]) -> list[bool]:

@@ -13,7 +13,7 @@ from vedette.errors import InputError
 from vedette.io.atomic import whole_file
 from vedette.io.json_values import number, parse, short
 from vedette.io.jsonl import line, space_of, units
-from vedette.io.reading import lines
+from vedette.io.opening import lines, shown
 from vedette.space import Array, Space
 from vedette.types import Track
 
@@ -151,7 +151,7 @@ def _fields(given: Any, n: int) -> dict[str, Any]:
     known = ("track", "time", "confirmed", *shapes)
     for name in given:
         if name not in known:
-            raise ValueError(f"unknown field {name!r}; known are {', '.join(known)}")
+            raise ValueError(f"unknown field {shown(name)}; known are {', '.join(known)}")
     for name, shape in shapes.items():
         absent = name == "mode_prob" and name not in given
         found[name] = None if absent else _array(given.get(name), shape, name)
@@ -161,7 +161,7 @@ def _fields(given: Any, n: int) -> dict[str, Any]:
 def _array(value: Any, shape: tuple[int | None, ...], what: str) -> Array:
     try:
         found = np.array(_numbers(value), dtype=float)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise ValueError(f"{what} must be numbers or null, got {short(value)}") from None
     if len(shape) != found.ndim or any(want not in (None, got) for want, got in zip(shape, found.shape, strict=True)):
         wanted = "(any,)" if None in shape else str(shape)

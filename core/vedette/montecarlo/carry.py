@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterator
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future, wait
 from contextlib import contextmanager
 from itertools import islice
 
@@ -17,6 +17,8 @@ from vedette.montecarlo.plan import Plan
 from vedette.montecarlo.statistics import precise
 from vedette.montecarlo.store import Store
 from vedette.progress import Progress
+
+KEPT = "the chunks in --out are kept, and --resume goes on with them"
 
 Chunks = list[list[Chunk]]
 """First by the place in the runs, then by the point of the grid: every entry holds the same runs at all points."""
@@ -76,9 +78,11 @@ def _result(future: Future[Chunk | Failed]) -> Chunk | Failed:
         return future.result()
     except (KeyboardInterrupt, VedetteError):
         raise
+    except CancelledError:
+        raise VedetteError(f"the scheduler went away, and with it the work that it had; {KEPT}") from None
     except Exception as error:
         text = f"a worker failed: {type(error).__name__}: {str(error).splitlines()[0] if str(error) else 'no reason given'}"
-        raise VedetteError(f"{text}; the chunks in --out are kept, and --resume goes on with them") from error
+        raise VedetteError(f"{text}; {KEPT}") from error
 
 
 class _Work:

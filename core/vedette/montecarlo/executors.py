@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import asyncio
+import logging
 from collections.abc import Iterator, Mapping
 from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import contextmanager
 from multiprocessing import get_context
-from typing import Any
+from typing import Any, cast
 
 from vedette.config.registry import Registry
 from vedette.errors import ConfigError, Problem, VedetteError
+from vedette.montecarlo.carry import KEPT
 from vedette.montecarlo.plan import Plan
 from vedette.montecarlo.store import made_by
 
@@ -46,22 +48,41 @@ def cluster(plan: Plan, address: str, seconds: float = 10.0) -> Iterator[tuple[E
     except Exception as error:  # whatever answers there, if it is no scheduler
         text = f"no Dask scheduler answers at {address!r}: {str(error).splitlines()[0] if str(error) else 'no answer'}"
         raise ConfigError([Problem("--scheduler", text)]) from None
+    with _told_here():
+        try:
+            known = client.scheduler_info(n_workers=-1)["workers"]
+            if not known:
+                raise ConfigError([Problem("--scheduler", f"the scheduler at {address!r} has no workers")])
+            _check(client, plan)
+            yield client.get_executor(pure=False), sum(each["nthreads"] for each in known.values())
+        except OSError as error:  # the connection broke while something was sent
+            raise VedetteError(f"the scheduler at {address!r} went away: {error or type(error).__name__}; {KEPT}") from None
+        finally:
+            client.close()
+
+
+@contextmanager
+def _told_here() -> Iterator[None]:
+    """Dask logs no tracebacks of a connection that breaks meanwhile: what went wrong is told once, by an error."""
+    loggers = [logging.getLogger(f"distributed.{name}") for name in ("client", "batched", "core", "comm", "utils")]
+    levels = [logger.level for logger in loggers]
+    for logger in loggers:
+        logger.setLevel(logging.CRITICAL)
     try:
-        known = client.scheduler_info(n_workers=-1)["workers"]
-        if not known:
-            raise ConfigError([Problem("--scheduler", f"the scheduler at {address!r} has no workers")])
-        _check(client, plan)
-        yield client.get_executor(pure=False), sum(each["nthreads"] for each in known.values())
+        yield
     finally:
-        client.close()
+        for logger, level in zip(loggers, levels, strict=True):
+            logger.setLevel(level)
 
 
 async def _knock(address: str, seconds: float) -> None:
     """Raises if no Dask process answers in time."""
+    import distributed
     from distributed import comm
 
     dask: Any = comm
-    line = await asyncio.wait_for(dask.connect(address, timeout=seconds), seconds)
+    options = cast(Any, distributed).Security().get_connection_args("client")  # TLS, where Dask's configuration asks for it
+    line = await asyncio.wait_for(dask.connect(address, timeout=seconds, **options), seconds)
     line.abort()
 
 

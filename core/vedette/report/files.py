@@ -69,7 +69,7 @@ def write_pictures(folder: Path, experiment: Experiment, result: Result) -> list
     drawings = {"picture.png": picture, "errors.png": errors}
     if len(experiment.tracker.state) < 2:
         del drawings["picture.png"]  # one axis makes no map
-    if any(scan.frame is not None for scan in result.scans) and {"x", "y"} <= set(experiment.tracker.state.names):
+    if len(result.framed) and {"x", "y"} <= set(experiment.tracker.state.names):
         drawings["strip.png"] = strip
     for name, drawing in drawings.items():
         canvas.save(drawing(experiment, result), folder / name)

@@ -22,7 +22,7 @@ def strip(experiment: Experiment, result: Result) -> Figure:
     made = canvas.figure(7.0)
     canvas.head(made, experiment.title or "Run", "cut-outs around the track (cross); the true box dashed; times in s")
     track = result.tracks[0] if result.tracks else None
-    frames = [scan for scan in result.scans if scan.frame is not None]
+    frames = result.framed
     chosen: list[int] = (
         np.unique(np.linspace(0, len(frames) - 1, ACROSS * DOWN).astype(int)).tolist() if frames and track else []
     )

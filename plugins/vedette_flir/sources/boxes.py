@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -11,6 +10,8 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, InputError
+from vedette.io.csv_table import UNCLOSED, cells_of, header_of
+from vedette.io.opening import lines, shown
 
 
 @frozen
@@ -33,7 +34,7 @@ def read_boxes(path: Path, first_pixel: float) -> dict[int, Array]:
             number, box = int(row["frame"]), [float(cell) for cell in cells]
         except ValueError:
             raise InputError(
-                f"{place}: frame must be a whole number and x, y, w, h numbers, got {list(row.values())}"
+                f"{place}: frame must be a whole number and x, y, w, h numbers, got {shown(', '.join(row.values()))}"
             ) from None
         found[number] = centred(box, first_pixel)
     return found
@@ -58,7 +59,7 @@ def read_segment(path: Path, clip: str, number: int) -> Segment:
             try:
                 own.append(Segment(int(row["start"]), int(row["end_excl"]), int(row["label_offset"])))
             except ValueError:
-                raise InputError(f"{place}: must hold whole numbers, got {list(row.values())}") from None
+                raise InputError(f"{place}: must hold whole numbers, got {shown(', '.join(row.values()))}") from None
     if number >= len(own):
         raise InputError(f"{path}: {clip!r} has {len(own)} segments, counted from 0; there is no {number}")
     return own[number]
@@ -66,12 +67,15 @@ def read_segment(path: Path, clip: str, number: int) -> Segment:
 
 def _rows(path: Path, titles: tuple[str, ...]) -> list[tuple[str, dict[str, str]]]:
     """Each row's place and its cells under `titles`, stripped."""
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: cannot be read: {error}") from None
-    reader = csv.DictReader(text.splitlines())
-    lacking = [title for title in titles if title not in (reader.fieldnames or [])]
-    if lacking:
-        raise InputError(f"{path}: must have the columns {', '.join(titles)}; lacks {', '.join(lacking)}")
-    return [(f"{path}, line {reader.line_num}", {t: (row[t] or "").strip() for t in titles}) for row in reader]
+    given = lines(path)
+    header = header_of(path, next(given)[1], titles)
+    found = []
+    for number, line in given:
+        if not line.strip():
+            continue
+        place, cells = f"{path}, line {number}", cells_of(line)
+        if cells is None:
+            raise InputError(f"{place}: {UNCLOSED}")
+        row = dict(zip(header, cells + [""] * len(header), strict=False))
+        found.append((place, {title: row[title] for title in titles}))
+    return found

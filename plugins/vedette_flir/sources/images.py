@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from attrs import frozen
 from numpy.typing import NDArray
 
 from vedette import InputError, Problem
+from vedette.io.opening import check_regular, inside
+from vedette.io.picture_size import check_pixels, picture_size
+from vedette.io.png import check_png, is_png
 
 Grey = NDArray[np.unsignedinteger[Any]]
 """A frame (h, w) of 8 or 16 bit."""
@@ -28,34 +33,6 @@ def opencv() -> Any:
     return cv2
 
 
-def read_frames(path: Path) -> tuple[dict[int, Grey], float | None, list[Problem]]:
-    """Frames by number, the file's frames per second if it says so, and what could not be used.
-
-    InputError if there is no such file or folder, no frame in it, or the first is in colour. A later frame that is in colour
-    or of another size is left out, as are those that a truncated video promises and lacks.
-    """
-    if not path.exists():
-        raise InputError(f"{path}: there is no such file or folder; name a video, or a folder of images")
-    raw, rate, problems = _folder(path) if path.is_dir() else _video(path)
-    frames: dict[int, Grey] = {}
-    size: tuple[int, ...] | None = None
-    for number, image in raw.items():
-        try:
-            grey = grey_of(image)
-            if size is not None and grey.shape != size:
-                raise ValueError(f"must be {size[1]} x {size[0]} px as the first, got {grey.shape[1]} x {grey.shape[0]}")
-        except ValueError as error:
-            if size is None:
-                raise InputError(f"{path}: frame {number}: {error}") from None
-            problems.append(Problem(f"frame {number}", str(error)))
-            continue
-        size = grey.shape
-        frames[number] = grey
-    if not frames:
-        raise InputError(f"{path}: holds no frame that can be read")
-    return frames, rate, problems
-
-
 def grey_of(image: NDArray[Any]) -> Grey:
     """The one channel of an 8 or 16 bit image; ValueError for others. Three channels that are alike are one."""
     if image.dtype not in (np.uint8, np.uint16):
@@ -71,35 +48,162 @@ def grey_of(image: NDArray[Any]) -> Grey:
     return np.ascontiguousarray(middle)
 
 
-def _video(path: Path) -> tuple[dict[int, NDArray[Any]], float | None, list[Problem]]:
-    cv2 = opencv()
-    video = cv2.VideoCapture(str(path))
-    try:
-        if not video.isOpened():
-            raise InputError(f"{path}: is no video that OpenCV can read")
-        rate, promised = float(video.get(cv2.CAP_PROP_FPS)), int(video.get(cv2.CAP_PROP_FRAME_COUNT))
-        found: dict[int, NDArray[Any]] = {}
-        while True:
-            read, image = video.read()
-            if not read:
-                break
-            found[len(found)] = image
-    finally:
-        video.release()
-    lacking = [Problem("end", f"the video promises {promised} frames and ends after {len(found)}")]
-    return found, rate if rate > 0 else None, lacking if 0 < len(found) < promised else []
+@frozen(eq=False)
+class Clip:
+    """A clip that was looked through once: `numbers` of its good frames, their common shape and kind of pixels.
+
+    `total` counts the frames, the bad ones too; `rate` is the file's frames per second if it says so; `problems` is what
+    could not be used. `raw` decodes a frame anew: one at a time is in memory, however long the clip.
+    """
+
+    numbers: tuple[int, ...]
+    shape: tuple[int, int]
+    dtype: np.dtype[Any]
+    total: int
+    rate: float | None
+    problems: tuple[Problem, ...]
+    raw: Callable[[int], NDArray[Any] | None]
+
+    def frame(self, number: int) -> Grey:
+        """Return one of the good frames; InputError if the file is not any more what it was."""
+        image = self.raw(number)
+        try:
+            if image is None:
+                raise ValueError("cannot be read any more")
+            grey = grey_of(image)
+            if grey.shape != self.shape or grey.dtype != self.dtype:
+                raise ValueError("is another one now")
+        except ValueError as error:
+            raise InputError(f"frame {number}: {error}: the file was changed while it was read") from None
+        return grey
 
 
-def _folder(path: Path) -> tuple[dict[int, NDArray[Any]], float | None, list[Problem]]:
-    cv2 = opencv()
-    found, problems = {}, []
-    files = sorted(file for file in path.iterdir() if file.suffix.lower() in IMAGES)
-    if not files:
-        raise InputError(f"{path}: holds no image; their names must end in {', '.join(IMAGES)}")
-    for number, file in enumerate(files):
-        image = cv2.imread(str(file), cv2.IMREAD_UNCHANGED)
+def look_through(path: Path) -> Clip:
+    """Return what a video or a folder of images holds; each frame is decoded once and let go.
+
+    InputError if there is no such file or folder, no frame in it, or the first is in colour. A later frame that is in colour
+    or of another size is left out, as are those that a truncated video promises and lacks.
+    """
+    if not path.exists():
+        raise InputError(f"{path}: there is no such file or folder; name a video, or a folder of images")
+    problems: list[Problem] = []
+    store = _Folder(path, problems) if path.is_dir() else _Video(path)
+    numbers: list[int] = []
+    first: Grey | None = None
+    for number in range(store.most):
+        image = store.raw(number)
         if image is None:
-            problems.append(Problem(f"frame {number}", f"{file.name} is no image that OpenCV can read"))
-        else:
-            found[number] = image
-    return found, None, problems
+            if store.ended(number):
+                break
+            continue
+        try:
+            grey = grey_of(image)
+            if first is not None and grey.shape != first.shape:
+                rows, columns = first.shape
+                raise ValueError(f"must be {columns} x {rows} px as the first, got {grey.shape[1]} x {grey.shape[0]}")
+            if first is not None and grey.dtype != first.dtype:
+                raise ValueError(f"must have pixels of {first.dtype} as the first, got {grey.dtype}")
+        except ValueError as error:
+            if first is None:
+                raise InputError(f"{path}: frame {number}: {error}") from None
+            problems.append(Problem(f"frame {number}", str(error)))
+            continue
+        first = grey if first is None else first
+        numbers.append(number)
+    if first is None:
+        told = f"; the first problem: {problems[0]}" if problems else ""
+        raise InputError(f"{path}: holds no frame that can be read{told}")
+    total, lacking = store.count()
+    return Clip(
+        tuple(numbers), (first.shape[0], first.shape[1]), first.dtype, total, store.rate, (*problems, *lacking), store.raw
+    )
+
+
+class _Folder:
+    """Images in the order of their names; those that cannot be read are told once, when the folder is looked through."""
+
+    rate = None
+
+    def __init__(self, path: Path, problems: list[Problem]) -> None:
+        self.cv2 = opencv()
+        self.files = sorted(file for file in path.iterdir() if file.suffix.lower() in IMAGES)
+        if not self.files:
+            raise InputError(f"{path}: holds no image; their names must end in {', '.join(IMAGES)}")
+        self.most = len(self.files)
+        self.problems: list[Problem] | None = problems
+
+    def raw(self, number: int) -> NDArray[Any] | None:
+        file = self.files[number]
+        try:
+            check_regular(inside(file.parent, file.name))
+            size = picture_size(file)
+            if size is None:
+                raise ValueError("is no image that can be read")
+            check_pixels(*size)
+            if is_png(file):
+                check_png(file)
+            image: NDArray[Any] | None = self.cv2.imread(str(file), self.cv2.IMREAD_UNCHANGED)
+            if image is None:
+                raise ValueError("is no image that OpenCV can read")
+        except (OSError, ValueError, self.cv2.error) as error:
+            if self.problems is not None:
+                self.problems.append(Problem(f"frame {number}", f"{file.name} {' '.join(str(error).split())}"))
+            return None
+        return image
+
+    def ended(self, number: int) -> bool:
+        return False
+
+    def count(self) -> tuple[int, list[Problem]]:
+        """Return how many frames there are, and what is lacking; from now on nothing is told."""
+        self.problems = None
+        return self.most, []
+
+
+class _Video:
+    """A video that is decoded forwards; a frame before the last one begins it anew."""
+
+    most = 2**31
+
+    def __init__(self, path: Path) -> None:
+        self.path, self.cv2, self.at, self.found = path, opencv(), 0, 0
+        check_regular(path)
+        self.video = self._opened()
+        rate = float(self.video.get(self.cv2.CAP_PROP_FPS))
+        self.rate = rate if 0 < rate < 1e9 else None
+
+    def _opened(self) -> Any:
+        cv2 = self.cv2
+        video = cv2.VideoCapture(str(self.path))
+        if not video.isOpened():
+            raise InputError(f"{self.path}: is no video that OpenCV can read")
+        size = int(video.get(cv2.CAP_PROP_FRAME_WIDTH)), int(video.get(cv2.CAP_PROP_FRAME_HEIGHT))
+        try:
+            check_pixels(*size)
+        except ValueError as error:
+            raise InputError(f"{self.path}: its frames {error}") from None
+        return video
+
+    def raw(self, number: int) -> NDArray[Any] | None:
+        if number < self.at:
+            self.video.release()
+            self.video, self.at = self._opened(), 0
+        while self.at < number:
+            if not self.video.grab():
+                return None
+            self.at += 1
+        read, image = self.video.read()
+        self.at += 1
+        return image if read else None
+
+    def ended(self, number: int) -> bool:
+        self.found = number
+        return True
+
+    def count(self) -> tuple[int, list[Problem]]:
+        promised = int(self.video.get(self.cv2.CAP_PROP_FRAME_COUNT))
+        if not 0 < self.found < promised < self.most:
+            return self.found, []
+        return promised, [
+            Problem("end", f"the video promises {promised} frames and ends after {self.found}", promised - self.found)
+        ]

@@ -15,8 +15,10 @@ from vedette import (
     Frame,
     ImagingSensor,
     InputError,
+    LazyScans,
     Problem,
     Recording,
+    Rows,
     Scan,
     Sensor,
     Source,
@@ -24,8 +26,9 @@ from vedette import (
     Trajectory,
     fields,
 )
+from vedette.io.opening import inside, user_path
 from vedette_flir.sources.boxes import Segment, centred, read_boxes, read_segment
-from vedette_flir.sources.images import Grey, read_frames
+from vedette_flir.sources.images import Grey, look_through
 
 BOX = Space.of(x="px", y="px", width="px", height="px")
 
@@ -38,6 +41,9 @@ def _four(values: Array) -> str | None:
 @frozen
 class VideoSource(Source):
     """Frames of a video file or of a folder of images, 8 or 16 bit, grey; the target's boxes where they are known.
+
+    Frames are decoded when they are asked for: one is in memory, however long the video. Files of boxes and segments lie in
+    the folder that holds the clip.
 
     The first true box, or `box`, is where the target is: earlier frames are skipped. Boxes are x, y, w, h in px, the corner
     counted from `first_pixel`. A `segment` is a part of the clip without a cut, from a file segments.csv with the columns
@@ -68,46 +74,59 @@ class VideoSource(Source):
                 [Problem("sensors", f"a video needs one sensor, a camera; got {', '.join(sensors) or 'none'}")]
             )
         if not self.path:
-            raise ConfigError([Problem("source.path", "is missing: a video file, or a folder of images")])
-        path = Path(self.path)
-        frames, said, refused = read_frames(path)
-        rate = self.rate or said or 30.0
-        part = Segment(0, max(frames) + 1, 0)
+            raise ConfigError([Problem("path", "is missing: a video file, or a folder of images")])
+        try:
+            path = user_path(self.path)
+        except ValueError as error:
+            raise ConfigError([Problem("path", str(error))]) from None
+        clip = look_through(path)
+        rate = self.rate or clip.rate or 30.0
+        part = Segment(0, clip.numbers[-1] + 1, 0)
         if self.segment is not None:
-            part = read_segment(
-                Path(self.segments) if self.segments else path.parent / "segments.csv", path.stem, self.segment
-            )
+            part = read_segment(self._beside(path, "segments", "segments.csv"), path.stem, self.segment)
         boxes = self._boxes(path, part)
         begin = min(boxes)
-        kept = [number for number in frames if begin <= number < part.end]
+        kept = [number for number in clip.numbers if begin <= number < part.end]
         if not kept:
-            raise InputError(f"{path}: has no frame from {begin} to {part.end - 1}; it has {len(frames)}")
-        scans = tuple(Scan.image(number / rate, cameras[0], Frame(self._signed(frames[number]))) for number in kept)
+            raise InputError(f"{path}: has no frame from {begin} to {part.end - 1}; it has {len(clip.numbers)}")
+
+        def make(i: int) -> Scan:
+            return Scan.image(kept[i] / rate, cameras[0], Frame(self._signed(clip.frame(kept[i]))))
+
         times = np.array(sorted(boxes)) / rate
         truth = Trajectory("target", BOX, times, np.array([boxes[number] for number in sorted(boxes)]))
-        size = f"{frames[kept[0]].shape[1]} x {frames[kept[0]].shape[0]} px, {frames[kept[0]].dtype}"
-        return Recording(scans, (truth,), tuple(refused), {"frames": f"{kept[0]} to {kept[-1]} of {path.name}, {size}"})
+        size = f"{clip.shape[1]} x {clip.shape[0]} px, {clip.dtype}"
+        notes = {"frames": f"{kept[0]} to {kept[-1]} of {path.name}, {size}"}
+        lost = sum(problem.rows for problem in clip.problems)
+        rows = {"frames": Rows(clip.total, len(kept), lost, len(clip.numbers) - len(kept))}
+        return Recording(LazyScans(len(kept), make), (truth,), clip.problems, notes, rows=rows)
+
+    def _beside(self, path: Path, parameter: str, name: str) -> Path:
+        """Return the file that a parameter names, or else `name`, in the clip's folder; ConfigError if it lies elsewhere."""
+        given = getattr(self, parameter)
+        try:
+            return inside(path.parent, str(user_path(given).absolute()) if given else name)
+        except ValueError as error:
+            raise ConfigError([Problem(parameter, str(error))]) from None
 
     def _boxes(self, path: Path, part: Segment) -> dict[int, Array]:
         """Frame number to centre, width and height, of this part; at least one."""
-        beside = path.with_name(f"{path.stem}_truth.csv")
-        file = Path(self.truth) if self.truth else beside
+        name = f"{path.stem}_truth.csv"
+        file = self._beside(path, "truth", name)
         boxes = {}
         try:
             if self.truth or (self.box is None and file.exists()):
                 labels = read_boxes(file, self.first_pixel)
                 boxes = {number - part.label_offset: box for number, box in labels.items()}
             elif self.box is None:
-                raise ConfigError(
-                    [Problem("source.box", f"is missing: [x, y, w, h] in px, as there is no file {beside.name}")]
-                )
+                raise ConfigError([Problem("box", f"is missing: [x, y, w, h] in px, as there is no file {name}")])
             inside = {number: box for number, box in boxes.items() if part.start <= number < part.end}
             if self.box is not None:
                 inside[part.start] = centred(self.box, self.first_pixel)
         except ValueError as error:
             if isinstance(error, ConfigError | InputError):
                 raise
-            raise ConfigError([Problem("source.box", str(error))]) from None
+            raise ConfigError([Problem("box", str(error))]) from None
         if not inside:
             raise InputError(f"{file}: has no box from frame {part.start} to {part.end - 1}")
         return inside

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import csv
 from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
 
-from vedette import InputError, Problem
-from vedette.io import lines
+from vedette import Problem
+from vedette.fields import ABSURD
+from vedette.io.csv_table import UNCLOSED, cells_of, header_of
+from vedette.io.opening import lines, shown
 from vedette_marine.ais.reports import KNOT, Reports, by_ship, turn_rate
 
 WANTED = ("Time", "MMSI", "Latitude_degrees", "Longitude_degrees", "COG_degrees", "SOG_knots")
@@ -23,16 +24,16 @@ def read_csv(path: Path) -> tuple[dict[int, Reports], list[Problem]]:
     "not available" and become NaN; without latitude, longitude, time or MMSI a row is refused. InputError for no such file.
     """
     given = lines(path)
-    header = [title.strip() for title in next(csv.reader([next(given)[1]]))]
-    lacking = [title for title in WANTED if title not in header]
-    if lacking:
-        raise InputError(f"{path}:1: must have the columns {', '.join(WANTED)}; lacks {', '.join(lacking)}")
+    header = header_of(path, next(given)[1], WANTED, FURTHER)
     rows, refused = [], []
     for number, line in given:
         if not line.strip():
             continue
         place = f"{path.name}:{number}"
-        cells = [cell.strip() for cell in line.split(",")]
+        cells = cells_of(line)
+        if cells is None:
+            refused.append(Problem(place, UNCLOSED))
+            continue
         if len(cells) != len(header):
             refused.append(Problem(place, f"must have {len(header)} columns as the header has, got {len(cells)}"))
             continue
@@ -46,7 +47,7 @@ def read_csv(path: Path) -> tuple[dict[int, Reports], list[Problem]]:
 def _row(cells: dict[str, str]) -> dict[str, float]:
     mmsi = _number(cells, "MMSI", 0.0, 999_999_999.0)
     if mmsi != int(mmsi):
-        raise ValueError(f"MMSI must be a whole number, got {cells['MMSI']!r}")
+        raise ValueError(f"MMSI must be a whole number, got {shown(cells['MMSI'])}")
     course = _maybe(cells, "COG_degrees", 0.0, 360.0)
     speed = _maybe(cells, "SOG_knots", 0.0, 102.3)
     heading = _maybe(cells, "Heading_degrees", 0.0, 511.0)
@@ -66,9 +67,9 @@ def _number(cells: dict[str, str], name: str, low: float, high: float) -> float:
     try:
         value = float(cells[name])
     except ValueError:
-        raise ValueError(f"{name} must be a number, got {cells[name]!r}") from None
+        raise ValueError(f"{name} must be a number, got {shown(cells[name])}") from None
     if not low <= value <= high:
-        raise ValueError(f"{name} must be from {low:g} to {high:g}, got {cells[name]!r}")
+        raise ValueError(f"{name} must be from {low:g} to {high:g}, got {shown(cells[name])}")
     return value
 
 
@@ -78,11 +79,17 @@ def _maybe(cells: dict[str, str], name: str, low: float, high: float) -> float:
 
 def _time(cell: str) -> float:
     try:
-        return float(cell)
+        seconds = float(cell)
     except ValueError:
-        pass
+        return _date(cell)
+    if not abs(seconds) <= ABSURD:  # also for NaN
+        raise ValueError(f"Time must be a finite number of at most {ABSURD:g} s, got {shown(cell)}")
+    return seconds
+
+
+def _date(cell: str) -> float:
     try:
         stamp = datetime.fromisoformat(cell)
     except ValueError:
-        raise ValueError(f"Time must be in s or a date and time as 2016-01-12 13:02:11.218, got {cell!r}") from None
+        raise ValueError(f"Time must be in s or a date and time as 2016-01-12 13:02:11.218, got {shown(cell)}") from None
     return (stamp if stamp.tzinfo else stamp.replace(tzinfo=UTC)).timestamp()

@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from vedette import InputError, Problem
-from vedette.io import lines
+from vedette.fields import ABSURD
+from vedette.io.opening import lines, shown
 from vedette_marine.ais.reports import KNOT, ROT_STEP, Reports, by_ship, turn_rate
 
 POSITIONS = (1, 2, 3, 18, 19, 27)
@@ -28,8 +29,10 @@ def checked(sentence: str) -> str:
     """The sentence from its mark on; ValueError if it is no AIS sentence or its checksum is wrong."""
     start = sentence.find("!")
     if start < 0 or not sentence[start + 3 :].startswith(("VDM", "VDO")):
-        raise ValueError(f"is no AIS sentence: must be as !AIVDM,1,1,,A,...,0*5C, got {sentence[:40]!r}")
+        raise ValueError(f"is no AIS sentence: must be as !AIVDM,1,1,,A,...,0*5C, got {shown(sentence)}")
     whole = sentence[start:].strip()
+    if not (whole.isascii() and whole.isprintable()):
+        raise ValueError(f"holds characters that no sentence has: {shown(whole)}")
     stated, found = whole.rpartition("*")[2][:2], checksum(whole)
     if found is None:
         raise ValueError("ends without a checksum: it is cut off")
@@ -57,7 +60,7 @@ def messages(sentences: Iterable[tuple[str, str]], refused: list[Problem]) -> It
             whole = checked(sentence)
             fields = whole.split(",")
             if len(fields) != 7 or not fields[1].isdigit() or not fields[2].isdigit():
-                raise ValueError(f"must have 7 fields, of which the second and third are numbers, got {whole[:40]!r}")
+                raise ValueError(f"must have 7 fields, of which the second and third are numbers, got {shown(whole)}")
             if not fields[5]:
                 raise ValueError("is empty: it holds no message")
             parts = [whole]
@@ -102,8 +105,10 @@ def read_nmea(path: Path, interval: float = 0.0) -> tuple[dict[int, Reports], li
             head = line[: max(line.find("!"), 0)].strip()
             try:
                 times[place] = float(head) if head else (number - 1) * interval
+                if not abs(times[place]) <= ABSURD:  # also for NaN
+                    raise ValueError
             except ValueError:
-                refused.append(Problem(place, f"must begin with a time in s or with the sentence, got {head!r}"))
+                refused.append(Problem(place, f"must begin with a time in s or with the sentence, got {shown(head)}"))
                 continue
             yield place, line
 
@@ -121,7 +126,7 @@ def read_nmea(path: Path, interval: float = 0.0) -> tuple[dict[int, Reports], li
 
 def row_of(message: Any, time: float) -> dict[str, float] | None:
     """A decoded position report as `by_ship` takes it; None without a position (latitude 91, longitude 181)."""
-    latitude, longitude = float(message.lat), float(message.lon)
+    latitude, longitude = _value(message, "lat"), _value(message, "lon")
     if not (abs(latitude) <= 90 and abs(longitude) <= 180):
         return None
     course = _value(message, "course")

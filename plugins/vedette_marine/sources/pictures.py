@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, ClassVar, final
 
@@ -18,19 +18,21 @@ from vedette import (
     Pose,
     Problem,
     Recording,
+    Rows,
     Scan,
     Sensor,
     Source,
     Trajectory,
     fields,
 )
-from vedette.io import Sample, find, in_time_order
+from vedette.io.opening import inside, shown
+from vedette.io.png import check_png
+from vedette.io.reading import Sample, find, in_time_order
 from vedette_marine.ais.csv import read_csv
 from vedette_marine.ais.reports import without_outliers
 from vedette_marine.ais.tracks import trajectories
 from vedette_marine.geometry import PictureGeometry, read_geometry
 from vedette_marine.opencv import opencv
-from vedette_marine.picture.png import check_png
 from vedette_marine.sources.tables import Table, read_table, truth
 
 PUBLISHER = "a folder with geometry.json, frames.csv and the pictures that it names; docs/marine.md says more"
@@ -60,10 +62,13 @@ class RadarPictures(Source):
             text = f"radar pictures need one screen behind a preprocessor, got {', '.join(sensors) or 'none'}"
             raise ConfigError([Problem("sensors", text)])
         folder = find(self.path, PUBLISHER)
+        _check_links(folder, ("geometry.json", "frames.csv", "truth.csv", "ais.csv"))
         geometry = read_geometry(folder)
         refused: list[Problem] = []
+        rows: dict[str, Rows] = {}
         known: dict[str, Any] = geometry.as_json() | {"land": _land(folder, geometry)}
         frames = _frames(folder, geometry, refused)
+        rows["frames"] = Rows(len(frames) + len(refused), len(frames), len(refused))
         if not frames:
             first = f"; the first problem: {refused[0]}" if refused else ""
             raise InputError(f"{folder}: holds no usable picture{first}")
@@ -73,15 +78,20 @@ class RadarPictures(Source):
             return Scan(time, screens[0], _NOTHING, pose, Frame(_pixels(folder / file), geometry=known))
 
         size = f"{geometry.width} x {geometry.height} px of {geometry.metres_per_pixel:g} m, {geometry.stabilisation}"
-        return Recording(
-            LazyScans(len(frames), make), self._reference(folder, geometry, refused), tuple(refused), {"pictures": size}
-        )
+        reference = self._reference(folder, geometry, refused, rows)
+        return Recording(LazyScans(len(frames), make), reference, tuple(refused), {"pictures": size}, rows=rows)
 
-    def _reference(self, folder: Path, geometry: PictureGeometry, refused: list[Problem]) -> tuple[Trajectory, ...]:
+    def _reference(
+        self, folder: Path, geometry: PictureGeometry, refused: list[Problem], rows: dict[str, Rows]
+    ) -> tuple[Trajectory, ...]:
         if self.reference == "none" or (self.reference == "truth" and not (folder / "truth.csv").is_file()):
             return ()
         if self.reference == "truth":
-            return truth(folder / "truth.csv", refused)
+            told = len(refused)
+            paths = truth(folder / "truth.csv", refused)
+            used, lost = sum(len(path.times) for path in paths), len(refused) - told
+            rows["truth"] = Rows(used + lost, used, lost)
+            return paths
         if geometry.latitude is None or geometry.longitude is None:
             raise InputError(
                 f"{folder / 'geometry.json'}: lacks latitude and longitude, so AIS has no place in the pictures"
@@ -89,11 +99,14 @@ class RadarPictures(Source):
         origin = (geometry.latitude, geometry.longitude)
         ships, bad = read_csv(folder / "ais.csv")
         refused += bad
+        total, told = sum(len(reports.time) for reports in ships.values()) + len(bad), len(refused) - len(bad)
         found: list[Trajectory] = []
         for reports in ships.values():
-            kept, told = without_outliers(reports, origin, "ais.csv")
-            refused += told
+            kept, outliers = without_outliers(reports, origin, "ais.csv")
+            refused += outliers
             found += trajectories(kept, origin, self.longest_gap)
+        lost = len(refused) - told
+        rows["ais"] = Rows(total, total - lost, lost)
         return tuple(found)
 
 
@@ -110,13 +123,15 @@ def _frames(folder: Path, geometry: PictureGeometry, refused: list[Problem]) -> 
         try:
             name = words["file"]
             if Path(name).name != name:
-                raise ValueError(f"file must be a name in the folder, got {name!r}")
-            size = check_png(folder / name)
-            if size != (geometry.width, geometry.height):
+                raise ValueError(f"file must be a name in the folder, got {shown(name)}")
+            *size, depth = check_png(inside(folder, name))
+            if depth != 8:
+                raise ValueError(f"must have 8 bit, got {depth}")
+            if size != [geometry.width, geometry.height]:
                 wanted = f"{geometry.width} x {geometry.height}"
                 raise ValueError(f"{name}: must be {wanted} px as geometry.json says, got {size[0]} x {size[1]}")
         except ValueError as error:
-            text = str(error) if str(error).startswith(("file ", words["file"])) else f"{words['file']} {error}"
+            text = str(error) if str(error).startswith(("file ", words["file"])) else f"{words['file'][:60]} {error}"
             refused.append(Problem(place, text))
             continue
         heading = np.pi / 2 - row.get("heading_rad", 0.0)
@@ -139,10 +154,24 @@ def _land(folder: Path, geometry: PictureGeometry) -> Any:
     """The chart's land (h, w), None without one; InputError if it is not a picture of the geometry's size."""
     if not geometry.land:
         return None
+    _check_links(folder, [geometry.land])
     path = folder / geometry.land
+    wanted = f"must be a picture of {geometry.width} x {geometry.height} px"
+    try:
+        width, height, _ = check_png(path)
+    except ValueError as error:
+        raise InputError(f"{path}: {wanted}, and {error}") from None
     cv2 = opencv()
-    mask = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE) if path.is_file() else None
+    mask = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE) if (width, height) == (geometry.width, geometry.height) else None
     if mask is None or mask.shape != geometry.shape:
-        got = "no picture" if mask is None else f"{mask.shape[1]} x {mask.shape[0]}"
-        raise InputError(f"{path}: must be a picture of {geometry.width} x {geometry.height} px, got {got}")
+        raise InputError(f"{path}: {wanted}, got {width} x {height}")
     return mask
+
+
+def _check_links(folder: Path, names: Sequence[str]) -> None:
+    """InputError for a name or a link that leads out of the folder."""
+    for name in names:
+        try:
+            inside(folder, name)
+        except ValueError as error:
+            raise InputError(f"{folder}: {error}") from None

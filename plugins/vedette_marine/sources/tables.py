@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
-from vedette import InputError, Problem, Space, Trajectory
+from vedette import Problem, Space, Trajectory
 from vedette.fields import ABSURD
-from vedette.io import Sample, in_time_order, lines
+from vedette.io.csv_table import UNCLOSED, cells_of, header_of
+from vedette.io.opening import lines, shown
+from vedette.io.reading import Sample, in_time_order
 
 Table = list[tuple[str, dict[str, str], dict[str, float]]]
 """Each row's place, its words and its numbers."""
@@ -24,16 +25,15 @@ def read_table(
     InputError for a missing file or a header that lacks a column.
     """
     given = lines(path)
-    header = [title.strip() for title in next(csv.reader([next(given)[1]]))]
-    lacking = [title for title in (*words, *numbers) if title not in header]
-    if lacking:
-        raise InputError(f"{path}:1: must have the columns {', '.join((*words, *numbers))}; lacks {', '.join(lacking)}")
+    header = header_of(path, next(given)[1], (*words, *numbers), optional)
     found: Table = []
     for number, line in given:
         if not line.strip():
             continue
-        place, cells = f"{path.name}:{number}", [cell.strip() for cell in line.split(",")]
+        place, cells = f"{path.name}:{number}", cells_of(line)
         try:
+            if cells is None:
+                raise ValueError(UNCLOSED)
             if len(cells) != len(header):
                 raise ValueError(f"must have {len(header)} columns as the header has, got {len(cells)}")
             row = dict(zip(header, cells, strict=True))
@@ -49,9 +49,9 @@ def _number(title: str, cell: str) -> float:
     try:
         value = float(cell)
     except ValueError:
-        raise ValueError(f"{title} must be a number, got {cell!r}") from None
+        raise ValueError(f"{title} must be a number, got {shown(cell)}") from None
     if not abs(value) <= ABSURD:
-        raise ValueError(f"{title} must be a finite number of at most {ABSURD:g}, got {cell!r}")
+        raise ValueError(f"{title} must be a finite number of at most {ABSURD:g}, got {shown(cell)}")
     return value
 
 

@@ -1,0 +1,100 @@
+"""Which files are read, and how much of them: regular files, in the folder that was named, up to stated ceilings.
+
+Recordings are data from elsewhere. What they name stays in their folder, links included, and no device, pipe or endless line
+can hold or fill the machine.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+from vedette.errors import InputError
+
+LONGEST_LINE = 2**25
+"""Characters of a line; a scan of 100,000 returns with their covariances takes a third of it."""
+
+LARGEST_WHOLE = 2**28
+"""Bytes of a file that is read whole: a JSON file takes some twenty times as much memory."""
+
+
+def user_path(path: str) -> Path:
+    """Return the path that a user wrote, `~` and `~name` expanded; ValueError if it can be none."""
+    try:
+        found = Path(path).expanduser()
+        found.exists()
+    except RuntimeError:
+        raise ValueError(f"there is no home folder for {path.split('/')[0]!r}") from None
+    except OSError as error:
+        raise ValueError(f"{shown(path)} cannot be looked up: {error.strerror}") from None
+    return found
+
+
+def inside(folder: Path, name: str) -> Path:
+    """Return the file `name` in `folder`; ValueError if its name, or a link, leads out of the folder."""
+    try:
+        found = folder / name
+        stays = found.resolve().is_relative_to(folder.resolve())
+    except (OSError, RuntimeError, ValueError) as error:
+        raise ValueError(f"{shown(name)} cannot be looked up: {error}") from None
+    if not stays:
+        raise ValueError(f"{shown(name)} leads out of the folder {str(folder)!r}: what a recording is made of lies in it")
+    return found
+
+
+def check_regular(path: Path) -> None:
+    """InputError unless `path` is a file of bytes: a folder, a pipe or a device is not read."""
+    try:
+        if path.is_file():
+            return
+        there = path.exists()
+    except OSError as error:
+        raise InputError(f"{path}: cannot be looked up: {error.strerror}") from None
+    if not there:
+        raise InputError(f"{path}: cannot be read: {os.strerror(errno.ENOENT)}")
+    raise InputError(f"{path}: cannot be read: {os.strerror(errno.EISDIR) if path.is_dir() else 'is no regular file'}")
+
+
+def whole_text(path: Path, most: int = 0) -> str:
+    """Return the text of a file of at most `most` bytes (default: LARGEST_WHOLE), bad bytes as U+FFFD.
+
+    InputError if it cannot be read or is larger.
+    """
+    most = most or LARGEST_WHOLE
+    check_regular(path)
+    try:
+        with path.open("rb") as file:
+            data = file.read(most + 1)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+    if len(data) > most:
+        raise InputError(f"{path}: is larger than {most:,} bytes, the most that is read whole")
+    return data.decode("utf-8-sig", errors="replace")
+
+
+def lines(path: Path) -> Iterator[tuple[int, str]]:
+    """Yield the lines of a UTF-8 file, counted from 1, without their ends.
+
+    What is not UTF-8 becomes U+FFFD, so that one bad byte costs one line and not the file. InputError if it cannot be read,
+    holds nothing, or has a line of more than LONGEST_LINE characters.
+    """
+    number, most = 0, LONGEST_LINE
+    check_regular(path)
+    try:
+        with path.open(encoding="utf-8-sig", errors="replace") as file:
+            while line := file.readline(most + 1):
+                number += 1
+                if len(line) > most:
+                    raise InputError(f"{path}:{number}: the line is longer than {most:,} characters")
+                yield number, line.rstrip("\n")
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+    if number == 0:
+        raise InputError(f"{path}: is empty")
+
+
+def shown(text: str, most: int = 60) -> str:
+    """Return a text from a file as a message shows it: quoted, and cut where it is long."""
+    return repr(text) if len(text) <= most else f"{text[: most - 3]!r}..., {len(text):,} characters"

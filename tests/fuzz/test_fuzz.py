@@ -1,0 +1,153 @@
+"""A small budget of the fuzzers on every run; and each fuzzer finds its fault again where its cure is taken back."""
+
+import csv
+import json
+import math
+import time
+
+import pytest
+
+pytest.importorskip("cv2")
+pytest.importorskip("pyais")
+
+from fuzz import cases, configs, inputs, kernel_calls, readers
+from vedette import kernels
+from vedette.io.reading import in_time_order
+from vedette.kernels import reference
+from vedette.tracking.history import History
+from vedette.units import in_unit
+
+FUZZERS = {"configs": (configs.case, 150), "inputs": (inputs.case, 250), "kernels": (kernel_calls.case, 1500)}
+
+
+@pytest.mark.parametrize("name", FUZZERS)
+def test_nothing_escapes(name, tmp_path):
+    case, budget = FUZZERS[name]
+    outcome = cases.carry_out(case, 0, range(budget), tmp_path)
+    assert outcome.cases == budget
+    assert not outcome.found, "\n".join(map(str, outcome.found))
+    assert sum(outcome.came.values()) == budget
+    assert len(outcome.came) >= 2
+
+
+def test_a_case_is_the_same_whatever_ran_before_it(tmp_path):
+    drawn = []
+
+    def case(rng, folder):
+        drawn.append(rng.random())
+        return "drawn"
+
+    cases.carry_out(case, 3, range(5), tmp_path)
+    cases.carry_out(case, 3, range(4, 5), tmp_path)
+    assert drawn[-1] == drawn[4]
+
+
+def test_what_escapes_or_hangs_is_found(tmp_path, monkeypatch):
+    def case(rng, folder):
+        if rng.random() < 0.3:
+            raise KeyError("lost")
+        return "done"
+
+    def slow(rng, folder):
+        while True:
+            pass
+
+    found = cases.carry_out(case, 0, range(40), tmp_path).found
+    assert found
+    assert all("KeyError at test_fuzz.py:" in fault.text for fault in found)
+    monkeypatch.setattr(cases, "SECONDS", 0.1)
+    assert "Hang" in cases.carry_out(slow, 0, range(1), tmp_path).found[0].text
+
+
+def hunt(case, folder, budget):
+    """Return the first fault of a fuzzer within a budget."""
+    for seed in range(100, 103):
+        outcome = cases.carry_out(case, seed, range(budget), folder, most=1)
+        if outcome.found:
+            return outcome.found[0].text
+    return None
+
+
+def parse_without_limits(text):
+    """Parse JSON as it comes: deep brackets end in a RecursionError."""
+    return json.loads(text)
+
+
+def seconds_without_limits(cell):
+    """Read nan and inf as times."""
+    return float(cell) if cell else math.nan
+
+
+def header_of_any_width(path, line, wanted, optional=()):
+    """Split a header as Python's csv module does, which raises csv.Error for a wide cell."""
+    return [title.strip() for title in next(csv.reader([line]))]
+
+
+def lossy(samples, refused, *, sort=False):
+    """Keep what is in order and say nothing of the rest."""
+    return in_time_order(samples, [], sort=sort)
+
+
+def tracks_of_some(self):
+    """End with the traceback that a run without any track once had."""
+    if self._rows and not len(self._column("ids")):
+        list(zip((), (0,), strict=True))
+    return TRACKS(self)
+
+
+def unit_unchecked(value, unit, largest=math.inf):
+    """Look a unit up without asking whether it is one."""
+    return {unit: 1.0}[value.split()[-1]] if isinstance(value, str) else in_unit(value, unit, largest)
+
+
+TRACKS = History.tracks
+INPUTS = {
+    "brackets without end": ("radar_pictures", "vedette_marine.geometry.parse", parse_without_limits, "RecursionError"),
+    "nan as a time of AIS": ("ais_csv", "vedette_marine.ais.csv._time", seconds_without_limits, "AssertionError"),
+    "a wide cell": ("ais_csv", "vedette_marine.ais.csv.header_of", header_of_any_width, "Error at"),
+    "rows that go missing": ("csv", "vedette.io.csv_returns.in_time_order", lossy, "does not add up|and the file has"),
+    "pictures that go missing": (
+        "radar_pictures",
+        "vedette_marine.sources.pictures.in_time_order",
+        lossy,
+        "and the file has",
+    ),
+    "a quiet sea": ("run", "vedette.tracking.history.History.tracks", tracks_of_some, "zip() argument 2 is longer"),
+}
+
+
+@pytest.mark.parametrize("cure", INPUTS)
+def test_the_fuzzer_of_inputs_bites(cure, monkeypatch, tmp_path):
+    """With a cure taken back it finds the fault again; of one reader alone, which makes the hunt short."""
+    name, target, taken_back, text = INPUTS[cure]
+    monkeypatch.setattr(inputs, "READERS", {name: readers.READERS[name]})
+    monkeypatch.setattr(target, taken_back)
+    found = hunt(inputs.case, tmp_path, 1000) or "nothing found"
+    assert any(part in found for part in text.split("|")), found
+
+
+def test_the_fuzzer_of_configs_bites(monkeypatch, tmp_path):
+    monkeypatch.setattr("vedette.fields.in_unit", unit_unchecked)
+    assert "Error at test_fuzz.py" in (hunt(configs.case, tmp_path, 500) or "nothing found")
+
+
+def rude(scores):
+    """Write into what was given."""
+    scores -= 1.0
+    return kernels.reference.safe_log(scores)
+
+
+@pytest.mark.parametrize(
+    ("name", "wrong", "text"),
+    [
+        ("softmax", rude, "wrote into what it was given"),
+        ("whiten", lambda v, P: 1.00001 * reference.whiten(v, P), "Not equal to tolerance"),
+        ("predict", lambda x, P, F, Q: [part[:1] for part in reference.predict(x, P, F, Q)], "Error at"),
+        ("imm_mix", lambda *given: time.sleep(9), "Hang at"),
+        ("update", lambda *given: {}["gone"], "KeyError at"),
+    ],
+)
+def test_the_fuzzer_of_kernels_bites(name, wrong, text, monkeypatch, tmp_path):
+    monkeypatch.setattr(kernels, name, wrong)
+    monkeypatch.setattr(cases, "SECONDS", 0.2)
+    assert text in (hunt(kernel_calls.case, tmp_path, 1000) or "nothing found")

@@ -1,0 +1,95 @@
+"""What the fuzzers have found, kept: each case as it was."""
+
+import struct
+from functools import reduce
+from operator import xor
+
+import numpy as np
+import pytest
+
+from fuzz import cases, samples
+from fuzz.readers import RADAR, camera, read_clip, read_csv_source, read_radar_pictures
+from vedette import InputError, Problem
+from vedette.io import read_tracks
+from vedette.io.png import check_png
+from vedette_flir.sources.video import VideoSource
+from vedette_marine.ais.nmea import read_nmea
+
+pytest.importorskip("cv2")
+
+GOOD = samples.png(np.zeros((12, 16)))
+SHIFTED = GOOD[:33] + b"\xa0" + GOOD[33:]
+"""A byte too many before a part: OpenCV reads its length as 2.7 GB, and does not come back."""
+
+
+def written(folder, files):
+    for name, data in files.items():
+        (folder / name).parent.mkdir(exist_ok=True, parents=True)
+        (folder / name).write_bytes(data)
+    return folder
+
+
+def test_a_png_with_a_byte_too_many_does_not_hang_a_radar(tmp_path):
+    files = samples.radar_pictures() | {"land.png": SHIFTED}
+    with cases.limited(20.0), pytest.raises(InputError, match=r"land.png: must be a picture of 16 x 12 px, and is cut off"):
+        read_radar_pictures(written(tmp_path, files), files, False)
+
+
+def test_a_png_with_a_byte_too_many_costs_a_frame_of_a_clip(tmp_path):
+    files = samples.clip() | {"clip/1.png": SHIFTED}
+    with cases.limited(20.0):
+        read_clip(written(tmp_path, files), files, False)
+        recording = VideoSource(path=str(tmp_path / "clip")).open(camera(), np.random.default_rng(0))
+    assert [scan.time for scan in recording.scans] == [0.0, 2 / 30, 3 / 30]
+    assert recording.refused == (Problem("frame 1", f"1.png is cut off after {len(SHIFTED)} bytes"),)
+
+
+@pytest.mark.parametrize("cut", [0, 7, 8, 12, 20, 33, 40, -1])
+def test_a_png_that_is_cut_off_is_told(tmp_path, cut):
+    (tmp_path / "a.png").write_bytes(GOOD[:cut])
+    with pytest.raises(ValueError, match=r"is (no PNG|cut off)"):
+        check_png(tmp_path / "a.png")
+
+
+def test_a_png_without_its_header_first_is_told(tmp_path):
+    (tmp_path / "a.png").write_bytes(GOOD[:8] + GOOD[33:])
+    with pytest.raises(ValueError, match="does not begin with its header"):
+        check_png(tmp_path / "a.png")
+    (tmp_path / "a.png").write_bytes(GOOD[:8] + struct.pack(">I4sI", 0, b"IHDR", 0xA8A1AE0A))
+    with pytest.raises(ValueError, match="header has 0 bytes"):
+        check_png(tmp_path / "a.png")
+
+
+def test_a_name_of_ten_thousand_characters_is_not_told_whole(tmp_path):
+    files = samples.csv_files()
+    files["d.csv"] = (
+        files["d.csv"].replace(b"sonar", b"x" * 10_000).replace(b"0,0,0,radar,0", b"3,0,0,radar," + b"9" * 9_999)
+    )
+    read_csv_source(written(tmp_path, files), files, True)
+    assert RADAR
+
+
+@pytest.mark.parametrize(
+    ("payload", "text"),
+    [("33P;Tw0tjBQO2", "reports no position"), ("\x0033P;Tw0tjBQO22:E7dm66DrB20UP", "characters that no sentence has")],
+)
+def test_a_sentence_that_is_cut_or_has_a_zero_in_it_is_refused(tmp_path, payload, text):
+    """A zero changes no checksum; a payload that ends early decodes to a message without a place."""
+    body = f"AIVDM,1,1,,A,{payload},0"
+    (tmp_path / "ais.txt").write_text(f"1 !{body}*{reduce(xor, body.encode()):02X}\n")
+    ships, (problem,) = read_nmea(tmp_path / "ais.txt")
+    assert not ships
+    assert text in problem.text
+
+
+def test_a_whole_number_without_end_in_a_track(tmp_path):
+    line = samples.TRACK.replace("[10, 20]", f"[1{'0' * 400}, 20]")
+    (tmp_path / "t.jsonl").write_bytes(samples.tracks()["t.jsonl"].partition(b"\n")[0] + b"\n" + line.encode())
+    with pytest.raises(InputError, match=r"t.jsonl:2: mean must be numbers or null"):
+        read_tracks(tmp_path / "t.jsonl")
+
+
+def test_a_picture_of_a_name_that_no_disk_takes(tmp_path):
+    files = samples.radar_pictures()
+    files["frames.csv"] = files["frames.csv"].replace(b"1.png", b"x" * 10_000)
+    read_radar_pictures(written(tmp_path, files), files, False)
