@@ -42,21 +42,21 @@ if TYPE_CHECKING:
     from vedette.progress import Progress as Progress
     from vedette.reproduction import Reproduction as Reproduction
     from vedette.roles import Associator as Associator
-    from vedette.roles import Birth as Birth
     from vedette.roles import Component as Component
     from vedette.roles import Estimator as Estimator
-    from vedette.roles import ImagingSensor as ImagingSensor
-    from vedette.roles import Lifecycle as Lifecycle
     from vedette.roles import MotionModel as MotionModel
-    from vedette.roles import Preprocessor as Preprocessor
     from vedette.roles import Sensor as Sensor
-    from vedette.roles import Source as Source
     from vedette.space import NO_AXES as NO_AXES
     from vedette.space import Array as Array
     from vedette.space import Axis as Axis
     from vedette.space import Mask as Mask
     from vedette.space import Space as Space
     from vedette.space import SpaceError as SpaceError
+    from vedette.supporting import Birth as Birth
+    from vedette.supporting import ImagingSensor as ImagingSensor
+    from vedette.supporting import Lifecycle as Lifecycle
+    from vedette.supporting import Preprocessor as Preprocessor
+    from vedette.supporting import Source as Source
     from vedette.tracking.gate import Gate as Gate
     from vedette.tracking.smoothing import smooth as smooth
     from vedette.tracking.smoothing import smoothed as smoothed
@@ -89,10 +89,8 @@ _HOMES = {
     "config.registry": ("Registry",),
     "progress": ("Progress",),
     "reproduction": ("Reproduction",),
-    "roles": (
-        *("Associator", "Birth", "Component", "Estimator", "ImagingSensor", "Lifecycle", "MotionModel", "Preprocessor"),
-        *("Sensor", "Source"),
-    ),
+    "roles": ("Associator", "Component", "Estimator", "MotionModel", "Sensor"),
+    "supporting": ("Birth", "ImagingSensor", "Lifecycle", "Preprocessor", "Source"),
     "tracking.smoothing": ("smooth", "smoothed"),
     "space": ("NO_AXES", "Array", "Axis", "Mask", "Space", "SpaceError"),
     "tracking.tracker": ("Tracker",),

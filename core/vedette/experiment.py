@@ -13,7 +13,7 @@ from vedette import fields
 from vedette.errors import ConfigError, Problem, ScanRefused
 from vedette.metrics import Judge
 from vedette.progress import Progress, silent
-from vedette.roles import Preprocessor, Source
+from vedette.supporting import Preprocessor, Source
 from vedette.tracking.history import History
 from vedette.tracking.intake import Intake, Refused
 from vedette.tracking.preprocessing import check_preprocessors, preprocess, raw_sensors

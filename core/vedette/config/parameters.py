@@ -15,17 +15,8 @@ import numpy as np
 from attrs import frozen
 
 from vedette.reproduction import Reproduction
-from vedette.roles import (
-    Associator,
-    Birth,
-    Component,
-    Estimator,
-    Lifecycle,
-    MotionModel,
-    Preprocessor,
-    Sensor,
-    Source,
-)
+from vedette.roles import Associator, Component, Estimator, MotionModel, Sensor
+from vedette.supporting import Birth, Lifecycle, Preprocessor, Source
 
 ROLES: dict[str, type[Component]] = {
     "motion": MotionModel,

@@ -7,7 +7,7 @@ from typing import Any
 
 from vedette.config.registry import Registry
 from vedette.errors import ConfigError, Problem
-from vedette.roles import Lifecycle
+from vedette.supporting import Lifecycle
 
 RENAMED = {"detectors": "preprocessors"}
 """Keys of a config."""

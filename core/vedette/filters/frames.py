@@ -8,8 +8,9 @@ from vedette import kernels
 from vedette.filters.detections import make_innovation
 from vedette.filters.gaussian import Hypotheses
 from vedette.filters.memo import embedded
-from vedette.roles import ImagingSensor, Sensor
+from vedette.roles import Sensor
 from vedette.space import Array, Space
+from vedette.supporting import ImagingSensor
 from vedette.types import Frame, Gaussian, Innovation
 
 

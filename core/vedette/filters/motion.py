@@ -8,8 +8,10 @@ from typing import Generic, TypeVar
 import numpy as np
 from attrs import frozen
 
+from vedette.kernels import backward
 from vedette.roles import Estimator, MotionModel
 from vedette.space import Space
+from vedette.types import Gaussian
 
 B = TypeVar("B")
 
@@ -35,6 +37,21 @@ class OverMotion(Estimator[B], Generic[B]):
     def reframes(self) -> bool:  # type: ignore[override]  # a class variable elsewhere: here it depends on the motion
         """Whether the motion does."""
         return self.motion.reframes
+
+    def smooth_step(self, belief: B, later: B, dt: float, rng: np.random.Generator) -> B:
+        """Return the belief of a moment by all scans: the step of Rauch, Tung and Striebel.
+
+        It is made of `moments`, `predict` and `cross_covariance`, exact for linear models; a belief that is more than its
+        moments needs its own.
+        """
+        if dt == 0:
+            return later
+        if self.reframes:
+            raise NotImplementedError(f"the motion of {self.kind!r} turns its frame: two moments have none in common")
+        now, ahead, after = self.moments(belief), self.moments(self.predict(belief, dt, rng)), self.moments(later)
+        step = self.state.difference(after.mean, ahead.mean)
+        shift, cov = backward.smooth_step(now.cov, ahead.cov, self.cross_covariance(belief, dt), step, after.cov)
+        return self.start(Gaussian(self.state.displace(now.mean, shift), cov), self.state, rng)
 
 
 def predicted(estimator: Estimator[B], belief: B, dt: float, rng: np.random.Generator) -> B:

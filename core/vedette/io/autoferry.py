@@ -13,8 +13,9 @@ from vedette.errors import ConfigError, InputError, Problem
 from vedette.io.autoferry_files import PUBLISHER, bearings, entries, returns, truth
 from vedette.io.json_values import number, short, vector
 from vedette.io.reading import NORTH_EAST, check_files, detections, find, polar
-from vedette.roles import Sensor, Source
+from vedette.roles import Sensor
 from vedette.space import Space
+from vedette.supporting import Source
 from vedette.types import Pose, Recording, Rows, Scan
 
 SENSORS = {1: "lidar", 2: "radar", 3: "infrared", 4: "electro_optical"}

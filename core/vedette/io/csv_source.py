@@ -26,7 +26,8 @@ from vedette.io.reading import (
     offers_first,
     polar,
 )
-from vedette.roles import Sensor, Source
+from vedette.roles import Sensor
+from vedette.supporting import Source
 from vedette.types import Recording, Rows, Scan, Trajectory
 
 

@@ -13,8 +13,9 @@ from vedette.errors import InputError
 from vedette.io.jsonl import read_recording
 from vedette.io.opening import shown
 from vedette.io.reading import find
-from vedette.roles import Sensor, Source
+from vedette.roles import Sensor
 from vedette.space import Space
+from vedette.supporting import Source
 from vedette.types import Recording, Scan
 
 

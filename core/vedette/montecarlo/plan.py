@@ -16,6 +16,7 @@ from vedette.config.registry import Registry
 from vedette.config.renames import renamed
 from vedette.config.suggestions import did_you_mean
 from vedette.errors import ConfigError, Problem
+from vedette.experiment import Experiment
 from vedette.montecarlo.chunk import goes_together
 from vedette.montecarlo.grid import Grid, Point, overridden
 from vedette.space import Array

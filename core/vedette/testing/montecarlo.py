@@ -8,9 +8,10 @@ import numpy as np
 from attrs import evolve, field, frozen
 
 from vedette.config.registry import Registry
-from vedette.roles import Lifecycle, Sensor
+from vedette.roles import Sensor
 from vedette.sampling.detections import returns
 from vedette.space import Array, Mask
+from vedette.supporting import Lifecycle
 from vedette.testing.judging import Misuse
 from vedette.testing.truth import draw_truth, motion_of
 from vedette.tracking.tracker import Tracker

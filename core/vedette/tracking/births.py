@@ -8,8 +8,9 @@ from typing import Any, Protocol
 import numpy as np
 from attrs import evolve
 
-from vedette.roles import Associator, Birth, Estimator, Lifecycle, Sensor
+from vedette.roles import Associator, Estimator, Sensor
 from vedette.space import Array, Space
+from vedette.supporting import Birth, Lifecycle
 from vedette.tracking import trees
 from vedette.tracking.ceiling import check_births
 from vedette.tracking.gate import Gate

@@ -9,8 +9,9 @@ import numpy as np
 from attrs import frozen
 
 from vedette import fields, kernels
-from vedette.roles import ImagingSensor, Sensor
+from vedette.roles import Sensor
 from vedette.space import Array, Mask
+from vedette.supporting import ImagingSensor
 from vedette.types import Detections, Frame, Innovation
 
 

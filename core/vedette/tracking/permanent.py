@@ -7,8 +7,9 @@ from typing import Any, ClassVar
 import numpy as np
 from attrs import frozen
 
-from vedette.roles import Birth, Estimator, Lifecycle, Sensor
+from vedette.roles import Estimator, Sensor
 from vedette.space import Array, Mask
+from vedette.supporting import Birth, Lifecycle
 from vedette.types import Detections, Newborn, Review
 
 

@@ -9,7 +9,8 @@ import numpy as np
 from attrs import evolve
 
 from vedette.errors import Problem, ScanRefused
-from vedette.roles import Preprocessor, Sensor
+from vedette.roles import Sensor
+from vedette.supporting import Preprocessor
 from vedette.tracking.intake import Refused
 from vedette.tracking.validation import flaws, without_bad_returns
 from vedette.types import Scan

@@ -9,10 +9,11 @@ from attrs import field, frozen
 
 from vedette import fields, kernels
 from vedette.filters.motion import predicted
-from vedette.roles import Associator, Birth, Estimator, Lifecycle, Sensor
+from vedette.roles import Associator, Estimator, Sensor
 from vedette.sampling.generators import NO_DRAWS
 from vedette.sampling.seeds import Seed, Seeds
 from vedette.space import Array, Space
+from vedette.supporting import Birth, Lifecycle
 from vedette.tracking import births
 from vedette.tracking.ceiling import FEW, check_pairs
 from vedette.tracking.gate import Gate, SensorGate

@@ -12,8 +12,9 @@ from vedette import kernels
 from vedette.errors import Problem, ScanRefused
 from vedette.fields import ABSURD
 from vedette.filters.detections import present_noise
-from vedette.roles import Estimator, ImagingSensor, Sensor
+from vedette.roles import Estimator, Sensor
 from vedette.space import Array, Mask, SpaceError
+from vedette.supporting import ImagingSensor
 from vedette.tracking.gate import Gate, SensorGate
 from vedette.types import Detections, Frame, Pose, Scan
 

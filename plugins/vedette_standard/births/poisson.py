@@ -8,9 +8,8 @@ from typing import Any, ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Birth, Detections, Estimator, Gaussian, Sensor, Space, fields, kernels
+from vedette import Array, Birth, Detections, Estimator, Gaussian, Newborn, Sensor, Space, fields, kernels
 from vedette.tracking import join, take
-from vedette.types import Newborn
 
 
 @final

@@ -9,8 +9,9 @@ from attrs import frozen
 from hypothesis import strategies as st
 
 from vedette.config.registry import Registry
-from vedette.roles import Birth, Estimator, Sensor
+from vedette.roles import Estimator, Sensor
 from vedette.space import Array
+from vedette.supporting import Birth
 from vedette.testing.judging import Closed, covariance, demand, frozen_copy, same
 from vedette.testing.law import Law, Profile
 from vedette.testing.states import SEEDS, STEPS

@@ -9,8 +9,8 @@ from attrs import evolve, frozen
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from vedette.roles import Lifecycle
 from vedette.space import Array, Mask
+from vedette.supporting import Lifecycle
 from vedette.testing.judging import Closed, demand, frozen_copy, same
 from vedette.testing.law import Law, Profile
 from vedette.testing.states import SEEDS, STEPS

@@ -6,9 +6,9 @@ import numpy as np
 from attrs import frozen
 from hypothesis import strategies as st
 
-from vedette.roles import Preprocessor
 from vedette.sampling.trajectories import psd_root
 from vedette.space import Array
+from vedette.supporting import Preprocessor
 from vedette.testing.judging import covariance, demand, finite, frozen_copy, same
 from vedette.testing.law import Law, Profile
 from vedette.testing.states import SEEDS, sizes

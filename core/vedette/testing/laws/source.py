@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 
 from vedette.config.registry import Registry
 from vedette.errors import ConfigError, InputError
-from vedette.roles import Sensor, Source
+from vedette.roles import Sensor
+from vedette.supporting import Source
 from vedette.testing.judging import Closed, demand, finite, same
 from vedette.testing.law import Law, Profile
 from vedette.testing.states import SEEDS
