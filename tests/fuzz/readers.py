@@ -18,7 +18,8 @@ from vedette.io.csv_truth import PlatformColumns, TruthColumns
 from vedette.metrics import judge
 from vedette.report.figures import figures
 from vedette.report.summary import summary
-from vedette.roles import Sensor, Source
+from vedette.roles import Sensor
+from vedette.supporting import Source
 from vedette_flir.sources.video import VideoSource
 from vedette_marine.ais.csv import read_csv
 from vedette_marine.ais.nmea import read_nmea
