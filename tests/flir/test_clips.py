@@ -174,7 +174,8 @@ def test_frames_without_a_target_are_coasted_through(tmp_path, change):
 
 def test_a_scan_without_a_frame_and_a_frame_for_no_camera_are_refused():
     tracker = vedette.load(EXAMPLE).tracker
-    state = tracker.start()
+    n = len(tracker.state)
+    state = tracker.start(vedette.Gaussian(np.zeros((0, n)), np.zeros((0, n, n))))
     with pytest.raises(ScanRefused, match="frame: must bring a frame"):
         tracker.step(state, Scan(0.0, "camera", vedette.Detections.of([], 2)))
     with pytest.raises(ScanRefused, match="pixels must have shape"):

@@ -138,6 +138,16 @@ def test_scans_without_returns_only_predict():
     assert len(state.ids) == 0
 
 
+def test_the_track_that_a_birth_states_is_there_from_the_start():
+    given = Given(start={"x": [10, 1], "y": [20, 2], "vx": [2, 1], "vy": [0, 1]})
+    tracker = compose(SingleTarget(), birth=given)
+    state = tracker.step(tracker.start(), SCAN)
+    assert state.ids.tolist() == [0]
+    unstated = compose(SingleTarget(), birth=Given(spread={"x": 3, "y": 3, "vx": 1, "vy": 1}))
+    with pytest.raises(ValueError, match=r"birth\.start: must state 'x', 'y', 'vx', 'vy', as the recording has no truth"):
+        unstated.start()
+
+
 def test_runs_in_lock_step_equal_runs_alone():
     tracker = compose(SingleTarget(), estimator=imm(), birth=None)
     rng = np.random.default_rng(5)
