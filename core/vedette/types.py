@@ -122,7 +122,6 @@ class Frame:
 
     evidence: ClassVar[None] = None
     missing: ClassVar[None] = None
-
     pixels: Array
     corner: Array | None = None
     geometry: Mapping[str, Any] | None = None

@@ -33,9 +33,7 @@ from attrs import fields as attributes
 from attrs import frozen
 
 from vedette import Array, InputError, Pose, fields
-from vedette.io.json_values import parse, short
-from vedette.io.opening import whole_text
-from vedette.io.picture_size import check_pixels
+from vedette.io import check_pixels, parse, short, whole_text
 
 STABILISATIONS = ("north-up", "head-up")
 

@@ -16,7 +16,7 @@ import vedette
 from vedette.cli import main
 from vedette.errors import ConfigError, InputError
 from vedette.io import opening
-from vedette.io.picture_size import MOST_PIXELS, picture_size
+from vedette.io.image_header import MOST_PIXELS, picture_size
 
 ROOT = Path(__file__).parents[2]
 RADAR = {

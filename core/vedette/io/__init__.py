@@ -5,9 +5,13 @@ from collections.abc import Iterable
 from vedette.config.hooks import plugin
 from vedette.io.autoferry import AutoferrySource
 from vedette.io.csv_source import CsvSource
+from vedette.io.csv_table import UNCLOSED, cells_of, header_of
+from vedette.io.image_header import check_pixels, picture_size
+from vedette.io.json_values import parse, short
 from vedette.io.jsonl import read_recording, write_recording
 from vedette.io.jsonl_source import JsonLinesSource
-from vedette.io.opening import lines
+from vedette.io.opening import check_regular, inside, lines, shown, user_path, whole_text
+from vedette.io.png import check_png, is_png
 from vedette.io.reading import Sample, find, in_time_order
 from vedette.io.tracks import read_tracks, write_tracks_csv, write_tracks_jsonl
 from vedette.roles import Component
@@ -15,15 +19,29 @@ from vedette.roles import Component
 VEDETTE_CONTRACT = 2
 
 __all__ = [
+    "UNCLOSED",
     "AutoferrySource",
     "CsvSource",
     "JsonLinesSource",
     "Sample",
+    "cells_of",
+    "check_pixels",
+    "check_png",
+    "check_regular",
     "find",
+    "header_of",
     "in_time_order",
+    "inside",
+    "is_png",
     "lines",
+    "parse",
+    "picture_size",
     "read_recording",
     "read_tracks",
+    "short",
+    "shown",
+    "user_path",
+    "whole_text",
     "write_recording",
     "write_tracks_csv",
     "write_tracks_jsonl",

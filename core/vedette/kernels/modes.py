@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vedette.kernels.reference import exp_or_zero, imm_mix, log_sum, moments, normal_or_zero
+from vedette.kernels.reference import exp_or_zero, log_sum, moments, normal_or_zero
 from vedette.space import Array, Periods, wrapped
 
 
@@ -91,3 +91,29 @@ def split_weights(weights: Array, log_share: Array) -> tuple[Array, tuple[Array,
     own = normal_or_zero(own)
     after = log_prob - log_sum(log_prob)[..., None]
     return after, tuple(np.ascontiguousarray(own[..., j]) for j in range(own.shape[-1]))
+
+
+def imm_mix(log_prob: Array, log_transition: Array, xs: Array, Ps: Array) -> tuple[Array, Array, Array]:
+    """Interaction of the IMM: predicted log_prob c (*b, r), and the mean and covariance that each mode starts from.
+
+    log_prob (*b, r), log_transition (r, r) from row to column, xs (*b, r, n), Ps (*b, r, n, n)
+    """
+    joint = np.swapaxes(log_prob[..., :, None] + log_transition, -1, -2)  # (*b, to, from)
+    predicted = log_sum(joint)
+    # A mode that cannot be reached starts from the whole mixture: any prior is as good, but it must be one.
+    reached = np.isfinite(predicted)[..., None]
+    logs = np.where(reached, joint - np.where(reached, predicted[..., None], 0.0), log_prob[..., None, :])
+    return predicted, *moments(exp_or_zero(logs), xs, Ps)
+
+
+def imm_combine(log_prob: Array, loglik: Array, xs: Array, Ps: Array) -> tuple[Array, Array, Array, Array]:
+    """The IMM after a scan: log_prob (*b, r) by Bayes' rule, mean (*b, n) and covariance (*b, n, n) of the mixture, and the
+    log-likelihood of the scan (*b).
+
+    log_prob (*b, r) predicted, loglik (*b, r) of the scan in each mode, xs (*b, r, n), Ps (*b, r, n, n)
+    """
+    joint = log_prob + loglik
+    total = log_sum(joint)
+    after = joint - total[..., None]
+    mean, cov = moments(exp_or_zero(after)[..., None, :], xs, Ps)
+    return after, mean[..., 0, :], cov[..., 0, :, :], total

@@ -10,8 +10,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, InputError
-from vedette.io.csv_table import UNCLOSED, cells_of, header_of
-from vedette.io.opening import lines, shown
+from vedette.io import UNCLOSED, cells_of, header_of, lines, shown
 
 
 @frozen

@@ -11,9 +11,7 @@ from attrs import frozen
 from numpy.typing import NDArray
 
 from vedette import InputError, Problem
-from vedette.io.opening import check_regular, inside
-from vedette.io.picture_size import check_pixels, picture_size
-from vedette.io.png import check_png, is_png
+from vedette.io import check_pixels, check_png, check_regular, inside, is_png, picture_size
 
 Grey = NDArray[np.unsignedinteger[Any]]
 """A frame (h, w) of 8 or 16 bit."""

@@ -26,7 +26,7 @@ from vedette import (
     Trajectory,
     fields,
 )
-from vedette.io.opening import inside, user_path
+from vedette.io import inside, user_path
 from vedette_flir.sources.boxes import Segment, centred, read_boxes, read_segment
 from vedette_flir.sources.images import Grey, look_through
 

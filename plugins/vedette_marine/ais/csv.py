@@ -9,8 +9,7 @@ import numpy as np
 
 from vedette import Problem
 from vedette.fields import ABSURD
-from vedette.io.csv_table import UNCLOSED, cells_of, header_of
-from vedette.io.opening import lines, shown
+from vedette.io import UNCLOSED, cells_of, header_of, lines, shown
 from vedette_marine.ais.reports import KNOT, Reports, by_ship, turn_rate
 
 WANTED = ("Time", "MMSI", "Latitude_degrees", "Longitude_degrees", "COG_degrees", "SOG_knots")

@@ -25,9 +25,7 @@ from vedette import (
     Trajectory,
     fields,
 )
-from vedette.io.opening import inside, shown
-from vedette.io.png import check_png
-from vedette.io.reading import Sample, find, in_time_order
+from vedette.io import Sample, check_png, find, in_time_order, inside, shown
 from vedette_marine.ais.csv import read_csv
 from vedette_marine.ais.reports import without_outliers
 from vedette_marine.ais.tracks import trajectories

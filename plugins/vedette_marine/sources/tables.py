@@ -9,9 +9,7 @@ import numpy as np
 
 from vedette import Problem, Space, Trajectory
 from vedette.fields import ABSURD
-from vedette.io.csv_table import UNCLOSED, cells_of, header_of
-from vedette.io.opening import lines, shown
-from vedette.io.reading import Sample, in_time_order
+from vedette.io import UNCLOSED, Sample, cells_of, header_of, in_time_order, lines, shown
 
 Table = list[tuple[str, dict[str, str], dict[str, float]]]
 """Each row's place, its words and its numbers."""
