@@ -10,8 +10,9 @@ from scipy import stats
 
 from support.models import Linear, Looking
 from support.smoothing import RADAR, TURN, conditioned, estimates, random_problem, states_of, tracker_of, turning
-from vedette import Associator, Detections, Estimator, Gaussian, MotionModel, Scan, Sensor, Space, Tracker
+from vedette import Associator, Detections, Gaussian, MotionModel, Scan, Sensor, Space, Tracker
 from vedette.errors import ConfigError
+from vedette.filters import OverMotion
 from vedette.tracking import trees
 from vedette.tracking.smoothing import check_smoothing, smooth, smoothed
 from vedette_standard.associators.pda import Pda
@@ -208,15 +209,15 @@ def test_a_noiseless_model_is_smoothed_too():
 
 
 @frozen
-class Silent(Estimator):
+class Silent(OverMotion):
     """A Kalman filter that does not state its cross-covariance, as a third party's may."""
 
     inner: Kalman
     kind = "test_silent"
 
     @property
-    def state(self):
-        return self.inner.state
+    def motion(self):
+        return self.inner.motion
 
     def start(self, prior, axes, rng):
         return self.inner.start(prior, axes, rng)
