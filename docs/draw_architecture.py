@@ -22,20 +22,21 @@ FRONT = ("__main__", "cli", "commands")
 """The command line, drawn as one."""
 
 PLACES: dict[str, tuple[float, float, str]] = {
-    "commands": (3.4, 11.0, "vedette run, study, check, ..."),
-    "testing": (0.45, 10.0, "laws, consistency of trackers"),
-    "report": (1.9, 9.0, "pictures, summaries"),
-    "montecarlo": (3.5, 8.0, "studies of many runs"),
-    "io": (5.1, 7.0, "recordings, track files"),
-    "config": (3.6, 6.0, "from plain data to components"),
-    "experiment": (2.3, 5.0, "tracker, source and judge"),
-    "metrics": (5.75, 4.0, "how good tracks are"),
-    "tracking": (1.6, 4.0, "the loop: scan by scan"),
-    "filters": (0.55, 3.0, "an estimator author's toolbox"),
-    "sampling": (2.45, 3.0, "draws from models"),
-    "reproduction": (4.35, 3.0, "published studies run anew"),
-    "roles": (2.9, 2.0, "the contract"),
-    "kernels": (5.0, 1.0, "inner loops, numpy and C++"),
+    "commands": (3.4, 12.0, "vedette run, study, check, ..."),
+    "testing": (0.45, 11.0, "laws, consistency of trackers"),
+    "report": (1.9, 10.0, "pictures, summaries"),
+    "montecarlo": (3.5, 9.0, "studies of many runs"),
+    "io": (5.1, 8.0, "recordings, track files"),
+    "config": (3.6, 7.0, "from plain data to components"),
+    "experiment": (2.3, 6.0, "tracker, source and judge"),
+    "metrics": (5.85, 5.0, "how good tracks are"),
+    "tracking": (1.7, 5.0, "the loop: scan by scan"),
+    "filters": (0.55, 4.0, "an estimator author's toolbox"),
+    "sampling": (3.0, 4.0, "draws from models"),
+    "reproduction": (4.7, 3.0, "published studies run anew"),
+    "supporting": (1.5, 3.0, "births, lifecycles, sources, ..."),
+    "roles": (2.9, 2.0, "the contract: four roles"),
+    "kernels": (5.2, 1.0, "inner loops, numpy and C++"),
     "ground": (3.1, 0.0, " \u00b7 ".join(GROUND)),
 }
 """Where each box stands, its middle, and what it is for."""
@@ -118,8 +119,8 @@ def draw(path: Path) -> None:
     plt.rcParams |= {"svg.hashsalt": "vedette", "svg.fonttype": "path", "font.family": "DejaVu Sans"}
     height = 0.62
     widths = {name: 6.9 if name == "ground" else 1.62 for name in PLACES}
-    figure, axes = plt.subplots(figsize=(11.5, 11.0))
-    axes.set(xlim=(-0.75, 6.95), ylim=(-0.65, 13.15))
+    figure, axes = plt.subplots(figsize=(11.5, 11.6))
+    axes.set(xlim=(-0.75, 6.95), ylim=(-0.65, 14.15))
     axes.set_axis_off()
 
     def box(x: float, y: float, wide: float, high: float, face: str, edge: str, level: int) -> None:
@@ -152,15 +153,15 @@ def draw(path: Path) -> None:
         axes.text(x, y - 0.15, what, ha="center", va="center", fontsize=7.2, color="#33475b", zorder=5)
     for name, x in (("simulators", 1.25), ("plugins", 4.8)):
         inner = [module.removeprefix("vedette.") for module in used_by(name)]
-        box(x, 12.55, 2.95, 0.95, "#fdf0dc", "#b5701a", 4)
-        axes.text(x, 12.86, name, ha="center", va="center", fontsize=11, weight="bold", color="#6b3f08", zorder=5)
+        box(x, 13.55, 2.95, 0.95, "#fdf0dc", "#b5701a", 4)
+        axes.text(x, 13.86, name, ha="center", va="center", fontsize=11, weight="bold", color="#6b3f08", zorder=5)
         text = fill("use " + ", ".join(inner), 52)
-        axes.text(x, 12.42, text, ha="center", va="center", fontsize=7.2, color="#7a5420", zorder=5)
-    arrow("simulators.plugins", (2.73, 12.55), (3.32, 12.55), "#b5701a", 1.7, 3)
-    box(3.1, 5.5, 7.5, 12.1, "#fbfcfe", "#9fb4c8", 0)
-    axes.text(6.75, 11.3, "core: vedette", ha="right", va="center", fontsize=10, style="italic", color="#5a7186")
-    arrow("simulators.core", (1.25, 12.07), (1.25, 11.57), "#b5701a", 1.7, 3)
-    arrow("plugins.core", (4.8, 12.07), (4.8, 11.57), "#b5701a", 1.7, 3)
+        axes.text(x, 13.42, text, ha="center", va="center", fontsize=7.2, color="#7a5420", zorder=5)
+    arrow("simulators.plugins", (2.73, 13.55), (3.32, 13.55), "#b5701a", 1.7, 3)
+    box(3.1, 6.0, 7.5, 13.1, "#fbfcfe", "#9fb4c8", 0)
+    axes.text(6.75, 12.3, "core: vedette", ha="right", va="center", fontsize=10, style="italic", color="#5a7186")
+    arrow("simulators.core", (1.25, 13.07), (1.25, 12.57), "#b5701a", 1.7, 3)
+    arrow("plugins.core", (4.8, 13.07), (4.8, 12.57), "#b5701a", 1.7, 3)
     figure.savefig(path, bbox_inches="tight", dpi=110, metadata={"Date": None} if path.suffix == ".svg" else None)
     plt.close(figure)
 
