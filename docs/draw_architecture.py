@@ -84,14 +84,14 @@ def arrows() -> set[tuple[str, str]]:
 
 
 def used_by(folder: str) -> list[str]:
-    """Return the public modules of the core that plugins or simulators import, as they write them."""
+    """Return the rooms and files of the core that plugins or simulators import."""
     found = set()
     for _, tree in sources(ROOT / folder):
         for node in ast.walk(tree):
             if isinstance(node, ast.ImportFrom) and (node.module or "").partition(".")[0] == "vedette":
                 inner = [f"vedette.{a.name}" for a in node.names if (ROOT / "core/vedette" / a.name).is_dir()]
                 found |= set(inner) if node.module == "vedette" and inner else {str(node.module)}
-    return sorted(found)
+    return sorted({".".join(module.split(".")[:2]) for module in found})
 
 
 def needed(all_arrows: set[tuple[str, str]]) -> set[tuple[str, str]]:

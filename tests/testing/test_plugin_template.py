@@ -52,6 +52,7 @@ def test_the_page_says_how_long_each_component_is():
     said = {name: int(count) for name, count in re.findall(r"^\| [a-z ]+ \| `(\w+\.py)` \| .* \| (\d+) \|$", PAGE, re.M)}
     assert said == {name: lines(name) for name in SOURCES if name != "__init__.py"}
     assert all(count <= 100 for count in said.values())
+    assert f"{min(said.values())} to {max(said.values())} lines each" in (ROOT / "README.md").read_text()
 
 
 @pytest.mark.parametrize("name", FILES[3:])
