@@ -69,5 +69,5 @@ VEDETTE_CONTRACT = 2
 
 @vedette.plugin
 def vedette_components() -> Iterable[type[vedette.Component]]:
-    """The simulated scenes."""
+    """Return the simulated scenes."""
     return [Simulation, InfraredScene, RadarPicturesScene, RadarPointsScene]

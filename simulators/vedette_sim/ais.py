@@ -1,4 +1,4 @@
-"""AIS: when a transponder reports, by ITU-R M.1371, and what it says: antenna's place, its error, its rounding."""
+"""AIS: when a transponder reports, by ITU-R M.1371, and what it reports: its antenna's position, with error and rounding."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from vedette_marine.ais.reports import KNOT, ROT_STEP, Reports, turn_rate
 from vedette_sim.ships import Ship
 
 STEP = 1.0 / 3.0
-"""Step in s in which intervals are watched: all of the table are whole numbers of it."""
+"""Time step in s at which reporting intervals are evaluated: every interval of the table is a multiple of it."""
 
 _SPEEDS = {"A": (14.0, 23.0), "B": (2.0, 14.0, 23.0)}
-"""Speeds in knots between which an interval holds."""
+"""Speeds in knots at which the interval changes."""
 
 _INTERVALS = {
     ("A", False): (10.0, 6.0, 2.0),
@@ -24,19 +24,19 @@ _INTERVALS = {
     ("B", False): (180.0, 30.0, 15.0, 5.0),
     ("B", True): (180.0, 30.0, 15.0, 5.0),
 }
-"""Nominal intervals in s by class and whether the course changes, slow to fast; class B is that with SOTDMA."""
+"""Nominal intervals in s by class and by whether the course changes, slow to fast; class B is class B SOTDMA."""
 
 _MOORED = 3.0
 """Knots below which a moored class A ship reports every 180 s."""
 
 _TURNING, _MEAN, _CALM, _SLOWER = np.radians(5.0), 30.0, 20.0, 180.0
-"""Turning: the heading is this far from the mean of the last 30 s, and for 20 s after. A slower rate: after 180 s."""
+"""A ship turns while its heading is this far from the mean of the last 30 s, and for 20 s after; slower rates wait 180 s."""
 
 
 @final
 @frozen
 class Transponder:
-    """A ship's AIS. Position in steps of 1e-4 minutes, speed of .1 knot, course of .1 degree, heading of 1 degree."""
+    """A ship's AIS transponder. Resolution: position 1e-4 minutes, speed .1 knot, course .1 degree, heading 1 degree."""
 
     carriage: str = fields.choice("class A or B", ("A", "B"), default="A")
     antenna: Array = fields.array(
@@ -53,7 +53,7 @@ class Transponder:
 
 
 def antenna_path(path: Ship, antenna: Array, times: Array) -> Array:
-    """East and north (s, 2) of a point that is [forward, port] of the centre."""
+    """Return east and north (s, 2) of a point given as [forward, port] of the centre."""
     heading = path.heading(times)
     cos, sin = np.cos(heading), np.sin(heading)
     offset = np.stack([cos * antenna[0] - sin * antenna[1], sin * antenna[0] + cos * antenna[1]], axis=-1)
@@ -62,7 +62,7 @@ def antenna_path(path: Ship, antenna: Array, times: Array) -> Array:
 
 
 def nominal_intervals(carriage: str, speed: Array, heading: Array, *, moored: bool = False) -> Array:
-    """The interval in s that holds at each step of `STEP` s, from speeds in knots and headings in rad, unwrapped (s,)."""
+    """Return the interval in s at each step of `STEP` s, from speeds in knots and unwrapped headings in rad (s,)."""
     turning = _recently(np.abs(heading - _trailing_mean(heading, round(_MEAN / STEP))) > _TURNING, round(_CALM / STEP))
     band = np.searchsorted(_SPEEDS[carriage], speed, side="right")
     slow, quick = (
@@ -75,7 +75,7 @@ def nominal_intervals(carriage: str, speed: Array, heading: Array, *, moored: bo
 
 
 def report_times(start: float, intervals: Array, spread: float, rng: np.random.Generator) -> Array:
-    """When reports are sent (s,): each comes once the interval that holds has passed, up to `spread` of it early or late."""
+    """Draw when reports are sent (s,): each once the current interval has passed, early or late by up to `spread` of it."""
     last, found = start - rng.uniform() * intervals[0], []
     late = spread * rng.uniform(-1.0, 1.0)
     for step, interval in enumerate(intervals.tolist()):
@@ -91,7 +91,7 @@ def report_times(start: float, intervals: Array, spread: float, rng: np.random.G
 def reports(
     path: Ship, transponder: Transponder, mmsi: int, last: float, origin: tuple[float, float], rng: np.random.Generator
 ) -> Reports:
-    """All that a ship sends until `last` s, as received; `origin` is the latitude and longitude in deg of x = y = 0."""
+    """Return a ship's reports until `last` s, as received; `origin` is the latitude and longitude in deg of x = y = 0."""
     try:
         from pymap3d import enu2geodetic
     except ImportError:
@@ -119,7 +119,7 @@ def reports(
 
 
 def _correlated(times: Array, seconds: float, rng: np.random.Generator) -> Array:
-    """A Gauss-Markov error (s, 2) at `times`, variance 1."""
+    """Draw a Gauss-Markov error (s, 2) at `times`, with variance 1."""
     noise = rng.standard_normal((len(times), 2))
     for k in range(1, len(times)):
         keep = np.exp(-(times[k] - times[k - 1]) / seconds)
@@ -128,7 +128,7 @@ def _correlated(times: Array, seconds: float, rng: np.random.Generator) -> Array
 
 
 def _trailing_mean(values: Array, count: int) -> Array:
-    """Mean of the last `count` values at each place, fewer at the start."""
+    """Return the mean of the last `count` values at each place, of fewer at the start."""
     total = np.concatenate([[0.0], np.cumsum(values - values[0])])
     low = np.maximum(np.arange(len(values)) + 1 - count, 0)
     mean: Array = values[0] + (total[1:] - total[low]) / (np.arange(len(values)) + 1 - low)
@@ -136,7 +136,7 @@ def _trailing_mean(values: Array, count: int) -> Array:
 
 
 def _trailing_max(values: NDArray[np.intp], count: int) -> NDArray[np.intp]:
-    """Greatest of the last `count` values at each place, fewer at the start."""
+    """Return the greatest of the last `count` values at each place, of fewer at the start."""
     padded = np.concatenate([np.full(count - 1, values.min()), values])
     greatest: NDArray[np.intp] = np.lib.stride_tricks.sliding_window_view(padded, count).max(axis=-1)
     return greatest

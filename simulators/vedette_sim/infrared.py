@@ -1,4 +1,4 @@
-"""Simulated infrared frames: hot targets behind a trembling atmosphere, before a cluttered background."""
+"""Simulated infrared frames: hot targets seen through a turbulent atmosphere against a cluttered background."""
 
 from __future__ import annotations
 
@@ -35,13 +35,13 @@ _CHUNK = 256
 """Frames whose noise is drawn at once."""
 
 _PIXELS = 2**18
-"""Pixels whose background is drawn at once: what stays near the processor."""
+"""Pixels whose background is drawn at once, so that they stay in the cache."""
 
 
 @final
 @frozen
 class HotSpot:
-    """A circular spot of a target, where its pixels' mean of peak * e^(-r^2 / 2 spread^2) is seen."""
+    """A circular hot spot of a target: each pixel shows its mean of peak * e^(-r^2 / 2 spread^2)."""
 
     peak: float = fields.quantity("count", "intensity in its middle; negative for a cold spot")
     spread: float = fields.quantity("px", "standard deviation of its profile", above=0)
@@ -52,7 +52,7 @@ class HotSpot:
 @final
 @frozen
 class HotTarget:
-    """What moves through the image: it appears at the sum of some axes of its motion, and its spots turn about there."""
+    """A target that moves through the image. It appears at the sum of some axes of its motion; its spots turn about that."""
 
     motion: MotionModel = fields.part("how it moves, in px")
     spots: tuple[HotSpot, ...] = fields.part("its hot spots")
@@ -72,7 +72,7 @@ class HotTarget:
                 raise ValueError(f"motion: must have the axis {name!r} in px; it has {space}")
 
     def path(self, times: Array, rng: np.random.Generator) -> Array:
-        """x, y without jitter and the jitter of both at `times` (s,): (s, 4)"""
+        """Draw x, y without jitter, and the jitter of both, at `times` (s,): (s, 4)."""
         space = self.motion.state
         mean, deviation = np.array([self.start[name] for name in space.names]).T
         states = draw_states(self.motion, mean + deviation * rng.standard_normal(len(space)), times, rng)
@@ -84,7 +84,7 @@ class HotTarget:
         return np.column_stack([place, *jitter])
 
     def box(self) -> tuple[float, float]:
-        """Width and height that hold its spots, to twice their spreads, as they stand at the start."""
+        """Return the width and height of the box that holds its spots at the start, to twice their spreads."""
         low, high = (
             np.array([[spot.x + side * 2 * spot.spread, spot.y + side * 2 * spot.spread] for spot in self.spots])
             for side in (-1, 1)
@@ -105,7 +105,7 @@ class HotTarget:
 
 
 def _share(size: int, at: Array, spread: float) -> Array:
-    """e^(-u^2 / 2 s^2) averaged over each of `size` pixels, for each place `at` (s,): (s, size)"""
+    """Return e^(-u^2 / 2 s^2) averaged over each of `size` pixels, for each place `at` (s,): (s, size)."""
     from scipy.special import ndtr
 
     edges = (np.arange(size + 1) - 0.5 - at[:, None]) / spread
@@ -120,7 +120,7 @@ class InfraredScene(Source):
 
     The background is a stationary Gaussian field with covariance clutter^2 e^(-d^2 / 4 l^2) e^(-t / tau), which the drift of
     the platform carries along with the targets. Dead pixels are NaN. Every target, the background and the noise have a
-    random stream of their own: another target changes nothing else.
+    random stream of its own: another target changes nothing else.
     """
 
     kind: ClassVar[str] = "infrared_scene"
@@ -147,7 +147,7 @@ class InfraredScene(Source):
                 raise ValueError(f"{name}: must be [x, y], got {len(given)} numbers")
 
     def open(self, sensors: Mapping[str, Sensor], rng: np.random.Generator) -> Recording:
-        """All frames, and each target's x, y, jitter jx, jy and box: it appears at x + jx, y + jy."""
+        """Return all frames, and each target's x, y, jitter jx, jy and box: it appears at x + jx, y + jy."""
         cameras = [name for name, sensor in sensors.items() if isinstance(sensor, ImagingSensor)]
         if len(sensors) != 1 or len(cameras) != 1:
             raise ConfigError([Problem("sensors", f"frames need one sensor, a camera; got {', '.join(sensors) or 'none'}")])
@@ -170,7 +170,7 @@ class InfraredScene(Source):
         return Recording(tuple(scans), truth)
 
     def _blocks(self, root: int, times: Array, shift: Array, paths: Mapping[str, Array]) -> list[tuple[int, Array]]:
-        """The first frame's number and the frames (s, h, w) of each chunk."""
+        """Return the first frame's number and the frames (s, h, w) of each chunk."""
         noise, field = (np.random.default_rng([root, stream]) for stream in (2, 3))
         dead = np.random.default_rng([root, 4]).random((self.height, self.width)) < self.dead
         blocks: list[tuple[int, Array]] = []
@@ -190,9 +190,9 @@ class InfraredScene(Source):
         return blocks
 
     def _add_background(self, images: Array, shift: Array, state: Spectrum | None, rng: np.random.Generator) -> Spectrum:
-        """Add the field, drifted, to frames (s, h, w); the spectrum (h, w/2 + 1) that the next frame starts from.
+        """Add the drifted field to frames (s, h, w); return the spectrum (h, w/2 + 1) that the next frame starts from.
 
-        On a torus: white noise times the root of the field's spectrum; a drift is a phase.
+        The field is on a torus: white noise times the root of its spectrum; a drift is a phase.
         """
         from scipy.fft import irfft2, rfft2
 

@@ -14,13 +14,13 @@ from vedette_sim.ships import Ship
 _EACH_SIDE = 20
 _STERN = 3
 _GRAZING = 0.04
-"""Share of a plate's echo that is seen however it stands."""
+"""Share of a plate's echo that is seen in any aspect."""
 
 
 def hull(length: float, width: float) -> tuple[Array, Array, Array]:
-    """Plates of a hull: places and outward normals (n, 2), forward and to port of its centre, and lengths (n,).
+    """Return the plates of a hull: positions and outward normals (n, 2), forward and to port of its centre, lengths (n,).
 
-    Parallel sides, a bow that tapers over the foremost third, a flat stern.
+    The hull has parallel sides, a bow that tapers over the foremost third, and a flat stern.
     """
     edges = np.linspace(-0.5, 0.5, _EACH_SIDE + 1)
     half = 0.5 * (1.0 - np.clip((edges - 1.0 / 6.0) * 3.0, 0.0, 1.0) ** 2)
@@ -40,11 +40,11 @@ def hull(length: float, width: float) -> tuple[Array, Array, Array]:
 @final
 @frozen
 class Vessel:
-    """A ship with a body: its hull centre goes along `path`, its bow points along its course.
+    """A ship with an extent: its hull centre follows `path`, its bow points along its course.
 
-    The superstructure has a part of the cross-section; the plates that face the radar share the rest by the cosine to the
-    line of sight. Broadside the total is `cross_section`, in other aspects as much less as the hull looks shorter.
-    From turn to turn it fluctuates as a gamma variable as a whole, and exponentially in each scatterer.
+    The superstructure has a share of the cross-section; the plates that face the radar share the rest by the cosine to the
+    line of sight. The total is `cross_section` broadside, and smaller in other aspects as the hull looks shorter.
+    From turn to turn the whole fluctuates as a gamma variable, and each scatterer exponentially.
     """
 
     path: Ship = fields.part("where its hull's centre goes; x is east, y is north")
@@ -68,7 +68,7 @@ class Vessel:
             raise ValueError(f"width: must be <= the length, {self.length:.6g} m, got {self.width:.6g} m")
 
     def scatterers(self, course: float, sight: Array) -> tuple[Array, Array]:
-        """Places (n, 2), east and north of its centre, and mean cross-sections (n,).
+        """Return positions (n, 2), east and north of its centre, and mean cross-sections (n,) of the scatterers.
 
         `sight` (2,) points from the radar to the ship; `course` is counter-clockwise from east.
         """
@@ -86,10 +86,10 @@ class Vessel:
         return where, total * np.append((1.0 - self.superstructure) * shares / shares.sum(), self.superstructure)
 
     def draw(self, rng: np.random.Generator) -> Array:
-        """One turn's fluctuation of each scatterer (n,), mean 1."""
+        """Draw one turn's fluctuation of each scatterer (n,), with mean 1."""
         whole = rng.gamma(self.steadiness, 1.0 / self.steadiness)
         return whole * rng.standard_exponential(len(self._plates[2]) + 1)
 
     def there(self, time: float) -> bool:
-        """Whether it exists at `time`."""
+        """Tell whether it exists at `time`."""
         return self.path.appears <= time and (self.path.disappears is None or time <= self.path.disappears)

@@ -1,4 +1,4 @@
-"""What a detector would make of a scene of radar pictures: points with errors, misses and clutter, in batches over runs."""
+"""What a detector would report for a scene of radar pictures: points with errors, misses and clutter, batched over runs."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class PointRuns:
     ais: tuple[Mapping[str, Reports], ...]
 
     def scans(self, sensor: str) -> tuple[Scan, ...]:
-        """All runs in lock-step: each scan's returns are (r, k, 2)."""
+        """Return all runs in lock-step: each scan's returns are (r, k, 2)."""
         looks = enumerate(self.times.tolist())
         return tuple(Scan(time, sensor, Detections(self.z[:, i], self.valid[:, i])) for i, time in looks)
 
@@ -42,8 +42,8 @@ class RadarPointsScene(Source):
     """Returns of a scene's vessels without pictures: z = centre + along-ship and across-ship errors, clutter, misses.
 
     The errors are Gaussian, along the hull with variance sigma^2 + (extent length)^2, across it sigma^2 + (extent width)^2.
-    Clutter is uniform over the radar's disc. Ways, times, lost frames and AIS are the scene's. Each run has a random stream
-    of its own: run 3 of 10 is run 3 of 100.
+    Clutter is uniform over the radar's disc. Paths, times, lost frames and AIS are the scene's. Each run has a random stream
+    of its own: run 3 of 10 is also run 3 of 100.
     """
 
     kind: ClassVar[str] = "radar_points_scene"
@@ -55,7 +55,7 @@ class RadarPointsScene(Source):
     clutter: float = fields.quantity("1/m^2", "false returns per scan and area", default=5e-7, at_least=0, at_most=1e-3)
 
     def open(self, sensors: Mapping[str, Sensor], rng: np.random.Generator) -> Recording:
-        """One run, for one sensor of positions."""
+        """Draw one run, for one sensor that measures positions."""
         fitting = [name for name, sensor in sensors.items() if sensor.measurement == POSITION]
         if len(sensors) != 1 or len(fitting) != 1:
             given = ", ".join(f"{name} of {sensor.measurement}" for name, sensor in sensors.items()) or "none"
@@ -69,7 +69,7 @@ class RadarPointsScene(Source):
         return Recording(scans, self.scene.truth(runs.times, seed))
 
     def batch(self, runs: int, seed: int) -> PointRuns:
-        """Many runs at once. AIS of run 0 is the scene's own for this seed."""
+        """Draw many runs at once. AIS of run 0 is the scene's own for this seed."""
         scene, times = self.scene, self.scene.times(seed)
         disc = np.pi * scene.radar.range**2
         drawn = [self._run(own_stream(seed, POINTS, run), times, disc) for run in range(runs)]
@@ -82,7 +82,7 @@ class RadarPointsScene(Source):
         return PointRuns(times, z, valid, ais)
 
     def _run(self, rng: np.random.Generator, times: Array, disc: float) -> tuple[Array, NDArray[np.intp]]:
-        """Returns (n, 2), scan by scan and shuffled in each, and how many each scan has (s,)."""
+        """Draw the returns (n, 2), scan by scan and shuffled within each, and the number in each scan (s,)."""
         scene, s = self.scene, len(times)
         own = scene.ownship.states(times)[:, :2]
         places, scans = [], []

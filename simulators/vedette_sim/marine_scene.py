@@ -1,4 +1,4 @@
-"""Simulated radar pictures of ships as a source: frames on demand, where the hulls truly were, what their AIS said."""
+"""Simulated radar pictures of ships as a source: frames on demand, true hull positions, and AIS reports."""
 
 from __future__ import annotations
 
@@ -40,10 +40,10 @@ LOST, AIS = 16, 17
 """Numbers of the random streams, beside those of the synthesis."""
 
 _MOST_TURNS = 1e5
-"""A scene with more is a mistake in a unit."""
+"""More turns or seconds than this are taken for a wrong unit."""
 
 BODY = PLANE.union(Space.of(heading="rad mod 2pi", length="m", width="m"))
-"""Axes of a hull's truth: its centre, and its bow's direction counter-clockwise from east."""
+"""Axes of a hull's truth: its centre, and the direction of its bow counter-clockwise from east."""
 
 
 @final
@@ -51,9 +51,9 @@ BODY = PLANE.union(Space.of(heading="rad mod 2pi", length="m", width="m"))
 class RadarPicturesScene(Source):
     """Pictures of a marine radar's screen. x is east, y is north; the pictures are 8 bit, blue, green, red (3, h, w).
 
-    A picture at time t shows at each azimuth what the antenna saw there last. Each turn of the antenna has random streams of
-    its own for sea, noise, and every vessel and buoy: pictures may be asked for in any order, and another vessel changes no
-    clutter. The truth holds the hulls' centres; with `reference = "ais"`, the AIS antennas as reported.
+    A picture at time t shows at each azimuth what the antenna saw there last. Each turn of the antenna has its own random
+    streams for sea, noise, and every vessel and buoy: pictures may be requested in any order, and another vessel leaves the
+    clutter as it is. The truth holds the hulls' centres; with `reference = "ais"`, the AIS antennas as reported.
     """
 
     kind: ClassVar[str] = "radar_pictures_scene"
@@ -109,7 +109,7 @@ class RadarPicturesScene(Source):
 
     @property
     def last(self) -> float:
-        """Time of the last picture, s."""
+        """Return the time of the last picture in s."""
         return self._first + (self.frames - 1) * self.interval
 
     @property
@@ -117,7 +117,7 @@ class RadarPicturesScene(Source):
         return self.radar.period if self.first is None else self.first
 
     def open(self, sensors: Mapping[str, Sensor], rng: np.random.Generator) -> Recording:
-        """Pictures for the one camera among the sensors, each made when it is asked for, and the truth."""
+        """Return pictures for the one camera among the sensors, each made on demand, and the truth."""
         screens = [name for name, sensor in sensors.items() if isinstance(sensor, ImagingSensor)]
         if len(screens) != 1:
             given = ", ".join(sensors) or "none"
@@ -129,19 +129,19 @@ class RadarPicturesScene(Source):
         return Recording(scans, self.truth(times, seed))
 
     def times(self, seed: int) -> Array:
-        """The pictures' times (s,) in s, without those that were lost."""
+        """Return the pictures' times (s,) in s, without those of lost pictures."""
         inner = np.arange(1, self.frames - 1)
         gone = own_stream(seed, LOST).choice(inner, self.lost, replace=False) if self.lost else np.zeros(0, dtype=int)
         return self._first + np.setdiff1d(np.arange(self.frames), gone) * self.interval
 
     def world(self) -> World:
-        """What the synthesis sees."""
+        """Return what the synthesis needs to know of the scene."""
         return World(
             self.radar, self.ownship, self.vessels, self.sea, self.land, self.rain, self.buoys, self.racons
         )  # fmt: skip
 
     def painter(self, seed: int) -> Painter:
-        """What makes the pictures. ConfigError with the place if the scene cannot be drawn."""
+        """Return the painter that makes the pictures; ConfigError that names the place if the scene cannot be drawn."""
         try:
             synthesis = Synthesis(self.world(), seed)
         except ValueError as error:
@@ -153,14 +153,14 @@ class RadarPicturesScene(Source):
         return Painter.of(self, synthesis)
 
     def truth(self, times: Array, seed: int) -> tuple[Trajectory, ...]:
-        """Hull centres at the pictures' times while each vessel is there, or its AIS, or nothing, by `reference`."""
+        """Return hull centres at the pictures' times while each vessel is there, or its AIS, or nothing, by `reference`."""
         if self.reference == "ais":
             sent, origin = self.ais(seed), (self.latitude, self.longitude)
             return tuple(path for each in sent.values() for path in trajectories(each, origin, 200.0))
         return () if self.reference == "none" else self.centres(times)
 
     def centres(self, times: Array) -> tuple[Trajectory, ...]:
-        """Hull centres at the pictures' times while each vessel is there."""
+        """Return hull centres at the pictures' times while each vessel is there."""
         made = []
         for name, vessel in self.vessels.items():
             path = vessel.path
@@ -172,7 +172,7 @@ class RadarPicturesScene(Source):
         return tuple(made)
 
     def ais(self, seed: int, run: int = 0) -> dict[str, Reports]:
-        """What each vessel with a transponder sent, by its name; another draw for each `run`."""
+        """Draw what each vessel with a transponder sent, by its name; each `run` is another draw."""
         origin = (self.latitude, self.longitude)
         found = {}
         for number, (name, vessel) in enumerate(self.vessels.items()):
@@ -183,7 +183,7 @@ class RadarPicturesScene(Source):
         return found
 
     def antenna(self, name: str, times: Array) -> Array:
-        """Where a vessel's AIS antenna truly is: east and north (s, 2)."""
+        """Return the true position of a vessel's AIS antenna: east and north (s, 2)."""
         vessel = self.vessels[name]
         offset = np.zeros(2) if vessel.ais is None else vessel.ais.antenna
         return antenna_path(vessel.path, offset, times)
@@ -192,7 +192,7 @@ class RadarPicturesScene(Source):
 @final
 @frozen(eq=False)
 class Painter:
-    """Scans with pictures: echoes in colour, and the interface over them."""
+    """Makes scans with pictures: echoes in colour under the interface."""
 
     scene: RadarPicturesScene
     synthesis: Synthesis
@@ -225,7 +225,7 @@ class Painter:
         return cls(scene, synthesis, geometry, display.palette(), np.ascontiguousarray(np.moveaxis(overlay, 2, 0)), known)
 
     def pixels(self, time: float) -> NDArray[np.uint8]:
-        """The screen at `time`: blue, green, red (3, h, w)."""
+        """Return the screen at `time`: blue, green, red (3, h, w)."""
         picture = display.coloured(self.synthesis.picture(time), self.colours, opencv())
         if self.scene.interface:
             np.maximum(picture, self.overlay, out=picture)
@@ -234,7 +234,7 @@ class Painter:
         return picture
 
     def scan(self, time: float, sensor: str) -> Scan:
-        """The picture at `time` as a scan, with the own ship's pose and the picture's geometry; or the sweeps until then."""
+        """Return the picture at `time` as a scan with own ship's pose and the geometry, or the sweeps up to then."""
         if self.scene.video == "sweeps":
             frame = Frame(cast(Any, np.float32(10.0) ** (self.synthesis.sweeps(time)[0] / np.float32(10.0))))
         else:

@@ -1,4 +1,4 @@
-"""What a marine radar sees beside ships and sea: land, rain, buoys, radar beacons."""
+"""What a marine radar sees besides ships and sea: land, rain, buoys, radar beacons."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ _DOTS = {
     "J": ".---", "K": "-.-", "L": ".-..", "M": "--", "N": "-.", "O": "---", "P": ".--.", "Q": "--.-", "R": ".-.",
     "S": "...", "T": "-", "U": "..-", "V": "...-", "W": ".--", "X": "-..-", "Y": "-.--", "Z": "--..",
 }  # fmt: skip
-"""The Morse code's letters."""
+"""The letters of the Morse code."""
 
 _FARTHEST = 1e6
-"""Corners farther than this, in m, are a mistake in a unit."""
+"""Corners farther out than this, in m, are taken for a wrong unit."""
 
 _MOST_CELLS = 50_000_000
-"""A raster of land with more is a mistake in a unit."""
+"""A raster of land with more cells is taken for a wrong unit."""
 
 
 def pair(values: Array) -> str | None:
-    """What is wrong with [x, y], or None."""
+    """Say what is wrong with [x, y], or return None."""
     return None if len(values) == 2 else f"must be [x, y], got {len(values)} numbers"
 
 
@@ -40,7 +40,7 @@ def _corners(values: Array) -> str | None:
 @final
 @frozen
 class Land:
-    """Ground within an outline: a static, rough echo that falls by R^-3 and fades behind the coast, which hides it."""
+    """Ground within an outline: a static, rough echo that falls by R^-3, fades inland, and hides what lies behind it."""
 
     outline: Array = fields.array(
         "m", "corners [x, y], east and north", ndim=2, check=_corners,
@@ -61,7 +61,7 @@ class Rain:
     drift: Array = fields.array("m/s", "velocity [x, y]", ndim=1, default=(0.0, 0.0), check=pair)
 
     def profile(self, x: Array, y: Array, time: float) -> Array:
-        """Mean power over the noise's at places x, y (*b), were each at 1 km."""
+        """Return the mean power relative to the noise's at places x, y (*b), as if each were at 1 km."""
         away = (x - self.at[0] - self.drift[0] * time) ** 2 + (y - self.at[1] - self.drift[1] * time) ** 2
         power: Array = 10.0 ** (self.level / 10.0) * np.exp(-0.5 * away / self.radius**2)
         return power
@@ -70,7 +70,7 @@ class Rain:
 @final
 @frozen
 class Buoy:
-    """A small anchored thing: one point whose echo fluctuates exponentially from turn to turn."""
+    """A small anchored object: one point whose echo fluctuates exponentially from turn to turn."""
 
     at: Array = fields.array("m", "place [x, y]", ndim=1, check=pair)
     cross_section: float = fields.quantity("m^2", "its mean radar cross-section", default=10.0, above=0)
@@ -79,7 +79,7 @@ class Buoy:
 @final
 @frozen
 class Racon:
-    """A radar beacon: while on, it answers each pulse with a Morse letter, a spoke that starts behind its place."""
+    """A radar beacon: while on, it answers each pulse with a Morse letter, a spoke that starts behind its position."""
 
     at: Array = fields.array("m", "place [x, y]", ndim=1, check=pair)
     letter: str = fields.choice("what it sends", tuple(_DOTS), default="K")
@@ -95,11 +95,11 @@ class Racon:
             raise ValueError(f"on: must be <= every, {self.every:.6g} s, got {self.on:.6g} s")
 
     def answers(self, time: float) -> bool:
-        """Whether it is on."""
+        """Tell whether it is on."""
         return bool((time - self.first) % self.every < self.on)
 
     def profile(self, behind: Array) -> Array:
-        """1 where the letter is, 0 elsewhere, at (*b) m behind its place: a dot is one unit, a dash three, a gap one."""
+        """Return 1 where the letter is, else 0, at (*b) m behind its position: a dot is one unit, a dash 3, a gap one."""
         units = [1.0 if dot else 0.0 for sign in _DOTS[self.letter] for dot in ([1] if sign == "." else [1, 1, 1]) + [0]][
             :-1
         ]
@@ -109,7 +109,7 @@ class Racon:
         return lit
 
     def add_to(self, power: Float32, radar: PpiRadar, azimuth: float, away: float) -> None:
-        """Add its spoke to power (azimuths, range bins). Its answer goes one way through the antenna: sqrt 2 wider."""
+        """Add its spoke to power (azimuths, range bins); the answer passes the antenna once: sqrt 2 wider."""
         across = radar.spread[0] * np.sqrt(2.0)
         apart = np.mod(radar.bearings - azimuth + np.pi, 2.0 * np.pi) - np.pi
         beam = np.exp(-0.5 * (apart * radar.azimuths / (2.0 * np.pi) / across) ** 2)
@@ -120,10 +120,10 @@ class Racon:
 
 @final
 class LandRaster:
-    """The lands' echo on a grid of the world, with roughness that stays, and what of it an antenna sees."""
+    """The land's echo on a grid of the world, with fixed roughness, and how much of it an antenna sees."""
 
     def __init__(self, lands: tuple[Land, ...], radar: PpiRadar, box: Array, seed: int, stream: int, cv2: Any) -> None:
-        """`box`: the antenna's least and greatest x, y on its way (2, 2)."""
+        """Set up the grid; `box` holds the antenna's least and greatest x, y on its path (2, 2)."""
         self._step, self._radar = radar.metres_per_pixel, radar
         self._origin = box[0] - radar.range
         columns, rows = np.ceil((box[1] + radar.range - self._origin) / self._step).astype(int) + 1
@@ -140,7 +140,7 @@ class LandRaster:
             self._layers.append((land, mask, echo.astype(np.float32)))
 
     def mean(self, place: Array, bearings: Array) -> Float32:
-        """Mean power over the noise's of each sweep (azimuths, range bins), from an antenna at `place` (2,)."""
+        """Return the mean power relative to the noise's of each sweep (azimuths, range bins), from an antenna at `place`."""
         ranges, shape = self._radar.ranges, self._layers[0][1].shape
         total = np.zeros((len(bearings), len(ranges)), dtype=np.float32)
         x, y = ((place - self._origin) / self._step).astype(np.float32)
@@ -158,7 +158,7 @@ def _index(at: Float32, size: int) -> NDArray[np.intp]:
 
 
 def land_mask(lands: tuple[Land, ...], size: int, step: float, cv2: Any) -> NDArray[np.uint8]:
-    """255 on land (size, size), north-up, the middle at the origin, pixels of `step` m."""
+    """Return 255 on land (size, size), north-up, the middle at the origin, pixels of `step` m."""
     mask = np.zeros((size, size), dtype=np.uint8)
     for land in lands:
         pixels = land.outline / step * [1.0, -1.0] + 0.5 * (size - 1)

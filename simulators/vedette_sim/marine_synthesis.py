@@ -1,4 +1,4 @@
-"""The power that each turn of a marine radar's antenna brings back, and the pictures made of it."""
+"""The power received in each turn of a marine radar's antenna, and the pictures made of it."""
 
 from __future__ import annotations
 
@@ -21,21 +21,21 @@ SPECKLE, TEXTURE, LAND, BUOY, VESSEL = range(5)
 """Numbers of the random streams."""
 
 _PATCH = (8, 16)
-"""Sweeps and range bins between independent values of the sea's texture, before they are smoothed."""
+"""Sweeps and range bins between independent values of the sea's texture, before smoothing."""
 
 _RAIN = (4, 16)
-"""Sweeps and bins from one place to the next where rain is worked out; linear in between."""
+"""Sweeps and bins between the points where rain is computed; linear in between."""
 
 
 def still(at: Array) -> Callable[[float], Array]:
-    """Where something is that does not move."""
+    """Return the path of something that does not move."""
     return lambda time: at
 
 
 @final
 @frozen
 class World:
-    """What there is around the radar."""
+    """What surrounds the radar."""
 
     radar: PpiRadar
     ownship: Ship
@@ -47,18 +47,18 @@ class World:
     racons: tuple[Racon, ...] = ()
 
     def pose(self, time: float) -> Pose:
-        """Where the antenna is; the heading counter-clockwise from east."""
+        """Return the antenna's pose; its heading is counter-clockwise from east."""
         at = np.array(time)
         state = self.ownship.states(at)
         return Pose(state[:2], state[2:], float(self.ownship.heading(at)))
 
     def bow(self, times: Array) -> Array:
-        """The own ship's heading clockwise from north, not wrapped (*s)."""
+        """Return own ship's heading clockwise from north, not wrapped (*s)."""
         heading: Array = 0.5 * np.pi - self.ownship.heading(times)
         return heading
 
     def sighted(self, turn: int, where: Callable[[float], Array]) -> tuple[float, float, Array]:
-        """When turn `turn` sweeps over what is at where(time) (2,), its azimuth then, its place from the antenna (2,)."""
+        """Return when turn `turn` sweeps over where(time) (2,), its azimuth then, and its position from the antenna (2,)."""
         period = self.radar.period
         time = (turn + 0.5) * period
         for _ in range(4):
@@ -72,9 +72,9 @@ class World:
 @final
 @define(eq=False)
 class Synthesis:
-    """Turns and pictures of a world, each a function of its number, time and the seed alone.
+    """Turns and pictures of a world, each a function of its number, its time and the seed alone.
 
-    The last two turns are remembered; this saves time where the antenna's turn is longer than a picture's interval.
+    The last two turns are cached; this saves time where the antenna's period is longer than a picture's interval.
     """
 
     world: World
@@ -93,7 +93,7 @@ class Synthesis:
         cv2 = opencv()
         self._raster = Raster(radar, cv2)
         bins = len(radar.ranges)
-        # Two cells' linear interpolation is a triangle of variance 2/3; the Gaussian is the rest of the beam's amplitude.
+        # Interpolating two cells linearly is a triangle of variance 2/3; the Gaussian supplies the rest of the beam's width.
         rest = [float(np.sqrt(max(2.0 * each**2 - 2.0 / 3.0, 0.01))) for each in radar.spread]
         self._speckle = Upsampling((radar.azimuths // 2, -(-bins // 2)), (2, 2), (rest[0], rest[1]))
         self._texture = Upsampling((radar.azimuths // _PATCH[0], -(-bins // _PATCH[1])), _PATCH)
@@ -102,7 +102,7 @@ class Synthesis:
             self._memory = TextureMemory(self._texture.coarse, rho, self.seed, TEXTURE)
 
     def lay_land(self, last: float) -> None:
-        """Make the raster of the lands, as far as the own ship goes until `last` s. ValueError if it is too large."""
+        """Make the raster of the land as far as own ship goes until `last` s. ValueError if it is too large."""
         if self.world.lands:
             way = self.world.ownship.states(np.linspace(0.0, last, 200))[:, :2]
             box = np.array([way.min(axis=0), way.max(axis=0)])
@@ -111,12 +111,12 @@ class Synthesis:
                 self._still = self._land.mean(box[0], self.world.radar.bearings + float(self.world.bow(np.array(0.0))))
 
     def times(self, turn: int) -> Array:
-        """When each sweep of a turn looks (azimuths,)."""
+        """Return the time of each sweep of a turn (azimuths,)."""
         radar = self.world.radar
         return (turn + (np.arange(radar.azimuths) + 0.5) / radar.azimuths) * radar.period
 
     def mean(self, turn: int) -> Float32:
-        """Mean power of all that is spread out, over the noise's: noise, sea, land, rain."""
+        """Return the mean power of all extended echoes relative to the noise's: noise, sea, land, rain."""
         world, radar, sea = self.world, self.world.radar, self.world.sea
         middle = (turn + 0.5) * radar.period
         times = self.times(turn)
@@ -137,7 +137,7 @@ class Synthesis:
         return power
 
     def _rain(self, bearings: Array, place: Array, time: float) -> Float32:
-        """Mean power of the rain (azimuths, bins)."""
+        """Return the mean power of the rain (azimuths, bins)."""
         cv2, radar = opencv(), self.world.radar
         (down, across), bins = _RAIN, len(radar.ranges)
         columns = -(-bins // across)
@@ -153,7 +153,7 @@ class Synthesis:
         return made
 
     def power(self, turn: int) -> Float32:
-        """Power of turn 0, 1, .. over the noise's, sweeps from the bow clockwise (azimuths, bins)."""
+        """Return the power of turn 0, 1, .. relative to the noise's, sweeps from the bow clockwise (azimuths, bins)."""
         world, radar = self.world, self.world.radar
         noise = own_stream(self.seed, SPECKLE, turn).standard_normal((2, *self._speckle.coarse), dtype=np.float32)
         power = np.ascontiguousarray(self._speckle.power(noise)[:, : len(radar.ranges)])
@@ -186,14 +186,14 @@ class Synthesis:
         radar.add_points(power, azimuths, ranges, sections * radar.strength(ranges))
 
     def levels(self, turn: int) -> Float32:
-        """Decibels over black of a turn; remembered."""
+        """Return the decibels over black of a turn, cached."""
         if turn not in self._turns:
             made = self.world.radar.levels(self.power(turn))
             self._turns = {k: v for k, v in self._turns.items() if abs(k - turn) <= 1} | {turn: made}
         return self._turns[turn]
 
     def sweeps(self, time: float) -> tuple[Float32, Array]:
-        """What each azimuth last brought until `time`, decibels over black (azimuths, bins), and when that was."""
+        """Return what each azimuth last received until `time`, in decibels over black (azimuths, bins), and when."""
         radar = self.world.radar
         part = (np.arange(radar.azimuths) + 0.5) / radar.azimuths
         turns = np.floor(time / radar.period - part + 1e-9).astype(int)
@@ -204,10 +204,10 @@ class Synthesis:
         return made, (turns + part) * radar.period
 
     def picture(self, time: float) -> display.Picture:
-        """The screen at `time` without colour and interface (h, w)."""
+        """Return the screen at `time` without colour and interface (h, w)."""
         radar, world = self.world.radar, self.world
         levels, seen = self.sweeps(time)
         up = 0.0 if radar.up == "north-up" else float(world.bow(np.array(time)))
-        # The azimuth that was looked at last is the seam of old and new; each has the own ship's heading of its moment.
+        # Old and new meet at the azimuth that was looked at last; each has own ship's heading at its own time.
         bearings = radar.bearings + world.bow(seen) - up
         return self._raster.picture(display.quantised(display.turned(levels, bearings), radar.span))

@@ -1,4 +1,4 @@
-"""Write a scene of radar pictures to a folder: PNG files and the tables that say when, from where, and what was true.
+"""Write a scene of radar pictures to a folder: PNG files and tables of times, own ship's poses and the truth.
 
 python -m vedette_sim.marine_write examples/darc_scene.toml FOLDER [--seed N] [--set NAME=VALUE]
 """
@@ -30,10 +30,10 @@ AIS = ("Time", "MMSI", "Latitude_degrees", "Longitude_degrees", "COG_degrees", "
 
 
 def write_pictures(scene: RadarPicturesScene, folder: Path, rng: np.random.Generator, progress: Progress = silent) -> int:
-    """Write everything that the source `radar_pictures` reads; the number of pictures.
+    """Write everything that the source `radar_pictures` reads; return the number of pictures.
 
-    The same `rng` gives the pictures that the scene gives as a source. Each picture's row is written with it: what is
-    there when the writing is interrupted can be read.
+    The same `rng` gives the same pictures as the scene used as a source. Each picture's row is written with it, so that
+    what exists after an interruption can be read.
     """
     cv2 = opencv()
     seed = int(rng.integers(2**63))
@@ -86,7 +86,7 @@ def _truth_rows(scene: RadarPicturesScene, times: Any) -> Iterable[list[object]]
 
 
 def _ais_rows(scene: RadarPicturesScene, seed: int) -> Iterable[list[object]]:
-    """All reports, in order of time."""
+    """Return all reports in order of time."""
     found: list[tuple[float, list[object]]] = []
     for sent in scene.ais(seed).values():
         rot = -np.degrees(sent.turn) * 60.0
@@ -100,12 +100,12 @@ def _ais_rows(scene: RadarPicturesScene, seed: int) -> Iterable[list[object]]:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """The command."""
+    """Run the command."""
     parser = argparse.ArgumentParser(
         prog="python -m vedette_sim.marine_write", description="Write a scene of radar pictures."
     )
     parser.add_argument("config", help="a config whose [source] is a radar_pictures_scene")
-    parser.add_argument("folder", help="where the pictures go; it is made")
+    parser.add_argument("folder", help="folder for the pictures; created if missing")
     parser.add_argument("--seed", type=int, help="default: the config's")
     parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="change the config")
     given = parser.parse_args(arguments)

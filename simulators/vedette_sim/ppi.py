@@ -1,4 +1,4 @@
-"""A marine radar's picture, the plan position indicator: what the antenna, the receiver and the screen are."""
+"""A marine radar's picture, the plan position indicator: antenna, receiver and screen."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ STANDARD_WIDTH = float(np.sqrt(8.0 * np.log(2.0)))
 """Width at half height of a Gaussian of standard deviation 1."""
 
 _REACH = 5.0
-"""Standard deviations from a point at which its echo ends: 54 dB down."""
+"""Standard deviations from a point at which its echo is cut off: 54 dB down."""
 
 
 @final
@@ -62,12 +62,12 @@ class PpiRadar:
 
     @property
     def cell(self) -> float:
-        """Length of a range bin, m."""
+        """Length of a range bin in m."""
         return self.metres_per_pixel / self.bins_per_pixel
 
     @property
     def centre(self) -> float:
-        """Column and row of the antenna, px."""
+        """Column and row of the antenna in px."""
         return 0.5 * (self.size - 1)
 
     @property
@@ -77,7 +77,7 @@ class PpiRadar:
 
     @property
     def ranges(self) -> Array:
-        """Middles of the range bins in m."""
+        """Centres of the range bins in m."""
         return (np.arange(int(np.ceil(self.range / self.cell))) + 0.5) * self.cell
 
     @property
@@ -86,12 +86,12 @@ class PpiRadar:
         return self.beam / STANDARD_WIDTH / (2.0 * np.pi / self.azimuths), self.pulse / STANDARD_WIDTH / self.cell
 
     def strength(self, ranges: Array) -> Array:
-        """Power of 1 m^2 at ranges (*b) in m."""
+        """Return the power of 1 m^2 at ranges (*b) in m."""
         power: Array = 10.0 ** (self.echo / 10.0) * (np.maximum(ranges, 10.0) / 1000.0) ** -4
         return power
 
     def add_points(self, power: Float32, azimuths: Array, ranges: Array, strengths: Array, widen: float = 1.0) -> None:
-        """Add points' echoes (n,) to power (azimuths, range bins); a beam `widen` times as wide."""
+        """Add points' echoes (n,) to power (azimuths, range bins), with a beam `widen` times as wide."""
         across, along = self.spread
         rows, i = _window(azimuths * (self.azimuths / (2.0 * np.pi)) - 0.5, across * widen)
         columns, j = _window(ranges / self.cell - 0.5, along)
@@ -101,7 +101,7 @@ class PpiRadar:
         np.add.at(power, (i[inside], j[inside]), echoes[inside].astype(np.float32))
 
     def levels(self, power: Float32) -> Float32:
-        """Decibels over black of power (azimuths, range bins), as the receiver passes them on."""
+        """Return the decibels over black of power (azimuths, range bins), as the receiver passes them on."""
         level: Float32 = np.float32(10.0) * np.log10(np.maximum(power, np.float32(1e-9))) + np.float32(self.gain)
         if self.calm > 0:
             level += (30.0 * np.log10(np.minimum(self.ranges / self.calm, 1.0))).astype(np.float32)
@@ -109,7 +109,7 @@ class PpiRadar:
 
 
 def _window(at: Array, spread: float) -> tuple[Array, NDArray[np.intp]]:
-    """The weights of a Gaussian around each place `at` (n,), and the bins they belong to: (n, w)"""
+    """Return the weights of a Gaussian around each place `at` (n,), and the bins that they belong to: (n, w)."""
     reach = int(np.ceil(_REACH * spread))
     bins = np.rint(at).astype(np.intp)[:, None] + np.arange(-reach, reach + 1)
     return np.exp(-0.5 * ((bins - at[:, None]) / spread) ** 2), bins
@@ -117,7 +117,7 @@ def _window(at: Array, spread: float) -> tuple[Array, NDArray[np.intp]]:
 
 @final
 class Raster:
-    """Where each pixel of the disc finds itself among the sweeps; OpenCV's fixed-point maps, made once."""
+    """Where each pixel of the disc lies among the sweeps; OpenCV's fixed-point maps, made once."""
 
     def __init__(self, radar: PpiRadar, cv2: Any) -> None:
         middle, n = radar.centre, radar.azimuths
@@ -132,7 +132,7 @@ class Raster:
         self._linear = cv2.INTER_LINEAR
 
     def picture(self, sweeps: NDArray[np.uint8]) -> NDArray[np.uint8]:
-        """Sweeps (azimuths, range bins), row 0 up on the screen and on clockwise, to a picture (h, w)."""
+        """Map sweeps (azimuths, range bins), row 0 up on the screen and then clockwise, to a picture (h, w)."""
         closed = np.concatenate([sweeps[-1:], sweeps, sweeps[:1]])
         made: NDArray[np.uint8] = self._remap(closed, *self._maps, self._linear)
         made[self.outside] = 0

@@ -1,4 +1,4 @@
-"""From the receiver's decibels to what stands on a radar's screen: sweeps turned upright, colours, the interface."""
+"""From the receiver's decibels to a radar's screen: sweeps turned upright, colours, the interface."""
 
 from __future__ import annotations
 
@@ -17,22 +17,22 @@ RING = (120, 70, 0)
 """Blue, green, red of range rings and scale."""
 
 COLOURS = np.array([[0.0, 0.0, 0.0], [45.0, 112.0, 45.0], [150.0, 200.0, 60.0], [255.0, 250.0, 130.0]])
-"""Red, green, blue of echoes at brightness 0, 85, 170, 255; as a grey each is near its brightness."""
+"""Red, green, blue of echoes at brightness 0, 85, 170, 255; each has nearly that brightness as a grey."""
 
 TEXT = (235, 215, 150)
-"""Blue, green, red of the interface's letters."""
+"""Blue, green, red of the interface's text."""
 
 MARGIN = 6
 """Pixels from the picture's edge to a text."""
 
 
 def turned(levels: Float32, bearings: Array) -> Float32:
-    """Levels (azimuths, bins) of sweeps at increasing `bearings` (azimuths,) -> of as many, evenly from 0 clockwise."""
+    """Resample levels (azimuths, bins) of sweeps at increasing `bearings` (azimuths,) to an even grid from 0 clockwise."""
     n = len(bearings)
     wanted = (np.arange(n) + 0.5) * (2.0 * np.pi / n)
     first = bearings[0]
     unrolled = first + np.mod(wanted - first, 2.0 * np.pi)
-    # Where the own ship turns to port faster than sweeps follow, later ones would lie before earlier: they wait instead.
+    # Where own ship turns to port faster than sweeps follow, later sweeps would lie before earlier ones: hold them instead.
     known = np.maximum.accumulate(np.append(bearings, first + 2.0 * np.pi))
     at = np.round(np.interp(unrolled, known, np.arange(n + 1.0)), 6)
     low = np.floor(at).astype(np.intp)
@@ -45,25 +45,25 @@ def turned(levels: Float32, bearings: Array) -> Float32:
 
 
 def quantised(levels: Float32, span: float) -> Picture:
-    """Brightness of decibels over black: 0 at black, 255 at `span` and above."""
+    """Return the brightness of decibels over black: 0 at black, 255 at `span` and above."""
     made: Picture = np.clip(levels * np.float32(255.0 / span) + np.float32(0.5), 0, 255).astype(np.uint8)
     return made
 
 
 def palette() -> Picture:
-    """Colour (3, 256), blue, green, red, of each brightness: linear between the stops."""
+    """Return the colour (3, 256), blue, green, red, of each brightness: linear between the stops."""
     stops = np.linspace(0.0, 255.0, len(COLOURS))
     made: Picture = np.rint([np.interp(np.arange(256.0), stops, COLOURS[:, c]) for c in (2, 1, 0)]).astype(np.uint8)
     return made
 
 
 def coloured(picture: Picture, colours: Picture, cv2: Any) -> Picture:
-    """Brightness (h, w) -> colour (3, h, w)."""
+    """Map brightness (h, w) to colour (3, h, w)."""
     return np.stack([cv2.LUT(picture, each) for each in colours])
 
 
 def interface(radar: PpiRadar, title: str, cv2: Any) -> tuple[Picture, Array]:
-    """What the interface draws over every picture (h, w, 3), 0 where nothing, and the boxes (n, 4) that its texts take."""
+    """Return what the interface draws over every picture (h, w, 3), 0 where nothing, and the boxes (n, 4) of its texts."""
     size, middle = radar.size, radar.centre
     screen = np.zeros((size, size, 3), dtype=np.uint8)
     reach = radar.range / radar.metres_per_pixel
@@ -84,7 +84,7 @@ def interface(radar: PpiRadar, title: str, cv2: Any) -> tuple[Picture, Array]:
 
 
 def _text(screen: Picture, lines: list[str], cv2: Any, *, right: bool) -> tuple[int, int, int, int]:
-    """Write lines into an upper corner; x, y, width, height that they take."""
+    """Write lines into an upper corner; return x, y, width and height of their box."""
     size = screen.shape[0]
     scale, step = size / 2048.0, max(8, round(size / 57))
     widths = [cv2.getTextSize(line, cv2.FONT_HERSHEY_SIMPLEX, scale, 1)[0][0] for line in lines]
@@ -96,7 +96,7 @@ def _text(screen: Picture, lines: list[str], cv2: Any, *, right: bool) -> tuple[
 
 
 def heading_line(screen: Picture, radar: PpiRadar, bearing: float, cv2: Any) -> None:
-    """Draw the own ship's heading, `bearing` clockwise from up, on a picture (3, h, w)."""
+    """Draw own ship's heading, `bearing` clockwise from up, on a picture (3, h, w)."""
     middle, reach = radar.centre, radar.range / radar.metres_per_pixel
     tip = (round(middle + reach * np.sin(bearing)), round(middle - reach * np.cos(bearing)))
     for plane, level in zip(screen, RING, strict=True):

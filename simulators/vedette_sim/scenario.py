@@ -29,7 +29,7 @@ from vedette_sim.ships import PLANE, Ship
 from vedette_sim.together import Gaze, drawn_states, look_together, ship_states
 
 _MOST_SCANS = 1_000_000
-"""A sensor with more is a mistake in a unit."""
+"""More scans of one sensor are taken for a wrong unit."""
 
 
 @final
@@ -37,8 +37,8 @@ _MOST_SCANS = 1_000_000
 class Drawn:
     """An object whose trajectory is a random draw of motion models; with several, they switch at each scan time.
 
-    The first of `models` rules when it appears, at a state drawn from `start`. An axis that a switch brings anew starts
-    from the same [mean, standard deviation]. The truth holds the axes that all models have.
+    The first of `models` holds when it appears, at a state drawn from `start`. An axis that a switch adds starts from the
+    same [mean, standard deviation]. The truth holds the axes that all models have.
     """
 
     models: tuple[MotionModel, ...] = fields.part("how it moves; several models take turns")
@@ -63,7 +63,7 @@ class Drawn:
             raise ValueError(f"disappears: must be after it appears at {self.appears:.6g} s, got {self.disappears:.6g} s")
 
     def draw(self, times: Array, rng: np.random.Generator) -> Array:
-        """A trajectory at `times` (s,) in s over the axes that all models have: (s, n)"""
+        """Draw a trajectory at `times` (s,) in s over the axes that all models have: (s, n)."""
         space = union_state(self.models)
         mean, deviation = np.array([self.start[name] for name in space.names]).T
         x0 = mean + deviation * rng.standard_normal(len(space))
@@ -89,7 +89,7 @@ class Look:
             raise ValueError(f"jitter: must be < half the interval of {self.interval:.6g} s, got {self.jitter:.6g} s")
 
     def times(self, duration: float, rng: np.random.Generator) -> Array:
-        """Scan times (s,) in s from 0 to `duration`, in order."""
+        """Draw scan times (s,) in s from 0 to `duration`, in order."""
         nominal = np.arange(self.first, duration * (1 + 1e-12), self.interval)
         return np.clip(nominal + self.jitter * rng.uniform(-1.0, 1.0, len(nominal)), 0.0, duration)
 
@@ -99,11 +99,11 @@ class Look:
 class Simulation(Source):
     """A scene of ships and of randomly moving objects, seen by sensors that draw from their own model.
 
-    z = h(x) + v for every object that is detected, and Poisson clutter with the density that the sensor states. So the truth
-    matches a tracker that has the same sensors; `sensors` gives the scene others, for a study of mismatch.
+    z = h(x) + v for every object that is detected, and Poisson clutter with the density that the sensor states. So the
+    truth matches a tracker with the same sensors; `sensors` gives the scene other ones, to study mismatch.
 
     Every object, every sensor, and every sensor's view of every object has a random stream of its own, found by name:
-    another ship changes neither the paths nor the returns of the others, and no clutter.
+    another ship leaves the paths and returns of the others, and the clutter, as they are.
     """
 
     kind: ClassVar[str] = "simulation"
@@ -134,7 +134,7 @@ class Simulation(Source):
             raise ValueError("ownship: must be there all the time, without `appears` and `disappears`")
 
     def open(self, sensors: Mapping[str, Sensor], rng: np.random.Generator) -> Recording:
-        """All scans in time order and the truth, which holds every scan time. ConfigError if scene and sensors disagree."""
+        """Return all scans in time order, and the truth at every scan time. ConfigError if scene and sensors disagree."""
         root = int(rng.integers(2**63))
         world = {**sensors, **self.sensors}
         self._check_sensors(sensors, world)
@@ -145,9 +145,9 @@ class Simulation(Source):
         return Recording(tuple(sorted(scans, key=lambda scan: scan.time)), truth)
 
     def open_together(self, sensors: Mapping[str, Sensor], rngs: Sequence[np.random.Generator]) -> Scenes | None:
-        """The scene of each generator in lock-step; None unless it has one object, always there, and scans at fixed times.
+        """Draw the scene of each generator in lock-step; None unless it has one permanent object and scans at fixed times.
 
-        These are other draws than those of `open`: a run takes all its numbers from the one generator, in a fixed order.
+        These draws differ from those of `open`: a run takes all its numbers from one generator, in a fixed order.
         """
         world = {**sensors, **self.sensors}
         self._check_sensors(sensors, world)
@@ -212,7 +212,7 @@ class Simulation(Source):
             raise ConfigError(problems)
 
     def _truth(self, root: int, scan_times: Array) -> Iterator[Trajectory]:
-        """Every object at the times of its life: when it appears, at each scan, when it goes."""
+        """Yield every object over its life: when it appears, at each scan, when it disappears."""
         objects: dict[str, Ship | Drawn] = {**self.ships, **self.drawn}
         for name, each in objects.items():
             last = self.duration if each.disappears is None else min(each.disappears, self.duration)
@@ -224,7 +224,7 @@ class Simulation(Source):
                 yield Trajectory(name, common_state(each.models), times, each.draw(times, _stream(root, "path", name)))
 
     def _scans(self, root: int, name: str, sensor: Sensor, times: Array, truth: tuple[Trajectory, ...]) -> Iterator[Scan]:
-        """All looks of one sensor."""
+        """Yield all scans of one sensor."""
         m, clutter = len(sensor.measurement), self.looks[name].clutter
         views = [_stream(root, "view", name, each.name) for each in truth]
         uniform = np.array([view.random(len(times)) for view in views]).reshape(len(truth), len(times))
@@ -250,19 +250,19 @@ class Simulation(Source):
 
 
 def _state(path: Trajectory, time: float, axes: Space) -> Array:
-    """The state of `path` over `axes` at one of its own times."""
+    """Return the state of `path` over `axes` at one of its own times."""
     state: Array = path.states[np.searchsorted(path.times, time), path.space.locate(axes)]
     return state
 
 
 def _stream(root: int, *names: str) -> np.random.Generator:
-    """The random stream of a named part of the scene, independent of all others."""
+    """Return the random stream of a named part of the scene, independent of all others."""
     return np.random.default_rng([root, *"\0".join(names).encode()])
 
 
 @contextmanager
 def _blamed_on(place: str) -> Iterator[None]:
-    """Say which part of the config caused a complaint."""
+    """Name the part of the config that an error comes from."""
     try:
         yield
     except (ValueError, NotImplementedError) as error:

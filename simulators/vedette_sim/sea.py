@@ -1,4 +1,4 @@
-"""Sea clutter and speckle on a polar grid: K-distributed power whose texture lives on from turn to turn of the antenna."""
+"""Sea clutter and speckle on a polar grid: K-distributed power whose texture is correlated from turn to turn."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from vedette import Array, fields
 Float32 = NDArray[np.float32]
 
 _KEEP_EACH = 64
-"""Every so many turns the texture's state is kept, so that any turn is near one."""
+"""The texture's state is kept once in so many turns, so that every turn is near a kept one."""
 
 _TABLE = 4096
-"""Entries of the table from a standard normal number to the texture."""
+"""Entries of the table that maps a standard normal number to the texture."""
 
 _REACH = 6.0
-"""Standard normal numbers beyond it are taken as this."""
+"""Standard normal numbers beyond this are clipped to it."""
 
 
 def opencv() -> Any:
-    """The module `cv2`; ValueError if it is not installed."""
+    """Return the module `cv2`; ValueError if it is not installed."""
     try:
         import cv2
     except ImportError:
@@ -53,28 +53,28 @@ class SeaClutter:
     )
 
     def mean(self, ranges: Array) -> Array:
-        """Mean power over the noise's at ranges (*b) in m, across the wind."""
+        """Return the mean power relative to the noise's at ranges (*b) in m, across the wind."""
         power: Array = 10.0 ** (self.level / 10.0) * (np.maximum(ranges, 30.0) / 1000.0) ** -3
         return power
 
     def rose(self, bearings: Array) -> Array:
-        """Factor (*b) of the mean at true bearings (*b)."""
+        """Return the factor (*b) of the mean at true bearings (*b)."""
         factor: Array = 10.0 ** (self.upwind / 10.0 * np.maximum(np.cos(bearings - self.wind_from), 0.0) ** 2)
         return factor
 
     def texture(self, g: Float32) -> Float32:
-        """T (*b) of standard normal numbers g (*b)."""
+        """Return T (*b) of standard normal numbers g (*b)."""
         at = np.clip((g + _REACH) * ((_TABLE - 1) / (2.0 * _REACH)) + 0.5, 0.0, _TABLE - 1.0)
         made: Float32 = self._table.take(at.astype(np.uint16))
         return made
 
 
 def texture_table(shape: float) -> Float32:
-    """The texture at `_TABLE` standard normal numbers from -_REACH to _REACH."""
+    """Return the texture at `_TABLE` standard normal numbers from -_REACH to _REACH."""
     from scipy.special import gammainccinv, gammaincinv, ndtr
 
     g = np.linspace(-_REACH, _REACH, _TABLE)
-    # Each half by the tail that is small there: 1 - Phi would lose the other.
+    # Each half by the tail that is small there: 1 - Phi would lose precision in the other.
     value = np.where(g < 0, gammaincinv(shape, ndtr(np.minimum(g, 0.0))), gammainccinv(shape, ndtr(-np.maximum(g, 0.0))))
     return np.asarray(value / shape, dtype=np.float32)
 
@@ -82,10 +82,10 @@ def texture_table(shape: float) -> Float32:
 @final
 @frozen
 class Upsampling:
-    """From white noise on a coarse grid to a smooth field on a fine one, rows closed to a circle, variance 1 everywhere.
+    """Smooths white noise on a coarse grid to a field on a fine one, rows closed to a circle, variance 1 everywhere.
 
-    Linear interpolation and a Gaussian of `spread` fine cells, down and across; each output is divided by the root of its
-    weights' sum of squares.
+    It interpolates linearly, then applies a Gaussian of `spread` fine cells, down and across; each output is divided by the
+    root of its weights' sum of squares.
     """
 
     coarse: tuple[int, int]
@@ -97,7 +97,7 @@ class Upsampling:
 
     @property
     def fine(self) -> tuple[int, int]:
-        """Rows and columns that come out."""
+        """Rows and columns of the output."""
         return self.coarse[0] * self.factor[0], self.coarse[1] * self.factor[1]
 
     def _weigh(self) -> tuple[Float32, Float32]:
@@ -106,7 +106,7 @@ class Upsampling:
         return (down**2).sum(axis=1, keepdims=True) ** -0.5, (across**2).sum(axis=0, keepdims=True) ** -0.5
 
     def _smooth(self, noise: Float32, *, down: bool) -> Float32:
-        """One direction of it: (n, m) -> (n f, m), or (n, m f)."""
+        """Smooth in one direction: (n, m) -> (n f, m), or (n, m f)."""
         cv2 = opencv()
         f, spread = (self.factor[0], self.spread[0]) if down else (self.factor[1], self.spread[1])
         margin = 2 + int(np.ceil(4.0 * spread / f)) if down else 0
@@ -123,14 +123,14 @@ class Upsampling:
         return kept
 
     def __call__(self, noise: Float32) -> Float32:
-        """White noise (n, m), variance 1, to the field (n f, m f')."""
+        """Map white noise (n, m) of variance 1 to the field (n f, m f')."""
         field = self._smooth(self._smooth(noise, down=False), down=True)
         field *= self._scale[0]
         field *= self._scale[1]
         return field
 
     def power(self, noise: Float32) -> Float32:
-        """Real and imaginary white noise (2, n, m) to the exponential power, mean 1, of the complex field (n f, m f')."""
+        """Map real and imaginary white noise (2, n, m) to the exponential power, mean 1, of the field (n f, m f')."""
         made, more = (self._smooth(self._smooth(part, down=False), down=True) for part in noise)
         made *= made
         more *= more
@@ -141,7 +141,7 @@ class Upsampling:
 
 
 def gaussian_taps(spread: float) -> Float32:
-    """A Gaussian's weights at whole steps, their sum 1."""
+    """Return a Gaussian's weights at whole steps, with sum 1."""
     reach = int(np.ceil(4.0 * spread))
     taps = np.exp(-0.5 * (np.arange(-reach, reach + 1) / spread) ** 2)
     return np.asarray(taps / taps.sum(), dtype=np.float32)
@@ -150,9 +150,9 @@ def gaussian_taps(spread: float) -> Float32:
 @final
 @define(eq=False)
 class TextureMemory:
-    """The Gaussian field of each turn on the coarse grid: g(k) = rho g(k-1) + sqrt(1 - rho^2) e(k), each e by its seed.
+    """The Gaussian field of each turn on the coarse grid: g(k) = rho g(k-1) + sqrt(1 - rho^2) e(k), e(k) by its own seed.
 
-    Some states are kept, so that any turn is a few steps from one; what is returned does not depend on what was asked.
+    Some states are kept, so that any turn is a few steps from one; the result does not depend on earlier requests.
     """
 
     size: tuple[int, int]
@@ -163,7 +163,7 @@ class TextureMemory:
     _last: tuple[int, Float32] | None = field(init=False, default=None)
 
     def at(self, turn: int) -> Float32:
-        """The field of turn 0, 1, .."""
+        """Return the field of turn 0, 1, .."""
         start = max((k for k in self._kept if k <= turn), default=-1)
         state = self._kept.get(start)
         if self._last is not None and start <= self._last[0] <= turn:
@@ -182,5 +182,5 @@ class TextureMemory:
 
 
 def own_stream(seed: int, *key: int) -> np.random.Generator:
-    """The random stream of one part of one turn, independent of all others."""
+    """Return the random stream of one part of one turn, independent of all others."""
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=key))

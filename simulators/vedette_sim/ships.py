@@ -1,4 +1,4 @@
-"""Trajectories laid out leg by leg, in closed form: no time step, so no integration error."""
+"""Trajectories made of legs, in closed form: no time step, so no integration error."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ _TAKES: dict[str, tuple[tuple[str, ...], ...]] = {
 class Leg:
     """One manoeuvre: `straight` keeps course and speed, `turn` the speed, `accelerate` and `stop` the course, `push` none.
 
-    Each takes what it needs and nothing else: straight seconds; turn seconds and either rate or lateral_accel;
-    accelerate seconds and accel; stop decel, and lasts until the ship rests; push seconds and push.
+    Each takes only the parameters that it needs: straight seconds; turn seconds and either rate or lateral_accel;
+    accelerate seconds and accel; stop decel, and lasts until the ship is at rest; push seconds and push.
     """
 
     do: str = fields.choice("the manoeuvre", tuple(_TAKES))
@@ -55,14 +55,14 @@ class Leg:
 
 
 def _lay(ship: Ship) -> Array:
-    """A row for each leg and one for what follows: begin in s, x, y, course, speed, turn rate, acceleration, push x, y."""
+    """Return a row for each leg and for what follows: begin in s, x, y, course, speed, turn rate, acceleration, push."""
     begin, (x, y), course, speed = ship.appears, ship.start, ship.course, ship.speed
     rows = []
     for i, leg in enumerate(ship.legs):
         rate, accel = leg.rate or 0.0, leg.accel or 0.0
         if leg.lateral_accel is not None:
             if speed == 0:
-                raise ValueError(f"legs[{i}].lateral_accel: the ship rests there, and a turn needs speed")
+                raise ValueError(f"legs[{i}].lateral_accel: the ship is at rest there, and a turn needs speed")
             rate = leg.lateral_accel / speed
         if leg.decel is not None:
             accel = -leg.decel
@@ -82,7 +82,7 @@ def _lay(ship: Ship) -> Array:
 
 
 def _move(legs: Array, times: Array) -> tuple[Array, Array, Array, Array, Array]:
-    """Legs (*s, 9), each at its time (*s) in s: the times, x, y, course and speed there, (*s) each.
+    """Move along legs (*s, 9) to each time (*s) in s: return the times, x, y, course and speed there, (*s) each.
 
     An arc's chord is its length times sinc of half the turn, and points half the turn from the first course; without turn it
     is the straight line.
@@ -105,7 +105,7 @@ def _move(legs: Array, times: Array) -> tuple[Array, Array, Array, Array, Array]
 @final
 @frozen
 class Ship:
-    """Something that moves by legs: it appears at `start`, goes through `legs`, and then keeps its course and speed."""
+    """An object that moves in legs: it appears at `start`, follows `legs`, and then keeps its course and speed."""
 
     start: Array = fields.array(
         "m", "position [x, y] where it appears", ndim=1, check=lambda v: None if len(v) == 2 else f"must be [x, y], got {v}"
@@ -122,12 +122,12 @@ class Ship:
             raise ValueError(f"disappears: must be after it appears at {self.appears:.6g} s, got {self.disappears:.6g} s")
 
     def states(self, times: Array) -> Array:
-        """x, y, vx, vy at `times` (*s) in s, none before it appears: (*s, 4)"""
+        """Return x, y, vx, vy at `times` (*s) in s, none of them before it appears: (*s, 4)."""
         _, x, y, course, speed = self._at(times)
         return np.stack([x, y, speed * np.cos(course), speed * np.sin(course)], axis=-1)
 
     def heading(self, times: Array) -> Array:
-        """Course in rad at `times` (*s), also at rest; not wrapped: (*s)"""
+        """Return the course in rad at `times` (*s), also at rest; not wrapped: (*s)."""
         return self._at(times)[3]
 
     def _at(self, times: Array) -> tuple[Array, Array, Array, Array, Array]:

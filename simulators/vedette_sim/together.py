@@ -1,4 +1,4 @@
-"""A scene of one object, drawn for many runs at once: each run's numbers come in blocks from its own generator."""
+"""Draw a scene of one object for many runs at once: each run's numbers come in blocks from its own generator."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ Generators = Sequence[np.random.Generator]
 
 @frozen(eq=False)
 class Gaze:
-    """One sensor's looks: name, times (s,), the sensor at each time, the platform's poses, and where clutter falls."""
+    """One sensor's scans: name, times (s,), the sensor at each time, the platform's poses, and where clutter falls."""
 
     name: str
     times: Array
@@ -37,7 +37,7 @@ class Gaze:
 
 
 def ship_states(ship: Ship, times: Array, rngs: Generators) -> Array:
-    """The same path in every run: (r, s, 4)"""
+    """Repeat the same path for every run: (r, s, 4)."""
     return np.broadcast_to(ship.states(times), (len(rngs), len(times), len(PLANE)))
 
 
@@ -48,7 +48,7 @@ def drawn_states(
     times: Array,
     rngs: Generators,
 ) -> Array:
-    """A random path in each run over the axes that all models have: (r, s, n); see `Drawn`."""
+    """Draw a random path in each run over the axes that all models have: (r, s, n); see `Drawn`."""
     space, steps = union_state(models), len(times) - 1
     mean, deviation = np.array([start[name] for name in space.names]).T
     many = len(models) > 1
@@ -63,7 +63,7 @@ def drawn_states(
 
 
 def look_together(gaze: Gaze, x: Array, rngs: Generators) -> list[Scan]:
-    """The scans of one sensor of objects x (r, s, n) over what it looks at."""
+    """Draw the scans of one sensor of objects x (r, s, n) over the axes that it observes."""
     r, s, m = len(rngs), len(gaze.times), len(gaze.placed[0].measurement)
     normal, uniform = kernels.normals(rngs, (s, m)), kernels.uniforms(rngs, (s,))
     if gaze.poses[0] is None:
@@ -82,7 +82,7 @@ def look_together(gaze: Gaze, x: Array, rngs: Generators) -> list[Scan]:
 
 
 def _among_clutter(gaze: Gaze, region: Mapping[str, Bounds], z: Array, seen: Mask, rngs: Generators) -> list[Detections]:
-    """Each scan's return z (r, s, m) in a random place among false ones, which are thinned from a uniform process."""
+    """Put each scan's return z (r, s, m) in a random place among clutter, which is thinned from a uniform process."""
     r, s, m = z.shape
     lows, highs = corners(gaze.placed[0].measurement, region)
     volume = float(np.prod(highs - lows))
@@ -112,7 +112,7 @@ def _among_clutter(gaze: Gaze, region: Mapping[str, Bounds], z: Array, seen: Mas
 
 
 def _mixed(z: Array, valid: Mask, place: Array) -> Detections:
-    """The valid returns first, and the object's own, at 0, in a random place among them; what pads is 0."""
+    """Put the valid returns first, the object's own, which is at 0, in a random place among them; pad with 0."""
     order = np.argsort(~valid, axis=-1, kind="stable")[:, : max(1, int(np.max(np.sum(valid, axis=-1), initial=0)))]
     valid, z = np.take_along_axis(valid, order, -1), np.take_along_axis(z, order[..., None], -2)
     rows = np.arange(len(z))
