@@ -19,7 +19,7 @@ VEDETTE_CONTRACT = 2
 
 @vedette.plugin
 def vedette_components() -> Iterable[type[vedette.Component]]:
-    """Everything in this package."""
+    """Return every component of this package."""
     return [
         RadarScreen,
         RadarPicture,
@@ -34,6 +34,6 @@ def vedette_components() -> Iterable[type[vedette.Component]]:
 
 @vedette.plugin
 def vedette_files(folder: Path, experiment: vedette.Experiment, result: vedette.Result) -> Iterable[str]:
-    """Write pictures of what the radar pictures' preprocessors made of a run."""
+    """Write pictures of what the preprocessors found in a run's radar pictures."""
     pictured = [part for part in experiment.preprocessors.values() if isinstance(part, RadarPicture)]
     return [name for part in pictured for name in illustrate(part, folder, result)]

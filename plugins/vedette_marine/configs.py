@@ -1,4 +1,4 @@
-"""The filters of the study, as configs; examples/marine_picture.toml and joyride_marine.toml are some to change."""
+"""The filters of the study, as configs; examples/marine_picture.toml and joyride_marine.toml are meant to be changed."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ PROBABILITY_DETECTION = 0.95
 
 
 def _cv(sigma: float, sigma_turn: float) -> dict[str, Any]:
-    """Constant velocity over the five axes of the paper's state: the turn rate wanders beside it."""
+    """Return constant velocity over the five axes of the paper's state; the turn rate is a random walk beside it."""
     turn = {"kind": "random_walk", "axes": ["turn_rate"], "unit": "rad/s", "sigma": sigma_turn}
     motion = {"kind": "product", "models": [{"kind": "constant_velocity", "sigma_accel": sigma}, turn]}
     return {"kind": "ekf", "motion": motion}
@@ -19,26 +19,26 @@ def _ct(sigma: float, sigma_turn: float) -> dict[str, Any]:
 
 
 def cv_pdaf(sigma: float, sigma_turn: float = 1e-3) -> dict[str, Any]:
-    """The estimator of CV-PDAF: `sigma` in m/s^2, that of the turn rate in rad/s^2."""
+    """Return the estimator of CV-PDAF: `sigma` in m/s^2, that of the turn rate in rad/s^2."""
     return _cv(sigma, sigma_turn)
 
 
 def ct_pdaf(sigma: float, sigma_turn: float) -> dict[str, Any]:
-    """The estimator of CT-PDAF, whose turn rate is estimated."""
+    """Return the estimator of CT-PDAF, whose turn rate is estimated."""
     return _ct(sigma, sigma_turn)
 
 
 def imm_printed(cv: tuple[float, float], ct: tuple[float, float], stay: float) -> dict[str, Any]:
-    """IMM-PDAF with the paper's five axes in both modes: sigmas of acceleration and turn rate of each; `stay` per scan.
+    """Return IMM-PDAF with the paper's five axes in both modes: sigmas of acceleration and turn rate; `stay` per scan.
 
-    The constant-velocity mode carries a turn rate that it cannot see. With little noise it keeps an old one, hands it to the
-    other mode at each mixing, and boats that begin to turn by 3 to 5 deg/s are lost.
+    The constant-velocity mode carries a turn rate that it cannot observe. With little noise it keeps an old one and hands it
+    to the other mode at each mixing, and boats that begin to turn at 3 to 5 deg/s are lost.
     """
     return {"kind": "imm", "transition": _switching(stay), "modes": [_cv(*cv), _ct(*ct)]}
 
 
 def imm_pdaf(cv: float, ct: tuple[float, float], stay: float, turn: float = 0.05) -> dict[str, Any]:
-    """IMM-PDAF whose constant-velocity mode has no turn rate: who begins to turn does so by 0 +- `turn` rad/s.
+    """Return IMM-PDAF whose constant-velocity mode has no turn rate; a turn is taken to begin at 0 +- `turn` rad/s.
 
     `cv`: sigma of acceleration; `ct`: those of acceleration and turn rate; `stay`: probability that a mode stays, per scan.
     """
@@ -68,7 +68,7 @@ TUNED_BOATS = {
     "CV-PDAF": cv_pdaf(0.7),
     "CT-PDAF": ct_pdaf(0.2, 1e-2),
 }
-"""For small boats that manoeuvre hard: the two modes differ, so that they separate."""
+"""For small boats that manoeuvre hard: the two modes differ enough to be told apart."""
 
 TUNED_SHIP = {
     "IMM-PDAF": imm_pdaf(0.02, (0.1, 1e-3), 0.95, 0.005),
@@ -102,11 +102,11 @@ def tracker(
     clutter_density: float | None = None,
     automatic: bool = False,
 ) -> dict[str, Any]:
-    """A whole tracker: `sigma` of a position in m; `start`, the deviation of the first place in m.
+    """Return a whole tracker: `sigma` of a position in m; `start`, the standard deviation of the initial position in m.
 
-    The gate is common to all modes; its probability is .99, so its threshold 9.21. Table 6 prints 13.074, which is .9986.
+    The gate is common to all modes; its probability is .99, so its threshold is 9.21. Table 6 prints 13.074, which is .9986.
     Without a `clutter_density` in 1/m^2 it is the number of returns in the gate over its volume. Tracks are announced by
-    AIS, or start by themselves.
+    AIS, or started automatically.
     """
     sensor: dict[str, Any] = {
         "kind": "cartesian_position",

@@ -1,4 +1,4 @@
-"""How the pixels of a radar picture lie in the world, and the sidecar file that says so.
+"""How the pixels of a radar picture lie in the world, and the sidecar file that states it.
 
 A folder of radar pictures holds
 
@@ -9,7 +9,7 @@ A folder of radar pictures holds
      "stabilisation": "north-up", "latitude": 35.1, "longitude": 129.1, "overlays": [[0, 0, 200, 90]],
      "colours": [[0, 0, 0], [0, 255, 0], [255, 255, 0]], "land": "land.png"}
 
-- `frames.csv`, one row a picture in the order of time: `file`, `time_s`; optional columns: `heading_rad` (of the own ship,
+- `frames.csv`, one row per picture in order of time: `file`, `time_s`; optional columns: `heading_rad` (of the own ship,
   clockwise from north; default 0), `east_m`, `north_m` (own ship's antenna in the local frame, default 0), `east_mps`,
   `north_mps` (its velocity over ground). A frame that was lost has no row: times are true times;
 - `ais.csv`, if there is AIS: `Time` (s, the pictures' time), `MMSI`, `Latitude_degrees`, `Longitude_degrees`, `COG_degrees`,
@@ -98,32 +98,32 @@ class PictureGeometry:
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Rows, columns."""
+        """Rows and columns."""
         return self.height, self.width
 
     def from_antenna(self, pixels: Array, heading: float = 0.0) -> Array:
-        """Columns and rows (*b, 2) -> east, north (*b, 2) of the antenna; `heading` in rad clockwise from north."""
+        """Map columns and rows (*b, 2) to east, north (*b, 2) of the antenna; `heading` in rad clockwise from north."""
         step = (pixels - self.centre) * self.metres_per_pixel * [1.0, -1.0]
         return step @ self._turn(heading).T
 
     def to_pixels(self, east_north: Array, heading: float = 0.0) -> Array:
-        """East, north of the antenna (*b, 2) -> columns and rows (*b, 2); the inverse of `from_antenna`."""
+        """Map east, north of the antenna (*b, 2) to columns and rows (*b, 2); the inverse of `from_antenna`."""
         pixels: Array = (east_north @ self._turn(heading)) * [1.0, -1.0] / self.metres_per_pixel + self.centre
         return pixels
 
     def _turn(self, heading: float) -> Array:
-        """From right, ahead to east, north (2, 2)."""
+        """Return the rotation from right, ahead to east, north (2, 2)."""
         h = heading if self.stabilisation == "head-up" else 0.0
         return np.array([[math.cos(h), math.sin(h)], [-math.sin(h), math.cos(h)]])
 
     def as_json(self) -> dict[str, Any]:
-        """The fields as JSON holds them."""
+        """Return the fields as JSON holds them."""
         named = {each.name: getattr(self, each.name) for each in attributes(PictureGeometry)}
         return {name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in named.items()}
 
     @classmethod
     def of(cls, data: object) -> PictureGeometry:
-        """From what `as_json` gives; ValueError that names the field if it is not that."""
+        """Build it from what `as_json` returns; ValueError that names the field if `data` is anything else."""
         if not isinstance(data, Mapping):
             raise ValueError(f"must be an object with the fields of a geometry, got {short(data)}")
         known = [each.name for each in attributes(cls)]
@@ -132,7 +132,7 @@ class PictureGeometry:
                 raise ValueError(f"{name}: is missing")
         for name in data:
             if name not in known:
-                raise ValueError(f"{name[:60]}: there is no such field; there are {', '.join(known)}")
+                raise ValueError(f"{name[:60]}: there is no such field; the fields are {', '.join(known)}")
         given = dict(data)
         for name in ("overlays", "colours"):
             if given.get(name) in ([], None):
@@ -141,10 +141,10 @@ class PictureGeometry:
 
 
 def read_geometry(folder: Path) -> PictureGeometry:
-    """The geometry of a folder of pictures; InputError if its file is missing or wrong."""
+    """Read the geometry of a folder of pictures; InputError if its file is missing or wrong."""
     path = folder / FILE
     if not path.is_file():
-        raise InputError(f"{path}: is missing: without it no pixel has a place; docs/marine.md says what it holds")
+        raise InputError(f"{path}: is missing: it states where the pixels lie; see docs/marine.md")
     try:
         return PictureGeometry.of(parse(whole_text(path, LARGEST)))
     except InputError:
@@ -154,10 +154,10 @@ def read_geometry(folder: Path) -> PictureGeometry:
 
 
 def write_geometry(folder: Path, geometry: PictureGeometry) -> None:
-    """The sidecar file of a folder of pictures."""
+    """Write the sidecar file of a folder of pictures."""
     (folder / FILE).write_text(json.dumps(geometry.as_json(), indent=1) + "\n", encoding="utf-8")
 
 
 def nautical(pose: Pose | None) -> float:
-    """The heading of a pose, counter-clockwise from east as the core has it, clockwise from north; 0 without a pose."""
+    """Convert a pose's heading, counter-clockwise from east as in the core, to clockwise from north; 0 without a pose."""
     return 0.0 if pose is None else math.pi / 2 - float(pose.heading)

@@ -1,4 +1,4 @@
-"""OpenCV, where it is installed."""
+"""OpenCV, if it is installed."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from vedette import InputError
 
 
 def opencv() -> Any:
-    """The module `cv2`; InputError if it is not installed."""
+    """Return the module `cv2`; InputError if it is not installed."""
     try:
         import cv2
     except ImportError:

@@ -1,4 +1,4 @@
-"""What the study of the marine radar says: its tables, and the verdicts."""
+"""What the study of the marine radar reports: its tables and its verdicts."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ Found = Mapping[tuple[str, str], Mapping[str, Record]]
 
 
 def error_table(title: str, parameters: str, found: Found, note: str) -> Table:
-    """Errors of all targets under one set of parameters: against AIS, against the centre, what was lost."""
+    """Return the errors of all targets with one set of parameters: against AIS, against the centre, and the runs lost."""
     rows = []
     for (target, each), records in found.items():
         if each != parameters:
@@ -57,7 +57,7 @@ def error_table(title: str, parameters: str, found: Found, note: str) -> Table:
 
 
 def ratio_table(found: Found) -> Table:
-    """IMM over CV and over CT, on the runs that neither lost."""
+    """Return IMM over CV and over CT, on the runs that neither lost."""
     rows = []
     for (target, parameters), records in found.items():
         cells = [ratio(records, other, what) for what in ("ais", "centre") for other in ("CV-PDAF", "CT-PDAF")]
@@ -71,12 +71,12 @@ def ratio_table(found: Found) -> Table:
         ("IMM/CV AIS", "IMM/CT AIS", "IMM/CV centre", "IMM/CT centre", "NIS IMM", "NIS CV", "NIS CT", "CT mode"),
         tuple(rows),
         "NIS / 2, which is 1 where R and the models are right and errors are independent. With the same Q in both modes "
-        "they do not separate, and the CT mode stays at .50.",
+        "they cannot be told apart, and the CT mode stays at .50.",
     )
 
 
 def ratio(records: Mapping[str, Record], other: str, what: str) -> Cell:
-    """RMSE of IMM-PDAF over another filter's, on the runs that both kept."""
+    """Return the RMSE of IMM-PDAF over another filter's, on the runs that both kept."""
     kept = ~(records["IMM-PDAF"].lost | records[other].lost)
     return ratio_cell(getattr(records["IMM-PDAF"], what)[kept], getattr(records[other], what)[kept])
 
@@ -87,13 +87,13 @@ def _kept(record: Record, what: str) -> Array:
 
 
 def rms(record: Record, what: str) -> float:
-    """RMSE over the runs that were not lost; infinite where all were."""
+    """Return the RMSE over the runs that were not lost; infinite if all were."""
     values = _kept(record, what)
     return float(np.sqrt(np.mean(values))) if values.size else np.inf
 
 
 def times_table(seconds: Mapping[str, tuple[float, float, float]]) -> Table:
-    """Run times of whole scenes, one run after the other."""
+    """Return the run times of whole scenes, one run after the other."""
     rows = tuple(
         (name, tuple(Cell(value, None, printed) for value, printed in zip(seconds[name], SECONDS[name], strict=True)))
         for name in seconds
@@ -105,7 +105,7 @@ def times_table(seconds: Mapping[str, tuple[float, float, float]]) -> Table:
 
 
 def claims(found: Found, seeds: int) -> tuple[Claim, ...]:
-    """The verdicts."""
+    """Return the verdicts."""
     boats = {key: records for key, records in found.items() if key[0].startswith("MANV") and key[1] == "tuned"}
     ships = {key: records for key, records in found.items() if key[0].startswith("DARC") and key[1] == "tuned"}
     gains = [ratio(records, "CV-PDAF", "ais") for records in boats.values()]
@@ -155,7 +155,7 @@ def _told(value: float | None, digits: int) -> str:
 
 
 def charts(times: Mapping[str, Array], centres: Mapping[str, Array], found: Found) -> tuple[Chart, ...]:
-    """Paths, and errors over time."""
+    """Return the paths, and errors over time."""
     paths, errors, modes = [], [], []
     for (target, parameters), records in found.items():
         if parameters != "tuned":

@@ -30,7 +30,7 @@ class MarinePicturesReproduction(Reproduction):
     default_runs: ClassVar[int] = 20
 
     def run(self, runs: int, seed: int, progress: Progress) -> Findings:
-        """All filters on the same pictures."""
+        """Run all filters on the same pictures."""
         found: dict[tuple[str, str], dict[str, Record]] = {}
         times, centres = {}, {}
         for i, scene in enumerate(SCENES):
@@ -51,6 +51,6 @@ class MarinePicturesReproduction(Reproduction):
 
 
 def seen(scene: str, runs: int, seed: int, progress: Progress) -> Points:
-    """What the chain finds in the scene's pictures; run i of 3 is run i of 20."""
+    """Return what the chain finds in the scene's pictures; run i of 3 is also run i of 20."""
     rng = np.random.default_rng([seed, 2000 + list(SCENES).index(scene)])
     return see(SCENES[scene](), DETECTORS[scene], runs, rng, progress, scene)

@@ -1,4 +1,4 @@
-"""The study's scenes, all runs in lock-step: returns drawn as the picture chain reports them, or seen in pictures."""
+"""The study's scenes, all runs in lock-step: returns drawn as the picture chain reports them, or found in pictures."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from vedette_marine.ais.reports import Reports
 from vedette_marine.ais.tracks import STATE, motion
 
 MARGIN = 400.0
-"""m around the paths in which returns are kept: the gate of a track that is not lost ends long before."""
+"""Margin in m around the paths in which returns are kept: the gate of a track that is not lost is much smaller."""
 
 
 @frozen(eq=False)
 class Points:
     """`r` runs of one scene: times (s,), centres (t, s, 2), AIS (r, t, s, 2), announced (r, t, 4), scans.
 
-    AIS is interpolated to the scans, which begin and end when all ships have reported.
+    AIS is interpolated to the scans, of which only those are kept where all ships have reported.
     """
 
     names: tuple[str, ...]
@@ -35,7 +35,7 @@ class Points:
 
 
 def draw(scene: dict[str, Any], runs: int, clutter_density: float, rng: np.random.Generator) -> Points:
-    """The scene's paths with AIS of its own in each run, and returns: detected with .95, false ones by density, 1/m^2."""
+    """Draw the scene's paths with AIS in each run, and returns: detected with .95, clutter by its density in 1/m^2."""
     chances = {"clutter": clutter_density, "detection_probability": configs.PROBABILITY_DETECTION}
     made = source({"kind": "radar_points_scene", "scene": scene} | chances)
     drawn = made.batch(runs, int(rng.integers(2**63)))
@@ -45,7 +45,7 @@ def draw(scene: dict[str, Any], runs: int, clutter_density: float, rng: np.rando
 def see(
     scene: dict[str, Any], detector: dict[str, Any], runs: int, rng: np.random.Generator, progress: Progress, about: str
 ) -> Points:
-    """The same from pictures of a simulated radar, by the detector of a config; all runs lose the same frames."""
+    """Return the same from pictures of a simulated radar, by the detector of a config; all runs lose the same frames."""
     made = source(scene | {"lost": 0})
     times = source(scene).times(int(rng.integers(2**63)))
     seeds = rng.integers(2**63, size=runs).tolist()
@@ -63,12 +63,12 @@ _TRACKER = configs.tracker(configs.TABLE_6["CV-PDAF"], 10.0)
 
 
 def source(scene: dict[str, Any]) -> Any:
-    """A source of the simulators, by its config: this plugin does not know them."""
+    """Return a source of the simulators by its config, as this plugin does not import them."""
     return load(_TRACKER | {"source": scene}).source
 
 
 def together(each: Sequence[Detections]) -> Detections:
-    """What runs (r,) saw as one: (r, k, 2), padded; without noise or evidence where they have none."""
+    """Stack the returns of runs (r,): (r, k, 2), padded; without noise or evidence if they have none."""
     counts = np.array([[len(one.z)] for one in each])
     valid: Mask = np.arange(max(1, int(counts.max()))) < counts
 
@@ -83,7 +83,7 @@ def together(each: Sequence[Detections]) -> Detections:
 
 
 def assembled(scene: Any, times: Array, ais: Sequence[Mapping[str, Reports]], scans: Sequence[Scan]) -> Points:
-    """Scans (s,) of all runs with the scene's true centres and each run's AIS, while it is known of all ships."""
+    """Combine scans (s,) of all runs with the true centres and each run's AIS, while it is known of all ships."""
     paths = scene.centres(times)
     centres = np.stack([np.stack([path.at(time)[:2] for time in times]) for path in paths])
     origin = (scene.latitude, scene.longitude)
@@ -102,14 +102,14 @@ def assembled(scene: Any, times: Array, ais: Sequence[Mapping[str, Reports]], sc
 
 
 def _interpolated(reports: Reports, origin: tuple[float, float], times: Array) -> Array:
-    """x, y, vx, vy (s, 4) by straight lines between the reports."""
+    """Return x, y, vx, vy (s, 4) by straight lines between the reports."""
     known, place, velocity = motion(reports, origin)
     rows = np.concatenate([place, velocity], axis=-1).T
     return np.stack([np.interp(times, known, row, left=np.nan, right=np.nan) for row in rows], axis=-1)
 
 
 def _within(scan: Scan, low: Array, high: Array) -> Scan:
-    """The scan's returns within a box, those of each run moved to the front."""
+    """Keep the scan's returns within a box, moving those of each run to the front."""
     detections = scan.detections
     valid = detections.valid & np.all((detections.z > low) & (detections.z < high), axis=-1)
     order = np.argsort(~valid, axis=-1, kind="stable")[:, : max(1, int(valid.sum(axis=-1).max()))]
@@ -123,13 +123,13 @@ def _within(scan: Scan, low: Array, high: Array) -> Scan:
 
 
 def prior(points: Points, target: int, start: float, state: Space) -> Gaussian:
-    """What AIS announces of one target in each run (r, 1, n): its place within `start` m, its velocity within 1 m/s."""
+    """Return what AIS announces of one target in each run (r, 1, n): position within `start` m, velocity within 1 m/s."""
     cov = np.broadcast_to(np.diag([start**2, start**2, 1.0, 1.0]), (len(points.announced), 1, 4, 4))
     return over_axes(Gaussian(points.announced[:, target, None], cov), STATE, state, {"turn_rate": (0.0, 0.01)})
 
 
 def by_frame_number(points: Points) -> Points:
-    """The same scans, timed as if no frame had been lost, each 1 s after the one before, and judged at those times."""
+    """Return the same scans timed as if no frame had been lost, 1 s apart, and judged at those times."""
     times = points.times[0] + np.arange(len(points.times))
     flat = np.moveaxis(points.ais, 2, -1).reshape(-1, len(times))
     moved = np.array([np.interp(times, points.times, row) for row in flat]).reshape(*points.ais.shape[:2], 2, -1)

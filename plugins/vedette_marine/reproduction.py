@@ -16,21 +16,21 @@ from vedette_marine.outcome import FILTERS, Record
 from vedette_marine.points import Points, by_frame_number, draw, prior
 
 CLUTTER = 1e-6
-"""False returns per m^2 and scan: 1 per km^2."""
+"""Clutter density per m^2 and scan: 1 per km^2."""
 
 GRID = (0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 1.4)
-"""Process noise of the CV-PDAF in m/s^2 among which it is chosen."""
+"""Values of the CV-PDAF's process noise in m/s^2 among which it is chosen."""
 
 TUNING_RUNS = 20
 
 LOST = {"MANV-like": 100.0, "DARC-like": 300.0}
-"""m of error of the centre: a run with more in `IN_A_ROW` successive scans is lost."""
+"""Error of the centre in m: a run with more in `IN_A_ROW` successive scans is lost."""
 
 IN_A_ROW = 10
 
 SCENES: dict[str, Any] = {"MANV-like": scenes.manoeuvres, "DARC-like": scenes.large_ship}
 START = {"MANV-like": 10.0, "DARC-like": 90.0}
-"""Deviation of the first place in m: the greatest of 10 m, the antenna's offset, half the length."""
+"""Standard deviation of the initial position in m: the greatest of 10 m, the antenna's offset, half the length."""
 SIGMA = {"MANV-like": 6.0, "DARC-like": 20.0}
 TUNED: dict[str, dict[str, Any]] = {"MANV-like": configs.TUNED_BOATS, "DARC-like": configs.TUNED_SHIP}
 
@@ -38,7 +38,7 @@ TUNED: dict[str, dict[str, Any]] = {"MANV-like": configs.TUNED_BOATS, "DARC-like
 @final
 @frozen
 class MarineReproduction(Reproduction):
-    """IMM-PDAF beside CV-PDAF and CT-PDAF on ships that a marine radar sees, judged against AIS and against the truth.
+    """IMM-PDAF beside CV-PDAF and CT-PDAF on ships seen by a marine radar, judged against AIS and against the truth.
 
     Tables 4 and 5 of the paper on tracking maritime objects with radar and AIS (in Korean), on scenes like its recordings.
     The returns are drawn as the picture chain reports them; from pictures themselves:
@@ -50,7 +50,7 @@ class MarineReproduction(Reproduction):
     default_runs: ClassVar[int] = 30
 
     def run(self, runs: int, seed: int, progress: Progress) -> Findings:
-        """All filters on the same draws; the CV-PDAF's process noise is chosen on other ones."""
+        """Run all filters on the same draws; the CV-PDAF's process noise is chosen on other draws."""
         found: dict[tuple[str, str], dict[str, Record]] = {}
         naive: dict[tuple[str, str], dict[str, Record]] = {}
         times, centres, seconds = {}, {}, {}
@@ -90,7 +90,7 @@ class MarineReproduction(Reproduction):
 
 
 def tuned(scene: str, seed: int, number: int) -> dict[str, Any]:
-    """The tuned filters, the CV-PDAF with the process noise that errs least against AIS in `TUNING_RUNS` runs of its own."""
+    """Return the tuned filters; the CV-PDAF's process noise errs least against AIS in `TUNING_RUNS` runs of its own."""
     points = draw(SCENES[scene](), TUNING_RUNS, CLUTTER, np.random.default_rng([seed, 1000 + number]))
     errors = []
     for sigma in GRID:
@@ -105,7 +105,7 @@ def tuned(scene: str, seed: int, number: int) -> dict[str, Any]:
 def record(
     scene: str, points: Points, target: int, estimator: dict[str, Any], sigma: float, lost: float | None = None
 ) -> Record:
-    """One filter on one target of all runs, started by its AIS; `lost` m off for long is lost, by default the scene's."""
+    """Run one filter on one target of all runs, started by its AIS; over `lost` m off for long is lost."""
     tracker = build(configs.tracker(estimator, sigma))
     given = prior(points, target, START[scene], tracker.state)
     found = run_together(tracker, given, float(points.times[0]), points.scans)
@@ -122,7 +122,7 @@ def record(
 
 
 def run_times(scene: str, points: Points, estimators: dict[str, Any], sigma: float) -> tuple[float, float, float]:
-    """CPU seconds of each filter for the first run alone, over all targets."""
+    """Measure CPU seconds of each filter for the first run alone, over all targets."""
     from attrs import evolve
 
     from vedette import Detections
@@ -149,7 +149,7 @@ def run_times(scene: str, points: Points, estimators: dict[str, Any], sigma: flo
 
 
 def _lost(squares: Array, limit: float) -> Mask:
-    """Which runs (r,) err by more than `limit` in `IN_A_ROW` successive scans; squares (r, s)."""
+    """Return the runs (r,) that err by more than `limit` in `IN_A_ROW` successive scans; squares (r, s)."""
     far = np.lib.stride_tricks.sliding_window_view(squares > limit**2, IN_A_ROW, axis=-1)
     found: Mask = np.any(np.all(far, axis=-1), axis=-1)
     return found

@@ -1,7 +1,7 @@
 """Scenes like the two recordings of the paper: pictures of a simulated radar, with AIS, as configs.
 
-The recordings are not published. Known of them: sizes of the ships, metres per pixel, numbers of frames that came of those
-that were made, a radar beacon in one. Ranges, paths, sea and land are chosen.
+The recordings are not published. Known are the sizes of the ships, metres per pixel, the numbers of frames made and
+received, and that one shows a radar beacon. Ranges, paths, sea and land are chosen.
 """
 
 from __future__ import annotations
@@ -9,11 +9,11 @@ from __future__ import annotations
 from typing import Any
 
 GAIN = {"gain": -8.0, "beam": "1.2 deg"}
-"""Decibels that leave the sea at the threshold, and the beam."""
+"""Decibels that put the sea at the threshold, and the beam."""
 
 
 def _legs(*legs: tuple[float, float]) -> list[dict[str, Any]]:
-    """(seconds, deg/s): straight where the rate is 0."""
+    """Return legs of (seconds, deg/s): straight where the rate is 0."""
     return [
         {"do": "turn", "seconds": seconds, "rate": f"{rate} deg/s"} if rate else {"do": "straight", "seconds": seconds}
         for seconds, rate in legs
@@ -30,7 +30,7 @@ MANOEUVRES = {
         (60, 3), (60, 0), (24, -5), (55, 0), (45, 4), (40, 0), (60, -3), (50, 0), (30, 4),
     ),
 }  # fmt: skip
-"""Legs of the two boats: from a half to almost a full turn, in between 40 to 75 s straight."""
+"""Legs of the two boats: from a half to almost a full turn, with 40 to 75 s straight in between."""
 
 BOATS: dict[str, dict[str, Any]] = {
     "boat 1": {
@@ -64,7 +64,7 @@ SHIP: dict[str, Any] = {
 
 
 def manoeuvres(reference: str = "truth") -> dict[str, Any]:
-    """Like MANV: two boats that manoeuvre and cross, 6 m a pixel, 1,000 frames of which 24 were lost."""
+    """Return a scene like MANV: two boats that manoeuvre and cross, 6 m a pixel, 1,000 frames of which 24 were lost."""
     return {
         "kind": "radar_pictures_scene",
         "radar": {"metres_per_pixel": 6.0, "range": 2778.0, "pulse": 12.0, "calm": 500.0} | GAIN,
@@ -78,7 +78,7 @@ def manoeuvres(reference: str = "truth") -> dict[str, Any]:
 
 
 def large_ship(reference: str = "truth") -> dict[str, Any]:
-    """Like DARC: one ship of 180 m, almost straight, 11 m a pixel, 540 frames of which 13 were lost, a radar beacon."""
+    """Return a scene like DARC: an almost straight ship of 180 m, 11 m a pixel, 540 frames with 13 lost, a radar beacon."""
     return {
         "kind": "radar_pictures_scene",
         "radar": {"metres_per_pixel": 11.0, "range": 5556.0, "pulse": 30.0, "calm": 700.0} | GAIN,

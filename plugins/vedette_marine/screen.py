@@ -1,4 +1,4 @@
-"""What a radar picture is to the tracker's source: a camera whose pictures only a detector reads."""
+"""The sensor that stands for a radar picture: a camera whose pictures only a detector reads."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ POSITION = Space.of(x="m", y="m")
 @final
 @frozen
 class RadarScreen(ImagingSensor):
-    """A radar's screen, or the polar sweeps behind it; stands in a detector's `sensors`.
+    """A radar's screen, or the polar sweeps behind it, as named in a detector's `sensors`.
 
-    By itself it tells a tracker nothing of a target: J = 0, llr = 0. The detector makes positions of its pictures.
+    By itself it carries no information on a target: J = 0, llr = 0. The detector turns its pictures into positions.
     """
 
     kind: ClassVar[str] = "radar_screen"
@@ -35,26 +35,26 @@ class RadarScreen(ImagingSensor):
         return POSITION
 
     def measure(self, x: Array) -> Array:
-        """(*b, 2) -> (*b, 2)"""
+        """Return the position itself: (*b, 2) -> (*b, 2)."""
         return x
 
     def jacobian(self, x: Array) -> Array:
-        """(2, 2)"""
+        """Return the identity (2, 2)."""
         return np.eye(2)
 
     def noise(self, x: Array) -> Array:
-        """(2, 2)"""
+        """Return the covariance (2, 2)."""
         return self.resolution**2 * np.eye(2)
 
     def detects(self, x: Array) -> Array:
-        """()"""
+        """Return 1: ()."""
         return np.ones(())
 
     def information(self, x: Array, frame: Frame, at: Array) -> tuple[Array, Array, Array]:
-        """Nothing: (*b, t, 2, 2), (*b, t, 2), (*b, t)"""
+        """Return no information: (*b, t, 2, 2), (*b, t, 2), (*b, t)."""
         none = np.zeros((*at.shape[:-1], 2))
         return np.zeros((*none.shape, 2)), none, np.zeros(none.shape[:-1])
 
     def at(self, pose: Pose) -> Sensor:
-        """The same: positions are absolute."""
+        """Return the sensor itself: positions are absolute."""
         return self

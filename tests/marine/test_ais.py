@@ -160,7 +160,7 @@ def test_rows_become_reports_by_ship(tmp_path):
         ("1,2,50,0,400,0", "COG_degrees must be from 0 to 360"),
         ("1,2,50,0,0,-1", "SOG_knots must be from 0 to 102.3"),
         ("1,2,nan,0,0,0", "Latitude_degrees must be"),
-        ("1,2,50,0,0", "must have 6 columns as the header has, got 5"),
+        ("1,2,50,0,0", "must have 6 columns as in the header, got 5"),
     ],
 )
 def test_a_bad_row_is_told_and_costs_nothing_else(tmp_path, row, message):

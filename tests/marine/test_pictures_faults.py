@@ -23,8 +23,8 @@ def rewrite(path, old, new):
     [
         (lambda f: (f / "003.png").write_bytes((f / "003.png").read_bytes()[:-20]), "003.png is cut off after"),
         (lambda f: _flip(f / "003.png"), "003.png is corrupted: wrong checksum"),
-        (lambda f: (f / "003.png").write_bytes(b"GIF89a, not a PNG"), "003.png is no PNG"),
-        (lambda f: (f / "003.png").write_bytes(b""), "003.png is no PNG"),
+        (lambda f: (f / "003.png").write_bytes(b"GIF89a, not a PNG"), "003.png is not a PNG"),
+        (lambda f: (f / "003.png").write_bytes(b""), "003.png is not a PNG"),
         (lambda f: (f / "003.png").unlink(), "003.png cannot be read: No such file"),
         (lambda f: cv2.imwrite(str(f / "003.png"), np.zeros((SIZE, 64), np.uint8)), "must be 128 x 128 px as"),
         (lambda f: cv2.imwrite(str(f / "003.png"), np.zeros((SIZE, SIZE), np.uint16)), "must have 8 bit, got 16"),
@@ -33,7 +33,7 @@ def rewrite(path, old, new):
         (lambda f: rewrite(f / "frames.csv", "003.png,3,", "003.png,nan,"), "time_s must be a finite number"),
         (lambda f: rewrite(f / "frames.csv", "003.png,3,0.3", "003.png,3"), "must have 3 columns"),
         (lambda f: rewrite(f / "frames.csv", "003.png", "../003.png"), "file must be a name in the folder"),
-        (lambda f: rewrite(f / "ais.csv", "3,211000001,54", "3,211000001,55"), "cannot be reached from those around it"),
+        (lambda f: rewrite(f / "ais.csv", "3,211000001,54", "3,211000001,55"), "cannot be reached from its neighbours"),
         (lambda f: rewrite(f / "ais.csv", "3,211000001,54", "3,211000001,95"), "Latitude_degrees must be from -90 to 90"),
     ],
 )  # fmt: skip
@@ -61,14 +61,14 @@ def test_no_flipped_bit_of_a_picture_passes(folder):
     assert check_png(path) == (SIZE, SIZE, 8)
     for at in np.random.default_rng(0).integers(0, len(data), 60).tolist():
         path.write_bytes(data[:at] + bytes([data[at] ^ 4]) + data[at + 1 :])
-        with pytest.raises(ValueError, match=r"is (corrupted|cut off|no PNG)"):
+        with pytest.raises(ValueError, match=r"is (corrupted|cut off|not a PNG)"):
             check_png(path)
 
 
 @pytest.mark.parametrize(
     ("spoil", "message"),
     [
-        (lambda f: (f / "geometry.json").unlink(), "geometry.json: is missing: without it no pixel has a place"),
+        (lambda f: (f / "geometry.json").unlink(), "geometry.json: is missing: it states where the pixels lie"),
         (lambda f: (f / "frames.csv").unlink(), "frames.csv: cannot be read"),
         (
             lambda f: rewrite(f / "frames.csv", "time_s", "t"),

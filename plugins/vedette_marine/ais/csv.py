@@ -17,10 +17,10 @@ FURTHER = ("Heading_degrees", "ROT")
 
 
 def read_csv(path: Path) -> tuple[dict[int, Reports], list[Problem]]:
-    """Reports by MMSI, and the rows that could not be used.
+    """Return the reports by MMSI, and the rows that could not be used.
 
-    Time in s, or a date and time, then UTC. An empty cell, a course of 360, a speed of 102.3 knots and a heading of 511 are
-    "not available" and become NaN; without latitude, longitude, time or MMSI a row is refused. InputError for no such file.
+    Times are in s, or date and time in UTC. An empty cell, a course of 360, a speed of 102.3 knots and a heading of 511 mean
+    "not available" and become NaN; a row without latitude, longitude, time or MMSI is refused. InputError without a file.
     """
     given = lines(path)
     header = header_of(path, next(given)[1], WANTED, FURTHER)
@@ -34,7 +34,7 @@ def read_csv(path: Path) -> tuple[dict[int, Reports], list[Problem]]:
             refused.append(Problem(place, UNCLOSED))
             continue
         if len(cells) != len(header):
-            refused.append(Problem(place, f"must have {len(header)} columns as the header has, got {len(cells)}"))
+            refused.append(Problem(place, f"must have {len(header)} columns as in the header, got {len(cells)}"))
             continue
         try:
             rows.append(_row(dict(zip(header, cells, strict=True))))

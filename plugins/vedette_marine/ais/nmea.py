@@ -20,13 +20,13 @@ POSITIONS = (1, 2, 3, 18, 19, 27)
 
 
 def checksum(sentence: str) -> int | None:
-    """What the characters between the mark and the star give by exclusive or; None where there is no star."""
+    """Return the exclusive or of the characters between the mark and the star; None if there is no star."""
     body, star, _ = sentence[1:].partition("*")
     return reduce(xor, body.encode("ascii", "replace"), 0) if star else None
 
 
 def checked(sentence: str) -> str:
-    """The sentence from its mark on; ValueError if it is no AIS sentence or its checksum is wrong."""
+    """Return the sentence from its mark on; ValueError if it is not an AIS sentence or its checksum is wrong."""
     start = sentence.find("!")
     if start < 0 or not sentence[start + 3 :].startswith(("VDM", "VDO")):
         raise ValueError(f"is no AIS sentence: must be as !AIVDM,1,1,,A,...,0*5C, got {shown(sentence)}")
@@ -46,9 +46,9 @@ def checked(sentence: str) -> str:
 
 
 def messages(sentences: Iterable[tuple[str, str]], refused: list[Problem]) -> Iterator[tuple[str, Any]]:
-    """Decoded messages and where they stand, from (place, sentence); what cannot be used is added to `refused`.
+    """Yield decoded messages and their places, from (place, sentence); add what cannot be used to `refused`.
 
-    Parts of a long message may stand apart: they are joined by their number and channel.
+    The parts of a long message need not be adjacent: they are joined by their number and channel.
     """
     try:
         import pyais
@@ -79,20 +79,20 @@ def messages(sentences: Iterable[tuple[str, str]], refused: list[Problem]) -> It
             yield place, pyais.decode(*(part.encode() for part in parts))
         except ValueError as error:
             refused.append(Problem(place, str(error)))
-        except Exception as error:  # pyais has errors of its own, and lets through those of its parts on odd payloads
+        except Exception as error:  # pyais raises its own errors, and passes on those of its libraries for odd payloads
             refused.append(Problem(place, f"cannot be decoded: {type(error).__name__}: {error}"))
     refused.extend(_lacking(place) for place, _ in waiting.values())
 
 
 def _lacking(place: str) -> Problem:
-    return Problem(place, "is the first part of a message whose rest did not come")
+    return Problem(place, "is the first part of a message whose other parts are missing")
 
 
 def read_nmea(path: Path, interval: float = 0.0) -> tuple[dict[int, Reports], list[Problem]]:
-    """Position reports by MMSI from a file of sentences, and the sentences that could not be used.
+    """Read position reports by MMSI from a file of sentences, and the sentences that could not be used.
 
-    A line may begin with its time in s and a blank; else line i has the time i `interval`, as sentences hold none. A course,
-    speed, heading or rate of turn that is "not available" is NaN; a report without a position is told.
+    A line may begin with its time in s and a space; otherwise line i has the time i `interval`, as sentences hold no time. A
+    course, speed, heading or rate of turn that is "not available" is NaN; a report without a position is listed as unusable.
     """
     refused: list[Problem] = []
     times: dict[str, float] = {}
@@ -125,7 +125,7 @@ def read_nmea(path: Path, interval: float = 0.0) -> tuple[dict[int, Reports], li
 
 
 def row_of(message: Any, time: float) -> dict[str, float] | None:
-    """A decoded position report as `by_ship` takes it; None without a position (latitude 91, longitude 181)."""
+    """Return a decoded position report as `by_ship` takes it; None without a position (latitude 91, longitude 181)."""
     latitude, longitude = _value(message, "lat"), _value(message, "lon")
     if not (abs(latitude) <= 90 and abs(longitude) <= 180):
         return None
@@ -150,7 +150,7 @@ def _value(message: Any, name: str) -> float:
 
 
 def _rot(message: Any) -> float:
-    """The rate of turn as it was sent: pyais gives deg/min, with the steps' marks at +-127 and -128."""
+    """Return the rate of turn as it was sent: pyais gives deg/min, and the codes +-127 and -128 as they are."""
     value = getattr(message, "turn", None)
     if value is None:
         return np.nan

@@ -1,4 +1,4 @@
-"""AIS reports: what a ship says of itself, in SI units and in the local frame's directions."""
+"""AIS reports: what a ship reports of itself, in SI units and in the local frame's directions."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ ROT_STEP = 4.733
 """AIS sends a rate of turn as 4.733 sqrt(deg/min), with the sign of the turn, starboard positive."""
 
 FASTEST = 60.0 * KNOT
-"""m/s; a ship that was farther away than this speed takes it, and back, did not go there: an outlier."""
+"""Speed in m/s: a position that can only be reached and left faster than this is an outlier."""
 
 POSITION_STEP = 50.0
-"""m by which two reports of one place may differ whatever the time between them: stamps are of a second, receivers err."""
+"""Distance in m that two reports may always be apart, whatever their times: time stamps are in whole seconds, GNSS errs."""
 
 
 @frozen(eq=False)
 class Reports:
-    """Reports (s,) of one ship, in order of time; NaN is "not available".
+    """Reports (s,) of one ship, in order of time; NaN means "not available".
 
     time in s, latitude and longitude in deg, speed over ground in m/s, course over ground and heading in rad clockwise from
-    north, turn: the turn rate in rad/s, counter-clockwise as the filters' (w = -ROT).
+    north, turn: the turn rate in rad/s, counter-clockwise like the filters' (w = -ROT).
     """
 
     mmsi: int
@@ -40,7 +40,7 @@ class Reports:
     turn: Array
 
     def where(self, chosen: Mask) -> Reports:
-        """Some of the reports."""
+        """Return the chosen reports."""
         columns = (self.time, self.latitude, self.longitude, self.speed, self.course, self.heading, self.turn)
         return Reports(self.mmsi, *(column[chosen] for column in columns))
 
@@ -48,13 +48,13 @@ class Reports:
     def velocity(self) -> Array:
         """East and north (s, 2) in m/s: speed times (sin, cos) of the course, which runs clockwise from north.
 
-        A ship that does not move has no course, and velocity 0; another without course or speed has NaN.
+        A ship at rest has no course, and velocity 0; any other without course or speed has NaN.
         """
         return velocity(self.speed, self.course)
 
 
 def velocity(speed: Array, course: Array) -> Array:
-    """Speed (*b) in m/s and course (*b) in rad clockwise from north -> east and north (*b, 2) in m/s."""
+    """Return east and north (*b, 2) in m/s of speed (*b) in m/s and course (*b) in rad clockwise from north."""
     still = speed < 0.05
     angle = np.where(still & np.isnan(course), 0.0, course)
     found: Array = speed[..., None] * np.stack([np.sin(angle), np.cos(angle)], axis=-1)
@@ -62,7 +62,7 @@ def velocity(speed: Array, course: Array) -> Array:
 
 
 def turn_rate(rot: Array) -> Array:
-    """Rate of turn as AIS sends it (*b) -> rad/s, counter-clockwise. +-127 say "faster than 5 deg / 30 s", -128 nothing.
+    """Convert the rate of turn (*b) as sent to rad/s, counter-clockwise; +-127: "over 5 deg / 30 s", -128: "not available".
 
     deg/min = (ROT / 4.733)^2 with the sign of ROT; w = -that, as AIS counts to starboard.
     """
@@ -72,18 +72,18 @@ def turn_rate(rot: Array) -> Array:
 
 
 def east_north(latitude: Array, longitude: Array, origin: tuple[float, float]) -> Array:
-    """East and north (s, 2) in m of the local tangent plane at `origin`, latitude and longitude in deg, on WGS 84."""
+    """Return east and north (s, 2) in m of the local tangent plane at `origin`, latitude and longitude in deg, on WGS 84."""
     try:
         from pymap3d import geodetic2enu
     except ImportError:
-        raise InputError("places on the globe need pymap3d: pip install 'vedette[marine]'") from None
+        raise InputError("latitudes and longitudes need pymap3d: pip install 'vedette[marine]'") from None
     east, north, _ = geodetic2enu(latitude, longitude, 0.0, origin[0], origin[1], 0.0)
     return np.stack([np.asarray(east, dtype=float), np.asarray(north, dtype=float)], axis=-1)
 
 
 def outliers(place: Array, time: Array) -> Mask:
-    """Which places (s, 2) at `time` (s,) no ship can have been at: those out of the longest chain of places that lie within
-    reach of one another, a speed of 60 knots and 50 m apart. One far place is found by itself, whatever comes after it.
+    """Find the positions (s, 2) at `time` (s,) where no ship can have been: those outside the longest chain of positions
+    that are within reach of one another, at 60 knots and 50 m apart. A single outlier is found whatever follows it.
     """
     s = len(time)
     best, before = np.ones(s, dtype=int), np.full(s, -1)
@@ -104,12 +104,12 @@ def outliers(place: Array, time: Array) -> Mask:
 
 
 def without_outliers(reports: Reports, origin: tuple[float, float], place: str) -> tuple[Reports, list[Problem]]:
-    """The reports of one ship without position outliers, which are told."""
+    """Return the reports of one ship without position outliers, and a problem for each outlier."""
     bad = outliers(east_north(reports.latitude, reports.longitude, origin), reports.time)
     told = [
         Problem(
             f"{place}, MMSI {reports.mmsi}, time {reports.time[i]:.3f} s",
-            f"the position {reports.latitude[i]:.6f}, {reports.longitude[i]:.6f} cannot be reached from those around it",
+            f"the position {reports.latitude[i]:.6f}, {reports.longitude[i]:.6f} cannot be reached from its neighbours",
         )
         for i in np.flatnonzero(bad)
     ]
@@ -117,7 +117,7 @@ def without_outliers(reports: Reports, origin: tuple[float, float], place: str) 
 
 
 def by_ship(rows: Sequence[Mapping[str, float]]) -> dict[int, Reports]:
-    """Reports of each ship, in order of time; rows hold mmsi, time and the columns of `Reports`."""
+    """Return the reports of each ship in order of time; rows hold mmsi, time and the columns of `Reports`."""
     names = ("time", "latitude", "longitude", "speed", "course", "heading", "turn")
     ships: dict[int, list[Mapping[str, float]]] = {}
     for row in rows:

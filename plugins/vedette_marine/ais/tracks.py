@@ -1,4 +1,4 @@
-"""AIS reports as trajectories: where a ship was between its reports, and how far that may be wrong."""
+"""AIS reports as trajectories: where a ship was between its reports, and how large the error may be."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ STATE = Space.of(x="m", y="m", vx="m/s", vy="m/s")
 
 @frozen(eq=False)
 class Between:
-    """A ship at asked times (q,): place (q, 2) and velocity (q, 2), and `error` (q,), by how much the place may be off in m
-    because the ship turned or changed speed since its last report. NaN outside its reports and in gaps.
+    """A ship at requested times (q,): place (q, 2) and velocity (q, 2), and `error` (q,), the error of the place in m that a
+    turn or a change of speed since its last report may cause. NaN outside its reports and in gaps.
     """
 
     place: Array
@@ -23,9 +23,9 @@ class Between:
 
 
 def motion(reports: Reports, origin: tuple[float, float]) -> tuple[Array, Array, Array]:
-    """Times (s,) that rise, places (s, 2) and velocities (s, 2) of one ship; of reports with one stamp the last counts.
+    """Return increasing times (s,), places (s, 2) and velocities (s, 2) of one ship; of equal times the last report counts.
 
-    A velocity that is not reported, as of a vessel without COG, is the slope between its neighbours; 0 with one report.
+    A velocity that is not reported, as without COG, is the slope between its neighbours; 0 if there is only one report.
     """
     last = np.append(np.diff(reports.time) > 0, True)
     own = reports.where(last)
@@ -38,11 +38,11 @@ def motion(reports: Reports, origin: tuple[float, float]) -> tuple[Array, Array,
 
 
 def between(reports: Reports, origin: tuple[float, float], times: Array, longest: float = 60.0) -> Between:
-    """A ship at `times` (q,) in s, its place by the straight line between two reports that are at most `longest` s apart.
+    """Interpolate a ship at `times` (q,) in s along the straight line between two reports at most `longest` s apart.
 
     The line is off by at most a T^2 / 8 under an acceleration a; with a = |v2 - v1| / T from the reports' velocities that
-    is |v2 - v1| T / 8 in the middle, and 4 s (1 - s) of it at the part s. A turn back and forth between two reports, and the
-    receiver's own error of some metres, are not in it.
+    is |v2 - v1| T / 8 in the middle, and 4 s (1 - s) of it at the fraction s. A turn to and fro between two reports, and the
+    receiver's own error of some metres, are not included.
     """
     known, place, speed = motion(reports, origin)
     if len(known) < 2:
@@ -62,7 +62,7 @@ def between(reports: Reports, origin: tuple[float, float], times: Array, longest
 
 
 def trajectories(reports: Reports, origin: tuple[float, float], longest: float = 60.0) -> tuple[Trajectory, ...]:
-    """The ship's reports as trajectories, one for each stretch without a gap of more than `longest` s."""
+    """Return the ship's reports as trajectories, one for each stretch without a gap of more than `longest` s."""
     time, place, speed = motion(reports, origin)
     cuts = np.flatnonzero(np.diff(time) > longest) + 1
     found = []

@@ -1,4 +1,4 @@
-"""Targets that are known from elsewhere when tracking begins: their AIS, or the truth."""
+"""Targets known in advance when tracking begins: from their AIS, or from the truth."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from vedette.tracking import GivenTracks
 @final
 @frozen
 class Announced(GivenTracks):
-    """One track for each trajectory of the recording's truth that is there at the first scan, as AIS announces it; no other.
+    """Starts one track for each trajectory of the recording's truth that exists at the first scan, as AIS announces it.
 
-    Each starts at its own place then, with `spread` as the standard deviations; an axis that the truth lacks starts at 0.
-    A good deviation of the place is the greatest of 10 m, the antenna's offset, half the length.
+    Each starts at its position then, with `spread` as standard deviations; an axis that the truth lacks starts at 0.
+    A good standard deviation of the position is the greatest of 10 m, the antenna's offset and half the length.
     """
 
     kind: ClassVar[str] = "announced"

@@ -1,4 +1,4 @@
-"""Tracks of targets that were announced, kept to the end."""
+"""Tracks of announced targets, kept to the end."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from vedette.tracking import PermanentTracks
 @final
 @frozen
 class AnnouncedTracks(PermanentTracks):
-    """No track is doubted and none ends; goes with the birth `announced`."""
+    """Confirms every track at once and ends none; goes with the birth `announced`."""
 
     kind: ClassVar[str] = "announced"
     usual_birth: ClassVar[Mapping[str, Any]] = {"kind": "announced"}

@@ -1,4 +1,4 @@
-"""Echoes that are no ships: spokes of radar beacons and rain."""
+"""Echoes that are not ships: spokes of radar beacons, and rain."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from vedette_marine.picture.colours import Bytes
 
 
 def spokes(above: Mask, right_ahead: tuple[Array, Array], width: float, length: float, nearest: float) -> Mask:
-    """Which pixels lie on a spoke: a narrow sector of bearings that echoes over at least `length` m of its ranges beyond
-    `nearest`, together, where those four and five sectors beside it do so over less than half as much. A beacon (RACON)
-    draws one, of dashes in Morse code, some beams wide.
+    """Find the pixels that lie on a spoke: a narrow sector of bearings that echoes over at least `length` m of its ranges
+    beyond `nearest`, where the sectors four and five places beside it do so over less than half as much. A beacon (RACON)
+    draws one, made of Morse dashes, a few beams wide.
 
-    `above` (h, w): echoes; right_ahead: where the pixels are, in m from the antenna; `width`: of a sector, in rad.
+    `above` (h, w): echoes; right_ahead: positions of the pixels in m from the antenna; `width`: of a sector in rad.
     """
     right, ahead = right_ahead
     rows, columns = np.nonzero(above)
@@ -40,7 +40,7 @@ def spokes(above: Mask, right_ahead: tuple[Array, Array], width: float, length: 
 
 
 def rain(above: Bytes, side: int, share: float) -> Mask:
-    """Where more than `share` of the pixels in a square of `side` px echo: rain, or land; `above` (h, w) is 0 or 1."""
+    """Find where more than `share` of the pixels in a square of `side` px echo: rain, or land; `above` (h, w) is 0 or 1."""
     cv2 = opencv()
     density = cv2.boxFilter(above, cv2.CV_32F, (side, side), borderType=cv2.BORDER_CONSTANT)
     found: NDArray[np.bool_] = density > share

@@ -15,12 +15,12 @@ from vedette_marine.opencv import opencv
 Image = NDArray[np.float32]
 
 BLOCK = 16
-"""Pixels of a side of the blocks of which the searched parts of a picture are made."""
+"""Side in px of the blocks that make up the searched parts of a picture."""
 
 
 @frozen(eq=False)
 class Blobs:
-    """Middles (k, 2), column and row in px, scales (k,) in px, and determinants (k,) of a picture from 0 to 1."""
+    """Centres (k, 2), column and row in px, scales (k,) in px, and determinants (k,) of a picture from 0 to 1."""
 
     at: Array
     scale: Array
@@ -28,7 +28,7 @@ class Blobs:
 
 
 def hessian_exact(image: Image, sigma: float) -> tuple[Image, Image, Image]:
-    """Second derivatives xx, yy, xy of the picture smoothed by a Gaussian of `sigma` px: by sampled derivatives of it."""
+    """Return second derivatives xx, yy, xy of the picture smoothed by a Gaussian of `sigma` px, by its derivatives."""
     cv2 = opencv()
     radius = max(1, int(4.0 * sigma + 0.5))
     t = np.arange(-radius, radius + 1)
@@ -43,7 +43,7 @@ def hessian_exact(image: Image, sigma: float) -> tuple[Image, Image, Image]:
 
 
 def hessian_sobel(smooth: Image) -> tuple[Image, Image, Image]:
-    """Second derivatives xx, yy, xy of a smooth picture by 3 x 3 masks."""
+    """Return second derivatives xx, yy, xy of a smooth picture by 3 x 3 masks."""
     cv2 = opencv()
     kinds = ((2, 0, 0.25), (0, 2, 0.25), (1, 1, 0.25))
     found = [cv2.Sobel(smooth, cv2.CV_32F, dx, dy, ksize=3, scale=scale) for dx, dy, scale in kinds]
@@ -51,9 +51,9 @@ def hessian_sobel(smooth: Image) -> tuple[Image, Image, Image]:
 
 
 def determinants(image: Image, scales: Sequence[float], exact: bool) -> Iterator[Image]:
-    """sigma^4 (Lxx Lyy - Lxy^2) for each of the rising `scales` in px; 0 where the picture is not bright.
+    """Yield sigma^4 (Lxx Lyy - Lxy^2) for each of the rising `scales` in px; 0 where the picture is not bright.
 
-    `exact` by sampled derivatives of the Gaussian, else by smoothing further from scale to scale and 3 x 3 masks.
+    `exact` uses sampled derivatives of the Gaussian; otherwise it smooths further from scale to scale, with 3 x 3 masks.
     """
     cv2 = opencv()
     smooth, before = image, 0.0
@@ -71,7 +71,7 @@ def determinants(image: Image, scales: Sequence[float], exact: bool) -> Iterator
 
 
 def find_blobs(image: Image, scales: Sequence[float], threshold: float, exact: bool = False) -> Blobs:
-    """Maxima of at least `threshold` among their 26 neighbours in place and scale; the place is refined by a parabola.
+    """Find maxima of at least `threshold` among their 26 neighbours in place and scale; a parabola refines the place.
 
     Only the surroundings of pixels that are not 0 are searched: most of a radar picture is black.
     """
@@ -86,8 +86,8 @@ def find_blobs(image: Image, scales: Sequence[float], threshold: float, exact: b
 
 
 def surroundings(image: Image, reach: float) -> tuple[list[tuple[slice, slice]], NDArray[np.int32]]:
-    """Boxes, rows and columns, around pixels that are not 0, at least `reach` px wider on each side; and which box, from 1
-    on, a block of the picture belongs to. One box of everything where that is not much more.
+    """Return boxes, rows and columns, around pixels that are not 0, at least `reach` px wider on each side; and which box,
+    from 1 on, a block of the picture belongs to. There is one box of everything where that is not much more.
     """
     cv2 = opencv()
     h, w = image.shape
@@ -104,7 +104,7 @@ def surroundings(image: Image, reach: float) -> tuple[list[tuple[slice, slice]],
 
 
 def _find(image: Image, scales: Sequence[float], threshold: float, exact: bool) -> Blobs:
-    """The blobs of a whole picture."""
+    """Find the blobs of a whole picture."""
     cv2 = opencv()
     stack = list(determinants(image, scales, exact))
     box = np.ones((3, 3), dtype=np.uint8)
@@ -123,7 +123,7 @@ def _find(image: Image, scales: Sequence[float], threshold: float, exact: bool) 
 
 
 def _parabola(image: Image, rows: NDArray[np.intp], columns: NDArray[np.intp], axis: int) -> Array:
-    """How far, at most half a pixel, the top of a parabola through three neighbours along `axis` lies from the middle."""
+    """Return how far, at most half a pixel, the vertex of a parabola through three neighbours along `axis` is off."""
     h, w = image.shape
     step = np.array([1, 0]) if axis == 0 else np.array([0, 1])
     low = image[np.maximum(rows - step[0], 0), np.maximum(columns - step[1], 0)].astype(float)

@@ -1,4 +1,4 @@
-"""One radar picture, stage by stage: from colours to echoes to blobs to groups. Each stage is kept, for looking at."""
+"""One radar picture, stage by stage: from colours to echoes to blobs to groups. Each stage is kept for inspection."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class Chain:
     rain_share: float = fields.quantity("1", "part of it that echoes in rain or on land; 1: none is", default=0.25, above=0)
 
     def stages(self, picture: Bytes, geometry: PictureGeometry, palette: Palette | None, land: Mask | None) -> Stages:
-        """All stages of a picture (h, w) or (h, w, 3); `land` (h, w) is True on land."""
+        """Return all stages of a picture (h, w) or (h, w, 3); `land` (h, w) is True on land."""
         grey = plain_grey(picture) if palette is None else palette.grey(picture)
         echoes = np.where(blind(geometry, self.nearest), 0, grey).astype(np.uint8)
         if land is not None:
@@ -69,7 +69,7 @@ class Chain:
 
 @frozen(eq=False)
 class Groups:
-    """Groups of blobs: middles (k, 2) in px, spread (k, 2, 2) in px^2, greatest grey level (k,), blobs (k,)."""
+    """Groups of blobs: centres (k, 2) in px, spread (k, 2, 2) in px^2, greatest grey level (k,), number of blobs (k,)."""
 
     at: Array
     spread: Array
@@ -85,8 +85,8 @@ class Groups:
 
 @frozen(eq=False)
 class Stages:
-    """What each stage made: grey levels without the interface; echoes above the threshold, on water; which of them a
-    beacon or rain explains; those left; their blobs, the blobs' groups.
+    """Result of each stage: grey levels without the interface; echoes above the threshold, on water; those that a beacon or
+    rain explains; those left; their blobs, and the blobs' groups.
     """
 
     grey: Bytes
@@ -100,7 +100,7 @@ class Stages:
 
 
 def right_ahead(geometry: PictureGeometry) -> tuple[Array, Array]:
-    """Where columns (w,) and rows (h,) are, in m to the right of and ahead of the antenna."""
+    """Return the positions of columns (w,) and rows (h,) in m to the right of and ahead of the antenna."""
     scale = geometry.metres_per_pixel
     return (
         (np.arange(geometry.width) - geometry.centre[0]) * scale,
@@ -109,7 +109,7 @@ def right_ahead(geometry: PictureGeometry) -> tuple[Array, Array]:
 
 
 def blind(geometry: PictureGeometry, nearest: float) -> Mask:
-    """Pixels (h, w) that show no water: too near, beyond the disc, or under a box of the interface."""
+    """Return the pixels (h, w) that show no water: too near, beyond the disc, or under a box of the interface."""
     right, ahead = right_ahead(geometry)
     squared = right**2 + ahead[:, None] ** 2
     hidden: Mask = squared < nearest**2
@@ -121,7 +121,7 @@ def blind(geometry: PictureGeometry, nearest: float) -> Mask:
 
 
 def groups(echoes: Bytes, blobs: Blobs, labels: Labels) -> Groups:
-    """Middle of each group: its blobs' places weighted by their strength, the mean of k-means with one group."""
+    """Return the centre of each group: its blobs' positions weighted by their strength, as k-means with one group gives."""
     k = int(labels.max(initial=-1)) + 1
     mass = np.bincount(labels, blobs.strength, k)
     at = np.stack([np.bincount(labels, blobs.strength * axis, k) for axis in blobs.at.T], axis=-1) / mass[:, None]

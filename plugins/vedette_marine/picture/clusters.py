@@ -1,4 +1,4 @@
-"""Blobs to objects: those within a link distance belong together; a group too long for one ship is split by k-means."""
+"""From blobs to objects: those within a link distance belong together; a group too long for one ship is split by k-means."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ Labels = NDArray[np.intp]
 """The number of the group that each point belongs to."""
 
 ROUNDS = 50
-"""Rounds of k-means at most; groups of a ship's blobs need a few."""
+"""Maximum iterations of k-means; groups of a ship's blobs need a few."""
 
 
 def linked(points: Array, distance: float) -> Labels:
-    """Single-link groups of points (k, 2): two are in one if a chain of steps of at most `distance` leads from one to the
-    other; numbered by their first points.
+    """Return single-link groups of points (k, 2): two share one if a chain of steps of at most `distance` joins them.
+    Groups are numbered by their first points.
     """
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
@@ -32,8 +32,8 @@ def linked(points: Array, distance: float) -> Labels:
 
 
 def k_means(points: Array, weights: Array, k: int) -> tuple[Labels, Array]:
-    """Weighted k-means of (n, 2): labels, centroids (k, 2). Started from the point farthest from the mean and on, each time
-    the one farthest from all chosen, so there is nothing random in it.
+    """Return weighted k-means of (n, 2): labels, centroids (k, 2). It starts with the point farthest from the mean, then
+    each time the one farthest from all chosen, so nothing is random.
 
     MacQueen, Some methods for classification and analysis of multivariate observations, 1967.
     """
@@ -57,9 +57,9 @@ def _mean(points: Array, weights: Array, own: NDArray[np.bool_], default: Array)
 
 
 def calinski_harabasz(points: Array, weights: Array, labels: Labels, centres: Array) -> float:
-    """Spread between k groups over that within, each by its degrees of freedom: (B / (k - 1)) / (W / (n - k)).
+    """Return the spread between k groups over that within, each by its degrees of freedom: (B / (k - 1)) / (W / (n - k)).
 
-    Infinite where the groups are points. Calinski, Harabasz, A dendrite method for cluster analysis, 1974.
+    It is infinite where the groups are points. Calinski, Harabasz, A dendrite method for cluster analysis, 1974.
     """
     n, k = len(points), len(centres)
     middle = np.average(points, axis=0, weights=weights)
@@ -71,8 +71,8 @@ def calinski_harabasz(points: Array, weights: Array, labels: Labels, centres: Ar
 
 
 def grouped(points: Array, weights: Array, link: float, longest: float) -> Labels:
-    """Single-link groups; one that is longer than `longest` becomes the k-means groups with the greatest index of Calinski
-    and Harabasz, k from 2 to one more than the lengths that fit into it.
+    """Return single-link groups; one longer than `longest` is split into the k-means groups with the greatest index of
+    Calinski and Harabasz, k from 2 to one more than the number of such lengths that fit into it.
     """
     from scipy.spatial.distance import pdist
 

@@ -1,4 +1,4 @@
-"""From a radar picture in colour to the grey level of its echoes; what has no echo's colour is the interface's."""
+"""From a radar picture in colour to the grey level of its echoes; any other colour belongs to the interface."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from vedette import Array, Mask
 from vedette_marine.opencv import opencv
 
 Bytes = NDArray[np.uint8]
-"""A picture of 8 bit: grey (h, w), or in colour (h, w, 3), blue first."""
+"""An 8 bit picture: grey (h, w), or in colour (h, w, 3), blue first."""
 
 STEP = 8
-"""Counts between the colours that the table holds: 32 a channel."""
+"""Counts between the colours of the table: 32 a channel."""
 
 LINE = 5
-"""px: where the interface is narrower than this, an echo goes on behind it."""
+"""Width in px up to which a line of the interface is bridged: an echo continues behind it."""
 
 
 @frozen(eq=False)
@@ -31,7 +31,7 @@ class Palette:
 
     @classmethod
     def of(cls, colours: Array, tolerance: float) -> Palette:
-        """Nearest of 256 steps along the line through `colours` (n, 3), red first; farther than `tolerance` counts: 0."""
+        """Take the nearest of 256 steps along the line through `colours` (n, 3), red first; 0 beyond `tolerance` counts."""
         levels = np.linspace(0, len(colours) - 1, 256)
         line = np.stack([np.interp(levels, range(len(colours)), channel) for channel in colours.T], axis=-1)[:, ::-1]
         middles = np.arange(STEP / 2, 256, STEP)
@@ -43,7 +43,7 @@ class Palette:
         return cls(np.where(far, 0, nearest).astype(np.uint8), far)
 
     def grey(self, picture: Bytes) -> Bytes:
-        """(h, w, 3) -> (h, w); what lies under a line of the interface is bridged."""
+        """Map (h, w, 3) to (h, w), bridging what lies under a line of the interface."""
         cv2 = opencv()
         coarse = cv2.LUT(picture, _COARSE)
         blue, green, red = cv2.split(coarse)
@@ -52,10 +52,10 @@ class Palette:
 
 
 def bridged(grey: Bytes, hidden: Mask) -> Bytes:
-    """`grey` (h, w) with its `hidden` pixels (h, w) as bright as what is on both sides of them, within `LINE` px: a heading
-    line or range ring over a ship would cut it in two.
+    """Return `grey` (h, w) with its `hidden` pixels (h, w) as bright as what is on both sides of them, within `LINE` px: a
+    heading line or range ring over a ship would cut it in two.
 
-    That is the grey closing, the least of the greatest levels in all squares around a pixel: no echo is made of nothing.
+    This is the grey closing, the least of the greatest levels in all squares around a pixel: it creates no new echo.
     """
     cv2 = opencv()
     closed: Bytes = cv2.morphologyEx(grey, cv2.MORPH_CLOSE, np.ones((LINE, LINE), dtype=np.uint8))
@@ -64,7 +64,7 @@ def bridged(grey: Bytes, hidden: Mask) -> Bytes:
 
 @lru_cache(maxsize=8)
 def palette(colours: tuple[tuple[float, ...], ...], tolerance: float) -> Palette:
-    """The table of a palette, kept: all pictures of a recording have one."""
+    """Return the table of a palette, cached: all pictures of a recording share one."""
     return Palette.of(np.array(colours), tolerance)
 
 
@@ -72,7 +72,7 @@ _COARSE = (np.arange(256) // STEP).astype(np.uint8)
 
 
 def plain_grey(picture: Bytes) -> Bytes:
-    """(h, w) as it is; (h, w, 3) by the usual weights of the channels."""
+    """Return (h, w) as it is, or (h, w, 3) weighted as usual over the channels."""
     if picture.ndim == 2:
         return picture
     cv2: Any = opencv()

@@ -1,4 +1,4 @@
-"""What a return looks like, as a log-likelihood ratio of ship to clutter: sea spikes are faint and small."""
+"""A return's appearance as a log-likelihood ratio of ship to clutter: sea spikes are faint and small."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from vedette_marine.picture.chain import Groups
 @final
 @frozen
 class Excess:
-    """A quantity beyond the least that is reported: exponential, with one mean for clutter and one for ships.
+    """Excess over the least value that is reported: exponential, with one mean for clutter and one for ships.
 
-    log p(e | ship) / p(e | clutter) = log(c / s) + e (1/c - 1/s). Of all densities of a mean, the exponential says least:
-    what is bounded, as grey levels are, tells more than it.
+    log p(e | ship) / p(e | clutter) = log(c / s) + e (1/c - 1/s). Of all densities with a given mean, the exponential has
+    the greatest entropy; a bounded quantity, such as a grey level, is more informative than it says.
     """
 
     clutter: float = fields.quantity("1", "mean of false returns", above=0)
     ship: float = fields.quantity("1", "mean of ships' returns", above=0)
 
     def ratio(self, excess: Array) -> Array:
-        """(k,) -> (k,)"""
+        """Return the log-likelihood ratio: (k,) -> (k,)."""
         found: Array = np.log(self.clutter / self.ship) + excess * (1.0 / self.clutter - 1.0 / self.ship)
         return found
 
@@ -32,13 +32,13 @@ class Excess:
 @final
 @frozen
 class Evidence:
-    """Brightness and size, taken as independent given what it is; each counts where it is given."""
+    """Brightness and size, taken as independent given the origin of the return; each counts if it is given."""
 
     brightness: Excess | None = fields.part("counts of the brightest echo above the threshold", default=None)
     size: Excess | None = fields.part("m by which a group's spread exceeds the finest blob's", default=None)
 
     def of(self, groups: Groups, threshold: float, finest: float, metres_per_pixel: float) -> Array:
-        """Log-likelihood ratio of each group (k,); `finest`: the least scale of a blob in px."""
+        """Return the log-likelihood ratio of each group (k,); `finest`: the least scale of a blob in px."""
         found = np.zeros(len(groups.at))
         if self.brightness is not None:
             found += self.brightness.ratio(groups.peak - threshold)

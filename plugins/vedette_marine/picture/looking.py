@@ -1,4 +1,4 @@
-"""What the chain saw: the stages of one picture on a sheet, and a run's pictures with returns and tracks as a video."""
+"""What the chain found: the stages of one picture on a sheet, and a run's pictures with returns and tracks as a video."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ if TYPE_CHECKING:
     from vedette_marine.preprocessors.radar_picture import RadarPicture
 
 SIDE, MOST = 768, 600
-"""Pixels of a video's side, and the most pictures of it: of a longer run every second or third."""
+"""Side of a video in px, and its greatest number of pictures: a longer run shows every second or third."""
 
 RETURN, TENTATIVE, TRUTH = (255, 255, 255), (160, 160, 160), (0, 200, 0)
 COLOURS = ((80, 160, 255), (255, 160, 80), (200, 100, 255), (100, 255, 255), (255, 100, 200), (120, 255, 120))
 """Blue, green, red."""
 
 TAIL = 60.0
-"""s of a track that are drawn."""
+"""Length in s of the track history that is drawn."""
 
 
 def stage_pictures(stages: Stages) -> dict[str, Bytes]:
-    """A picture (h, w, 3) of each stage, by its name, in their order."""
+    """Return a picture (h, w, 3) of each stage, by its name, in their order."""
     cv2 = opencv()
 
     def grey(image: Any) -> Any:
@@ -56,7 +56,7 @@ def stage_pictures(stages: Stages) -> dict[str, Bytes]:
 
 
 def illustrate(detector: RadarPicture, folder: Path, result: Result) -> list[str]:
-    """Write `tracks.mp4`, and `stages.png` of the picture in the middle of the run; the names of the files."""
+    """Write `tracks.mp4`, and `stages.png` of the picture in the middle of the run; return the names of the files."""
     cv2 = opencv()
     (name,) = detector.sensors
     scans = result.recording.scans
@@ -90,7 +90,7 @@ def illustrate(detector: RadarPicture, folder: Path, result: Result) -> list[str
 
 
 def sheet(pictures: dict[str, Bytes], focus: Array | None) -> Bytes:
-    """Six pictures (h, w, 3), three in a row, each under its name; in a corner what is around `focus`, (2,) in px."""
+    """Arrange six pictures (h, w, 3), three in a row, each under its name; magnify what is around `focus`, (2,) in px."""
     cv2 = opencv()
     named = []
     for name, picture in pictures.items():
@@ -120,7 +120,7 @@ def _magnify(picture: Bytes, focus: Array) -> None:
 
 
 def annotated(geometry: PictureGeometry, scan: Scan, made: Scan, result: Result) -> Bytes:
-    """One picture with its returns (circles), tracks (coloured, the last minute) and true places (green squares)."""
+    """Return one picture with its returns (circles), tracks (coloured, last minute) and true positions (green squares)."""
     cv2 = opencv()
     assert scan.frame is not None
     picture = coloured(scan.frame)
@@ -148,7 +148,7 @@ def annotated(geometry: PictureGeometry, scan: Scan, made: Scan, result: Result)
 
 
 def coloured(frame: Frame) -> Bytes:
-    """(3, h, w) or (h, w) -> a new picture (h, w, 3)"""
+    """Convert (3, h, w) or (h, w) to a new picture (h, w, 3)."""
     pixels: Any = frame.pixels
     picture: Bytes = np.ascontiguousarray(
         np.moveaxis(pixels, 0, -1) if pixels.ndim == 3 else np.stack([pixels] * 3, axis=-1)
@@ -170,5 +170,5 @@ def _draw(picture: Bytes, track: Track, time: float, spot: Any) -> None:
 
 
 def _fixed(at: Array) -> Sequence[int]:
-    """Column and row in sixteenths of a pixel."""
+    """Return column and row in sixteenths of a pixel."""
     return tuple(np.rint(np.asarray(at) * 16).astype(int).tolist())

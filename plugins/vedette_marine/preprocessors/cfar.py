@@ -1,4 +1,4 @@
-"""From polar sweeps to positions, at a constant rate of false alarms."""
+"""From polar sweeps to positions, at a constant false-alarm rate."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from vedette_marine.preprocessors.rates import KINDS, factor
 from vedette_marine.screen import POSITION, RadarScreen
 
 ROWS = 64
-"""Sweeps that the ordered test works on at a time, as it holds every cell's window."""
+"""Sweeps that the ordered test processes at a time, as it holds every cell's window."""
 
 
 @final
@@ -65,7 +65,7 @@ class Cfar(Preprocessor):
         return POSITION
 
     def echoes(self, power: Array) -> Mask:
-        """Which cells (*b, n) exceed their threshold; those at the ends, without a full window, do not."""
+        """Return the cells (*b, n) that exceed their threshold; cells at the ends, without a full window, never do."""
         half, side = self.window // 2, self.window // 2 + self.guard
         tested = power.shape[-1] - 2 * side
         found = np.zeros(power.shape, dtype=bool)
@@ -86,7 +86,7 @@ class Cfar(Preprocessor):
         return found
 
     def _ordered(self, rows: Array, tested: int) -> Array:
-        """The reference cell of the rank, for each tested cell of some sweeps."""
+        """Return the reference cell of the given rank, for each tested cell of some sweeps."""
         half, after = self.window // 2, self.window // 2 + 2 * self.guard + 1
         windows = np.lib.stride_tricks.sliding_window_view(rows, half, axis=-1)
         both = np.concatenate([windows[:, :tested], windows[:, after : after + tested]], axis=-1)
@@ -95,7 +95,7 @@ class Cfar(Preprocessor):
         return found
 
     def process(self, scans: Mapping[str, Scan]) -> Detections:
-        """Power (sweeps, cells) -> (k, 2) of east and north, and their noise; none without a frame."""
+        """Map power (sweeps, cells) to (k, 2) of east and north, and their noise; none without a frame."""
         (scan,) = scans.values()
         if scan.frame is None:
             return Detections.of([], 2)

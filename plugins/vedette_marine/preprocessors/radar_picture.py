@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 @final
 @frozen
 class RadarPicture(Preprocessor):
-    """Takes each radar picture by itself: echoes, blobs, groups; each group is a return, its middle in east and north.
+    """Processes each radar picture by itself: echoes, blobs, groups; each group is a return, its centre in east and north.
 
     R = sigma^2 I + (r sigma_bearing)^2 across the line of sight + extent^2 times the spread of the group's own blobs. The
     geometry comes with the pictures, or from `geometry`; own ship's place and heading with the scan.
@@ -48,7 +48,7 @@ class RadarPicture(Preprocessor):
         return POSITION
 
     def process(self, scans: Mapping[str, Scan]) -> Detections:
-        """A picture (h, w) or (3, h, w) -> (k, 2) of east and north, their noise and evidence; none without a picture."""
+        """Map a picture (h, w) or (3, h, w) to (k, 2) of east and north, noise and evidence; none without a picture."""
         (scan,) = scans.values()
         if scan.frame is None:
             return Detections.of([], 2)
@@ -58,7 +58,7 @@ class RadarPicture(Preprocessor):
         relative = geometry.from_antenna(found.at, heading)
         squares = np.sum(relative**2, axis=-1)[:, None, None]
         across = np.stack([-relative[:, 1], relative[:, 0]], axis=-1)
-        turn = geometry.from_antenna(geometry.centre + np.eye(2), heading)  # one pixel right, one down: (2, 2)
+        turn = geometry.from_antenna(geometry.centre + np.eye(2), heading)  # steps of one pixel right and one down: (2, 2)
         spread = turn.T @ found.spread @ turn
         noise = (
             self.sigma**2 * np.eye(2)
@@ -70,7 +70,7 @@ class RadarPicture(Preprocessor):
         return Detections(relative + own, np.ones(len(relative), dtype=bool), evidence, noise)
 
     def geometry_of(self, frame: Frame) -> PictureGeometry:
-        """The config's, or the picture's own; InputError if neither is there or it is not the picture's."""
+        """Return the config's geometry, or the picture's own; InputError if there is none or it does not fit the picture."""
         if self.geometry is not None:
             found = self.geometry
         elif frame.geometry is None:
@@ -78,7 +78,7 @@ class RadarPicture(Preprocessor):
                 [
                     Problem(
                         "preprocessors",
-                        "the pictures come without a geometry: give its `geometry`, docs/marine.md",
+                        "the pictures come without a geometry: state `geometry`; see docs/marine.md",
                     )
                 ]
             )
@@ -93,7 +93,7 @@ class RadarPicture(Preprocessor):
         return found
 
     def stages(self, frame: Frame, pose: Pose | None) -> Stages:
-        """Every stage of one picture."""
+        """Return every stage of one picture."""
         geometry = self.geometry_of(frame)
         pixels: Any = frame.pixels
         picture: Bytes = np.ascontiguousarray(np.moveaxis(pixels, 0, -1) if pixels.ndim == 3 else pixels)
@@ -105,12 +105,12 @@ class RadarPicture(Preprocessor):
 
 
 def place(pose: Pose | None) -> Array:
-    """East and north (2,) of the own ship's antenna."""
+    """Return east and north (2,) of own ship's antenna."""
     return np.zeros(2) if pose is None else np.asarray(pose.position)[..., :2]
 
 
 def land_of(frame: Frame, geometry: PictureGeometry, pose: Pose | None) -> Mask | None:
-    """Which pixels are land, the chart laid under the picture by own ship's place and heading; None if unknown."""
+    """Return the pixels that are land, from the chart placed by own ship's position and heading; None without a chart."""
     land = None if frame.geometry is None else frame.geometry.get("land")
     if not isinstance(land, np.ndarray):
         return None

@@ -1,6 +1,6 @@
 """False-alarm rates of constant-false-alarm-rate tests in exponential noise, in closed form, and their inverses.
 
-A cell of power p is an echo if p > T Z, Z made of N reference cells around it. In noise whose power is exponential the rate
+A cell of power p is an echo if p > T Z, with Z from N reference cells around it. In noise of exponential power the rate
 of false alarms does not depend on the noise's level. Gandhi, Kassam, Analysis of CFAR processors in nonhomogeneous
 background, IEEE T-AES 24, 1988.
 """
@@ -15,12 +15,12 @@ KINDS = ("CA", "GO", "OS")
 
 
 def cell_average(factor: float, cells: int) -> float:
-    """(1 + T/N)^-N"""
+    """Return (1 + T/N)^-N."""
     return math.exp(-cells * math.log1p(factor / cells))
 
 
 def greatest_of(factor: float, cells: int) -> float:
-    """2 (1 + t)^-n - 2 sum_(k < n) C(n - 1 + k, k) (2 + t)^-(n + k), with n = N/2 and t = T/n."""
+    """Return 2 (1 + t)^-n - 2 sum_(k < n) C(n - 1 + k, k) (2 + t)^-(n + k), with n = N/2 and t = T/n."""
     n = cells // 2
     t = factor / n
     beside = sum(
@@ -30,12 +30,12 @@ def greatest_of(factor: float, cells: int) -> float:
 
 
 def ordered(factor: float, cells: int, rank: int) -> float:
-    """product_(i < k) (N - i) / (N - i + T), with k the rank."""
+    """Return product_(i < k) (N - i) / (N - i + T), with k the rank."""
     return math.exp(sum(math.log((cells - i) / (cells - i + factor)) for i in range(rank)))
 
 
 def factor(kind: str, cells: int, rank: int, rate: float) -> float:
-    """T for a false-alarm rate; GO and OS by bisection, to the last bits."""
+    """Return T for a false-alarm rate; GO and OS by bisection, to machine precision."""
     if kind == "CA":
         return cells * math.expm1(-math.log(rate) / cells)
     tell: Callable[[float], float] = {

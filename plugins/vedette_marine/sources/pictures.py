@@ -39,10 +39,10 @@ PUBLISHER = "a folder with geometry.json, frames.csv and the pictures that it na
 @final
 @frozen
 class RadarPictures(Source):
-    """Radar pictures of a folder, read one at a time when they are asked for, with their geometry and AIS.
+    """Radar pictures of a folder, each read on demand, with their geometry and AIS.
 
-    The reference is what `truth.csv` says (true hull centres) or the AIS of `ais.csv`. Left out and told, each by itself: a
-    row of frames.csv that is no frame, a file that is missing, corrupted, or of another size than the geometry says, a
+    The reference is `truth.csv` (true hull centres) or the AIS of `ais.csv`. Each of these is left out and reported: an
+    invalid row of frames.csv, a file that is missing, corrupted, or of another size than the geometry states, a
     time out of order; AIS positions that no ship can reach. A lost frame needs no row: times are true times.
     """
 
@@ -54,7 +54,7 @@ class RadarPictures(Source):
     longest_gap: float = fields.quantity("s", "AIS reports farther apart say nothing in between", default=60.0, above=0)
 
     def open(self, sensors: Mapping[str, Sensor], rng: np.random.Generator) -> Recording:
-        """All frames, lazily; InputError without a geometry, frames or, where AIS is the reference, AIS."""
+        """Return all frames, lazily; InputError without a geometry, frames or, where AIS is the reference, AIS."""
         screens = [name for name, sensor in sensors.items() if isinstance(sensor, ImagingSensor)]
         if len(screens) != 1 or len(sensors) != 1:
             text = f"radar pictures need one screen behind a preprocessor, got {', '.join(sensors) or 'none'}"
@@ -92,7 +92,7 @@ class RadarPictures(Source):
             return paths
         if geometry.latitude is None or geometry.longitude is None:
             raise InputError(
-                f"{folder / 'geometry.json'}: lacks latitude and longitude, so AIS has no place in the pictures"
+                f"{folder / 'geometry.json'}: lacks latitude and longitude, so AIS has no positions in the pictures"
             )
         origin = (geometry.latitude, geometry.longitude)
         ships, bad = read_csv(folder / "ais.csv")
@@ -112,7 +112,7 @@ _NOTHING = Scan.image(0.0, "", Frame(np.zeros((1, 1)))).detections
 
 
 def _frames(folder: Path, geometry: PictureGeometry, refused: list[Problem]) -> list[tuple[str, float, Pose]]:
-    """File, time and pose of every usable picture, in order of time."""
+    """Return file, time and pose of every usable picture, in order of time."""
     table: Table = read_table(
         folder / "frames.csv", ("file",), ("time_s",), ("heading_rad", "east_m", "north_m", "east_mps", "north_mps"), refused
     )
@@ -140,7 +140,7 @@ def _frames(folder: Path, geometry: PictureGeometry, refused: list[Problem]) -> 
 
 
 def _pixels(path: Path) -> Any:
-    """(3, h, w) blue first, or (h, w). A picture that was whole when the folder was opened and is not now is empty."""
+    """Return (3, h, w) blue first, or (h, w); empty if a picture that was whole when the folder was opened no longer is."""
     cv2 = opencv()
     picture = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
     if picture is None:
@@ -149,7 +149,7 @@ def _pixels(path: Path) -> Any:
 
 
 def _land(folder: Path, geometry: PictureGeometry) -> Any:
-    """The chart's land (h, w), None without one; InputError if it is not a picture of the geometry's size."""
+    """Return the chart's land (h, w), None without one; InputError if it is not a picture of the geometry's size."""
     if not geometry.land:
         return None
     _check_links(folder, [geometry.land])

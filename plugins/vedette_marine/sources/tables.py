@@ -18,7 +18,7 @@ Table = list[tuple[str, dict[str, str], dict[str, float]]]
 def read_table(
     path: Path, words: Sequence[str], numbers: Sequence[str], optional: Sequence[str], refused: list[Problem]
 ) -> Table:
-    """The rows; one that is not as it must be is refused. `optional` numbers are there where a column has a value.
+    """Return the rows, refusing malformed ones. `optional` numbers are present where their column has a value.
 
     InputError for a missing file or a header that lacks a column.
     """
@@ -33,7 +33,7 @@ def read_table(
             if cells is None:
                 raise ValueError(UNCLOSED)
             if len(cells) != len(header):
-                raise ValueError(f"must have {len(header)} columns as the header has, got {len(cells)}")
+                raise ValueError(f"must have {len(header)} columns as in the header, got {len(cells)}")
             row = dict(zip(header, cells, strict=True))
             values = {title: _number(title, row[title]) for title in numbers}
             values |= {title: _number(title, row[title]) for title in optional if row.get(title)}
@@ -54,7 +54,7 @@ def _number(title: str, cell: str) -> float:
 
 
 def truth(path: Path, refused: list[Problem]) -> tuple[Trajectory, ...]:
-    """A trajectory of the hull's centre for each object; its velocity if every row of it has one."""
+    """Return a trajectory of the hull's centre for each object, with its velocity if every row of it has one."""
     moving = ("east_mps", "north_mps")
     objects: dict[str, list[Sample[dict[str, float]]]] = {}
     for place, words, row in read_table(path, ("object",), ("time_s", "east_m", "north_m"), moving, refused):
