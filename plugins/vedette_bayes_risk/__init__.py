@@ -1,4 +1,4 @@
-"""Detection over several sensors by Bayes risk, weights from it, and their paper's study."""
+"""Bayes-risk detection over several sensors, association weights from it, and the study of their paper."""
 
 from collections.abc import Iterable
 
@@ -15,7 +15,7 @@ VEDETTE_CONTRACT = 2
 
 @vedette.plugin
 def vedette_components() -> Iterable[type[vedette.Component]]:
-    """Everything in this package."""
+    """Return every component of this package."""
     return [
         *(BayesRiskDetection, BayesRiskPrinted, CountLikelihoodDetection),
         *(BayesRisk, ParallelKalmanPrinted, BayesRiskReproduction),

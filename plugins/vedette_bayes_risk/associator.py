@@ -1,4 +1,4 @@
-"""Weights that come from the detection stage alone."""
+"""Association weights that come from the detection stage alone."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from vedette import Array, Associator
 @final
 @frozen
 class BayesRisk(Associator):
-    """Each return in the gate weighs exp(evidence) over their sum, wherever it lies there; with none, the track coasts.
+    """Weights each return in the gate by exp(evidence), normalised, wherever it lies there; without any, the track coasts.
 
-    The weights of a bank of parallel filters, one a return, whose mixture the estimator takes. Without evidence all weigh
-    the same. Where the returns fall is used by the gate only, so a PDA with a likelihood ratio as evidence knows more.
+    These are the weights of a bank of parallel filters, one per return, whose mixture the estimator takes. Without evidence
+    all weights are equal. Positions matter to the gate only, so a PDA with a likelihood ratio as evidence uses more data.
     Kim, Choi, Ahn, Ko, on using Bayes risk for data association (in Korean), equation 6.
     """
 
     kind: ClassVar[str] = "bayes_risk"
 
     def associate(self, scores: Array, evidence: Array | None) -> Array:
-        """(*b, t, 1+k), evidence (*b, 1, k) -> (*b, t, 1+k)"""
+        """Return the weights: (*b, t, 1+k), evidence (*b, 1, k) -> (*b, t, 1+k)."""
         inside = np.isfinite(scores[..., 1:])
         log = np.where(inside, 0.0 if evidence is None else evidence, -np.inf)
         top = np.max(log, axis=-1, keepdims=True, initial=-np.inf)

@@ -1,4 +1,4 @@
-"""The scene and the filters of the study, as configs; examples/bayes_risk holds the same for people to change."""
+"""The scene and the filters of the study, as configs; examples/bayes_risk holds the same to be changed."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 SIGMA = 6.7
-"""m; not printed. Chosen so that the paper's filter has the published error: agreement with it is calibration."""
+"""In m; the paper does not state it. Chosen so that its filter has the published error: agreement there is calibration."""
 THRESHOLD = 4 * SIGMA
 CLUTTER = 0.3e-6
 SENSORS = tuple(f"s{i}" for i in range(1, 8))
@@ -14,7 +14,7 @@ GATE = 0.9999
 
 
 def scene() -> dict[str, Any]:
-    """The source: table 1 of the paper, seen by seven sensors each second for 90 s."""
+    """Return the source: table 1 of the paper, seen by seven sensors each second for 90 s."""
     legs = [
         {"do": "straight", "seconds": 20},
         {"do": "push", "seconds": 10, "push": [-5, 5]},
@@ -33,7 +33,7 @@ def scene() -> dict[str, Any]:
 
 
 def sensor(clutter: float) -> dict[str, Any]:
-    """One of the seven, which are alike."""
+    """Return the config of one of the seven identical sensors."""
     return {"kind": "cartesian_position", "sigma": SIGMA, "clutter_density": clutter}
 
 
@@ -57,7 +57,7 @@ _SPEED = {"vx": 10.0, "vy": 10.0}
 
 
 def proposed(detection: str, estimator: str, associator: str = "bayes_risk", clutter: float = CLUTTER) -> dict[str, Any]:
-    """Detection over the seven sensors, one constant-velocity filter a return. The fused sensor's own sigma is not used."""
+    """Return detection over the seven sensors, one constant-velocity filter per return; the fused sigma is not used."""
     motion = {"kind": "constant_velocity_piecewise", "sigma_accel": 6.0}
     config = _config("", {"kind": estimator, "motion": motion}, associator, clutter, _SPEED)
     detector = {"kind": detection, "sensors": config["sensors"], "base": "s1", "threshold": THRESHOLD}
@@ -66,7 +66,7 @@ def proposed(detection: str, estimator: str, associator: str = "bayes_risk", clu
 
 
 def baseline(q: tuple[float, float], transition: list[list[float]], title: str) -> dict[str, Any]:
-    """IMM over constant velocity and constant acceleration; PDA takes the sensors of a moment one after the other."""
+    """Return IMM over constant velocity and constant acceleration; PDA processes simultaneous scans one after the other."""
     modes = [
         {"kind": "kalman", "motion": {"kind": "constant_velocity_piecewise", "sigma_accel": q[0]}},
         {"kind": "kalman", "motion": {"kind": "wiener_acceleration_piecewise", "sigma_change": q[1]}},
@@ -81,7 +81,7 @@ FILTERS: dict[str, dict[str, Any]] = {
     "IMM/MSPDA tuned": baseline((1.0, 2.0), [[0.95, 0.05], [0.1, 0.9]], "IMM of CV and CA with multi-sensor PDA, tuned"),
     "IMM/MSPDA soft": baseline((0.05, 0.5), [[0.8, 0.2], [0.2, 0.8]], "IMM of CV and CA with multi-sensor PDA, soft"),
 }
-"""Process noises, transition probabilities, threshold and gate are chosen: the paper gives none."""
+"""Process noises, transition probabilities, threshold and gate are chosen: the paper states none."""
 
 DENSE = 100 * CLUTTER
 CONTESTED: dict[str, dict[str, Any]] = {
@@ -92,4 +92,4 @@ CONTESTED: dict[str, dict[str, Any]] = {
     "likelihood ratio, with spread": proposed("count_likelihood_detection", "kalman", clutter=DENSE),
     "likelihood ratio, PDA": proposed("count_likelihood_detection", "kalman", "pda", clutter=DENSE),
 }
-"""At 100 times the published clutter, where returns compete often enough to tell the forms apart."""
+"""At 100 times the published clutter, where returns compete often enough to tell the variants apart."""

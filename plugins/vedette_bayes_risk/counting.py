@@ -1,4 +1,4 @@
-"""How many sensors confirm a return: probabilities of the count, under a false alarm and under a target."""
+"""How many sensors confirm a return: probabilities of the count, given a false alarm and given a target."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from attrs import frozen
 from vedette import Array, Sensor
 
 _NODES = 48
-"""Of the quadrature over the base sensor's error: the counts' probabilities are right to 1e-9 with it."""
+"""Number of quadrature points over the base sensor's error: the counts' probabilities are then right to 1e-9."""
 
 
 @frozen(eq=False)
 class Confirmation:
-    """Of the sensors beside the base (n,): variance per axis in m^2, P_D, false returns in 1/m^2; base: its variance."""
+    """The sensors beside the base (n,): variance per axis in m^2, P_D, clutter density in 1/m^2; base: its variance."""
 
     base: float
     variance: Array
@@ -24,7 +24,7 @@ class Confirmation:
 
     @classmethod
     def of(cls, sensors: Mapping[str, Sensor], base: str) -> Confirmation:
-        """Read off the sensors, which must report positions in the plane with the same round noise everywhere."""
+        """Read the sensors, which must measure positions in the plane with the same isotropic noise everywhere."""
         variance = {name: _variance(name, sensor) for name, sensor in sensors.items()}
         others = [name for name in sensors if name != base]
         origin = np.zeros((1, 2))
@@ -36,21 +36,21 @@ class Confirmation:
         )
 
     def false_alarm(self, threshold: float) -> Array:
-        """P_FA = 1 - exp(-density pi threshold^2): that a false return of a sensor confirms whatever stands there, (n,)"""
+        """Return P_FA = 1 - exp(-density pi threshold^2): a sensor's false return confirms any other return, (n,)."""
         p: Array = -np.expm1(-self.density * np.pi * threshold**2)
         return p
 
     def miss(self, threshold: float) -> Array:
-        """P_M = 1 - P_D (1 - exp(-threshold^2 / (2 (v_base + v)))): that the target's return does not confirm, (n,)"""
+        """Return P_M = 1 - P_D (1 - exp(-threshold^2 / (2 (v_base + v)))), the target's return not confirming, (n,)."""
         p: Array = 1.0 + self.p_detect * np.expm1(-(threshold**2) / (2 * (self.base + self.variance)))
         return p
 
     def given_clutter(self, threshold: float) -> Array:
-        """p(k | H0) for k = 1 ... N, the base's false return counted always: k - 1 sensors happen to confirm it, (N,)"""
+        """Return p(k | H0) for k = 1 ... N, the base's false return included: k - 1 sensors confirm it by chance, (N,)."""
         return number_of(self.false_alarm(threshold))
 
     def given_target(self, threshold: float) -> Array:
-        """p(k | H1) for k = 1 ... N: k - 1 sensors confirm the target's return at the base, (N,)
+        """Return p(k | H1) for k = 1 ... N: k - 1 sensors confirm the target's return at the base, (N,).
 
         All distances share the base's error e, so confirmations are independent only given e:
         p_j(e) = P_D P(chi2_2(e^2/v_j) < threshold^2/v_j), averaged over e^2/(2 v_base), which is exponential.
@@ -66,7 +66,7 @@ class Confirmation:
 
 
 def _variance(name: str, sensor: Sensor) -> float:
-    """The variance per axis of a sensor whose noise is the same everywhere; ValueError if it is not such a sensor."""
+    """Return the variance per axis of a sensor whose noise is the same everywhere; ValueError for any other sensor."""
     if len(sensor.measurement) != 2 or sensor.measurement != sensor.observes:
         raise ValueError(f"sensors.{name}: must report positions over two axes, got {sensor.measurement}")
     here, there = (np.broadcast_to(sensor.noise(np.full((1, 2), at)), (1, 2, 2))[0] for at in (0.0, 1e4))
@@ -76,7 +76,7 @@ def _variance(name: str, sensor: Sensor) -> float:
 
 
 def number_of(probabilities: Array) -> Array:
-    """How many of n independent events happen: (*b, n) -> probabilities of 0 ... n, (*b, n+1)"""
+    """Return the probabilities (*b, n+1) that 0 ... n of independent events with probabilities (*b, n) happen."""
     counts = np.ones((*probabilities.shape[:-1], 1))
     for p in np.moveaxis(probabilities, -1, 0):
         grown = np.zeros((*counts.shape[:-1], counts.shape[-1] + 1))

@@ -14,11 +14,11 @@ from vedette_bayes_risk.counting import Confirmation
 
 @frozen
 class DistributedDetection(Preprocessor):
-    """For each return of the base sensor the nearest of each other sensor, which counts if it is within `threshold`.
+    """Confirms each return of the base sensor by the nearest of each other sensor, if that lies within `threshold`.
 
     With k returns in all, the base's own included: z = R sum_j z_j / v_j, R = I / sum_j 1/v_j over the k. A return that no
-    other sensor confirms (k = 1) is a false alarm and left out. Evidence: the log weight of k, which is what the kinds
-    differ in. The sensors' detection probability, noise and clutter are taken at the origin and must be the same everywhere.
+    other sensor confirms (k = 1) is a false alarm and dropped. Evidence: the log weight of k, in which the kinds
+    differ. The sensors' detection probability, noise and clutter are taken at the origin and must be the same everywhere.
     Kim, Choi, Ahn, Ko, on using Bayes risk for data association (in Korean).
     """
 
@@ -41,13 +41,13 @@ class DistributedDetection(Preprocessor):
 
     @abstractmethod
     def log_weights(self) -> Array:
-        """The logarithm of what a return weighs that k = 1 ... N sensors report, (N,); k = 1 is never used."""
+        """Return the log weight of a return that k = 1 ... N sensors report, (N,); k = 1 is never used."""
 
     def __attrs_post_init__(self) -> None:
         self.log_weights()
 
     def process(self, scans: Mapping[str, Scan]) -> Detections:
-        """Scans (*b, k_j, 2) of the sensors -> confirmed returns (*b, k, 2) with evidence (*b, k) and noise (*b, k, 2, 2)"""
+        """Fuse scans (*b, k_j, 2) of the sensors to returns (*b, k, 2) with evidence (*b, k) and noise (*b, k, 2, 2)."""
         if self.base not in scans:
             return _none(next(iter(scans.values())).detections)
         detections = scans[self.base].detections
@@ -70,7 +70,7 @@ class DistributedDetection(Preprocessor):
 
 
 def _nearest(z: Array, detections: Detections, threshold: float) -> tuple[Array, Mask]:
-    """To each of z (*b, k, 2) the nearest valid return (*b, k, 2), and whether it is within `threshold` (*b, k)."""
+    """Find for each of z (*b, k, 2) the nearest valid return (*b, k, 2), and whether it is within `threshold` (*b, k)."""
     apart = z[..., :, None, :] - detections.z[..., None, :, :]
     square = np.where(detections.valid[..., None, :], apart[..., 0] ** 2 + apart[..., 1] ** 2, np.inf)
     nearest = np.argmin(square, axis=-1)
@@ -79,7 +79,7 @@ def _nearest(z: Array, detections: Detections, threshold: float) -> tuple[Array,
 
 
 def _first(detections: Detections) -> Detections:
-    """The same with the valid returns first, in their order, and no more padding than the fullest run needs."""
+    """Put the valid returns first, in their order, with no more padding than the fullest run needs."""
     assert detections.evidence is not None
     assert detections.noise is not None
     most = int(np.max(np.sum(detections.valid, axis=-1), initial=0))
@@ -93,7 +93,7 @@ def _first(detections: Detections) -> Detections:
 
 
 def _none(like: Detections) -> Detections:
-    """No return, in as many runs as `like` has."""
+    """Return no detections, in as many runs as `like` has."""
     runs = like.valid.shape[:-1]
     empty = np.zeros((*runs, 0))
     return Detections(np.zeros((*runs, 0, 2)), empty.astype(bool), empty, np.zeros((*runs, 0, 2, 2)))

@@ -1,4 +1,4 @@
-"""What the paper on Bayes-risk detection says and what the study finds: tables, verdicts, data of the figures."""
+"""What the paper on Bayes-risk detection reports and what the study finds: tables, verdicts, data of the figures."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from vedette.reproduction import Cell, Chart, Claim, Curve, Panel, Table, mean_c
 from vedette_bayes_risk.fusion import DistributedDetection
 
 WINDOWS = {"6-20 s": slice(4, 19), "21-30 s": slice(19, 29), "51-90 s": slice(49, 89)}
-"""Among the scans from 2 s on that a record holds. The paper reports the last two."""
+"""Slices of a record, which begins at 2 s. The paper reports the last two."""
 PUBLISHED = {"proposed": (None, 3.5268, 3.5270), "IMM/MSPDA soft": (None, 4.6119, 3.5934)}
 
 
@@ -29,7 +29,7 @@ class Record:
 
 @frozen(eq=False)
 class Contest:
-    """One form in dense clutter: nees of the position and number of returns with weight (r, s-2); kept (r,): not lost."""
+    """One variant in dense clutter: nees of the position and number of returns with weight (r, s-2); kept (r,): not lost."""
 
     nees: Array
     rivals: Array
@@ -37,7 +37,7 @@ class Contest:
 
     @property
     def contested(self) -> Array:
-        """Mean NEES (r,) of each run over its scans where two returns or more compete, of the runs that were kept."""
+        """Mean NEES (r,) of each kept run over its scans where two or more returns compete."""
         several = self.rivals[self.kept] > 1
         some = np.any(several, axis=1)
         mean: Array = np.sum(np.where(several, self.nees[self.kept], 0.0), axis=1)[some] / np.sum(several, axis=1)[some]
@@ -47,7 +47,7 @@ class Contest:
 def tables(
     records: Mapping[str, Record], contests: Mapping[str, Contest], experiments: Mapping[str, Experiment]
 ) -> tuple[Table, ...]:
-    """Table 2, consistency, the weights, and the forms where returns compete."""
+    """Return table 2, consistency, the weights, and the variants where returns compete."""
     errors = [
         (
             name,
@@ -93,7 +93,7 @@ def _lost(part: Contest) -> Cell:
 
 
 def _weights(experiments: Mapping[str, Experiment]) -> Table:
-    """What a return weighs by the number of sensors that confirm it, relative to all seven."""
+    """Return the weight of a return by the number of sensors that confirm it, relative to all seven."""
     rows = []
     for label, name in (("printed", "proposed, printed"), ("corrected", "proposed")):
         detector: Any = experiments[name].preprocessors["fused"]
@@ -104,7 +104,7 @@ def _weights(experiments: Mapping[str, Experiment]) -> Table:
 
 
 def claims(records: Mapping[str, Record], contests: Mapping[str, Contest]) -> tuple[Claim, ...]:
-    """The verdicts."""
+    """Return the verdicts."""
     windows = list(WINDOWS)[1:]
     own = [rms_cell(records["proposed"].squares[:, WINDOWS[window]]).measured or 0.0 for window in windows]
     gains = {
@@ -142,7 +142,7 @@ def claims(records: Mapping[str, Record], contests: Mapping[str, Contest]) -> tu
 
 
 def _optimism(contests: Mapping[str, Contest], weights: str) -> float:
-    """How much larger the NEES is without the spread of the means."""
+    """Return the factor by which the NEES is larger without the spread of the means."""
     printed, spread = (contests[f"{weights}, {form}"].contested for form in ("printed P", "with spread"))
     return float(np.mean(printed) / np.mean(spread)) if len(printed) and len(spread) else float("nan")
 
@@ -153,7 +153,7 @@ def _change(ratios: list[Cell]) -> str:
 
 
 def charts(truth: Array, records: Mapping[str, Record]) -> tuple[Chart, ...]:
-    """Figures 3 and 4, and the mode probabilities."""
+    """Return figures 3 and 4, and the mode probabilities."""
     times = np.arange(2.0, 2.0 + records["proposed"].squares.shape[1])
     path, track = truth[:, :2] / 1e3, records["proposed"].path / 1e3
     flight = Curve("truth", path[:, 0], path[:, 1]), Curve("proposed", track[:, 0], track[:, 1], "dashed")

@@ -14,10 +14,10 @@ from vedette.filters import GaussianFilter, Hypotheses, evaluate_linearised, pre
 @final
 @frozen
 class ParallelKalmanPrinted(GaussianFilter):
-    """One extended Kalman filter a return, x = sum w_i x_i and P = sum w_i P_i; kept to compare.
+    """One extended Kalman filter per return, x = sum w_i x_i and P = sum w_i P_i; kept for comparison.
 
-    P lacks sum w_i (x_i - x)(x_i - x)': where returns compete, the filter is far too sure of itself. `kalman` and `ekf` with
-    the same associator have it.
+    P lacks sum w_i (x_i - x)(x_i - x)': where returns compete, the filter is far too confident. `kalman` and `ekf` with
+    the same associator include it.
     Kim, Choi, Ahn, Ko, on using Bayes risk for data association (in Korean), equation 6.
     """
 
@@ -27,11 +27,11 @@ class ParallelKalmanPrinted(GaussianFilter):
     motion: MotionModel = fields.part("how the target moves")
 
     def predict(self, belief: Gaussian, dt: float, rng: np.random.Generator) -> Gaussian:
-        """The belief `dt` s later."""
+        """Return the belief `dt` s later."""
         return belief if dt == 0 else predict_linearised(belief, self.motion, dt)
 
     def evaluate(self, belief: Gaussian, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
-        """Every return against every track, linearised at its mean."""
+        """Compare every return with every track, linearised at its mean."""
         return evaluate_linearised(belief, self.state, sensor, observed, p_gate)
 
     def update(self, belief: Gaussian, innovation: Innovation, weights: Array) -> Gaussian:

@@ -1,4 +1,4 @@
-"""Returns weighed as the paper prints it."""
+"""Returns weighted as printed in the paper."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from vedette_bayes_risk.risk import Costs
 @final
 @frozen
 class BayesRiskPrinted(DistributedDetection):
-    """P_D(k) and P_F(k) summed over i <= k, which decides for a target where FEW sensors confirm; kept to compare.
+    """Sums P_D(k) and P_F(k) over i <= k, which decides for a target where FEW sensors confirm; kept for comparison.
 
     p(k | H0) ~ C(N, k) P_FA^k, p(k | H1) ~ C(N, k) P_M^(N-k) (1 - P_M)^k over k = 1 ... N, with the means of P_FA and P_M
-    over the sensors. Printed too is P_FA = A_v/(lambda A_1), over 1 and with a unit; here it is 1 - exp(-lambda A_v).
+    over the sensors. The printed P_FA = A_v/(lambda A_1) exceeds 1 and has a unit; here it is 1 - exp(-lambda A_v).
     Kim, Choi, Ahn, Ko, on using Bayes risk for data association (in Korean), equations 1 to 5.
     """
 
@@ -27,7 +27,7 @@ class BayesRiskPrinted(DistributedDetection):
     costs: Costs = fields.part("what each decision costs", default=Costs())
 
     def log_weights(self) -> Array:
-        """(N,)"""
+        """Return the log weights (N,)."""
         from scipy.special import comb
 
         count = len(self.sensors)

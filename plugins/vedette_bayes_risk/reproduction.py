@@ -21,9 +21,9 @@ from vedette_bayes_risk.outcome import Contest, Record
 PLANE = Space.of(x="m", y="m", vx="m/s", vy="m/s")
 REST = {"ax": (0.0, 2.0), "ay": (0.0, 2.0)}
 REACH, DENSE_REACH = 1000.0, 300.0
-"""m; false returns are drawn this far around the target on each axis: those that are farther reach no gate."""
+"""In m; clutter is drawn this far around the target on each axis: farther returns reach no gate."""
 LOST = 100.0
-"""m; where returns compete, a run with a larger error is lost and left out."""
+"""In m; where returns compete, a run with a larger error is lost and left out."""
 
 
 @final
@@ -39,7 +39,7 @@ class BayesRiskReproduction(Reproduction):
     default_runs: ClassVar[int] = 1000
 
     def run(self, runs: int, seed: int, progress: Progress) -> Findings:
-        """All filters of a part on the same draws."""
+        """Run all filters of a part on the same draws."""
         first, second = np.random.default_rng(seed).spawn(2)
         experiments = {name: load(config) for name, config in (FILTERS | CONTESTED).items()}
         jobs = progress([*FILTERS, *CONTESTED], "filters")
@@ -61,7 +61,7 @@ class BayesRiskReproduction(Reproduction):
 def draw(
     experiment: Experiment, runs: int, reach: float, rng: np.random.Generator
 ) -> tuple[Array, Array, Sequence[Sequence[Scan]]]:
-    """The target's states (s, 4) and times (s,), and at each time all sensors' scans; the first two without clutter."""
+    """Draw the target's states (s, 4) and times (s,), and all sensors' scans at each time; the first two without clutter."""
     sensors = raw_sensors(experiment.preprocessors, experiment.tracker.sensors)
     assert experiment.source is not None
     path = experiment.source.open(sensors, rng).truth[0]
@@ -76,7 +76,7 @@ def draw(
 
 
 def _prior(experiment: Experiment, moments: Sequence[Sequence[Scan]]) -> Gaussian:
-    """From the base sensor's first two returns, for all filters alike."""
+    """Return the prior from the base sensor's first two returns, the same for all filters."""
     base = next(iter(raw_sensors(experiment.preprocessors, experiment.tracker.sensors).values()))
     spots = [base.invert(scans[0].detections.z[:, 0]) for scans in moments[:2]]
     return over_axes(two_point(spots[0], spots[1], 1.0), PLANE, experiment.tracker.state, REST)
@@ -87,7 +87,7 @@ def _scans(experiment: Experiment, moments: Sequence[Sequence[Scan]]) -> list[Sc
 
 
 def record(experiment: Experiment, truth: Array, times: Array, moments: Sequence[Sequence[Scan]]) -> Record:
-    """One filter on all runs, judged after the last scan of each moment."""
+    """Run one filter on all runs, judged after the last scan of each time."""
     tracker = experiment.tracker
     runs = run_together(tracker, _prior(experiment, moments), times[1], _scans(experiment, moments))
     last = np.flatnonzero(np.append(np.diff(runs.times) > 0, True))
@@ -100,7 +100,7 @@ def record(experiment: Experiment, truth: Array, times: Array, moments: Sequence
 
 
 def contest(experiment: Experiment, truth: Array, times: Array, moments: Sequence[Sequence[Scan]]) -> Contest:
-    """One form in dense clutter: squared errors of position over their covariances, and where returns competed."""
+    """Run one variant in dense clutter: squared position errors over their covariances, and where returns competed."""
     tracker = experiment.tracker
     state = tracker.start(_prior(experiment, moments), times[1])
     error, size, rivals = [], [], []
@@ -117,6 +117,6 @@ def contest(experiment: Experiment, truth: Array, times: Array, moments: Sequenc
 
 
 def _squares(error: Array) -> Array:
-    """Squared distances (*b) of errors (*b, 4)."""
+    """Return the squared distances (*b) of errors (*b, 4)."""
     squared: Array = np.sum(error[..., :2] ** 2, axis=-1)
     return squared

@@ -1,4 +1,4 @@
-"""Bayes risk of deciding for a target, and the weight that the paper makes of it."""
+"""The Bayes risk of deciding for a target, and the paper's weight made of it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from vedette import Array, fields
 
 @frozen
 class Costs:
-    """What each decision costs: R = sum_ij C_ij P(decide i | j) P(j), j = 1 where there is a target."""
+    """Cost of each decision: R = sum_ij C_ij P(decide i | j) P(j), j = 1 where there is a target."""
 
     miss: float = fields.quantity("1", "deciding against a target that is there", default=1.0)
     false_alarm: float = fields.quantity("1", "deciding for a target that is not there", default=1.0)
@@ -19,7 +19,7 @@ class Costs:
     prior: float = fields.probability("that a return of the base sensor is a target's", default=0.5, above=0, below=1)
 
     def log_weights(self, p_detect: Array, p_false: Array) -> Array:
-        """The log of L(k) = sum over i <= k of 1/R(i), R(i) from how often a decision at count i detects and errs: (N,)"""
+        """Return log L(k), L(k) = sum over i <= k of 1/R(i), from the probabilities of deciding at count i or more: (N,)."""
         with_target = self.miss * (1 - p_detect) + self.detection * p_detect
         without = self.false_alarm * p_false + self.rejection * (1 - p_false)
         risk = with_target * self.prior + without * (1 - self.prior)

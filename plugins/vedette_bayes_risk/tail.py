@@ -1,4 +1,4 @@
-"""Returns weighed by the Bayes risk of believing in so many confirmations."""
+"""Returns weighted by the Bayes risk of deciding for a target at so many confirmations."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from vedette_bayes_risk.risk import Costs
 @final
 @frozen
 class BayesRiskDetection(DistributedDetection):
-    """Decide for a target from k sensors on: P_D(k) = sum over i >= k of p(i | H1), P_F(k) the same of p(i | H0).
+    """Decides for a target from k sensors on: P_D(k) = sum over i >= k of p(i | H1), P_F(k) the same of p(i | H0).
 
-    The weight is L(k) = sum over i <= k of 1/R(i). p(k | H1) takes account of the base's error, which all distances share,
-    and p(k | H0) of a false return of the base, which is counted always. It is a weight for the associator `bayes_risk`, no
-    likelihood ratio: for `pda` use `count_likelihood_detection`.
+    The weight is L(k) = sum over i <= k of 1/R(i). p(k | H1) accounts for the base's error, which all distances share,
+    and p(k | H0) for a false return of the base, which is always counted. It is a weight for the associator `bayes_risk`,
+    not a likelihood ratio: for `pda` use `count_likelihood_detection`.
     Kim, Choi, Ahn, Ko, on using Bayes risk for data association (in Korean), equations 1 to 5, corrected.
     """
 
@@ -28,7 +28,7 @@ class BayesRiskDetection(DistributedDetection):
     costs: Costs = fields.part("what each decision costs", default=Costs())
 
     def log_weights(self) -> Array:
-        """(N,)"""
+        """Return the log weights (N,)."""
         found = self.confirmation
         tails = [np.cumsum(p[::-1])[::-1] for p in (found.given_target(self.threshold), found.given_clutter(self.threshold))]
         return self.costs.log_weights(*(np.minimum(tail, 1.0) for tail in tails))
