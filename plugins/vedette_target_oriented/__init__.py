@@ -1,4 +1,4 @@
-"""The target-oriented velocity: motion models with noise and turns along the velocity, and their paper's study."""
+"""The target-oriented velocity: motion models with noise and turns along the velocity, and the study of their paper."""
 
 from collections.abc import Iterable
 
@@ -13,5 +13,5 @@ VEDETTE_CONTRACT = 2
 
 @vedette.plugin
 def vedette_components() -> Iterable[type[vedette.Component]]:
-    """Everything in this package."""
+    """Return every component of this package."""
     return [TargetOriented, TargetOrientedLiteral, TargetOrientedCertain, TargetOrientedReproduction]

@@ -1,4 +1,4 @@
-"""Section 4.1 of the paper: how an acceleration looks along fixed axes, and along the target's own velocity."""
+"""Section 4.1 of the paper: an acceleration in fixed axes, and along the target's own velocity."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ SECONDS = 10_000
 LAGS = 100
 SPEED = 400.0
 STEPS = {"scenario 1": (5.0, 5.0), "scenario 2": (1.7, 0.0425)}
-"""Standard deviations of what the accelerations gain each second; m/s^2, the last a turn rate in rad/s."""
+"""Standard deviations of the accelerations' steps per second; m/s^2, the last a turn rate in rad/s."""
 
 
 @frozen(eq=False)
@@ -24,7 +24,7 @@ class Accelerations:
 
 
 def pieces(count: int, rng: np.random.Generator) -> Array:
-    """Return two random walks from 0 in steps of 1, for Poisson(10) s, at rest for as many, and so on: (count, s, 2)"""
+    """Draw two random walks, from 0 for Poisson(10) s, then at rest for as long, and so on: (count, s, 2), steps of 1."""
     walks = np.empty((count, SECONDS, 2))
     for row in walks:
         lengths = rng.poisson(10, size=SECONDS // 4)
@@ -37,14 +37,14 @@ def pieces(count: int, rng: np.random.Generator) -> Array:
 
 
 def along_axes(accel: Array) -> Accelerations:
-    """Return scenario 1: `accel` (r, s, 2) drives the target along x and y; it starts at 400 m/s along x."""
+    """Simulate scenario 1: `accel` (r, s, 2) drives the target along x and y; it starts at 400 m/s along x."""
     velocity = np.concatenate([np.zeros_like(accel[:, :1]), np.cumsum(accel[:, :-1], axis=1)], axis=1)
     velocity[..., 0] += SPEED
     return Accelerations(accel, turned(accel, velocity))
 
 
 def along_velocity(walks: Array) -> Accelerations:
-    """Return scenario 2: walks (r, s, 2) of the forward acceleration and of the turn rate."""
+    """Simulate scenario 2: walks (r, s, 2) of the forward acceleration and of the turn rate."""
     forward, rate = walks[..., 0], walks[..., 1]
     speed = SPEED + np.concatenate([np.zeros_like(forward[:, :1]), np.cumsum(forward[:, :-1], axis=1)], axis=1)
     heading = np.concatenate([np.zeros_like(rate[:, :1]), np.cumsum(rate[:, :-1], axis=1)], axis=1)
@@ -55,14 +55,14 @@ def along_velocity(walks: Array) -> Accelerations:
 
 
 def turned(accel: Array, velocity: Array) -> Array:
-    """Return components along the velocity and to its right: (*b, 2), (*b, 2) -> (*b, 2)"""
+    """Return the components along the velocity and to its right: (*b, 2), (*b, 2) -> (*b, 2)."""
     unit = velocity / np.maximum(np.linalg.norm(velocity, axis=-1, keepdims=True), 1e-9)
     right = unit[..., 0] * -accel[..., 1] + unit[..., 1] * accel[..., 0]
     return np.stack([np.sum(unit * accel, axis=-1), right], axis=-1)
 
 
 def correlation(pair: Array) -> Array:
-    """Return cross-correlation coefficient of two series (r, s, 2) at lags -100 ... 100: (r, 201)"""
+    """Return the cross-correlation coefficient of two series (r, s, 2) at lags -100 ... 100: (r, 201)."""
     centred = pair - np.mean(pair, axis=1, keepdims=True)
     size = 1 << (2 * SECONDS - 1).bit_length()
     first, second = (np.fft.rfft(centred[..., j], size) for j in (0, 1))
@@ -74,14 +74,14 @@ def correlation(pair: Array) -> Array:
 
 
 def kurtosis(values: Array) -> Array:
-    """Return fourth central moment over the squared variance, 3 for a Gaussian: (r, s) -> (r,)"""
+    """Return the fourth central moment over the squared variance, 3 for a Gaussian: (r, s) -> (r,)."""
     centred = values - np.mean(values, axis=1, keepdims=True)
     ratio: Array = np.mean(centred**4, axis=1) / np.mean(centred**2, axis=1) ** 2
     return ratio
 
 
 def study(count: int, rng: np.random.Generator) -> dict[str, Accelerations]:
-    """Return both scenarios, `count` trajectories each, and white noise to compare with."""
+    """Simulate both scenarios, `count` trajectories each, and white noise for comparison."""
     first = along_axes(np.array(STEPS["scenario 1"]) * pieces(count, rng))
     second = along_velocity(np.array(STEPS["scenario 2"]) * pieces(count, rng))
     white = rng.standard_normal((count, SECONDS, 2))
@@ -89,13 +89,13 @@ def study(count: int, rng: np.random.Generator) -> dict[str, Accelerations]:
 
 
 def _spread(pair: Array) -> Array:
-    """Return root mean square of the cross-correlation over the lags: (r, s, 2) -> (r,)"""
+    """Return the root mean square of the cross-correlation over the lags: (r, s, 2) -> (r,)."""
     root: Array = np.sqrt(np.mean(correlation(pair) ** 2, axis=1))
     return root
 
 
 def _geometric(values: Array, published: float | None = None) -> Cell:
-    """Return geometric mean over trajectories: variances spread over decades, for a speed that once grew stays large."""
+    """Return the geometric mean over trajectories: variances span decades, as a speed that has grown stays large."""
     log = mean_cell(np.log(values))
     middle = float(np.exp(log.measured or 0.0))
     return Cell(middle, None if log.error is None else middle * log.error, published)
@@ -185,7 +185,7 @@ def charts(found: dict[str, Accelerations]) -> tuple[Chart, ...]:
 
 
 def _histogram(name: str, part: Accelerations, j: int) -> Panel:
-    """Return one component's density in its own standard deviations, beside the Gaussian's."""
+    """Return one component's density in units of its standard deviation, beside the Gaussian's."""
     values = _four(part)[0, :, j]
     edges = np.linspace(-4.0, 4.0, 81)
     middle = 0.5 * (edges[1:] + edges[:-1])

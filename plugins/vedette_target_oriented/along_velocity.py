@@ -1,4 +1,4 @@
-"""What the target-oriented models share: gains along and across a direction, and turns of a velocity as a complex number."""
+"""The common part of the target-oriented models: gains along and across a direction, and turns of a complex velocity."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ from vedette import Array
 
 
 def held_gain(direction: Array, sigma_forward: float, sigma_side: float, dt: float) -> tuple[Array, Array, Array]:
-    """Return what an acceleration held for `dt` adds: covariance of position, with velocity, of velocity, (*b, 2, 2) each.
+    """Return the covariance of position, position with velocity, and velocity, (*b, 2, 2) each, of a held acceleration.
 
-    `direction` (*b, 2, 2) is f f', f the unit vector along which sigma_forward works; sigma_side works across.
+    `direction` (*b, 2, 2) is f f', f the unit vector along which sigma_forward acts; sigma_side acts across.
     """
     accel = sigma_side**2 * np.eye(2) + (sigma_forward**2 - sigma_side**2) * direction
     return accel * (dt**4 / 4), accel * (dt**3 / 2), accel * dt**2
 
 
 def chord(angle: Array) -> tuple[Array, Array]:
-    """(exp(i a) - 1)/(i a), the mean of exp(i s) over s in [0, a], and its derivative by a; (*b) -> (*b), (*b) complex.
+    """Return (exp(i a) - 1)/(i a), the mean of exp(i s) over s in [0, a], and its derivative by a, complex (*b) each.
 
-    With h = a/2 it is exp(i h) sin(h)/h, which nothing cancels in; the derivative of sin(h)/h needs its series near 0.
+    With h = a/2 it is exp(i h) sin(h)/h, which has no cancellation; the derivative of sin(h)/h needs its series near 0.
     """
     h = 0.5 * np.asarray(angle)
     turn, sinc = np.exp(1j * h), np.sinc(h / np.pi)

@@ -1,4 +1,4 @@
-"""The target-oriented model with a side speed that counts as known."""
+"""The target-oriented model with a side speed that is taken as known."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from vedette_target_oriented.resets import ResettingMotion
 @final
 @frozen
 class TargetOrientedCertain(ResettingMotion):
-    """The other reading of the paper: v_side is set anew after each scan, and known from then on: its variance is 0.
+    """The other reading of the paper: v_side is reset after each scan and taken as known from then on, with variance 0.
 
-    The direction of the last two positions is far less sure than that, so sigma_side must make up for it: on a straight line
-    var/R of the side error is (2 - a)/(4 - 3a) for a steady gain a, and equals the a that the filter reckons with only at
+    The direction of the last two positions is far less certain than that, so sigma_side must make up for it: on a straight
+    line var/R of the side error is (2 - a)/(4 - 3a) for a steady gain a, and equals the a that the filter assumes only at
     a = 2/3, sigma_side = 4/sqrt(3) sigma/T^2.
     """
 
     kind: ClassVar[str] = "target_oriented_certain"
 
     def reset(self, cov: Array) -> Array:
-        """(*b, 7, 7) -> (*b, 7, 7) without the side speed's variance"""
+        """Set the side speed's variance to 0: (*b, 7, 7) -> (*b, 7, 7)."""
         return without_variance(cov, [3])

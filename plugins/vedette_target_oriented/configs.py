@@ -1,4 +1,4 @@
-"""The scene and the filters of the study, as configs; examples/target_oriented holds the same for people to change."""
+"""The scene and the filters of the study, as configs; examples/target_oriented holds the same to be changed."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def scene() -> dict[str, Any]:
 
 
 def config(title: str, modes: list[dict[str, Any]], transition: list[list[float]], spread: dict[str, Any]) -> dict[str, Any]:
-    """Return an experiment on the scene: an IMM-PDAF. The filter allows for one miss in a hundred; the scene has none."""
+    """Return an IMM-PDAF on the scene. The filter allows for one miss in a hundred; the scene has none."""
     sensor = {"kind": "cartesian_position", "sigma": SIGMA, "clutter_density": CLUTTER, "detection_probability": 0.99}
     return {
         "title": title,
@@ -49,7 +49,7 @@ def config(title: str, modes: list[dict[str, Any]], transition: list[list[float]
 
 
 GATE = 0.99966
-"""Squared distances up to 16 are in the gate: 1 - exp(-8)."""
+"""Squared distances up to 16 are in the gate, with probability 1 - exp(-8)."""
 
 
 def _modes(estimator: str, *motions: dict[str, Any]) -> list[dict[str, Any]]:
@@ -57,7 +57,7 @@ def _modes(estimator: str, *motions: dict[str, Any]) -> list[dict[str, Any]]:
 
 
 def _frame() -> dict[str, Any]:
-    """Return where a track in the paper's frame starts: the axes that the truth does not have."""
+    """Return the start of the axes of the paper's frame that the truth does not have."""
     before = [START[0] - SPEED * math.cos(COURSE), START[1] - SPEED * math.sin(COURSE)]
     start = {"v_forward": [SPEED, 20.0], "v_side": [0.0, 20.0], "heading": [COURSE, 0.0]}
     return {"spread": _PLACE, "start": start | {"last_x": [before[0], 0.0], "last_y": [before[1], 0.0]}}

@@ -1,4 +1,4 @@
-"""The target-oriented model on plain Cartesian state."""
+"""The target-oriented model on a plain Cartesian state."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ _STATE = Space.of(x="m", y="m", vx="m/s", vy="m/s")
 @final
 @frozen
 class TargetOriented(MotionModel):
-    """Acceleration noise along the target's own velocity and across it, and a known acceleration to its right that turns it.
+    """Acceleration noise along and across the target's own velocity, and a known acceleration to its right that turns it.
 
     Velocity v = vx + i vy, speed s, turns by d = -side_accel T/s; the position gains T A(d) v, A(d) = (exp(i d) - 1)/(i d).
     The noise is an acceleration held for T: Q = G D G', G = [T^2/2; T], D = sigma_forward^2 f f' + sigma_side^2 (I - f f').
     The derivative by v holds that of d as well, d' = -d v/s^2: i exp(i d) v d' of the velocity and T A'(d) v d' of the
-    position. So the covariance turns with the velocity and nothing is reset: the exact equal of the paper's model where
-    velocity and covariance are turned into the frame of the new velocity after each scan.
-    Below `slowest` there is no heading to speak of: turns are those at that speed, and D goes over to its mean over all
+    position. So the covariance turns with the velocity and nothing is reset: this is exactly the paper's model with
+    velocity and covariance rotated into the frame of the new velocity after each scan.
+    Below `slowest` the heading is ill-defined: turns are those at that speed, and D tends to its mean over all
     directions, reached at rest.
     Yoon, Ko, a manoeuvring target tracking algorithm with a target-oriented velocity representation (in Korean).
     """
@@ -48,7 +48,7 @@ class TargetOriented(MotionModel):
         return v, speed, -self.side_accel * dt / speed
 
     def move(self, x: Array, dt: float) -> Array:
-        """(*b, 4) -> (*b, 4)"""
+        """Move the state: (*b, 4) -> (*b, 4)."""
         v, _, angle = self._turn(x, dt)
         step, after = dt * chord(angle)[0] * v, np.exp(1j * angle) * v
         moved = x.copy()
@@ -58,7 +58,7 @@ class TargetOriented(MotionModel):
         return moved
 
     def jacobian(self, x: Array, dt: float) -> Array:
-        """(*b, 4) -> (*b, 4, 4)"""
+        """Return F: (*b, 4) -> (*b, 4, 4)."""
         v, speed, angle = self._turn(x, dt)
         mean, slope = chord(angle)
         turn = np.exp(1j * angle)
@@ -73,7 +73,7 @@ class TargetOriented(MotionModel):
         return F
 
     def noise(self, x: Array, dt: float) -> Array:
-        """(*b, 4) -> (*b, 4, 4)"""
+        """Return Q: (*b, 4) -> (*b, 4, 4)."""
         _, speed, _ = self._turn(x, dt)
         unit = x[..., 2:] / speed[..., None]
         direction = unit[..., :, None] * unit[..., None, :]

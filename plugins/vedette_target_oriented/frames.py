@@ -1,4 +1,4 @@
-"""Between the paper's frame and plain Cartesian axes."""
+"""Conversions between the paper's frame and Cartesian axes."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _PLANE = Space.of(x="m", y="m", vx="m/s", vy="m/s")
 
 
 def in_frame(prior: Gaussian, last: Array) -> Gaussian:
-    """Return a prior over x, y, vx, vy (*b, 4) in the frame along its velocity (*b, 7); last (*b, 2): position before."""
+    """Convert a prior over x, y, vx, vy (*b, 4) to the frame along its velocity (*b, 7); `last` (*b, 2): last position."""
     heading = np.arctan2(prior.mean[..., 3], prior.mean[..., 2])
     turn = np.zeros((*heading.shape, 4, 4))
     turn[..., range(2), range(2)] = 1.0
@@ -24,7 +24,7 @@ def in_frame(prior: Gaussian, last: Array) -> Gaussian:
 
 
 def cartesian(space: Space, estimate: Gaussian) -> Gaussian:
-    """Return an estimate over `space` as one over x, y, vx, vy, those of the paper's frame turned back."""
+    """Convert an estimate over `space` to x, y, vx, vy: the axes themselves, or those of the paper's frame turned back."""
     if "heading" not in space:
         axes = space.locate(_PLANE)
         return Gaussian(estimate.mean[..., axes], estimate.cov[..., axes, :][..., axes])

@@ -1,4 +1,4 @@
-"""What section 4.3 of the paper says and what the study finds: tables, verdicts, data of the figures."""
+"""What section 4.3 of the paper reports and what the study finds: tables, verdicts, data of the figures."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from vedette.reproduction import Cell, Chart, Claim, Curve, Panel, Table, mean_c
 from vedette_target_oriented.configs import SCANS
 
 FIRST = 5
-"""The first scan that is scored."""
+"""First scan that counts."""
 LOST, IN_A_ROW = 200.0, 5
-"""m and scans: a run has failed if its error is larger in as many scans in a row, or at the end."""
+"""In m, and in scans: a run has failed if its error is larger for so many successive scans, or at the end."""
 PUBLISHED: dict[str, tuple[float | None, ...]] = {
     "Singer": (23.3639, 27.3699, 19.5776, 3.3),
     "CAR": (22.1841, 23.4747, 21.0949, 0.0),
@@ -147,7 +147,7 @@ def claims(records: Mapping[str, Record]) -> tuple[Claim, ...]:
 
 
 def _percent(ratio: Cell) -> str:
-    """Return a ratio as a change in per cent, with its standard error."""
+    """Format a ratio as a change in per cent, with its standard error."""
     if ratio.measured is None:
         return "unknown"
     return f"{100 * (ratio.measured - 1):+.0f} % (+- {100 * (ratio.error or 0.0):.1f})"
@@ -178,7 +178,7 @@ def charts(scene: Scene, records: Mapping[str, Record]) -> tuple[Chart, ...]:
 
 
 def _kept(record: Record) -> Mask:
-    """Return the runs that a curve shows: those that did not fail, or all if all did."""
+    """Select the runs that a curve shows: those that did not fail, or all if all did."""
     kept: Mask = ~record.failed
     return kept if kept.any() else ~kept
 

@@ -19,11 +19,11 @@ from vedette_target_oriented.outcome import Record, Scene
 
 PLANE = Space.of(x="m", y="m", vx="m/s", vy="m/s")
 REST = {"ax": (0.0, 10.0), "ay": (0.0, 10.0)}
-"""What two returns do not tell: axis to [mean, standard deviation]."""
+"""What two returns do not determine: axis to [mean, standard deviation]."""
 REACH = 1000.0
-"""m; clutter is drawn this far around the target on each axis: what is farther is outside every gate."""
+"""In m; clutter is drawn this far around the target on each axis: what is farther is outside every gate."""
 RUNS_PER_SEED = 25
-"""One trajectory of section 4.1 for so many Monte-Carlo runs of section 4.3, the paper has one for 1000."""
+"""Monte Carlo runs of section 4.3 per trajectory of section 4.1; the paper has 1000."""
 
 
 @final
@@ -51,7 +51,7 @@ class TargetOrientedReproduction(Reproduction):
 
 
 def draw(experiment: Experiment, runs: int, rng: np.random.Generator) -> Scene:
-    """Return the aircraft's trajectory and what the radar sees in each run; the first two scans hold the target alone."""
+    """Draw the aircraft's trajectory and the radar's scans in each run; the first two scans hold the target alone."""
     assert experiment.source is not None
     sensor = load(FILTERS["Singer"] | {"sensors": FILTERS["Singer"]["source"]["sensors"]}).tracker.sensors["radar"]
     path = experiment.source.open(experiment.tracker.sensors, rng).truth[0]
@@ -83,6 +83,6 @@ def record(experiment: Experiment, scene: Scene) -> Record:
 
 
 def _squares(error: Array) -> Array:
-    """Return squared distances (*b) of errors (*b, 4)."""
+    """Return the squared distances (*b) of errors (*b, 4)."""
     squared: Array = np.sum(error[..., :2] ** 2, axis=-1)
     return squared

@@ -1,4 +1,4 @@
-"""The paper's frame: forward and side speed along a heading that the last two combined positions give."""
+"""The paper's frame: forward and side speed along a heading given by the last two combined positions."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ STATE = Space(Space.of(x="m", y="m", v_forward="m/s", v_side="m/s").axes + ZERO_
 class ResettingMotion(MotionModel):
     """x, y, v_forward, v_side, the last to the right; heading and the last position are axes without variance.
 
-    Before each step: heading = atan2 of the way from the last combined position to this one, and v_side is set anew; on no
-    way at all the heading stays. F = I + T [0 B; 0 0] with B = [cos sin; sin -cos] of the heading;
-    Q = G diag(sigma_forward^2, sigma_side^2) G', G = [B T^2/2; I T]. Left open is what the reset does to the covariance.
+    Before each step, heading = atan2 of the displacement between the last two combined positions, and v_side is reset; if
+    they coincide, the heading stays. F = I + T [0 B; 0 0] with B = [cos sin; sin -cos] of the heading;
+    Q = G diag(sigma_forward^2, sigma_side^2) G', G = [B T^2/2; I T]. What the reset does to the covariance is left open.
     Yoon, Ko, a manoeuvring target tracking algorithm with a target-oriented velocity representation (in Korean).
     """
 
@@ -44,13 +44,13 @@ class ResettingMotion(MotionModel):
         """Return the covariance (*b, 7, 7) once v_side is set."""
 
     def move(self, x: Array, dt: float) -> Array:
-        """(*b, 7) -> (*b, 7)"""
+        """Move the state: (*b, 7) -> (*b, 7)."""
         moved = x.copy()
         moved[..., :2] += dt * (basis(x[..., 4]) @ x[..., 2:4, None])[..., 0]
         return moved
 
     def jacobian(self, x: Array, dt: float) -> Array:
-        """(*b, 7) -> (*b, 7, 7)"""
+        """Return F: (*b, 7) -> (*b, 7, 7)."""
         F = np.zeros((*x.shape, 7))
         F[..., range(7), range(7)] = 1.0
         F[..., :2, 2:4] = dt * basis(x[..., 4])
@@ -59,7 +59,7 @@ class ResettingMotion(MotionModel):
         return F
 
     def noise(self, x: Array, dt: float) -> Array:
-        """(*b, 7) -> (*b, 7, 7)"""
+        """Return Q: (*b, 7) -> (*b, 7, 7)."""
         B = basis(x[..., 4])
         forward = B[..., :, 0]
         position, _, _ = held_gain(forward[..., :, None] * forward[..., None, :], self.sigma_forward, self.sigma_side, dt)
@@ -83,7 +83,7 @@ class ResettingMotion(MotionModel):
 
 
 def basis(heading: Array) -> Array:
-    """Return unit vectors forward and to the right as columns: (*b) -> (*b, 2, 2)"""
+    """Return unit vectors forward and to the right as columns: (*b) -> (*b, 2, 2)."""
     cos, sin = np.cos(heading), np.sin(heading)
     B = np.empty((*heading.shape, 2, 2))
     B[..., 0, 0], B[..., 0, 1] = cos, sin
