@@ -10,5 +10,5 @@ VEDETTE_CONTRACT = 2
 
 @vedette.plugin
 def vedette_components() -> Iterable[type[vedette.Component]]:
-    """Everything in this package."""
+    """Return every component of this package."""
     return [VtsReproduction]

@@ -1,4 +1,4 @@
-"""The scene and the filters of the study, as configs; examples/vts holds the same for people to change."""
+"""The scene and the filters of the study, as configs; examples/vts holds the same to be changed."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ LEGS = {"CV1": (0, 149), "turn 1": (149, 159), "accel": (159, 239), "turn 2": (2
 
 
 def _legs() -> list[dict[str, Any]]:
-    """The paper's table 1; a scan belongs to the leg that ends with it, so scan 1 at 0 s has none."""
+    """Return the legs of the paper's table 1; a scan belongs to the leg that ends with it, so scan 1 at 0 s has none."""
     surges = [{"do": "accelerate", "seconds": 5 * PERIOD, "accel": (-1) ** i * 1.0} for i in range(16)]
     return [
         {"do": "straight", "seconds": 148 * PERIOD},
@@ -22,7 +22,7 @@ def _legs() -> list[dict[str, Any]]:
 
 
 def scene() -> dict[str, Any]:
-    """The source: one vessel, seen by a radar at the origin for 400 scans."""
+    """Return the source: one vessel, seen by a radar at the origin for 400 scans."""
     vessel = {"start": [6000, 5000], "course": "200 deg", "speed": "20 kn", "legs": _legs()}
     return {
         "kind": "simulation",
@@ -33,7 +33,7 @@ def scene() -> dict[str, Any]:
 
 
 def config(title: str, estimator: dict[str, Any], spread: dict[str, float]) -> dict[str, Any]:
-    """An experiment on the scene; `spread` of the axes beyond position, around the true start."""
+    """Return an experiment on the scene; `spread` of the axes beyond position, around the true start."""
     return {
         "title": title,
         "seed": 1,
@@ -71,4 +71,4 @@ FILTERS: dict[str, dict[str, Any]] = {
     "IMMCV2": config("IMM of two constant-velocity filters", _imm(_cv(0.03), _cv(1.0)), _SPEED),
     "IMMCVCA": config("IMM of constant velocity and constant acceleration", _imm(_cv(0.03), _ca(0.6)), _SPEED | _ACCEL),
 }
-"""The paper names four filters and gives no process noise: these values are chosen; two more show what the choice does."""
+"""The paper names four filters but no process noise: these values are chosen; two more show the effect of the choice."""

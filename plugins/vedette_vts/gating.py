@@ -1,4 +1,4 @@
-"""A filter that takes every return, and a gate that only watches: how the paper's figures are made."""
+"""A filter that takes every return, with a gate that only observes: how the paper's figures are made."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from vedette.filters import predicted
 
 @frozen(eq=False)
 class Watched:
-    """What a filter made of `s` scans of one sure return each, in `r` runs.
+    """The filter's output on `s` scans of one certain return each, in `r` runs.
 
     mean (r, s, n), cov (r, s, n, n); distance (r, s): squared distance of the return, the least over modes (union gate);
     nis (r, s): the same expected over modes; mode_prob (r, s, q) or None.

@@ -1,4 +1,4 @@
-"""What the study of the vessel traffic radar says: its tables, the verdicts, the data of its figures."""
+"""What the study of the vessel traffic radar reports: its tables, the verdicts, the data of its figures."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from vedette.reproduction import Chart, Claim, Curve, Panel, Table, mean_cell, r
 from vedette_vts.configs import LEGS
 
 SETTLED = 20
-"""Scans at the start that no figure counts: the filters are still settling."""
+"""Scans at the start that no figure counts, while the filters settle."""
 GATE = 13.815510557964274
 """Squared distance that holds .999 of a target's returns: -2 log .001."""
 IN_GATE = 0.01
-"""A filter counts as staying in its gate if it leaves it in less than this part of the manoeuvring scans."""
+"""A filter stays in its gate if fewer than this fraction of the manoeuvring scans fall outside it."""
 
 
 @frozen(eq=False)
 class Scene:
-    """times (s,), truth (s, 4), and what the tracker saw: scans whose arrays lead with the runs."""
+    """times (s,), truth (s, 4), and the tracker's input: scans whose arrays lead with the runs."""
 
     times: Array
     truth: Array
@@ -52,7 +52,7 @@ class Record:
 
 
 def leg(name: str) -> slice:
-    """The scans of a leg among those that a record holds, the settling ones left out."""
+    """Return the scans of a leg among those that a record holds, without the settling ones."""
     first, past = LEGS[name]
     return slice(max(first, SETTLED) - 2, past - 2)
 
@@ -61,7 +61,7 @@ MANOEUVRES = slice(LEGS["turn 1"][0] - 2, LEGS["turn 2"][1] - 2)
 
 
 def tables(scene: Scene, records: Mapping[str, Record]) -> tuple[Table, ...]:
-    """Errors by leg, the in-gate record, and how large the errors are against the covariances."""
+    """Return errors by leg, the in-gate record, and how large the errors are against the covariances."""
     raw = scene.squares[:, 2:]
     squares = {"returns": raw} | {name: record.squares for name, record in records.items()}
     errors = Table(
@@ -111,7 +111,7 @@ def _consistency(records: Mapping[str, Record]) -> Table:
 
 
 def claims(scene: Scene, records: Mapping[str, Record]) -> tuple[Claim, ...]:
-    """The verdicts."""
+    """Return the verdicts."""
     out = {name: float(np.mean(record.distance[:, MANOEUVRES] > GATE)) for name, record in records.items()}
     straight = {name: rms_cell(record.squares[:, leg("CV1")]).measured or 0.0 for name, record in records.items()}
     kept = [name for name in ("CVKF", "CVKF wide", "CAKF", "CAKF tight") if out[name] < IN_GATE]
@@ -180,7 +180,7 @@ def _beats_single(records: Mapping[str, Record], straight: Mapping[str, float], 
 
 
 def charts(scene: Scene, records: Mapping[str, Record]) -> tuple[Chart, ...]:
-    """The paper's figures 2 to 6, and the mode probabilities."""
+    """Return the paper's figures 2 to 6, and the mode probabilities."""
     scans = 1.0 + np.arange(len(scene.times))
     raw = np.concatenate([scan.detections.z[0] for scan in scene.scans])
     x, y = scene.truth[:, 0] / 1e3, scene.truth[:, 1] / 1e3

@@ -20,15 +20,15 @@ from vedette_vts.outcome import Record, Scene
 
 PLANE = Space.of(x="m", y="m", vx="m/s", vy="m/s")
 REST = {"ax": (0.0, 0.5), "ay": (0.0, 0.5)}
-"""What two returns do not tell: axis to [mean, standard deviation]."""
+"""What two returns do not determine: axis to [mean, standard deviation]."""
 LOST = 200.0
-"""m; a run whose last error is larger lost its target."""
+"""In m; a run whose last error is larger has lost its target."""
 
 
 @final
 @frozen
 class VtsReproduction(Reproduction):
-    """Four filters on one manoeuvring vessel: errors by leg, whether returns lie in the gate, and what Q has to do with it.
+    """Four filters on one manoeuvring vessel: errors by leg, whether returns lie in the gate, and the influence of Q.
 
     Kim, Kim, Lee, design of a manoeuvring target tracking algorithm for VTS (in Korean).
     """
@@ -38,7 +38,7 @@ class VtsReproduction(Reproduction):
     default_runs: ClassVar[int] = 500
 
     def run(self, runs: int, seed: int, progress: Progress) -> Findings:
-        """All filters on the same draws."""
+        """Run all filters on the same draws."""
         experiments = {name: load(config) for name, config in FILTERS.items()}
         scene = draw(next(iter(experiments.values())), runs, np.random.default_rng(seed))
         records = {name: record(experiments[name], scene) for name in progress(list(FILTERS), "filters")}
@@ -47,7 +47,7 @@ class VtsReproduction(Reproduction):
 
 
 def draw(experiment: Experiment, runs: int, rng: np.random.Generator) -> Scene:
-    """The vessel's trajectory, and what the radar reports of it in each run."""
+    """Draw the vessel's trajectory, and the radar's returns in each run."""
     ((name, radar),) = raw_sensors(experiment.preprocessors, experiment.tracker.sensors).items()
     assert experiment.source is not None
     recording = experiment.source.open({name: radar}, rng)
@@ -62,7 +62,7 @@ def draw(experiment: Experiment, runs: int, rng: np.random.Generator) -> Scene:
 
 
 def record(experiment: Experiment, scene: Scene) -> Record:
-    """One filter on one batch of runs; it starts from the first two returns, and its errors count from the third scan."""
+    """Run one filter on one batch of runs from the first two returns; its errors count from the third scan."""
     tracker, scans = experiment.tracker, scene.scans[2:]
     first, second = [Gaussian(scan.detections.z[:, 0], _noise(scan)) for scan in scene.scans[:2]]
     prior = two_point(first, second, scene.times[1] - scene.times[0])
@@ -84,7 +84,7 @@ def record(experiment: Experiment, scene: Scene) -> Record:
 
 
 def _squares(error: Array) -> Array:
-    """Squared distances (*b) of errors (*b, n) whose first two axes are the position."""
+    """Return the squared distances (*b) of errors (*b, n) whose first two axes are the position."""
     squared: Array = np.sum(error[..., :2] ** 2, axis=-1)
     return squared
 
