@@ -1,4 +1,4 @@
-"""Tracking in infrared images, pixel by pixel: models of target and atmosphere, cameras, the filters that read them."""
+"""Tracking in infrared images, pixel by pixel: models of target and atmosphere, cameras, and their filters."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -25,7 +25,7 @@ VEDETTE_CONTRACT = 2
 
 @vedette.plugin
 def vedette_components() -> Iterable[type[vedette.Component]]:
-    """Everything in this package."""
+    """Return every component of this package."""
     return [
         *(JitteredAcceleration, JitteredWander, AtmosphericWander, ImageVelocity, Carrying),
         *(GaussianSpot, EllipticSpot, HotSpots, BoxCentroid),
@@ -36,5 +36,5 @@ def vedette_components() -> Iterable[type[vedette.Component]]:
 
 @vedette.plugin
 def vedette_files(folder: Path, experiment: vedette.Experiment, result: vedette.Result) -> Iterable[str]:
-    """A video of a run through images."""
+    """Write a video of a run through images."""
     return annotated(folder, experiment, result)

@@ -1,4 +1,4 @@
-"""A run through images as a video: each frame with where the tracks are, and the true boxes."""
+"""A run through images as a video: each frame with the tracks and the true boxes."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from vedette_flir.sources.images import Grey
 NAME = "annotated.avi"
 
 LEAST = 320
-"""Columns of a video, at least: smaller frames are enlarged by a whole number."""
+"""Least width of a video in px: smaller frames are enlarged by a whole number."""
 
 CROSS, BOX, TEXT = (0, 128, 255), (0, 200, 0), (200, 200, 200)
-"""Colours, as OpenCV orders them: blue, green, red."""
+"""Colours in OpenCV's order: blue, green, red."""
 
 
 def annotated(folder: Path, experiment: Experiment, result: Result) -> list[str]:
-    """Write the video (Motion JPEG) where a run went through images in px and OpenCV is there; the names of the files."""
+    """Write a Motion JPEG video if the run has images in px and OpenCV is installed; return the names of the files."""
     scans = result.framed
     x = [axis for axis in experiment.tracker.state.axes if axis.name == "x"]
     if not len(scans) or not x or x[0].unit != "px":
@@ -58,7 +58,7 @@ def annotated(folder: Path, experiment: Experiment, result: Result) -> list[str]
 
 
 def _levels(scans: Sequence[Scan]) -> tuple[float, float]:
-    """Counts that are black and white: between them lie 99 % of the pixels of some twenty frames."""
+    """Return the counts shown as black and white: between them lie 99 % of the pixels of some twenty frames."""
     some = scans[:: max(1, len(scans) // 20)]
     counts = np.concatenate([np.asarray(scan.frame.pixels, dtype=float).ravel() for scan in some if scan.frame is not None])
     known = counts[np.isfinite(counts)]
@@ -69,14 +69,14 @@ def _levels(scans: Sequence[Scan]) -> tuple[float, float]:
 
 
 def _eight_bit(scan: Scan, low: float, high: float) -> Grey:
-    """A frame in grey levels from 0 to 255; unknown pixels are black."""
+    """Return a frame in grey levels from 0 to 255; unknown pixels are black."""
     assert scan.frame is not None
     levels = 255.0 * (np.asarray(scan.frame.pixels, dtype=float) - low) / (high - low)
     return np.nan_to_num(levels, nan=0.0).clip(0, 255).astype(np.uint8)
 
 
 def _drawn(cv2: Any, grey: Grey, scan: Scan, experiment: Experiment, result: Result) -> NDArray[Any]:
-    """The frame in colour, enlarged, with a cross where each track appears and the true boxes."""
+    """Draw the frame in colour, enlarged, with a cross where each track appears and the true boxes."""
     assert scan.frame is not None
     scale = max(1, -(-LEAST // grey.shape[1]))
     image = cv2.cvtColor(np.kron(grey, np.ones((scale, scale), np.uint8)), cv2.COLOR_GRAY2BGR)
@@ -103,7 +103,7 @@ def _drawn(cv2: Any, grey: Grey, scan: Scan, experiment: Experiment, result: Res
 
 
 def _appears(track: Track, scan: Scan, experiment: Experiment) -> Array | None:
-    """Where the scan's camera sees a track (2,), if it lived then."""
+    """Return where the scan's camera sees a track (2,), or None if it did not exist then."""
     k = int(np.searchsorted(track.times, scan.time))
     if k >= len(track.times) or track.times[k] != scan.time:
         return None

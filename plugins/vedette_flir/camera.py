@@ -1,4 +1,4 @@
-"""The part of a frame that a track looks at, and the noise of its pixels."""
+"""The part of a frame that a track uses, and the noise of its pixels."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ class Window:
     first: Array
 
     def offsets(self, spot: Array) -> tuple[Array, Array]:
-        """Columns' and rows' centres relative to `spot` (*b, t, 2): x and y (*b, t, w) each."""
+        """Return the columns' and rows' centres relative to `spot` (*b, t, 2): x and y (*b, t, w) each."""
         steps = np.arange(self.values.shape[-1])
         start = self.first - spot
         return start[..., 0, None] + steps, start[..., 1, None] + steps
 
 
 def cut(frame: Frame, centre: Array, width: int, saturation: float | None = None) -> Window:
-    """The window of `width` pixels around each `centre` (*b, t, 2); unseen are NaN, saturated pixels and what is outside."""
+    """Cut the window of `width` pixels around each `centre` (*b, t, 2); unseen: NaN, saturated pixels, and those outside."""
     pixels = frame.pixels
     corner = 0.0 if frame.corner is None else frame.corner[..., None, :]
     height, across = pixels.shape[-2:]
@@ -47,7 +47,7 @@ def cut(frame: Frame, centre: Array, width: int, saturation: float | None = None
 @final
 @frozen
 class Camera:
-    """Noise of the pixels, white or with a part that is correlated over distance d as e^(-d/l), and the window looked at."""
+    """Noise of the pixels, white or with a part correlated over distance d as e^(-d/l), and the size of the window."""
 
     sigma: float = fields.quantity("count", "standard deviation of a pixel's noise", default=1.0, above=0)
     window: int = fields.integer("pixels along each side of the window", default=8, at_least=4, at_most=512)
@@ -67,7 +67,7 @@ class Camera:
             raise ValueError(f"window: correlated noise needs at most 32 pixels, got {self.window}")
 
     def covariance(self) -> Array:
-        """Of the window's pixels, row by row, in count^2: (w^2, w^2)"""
+        """Return the covariance of the window's pixels, row by row, in count^2: (w^2, w^2)."""
         steps = np.arange(self.window, dtype=float)
         y, x = (part.ravel() for part in np.meshgrid(steps, steps, indexing="ij"))
         distance = np.hypot(x[:, None] - x, y[:, None] - y)
@@ -76,11 +76,11 @@ class Camera:
         return cov
 
     def cut(self, frame: Frame, centre: Array) -> Window:
-        """The window around each `centre` (*b, t, 2)."""
+        """Cut the window around each `centre` (*b, t, 2)."""
         return cut(frame, centre, self.window, self.saturation)
 
     def weigh(self, images: Array, seen: Mask) -> Array:
-        """R^-1 times images (*b, q, w^2), of the pixels that are `seen` (*b, w^2); the others count nothing."""
+        """Return R^-1 times images (*b, q, w^2), over the pixels that are `seen` (*b, w^2); the others do not count."""
         if self._precision is None:
             return images * (seen / self.sigma**2)[..., None, :]
         if seen.all():
@@ -92,7 +92,7 @@ class Camera:
         return np.swapaxes(np.linalg.solve(among, np.swapaxes(kept, -1, -2)), -1, -2)
 
     def information(self, window: Window, image: Array, slopes: Array, level: Array) -> tuple[Array, Array, Array]:
-        """J = D' R^-1 D, g = D' R^-1 (z - h) and log p(z | h) - log p(z | level) for each track.
+        """Return J = D' R^-1 D, g = D' R^-1 (z - h) and log p(z | h) - log p(z | level) for each track.
 
         `image` (*b, t, w, w) is what the target adds to the background's `level` (*b, t), `slopes` (*b, t, m, w, w) its
         derivatives D; h is the image and the level.

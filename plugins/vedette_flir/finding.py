@@ -1,4 +1,4 @@
-"""The target within a box that somebody drew around it: where its middle is, how large it is, and its polarity."""
+"""Find the target within a hand-drawn box: its centre, its size and its polarity."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from vedette import Array, Mask
 from vedette_flir.patches import blurred, sample
 
 LEVELS = np.linspace(0.15, 0.85, 15)
-"""Thresholds, as parts of the way from the box's median to its extreme."""
+"""Thresholds, as fractions of the range from the box's median to its extreme."""
 
 BEYOND = 0.6
-"""Of the box's side, from its centre: what reaches farther, by more than a pixel, is background."""
+"""Fraction of the box's side, from its centre: what reaches farther by more than a pixel is background."""
 
 CENTRED = 0.25
-"""Of the box's side: the deviation of where a target lies in a box."""
+"""Fraction of the box's side: standard deviation of a target's position in its box."""
 
 SMALLEST = 0.45
-"""Of the box's side: a target counts as no smaller, for what stands out of a dim one may be a pixel or two."""
+"""Fraction of the box's side: least size of a target, as what stands out of a dim one may be a pixel or two."""
 
 
 @frozen(eq=False)
@@ -31,10 +31,10 @@ class Found:
 
 
 def target_in(pixels: Array, centre: Array, box: Array) -> Found:
-    """The connected part, above or below a threshold, that stands out most and ends within the box.
+    """Find the connected region, above or below a threshold, that stands out most and ends within the box.
 
-    Its weight is contrast to the ring around it over noise, times the root of its area, times a Gaussian of its offset. A
-    box that is off by a tenth of its side, or too large, gives the same target; background that enters does not end in it.
+    Its score is contrast to the ring around it over noise, times the root of its area, times a Gaussian of its offset. A
+    box that is off by a tenth of its side, or too large, gives the same target; background extends beyond the box.
     """
     from scipy import ndimage
 
@@ -57,7 +57,7 @@ def target_in(pixels: Array, centre: Array, box: Array) -> Found:
 
 
 def _standing_out(image: Array, level: float, u: Array, box: Array) -> tuple[float, Array, Array]:
-    """The best part of `image` above `level`: its weight (-inf if there is none), offset and size."""
+    """Return the best region of `image` above `level`: its score (-inf if there is none), offset and size."""
     from scipy import ndimage
 
     best: tuple[float, Array, Array] = (-np.inf, np.zeros(2), box)
@@ -80,7 +80,7 @@ def _standing_out(image: Array, level: float, u: Array, box: Array) -> tuple[flo
 
 
 def _ring(part: Mask) -> Mask:
-    """What lies within two cells of a part."""
+    """Return what lies within two cells of a region."""
     from scipy import ndimage
 
     ring: Mask = ndimage.binary_dilation(part, iterations=2) & ~part

@@ -1,4 +1,4 @@
-"""The filter of the paper on matched truth, many runs in lock-step, and the bounds that it is held against."""
+"""The filter of the paper on matched truth, many runs in lock-step, and the bounds that it is compared with."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from vedette_flir.sensors.gaussian_spot import GaussianSpot
 from vedette_flir.spots import circular
 
 RATE, FRAMES, SETTLED = 30.0, 240, 30
-"""Frames per second, frames of a run, and how many at the start do not count."""
+"""Frames per second, frames of a run, and how many at the start are not counted."""
 
 HALF = 16
 """Pixels from the middle to the sides of a frame: the window is cut from it around the prediction."""
 
 LOST = 4.0
-"""px of error of the apparent position: a run that ever errs more is lost."""
+"""Error of the apparent position in px: a run that ever exceeds it is lost."""
 
 
 @frozen(eq=False)
@@ -40,7 +40,7 @@ class Record:
 
 
 def config(passes: int, sigma_jitter: float) -> dict[str, Any]:
-    """A tracker: `passes` linearisations of an 8 x 8 window; the prior of each run is given with it."""
+    """Return a tracker: `passes` linearisations of an 8 x 8 window; each run's prior is given with it."""
     motion = {"kind": "jittered_wander", "sigma_jitter": sigma_jitter}
     return {
         "estimator": {
@@ -60,7 +60,7 @@ def config(passes: int, sigma_jitter: float) -> dict[str, Any]:
 
 
 def record(passes: int, spread: float, snr: float, sigma_jitter: float, runs: int, rng: np.random.Generator) -> Record:
-    """Truth drawn from the third-order model, frames of unit noise, and what the filter makes of them."""
+    """Draw truth from the third-order model and frames of unit noise, and run the filter on them."""
     truth, times = AtmosphericWander(sigma_jitter=sigma_jitter), np.arange(FRAMES) / RATE
     settled = draw_gaussian(np.zeros(8), truth.noise(np.zeros(8), 100.0), rng, (runs,))
     path = draw_states(truth, settled, times, rng)
@@ -87,7 +87,7 @@ def record(passes: int, spread: float, snr: float, sigma_jitter: float, runs: in
 
 
 def _scans(times: Array, seen: Array, looks: Array, rng: np.random.Generator) -> Iterator[Scan]:
-    """Frames around the true place `seen` (r, s, 2), all runs at once."""
+    """Yield frames around the true place `seen` (r, s, 2), all runs at once."""
     camera, size = GaussianSpot(), 2 * HALF + 1
     for k, time in enumerate(times.tolist()):
         corner = np.rint(seen[:, k]) - HALF
@@ -96,14 +96,14 @@ def _scans(times: Array, seen: Array, looks: Array, rng: np.random.Generator) ->
 
 
 def information(spread: float, snr: float, window: int = 8) -> float:
-    """What one frame tells of one axis of a spot in its middle, in 1/px^2; the inverse root is one frame's bound."""
+    """Return one frame's information on one axis of a spot in its middle, in 1/px^2; its inverse root is the bound."""
     steps = np.arange(window) - 0.5 * (window - 1)
     _, slopes, _ = circular(steps, steps, np.asarray(spread))
     return float(snr**2 * np.sum(slopes[0] ** 2))
 
 
 def bound(spread: float, snr: float, sigma_jitter: float) -> tuple[float, float, float]:
-    """Steady standard deviations of dynamics, jitter and their sum that no filter can beat: the Riccati equation's."""
+    """Return the steady-state lower bounds (Riccati) on the standard deviations of dynamics, jitter and their sum."""
     F, Q = JitteredWander(sigma_jitter=sigma_jitter).one_axis(1.0 / RATE)
     J, seen = information(spread, snr), np.ones(2)
     P = np.diag([9.0, sigma_jitter**2])

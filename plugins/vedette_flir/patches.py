@@ -1,4 +1,4 @@
-"""Patches of a frame on a grid that fits the target's box, and where in a frame a patch is found again. One target each."""
+"""Patches of a frame on a grid that fits the target's box, and the search for a patch in a frame. One target each."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from vedette import Array
 
 
 def sample(pixels: Array, centre: Array, step: float, cells: int) -> Array:
-    """(cells, cells) means of `pixels` (h, w) over squares of `step` px around `centre` (2,), bilinear; edges continue."""
+    """Return (cells, cells) means of `pixels` (h, w) over squares of `step` px around `centre` (2,), bilinear."""
     fine = int(np.ceil(step))
     offsets = (np.arange(cells * fine) - 0.5 * (cells * fine - 1)) * (step / fine)
     rows, columns = (_weights(centre[i] + offsets, pixels.shape[1 - i]) for i in (1, 0))
@@ -23,14 +23,14 @@ def sample(pixels: Array, centre: Array, step: float, cells: int) -> Array:
 
 
 def _weights(at: Array, size: int) -> tuple[np.ndarray[tuple[int], np.dtype[np.intp]], Array]:
-    """The pixel below each coordinate, at most the last but one, and how far towards the next."""
+    """Return the pixel below each coordinate, at most the last but one, and the fraction towards the next."""
     inside = np.clip(at, 0.0, size - 1.0)
     below = np.minimum(np.floor(inside).astype(np.intp), size - 2)
     return below, inside - below
 
 
 def isolated(image: Array, width: float) -> Array:
-    """`image` (n, n) less its grey opening: what is brighter than its surroundings and narrower than `width` cells."""
+    """Return `image` (n, n) less its grey opening: what is brighter than around it and narrower than `width` cells."""
     from scipy.ndimage import grey_opening
 
     size = 2 * int(np.ceil(0.5 * width)) + 1
@@ -39,7 +39,7 @@ def isolated(image: Array, width: float) -> Array:
 
 
 def centroid(image: Array) -> Array:
-    """X and y of the centroid of `image` (n, n) >= 0, in cells from its middle; 0 where there is nothing."""
+    """Return x and y of the centroid of `image` (n, n) >= 0, in cells from its middle; 0 if it is 0 everywhere."""
     steps, total = np.arange(len(image)) - 0.5 * (len(image) - 1), image.sum()
     if total <= 0:
         return np.zeros(2)
@@ -47,7 +47,7 @@ def centroid(image: Array) -> Array:
 
 
 def blurred(image: Array) -> Array:
-    """`image` (n, n) smoothed by [1 2 1]/4 along both axes: noise of single pixels weighs less."""
+    """Return `image` (n, n) smoothed by [1 2 1]/4 along both axes, which reduces the noise of single pixels."""
     for axis in (0, 1):
         near = np.pad(image, [(1, 1) if i == axis else (0, 0) for i in (0, 1)], mode="edge")
         image = 0.5 * image + 0.25 * (np.delete(near, [-1, -2], axis) + np.delete(near, [0, 1], axis))
@@ -55,21 +55,21 @@ def blurred(image: Array) -> Array:
 
 
 def mask_of(box: Array, cells: int) -> Array:
-    """Weights of (cells, cells): near 1 in the middle of a box of (width, height) in cells, .37 at its sides, 0 outside."""
+    """Return weights (cells, cells): near 1 inside a box of (width, height) cells, .37 at its sides, 0 outside."""
     steps = 2.0 * (np.arange(cells) - 0.5 * (cells - 1))
     weight: Array = np.exp(-((steps / box[0]) ** 4))[None, :] * np.exp(-((steps / box[1]) ** 4))[:, None]
     return weight
 
 
 def contrast(image: Array, box: Array) -> float:
-    """The largest value of `image` (n, n) near its centre: the amplitude of a hot target of `box` (2,) cells."""
+    """Return the largest value of `image` (n, n) near its centre: the amplitude of a hot target of `box` (2,) cells."""
     steps = np.arange(len(image)) - 0.5 * (len(image) - 1)
     near = np.exp(-0.5 * (steps / (0.25 * box[0])) ** 2)[None, :] * np.exp(-0.5 * (steps / (0.25 * box[1])) ** 2)[:, None]
     return float(image.ravel()[np.argmax(image * near)])
 
 
 def similarity(image: Array, patch: Array, mask: Array) -> Array:
-    """2 cov / (var + var) of `patch` (p, p) and each place of `image` (n, n), weighted by `mask`: (n-p+1, n-p+1)
+    """Return 2 cov / (var + var) of `patch` (p, p) and each place of `image` (n, n), weighted by `mask`: (n-p+1, n-p+1).
 
     It is the correlation coefficient times 2 a b / (a^2 + b^2), a and b the contrasts of patch and place.
     """
@@ -89,7 +89,7 @@ def similarity(image: Array, patch: Array, mask: Array) -> Array:
 
 
 def peak(score: Array) -> tuple[int, int, Array]:
-    """Row and column of the largest of `score` (q, q), and how far from there, x and y, a parabola has its top."""
+    """Return row and column of the largest of `score` (q, q), and the offset, x and y, of a parabola's vertex from there."""
     j, i = (int(k) for k in np.unravel_index(np.argmax(score), score.shape))
     off = np.zeros(2)
     last = len(score) - 1

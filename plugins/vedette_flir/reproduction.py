@@ -36,7 +36,7 @@ class FlirReproduction(Reproduction):
     default_runs: ClassVar[int] = 100
 
     def run(self, runs: int, seed: int, progress: Progress) -> Findings:
-        """All cases; the filters of a case see the same frames."""
+        """Run all cases; the filters of a case see the same frames."""
         found = {
             case: {
                 name: record(passes, case[1], case[2], case[0], runs, np.random.default_rng([seed, i]))

@@ -12,7 +12,7 @@ _HALVES = 0.5 * _WEIGHTS
 
 
 def profile(offsets: Array, spread: Array) -> tuple[Array, Array, Array]:
-    """e^(-u^2 / 2 s^2) averaged over each pixel: value, and derivatives to the spot's position and to s, (*b, w) each.
+    """Average e^(-u^2 / 2 s^2) over each pixel: value, and derivatives to the spot's position and to s, (*b, w) each.
 
     `offsets` (*b, w): pixel centres relative to the spot, in px; `spread` s (*b). With e+- the pixel's edges:
     s sqrt(pi/2) [erf(e+ / s sqrt2) - erf(e- / s sqrt2)], and -[E(e+) - E(e-)], E(e) = e^(-e^2 / 2 s^2).
@@ -28,7 +28,7 @@ def profile(offsets: Array, spread: Array) -> tuple[Array, Array, Array]:
 
 
 def circular(x: Array, y: Array, spread: Array) -> tuple[Array, Array, Array]:
-    """A circular spot of peak 1: image (*b, w, w), slopes to its position (*b, 2, w, w) and to its spread (*b, w, w).
+    """Return a circular spot of peak 1: image (*b, w, w), slopes to its position (*b, 2, w, w) and to its spread (*b, w, w).
 
     x, y (*b, w): columns' and rows' centres relative to it, in px; spread (*b) in px.
     """
@@ -43,7 +43,7 @@ def circular(x: Array, y: Array, spread: Array) -> tuple[Array, Array, Array]:
 
 
 def elliptic(x: Array, y: Array, covariance: Array) -> tuple[Array, Array, Array]:
-    """e^(-d' C^-1 d / 2) averaged over each pixel: image (*b, w, w), its slopes (*b, 2, w, w) and bends (*b, 3, w, w).
+    """Average e^(-d' C^-1 d / 2) over each pixel: image (*b, w, w), its slopes (*b, 2, w, w) and bends (*b, 3, w, w).
 
     `covariance` C (*b, 2, 2), in px^2. With u = C^-1 d the slopes, to the position, are the means of u e^(..), and the bends
     those of ux ux, ux uy and uy uy e^(..): a change of C changes the image by u' dC u / 2. By 5 x 5 Gauss-Legendre points in
@@ -62,6 +62,6 @@ def elliptic(x: Array, y: Array, covariance: Array) -> tuple[Array, Array, Array
 
 
 def bivariate(sigma_x: Array, sigma_y: Array, correlation: Array) -> Array:
-    """The covariance of exp{-1/(2(1-r^2)) [dx^2/sx^2 + dy^2/sy^2 - 2 r dx dy/(sx sy)]}, from (*b) each: (*b, 2, 2)"""
+    """Return the covariance of exp{-1/(2(1-r^2)) [dx^2/sx^2 + dy^2/sy^2 - 2 r dx dy/(sx sy)]}: (*b) -> (*b, 2, 2)."""
     off = correlation * sigma_x * sigma_y
     return np.stack([np.stack([sigma_x**2, off], axis=-1), np.stack([off, sigma_y**2], axis=-1)], axis=-2)

@@ -1,4 +1,4 @@
-"""Filters that know their target by how it looks in an image, and measure where it is found again."""
+"""Filters that know their target by its appearance in an image, and measure where it is found again."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from vedette.filters import (
 )
 
 MOST = 60.0
-"""The largest log-likelihood ratio that a match gives."""
+"""Greatest log-likelihood ratio of a match."""
 
 
 @frozen(eq=False)
 class Appearance:
-    """How targets look; `known` (*b, t) is 0 before their first frame, then 1. Every array leads with (*b, t)."""
+    """The appearance of targets; `known` (*b, t) is 0 before their first frame, then 1. Every array leads with (*b, t)."""
 
     known: Array
 
@@ -36,7 +36,7 @@ L = TypeVar("L", bound=Appearance)
 
 @frozen(eq=False)
 class AppearanceBelief(Generic[L]):
-    """Where the targets are, and how they look."""
+    """Position and appearance of the targets."""
 
     position: Gaussian
     appearance: L
@@ -44,7 +44,7 @@ class AppearanceBelief(Generic[L]):
 
 @frozen(eq=False)
 class AppearanceHypotheses(Generic[L]):
-    """What a frame does to position and appearance."""
+    """Position and appearance updated by a frame."""
 
     position: Hypotheses
     appearance: L
@@ -52,7 +52,7 @@ class AppearanceHypotheses(Generic[L]):
 
 @frozen(eq=False)
 class Match(Generic[L]):
-    """Where one target was found, as the residual (2,) in px, the log-likelihood ratio, and how it looks now."""
+    """Where one target was found: the residual (2,) in px, the log-likelihood ratio, and its appearance there."""
 
     residual: Array
     ratio: float
@@ -61,7 +61,7 @@ class Match(Generic[L]):
 
 @frozen
 class AppearanceFilter(OverMotion[AppearanceBelief[L]], Generic[L]):
-    """A Kalman filter behind a search for the target: R = sigma^2 I."""
+    """A Kalman filter that takes its measurement from a search for the target: R = sigma^2 I."""
 
     takes_frames: ClassVar[bool] = True
 
@@ -75,7 +75,7 @@ class AppearanceFilter(OverMotion[AppearanceBelief[L]], Generic[L]):
 
     @abstractmethod
     def unseen(self, tracks: tuple[int, ...]) -> L:
-        """Return the appearance of targets that were not seen yet."""
+        """Return the appearance of targets that have not been seen yet."""
 
     @abstractmethod
     def first(self, pixels: Array, where: Array, box: Array) -> L:
@@ -104,7 +104,7 @@ class AppearanceFilter(OverMotion[AppearanceBelief[L]], Generic[L]):
     def evaluate(
         self, belief: AppearanceBelief[L], sensor: Sensor, observed: Detections | Frame, p_gate: float
     ) -> Innovation:
-        """Return where each target is found again, as one detection; detections say nothing of the appearance."""
+        """Find each target again, and return that as one detection; detections carry no appearance."""
         if not isinstance(observed, Frame):
             plain = evaluate_linearised(belief.position, self.state, sensor, observed, p_gate)
             return evolve(plain, detail=AppearanceHypotheses(plain.detail, belief.appearance))
@@ -120,7 +120,7 @@ class AppearanceFilter(OverMotion[AppearanceBelief[L]], Generic[L]):
         return make_innovation(sensor, x, p_gate, llr[..., None], distance, log_volume, detail)
 
     def update(self, belief: AppearanceBelief[L], innovation: Innovation, weights: Array) -> AppearanceBelief[L]:
-        """Return position and appearance, each as far as the frame is believed to show the target; a first one wholly."""
+        """Return position and appearance, each updated as likely as the frame shows the target; a first one fully."""
         detail: AppearanceHypotheses[L] = innovation.detail
         step, cov = kernels.mixture(belief.position.cov, detail.position.shift, detail.position.post, weights)
         cov = without_variance(cov, self.state.locate(self.zero_variance))
@@ -133,7 +133,7 @@ class AppearanceFilter(OverMotion[AppearanceBelief[L]], Generic[L]):
         return belief.position
 
     def _find(self, belief: AppearanceBelief[L], expected: Array, S: Array, frame: Frame) -> tuple[Array, Array, L]:
-        """Return residuals (*b, t, 2), log-likelihood ratios (*b, t) and new appearances, track by track: grids differ."""
+        """Return residuals (*b, t, 2), log-likelihood ratios (*b, t) and new appearances, track by track as grids differ."""
         names = self.state.names
         box = np.stack([belief.position.mean[..., names.index(name)] for name in ("width", "height")], axis=-1)
         tracks = expected.shape[:-1]
@@ -178,7 +178,7 @@ def _each(appearance: L, change: Any) -> L:
 
 
 def _between(old: L, new: L, part: Array) -> L:
-    """Return every array `part` (*b, t) of the way from `old` to `new`."""
+    """Return every array moved by the fraction `part` (*b, t) from `old` to `new`."""
 
     def between(a: Array, b: Array) -> Array:
         share = part.reshape(part.shape + (1,) * (a.ndim - part.ndim))

@@ -15,7 +15,7 @@ from vedette_flir.sources.images import opencv
 
 @frozen(eq=False)
 class BoxPatch(Appearance):
-    """What the box showed: patch (*b, t, p, p) in count, and how many of its columns and rows are the box's (*b, t, 2)."""
+    """The template cut from the box: patch (*b, t, p, p) in count, and how many columns and rows it covers (*b, t, 2)."""
 
     patch: Array
     size: Array
@@ -26,8 +26,8 @@ class BoxPatch(Appearance):
 class CorrelationFilter(AppearanceFilter[BoxPatch]):
     """OpenCV's matchTemplate (TM_CCOEFF_NORMED) of the whole box, and a Kalman filter behind it: a baseline.
 
-    The template is the first frame's box. Each frame renews a part: 0 keeps the first, 1 takes the frame before. The search
-    reaches 3.5 standard deviations and 2 px; the log-likelihood ratio is that of the template filter.
+    The template is the first frame's box. Each frame replaces a part of it: 0 keeps the first, 1 takes the last frame. The
+    search reaches 3.5 standard deviations and 2 px; the log-likelihood ratio is that of the template filter.
     Lewis, Fast Normalized Cross-Correlation, Vision Interface, 1995.
     """
 
@@ -44,13 +44,13 @@ class CorrelationFilter(AppearanceFilter[BoxPatch]):
         return BoxPatch(np.zeros(tracks), np.zeros((*tracks, self.cells, self.cells)), np.ones((*tracks, 2)))
 
     def first(self, pixels: Array, where: Array, box: Array) -> BoxPatch:
-        """Return the box."""
+        """Cut the box as the template."""
         step = self._step(box)
         size = np.clip(np.rint(box / step), 3, self.cells)
         return BoxPatch(np.ones(()), sample(pixels, where, step, self.cells), size)
 
     def find(self, pixels: Array, where: Array, box: Array, S: Array, appearance: BoxPatch) -> Match[BoxPatch]:
-        """Return the best correlation, its top by a parabola."""
+        """Find the best correlation, its peak refined by a parabola."""
         cv2, step, p = opencv(), self._step(box), self.cells
         centre = np.clip(where, 0.0, np.array(pixels.shape[::-1]) - 1.0)
         reach = int(np.clip(np.ceil((3.5 * np.sqrt(np.max(np.diagonal(S))) + 2.0) / step), 3, self.search))
@@ -59,7 +59,7 @@ class CorrelationFilter(AppearanceFilter[BoxPatch]):
         patch = appearance.patch[top : top + height, left : left + width]
         part = image[top : top + height + 2 * reach, left : left + width + 2 * reach]
         rho = cv2.matchTemplate(part.astype(np.float32), patch.astype(np.float32), cv2.TM_CCOEFF_NORMED)
-        # A template or a place without contrast has no correlation; OpenCV says 1 there, or no number.
+        # A template or place without contrast has no correlation; OpenCV returns 1 there, or NaN.
         rho = np.where(np.isfinite(rho) & (np.abs(rho) <= 1.001), rho, 0.0) * float(np.ptp(patch) > 0)
         j, i, fine = peak(rho)
         match = max(float(rho[j, i]), 0.0) if np.ptp(part[j : j + height, i : i + width]) > 0 else 0.0
@@ -72,5 +72,5 @@ class CorrelationFilter(AppearanceFilter[BoxPatch]):
         )
 
     def _step(self, box: Array) -> float:
-        """Return Px of a cell."""
+        """Return the size of a cell in px."""
         return max(1.0, float(np.max(box)) / self.cells)

@@ -1,4 +1,4 @@
-"""A filter whose process noise follows its residuals."""
+"""A filter whose process noise adapts to its residuals."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Monitored:
 
 @frozen(eq=False)
 class MonitoredInnovation:
-    """The filter's own detail, and NIS over its number of axes (*b, t, k), cut off."""
+    """The filter's own detail, and NIS over the number of its axes (*b, t, k), capped."""
 
     detail: Any
     ratio: Array
@@ -32,9 +32,9 @@ class MonitoredInnovation:
 class ResidualMonitored(Estimator[Monitored]):
     """A Gaussian filter with process noise a Q; a follows the residuals: log a += gain * (NIS / m - 1), weighted by the hit.
 
-    On matched truth the mean of NIS / m is 1, so a stays about 1; where residuals are larger than stated, a grows until
-    they are not. NIS / m is cut off at `most`, so that one outlier is one step. The filter's own prediction F P F' + Q gets
-    (a - 1) Q more, Q at the state before. A well-chosen fixed Q is as good; this is for targets that nobody knows.
+    On matched truth the mean of NIS / m is 1, so a stays near 1; where residuals exceed their covariance, a grows until
+    they no longer do. NIS / m is capped at `most`, so that one outlier is one step. The filter's own prediction F P F' + Q
+    gets (a - 1) Q more, Q at the previous state. A well-chosen fixed Q is as good; this is for unknown targets.
     Maybeck, Stochastic Models, Estimation, and Control, vol. 2, 1982, section 10.8.
     """
 
@@ -74,11 +74,11 @@ class ResidualMonitored(Estimator[Monitored]):
         return self.of.reframes
 
     def refuses(self, sensor: Sensor) -> str | None:
-        """Return what the filter refuses."""
+        """Say why the filter refuses `sensor`, or return None."""
         return self.of.refuses(sensor)
 
     def start(self, prior: Gaussian, axes: Space, rng: np.random.Generator) -> Monitored:
-        """Return the filter's start, and its noise as stated."""
+        """Start the filter, with its noise as stated."""
         return Monitored(self.of.start(prior, axes, rng), np.ones(prior.mean.shape[:-1]))
 
     def reframe(self, belief: Monitored, combined: Gaussian) -> Monitored:
@@ -86,7 +86,7 @@ class ResidualMonitored(Estimator[Monitored]):
         return evolve(belief, belief=self.of.reframe(belief.belief, combined))
 
     def predict(self, belief: Monitored, dt: float, rng: np.random.Generator) -> Monitored:
-        """Return the filter's prediction, its process noise scaled."""
+        """Return the filter's prediction with scaled process noise."""
         if dt == 0:
             return belief
         ahead = self.of.predict(belief.belief, dt, rng)
@@ -94,13 +94,13 @@ class ResidualMonitored(Estimator[Monitored]):
         return evolve(belief, belief=Gaussian(ahead.mean, ahead.cov + more))
 
     def evaluate(self, belief: Monitored, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
-        """Return the filter's own."""
+        """Evaluate by the filter itself."""
         made = self.of.evaluate(belief.belief, sensor, observed, p_gate)
         ratio = np.clip(made.nis / len(sensor.measurement), 0.0, self.most)
         return evolve(made, detail=MonitoredInnovation(made.detail, ratio))
 
     def update(self, belief: Monitored, innovation: Innovation, weights: Array) -> Monitored:
-        """Return the filter's posterior, and the factor's step."""
+        """Return the filter's posterior, and the updated factor."""
         detail: MonitoredInnovation = innovation.detail
         after = self.of.update(belief.belief, evolve(innovation, detail=detail.detail), weights)
         step = self.gain * np.sum(weights[..., 1:] * (detail.ratio - 1.0), axis=-1)

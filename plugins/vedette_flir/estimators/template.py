@@ -1,4 +1,4 @@
-"""A filter that learns what its target looks like."""
+"""A filter that learns the appearance of its target."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from vedette_flir.finding import target_in
 from vedette_flir.patches import blurred, centroid, contrast, isolated, mask_of, peak, sample, similarity
 
 BRIGHTEST = 1.5
-"""Contrasts beyond this part of the target's own are cut off: a bright background is no better a match than the target."""
+"""Contrast beyond this multiple of the target's own is clipped: a bright background matches no better than the target."""
 
 
 @frozen(eq=False)
 class TemplateAppearance(Appearance):
-    """Patches (*b, t, p, p) in parts of the amplitude (*b, t), which is signed, in count; the target's offset from the box's
+    """Patches (*b, t, p, p) as fractions of the signed amplitude (*b, t) in count; the target's offset from the box's
     centre and its size (*b, t, 2) in px.
     """
 
@@ -32,12 +32,12 @@ class TemplateAppearance(Appearance):
 @final
 @frozen
 class TemplateFilter(AppearanceFilter[TemplateAppearance]):
-    """Finds a smoothed template again, and filters where it was found. For a target of unknown shape in a box.
+    """Finds a smoothed template again and filters its position. For a target of unknown shape in a box.
 
-    The first frame shows where in the box the target is, how large it is, and its polarity (`target_in`): so it gives the
-    template. What is larger than a small target is taken out of its surroundings by a grey opening; contrast of the wrong
-    sign or beyond 1.5 times the target's own is cut off. The best place maximises s - prior_weight d^2, d^2 the squared
-    distance from the prediction, s = 2 cov / (var + var) the likeness of contrast to template and first template: it falls
+    The first frame shows where in the box the target is, how large it is, and its polarity (`target_in`), and so gives the
+    template. A grey opening removes structures that are larger than a small target; contrast of the wrong
+    sign or beyond 1.5 times the target's own is clipped. The best place maximises s - prior_weight d^2, d^2 the squared
+    distance from the prediction, s = 2 cov / (var + var) the similarity of contrast to template and first template: it falls
     where the same shape is much fainter, as a correlation coefficient would not. The log-likelihood ratio is (n / 2)
     log[(1 - limit^2) / (1 - s^2)] of n independent cells, at most 60, and 60 (s / limit - 1) below the limit: a weak match
     is a miss, and the track coasts while its covariance, and so the area searched, grows.
@@ -66,15 +66,15 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
     )
 
     def unseen(self, tracks: tuple[int, ...]) -> TemplateAppearance:
-        """Return no template, and a size that is none."""
+        """Return no template, and NaN as the size."""
         patch, pair = np.zeros((*tracks, self.cells, self.cells)), np.zeros((*tracks, 2))
         return TemplateAppearance(np.zeros(tracks), patch, patch, np.ones(tracks), pair, np.ones_like(pair))
 
     def first(self, pixels: Array, where: Array, box: Array) -> TemplateAppearance:
-        """Return the target in its box, and the template around it."""
+        """Find the target in its box, and cut the template around it."""
         found = target_in(pixels, where, box)
         step, inner, _ = self._grid(found.size)
-        # As much surroundings as a search sees: what is small beside them is not taken out.
+        # As much surroundings as a search sees: a structure that is small beside them is not removed.
         wide = self._apart(pixels, where + found.offset, found.size, step, 2 * self.cells, found.sign)
         amplitude = found.sign * max(contrast(found.sign * wide, inner), 1.0)
         cut = self.cells // 2
@@ -84,7 +84,7 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
     def find(
         self, pixels: Array, where: Array, box: Array, S: Array, appearance: TemplateAppearance
     ) -> Match[TemplateAppearance]:
-        """Return the best place within 3.5 standard deviations and 2 px, and the appearance renewed there."""
+        """Find the best place within 3.5 standard deviations and 2 px, and update the appearance there."""
         step, inner, mask = self._grid(appearance.size)
         amplitude, where = float(appearance.amplitude), where + appearance.offset
         centre = np.clip(where, 0.0, np.array(pixels.shape[::-1]) - 1.0)
@@ -116,13 +116,13 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         return Match(centre + moved - where, ratio, renewed)
 
     def _grid(self, size: Array) -> tuple[float, Array, Array]:
-        """Return step in px, the target's size in cells, and the template's mask."""
+        """Return the step in px, the target's size in cells, and the template's mask."""
         wide = self.margin * np.maximum(size, 3.0) + 2.0
         step = max(1.0, float(np.max(wide)) / self.cells)
         return step, size / step, mask_of(wide / step, self.cells)
 
     def _apart(self, pixels: Array, centre: Array, size: Array, step: float, cells: int, sign: float) -> Array:
-        """Return the contrast (cells, cells) around `centre`, for a small target without larger structures of its sign."""
+        """Return contrast (cells, cells) around `centre`, without larger structures of the sign of a small target."""
         image = blurred(sample(pixels, centre, step, cells))
         if np.max(size) > self.small:
             return image - float(np.median(image))
@@ -130,6 +130,6 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
 
 
 def _kept(image: Array, amplitude: float) -> Array:
-    """Return contrast of the target's sign, in parts of its amplitude, from 0 to `BRIGHTEST`."""
+    """Return contrast of the target's sign as a fraction of its amplitude, from 0 to `BRIGHTEST`."""
     kept: Array = np.clip(image / amplitude, 0.0, BRIGHTEST)
     return kept

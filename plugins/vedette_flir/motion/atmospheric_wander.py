@@ -19,8 +19,8 @@ class AtmosphericWander(ImagePlane):
 
     In Jordan form j = slow + fast, slow' = -W1 slow + G1 w, fast' = -W2 fast + drive + G2 w, drive' = -W2 drive + G3 w,
     G1 = K W1 W2^2 / (W1 - W2)^2, G2 = -G1, G3 = K W1 W2^2 / (W1 - W2), K such that j has `sigma_jitter`.
-    Q is the integral of e^(As) G G' e^(A's) by incomplete gamma functions: Van Loan's exponential of +W2 dt = 22 at
-    30 frames/s loses all its digits.
+    Q is the integral of e^(As) G G' e^(A's) by incomplete gamma functions: Van Loan's matrix exponential, with
+    W2 dt = 22 at 30 frames/s, loses all its digits.
     Maybeck, Mercier, A Target Tracker Using Spatially Distributed Infrared Measurements, IEEE T-AC 25, 1980.
     """
 
@@ -48,7 +48,7 @@ class AtmosphericWander(ImagePlane):
         return first, -first, K * a * b**2 / (a - b)
 
     def one_axis(self, dt: float) -> tuple[Array, Array]:
-        """Return F and Q (4, 4)"""
+        """Return F and Q (4, 4)."""
         from scipy.special import gammainc
 
         a, b = self.corner, self.double_corner

@@ -1,4 +1,4 @@
-"""A motion with further axes that no noise moves."""
+"""A motion with additional noise-free axes."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def _state(self: Carrying) -> Space:
 @final
 @frozen
 class Carrying(MotionModel):
-    """Another motion, and beside it axes that stay as they are until a sensor learns them: how a target looks in an image.
+    """Another motion with added axes that stay constant until a sensor learns them: the target's appearance in an image.
 
     F = [F_motion 0; 0 I], Q = [Q_motion 0; 0 0].
     """
@@ -49,7 +49,7 @@ class Carrying(MotionModel):
         return self.motion.reframes
 
     def _wide(self, own: Array, rest: float) -> Array:
-        """Return the motion's own matrix in the corner, `rest` on the other diagonal."""
+        """Put the motion's own matrix in the corner, and `rest` on the remaining diagonal."""
         n, size = len(self.motion.state), len(self.state)
         whole = np.zeros((*own.shape[:-2], size, size))
         whole[..., :n, :n] = own
@@ -57,16 +57,16 @@ class Carrying(MotionModel):
         return whole
 
     def move(self, x: Array, dt: float) -> Array:
-        """(*b, n) -> (*b, n)"""
+        """Move the motion's axes, keep the others: (*b, n) -> (*b, n)."""
         n = len(self.motion.state)
         return np.concatenate([self.motion.move(x[..., :n], dt), x[..., n:]], axis=-1)
 
     def jacobian(self, x: Array, dt: float) -> Array:
-        """(*b, n) -> (*b, n, n) or (n, n)"""
+        """Return F: (*b, n) -> (*b, n, n) or (n, n)."""
         return self._wide(self.motion.jacobian(x[..., : len(self.motion.state)], dt), 1.0)
 
     def noise(self, x: Array, dt: float) -> Array:
-        """(*b, n) -> (*b, n, n) or (n, n)"""
+        """Return Q: (*b, n) -> (*b, n, n) or (n, n)."""
         return self._wide(self.motion.noise(x[..., : len(self.motion.state)], dt), 0.0)
 
     def reframe(self, own: Gaussian, combined: Gaussian) -> Gaussian:

@@ -1,4 +1,4 @@
-"""A target that moves evenly over the image of a camera that may jerk."""
+"""A target at constant velocity in the image of a camera that may jerk."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class ImageVelocity(ImagePlane):
     shake: float = fields.quantity("px", "standard deviation of the camera's wander in 1 s", default=20.0, at_least=0)
 
     def one_axis(self, dt: float) -> tuple[Array, Array]:
-        """Return F and Q (2, 2)"""
+        """Return F and Q (2, 2)."""
         q = self.sigma_accel**2
         noise = np.array([[q * dt**3 / 3 + self.shake**2 * dt, q * dt**2 / 2], [q * dt**2 / 2, q * dt]])
         return np.array([[1.0, dt], [0.0, 1.0]]), noise

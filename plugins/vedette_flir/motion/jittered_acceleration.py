@@ -1,4 +1,4 @@
-"""A manoeuvring target seen through a trembling atmosphere."""
+"""A manoeuvring target seen through a turbulent atmosphere."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class JitteredAcceleration(ImagePlane):
     tau_jitter: float = fields.quantity("s", "correlation time of the jitter", default=0.076, above=0)
 
     def one_axis(self, dt: float) -> tuple[Array, Array]:
-        """Return F and Q (4, 4)"""
+        """Return F and Q (4, 4)."""
         q, F, Q = self.jerk_density, *fading(self.tau_jitter, self.sigma_jitter, dt)
         flight = np.array([[1.0, dt, dt**2 / 2], [0.0, 1.0, dt], [0.0, 0.0, 1.0]])
         noise = np.array(

@@ -1,4 +1,4 @@
-"""A target that wanders about a point, seen through a trembling atmosphere."""
+"""A target that wanders about a point, seen through a turbulent atmosphere."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from vedette_flir.motion.processes import ImagePlane, apart, fading
 @final
 @frozen
 class JitteredWander(ImagePlane):
-    """Position and jitter, each a first-order Gauss-Markov process: x' = -x/tau + w, j' = -j/tau_j + w_j. x + j is seen.
+    """Position and jitter, each a first-order Gauss-Markov process: x' = -x/tau + w, j' = -j/tau_j + w_j. x + j is observed.
 
-    The filter that goes with `atmospheric_wander`, where the third-order jitter is replaced by one of first order with the
+    The filter model for `atmospheric_wander`: its third-order jitter is replaced by one of first order with the
     same correlation from frame to frame: tau_j = .076 s at 30 frames/s.
     Maybeck, Mercier, A Target Tracker Using Spatially Distributed Infrared Measurements, IEEE T-AC 25, 1980.
     """
@@ -29,6 +29,6 @@ class JitteredWander(ImagePlane):
     tau_jitter: float = fields.quantity("s", "correlation time of the jitter", default=0.076, above=0)
 
     def one_axis(self, dt: float) -> tuple[Array, Array]:
-        """Return F and Q (2, 2)"""
+        """Return F and Q (2, 2)."""
         (F, Q), (Fj, Qj) = fading(self.tau, self.sigma, dt), fading(self.tau_jitter, self.sigma_jitter, dt)
         return apart(F, Fj), apart(Q, Qj)

@@ -1,4 +1,4 @@
-"""What the motion models of an image plane share: the same processes along both axes, in pixels."""
+"""The common part of motion models of an image plane: the same processes along both axes, in pixels."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from vedette import Array, MotionModel, Space
 
 
 def both_axes(block: Array) -> Array:
-    """Return a matrix (p, p) over one axis' processes -> (2p, 2p) over both axes, each process' column and row together."""
+    """Map a matrix (p, p) over one axis' processes to (2p, 2p) over both axes, each process' column and row adjacent."""
     p = len(block)
     both = np.zeros((p, 2, p, 2))
     both[:, 0, :, 0] = both[:, 1, :, 1] = block
@@ -21,7 +21,7 @@ def both_axes(block: Array) -> Array:
 
 
 def apart(*blocks: Array) -> Array:
-    """Return block-diagonal: processes that do not touch each other."""
+    """Return the block-diagonal matrix of independent processes."""
     size = sum(len(block) for block in blocks)
     whole, at = np.zeros((size, size)), 0
     for block in blocks:
@@ -31,7 +31,7 @@ def apart(*blocks: Array) -> Array:
 
 
 def fading(tau: float, sigma: float, dt: float) -> tuple[Array, Array]:
-    """Return F and Q, (1, 1) each, of a first-order Gauss-Markov process, exactly; `sigma`: its stationary deviation."""
+    """Return exact F and Q, (1, 1) each, of a first-order Gauss-Markov process of stationary standard deviation `sigma`."""
     return np.array([[math.exp(-dt / tau)]]), np.array([[-(sigma**2) * math.expm1(-2.0 * dt / tau)]])
 
 
@@ -52,13 +52,13 @@ class ImagePlane(MotionModel):
         """Return F and Q (p, p) of one axis."""
 
     def move(self, x: Array, dt: float) -> Array:
-        """(*b, n) -> (*b, n)"""
+        """Return F x: (*b, n) -> (*b, n)."""
         return x @ self.jacobian(x, dt).T
 
     def jacobian(self, x: Array, dt: float) -> Array:
-        """(n, n)"""
+        """Return F (n, n)."""
         return both_axes(self.one_axis(dt)[0])
 
     def noise(self, x: Array, dt: float) -> Array:
-        """(n, n)"""
+        """Return Q (n, n)."""
         return both_axes(self.one_axis(dt)[1])

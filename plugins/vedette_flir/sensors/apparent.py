@@ -1,4 +1,4 @@
-"""What all cameras share: the target appears where the sum of its dynamics and its jitter is."""
+"""The common part of all cameras: the target appears at the sum of its dynamics and its jitter."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def _select(self: ApparentPosition) -> Array:
 
 @frozen(kw_only=True)
 class ApparentPosition(ImagingSensor):
-    """A camera that sees a target at the sum of some of its axes, in px, and reads further axes for how it looks."""
+    """A camera that sees a target at the sum of some of its axes, in px, and reads further axes for its appearance."""
 
     across: tuple[str, ...] = fields.words("the axes whose sum is the apparent x, the column", default=("x",))
     down: tuple[str, ...] = fields.words("the axes whose sum is the apparent y, the row", default=("y",))
@@ -44,15 +44,15 @@ class ApparentPosition(ImagingSensor):
         return APPARENT
 
     def measure(self, x: Array) -> Array:
-        """(*b, n) -> (*b, 2): where it appears"""
+        """Return where it appears: (*b, n) -> (*b, 2)."""
         return x @ self._chosen.T
 
     def jacobian(self, x: Array) -> Array:
-        """(2, n)"""
+        """Return H (2, n)."""
         return self._chosen
 
     def detects(self, x: Array) -> Array:
-        """()"""
+        """Return the detection probability: ()."""
         return np.asarray(self.detection_probability)
 
     def looks(self, x: Array) -> tuple[Array, ...]:

@@ -1,4 +1,4 @@
-"""A camera that sees a target in a box, and takes the centroid of what stands out there."""
+"""A camera that sees a target in a box, and measures the centroid of what stands out there."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from vedette_flir.sensors.apparent import ApparentPosition
 @final
 @frozen(kw_only=True)
 class BoxCentroid(ApparentPosition):
-    """The centroid tracker: of the pixels that differ from the border's median by more than half of the largest difference.
+    """The centroid tracker, over the pixels that differ from the border's median by over half the largest difference.
 
-    J = I / sigma^2, g = J (centroid - at). The ratio to the background is what the contrast exceeds the border's spread by:
+    J = I / sigma^2, g = J (centroid - at). With contrast c and border spread s, the ratio to the background is
     llr = (c / s)^2 / 2 - 8, which is 0 at 4 standard deviations.
     Blackman, Popoli, Design and Analysis of Modern Tracking Systems, 1999, section 10.
     """
@@ -29,15 +29,15 @@ class BoxCentroid(ApparentPosition):
     least: float = fields.quantity("count", "spread of the border's pixels, at least", default=1.0, above=0)
 
     def appearance(self) -> dict[str, str]:
-        """Return the box."""
+        """Return the axes of the box."""
         return {"width": "px", "height": "px"}
 
     def noise(self, x: Array) -> Array:
-        """(2, 2)"""
+        """Return R (2, 2)."""
         return self.sigma**2 * np.eye(2)
 
     def information(self, x: Array, frame: Frame, at: Array) -> tuple[Array, Array, Array]:
-        """Return J (*b, t, 2, 2) in 1/px^2, g (*b, t, 2) in 1/px, llr (*b, t)"""
+        """Return J (*b, t, 2, 2) in 1/px^2, g (*b, t, 2) in 1/px, llr (*b, t)."""
         width, height = self.looks(x)
         size = max(5, int(np.ceil(self.margin * max(np.max(width, initial=1.0), np.max(height, initial=1.0)))) + 4)
         spot = self.measure(x)

@@ -13,7 +13,7 @@ from vedette_flir.sensors.gaussian_spot import WIDTHS
 from vedette_flir.spots import bivariate, elliptic
 
 CORRELATIONS = (-0.9, 0.9, 0.1)
-"""A correlation that is learnt stays between the first two, and takes steps of at most the third."""
+"""A learnt correlation stays between the first two, and changes by at most the third per frame."""
 
 
 @final
@@ -21,9 +21,9 @@ CORRELATIONS = (-0.9, 0.9, 0.1)
 class EllipticSpot(FittedImage):
     """z_ij = background + amplitude * mean over pixel ij of e^(-Z/2) + noise, Z = (u^2 - 2 r u v + v^2) / (1 - r^2).
 
-    u = dx / spread_x, v = dy / spread_y, r = correlation: an ellipse that lies at any angle. The paper prints (1 - r)^2; a
-    mirrored target would then have other widths. Amplitude, spreads, correlation and background are axes of the state,
-    which this sensor may learn, as that of the circular spot does.
+    u = dx / spread_x, v = dy / spread_y, r = correlation: an ellipse at any angle. The paper prints (1 - r)^2, with which a
+    mirrored target would have other widths. Amplitude, spreads, correlation and background are axes of the state,
+    which this sensor may learn, as the circular spot does.
     Maybeck, Rogers, Adaptive Tracking of Multiple Hot-Spot Target IR Images, IEEE T-AC 28, 1983.
     """
 
@@ -34,20 +34,20 @@ class EllipticSpot(FittedImage):
     gain_background: float = fields.probability("part of a step that the background takes each frame", default=0.0)
 
     def appearance(self) -> dict[str, str]:
-        """Return amplitude, the ellipse, background."""
+        """Return the axes of amplitude, ellipse and background."""
         return {"amplitude": "count", "spread_x": "px", "spread_y": "px", "correlation": "1", "background": "count"}
 
     def gains(self) -> Array:
-        """(5,)"""
+        """Return the gains (5,)."""
         return np.array([self.gain_amplitude, *[self.gain_shape] * 3, self.gain_background])
 
     def bounds(self) -> Array:
-        """(5, 3)"""
+        """Return the bounds (5, 3)."""
         free = (-np.inf, np.inf, np.inf)
         return np.array([free, WIDTHS, WIDTHS, CORRELATIONS, free])
 
     def picture(self, looks: tuple[Array, ...], x: Array, y: Array) -> Picture:
-        """Return amplitude * spot"""
+        """Return amplitude * spot."""
         amplitude, sx, sy, r, _ = (look[..., None, None] for look in looks)
         spot, slopes, bends = elliptic(x, y, bivariate(*looks[1:4]))
         xx, xy, yy = (bends[..., k, :, :] for k in range(3))

@@ -1,4 +1,4 @@
-"""What cameras with a model of the target's image share: the information pair, and learning how the target looks."""
+"""The common part of cameras with a model of the target's image: the information pair, and learning its appearance."""
 
 from __future__ import annotations
 
@@ -25,44 +25,44 @@ class Picture:
 
 @frozen(kw_only=True)
 class FittedImage(ApparentPosition):
-    """A camera that expects h = background + picture. The background is the last of its looks."""
+    """A camera that expects h = background + picture. The background is the last axis of the appearance."""
 
     camera: Camera = fields.part("pixels and their noise", default=Camera())
 
     @abstractmethod
     def picture(self, looks: tuple[Array, ...], x: Array, y: Array) -> Picture:
-        """Return the target at `looks` (*b) each, in pixels at columns x and rows y (*b, w) from where it appears."""
+        """Return the target with `looks` (*b) each, in pixels with columns and rows at x, y (*b, w) from its position."""
 
     @abstractmethod
     def gains(self) -> Array:
-        """Return the part of a step that each look takes, (q,)."""
+        """Return the fraction of a step that each axis of the appearance takes, (q,)."""
 
     def bounds(self) -> Array:
-        """Return least and largest value of each look, and its largest step in a frame, (q, 3)."""
+        """Return least and greatest value of each axis of the appearance, and its greatest step in a frame, (q, 3)."""
         return np.array([[-np.inf, np.inf, np.inf]] * len(self.appearance()))
 
     def noise(self, x: Array) -> Array:
-        """(*b, n) -> (*b, 2, 2), in px^2: that of one frame, from the information in a whole circular spot"""
+        """Return R in px^2, (*b, n) -> (*b, 2, 2): that of one frame, from the information in a whole circular spot."""
         amplitude = self.looks(x)[0]
         variance = 2.0 / np.pi * self.camera.sigma**2 / np.maximum(amplitude**2, 1e-12)
         return variance[..., None, None] * np.eye(2)
 
     def render(self, x: Array, shape: tuple[int, int]) -> Array:
-        """Return what a frame of `shape` (height, width) shows without noise and background: (*b, n) -> (*b, h, w)"""
+        """Return a frame of `shape` (height, width) without noise and background: (*b, n) -> (*b, h, w)."""
         spot, steps = self.measure(x), np.arange(max(shape))
         made = self.picture(self.looks(x), steps - spot[..., 0, None], steps - spot[..., 1, None])
         return made.image[..., : shape[0], : shape[1]]
 
     def information(self, x: Array, frame: Frame, at: Array) -> tuple[Array, Array, Array]:
-        """Return J (*b, t, 2, 2) in 1/px^2, g (*b, t, 2) in 1/px, llr (*b, t)"""
+        """Return J (*b, t, 2, 2) in 1/px^2, g (*b, t, 2) in 1/px, llr (*b, t)."""
         window = self.camera.cut(frame, self.measure(x))
         made = self.picture(self.looks(at), *window.offsets(self.measure(at)))
         return self.camera.information(window, made.image, made.slopes, self.looks(at)[-1])
 
     def learn(self, x: Array, frame: Frame) -> Array:
-        """Return the looks a part of the way to what fits the frame best; (*b, t, n) -> (*b, t, n)
+        """Move the appearance part of the way to the best fit to the frame: (*b, t, n) -> (*b, t, n).
 
-        A Gauss-Newton step of least squares over those with a gain, cut to its bounds.
+        A Gauss-Newton step of least squares over the axes with a gain, clipped to their bounds.
         """
         gains = self.gains()
         if not gains.any():

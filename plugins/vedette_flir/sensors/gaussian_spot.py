@@ -12,7 +12,7 @@ from vedette_flir.sensors.fitted import FittedImage, Picture
 from vedette_flir.spots import circular
 
 WIDTHS = (0.4, 6.0, 0.5)
-"""px; a spread that is learnt stays between the first two, and takes steps of at most the third."""
+"""In px; a learnt spread stays between the first two, and changes by at most the third per frame."""
 
 
 @final
@@ -32,16 +32,16 @@ class GaussianSpot(FittedImage):
     gain_background: float = fields.probability("part of a step that the background takes each frame", default=0.0)
 
     def gains(self) -> Array:
-        """(3,)"""
+        """Return the gains (3,)."""
         return np.array([self.gain_amplitude, self.gain_spread, self.gain_background])
 
     def bounds(self) -> Array:
-        """(3, 3)"""
+        """Return the bounds (3, 3)."""
         free = (-np.inf, np.inf, np.inf)
         return np.array([free, WIDTHS, free])
 
     def picture(self, looks: tuple[Array, ...], x: Array, y: Array) -> Picture:
-        """Return amplitude * spot"""
+        """Return amplitude * spot."""
         amplitude, spread, _ = looks
         spot, slopes, wider = circular(x, y, spread)
         strength = amplitude[..., None, None]

@@ -12,16 +12,16 @@ from vedette_flir.sensors.fitted import FittedImage, Picture
 from vedette_flir.spots import bivariate, elliptic
 
 QUARTER = np.array([[0.0, -1.0], [1.0, 0.0]])
-"""A quarter turn from x towards y: the derivative of a turn at 0."""
+"""A quarter turn from x towards y: the derivative of a rotation at 0."""
 
 TURNS = (-np.inf, np.inf, 0.3)
-"""rad; the largest turn that is learnt from one frame."""
+"""In rad; the largest turn learnt from one frame."""
 
 
 @final
 @frozen
 class Spot:
-    """One spot as it lies on the target before that turns: an ellipse by its spreads and their correlation."""
+    """One spot as it lies on the target before it turns: an ellipse by its spreads and their correlation."""
 
     spread_x: float = fields.quantity("px", "standard deviation across", above=0.2, at_most=100.0)
     spread_y: float = fields.quantity("px", "standard deviation down", above=0.2, at_most=100.0)
@@ -36,8 +36,8 @@ class Spot:
 class HotSpots(FittedImage):
     """z_ij = background + amplitude * sum_k peak_k * mean over pixel ij of e^(-d' C_k^-1 d / 2) + noise.
 
-    Spot k stands at p + T o_k, and C_k = T C T': T turns the rigid target by `turn`, from x towards y. Amplitude, turn and
-    background are axes of the state, which this sensor may learn; the derivative to the turn is that of places and ellipses.
+    Spot k is at p + T o_k, and C_k = T C T': T turns the rigid target by `turn`, from x towards y. Amplitude, turn and
+    background are axes of the state, which this sensor may learn; the derivative to the turn covers places and ellipses.
     Maybeck, Rogers, Adaptive Tracking of Multiple Hot-Spot Target IR Images, IEEE T-AC 28, 1983.
     """
 
@@ -53,20 +53,20 @@ class HotSpots(FittedImage):
             raise ValueError("spots: must hold at least one spot, got none")
 
     def appearance(self) -> dict[str, str]:
-        """Return amplitude, turn, background."""
+        """Return the axes of amplitude, turn and background."""
         return {"amplitude": "count", "turn": "rad mod 2pi", "background": "count"}
 
     def gains(self) -> Array:
-        """(3,)"""
+        """Return the gains (3,)."""
         return np.array([self.gain_amplitude, self.gain_turn, self.gain_background])
 
     def bounds(self) -> Array:
-        """(3, 3)"""
+        """Return the bounds (3, 3)."""
         free = (-np.inf, np.inf, np.inf)
         return np.array([free, TURNS, free])
 
     def picture(self, looks: tuple[Array, ...], x: Array, y: Array) -> Picture:
-        """Return the sum of the spots"""
+        """Return the sum of the spots."""
         amplitude, turn, _ = looks
         T = np.cos(turn)[..., None, None] * np.eye(2) + np.sin(turn)[..., None, None] * QUARTER
         parts = [spot.peak * self._one(spot, T, x, y) for spot in self.spots]

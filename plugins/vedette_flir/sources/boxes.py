@@ -51,7 +51,7 @@ def centred(box: Sequence[float] | Array, first_pixel: float) -> Array:
 
 
 def read_segment(path: Path, clip: str, number: int) -> Segment:
-    """The `number`-th segment of `clip`, counted from 0."""
+    """Return the `number`-th segment of `clip`, counted from 0."""
     own = []
     for place, row in _rows(path, ("clip", "label_offset", "start", "end_excl")):
         if row["clip"] == clip:

@@ -23,7 +23,7 @@ ALIKE = 8
 
 
 def opencv() -> Any:
-    """The module `cv2`; InputError if it is not installed."""
+    """Return the module `cv2`; InputError if it is not installed."""
     try:
         import cv2
     except ImportError:
@@ -32,7 +32,7 @@ def opencv() -> Any:
 
 
 def grey_of(image: NDArray[Any]) -> Grey:
-    """The one channel of an 8 or 16 bit image; ValueError for others. Three channels that are alike are one."""
+    """Return the one channel of an 8 or 16 bit image; ValueError for others. Three equal channels count as one."""
     if image.dtype not in (np.uint8, np.uint16):
         raise ValueError(f"must have pixels of 8 or 16 bit, got {image.dtype}")
     if image.ndim == 2:

@@ -132,6 +132,6 @@ class VideoSource(Source):
         return inside
 
     def _signed(self, pixels: Grey) -> Array:
-        """The frame, or its negative, in its own whole numbers: as small as they came."""
+        """Return the frame, or its negative, in its own integer type."""
         signed: Any = np.iinfo(pixels.dtype).max - pixels if self.negative else pixels
         return cast(Array, signed)
