@@ -1,4 +1,4 @@
-"""The classics of target tracking, one component a file."""
+"""The classics of target tracking, one component per file."""
 
 from collections.abc import Iterable
 
@@ -59,7 +59,7 @@ VEDETTE_CONTRACT = 2
 
 @vedette.plugin
 def vedette_components() -> Iterable[type[vedette.Component]]:
-    """Everything in this package."""
+    """Return every component of this package."""
     return [
         *(ConstantVelocity, ConstantAcceleration, Singer, KnownTurn, CoordinatedTurn),
         *(ConstantVelocityPiecewise, ConstantAccelerationPiecewise, WienerAccelerationPiecewise),

@@ -13,9 +13,9 @@ from vedette import Array, Associator
 @final
 @frozen
 class GlobalNearest(Associator):
-    """The one joint assignment of returns to tracks with the largest total score; each return goes to one track at most.
+    """Finds the joint assignment of returns to tracks with the largest total score; each return goes to at most one track.
 
-    A track may take a miss of its own, so the problem is always feasible; solved as a linear assignment by scipy.
+    Every track may be missed, so the problem is always feasible; scipy solves it as a linear assignment.
     Blackman, Popoli, Design and Analysis of Modern Tracking Systems, 1999, section 6.4.
     """
 
@@ -27,11 +27,11 @@ class GlobalNearest(Associator):
         return "best"
 
     def associate(self, scores: Array, evidence: Array | None) -> Array:
-        """(*b, t, 1+k) -> (*b, t, 1+k), one 1 in each row"""
+        """Return the association weights: (*b, t, 1+k) -> (*b, t, 1+k), one 1 in each row."""
         from scipy.optimize import linear_sum_assignment
 
         t, k = scores.shape[-2], scores.shape[-1] - 1
-        # A miss that cannot be is dear but finite: two tracks that must be seen may have one return between them.
+        # An impossible miss is expensive but finite: two tracks that cannot be missed may share one return.
         miss = np.maximum(scores[..., :1], np.max(scores, axis=-1, keepdims=True) - 1e6)
         gain = np.full((*scores.shape[:-1], k + t), -np.inf)
         gain[..., :k] = scores[..., 1:] - miss

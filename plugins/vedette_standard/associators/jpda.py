@@ -15,12 +15,12 @@ from vedette import Array, Associator, Mask, fields, kernels
 @final
 @frozen
 class Jpda(Associator):
-    """The marginal probabilities of all joint associations in which no two tracks share a return.
+    """Returns the marginal probabilities of all joint associations in which no two tracks share a return.
 
     P(a) ~ prod_t exp(score of t's part in a). Tracks that share returns, directly or through others, are a cluster; a track
     that shares none is PDA. A cluster with at most `exact` tracks or at most `exact` returns is summed exactly, at a cost of
-    2^min(t, k) t k; a larger one by belief propagation at t k a sweep, which is exact only on trees and too sure of itself
-    where two targets stand close (weights off by .05 on average there, by .35 at worst).
+    2^min(t, k) t k; a larger one by belief propagation at t k a sweep, which is exact only on trees and overconfident
+    where two targets are close (weights off by .05 on average there, by .35 at worst).
     Fortmann, Bar-Shalom, Scheffe, Sonar Tracking of Multiple Targets Using JPDA, IEEE J. Oceanic Engineering 8, 1983.
     """
 
@@ -39,7 +39,7 @@ class Jpda(Associator):
 
     @property
     def approximates(self) -> bool:
-        """Return True: large clusters go by belief propagation."""
+        """Whether it approximates: large clusters are solved by belief propagation."""
         return True
 
     def approximated(self, scores: Array) -> Mask:
@@ -54,8 +54,8 @@ class Jpda(Associator):
         return large
 
     def associate(self, scores: Array, evidence: Array | None) -> Array:
-        """(*b, t, 1+k) -> (*b, t, 1+k)"""
-        # A miss that cannot be is given a finite score: its weight is still 0, unless nothing else is left.
+        """Return the association weights: (*b, t, 1+k) -> (*b, t, 1+k)."""
+        # An impossible miss is given a finite score: its weight is still 0, unless nothing else is left.
         miss = np.maximum(scores[..., :1], np.max(scores, axis=-1, keepdims=True) - 3000.0)
         gain = np.concatenate([np.zeros_like(miss), scores[..., 1:] - miss], axis=-1)
         weights = np.exp(gain - kernels.log_sum(gain)[..., None])
@@ -75,7 +75,7 @@ class Jpda(Associator):
 
 
 def _clusters(linked: Mask) -> Iterator[tuple[NDArray[np.intp], NDArray[np.intp]]]:
-    """Tracks and returns of each cluster of at least two tracks; linked (t, k)."""
+    """Yield tracks and returns of each cluster of at least two tracks; linked (t, k)."""
     left = (linked & (linked.sum(axis=0) > 1)).any(axis=1)
     while left.any():
         members, grown = np.zeros_like(left), np.arange(len(left)) == np.argmax(left)
@@ -87,12 +87,12 @@ def _clusters(linked: Mask) -> Iterator[tuple[NDArray[np.intp], NDArray[np.intp]
 
 
 def _summed(gain: Array) -> tuple[Array, Array, Array]:
-    """Matching rows with columns, log odds `gain` (p, q): the probability of each row (p,) and column (q,) to stay single,
-    and of each pair (p, q). By the sums over all 2^p sets of rows that the columns up to one, and from it on, can take.
+    """Return, for matchings of rows with columns of log odds `gain` (p, q), the probability of each row (p,) and column (q,)
+    to stay single, and of each pair (p, q), by sums over all 2^p sets of rows that columns before and after one can take.
     """
     p, q = gain.shape
     taken = np.arange(2**p)[:, None] >> np.arange(p) & 1 == 1  # (2^p, p)
-    other = np.arange(2**p)[:, None] ^ 1 << np.arange(p)  # the set with one row's part changed
+    other = np.arange(2**p)[:, None] ^ 1 << np.arange(p)  # the set with one row toggled
     before, after = np.full((q + 1, 2**p), -np.inf), np.zeros((q + 1, 2**p))
     before[0, 0] = 0.0
     for i in range(q):
@@ -110,10 +110,10 @@ def _summed(gain: Array) -> tuple[Array, Array, Array]:
 
 
 def _propagated(gain: Array, tolerance: float, sweeps: int) -> tuple[Array, Array]:
-    """Misses (t,) and claims (t, k) by messages between tracks and returns, likelihood ratios l = exp(gain):
+    """Return misses (t,) and claims (t, k) by messages between tracks and returns, likelihood ratios l = exp(gain):
     m_ti = l_ti / (1 + sum_j!=i l_tj n_jt), n_it = 1 / (1 + sum_s!=t m_si), claims l_ti n_it / (1 + sum_j l_tj n_jt).
 
-    It converges for every input, if slowly where as many returns as tracks are all sure to be theirs: a return that is
+    It converges for every input, if slowly where as many returns as tracks are all nearly certain: a return that is
     still claimed more than once when the sweeps run out is shared out.
     Williams, Lau, Approximate Evaluation of Marginal Association Probabilities with Belief Propagation,
     IEEE Trans. Aerospace and Electronic Systems 50, 2014.
@@ -122,7 +122,7 @@ def _propagated(gain: Array, tolerance: float, sweeps: int) -> tuple[Array, Arra
     # From the scarcer side: all returns free to take, or all tracks.
     to_track = np.ones_like(ratio) if len(ratio) <= ratio.shape[1] else 1.0 / (1.0 + _others(ratio, -2))
     for _ in range(sweeps):
-        # Sums without one's own term are taken as such: total - own would lose the small ones to rounding.
+        # Sum without the own term rather than subtract it: total - own would lose small terms to rounding.
         to_return = ratio / (1.0 + _others(ratio * to_track, -1))
         before, to_track = to_track, 1.0 / (1.0 + _others(to_return, -2))
         if np.max(np.abs(to_track / before - 1.0)) <= tolerance:
@@ -135,7 +135,7 @@ def _propagated(gain: Array, tolerance: float, sweeps: int) -> tuple[Array, Arra
 
 
 def _others(values: Array, axis: int) -> Array:
-    """The sum over `axis` of all values but each one's own: (*b, t, k) -> (*b, t, k)"""
+    """Return the sum over `axis` of all values but each one's own: (*b, t, k) -> (*b, t, k)."""
     rows = np.moveaxis(values, axis, -1)
     before = np.zeros_like(rows)
     after = np.zeros_like(rows)

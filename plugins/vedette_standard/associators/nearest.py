@@ -12,7 +12,7 @@ from vedette import Array, Associator, kernels
 @final
 @frozen
 class Nearest(Associator):
-    """Each track takes its best return, or a miss where that scores higher, whatever the other tracks take.
+    """Gives each track its best return, or a miss where that scores higher, whatever the other tracks take.
 
     Bar-Shalom, Li, Multitarget-Multisensor Tracking, 1995, section 3.2.
     """
@@ -24,5 +24,5 @@ class Nearest(Associator):
         return "best"
 
     def associate(self, scores: Array, evidence: Array | None) -> Array:
-        """(*b, t, 1+k) -> (*b, t, 1+k), one 1 in each row"""
+        """Return the association weights: (*b, t, 1+k) -> (*b, t, 1+k), one 1 in each row."""
         return kernels.one_hot(scores)

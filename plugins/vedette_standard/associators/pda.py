@@ -12,7 +12,7 @@ from vedette import Array, Associator, kernels
 @final
 @frozen
 class Pda(Associator):
-    """Every return of the gate is the track's with its posterior probability, each track on its own.
+    """Weights every return in the gate by the posterior probability that it is the track's, for each track independently.
 
     weights = exp(scores) / sum exp(scores). Exact for one target among uniform clutter.
     Bar-Shalom, Tse, Tracking in a Cluttered Environment with Probabilistic Data Association, Automatica 11, 1975.
@@ -25,5 +25,5 @@ class Pda(Associator):
         return "marginals"
 
     def associate(self, scores: Array, evidence: Array | None) -> Array:
-        """(*b, t, 1+k) -> (*b, t, 1+k)"""
+        """Return the association weights: (*b, t, 1+k) -> (*b, t, 1+k)."""
         return kernels.softmax(scores)

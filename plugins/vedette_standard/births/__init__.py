@@ -1,1 +1,1 @@
-"""Where tracks come from."""
+"""How tracks are started."""

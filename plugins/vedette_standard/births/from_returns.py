@@ -13,7 +13,7 @@ from vedette import Array, Birth, Detections, Estimator, Gaussian, Newborn, Sens
 @final
 @frozen
 class FromReturns(Birth):
-    """Starts a track at every return that no track explains: one-point initiation.
+    """Starts a track at every return that no existing track explains: one-point initiation.
 
     The axes that the sensor observes have the mean and covariance of the return, from `Sensor.invert`; the others are 0 with
     the standard deviations in `spread`, uncorrelated.
@@ -32,13 +32,13 @@ class FromReturns(Birth):
     initial: float = fields.probability("probability that a new track is of a target", default=0.2, above=0)
 
     def starts_from(self, sensor: str) -> bool:
-        """Return whether it is one of `sensors`."""
+        """Return whether `sensor` is one of `sensors`."""
         return not self.sensors or sensor in self.sensors
 
     def begin(
         self, seen: Any, estimator: Estimator[Any], sensor: Sensor, name: str, detections: Detections, claimed: Array
     ) -> Newborn:
-        """Return a track at each whole return that no track claims."""
+        """Return a track at each complete return that no track claims."""
         start = (claimed < self.claimed) & detections.valid
         if detections.missing is not None:
             start &= ~detections.missing.any(axis=-1)

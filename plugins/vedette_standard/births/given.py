@@ -16,7 +16,7 @@ from vedette.tracking import GivenTracks
 class Given(GivenTracks):
     """One track before the first scan, and none after it.
 
-    It starts at `start`; an axis that is not there starts at the recording's first true state, moved by `offset`, with
+    It starts at `start`; an axis missing there starts at the recording's first true state, moved by `offset`, with
     `spread` as its standard deviation (an axis that the truth lacks: at 0).
     """
 

@@ -14,9 +14,9 @@ from vedette.filters import OverMotion, Particles
 
 @frozen(eq=False)
 class Predicted:
-    """Predicted points, and all that is needed to predict them anew from other ancestors once a scan is in.
+    """Predicted points, and all that is needed to predict them again from other ancestors once a scan has arrived.
 
-    points (*b, t, p, n), log_weights (*b, t, p); of every ancestor its centre (*b, t, p, n), where it moves without noise,
+    points (*b, t, p, n), log_weights (*b, t, p); of every ancestor its noise-free prediction, the centre (*b, t, p, n),
     and the root of its noise (*b, t, p, n, n); standard noise (*b, t, p, n) and an offset (*b, t), drawn beforehand.
     """
 
@@ -42,11 +42,11 @@ class PointHypotheses:
 @final
 @frozen
 class AuxiliaryParticles(OverMotion[Particles | Predicted]):
-    """A particle filter that looks at the scan before it chooses which points to move on.
+    """A particle filter that looks at the scan before it chooses which points to propagate.
 
-    With m_p where point p moves without noise and g(x) what association makes of the scan at x: ancestors are drawn with
-    w_p g(m_p), their offspring x weigh g(x) / g(m_p). It chooses so where the look leaves few effective points, and weighs
-    anew like the bootstrap filter elsewhere, as on a scan without news. The draws of the second move are made at the first.
+    With m_p the noise-free prediction of point p and g(x) the likelihood of the scan at x: ancestors are drawn with
+    w_p g(m_p), their offspring x get weight g(x) / g(m_p). It does so where the look leaves few effective points; elsewhere,
+    as on an uninformative scan, it reweights like the bootstrap filter. The second move's draws are made with the first.
     Pitt, Shephard, Filtering via Simulation: Auxiliary Particle Filters, J. American Statistical Association 94, 1999.
     """
 
@@ -66,7 +66,7 @@ class AuxiliaryParticles(OverMotion[Particles | Predicted]):
         return filters.draw_particles(own, self.particles, self.state, rng)
 
     def predict(self, belief: Particles | Predicted, dt: float, rng: np.random.Generator) -> Particles | Predicted:
-        """Return the points `dt` s later, with the means to choose again."""
+        """Return the points `dt` s later, with the centres needed to choose ancestors."""
         if dt == 0:
             return belief
         offsets = rng.random((2, *belief.log_weights.shape[:-1]))
@@ -86,7 +86,7 @@ class AuxiliaryParticles(OverMotion[Particles | Predicted]):
     def evaluate(
         self, belief: Particles | Predicted, sensor: Sensor, observed: Detections | Frame, p_gate: float
     ) -> Innovation:
-        """Return what each detection says about each point and each centre of each track."""
+        """Return the likelihood of each detection at each point and each centre of each track."""
         assert isinstance(observed, Detections)
         at_points = filters.point_likelihoods(belief.points, self.state, sensor, observed, p_gate)
         at_centres = None
@@ -97,7 +97,7 @@ class AuxiliaryParticles(OverMotion[Particles | Predicted]):
         return filters.particle_innovation(points, at_points, self.state, sensor, observed, detail)
 
     def update(self, belief: Particles | Predicted, innovation: Innovation, weights: Array) -> Particles:
-        """Return points from ancestors that the scan speaks for, where it speaks; else the same, weighed anew."""
+        """Return points from ancestors that the scan favours, where it is informative; else the same points, reweighted."""
         detail: PointHypotheses = innovation.detail
         gained = filters.log_association(detail.at_points, innovation.loglik, weights)
         log_weights = filters.normalised(belief.log_weights + gained)

@@ -15,12 +15,12 @@ from vedette.filters import OverMotion, Particles
 @final
 @frozen
 class BootstrapParticles(OverMotion[Particles]):
-    """Weighted points that move by the motion model with its noise drawn, and are weighed by what is seen.
+    """Weighted points that move by the motion model with random noise, and are reweighted by their likelihood.
 
     w_p <- w_p sum_i W_i l_i(x_p) / l_i over association hypotheses i, the miss included, l_i = sum_p w_p l_i(x_p). Before a
     prediction, tracks whose effective number of points is low are resampled. A new track's points have exactly its prior's
-    moments. Errors fall as 1/sqrt(particles); where the sensor is much sharper than the prediction few points are left, and
-    'auxiliary_particles' does better.
+    moments. Errors fall as 1/sqrt(particles); where the sensor is much more precise than the prediction few points remain,
+    and 'auxiliary_particles' does better.
     Gordon, Salmond, Smith, Novel Approach to Nonlinear/Non-Gaussian Bayesian State Estimation, IEE Proc. F 140, 1993.
     """
 
@@ -40,7 +40,7 @@ class BootstrapParticles(OverMotion[Particles]):
         return filters.draw_particles(own, self.particles, self.state, rng)
 
     def predict(self, belief: Particles, dt: float, rng: np.random.Generator) -> Particles:
-        """Return the points `dt` s later, each with its own noise; resampled first where that is due."""
+        """Return the points `dt` s later, each with its own noise; resampled first if necessary."""
         if dt == 0:
             return belief
         index = filters.resample(belief.log_weights, rng.random(belief.log_weights.shape[:-1]))
@@ -51,13 +51,13 @@ class BootstrapParticles(OverMotion[Particles]):
         return Particles(moved, np.where(due, -math.log(self.particles), belief.log_weights))
 
     def evaluate(self, belief: Particles, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
-        """Return what each detection says about each point of each track."""
+        """Return the likelihood of each detection at each point of each track."""
         assert isinstance(observed, Detections)
         likelihoods = filters.point_likelihoods(belief.points, self.state, sensor, observed, p_gate)
         return filters.particle_innovation(belief, likelihoods, self.state, sensor, observed, likelihoods)
 
     def update(self, belief: Particles, innovation: Innovation, weights: Array) -> Particles:
-        """Return the same points, weighed anew."""
+        """Return the same points, reweighted."""
         gained = filters.log_association(innovation.detail, innovation.loglik, weights)
         return Particles(belief.points, filters.normalised(belief.log_weights + gained))
 

@@ -31,5 +31,5 @@ class ExtendedKalman(GaussianFilter):
         return belief if dt == 0 else predict_linearised(belief, self.motion, dt, self._memo)
 
     def evaluate(self, belief: Gaussian, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
-        """Return what the scan says about each track, linearised at its mean."""
+        """Return the innovation of each track, linearised at its mean."""
         return evaluate_linearised(belief, self.state, sensor, observed, p_gate, self._memo)

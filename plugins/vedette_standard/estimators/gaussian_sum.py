@@ -14,12 +14,12 @@ from vedette_standard.estimators.imm import Imm, Modes
 @final
 @frozen
 class GaussianSum(Estimator[Modes]):
-    """A new track's prior is split into Gaussians, each with a filter of its own; their weights follow the likelihoods.
+    """Splits a new track's prior into Gaussians, each with its own filter; their weights follow the likelihoods.
 
-    Along the direction d of the prior's greatest spread (or the regression on `axis`) the parts stand at x + a g_j d with
+    Along the direction d of the prior's greatest spread (or the regression on `axis`) the parts are at x + a g_j d with
     covariance P - a^2 d d', a^2 = `share`, g_j and the weights those of Gauss-Hermite quadrature: the sum has the prior's
-    mean and covariance, and all moments along d up to order 2 parts - 1. What a single linearisation cannot hold, such as
-    the unknown range behind a bearing, each part holds on its own stretch. It is an IMM whose modes never switch.
+    mean and covariance, and all moments along d up to order 2 parts - 1. What a single linearisation cannot cover, such as
+    the unknown range behind a bearing, each part covers over its own interval. It is an IMM whose modes never switch.
     Alspach, Sorenson, Nonlinear Bayesian Estimation Using Gaussian Sum Approximations, IEEE T-AC 17, 1972.
     """
 
@@ -45,12 +45,12 @@ class GaussianSum(Estimator[Modes]):
 
     @property
     def draws(self) -> bool:  # type: ignore[override]  # a class variable elsewhere: here it depends on the parts
-        """Whether the parts do."""
+        """Whether the parts draw random numbers."""
         return self.each.draws
 
     @property
     def takes_frames(self) -> bool:  # type: ignore[override]
-        """Whether the parts do."""
+        """Whether the parts take frames."""
         return self.each.takes_frames
 
     @property
@@ -58,11 +58,11 @@ class GaussianSum(Estimator[Modes]):
         return self.each.zero_variance
 
     def refuses(self, sensor: Sensor) -> str | None:
-        """Return what its parts refuse."""
+        """Say why its parts refuse `sensor`, or return None."""
         return self.each.refuses(sensor)
 
     def start(self, prior: Gaussian, axes: Space, rng: np.random.Generator) -> Modes:
-        """Return the prior, split."""
+        """Split the prior."""
         own = axes.locate(self.state)
         mean, cov = prior.mean[..., own], prior.cov[..., own, :][..., own]
         nodes, weights = np.polynomial.hermite_e.hermegauss(self.parts)
@@ -74,7 +74,7 @@ class GaussianSum(Estimator[Modes]):
         return Modes(beliefs, np.broadcast_to(np.log(weights / np.sum(weights)), (*mean.shape[:-1], self.parts)))
 
     def _direction(self, cov: Array) -> Array:
-        """Return one standard deviation along the direction to split, and what goes with it: (*b, t, n, n) -> (*b, t, n)"""
+        """Return one standard deviation along the direction to split, over all axes: (*b, t, n, n) -> (*b, t, n)."""
         names = [self.axis] if self.axis else [axis.name for axis in self.state.axes if axis.unit == "m"]
         where = [self.state.names.index(name) for name in names or self.state.names]
         _, vectors = np.linalg.eigh(cov[..., where, :][..., where])
@@ -86,7 +86,7 @@ class GaussianSum(Estimator[Modes]):
         return step
 
     def predict(self, belief: Modes, dt: float, rng: np.random.Generator) -> Modes:
-        """Return every part `dt` s later."""
+        """Predict every part `dt` s."""
         return self._bank.predict(belief, dt, rng)
 
     def evaluate(self, belief: Modes, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
@@ -94,7 +94,7 @@ class GaussianSum(Estimator[Modes]):
         return self._bank.evaluate(belief, sensor, observed, p_gate)
 
     def update(self, belief: Modes, innovation: Innovation, weights: Array) -> Modes:
-        """Return the track's weights split among the parts, each of which absorbs its own."""
+        """Split the track's weights among the parts, and update each by its own."""
         return self._bank.update(belief, innovation, weights)
 
     def moments(self, belief: Modes) -> Gaussian:
@@ -102,9 +102,9 @@ class GaussianSum(Estimator[Modes]):
         return self._bank.moments(belief)
 
     def mode_prob(self, belief: Modes) -> Array:
-        """Return weights of the parts (*b, t, parts)"""
+        """Return the weights of the parts (*b, t, parts)."""
         return self._bank.mode_prob(belief)
 
     def smooth_step(self, belief: Modes, later: Modes, dt: float, rng: np.random.Generator) -> Modes:
-        """Return every part by all scans."""
+        """Smooth every part."""
         return self._bank.smooth_step(belief, later, dt, rng)

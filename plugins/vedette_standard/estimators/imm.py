@@ -1,4 +1,4 @@
-"""The interacting multiple model estimator over any estimators, with unlike states and unlike kinds."""
+"""The interacting multiple model estimator over any estimators, of different states and kinds."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ from vedette_standard.estimators.transitions import Transition, rates_problem, t
 
 @frozen(eq=False)
 class Modes:
-    """One belief a mode, and the log probabilities of the modes (*b, t, r)."""
+    """One belief per mode, and the log probabilities of the modes (*b, t, r)."""
 
     beliefs: tuple[Any, ...]
     log_prob: Array
@@ -61,7 +61,7 @@ def _state(self: Imm) -> Space:
 
 
 def _zero_variance(self: Imm) -> Space:
-    """Return the axes that no mode has with variance: then their variance is 0 in the mixture too."""
+    """Return the zero-variance axes: those that are zero-variance in every mode that has them, hence in the mixture."""
     free = {name for mode in self.modes for name in mode.state.names if name not in mode.zero_variance}
     return Space(tuple(axis for axis in self.state.axes if axis.name not in free))
 
@@ -74,8 +74,8 @@ class Imm(Estimator[Modes]):
     Mixing: c_j = sum_i p_ij mu_i, mu_i|j = p_ij mu_i / c_j, moments with the spread of the means. A track's score for a
     return i is log sum_j c_j l_ji; given the association weights W_i, the joint posterior of mode j and hypothesis i is
     W_i c_j l_ji / sum_j' c_j' l_j'i. So it is the textbook's IMM-PDAF under PDA, and as exact under any other associator.
-    Modes may have unlike states: an axis that a mode lacks has there the mean and standard deviation stated in `absent`,
-    0 and 0 unless it says otherwise (a constant-velocity target does not turn). At dt = 0 nothing switches.
+    Modes may have different states: an axis that a mode lacks has there the mean and standard deviation stated in `absent`,
+    0 and 0 by default (a constant-velocity target does not turn). At dt = 0 no mode switches.
     Blom, Bar-Shalom, The Interacting Multiple Model Algorithm, IEEE Trans. Automatic Control 33, 1988.
     """
 
@@ -106,12 +106,12 @@ class Imm(Estimator[Modes]):
 
     @property
     def draws(self) -> bool:  # type: ignore[override]  # a class variable elsewhere: here it depends on the modes
-        """Whether any mode does."""
+        """Whether any mode draws random numbers."""
         return any(mode.draws for mode in self.modes)
 
     @property
     def takes_frames(self) -> bool:  # type: ignore[override]
-        """Whether all modes do."""
+        """Whether all modes take frames."""
         return all(mode.takes_frames for mode in self.modes)
 
     @modes.validator
@@ -163,11 +163,11 @@ class Imm(Estimator[Modes]):
         return np.array([[mean for mean, _ in stated], [deviation**2 for _, deviation in stated]]).reshape(2, -1)
 
     def refuses(self, sensor: Sensor) -> str | None:
-        """Return what any mode refuses."""
+        """Say why any mode refuses `sensor`, or return None."""
         return next((reason for mode in self.modes if (reason := mode.refuses(sensor))), None)
 
     def start(self, prior: Gaussian, axes: Space, rng: np.random.Generator) -> Modes:
-        """Return every mode from the same prior, with the `initial` mode probabilities."""
+        """Start every mode from the same prior, with the `initial` mode probabilities."""
         r = len(self.modes)
         initial = np.full(r, 1.0 / r) if self.initial is None else self.initial
         log_prob = np.broadcast_to(np.log(initial / initial.sum()), (*prior.mean.shape[:-1], r))
@@ -194,7 +194,7 @@ class Imm(Estimator[Modes]):
         return new_modes(tuple(beliefs), log_prob)
 
     def evaluate(self, belief: Modes, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
-        """Return the modes' likelihoods weighted by their predicted probabilities; a miss is a hypothesis like any other."""
+        """Weight the modes' likelihoods by their predicted probabilities; a miss is a hypothesis like any other."""
         parts, said = [], []
         for j, mode in enumerate(self.modes):
             part = mode.evaluate(belief.beliefs[j], sensor, observed, p_gate)
@@ -221,14 +221,14 @@ class Imm(Estimator[Modes]):
         return Gaussian(mean, cov)
 
     def mode_prob(self, belief: Modes) -> Array:
-        """(*b, t, r)"""
+        """Return the mode probabilities: (*b, t, r)."""
         return np.exp(belief.log_prob)
 
     def smooth_step(self, belief: Modes, later: Modes, dt: float, rng: np.random.Generator) -> Modes:
-        """Return the modes of a moment by all scans, each pair of a mode now and one `dt` s later weighed by Bayes' rule.
+        """Smooth the modes at one time, weighting each pair of a mode now and one `dt` s later by Bayes' rule.
 
         The formula is in `imm_backward`. Exact for linear modes where the filter's own mixtures are; it mixes as the filter
-        does, so an axis that a mode lacks is taken as `absent` states. r modes cost r predictions and steps back of r
+        does, so an axis that a mode lacks is taken from `absent`. r modes cost r predictions and smoothing steps of r
         beliefs each. After Nadarajah, Tharmarasa, McDonald, Kirubarajan, IMM Forward Filtering and Backward Smoothing for
         Maneuvering Target Tracking, IEEE Trans. Aerospace and Electronic Systems 48, 2012, with the likelihood of the
         future integrated rather than taken at one point.
@@ -251,7 +251,7 @@ class Imm(Estimator[Modes]):
             joint.append(later.log_prob[..., j, None] + log_pair_probability(belief.log_prob, log_switch[:, j] + log_weight))
         log_joint = np.stack(joint, axis=-1)
         log_prob = kernels.log_sum(log_joint)
-        possible = np.isfinite(log_prob)[..., None]  # a mode that cannot be goes on as it would without the future
+        possible = np.isfinite(log_prob)[..., None]  # an impossible mode continues as if there were no future
         share = np.exp(np.where(possible, log_joint - np.where(possible, log_prob[..., None], 0.0), log_switch))
         shifts, smoothed = np.stack([gain[0] for gain in gains], axis=-2), np.stack([gain[1] for gain in gains], axis=-3)
         steps, smoothed = kernels.moments(share[..., None, :], shifts, smoothed)

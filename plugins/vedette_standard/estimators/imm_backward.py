@@ -1,11 +1,12 @@
-"""The IMM's step back in time: from each mode's smoothed belief to that of each mode before.
+"""The IMM's smoothing step: from each mode's smoothed belief to that of each mode one step earlier.
 
 Of mode i before and mode j after, with the mode's future likelihood L_j(x') = N(x'; s_j, S_j) / N(x'; m_j, P_j), smoothed
 over predicted, Bayes gives p(x, i | all) = sum_j mu_j p(i, x | j, all), and for each pair
 
     p(i | j, all) ~ p_ij mu_i integral N(x'; m_ij, P_ij) L_j(x') dx',    x' | i, j, all ~ N(x'; m_ij, P_ij) L_j(x'),
 
-where N(m_ij, P_ij) predicts mode i's filtered belief by mode j. From x' | i, j to x | i, j leads mode j's own step back.
+where N(m_ij, P_ij) predicts mode i's filtered belief by mode j. Mode j's own smoothing step leads from x' | i, j to
+x | i, j.
 """
 
 from __future__ import annotations
@@ -34,8 +35,8 @@ class FutureLikelihood:
 def future_likelihood(predicted: Gaussian, smoothed: Gaussian, state: Space) -> FutureLikelihood:
     """Return what the scans after a prediction said, from what it was and what it became; (*b, n) each.
 
-    Where association left the smoothed belief wider than the prediction, no likelihood says so. There the information is
-    0, and the pair's belief is widened by the same factor: so a single mode's step back is the plain one.
+    Where association left the smoothed belief wider than the prediction, no likelihood can express it. There the information
+    is 0, and the pair's belief is widened by the same factor: so a single mode's smoothing step is the usual one.
     """
     n = len(state)
     lower = kernels.root(predicted.cov)

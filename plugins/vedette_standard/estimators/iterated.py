@@ -14,11 +14,11 @@ from vedette.filters import GaussianFilter, Prepared, evaluate_each, evaluate_fr
 @final
 @frozen
 class IteratedExtendedKalman(GaussianFilter):
-    """Linearises the sensor anew at each return's own estimate, always against the prior: Gauss-Newton for its mode.
+    """Linearises the sensor again at each return's own estimate, always against the prior: Gauss-Newton for its mode.
 
     x_{i+1} = x- + K_i (z - h(x_i) - H_i (x- - x_i)), H_i and K_i at x_i, x_0 = x-. A pass that does not lower
-    |z - h(x)|^2_R + |x - x-|^2_P is not taken and ends the passes, so what is far off or singular cannot run away. The
-    likelihood and the covariance are those of the last linearisation; on a linear problem any number of passes is one. R
+    |z - h(x)|^2_R + |x - x-|^2_P is rejected and ends the passes, so a distant or singular point cannot diverge. The
+    likelihood and the covariance are those of the last linearisation; on a linear problem one pass gives the same as many. R
     stays that at x-.
     Bell, Cathey, The Iterated Kalman Filter Update as a Gauss-Newton Method, IEEE Trans. Automatic Control 38, 1993.
     """
@@ -35,7 +35,7 @@ class IteratedExtendedKalman(GaussianFilter):
         return belief if dt == 0 else predict_linearised(belief, self.motion, dt, self._memo)
 
     def evaluate(self, belief: Gaussian, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
-        """Return what each detection says about each track, linearised where it says that the track is."""
+        """Return the innovation of each detection and track, linearised at that detection's own estimate."""
         if isinstance(observed, Frame):
             return evaluate_frame(belief, self.state, sensor, observed, p_gate, self.passes)
         where = self.state.locate(sensor.observes)
@@ -50,7 +50,7 @@ class IteratedExtendedKalman(GaussianFilter):
             pull = np.linalg.solve(H @ cross + R, nu[..., None])
             step = (cross @ pull)[..., 0]
             ahead = self._line(self.state.displace(prior, step), prior, ready, where)
-            # |x - x-|^2_P is pull' H P H' pull, and the residual at x what the new line leaves there.
+            # |x - x-|^2_P is pull' H P H' pull, and the residual at x what the new linearisation leaves there.
             left = ahead[1] - (ahead[0] @ step[..., None])[..., 0]
             cost = np.sum(left * np.linalg.solve(R, left[..., None])[..., 0], axis=-1)
             cost += np.sum(pull * (H @ cross @ pull), axis=(-1, -2))
@@ -64,8 +64,8 @@ class IteratedExtendedKalman(GaussianFilter):
         return evaluate_each(belief, evolve(ready, residuals=nu), H, x0, p_gate)
 
     def _line(self, x: Array, prior: Array, ready: Prepared, where: list[int]) -> tuple[Array, Array]:
-        """Return the derivative (*b, t, k, m, n) at `x` (*b, t, k, n), and what the line through there makes of each
-        detection at the prior: z - h(x) - H (x- - x), (*b, t, k, m).
+        """Return the derivative (*b, t, k, m, n) at `x` (*b, t, k, n), and the linearised residual of each detection at the
+        prior: z - h(x) - H (x- - x), (*b, t, k, m).
         """
         sensor = ready.sensor
         H = np.zeros((*x.shape[:-1], len(sensor.measurement), len(self.state)))
@@ -75,5 +75,5 @@ class IteratedExtendedKalman(GaussianFilter):
 
 
 def _where(better: Mask, new: tuple[Array, Array], old: tuple[Array, Array]) -> tuple[Array, Array]:
-    """Return the new line (*b, t, k, m, n) and (*b, t, k, m) where it is better (*b, t, k)."""
+    """Return the new linearisation (*b, t, k, m, n) and (*b, t, k, m) where it is better (*b, t, k), else the old one."""
     return np.where(better[..., None, None], new[0], old[0]), np.where(better[..., None], new[1], old[1])

@@ -14,7 +14,7 @@ from vedette.filters import GaussianFilter, evaluate_linearised
 @final
 @frozen
 class Kalman(GaussianFilter):
-    """Exact for linear models with Gaussian noise, and for nothing else: it refuses models that do not say they are linear.
+    """Exact for linear models with Gaussian noise; it refuses models that do not declare themselves linear.
 
     x- = F x, P- = F P F' + Q, S = H P- H' + R, K = P- H' S^-1, P+ = (I - K H) P- (I - K H)' + K R K'.
     Kalman, A New Approach to Linear Filtering and Prediction Problems, J. Basic Engineering 82, 1960.
@@ -44,5 +44,5 @@ class Kalman(GaussianFilter):
         return new_gaussian(mean, cov)
 
     def evaluate(self, belief: Gaussian, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
-        """Return what the scan says about each track."""
+        """Return the innovation of each track."""
         return evaluate_linearised(belief, self.motion.state, sensor, observed, p_gate, self._memo)

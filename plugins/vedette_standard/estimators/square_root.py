@@ -22,7 +22,7 @@ class Root:
 
 @frozen(eq=False)
 class RootHypotheses:
-    """Of each return: the mean's shift (*b, t, k, n), and the root of the posterior covariance (*b, t, 1|k, n, n)."""
+    """For each return, the mean's shift (*b, t, k, n), and the root of the posterior covariance (*b, t, 1|k, n, n)."""
 
     shift: Array
     root: Array
@@ -31,9 +31,9 @@ class RootHypotheses:
 @final
 @frozen
 class SquareRootKalman(OverMotion[Root]):
-    """The extended Kalman filter on a root of the covariance, which it never forms: digits count twice.
+    """The extended Kalman filter on a root of the covariance, which it never forms: this doubles the effective precision.
 
-    All is done by orthogonal triangularisation: [F L, Q^1/2] -> L-, and [R^1/2, H L-; 0, L-] -> [S^1/2, 0; K S^1/2, L+]. So
+    All steps are orthogonal triangularisations: [F L, Q^1/2] -> L-, and [R^1/2, H L-; 0, L-] -> [S^1/2, 0; K S^1/2, L+]. So
     noises may differ by 1e12 and more. Soft association stacks its hypotheses' roots in the same way.
     Kaminski, Bryson, Schmidt, Discrete Square Root Filtering, IEEE Trans. Automatic Control 16, 1971.
     """
@@ -67,7 +67,7 @@ class SquareRootKalman(OverMotion[Root]):
         return self.moments(belief).cov @ np.swapaxes(self.motion.jacobian(belief.mean, dt), -1, -2)
 
     def evaluate(self, belief: Root, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
-        """Return what each detection says about each track, linearised at its mean."""
+        """Return the innovation of each detection and track, linearised at the track's mean."""
         assert isinstance(observed, Detections)
         where, n, m = self.state.locate(sensor.observes), len(self.state), len(sensor.measurement)
         x = belief.mean[..., where]
@@ -86,7 +86,7 @@ class SquareRootKalman(OverMotion[Root]):
         return make_innovation(sensor, x, p_gate, loglik, distance, log_volume, detail)
 
     def update(self, belief: Root, innovation: Innovation, weights: Array) -> Root:
-        """Return the moments of the weighted hypotheses, the spread of their means included, as one root."""
+        """Return the moments of the weighted hypotheses, the spread of their means included, with a root covariance."""
         detail: RootHypotheses = innovation.detail
         miss, w = weights[..., :1], weights[..., 1:]
         mean = (w[..., None, :] @ detail.shift)[..., 0, :]

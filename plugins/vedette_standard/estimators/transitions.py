@@ -10,7 +10,7 @@ from vedette.filters import keep
 
 
 def transition_problem(matrix: Array) -> str | None:
-    """Return what keeps `matrix` from being a transition matrix, or None."""
+    """Say why `matrix` is not a transition matrix, or return None."""
     if matrix.shape[0] != matrix.shape[1]:
         return f"must be square, got {matrix.shape[0]} x {matrix.shape[1]}"
     if np.any(matrix < 0):
@@ -22,7 +22,7 @@ def transition_problem(matrix: Array) -> str | None:
 
 
 def rates_problem(matrix: Array) -> str | None:
-    """Return what keeps `matrix` from being switching rates per second, or None."""
+    """Say why `matrix` does not hold switching rates per second, or return None."""
     if matrix.shape[0] != matrix.shape[1]:
         return f"must be square, got {matrix.shape[0]} x {matrix.shape[1]}"
     off = matrix - np.diag(np.diag(matrix))
@@ -45,13 +45,13 @@ class Transition:
 
     @classmethod
     def per_scan(cls, matrix: Array) -> Transition:
-        """Return the same matrix whatever the time between scans."""
+        """Use the same matrix whatever the time between scans."""
         with np.errstate(divide="ignore"):
             return cls(np.log(matrix / matrix.sum(axis=1, keepdims=True)), None)
 
     @classmethod
     def per_interval(cls, matrix: Array, interval: float) -> Transition:
-        """Return the transition scaled to dt through the matrix' generator; ValueError where it has none."""
+        """Scale to dt by the matrix' generator; ValueError if it has none."""
         from scipy.linalg import logm
 
         singular = np.abs(np.linalg.eigvals(matrix)).min() < 1e-12
@@ -66,7 +66,7 @@ class Transition:
         return cls(None, rates - np.diag(rates.sum(axis=1)))
 
     def log(self, dt: float) -> Array:
-        """Return the logarithm of P(mode in the column `dt` s later | mode in the row) (r, r)"""
+        """Return the logarithm of P(mode in the column `dt` s later | mode in the row) (r, r)."""
         if self.rates is None:
             assert self.fixed is not None
             return self.fixed

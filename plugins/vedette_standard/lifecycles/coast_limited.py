@@ -24,11 +24,11 @@ class Coasting:
 @final
 @frozen
 class CoastLimited(Limited):
-    """A track counts as real after `hits` detections, and ends when it coasts: when too many that were due did not come.
+    """Confirms a track after `hits` detections, and ends it when it coasts: when too many expected detections are missing.
 
-    What was due since the last detection is the sum of the detection probabilities of the scans in between, so a sensor
-    that sees a track badly, or not at all, does not end it; that of a tentative track is held against `tentative`, of a
-    confirmed one against `confirmed`. A detection is a probability above 1/2 that a return was the track's.
+    The number expected since the last detection is the sum of the detection probabilities of the scans since, so a sensor
+    that sees a track badly, or not at all, does not end it. For a tentative track it is compared with `tentative`, for a
+    confirmed one with `confirmed`. A detection is a probability above 1/2 that a return was the track's.
     Blackman, Popoli, Design and Analysis of Modern Tracking Systems, 1999, section 6.2.
     """
 
@@ -45,7 +45,7 @@ class CoastLimited(Limited):
         return Coasting(once, np.zeros(existence.shape), np.full(existence.shape, self.hits == 1))
 
     def judge(self, own: Coasting, scan: Review) -> tuple[Coasting, Mask, Mask]:
-        """Count what came and what did not, confirm and end."""
+        """Count detections and expected ones, confirm and end."""
         detected = scan.hit > DETECTED
         hits = own.hits + detected
         missed = np.where(detected, 0.0, own.missed + scan.p_detect)

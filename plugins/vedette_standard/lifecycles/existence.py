@@ -15,7 +15,7 @@ from vedette_standard.lifecycles.limited import Limited
 @final
 @frozen
 class Existence(Limited):
-    """Integrated probabilistic data association's view of a track: it exists with probability e, judged by every scan.
+    """A track as in integrated probabilistic data association: it exists with probability e, updated by every scan.
 
     Between scans e <- e exp(-dt / lifetime); after one, e <- e L / (1 - e + e L), L the scan's likelihood ratio with the
     track against without it (the tracker does this, for every associator). A track is confirmed once e passes `confirm`,
@@ -38,10 +38,10 @@ class Existence(Limited):
         return np.zeros(existence.shape, dtype=bool)
 
     def predict(self, existence: Array, dt: float) -> Array:
-        """(*b, t) -> (*b, t)"""
+        """Return the existence `dt` s later: (*b, t) -> (*b, t)."""
         return existence * math.exp(-dt / self.lifetime)
 
     def judge(self, own: Mask, scan: Review) -> tuple[Mask, Mask, Mask]:
-        """Compare the existence with the thresholds; what is kept is whether a track was ever confirmed."""
+        """Compare the existence with the thresholds, and keep whether a track was ever confirmed."""
         confirmed = own | (scan.existence >= self.confirm)
         return confirmed, confirmed, scan.existence >= self.delete

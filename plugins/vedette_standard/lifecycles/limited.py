@@ -1,4 +1,4 @@
-"""What lifecycles share that end tracks: limits that hold whatever else they judge by."""
+"""The common part of lifecycles that end tracks: limits that hold whatever their other criteria."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from attrs import frozen
 from vedette import Array, Lifecycle, Mask, Review, fields
 
 DETECTED = 0.5
-"""A track counts as detected if a return was its with a greater probability."""
+"""A track counts as detected if a return was its own with a greater probability."""
 
 
 @frozen(eq=False)
@@ -25,7 +25,7 @@ class Since:
 
 @frozen
 class Limited(Lifecycle):
-    """A lifecycle that also ends tracks that no sensor covers, that are not detected, or whose place is no longer known."""
+    """A lifecycle that also ends tracks that no sensor covers, that are not detected, or whose position is too uncertain."""
 
     max_out_of_coverage: float | None = fields.quantity(
         "s", "a track ends after this time in places where no sensor can detect it", default=60.0, above=0
@@ -40,7 +40,7 @@ class Limited(Lifecycle):
 
     @property
     def needs_spread(self) -> bool:
-        """Return whether the spread is limited."""
+        """Whether the spread is limited."""
         return self.max_spread is not None
 
     def start(self, existence: Array) -> Since:
@@ -48,7 +48,7 @@ class Limited(Lifecycle):
         return Since(np.zeros(existence.shape), np.zeros(existence.shape), self.start_own(existence))
 
     def review(self, memory: Since, scan: Review) -> tuple[Since, Mask, Mask]:
-        """Return the kind's own judgement, and end the tracks that are beyond a limit."""
+        """Return the lifecycle's own judgement, and end the tracks that are beyond a limit."""
         own, confirmed, alive = self.judge(memory.own, scan)
         covered = np.where(scan.p_detect > 0, 0.0, memory.covered + scan.dt)
         detected = np.where(scan.hit > DETECTED, 0.0, memory.detected + scan.dt)
@@ -62,8 +62,8 @@ class Limited(Lifecycle):
 
     @abstractmethod
     def start_own(self, existence: Array) -> Any:
-        """Return what the kind keeps of tracks that start now, with their existence (t,)."""
+        """Return what the lifecycle keeps of tracks that start now, with their existence (t,)."""
 
     @abstractmethod
     def judge(self, own: Any, scan: Review) -> tuple[Any, Mask, Mask]:
-        """Return what the kind keeps, confirmed (*b, t) and alive (*b, t) after a scan, the limits aside."""
+        """Return what the lifecycle keeps, confirmed (*b, t) and alive (*b, t) after a scan, the limits aside."""

@@ -14,7 +14,7 @@ from vedette_standard.lifecycles.limited import DETECTED, Limited
 
 @frozen(eq=False)
 class Looks:
-    """hits (*b, t): one bit a look, the latest lowest; looks (*b, t): how many there were; confirmed (*b, t)."""
+    """hits (*b, t): one bit per look, the latest lowest; looks (*b, t): how many there were; confirmed (*b, t)."""
 
     hits: NDArray[np.int64]
     looks: NDArray[np.int64]
@@ -24,7 +24,7 @@ class Looks:
 @final
 @frozen
 class MOfN(Limited):
-    """A track counts as real after `hits` detections in its last `looks` looks, and ends after `misses` looks without one.
+    """Confirms a track after `hits` detections in its last `looks` looks, and ends it after `misses` looks without one.
 
     A look is a scan in which the sensor should see the track with a probability of at least `worth`; a detection is a
     probability above 1/2 that a return was the track's. A tentative track ends as soon as `looks` looks have too few hits.

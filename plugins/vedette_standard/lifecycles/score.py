@@ -13,7 +13,7 @@ from vedette import Array, Mask, Review, fields
 from vedette_standard.lifecycles.limited import Limited
 
 _CERTAIN = 1.0 - 5e-13
-"""Existence is held below this, so that its odds stay finite and misses can still bring a track down."""
+"""Existence is kept below this, so that its odds stay finite and misses can still end a track."""
 
 
 @frozen(eq=False)
@@ -28,9 +28,9 @@ class Scores:
 @final
 @frozen
 class Score(Limited):
-    """Wald's test between a target and a run of false returns, on the log-likelihood ratio of all that was seen.
+    """Wald's test between a target and a run of false returns, on the log-likelihood ratio of all scans.
 
-    The score is the log odds of existence, which the tracker brings up to date for every associator, less those of a new
+    The score is the log odds of existence, which the tracker updates for every associator, less those of a new
     track. A tentative track is confirmed at log((1 - beta)/alpha) and ends at log(beta/(1 - alpha)), alpha = `false_tracks`,
     beta = `lost_targets`. A confirmed one, whose score grows without bound, ends once it has fallen `drop` below its best.
     Wald, Sequential Tests of Statistical Hypotheses, Annals of Mathematical Statistics 16, 1945.
@@ -49,7 +49,7 @@ class Score(Limited):
         return Scores(np.log(doubted / (1.0 - doubted)), np.zeros(existence.shape), np.zeros(existence.shape, dtype=bool))
 
     def predict(self, existence: Array, dt: float) -> Array:
-        """Return the same but for a last doubt: the test knows no time."""
+        """Return the same existence, below the limit: the test does not depend on time."""
         return np.minimum(existence, _CERTAIN)
 
     def judge(self, own: Scores, scan: Review) -> tuple[Scores, Mask, Mask]:

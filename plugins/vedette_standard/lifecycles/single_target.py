@@ -1,4 +1,4 @@
-"""One target that is known to be there."""
+"""One target that is known to exist."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from vedette.tracking import PermanentTracks
 @final
 @frozen
 class SingleTarget(PermanentTracks):
-    """The tracks that are given before the first scan are never doubted and never end; goes with the birth `given`."""
+    """Confirms the tracks given before the first scan at once and never ends them; goes with the birth `given`."""
 
     kind: ClassVar[str] = "single_target"
     usual_birth: ClassVar[Mapping[str, Any]] = {"kind": "given"}

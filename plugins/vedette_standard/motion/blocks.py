@@ -1,4 +1,4 @@
-"""What the models share whose axes move alike and do not touch each other."""
+"""The common part of models whose axes move alike and independently."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _DERIVATIVES = (("", "m"), ("v", "m/s"), ("a", "m/s^2"))
 
 
 def over_axes(block: Array, count: int) -> Array:
-    """Repeat a matrix (p, p) over one axis' derivatives for `count` axes: (p count, p count) over x, y, .. vx, vy, .."""
+    """Map a matrix (p, p) over one axis' derivatives to (p count, p count) over x, y, .. vx, vy, .., alike for all axes."""
     p, axes = len(block), range(count)
     whole = np.zeros((p, count, p, count))
     whole[:, axes, :, axes] = block
@@ -24,7 +24,7 @@ def over_axes(block: Array, count: int) -> Array:
 
 
 def white_acceleration(sigma: float, dt: float) -> Array:
-    """Return covariance (2, 2) of one axis' position and velocity after `dt` of white-noise acceleration.
+    """Return the covariance (2, 2) of one axis' position and velocity after `dt` of white-noise acceleration.
 
     `sigma`: standard deviation of the velocity gained in 1 s.
     """
@@ -33,7 +33,7 @@ def white_acceleration(sigma: float, dt: float) -> Array:
 
 
 def white_jerk(sigma: float, dt: float) -> Array:
-    """Return covariance (3, 3) of one axis' position, velocity and acceleration after `dt` of white-noise jerk.
+    """Return the covariance (3, 3) of one axis' position, velocity and acceleration after `dt` of white-noise jerk.
 
     `sigma`: standard deviation of the acceleration gained in 1 s.
     """
@@ -45,12 +45,12 @@ def white_jerk(sigma: float, dt: float) -> Array:
 
 
 def free_flight(derivatives: int, dt: float) -> Array:
-    """Return one axis' transition (p, p), p of 1 to 3, where the highest derivative stays."""
+    """Return one axis' transition (p, p), p of 1 to 3, where the highest derivative is constant."""
     return np.array([[1.0, dt, dt**2 / 2], [0.0, 1.0, dt], [0.0, 0.0, 1.0]])[:derivatives, :derivatives]
 
 
 def check_names(name: str, given: tuple[str, ...]) -> None:
-    """ValueError unless there is at least one name, none of them empty or given twice."""
+    """Raise ValueError unless there is at least one name, none of them empty or given twice."""
     if not given or not all(given) or len(set(given)) < len(given):
         raise ValueError(f"{name}: must name at least one axis, each once, got {list(given)}")
 
@@ -73,20 +73,20 @@ class PerAxis(MotionModel):
 
     @abstractmethod
     def transition(self, dt: float) -> Array:
-        """Return F over one axis' position and derivatives (p, p)"""
+        """Return F over one axis' position and derivatives (p, p)."""
 
     @abstractmethod
     def covariance(self, dt: float) -> Array:
-        """Return Q over one axis' position and derivatives (p, p)"""
+        """Return Q over one axis' position and derivatives (p, p)."""
 
     def move(self, x: Array, dt: float) -> Array:
-        """(*b, n) -> (*b, n)"""
+        """Return the state `dt` s later: (*b, n) -> (*b, n)."""
         return x @ self.jacobian(x, dt).T
 
     def jacobian(self, x: Array, dt: float) -> Array:
-        """(n, n)"""
+        """Return F (n, n)."""
         return over_axes(self.transition(dt), len(self.axes))
 
     def noise(self, x: Array, dt: float) -> Array:
-        """(n, n)"""
+        """Return Q (n, n)."""
         return over_axes(self.covariance(dt), len(self.axes))

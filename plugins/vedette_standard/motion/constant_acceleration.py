@@ -13,7 +13,7 @@ from vedette_standard.motion.blocks import PerAxis, free_flight, white_jerk
 @final
 @frozen
 class ConstantAcceleration(PerAxis):
-    """White-noise jerk, exactly discretised, which is to say that the acceleration is a Wiener process.
+    """White-noise jerk, exactly discretised: the acceleration is a Wiener process.
 
     Per axis F = [1 T T^2/2; 0 1 T; 0 0 1], Q = q [T^5/20 T^4/8 T^3/6; T^4/8 T^3/3 T^2/2; T^3/6 T^2/2 T].
     `sigma_jerk` is the jerk's effect over one second: q = sigma_jerk^2 * 1 s, in m^2/s^5.
@@ -27,9 +27,9 @@ class ConstantAcceleration(PerAxis):
     sigma_jerk: float = fields.quantity("m/s^3", "standard deviation of the acceleration gained in 1 s, per axis", above=0)
 
     def transition(self, dt: float) -> Array:
-        """(3, 3)"""
+        """Return F (3, 3)."""
         return free_flight(3, dt)
 
     def covariance(self, dt: float) -> Array:
-        """(3, 3)"""
+        """Return Q (3, 3)."""
         return white_jerk(self.sigma_jerk, dt)

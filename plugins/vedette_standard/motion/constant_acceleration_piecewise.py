@@ -1,4 +1,4 @@
-"""Nearly constant acceleration under a jerk that is held through each step."""
+"""Nearly constant acceleration under a jerk that is constant through each step."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from vedette_standard.motion.blocks import PerAxis, free_flight
 class ConstantAccelerationPiecewise(PerAxis):
     """Piecewise-constant white jerk: per axis F = [1 T T^2/2; 0 1 T; 0 0 1], Q = sigma_jerk^2 G G', G = [T^3/6; T^2/2; T].
 
-    The jerk is drawn anew at every step and held through it, so two steps do not make one: for scans that come at unlike
+    The jerk is drawn at every step and held through it, so two steps do not equal one: for scans at unequal
     intervals, use `constant_acceleration`.
     Li, Jilkov, Survey of Maneuvering Target Tracking, Part I: Dynamic Models, IEEE T-AES 39, 2003.
     """
@@ -27,10 +27,10 @@ class ConstantAccelerationPiecewise(PerAxis):
     sigma_jerk: float = fields.quantity("m/s^3", "standard deviation of the jerk held in a step, per axis", above=0)
 
     def transition(self, dt: float) -> Array:
-        """(3, 3)"""
+        """Return F (3, 3)."""
         return free_flight(3, dt)
 
     def covariance(self, dt: float) -> Array:
-        """(3, 3)"""
+        """Return Q (3, 3)."""
         gain = self.sigma_jerk * np.array([dt**3 / 6, dt**2 / 2, dt])
         return np.outer(gain, gain)

@@ -1,4 +1,4 @@
-"""Nearly constant velocity under an acceleration that is held through each step."""
+"""Nearly constant velocity under an acceleration that is constant through each step."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from vedette_standard.motion.blocks import PerAxis, free_flight
 class ConstantVelocityPiecewise(PerAxis):
     """Piecewise-constant white acceleration: per axis F = [1 T; 0 1], Q = sigma_accel^2 G G', G = [T^2/2; T].
 
-    The acceleration is drawn anew at every step and held through it, so `sigma_accel` means another thing at another step
-    length, and two steps do not make one: for scans that come at unlike intervals, use `constant_velocity`.
+    The acceleration is drawn at every step and held through it, so the meaning of `sigma_accel` depends on the step length,
+    and two steps do not equal one: for scans at unequal intervals, use `constant_velocity`.
     Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, section 6.3.2.
     """
 
@@ -27,10 +27,10 @@ class ConstantVelocityPiecewise(PerAxis):
     sigma_accel: float = fields.quantity("m/s^2", "standard deviation of the acceleration held in a step, per axis", above=0)
 
     def transition(self, dt: float) -> Array:
-        """(2, 2)"""
+        """Return F (2, 2)."""
         return free_flight(2, dt)
 
     def covariance(self, dt: float) -> Array:
-        """(2, 2)"""
+        """Return Q (2, 2)."""
         gain = self.sigma_accel * np.array([dt**2 / 2, dt])
         return np.outer(gain, gain)

@@ -17,13 +17,13 @@ _STATE = Space.of(x="m", y="m", vx="m/s", vy="m/s", turn_rate="rad/s")
 @final
 @frozen
 class CoordinatedTurn(MotionModel):
-    """Speed and turn rate stay, but for white noise: the target runs along an arc, moved exactly.
+    """Constant speed and turn rate with white noise: the target moves along an arc, exactly.
 
     With h = turn_rate T / 2 and u = (vx, vy) turned by h: (x, y) += T sin(h)/h u, for the chord of an arc points along its
     middle, and (vx, vy) = u turned by h once more. The position's derivative by turn_rate is T^2/2 ((cos(h) - sin(h)/h)/h u
     + sin(h)/h J u), J = [0 -1; 1 0].
     Q is that of constant velocity over x, y, vx, vy and sigma_turn_rate^2 T for the rate, whatever the state: the noise of
-    the velocity is not turned within a step, nor does that of the rate reach the position, so steps do not divide.
+    the velocity is not turned within a step, nor does that of the rate reach the position, so two steps do not equal one.
     Both deviations are what is gained in 1 s, of velocity and of turn rate; they grow with the square root of time.
     Li, Jilkov, Survey of Maneuvering Target Tracking, Part I: Dynamic Models, IEEE T-AES 39, 2003.
     """
@@ -38,7 +38,7 @@ class CoordinatedTurn(MotionModel):
         return _STATE
 
     def move(self, x: Array, dt: float) -> Array:
-        """(*b, 5) -> (*b, 5)"""
+        """Return the state `dt` s later: (*b, 5) -> (*b, 5)."""
         turn = Turn.by(x[..., 4] * dt)
         ux, uy = turn.halfway(x[..., 2], x[..., 3])
         chord = dt * turn.sinc
@@ -49,7 +49,7 @@ class CoordinatedTurn(MotionModel):
         return moved
 
     def jacobian(self, x: Array, dt: float) -> Array:
-        """(*b, 5) -> (*b, 5, 5)"""
+        """Return F: (*b, 5) -> (*b, 5, 5)."""
         turn = Turn.by(x[..., 4] * dt)
         ux, uy = turn.halfway(x[..., 2], x[..., 3])
         vx, vy = turn.halfway(ux, uy)
@@ -69,7 +69,7 @@ class CoordinatedTurn(MotionModel):
         return F
 
     def noise(self, x: Array, dt: float) -> Array:
-        """(5, 5)"""
+        """Return Q (5, 5)."""
         Q = np.zeros((5, 5))
         Q[:4, :4] = over_axes(white_acceleration(self.sigma_accel, dt), 2)
         Q[4, 4] = self.sigma_turn_rate**2 * dt

@@ -20,7 +20,7 @@ _SERIES = np.array([[(-1) ** k / math.factorial(2 * k + i) for k in range(13)] f
 
 
 def _shares(square: Array) -> Array:
-    """(3, *b): sin(A)/A, (1 - cos A)/A^2, (A - sin A)/A^3 of A^2 (*b)."""
+    """Return sin(A)/A, (1 - cos A)/A^2, (A - sin A)/A^3 of A^2 (*b): (3, *b)."""
     small = square < 1.0
     angle = np.sqrt(np.where(small, 1.0, square))
     half = 2 * (np.sin(angle / 2) / angle) ** 2
@@ -30,7 +30,7 @@ def _shares(square: Array) -> Array:
 
 
 def _slopes(square: Array, shares: Array) -> Array:
-    """(3, *b): the derivatives of `shares` by A, over A."""
+    """Return the derivatives of `shares` by A, over A: (3, *b)."""
     small = square < 1.0
     safe = np.where(small, 1.0, square)
     closed = np.stack([1 - square * shares[1] - shares[0], shares[0] - 2 * shares[1], shares[1] - 3 * shares[2]]) / safe
@@ -49,12 +49,12 @@ def _cross(w: Array) -> Array:
 @final
 @frozen
 class CoordinatedTurn3d(MotionModel):
-    """v' = W x v with a constant vector W of turn rates, but for white noise: the velocity turns about W, moved exactly.
+    """v' = W x v with a constant vector W of turn rates, and white noise: the velocity turns about W, moved exactly.
 
     With K = [W x] T and A = |W| T: v becomes (I + sin(A)/A K + (1 - cos A)/A^2 K^2) v, and the position gains
     T (I + (1 - cos A)/A^2 K + (A - sin A)/A^3 K^2) v. With W upright it is the coordinated turn in the plane; the part of W
-    along v turns nothing and only wanders. Q is that of constant velocity over x to vz and sigma_turn_rate^2 T for the
-    rates, whatever the state, so steps do not divide.
+    along v turns nothing and is a random walk. Q is that of constant velocity over x to vz and sigma_turn_rate^2 T for the
+    rates, whatever the state, so two steps do not equal one.
     Li, Jilkov, Survey of Maneuvering Target Tracking, Part I: Dynamic Models, IEEE T-AES 39, 2003.
     """
 
@@ -70,7 +70,7 @@ class CoordinatedTurn3d(MotionModel):
         return _STATE
 
     def move(self, x: Array, dt: float) -> Array:
-        """(*b, 9) -> (*b, 9)"""
+        """Return the state `dt` s later: (*b, 9) -> (*b, 9)."""
         w, v = x[..., 6:] * dt, x[..., 3:6]
         a, b, c = _shares(np.sum(w * w, axis=-1))[..., None]
         once = np.cross(w, v)
@@ -81,7 +81,7 @@ class CoordinatedTurn3d(MotionModel):
         return moved
 
     def jacobian(self, x: Array, dt: float) -> Array:
-        """(*b, 9) -> (*b, 9, 9)"""
+        """Return F: (*b, 9) -> (*b, 9, 9)."""
         w, v = x[..., 6:] * dt, x[..., 3:6]
         square = np.sum(w * w, axis=-1)
         shares = _shares(square)
@@ -100,7 +100,7 @@ class CoordinatedTurn3d(MotionModel):
         return F
 
     def noise(self, x: Array, dt: float) -> Array:
-        """(9, 9)"""
+        """Return Q (9, 9)."""
         Q = np.zeros((9, 9))
         Q[:6, :6] = over_axes(white_acceleration(self.sigma_accel, dt), 3)
         Q[6:, 6:] = self.sigma_turn_rate**2 * dt * np.eye(3)

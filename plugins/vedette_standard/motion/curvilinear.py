@@ -12,9 +12,9 @@ from vedette_standard.motion.blocks import white_jerk
 
 _STATE = Space.of(x="m", y="m", vx="m/s", vy="m/s", a_tangential="m/s^2", a_normal="m/s^2")
 _SLOW = 1e-2
-"""Speed in m/s about which accelerations lose their direction."""
+"""Speed in m/s below which accelerations lose their direction."""
 _STAND = -0.999
-"""A target that brakes stands still once it has lost this share of its speed."""
+"""A braking target stops once it has lost this fraction of its speed."""
 _NOTHING = 1e-150
 """Below this a quotient is at its limit of 1, and numpy may overflow on the way."""
 
@@ -26,9 +26,9 @@ class Curvilinear(MotionModel):
 
     With the velocity as a complex number v, l = log(1 + a_t T/s), t = l s/a_t / s and w = (2 a_t + i a_n) t: the velocity
     becomes v exp(w - l), and the position gains v s t (exp(w) - 1)/w. Circles (a_t = 0), straight lines (a_n = 0) and
-    spirals are all in it. s = sqrt(|v|^2 + (1 cm/s)^2), so that a target that stands has no direction to turn from.
+    spirals are included. s = sqrt(|v|^2 + (1 cm/s)^2), as a target at rest has no direction to turn from.
     Q is that of white-noise jerk along the path and across it, in the direction at the start of the step, whatever the
-    turn within it: steps do not divide. Both deviations are of the acceleration gained in 1 s.
+    turn within it: two steps do not equal one. Both deviations are of the acceleration gained in 1 s.
     Best, Norton, A New Model and Efficient Tracker for a Target with Curvilinear Motion, IEEE T-AES 33, 1997.
     """
 
@@ -42,12 +42,12 @@ class Curvilinear(MotionModel):
         return _STATE
 
     def move(self, x: Array, dt: float) -> Array:
-        """(*b, 6) -> (*b, 6)"""
+        """Return the state `dt` s later: (*b, 6) -> (*b, 6)."""
         speed = np.sqrt(x[..., 2] ** 2 + x[..., 3] ** 2 + _SLOW**2)
         gained = np.maximum(x[..., 4] * dt / speed, _STAND)
         braking = x[..., 4] * dt / speed < _STAND
         log = np.log1p(gained)
-        # log / gained tends to 1; a target that stands has moved for the time that braking took.
+        # log / gained tends to 1; a target that stops has moved for as long as the braking took.
         elapsed = np.where(braking, gained * speed / np.where(braking, x[..., 4], 1.0), dt)
         share = np.divide(log, gained, out=np.ones_like(log), where=np.abs(gained) > _NOTHING)
         time = elapsed * share / speed
@@ -62,7 +62,7 @@ class Curvilinear(MotionModel):
         return moved
 
     def noise(self, x: Array, dt: float) -> Array:
-        """(*b, 6) -> (*b, 6, 6)"""
+        """Return Q: (*b, 6) -> (*b, 6, 6)."""
         course = np.arctan2(x[..., 3], x[..., 2])
         frame = np.stack([np.cos(course), -np.sin(course), np.sin(course), np.cos(course)], axis=-1)
         turn = np.zeros((*course.shape, 6, 6))

@@ -1,4 +1,4 @@
-"""What the models share whose axes have no derivatives."""
+"""The common part of models whose axes have no derivatives."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from vedette import Space
 from vedette_standard.motion.blocks import check_names
 
 UNITS = ("m", "m/s", "rad", "rad/s", "s", "1")
-"""Of what may drift: positions, and the biases of what sensors measure."""
+"""Units of what may drift: positions, and biases of measurements."""
 
 
 class _Drifting(Protocol):

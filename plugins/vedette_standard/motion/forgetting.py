@@ -1,4 +1,4 @@
-"""The functions of elapsed time over time constant that models with a memory are made of."""
+"""Functions of elapsed time over time constant, for models with exponentially decaying correlation."""
 
 from __future__ import annotations
 

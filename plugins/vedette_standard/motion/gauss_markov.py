@@ -1,4 +1,4 @@
-"""Axes that wander and are drawn back to zero: biases."""
+"""Axes that fluctuate about zero: biases."""
 
 from __future__ import annotations
 
@@ -33,13 +33,13 @@ class GaussMarkov(MotionModel):
     state: Space = field(init=False, repr=False, eq=False, default=Factory(drifting, takes_self=True))
 
     def move(self, x: Array, dt: float) -> Array:
-        """(*b, n) -> (*b, n)"""
+        """Return the state `dt` s later: (*b, n) -> (*b, n)."""
         return x * math.exp(-dt / self.tau)
 
     def jacobian(self, x: Array, dt: float) -> Array:
-        """(n, n)"""
+        """Return F (n, n)."""
         return math.exp(-dt / self.tau) * np.eye(len(self.state))
 
     def noise(self, x: Array, dt: float) -> Array:
-        """(n, n)"""
+        """Return Q (n, n)."""
         return -(self.sigma**2) * math.expm1(-2 * dt / self.tau) * np.eye(len(self.state))

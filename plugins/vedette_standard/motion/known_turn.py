@@ -19,7 +19,7 @@ class KnownTurn(MotionModel):
 
     With A = w T, J = [0 -1; 1 0]: position gains T (sin(A)/A I + (1 - cos A)/A J) v, v turns by A, and
     Q_pp = q T^3 2 (A - sin A)/A^3 I, Q_pv = q T^2 ((1 - cos A)/A^2 I - (A - sin A)/A^2 J), Q_vv = q T I.
-    q as in constant velocity, which this is at w = 0. Q is the integral over the turning system, so that steps divide.
+    q as in constant velocity, which this is at w = 0. Q is the integral over the turning system: two steps equal one.
     Li, Jilkov, Survey of Maneuvering Target Tracking, Part I: Dynamic Models, IEEE T-AES 39, 2003.
     """
 
@@ -35,11 +35,11 @@ class KnownTurn(MotionModel):
         return POSITION_VELOCITY
 
     def move(self, x: Array, dt: float) -> Array:
-        """(*b, 4) -> (*b, 4)"""
+        """Return the state `dt` s later: (*b, 4) -> (*b, 4)."""
         return x @ self.jacobian(x, dt).T
 
     def jacobian(self, x: Array, dt: float) -> Array:
-        """(4, 4)"""
+        """Return F (4, 4)."""
         turn = Turn.by(self.turn_rate * dt)
         F = np.eye(4)
         F[0, 2] = F[1, 3] = dt * turn.along
@@ -51,7 +51,7 @@ class KnownTurn(MotionModel):
         return F
 
     def noise(self, x: Array, dt: float) -> Array:
-        """(4, 4)"""
+        """Return Q (4, 4)."""
         angle = self.turn_rate * dt
         turn = Turn.by(angle)
         q = self.sigma_accel**2

@@ -1,4 +1,4 @@
-"""A velocity that is forgotten."""
+"""A velocity with exponentially decaying correlation."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ class OrnsteinUhlenbeck(PerAxis):
     """Velocity v with v' = -v/tau + white noise, stationary standard deviation `sigma_speed`, exactly discretised.
 
     Per axis, u = T/tau, e = exp(-u), a = (1-e)/u, c = (1-e^2)/(2u): F = [1 T a; 0 e],
-    Q = 2 sigma_speed^2 u [T^2 (1-2a+c)/u^2, T a^2/2; T a^2/2, c]. What mills about on one spot, or drifts to and fro:
-    the velocity's variance stays bounded, as it does not under constant velocity, which this is towards tau -> infinity.
+    Q = 2 sigma_speed^2 u [T^2 (1-2a+c)/u^2, T a^2/2; T a^2/2, c]. For what moves about one place, or drifts to and fro:
+    the velocity's variance stays bounded, unlike that of constant velocity, which is the limit tau -> infinity.
     Uhlenbeck, Ornstein, On the Theory of the Brownian Motion, Physical Review 36, 1930.
     """
 
@@ -32,12 +32,12 @@ class OrnsteinUhlenbeck(PerAxis):
     sigma_speed: float = fields.quantity("m/s", "standard deviation of the velocity, per axis", above=0)
 
     def transition(self, dt: float) -> Array:
-        """(2, 2)"""
+        """Return F (2, 2)."""
         u = dt / self.tau
         return np.array([[1.0, dt * shares(u)[0]], [0.0, math.exp(-u)]])
 
     def covariance(self, dt: float) -> Array:
-        """(2, 2)"""
+        """Return Q (2, 2)."""
         u = dt / self.tau
         a, _, c, velocity, *_ = shares(u)
         q = 2 * self.sigma_speed**2 * u

@@ -17,7 +17,7 @@ def _state(self: Product) -> Space:
     space = Space()
     for i, model in enumerate(self.models):
         if shared := [name for name in model.state.names if name in space]:
-            raise ValueError(f"models[{i}]: must own other axes than the models before it, got {', '.join(shared)} again")
+            raise ValueError(f"models[{i}]: must have other axes than the models before it, got {', '.join(shared)} again")
         if model.reframes:
             raise ValueError(f"models[{i}]: {model.kind!r} turns its frame with its target, so it can only stand alone")
         space = space.union(model.state)
@@ -46,12 +46,12 @@ class Product(MotionModel):
 
     @property
     def linear(self) -> bool:  # type: ignore[override]  # a class variable elsewhere: here it depends on the models
-        """Whether all models are."""
+        """Whether all models are linear."""
         return all(model.linear for model in self.models)
 
     @property
     def divisible(self) -> bool:  # type: ignore[override]
-        """Whether all models are."""
+        """Whether all models are divisible."""
         return all(model.divisible for model in self.models)
 
     def _parts(self) -> list[tuple[MotionModel, slice]]:
@@ -59,15 +59,15 @@ class Product(MotionModel):
         return [(model, slice(stop - len(model.state), stop)) for model, stop in zip(self.models, stops, strict=True)]
 
     def move(self, x: Array, dt: float) -> Array:
-        """(*b, n) -> (*b, n)"""
+        """Return the state `dt` s later: (*b, n) -> (*b, n)."""
         return np.concatenate([model.move(x[..., own], dt) for model, own in self._parts()], axis=-1)
 
     def jacobian(self, x: Array, dt: float) -> Array:
-        """(*b, n) -> (*b, n, n), or (n, n) if no model's depends on the state"""
+        """Return F: (*b, n) -> (*b, n, n), or (n, n) if no model's depends on the state."""
         return _diagonal([(own, model.jacobian(x[..., own], dt)) for model, own in self._parts()], x.shape[-1])
 
     def noise(self, x: Array, dt: float) -> Array:
-        """(*b, n) -> (*b, n, n), or (n, n) if no model's depends on the state"""
+        """Return Q: (*b, n) -> (*b, n, n), or (n, n) if no model's depends on the state."""
         return _diagonal([(own, model.noise(x[..., own], dt)) for model, own in self._parts()], x.shape[-1])
 
 

@@ -1,4 +1,4 @@
-"""Axes that wander."""
+"""Axes that follow a random walk."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from vedette_standard.motion.drifting import UNITS, drifting
 @final
 @frozen
 class RandomWalk(MotionModel):
-    """x' = x + w, w ~ N(0, sigma^2 T) per axis: a target that goes nowhere for long, or a bias that drifts without bound.
+    """x' = x + w, w ~ N(0, sigma^2 T) per axis: a target that stays in one area, or a bias that drifts without bound.
 
-    With sigma = 0 the axes are constants that are only learned.
+    With sigma = 0 the axes are constants that are estimated.
     Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, section 4.3.
     """
 
@@ -30,13 +30,13 @@ class RandomWalk(MotionModel):
     state: Space = field(init=False, repr=False, eq=False, default=Factory(drifting, takes_self=True))
 
     def move(self, x: Array, dt: float) -> Array:
-        """(*b, n) -> (*b, n)"""
+        """Return the state `dt` s later: (*b, n) -> (*b, n)."""
         return x
 
     def jacobian(self, x: Array, dt: float) -> Array:
-        """(n, n)"""
+        """Return F (n, n)."""
         return np.eye(len(self.state))
 
     def noise(self, x: Array, dt: float) -> Array:
-        """(n, n)"""
+        """Return Q (n, n)."""
         return self.sigma**2 * dt * np.eye(len(self.state))

@@ -1,4 +1,4 @@
-"""Singer's model: an acceleration that is forgotten."""
+"""Singer's model: an acceleration with exponentially decaying correlation."""
 
 from __future__ import annotations
 
@@ -32,13 +32,13 @@ class Singer(PerAxis):
     sigma_accel: float = fields.quantity("m/s^2", "standard deviation of the acceleration, per axis", above=0)
 
     def transition(self, dt: float) -> Array:
-        """(3, 3)"""
+        """Return F (3, 3)."""
         u = dt / self.tau
         a, b, *_ = shares(u)
         return np.array([[1.0, dt, dt**2 * b], [0.0, 1.0, dt * a], [0.0, 0.0, math.exp(-u)]])
 
     def covariance(self, dt: float) -> Array:
-        """(3, 3)"""
+        """Return Q (3, 3)."""
         u = dt / self.tau
         a, b, c, velocity, mixed, position = shares(u)
         q = 2 * self.sigma_accel**2 * u

@@ -13,7 +13,7 @@ _SWITCH = 0.25
 
 @frozen(eq=False)
 class Turn:
-    """A turn by the angles A (*b), by way of their halves h = A/2: the chord of an arc points along its middle.
+    """A turn by the angles A (*b), through their halves h = A/2: the chord of an arc points along its middle.
 
     Every field and property has shape (*b). cos and sin are those of h, sinc = sin(h)/h.
     """
@@ -58,7 +58,7 @@ class Turn:
     def rho(self) -> Array:
         """(cos(h) - sinc)/h^2 = -1/3 + h^2/30 - h^4/840 + ..., of which h rho is the derivative of sinc.
 
-        The one place that needs a series near 0: all else here is made of sums and products that do not cancel.
+        It is the only one that needs a series near 0: all else here is made of sums and products without cancellation.
         """
         square = self.half**2
         small = np.abs(self.half) < _SWITCH

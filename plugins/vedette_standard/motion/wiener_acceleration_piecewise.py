@@ -16,9 +16,9 @@ from vedette_standard.motion.blocks import PerAxis, free_flight
 class WienerAccelerationPiecewise(PerAxis):
     """Discrete Wiener acceleration: per axis F = [1 T T^2/2; 0 1 T; 0 0 1], Q = sigma_change^2 G G', G = [T^2/2; T; 1].
 
-    At the start of every step the acceleration changes by a random amount that does not depend on the step's length, and is
-    held through it: a step of no time has none, but the noise does not fade as steps shorten, and two steps do not make
-    one. The continuous Wiener acceleration is `constant_acceleration`.
+    At the start of every step the acceleration changes by a random amount that does not depend on the step's length, and
+    stays constant through it: a step of no time has none, but the noise does not shrink as steps shorten, and two steps do
+    not equal one. The continuous Wiener acceleration is `constant_acceleration`.
     Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, section 6.3.3.
     """
 
@@ -30,10 +30,10 @@ class WienerAccelerationPiecewise(PerAxis):
     )
 
     def transition(self, dt: float) -> Array:
-        """(3, 3)"""
+        """Return F (3, 3)."""
         return free_flight(3, dt)
 
     def covariance(self, dt: float) -> Array:
-        """(3, 3)"""
+        """Return Q (3, 3)."""
         gain = self.sigma_change * np.array([dt**2 / 2, dt, float(dt > 0)])
         return np.outer(gain, gain)

@@ -1,4 +1,4 @@
-"""Polar returns as positions, their expected bias taken off."""
+"""Polar returns as positions, with their expected bias removed."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from vedette_standard.preprocessors.polar import PolarConversion
 @final
 @frozen
 class DebiasedConversion(PolarConversion):
-    """The naive position less the bias that is expected of it, averaged over where the target may be given the return.
+    """The naive position less its expected bias, averaged over where the target may be given the return.
 
     With s = sigma_bearing^2 and q = sigma_range^2: factor 1 - exp(-s) + exp(-s/2), and the variances
     along = exp(-2s) [r^2 (cosh 2s - cosh s) + q (2 cosh 2s - cosh s)], across the same with sinh.
@@ -25,7 +25,7 @@ class DebiasedConversion(PolarConversion):
     kind: ClassVar[str] = "debiased_conversion"
 
     def moments(self, r: Array, range_variance: Array, bearing_variance: Array) -> tuple[Array, Array, Array]:
-        """(*b) each"""
+        """Return factor and variances, (*b) each."""
         s, q = bearing_variance, range_variance
         even, odd = 2 * np.sinh(1.5 * s) * np.sinh(0.5 * s), 2 * np.cosh(1.5 * s) * np.sinh(0.5 * s)
         along = np.exp(-2 * s) * (r**2 * even + q * (even + np.cosh(2 * s)))

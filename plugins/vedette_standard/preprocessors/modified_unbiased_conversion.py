@@ -1,4 +1,4 @@
-"""Polar returns as the positions that are expected given them."""
+"""Polar returns as their conditional mean positions."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ class ModifiedUnbiasedConversion(PolarConversion):
     """The naive position times E cos(bearing error) = exp(-s/2): the mean position given the return, with its covariance.
 
     s = sigma_bearing^2, q = sigma_range^2: along = r^2 (1 - exp(-s))^2 / 2 + q (1 + exp(-2s))/2,
-    across = (r^2 + q)(1 - exp(-2s))/2. Without bias given the return; given where the target is, at r, it is short by
-    r (1 - exp(-s)), which an error that is taken given the return must not be blamed for.
+    across = (r^2 + q)(1 - exp(-2s))/2. Unbiased given the return; given that the target is at r, it is short by
+    r (1 - exp(-s)), which is no fault, as its error is conditioned on the return.
     Duan, Han, Li, Comments on "Unbiased Converted Measurements for Tracking", IEEE T-AES 40, 2004.
     """
 
     kind: ClassVar[str] = "modified_unbiased_conversion"
 
     def moments(self, r: Array, range_variance: Array, bearing_variance: Array) -> tuple[Array, Array, Array]:
-        """(*b) each"""
+        """Return factor and variances, (*b) each."""
         s, q = bearing_variance, range_variance
         gone = np.expm1(-2 * s)
         return np.exp(-0.5 * s), 0.5 * (r * np.expm1(-s)) ** 2 + q * (1 + 0.5 * gone), -0.5 * (r**2 + q) * gone

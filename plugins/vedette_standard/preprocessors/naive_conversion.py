@@ -16,7 +16,7 @@ from vedette_standard.preprocessors.polar import PolarConversion
 class NaiveConversion(PolarConversion):
     """z = r (cos b, sin b), R = J diag(sigma_range^2, sigma_bearing^2) J': variances sigma_range^2 and r^2 sigma_bearing^2.
 
-    Given where the target is, at r, z is short of it by r (1 - exp(-s/2)) on average, s = sigma_bearing^2: harmless while
+    Given that the target is at r, z is short of it by r (1 - exp(-s/2)) on average, s = sigma_bearing^2: harmless while
     r s is well below .4 sigma_range. Nearer than sigma_range the variance across is that at sigma_range, or it would be 0.
     Bar-Shalom, Li, Multitarget-Multisensor Tracking, 1995, section 1.6.
     """
@@ -24,6 +24,6 @@ class NaiveConversion(PolarConversion):
     kind: ClassVar[str] = "naive_conversion"
 
     def moments(self, r: Array, range_variance: Array, bearing_variance: Array) -> tuple[Array, Array, Array]:
-        """(*b) each"""
+        """Return factor and variances, (*b) each."""
         across = np.maximum(r**2, range_variance) * bearing_variance
         return np.ones_like(r), np.broadcast_to(range_variance, r.shape), across

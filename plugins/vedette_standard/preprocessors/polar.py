@@ -1,4 +1,4 @@
-"""What the conversions from polar returns to positions share: they differ in how they answer the error of the bearing."""
+"""The common part of conversions from polar returns to positions: they differ in how they treat the bearing's error."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from vedette_standard.sensors.station import POSITION, leading
 
 @frozen
 class PolarConversion(Preprocessor):
-    """Makes a position with its own covariance of each return of one radar; whether returns are valid stays as it is.
+    """Converts each return of one radar to a position with its own covariance; which returns are valid stays as it is.
 
-    z = factor * r (cos b, sin b) from where the radar stands, R = T [along cross; cross across] T' with T the
+    z = factor * r (cos b, sin b) from the radar's position, R = T [along cross; cross across] T' with T the
     rotation to the line of sight and cross = r cov(r, b).
     """
 
@@ -36,7 +36,7 @@ class PolarConversion(Preprocessor):
         """Return the factor of the range r (*b) in m, and the variances along and across the line of sight, (*b) each."""
 
     def process(self, scans: Mapping[str, Scan]) -> Detections:
-        """(*b, k, 2) of range and bearing -> (*b, k, 2) of x and y, and noise (*b, k, 2, 2)"""
+        """Map range and bearing (*b, k, 2) to x and y (*b, k, 2) with their noise (*b, k, 2, 2)."""
         ((name, radar),) = self.sensors.items()
         seen, pose = scans[name].detections, scans[name].pose
         if pose is None:

@@ -14,7 +14,7 @@ from vedette_standard.preprocessors.polar import PolarConversion
 @final
 @frozen
 class UnbiasedConversion(PolarConversion):
-    """The naive position divided by E cos(bearing error) = exp(-s/2): without bias given where the target is.
+    """The naive position divided by E cos(bearing error) = exp(-s/2): unbiased given the target's position.
 
     Covariance given the return, s = sigma_bearing^2, q = sigma_range^2:
     along = (exp(s) - 2) r^2 + (r^2 + q)(1 + exp(-2s))/2, across = (r^2 + q)(1 - exp(-2s))/2.
@@ -24,7 +24,7 @@ class UnbiasedConversion(PolarConversion):
     kind: ClassVar[str] = "unbiased_conversion"
 
     def moments(self, r: Array, range_variance: Array, bearing_variance: Array) -> tuple[Array, Array, Array]:
-        """(*b) each"""
+        """Return factor and variances, (*b) each."""
         s, q = bearing_variance, range_variance
         gone = np.expm1(-2 * s)
         along = r**2 * (np.expm1(s) + 0.5 * gone) + q * (1 + 0.5 * gone)

@@ -1,4 +1,4 @@
-"""A sensor that reports directions: a camera, a passive sonar, a direction finder."""
+"""A sensor that measures directions: a camera, a passive sonar, a direction finder."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _BEARING = Space.of(bearing="rad mod 2pi")
 class BearingOnly(PlacedSensor):
     """z = b + v, v ~ N(0, sigma_bearing^2), b = atan2(dy, dx) - heading, from +x towards +y.
 
-    One bearing gives no position, so it starts no track; a place is observable once the platform manoeuvres against a
+    One bearing gives no position, so it starts no track; the position is observable once the platform manoeuvres against a
     target that does not. Clutter is uniform over the circle.
     Nardone, Aidala, Observability Criteria for Bearings-Only Target Motion Analysis, IEEE T-AES 17, 1981.
     """
@@ -41,17 +41,17 @@ class BearingOnly(PlacedSensor):
         return ""
 
     def measure(self, x: Array) -> Array:
-        """(*b, 2) -> (*b, 1)"""
+        """Return the expected measurement: (*b, 2) -> (*b, 1)."""
         return _BEARING.canonical(ranges_and_bearings(x, self._pose)[..., 1:])
 
     def jacobian(self, x: Array) -> Array:
-        """(*b, 2) -> (*b, 1, 2)"""
+        """Return H: (*b, 2) -> (*b, 1, 2)."""
         return polar_slope(x, self._pose)[..., 1:, :]
 
     def noise(self, x: Array) -> Array:
-        """(1, 1)"""
+        """Return R (1, 1)."""
         return np.array([[self.sigma_bearing**2]])
 
     def clutter(self, z: Array) -> Array:
-        """() in 1/rad"""
+        """Return the clutter density: () in 1/rad."""
         return np.asarray(self.clutter_per_scan / CIRCLE)

@@ -1,4 +1,4 @@
-"""A sensor whose registration is off, by amounts that are part of the state."""
+"""A sensor with registration errors that are part of the state."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ def _observed(self: Biased) -> Space:
 @final
 @frozen
 class Biased(WrappedSensor):
-    """z = h(x + o - l v) + a + noise, with biases as state axes: a on what is measured, o on the place, a lag l.
+    """z = h(x + o - l v) + a + noise, with biases as state axes: a on the measurement, o on the position, a lag l.
 
-    A bearing that is turned, a range that is long, a position that lies too far north and east, a time stamp that is late.
-    The estimator's motion must own the biases' axes, as 'gauss_markov' or 'random_walk' in a 'product' does. Only what moves
-    the returns differently can be told apart: a turned bearing and an offset east need a target that changes its place.
+    For a bearing that is turned, a range that is long, a position too far north and east, a time stamp that is late.
+    The estimator's motion must have the biases' axes, as 'gauss_markov' or 'random_walk' in a 'product' does. Only biases
+    that move the returns differently can be told apart: a turned bearing and an offset east need a target that moves.
     Every track has its own estimate of the biases.
     Lin, Bar-Shalom, Kirubarajan, Exact Multisensor Dynamic Bias Estimation with Local Tracks, IEEE T-AES 40, 2004.
     """
@@ -50,14 +50,14 @@ class Biased(WrappedSensor):
 
     @property
     def linear(self) -> bool:  # type: ignore[override]  # a class variable elsewhere: here it depends on the sensor
-        """Whether the sensor is; a lag is multiplied by the velocity."""
+        """Whether the sensor is linear; a lag is multiplied by the velocity."""
         return self.of.linear and not self.lag
 
     def _biases(self) -> Space:
         return Space(self.observes.axes[len(self.observes) - len(self.add) - len(self.offset) - bool(self.lag) :])
 
     def _moving(self) -> tuple[list[int], list[int]]:
-        """Return where the places and their velocities stand, if there is a lag."""
+        """Return the indices of positions and their velocities, if there is a lag."""
         places = [axis.name for axis in self.of.observes.axes if axis.unit == "m"] if self.lag else []
         index = {name: i for i, name in enumerate(self.observes.names)}
         return [index[name] for name in places], [index[f"v{name}"] for name in places]
@@ -74,7 +74,7 @@ class Biased(WrappedSensor):
         return seen
 
     def measure(self, x: Array) -> Array:
-        """(*b, n) -> (*b, m)"""
+        """Return the expected measurement: (*b, n) -> (*b, m)."""
         z = self.of.measure(self._apparent(x))
         step = np.zeros(z.shape)
         for axis, name in self.add.items():
@@ -82,7 +82,7 @@ class Biased(WrappedSensor):
         return self.measurement.displace(z, step)
 
     def jacobian(self, x: Array) -> Array:
-        """(*b, n) -> (*b, m, n)"""
+        """Return H: (*b, n) -> (*b, m, n)."""
         inner = self.of.jacobian(self._apparent(x))
         H = np.zeros((*x.shape[:-1], len(self.measurement), len(self.observes)))
         H[..., : len(self.of.observes)] = inner
@@ -99,15 +99,15 @@ class Biased(WrappedSensor):
         return H
 
     def noise(self, x: Array) -> Array:
-        """(*b, n) -> (*b, m, m) or (m, m)"""
+        """Return R: (*b, n) -> (*b, m, m) or (m, m)."""
         return self.of.noise(self._apparent(x))
 
     def detects(self, x: Array) -> Array:
-        """(*b, n) -> (*b) or ()"""
+        """Return the detection probability: (*b, n) -> (*b) or ()."""
         return self.of.detects(self._apparent(x))
 
     def invert(self, z: Array, noise: Array | None = None) -> Gaussian:
-        """Return place and biases, correlated, if biases are 0 +- `spread`: (*b, m) -> (*b, n), (*b, n, n)."""
+        """Invert a return with biases 0 +- `spread`: (*b, m) -> (*b, n), (*b, n, n); position and biases are correlated."""
         biases, seen = self._biases(), self.of.invert(z, noise)
         lacking = [name for name in self.observes.names[len(self.of.observes) :] if name not in self.spread]
         if lacking:

@@ -1,4 +1,4 @@
-"""A sensor that reports positions in the plane."""
+"""A sensor that measures positions in the plane."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from vedette_standard.sensors.station import POSITION
 @final
 @frozen
 class CartesianPosition(DirectSensor):
-    """z = position + v, v ~ N(0, sigma^2 I): a position in the tracker's own frame, whatever platform it came from."""
+    """z = position + v, v ~ N(0, sigma^2 I): a position in the tracker's own frame, whatever platform it comes from."""
 
     kind: ClassVar[str] = "cartesian_position"
 
@@ -28,5 +28,5 @@ class CartesianPosition(DirectSensor):
         return POSITION
 
     def noise(self, x: Array) -> Array:
-        """(2, 2)"""
+        """Return R (2, 2)."""
         return self.sigma**2 * np.eye(2)

@@ -12,7 +12,7 @@ NEAR = 1e-3
 
 
 def ranges_and_bearings(x: Array, pose: Pose) -> Array:
-    """(*b, 2) -> (*b, 2): distance, and direction less the heading, not wrapped; over the sensor that of +x."""
+    """Return distance, and direction less the heading, not wrapped; over the sensor that of +x: (*b, 2) -> (*b, 2)."""
     dx, dy = offsets(x, pose)
     z = np.empty((*dx.shape, 2))
     z[..., 0] = np.hypot(dx, dy)
@@ -21,7 +21,7 @@ def ranges_and_bearings(x: Array, pose: Pose) -> Array:
 
 
 def polar_slope(x: Array, pose: Pose) -> Array:
-    """(*b, 2) -> (*b, 2, 2); within 1 mm of the sensor that of a target 1 mm away, times the distance in mm."""
+    """Return the derivative (*b, 2) -> (*b, 2, 2); within 1 mm that of a target 1 mm away, times the distance in mm."""
     dx, dy = offsets(x, pose)
     r = np.maximum(np.hypot(dx, dy), NEAR)
     H = np.empty((*dx.shape, 2, 2))

@@ -13,11 +13,11 @@ from vedette_standard.sensors.wrapping import WrappedSensor
 @final
 @frozen
 class Partial(WrappedSensor):
-    """A sensor of which some components may be missing in a return: `Detections.missing` says which.
+    """A sensor of which some components may be missing from a return, as `Detections.missing` states.
 
-    Such a return updates with, and is scored by, the components that it has. `optional` states over what length clutter
-    spreads on each axis that may be missing, uniformly and whatever the others: the density over the rest is that much
-    larger. Whether a component is missing says nothing about target or clutter. Only whole returns start tracks.
+    Such a return is scored by, and updates with, the components that it has. `optional` states the interval over which
+    clutter is uniform on each axis that may be missing, independently of the others: the density over the rest is that much
+    larger. Whether a component is missing is independent of target and clutter. Only complete returns start tracks.
     Little, Rubin, Statistical Analysis with Missing Data, 2002 (what is missing at random leaves the rest its likelihood).
     """
 

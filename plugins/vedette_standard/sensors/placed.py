@@ -1,4 +1,4 @@
-"""What the sensors share that stand at a place, fixed or on a platform, and see around them."""
+"""The common part of sensors at a position, fixed or on a platform, that see around them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ CIRCLE = 2 * math.pi
 
 @frozen(kw_only=True)
 class PlacedSensor(Sensor):
-    """A sensor with a place, a direction, limits of range, and clutter that is uniform over what it covers."""
+    """A sensor with a position, a direction, range limits, and clutter that is uniform over its coverage."""
 
     detection_probability: float = fields.probability("probability that a target in view gives a return", default=1.0)
     min_range: float = fields.quantity("m", "nothing nearer is detected", default=0.0, at_least=0)
@@ -43,7 +43,7 @@ class PlacedSensor(Sensor):
     def _clutter_within(self, r: Array, power: int) -> Array:
         """Return the clutter density per m of range (*b) if uniform over area (power 2) or volume (3); 0 without clutter.
 
-        Beyond the limits, where noise may put a return, as at the limit.
+        Beyond the limits, where noise may put a return, it is as at the limit.
         """
         if self.clutter_per_scan == 0 or self.max_range is None:
             return np.asarray(0.0)
@@ -51,7 +51,7 @@ class PlacedSensor(Sensor):
         return self.clutter_per_scan / extent * np.clip(r, self.min_range, self.max_range) ** (power - 1)
 
     def detects(self, x: Array) -> Array:
-        """(*b, n) -> (*b), or () if no range limits it"""
+        """Return the detection probability: (*b, n) -> (*b), or () if no range limits it."""
         return covers(self.detection_probability, self.min_range, self.max_range, x[..., :2], self._pose)
 
     def at(self, pose: Pose) -> Sensor:

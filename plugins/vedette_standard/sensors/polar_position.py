@@ -1,4 +1,4 @@
-"""A radar that reports positions in the plane, with the error of a radar."""
+"""A radar that reports positions in the plane, with the errors of range and bearing."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ _NEAR = 1e-6
 @final
 @frozen
 class PolarPosition(DirectSensor):
-    """z = position + v in the tracker's own frame, but v is what errors of range and bearing make of it at the target.
+    """z = position + v in the tracker's own frame, with v from the errors of range and bearing at the target.
 
     v ~ N(0, T diag(sigma_range^2, (r^2 + sigma_range^2) sigma_bearing^2) T' + sigma_extent^2 I), T the rotation to the
     target's direction from the radar, r its distance; r^2 + sigma_range^2 is the mean square of the measured range. Over the
-    radar itself there is no direction: the noise is the mean over all.
-    The reported returns are taken as they are; noise is evaluated at the state, which is known better than one return.
+    radar itself there is no direction: the noise is the mean over all directions.
+    The reported returns are used as they are; noise is evaluated at the state, which is more precise than one return.
     Lerro, Bar-Shalom, Tracking with Debiased Consistent Converted Measurements versus EKF, IEEE T-AES 29, 1993.
     """
 
@@ -50,7 +50,7 @@ class PolarPosition(DirectSensor):
         return POSITION
 
     def noise(self, x: Array) -> Array:
-        """(*b, 2) -> (*b, 2, 2)"""
+        """Return R: (*b, 2) -> (*b, 2, 2)."""
         dx, dy = offsets(x, self._pose)
         xx, yy, square = dx * dx + 0.5 * _NEAR**2, dy * dy + 0.5 * _NEAR**2, dx * dx + dy * dy + _NEAR**2
         along = self.sigma_range**2
@@ -62,7 +62,7 @@ class PolarPosition(DirectSensor):
         return R
 
     def detects(self, x: Array) -> Array:
-        """(*b, 2) -> (*b), or () if no range limits it"""
+        """Return the detection probability: (*b, 2) -> (*b), or () if no range limits it."""
         return covers(self.detection_probability, 0.0, self.max_range, x, self._pose)
 
     def at(self, pose: Pose) -> Sensor:

@@ -1,4 +1,4 @@
-"""A sensor that reports positions and velocities in the plane: a satellite receiver, AIS."""
+"""A sensor that measures positions and velocities in the plane: a satellite receiver, AIS."""
 
 from __future__ import annotations
 
@@ -35,5 +35,5 @@ class PositionVelocity(DirectSensor):
         return _STATE
 
     def noise(self, x: Array) -> Array:
-        """(4, 4)"""
+        """Return R (4, 4)."""
         return np.diag([self.sigma**2, self.sigma**2, self.sigma_speed**2, self.sigma_speed**2])

@@ -1,4 +1,4 @@
-"""A radar that reports range and bearing."""
+"""A radar that measures range and bearing."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class RangeBearing(PlacedSensor):
     """z = (r, b) + v, v ~ N(0, diag(sigma_range^2, sigma_bearing^2)), of a target in the plane as seen from the radar.
 
     With (dx, dy) = position - (x, y): r = sqrt(dx^2 + dy^2), b = atan2(dy, dx) - heading, from +x towards +y.
-    Over the radar itself the bearing is that of +x and the derivative 0: such a return says nothing about the position.
+    Over the radar itself the bearing is that of +x and the derivative 0: such a return carries no position.
     Clutter is uniform over the area from `min_range` to `max_range`, hence of density n r / (pi (max^2 - min^2)) in z.
     Mo, Song, Zhou, Sun, Bar-Shalom, Unbiased Converted Measurements for Tracking, IEEE T-AES 34, 1998 (for `invert`).
     """
@@ -40,23 +40,23 @@ class RangeBearing(PlacedSensor):
         return _POLAR
 
     def measure(self, x: Array) -> Array:
-        """(*b, 2) -> (*b, 2)"""
+        """Return the expected measurement: (*b, 2) -> (*b, 2)."""
         return _POLAR.canonical(ranges_and_bearings(x, self._pose))
 
     def jacobian(self, x: Array) -> Array:
-        """(*b, 2) -> (*b, 2, 2); within 1 mm of the radar that of a target 1 mm away, times the distance in mm."""
+        """Return H: (*b, 2) -> (*b, 2, 2); within 1 mm that of a target 1 mm away, times the distance in mm."""
         return polar_slope(x, self._pose)
 
     def noise(self, x: Array) -> Array:
-        """(2, 2)"""
+        """Return R (2, 2)."""
         return np.diag([self.sigma_range**2, self.sigma_bearing**2])
 
     def clutter(self, z: Array) -> Array:
-        """(*b, k, 2) -> (*b, k) in 1/(m rad), or () if there is none; beyond the area's edge, by noise, as at the edge."""
+        """Return the clutter density: (*b, k, 2) -> (*b, k) in 1/(m rad), or () if none; beyond the limits as at them."""
         return self._clutter_within(z[..., 0], 2) / CIRCLE
 
     def invert(self, z: Array, noise: Array | None = None) -> Gaussian:
-        """(*b, 2) -> (*b, 2), (*b, 2, 2): the position without bias.
+        """Return the unbiased position and its covariance: (*b, 2) -> (*b, 2), (*b, 2, 2).
 
         An error e of the bearing, of variance s, shortens the converted position on average by E cos(e) = exp(-s/2): the
         mean is divided by that. Its covariance for independent errors is then (r^2 + sigma_range^2) cosh(s) - r^2 along the

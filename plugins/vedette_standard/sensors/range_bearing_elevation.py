@@ -22,7 +22,7 @@ _SPHERICAL = Space.of(range="m", bearing="rad mod 2pi", elevation="rad mod 2pi")
 class RangeBearingElevation(PlacedSensor):
     """z = (r, b, e) + v with independent errors, of a target in space: z is up, e = atan2(dz, sqrt(dx^2 + dy^2)).
 
-    A platform's pose may have two coordinates, then the radar stays at its own height, or three. Clutter is uniform over the
+    With a pose of two coordinates the radar stays at its own height; a pose may have three. Clutter is uniform over the
     volume between two spheres, hence of density 3 n r^2 cos(e) / (4 pi (max^3 - min^3)) in z.
     Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, section 10.4.
     """
@@ -47,20 +47,20 @@ class RangeBearingElevation(PlacedSensor):
         return leading(position[..., 2], axes) if position.shape[-1] > 2 else np.asarray(self.z)
 
     def _offsets(self, x: Array) -> tuple[Array, Array, Array, Array, Array]:
-        """dx, dy, dz, horizontal and slant distance, (*b) each."""
+        """Return dx, dy, dz, horizontal and slant distance, (*b) each."""
         dx, dy = offsets(x[..., :2], self._pose)
         dz = x[..., 2] - self._height(x.ndim - 1)
         flat = np.hypot(dx, dy)
         return dx, dy, dz, flat, np.hypot(flat, dz)
 
     def measure(self, x: Array) -> Array:
-        """(*b, 3) -> (*b, 3)"""
+        """Return the expected measurement: (*b, 3) -> (*b, 3)."""
         dx, dy, dz, flat, r = self._offsets(x)
         z = np.stack([r, np.arctan2(dy, dx) - leading(self._pose.heading, dx.ndim), np.arctan2(dz, flat)], axis=-1)
         return _SPHERICAL.canonical(z)
 
     def jacobian(self, x: Array) -> Array:
-        """(*b, 3) -> (*b, 3, 3); finite over the radar, and where a target stands straight above it."""
+        """Return H: (*b, 3) -> (*b, 3, 3); finite over the radar, and for a target straight above it."""
         dx, dy, dz, flat, r = self._offsets(x)
         flat, r = np.maximum(flat, NEAR), np.maximum(r, NEAR)
         H = np.zeros((*x.shape, 3))
@@ -71,11 +71,11 @@ class RangeBearingElevation(PlacedSensor):
         return H
 
     def noise(self, x: Array) -> Array:
-        """(3, 3)"""
+        """Return R (3, 3)."""
         return np.diag([self.sigma_range**2, self.sigma_bearing**2, self.sigma_elevation**2])
 
     def detects(self, x: Array) -> Array:
-        """(*b, 3) -> (*b), or () if no range limits it"""
+        """Return the detection probability: (*b, 3) -> (*b), or () if no range limits it."""
         if self.max_range is None and self.min_range == 0:
             return np.asarray(self.detection_probability)
         r = self._offsets(x)[-1]
@@ -83,12 +83,12 @@ class RangeBearingElevation(PlacedSensor):
         return np.where(inside, self.detection_probability, 0.0)
 
     def clutter(self, z: Array) -> Array:
-        """(*b, k, 3) -> (*b, k) in 1/(m rad^2), or () if there is none"""
+        """Return the clutter density: (*b, k, 3) -> (*b, k) in 1/(m rad^2), or () if there is none."""
         upright = np.maximum(np.cos(z[..., 2]), 0.0)
         return self._clutter_within(z[..., 0], 3) * upright / (2 * CIRCLE)
 
     def invert(self, z: Array, noise: Array | None = None) -> Gaussian:
-        """(*b, 3) -> (*b, 3), (*b, 3, 3): the position that the return names, with the mean square of its error.
+        """Return position and mean square error: (*b, 3) -> (*b, 3), (*b, 3, 3).
 
         The true range and angles lie around the reported ones with independent Gaussian errors; the moments of their sines
         and cosines are exact, so the covariance is definite at any range and straight overhead.
@@ -115,7 +115,7 @@ class RangeBearingElevation(PlacedSensor):
 
 
 def _squares(angle: Array, variance: Array) -> tuple[Array, Array, Array]:
-    """Return means of cos^2, sin^2 and sin cos of a Gaussian angle, (*b) each."""
+    """Return the means of cos^2, sin^2 and sin cos of a Gaussian angle, (*b) each."""
     shrunk = np.exp(-2 * variance)
     cosine = 0.5 * shrunk * np.cos(2 * angle)
     return 0.5 + cosine, 0.5 - cosine, 0.5 * shrunk * np.sin(2 * angle)

@@ -23,7 +23,7 @@ class RangeBearingRate(PlacedSensor):
     """z = (r, b, r') + v with independent errors; r' is the target's velocity less the platform's, along the line of sight.
 
     With d = position - platform: r = |d|, b = atan2(dy, dx) - heading, r' = d . (v - v_platform) / r. A pose without a
-    velocity stands still. Clutter is uniform over the area from `min_range` to `max_range`, and in rate up to `max_rate`
+    velocity is at rest. Clutter is uniform over the area from `min_range` to `max_range`, and in rate up to `max_rate`
     either way.
     Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, section 10.3.
     """
@@ -60,14 +60,14 @@ class RangeBearingRate(PlacedSensor):
         return d / r[..., None], r, x[..., 2:] - own
 
     def _platform_velocity(self, axes: int) -> Array:
-        """Return velocity of the platform, (2,) or to broadcast against states with `axes` batch axes."""
+        """Return the velocity of the platform, (2,) or to broadcast against states with `axes` batch axes."""
         velocity = self._pose.velocity
         if velocity is None:
             return np.zeros(2)
         return np.stack([leading(velocity[..., 0], axes), leading(velocity[..., 1], axes)], axis=-1)
 
     def measure(self, x: Array) -> Array:
-        """(*b, 4) -> (*b, 3)"""
+        """Return the expected measurement: (*b, 4) -> (*b, 3)."""
         to_target, _, v = self._approach(x)
         z = np.empty((*x.shape[:-1], 3))
         z[..., :2] = ranges_and_bearings(x[..., :2], self._pose)
@@ -75,9 +75,9 @@ class RangeBearingRate(PlacedSensor):
         return _DOPPLER.canonical(z)
 
     def jacobian(self, x: Array) -> Array:
-        """(*b, 4) -> (*b, 3, 4); within 1 mm of the radar that of a target 1 mm away, times the distance in mm."""
+        """Return H: (*b, 4) -> (*b, 3, 4); within 1 mm that of a target 1 mm away, times the distance in mm."""
         to_target, r, v = self._approach(x)
-        near = np.hypot(to_target[..., 0], to_target[..., 1])  # 1 but for the last millimetre
+        near = np.hypot(to_target[..., 0], to_target[..., 1])  # 1 except within a millimetre
         rate = np.sum(to_target * v, axis=-1)
         H = np.zeros((*x.shape[:-1], 3, 4))
         H[..., :2, :2] = polar_slope(x[..., :2], self._pose)
@@ -86,19 +86,19 @@ class RangeBearingRate(PlacedSensor):
         return H
 
     def noise(self, x: Array) -> Array:
-        """(3, 3)"""
+        """Return R (3, 3)."""
         return np.diag([self.sigma_range**2, self.sigma_bearing**2, self.sigma_rate**2])
 
     def clutter(self, z: Array) -> Array:
-        """(*b, k, 3) -> (*b, k) in 1/(m rad m/s), or () if there is none"""
+        """Return the clutter density: (*b, k, 3) -> (*b, k) in 1/(m rad m/s), or () if there is none."""
         if self.max_rate is None:
             return np.asarray(0.0)
         return self._clutter_within(z[..., 0], 2) / (CIRCLE * 2 * self.max_rate)
 
     def invert(self, z: Array, noise: Array | None = None) -> Gaussian:
-        """(*b, 3) -> (*b, 4), (*b, 4, 4): the position without bias, the speed along the line of sight, any across it.
+        """Return the unbiased position and the velocity, unknown across the line of sight: (*b, 3) -> (*b, 4), (*b, 4, 4).
 
-        Over the radar there is no line of sight: any speed.
+        Over the radar there is no line of sight: the speed is unknown.
         """
         R = np.broadcast_to(self.noise(z) if noise is None else noise, (*z.shape, 3))
         polar = RangeBearing(self.sigma_range, self.sigma_bearing).at(self._pose).invert(z[..., :2], R[..., :2, :2])

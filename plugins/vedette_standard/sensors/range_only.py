@@ -1,4 +1,4 @@
-"""A sensor that reports distances: a ranging beacon, an active sonar with one hydrophone."""
+"""A sensor that measures distances: a ranging beacon, an active sonar with one hydrophone."""
 
 from __future__ import annotations
 
@@ -38,17 +38,17 @@ class RangeOnly(PlacedSensor):
         return _RANGE
 
     def measure(self, x: Array) -> Array:
-        """(*b, 2) -> (*b, 1)"""
+        """Return the expected measurement: (*b, 2) -> (*b, 1)."""
         return ranges_and_bearings(x, self._pose)[..., :1]
 
     def jacobian(self, x: Array) -> Array:
-        """(*b, 2) -> (*b, 1, 2)"""
+        """Return H: (*b, 2) -> (*b, 1, 2)."""
         return polar_slope(x, self._pose)[..., :1, :]
 
     def noise(self, x: Array) -> Array:
-        """(1, 1)"""
+        """Return R (1, 1)."""
         return np.array([[self.sigma_range**2]])
 
     def clutter(self, z: Array) -> Array:
-        """(*b, k, 1) -> (*b, k) in 1/m, or () if there is none"""
+        """Return the clutter density: (*b, k, 1) -> (*b, k) in 1/m, or () if there is none."""
         return self._clutter_within(z[..., 0], 2)

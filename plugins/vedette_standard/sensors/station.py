@@ -1,4 +1,4 @@
-"""What sensors share that stand somewhere: offsets from their pose, and a copy of them elsewhere."""
+"""Helpers of sensors at a position: offsets from their pose, and a copy of them elsewhere."""
 
 from __future__ import annotations
 

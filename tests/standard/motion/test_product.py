@@ -50,7 +50,7 @@ def test_equal_parts_are_one_model():
         ((), "models: must hold at least one model"),
         (
             (ConstantVelocity(0.5), RandomWalk(1.0, ("y",))),
-            "models[1]: must own other axes than the models before it, got y",
+            "models[1]: must have other axes than the models before it, got y",
         ),
     ],
 )
