@@ -1,1 +1,1 @@
-"""Benchmarks: `python -m benchmarks` measures speed side by side; the other files say what they do when run."""
+"""Benchmarks: `python -m benchmarks` compares speed; the other files say what they measure when run."""

@@ -1,10 +1,10 @@
-"""Speed, side by side: Vedette with both of its kernels, textbook numpy, FilterPy, Stone Soup, simdkalman, and the C limit.
+"""Compare the speed of Vedette with both of its kernels, textbook numpy, FilterPy, Stone Soup, simdkalman and the C limit.
 
-    python -m benchmarks                 all of it, about ten minutes; --quick: the shape of it, within a minute
+    python -m benchmarks                 everything, about ten minutes; --quick: a rough picture within a minute
     python -m benchmarks --only "KF"     the heats whose title has these words
     python -m benchmarks --write         puts the tables into docs/speed.md
 
-Every contender runs in a process of its own, shows first that it solves the problem (against textbook numpy), and then all
+Every contender runs in its own process, first shows that it solves the problem (against textbook numpy), and then all
 take turns; times are CPU times, ratios are taken within a round and shown as median and quartiles. A peer that is not
 installed is left out. `nox -s benchmarks` installs the peers in an environment of their own and runs this.
 """
@@ -27,7 +27,7 @@ TOLERANCE = {"stonesoup": 1e-6}
 
 
 def options() -> argparse.Namespace:
-    """The command line."""
+    """Parse the command line."""
     parser = argparse.ArgumentParser(
         "python -m benchmarks", description=__doc__, formatter_class=argparse.RawTextHelpFormatter
     )
@@ -47,7 +47,7 @@ def options() -> argparse.Namespace:
 
 
 def known(peers_python: list[str]) -> dict[str, tuple[str, str, dict[str, str]]]:
-    """Contenders: module, interpreter, environment."""
+    """Return the contenders: module, interpreter, environment."""
     pythons = dict.fromkeys(PEERS, sys.executable)
     for given in peers_python:
         name, _, path = given.rpartition("=")
@@ -62,7 +62,7 @@ def known(peers_python: list[str]) -> dict[str, tuple[str, str, dict[str, str]]]
 
 
 class Bench:
-    """The contenders, and how long each heat may take."""
+    """The contenders, and the time limit of each heat."""
 
     def __init__(self, peers_python: list[str], quick: bool) -> None:
         self.known = known(peers_python)
@@ -73,7 +73,7 @@ class Bench:
         self.told = [f"{name}: {one.version or 'not there: ' + str(one.absent)}" for name, one in self.contenders.items()]
 
     def race(self, heat: Heat) -> Race:
-        """One heat, told as it ends."""
+        """Run one heat, and report it as it ends."""
         began = monotonic()
         entries = [(self.contenders[name], level) for name, level in heat.entries]
         race = run(heat.case, entries, self.rounds, self.sample, self.budget, TOLERANCE)
@@ -85,14 +85,14 @@ class Bench:
         return race
 
     def growth(self, quick: bool) -> dict[str, tuple[Entry, dict[int, float]]]:
-        """Time against each size."""
+        """Measure time against each size."""
         found: dict[str, tuple[Entry, dict[int, float]]] = {}
         for what, values, family, entry in GROWTH:
             found[what] = (entry, {})
             for value in values[:3] if quick else values:
                 heat = Heat(f"{value} {what}", grown(what, family, value), (entry,))
                 if time := self.race(heat).seconds(entry):
-                    runs = value if what.startswith("runs") else 1  # the time of all of them, not of one
+                    runs = value if what.startswith("runs") else 1  # the time of all runs together
                     found[what][1][value] = time.middle * runs
         return found
 
@@ -103,7 +103,7 @@ class Bench:
 
 
 def main() -> None:
-    """Measure, print, and write if told so; what was measured before an interruption is printed."""
+    """Measure, print, and write if asked to; what was measured before an interruption is printed."""
     chosen = options()
     machine = described()
     print(machine, file=sys.stderr)

@@ -27,7 +27,7 @@ _KEPT = {"kind": "single_target", "start": {"x": [0.0, 10.0], "y": [0.0, 10.0], 
 
 
 def harbour(scans: int, vessels: int, keeps: bool = False) -> dict[str, Any]:
-    """A config of `vessels` at a time, each there for an hour, seen by one radar for `scans` seconds in clutter."""
+    """Return a config of `vessels` at a time, each for an hour, seen by one radar for `scans` seconds in clutter."""
     import numpy as np
 
     dice, ships, life = np.random.default_rng(1), {}, 3600.0

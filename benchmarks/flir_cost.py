@@ -1,8 +1,8 @@
-"""Costs in images: an update by the information pair and by the innovation form, lock-step Monte Carlo, simulated frames.
+"""Costs in images: update by the information pair and by the innovation form, lock-step Monte Carlo, simulated frames.
 
     python benchmarks/flir_cost.py [updates] [runs] [frames]
 
-Without a word, all three. Times are the processor's, so that others at work hardly change them. The innovation form
+Without an argument, all three. Times are CPU times, which other processes hardly affect. The innovation form
 factorises an N^2 x N^2 matrix: at 64 x 64 it holds 134 MB and is timed once.
 """
 
@@ -24,7 +24,7 @@ from vedette_sim.infrared import HotSpot, HotTarget, InfraredScene
 
 
 def least(action, repeats):
-    """The shortest time of `repeats`, in us."""
+    """Return the shortest time of `repeats`, in us."""
     times = []
     for _ in range(repeats):
         before = process_time()
@@ -34,7 +34,7 @@ def least(action, repeats):
 
 
 def updates():
-    """One line for each window."""
+    """Print one line for each window."""
     motion = Carrying(JitteredAcceleration(), {"amplitude": "count", "spread": "px", "background": "count"})
     mean = np.array([[40.2, 39.7, 0, 0, 0, 0, 0.1, -0.1, 10.0, 2.0, 0.0]])
     cov = np.diag([0.5, 0.5, 9, 9, 9, 9, 0.04, 0.04, 0, 0, 0])[None]
@@ -59,7 +59,7 @@ def updates():
 
 
 def runs():
-    """Time per run-frame of the paper's filter, all runs' images in one array, and its share that is drawing the truth."""
+    """Print the time per run-frame of the paper's filter, all runs' images in one array, and the share of the truth."""
     for count in (1, 10, 100, 1000):
         before = process_time()
         record(3, 2.0, 10.0, 0.2, count, np.random.default_rng(1))
@@ -68,7 +68,7 @@ def runs():
 
 
 def frames():
-    """Frames a second of the simulated scene at 64 x 64, simple and with everything on."""
+    """Print frames a second of the simulated scene at 64 x 64, simple and with everything on."""
     target = HotTarget(
         ImageVelocity(),
         (HotSpot(40.0, 1.5, x=2.0), HotSpot(30.0, 1.0, x=-2.0)),
@@ -84,7 +84,7 @@ def frames():
 
 
 def main():
-    """What is asked for."""
+    """Run what is asked for."""
     known = {"updates": updates, "runs": runs, "frames": frames}
     asked = sys.argv[1:] or list(known)
     if wrong := [name for name in asked if name not in known]:

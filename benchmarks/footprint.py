@@ -1,4 +1,4 @@
-"""What contenders cost before they do anything: time to import, and memory."""
+"""What contenders cost before they do any work: time to import, and memory."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ IMPORTS = {
     "simdkalman": "import simdkalman",
 }
 BATCH_LEVELS = {"vedette": "kernels", "limit": "", "simdkalman": ""}
-"""Who takes batches as such."""
+"""The contenders that take batches."""
 BATCH = Case("kf", 1, 100_000, 1, 4)
 
 
@@ -31,7 +31,7 @@ class Footprint:
 
 
 def cpu_seconds(python: str, code: str) -> float:
-    """CPU time of a fresh interpreter that runs `code`."""
+    """Return the CPU time of a fresh interpreter that runs `code`."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     subprocess.run([python, "-c", code], check=True, env={**os.environ, **ONE_THREAD}, stderr=subprocess.DEVNULL)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -39,7 +39,7 @@ def cpu_seconds(python: str, code: str) -> float:
 
 
 def measure(known: dict[str, tuple[str, str, dict[str, str]]], rounds: int) -> Footprint:
-    """`known`: module, interpreter and environment of contenders by name."""
+    """Measure contenders; `known`: module, interpreter and environment by name."""
     batch, imported = {}, {}
     for name, (module, python, environment) in known.items():
         worker = Contender(name, module, python, **environment)

@@ -1,4 +1,4 @@
-"""What a contender makes of a problem: something to run, and how to read its answer."""
+"""A problem prepared for a contender: something to run, and how to read its answer."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ Answer = tuple[Array, Array]
 
 @dataclass(frozen=True)
 class Job:
-    """`run` solves the problem once, from its start, and returns what `answer` reads; `many` does so as often as told.
+    """`run` solves the problem once from its start and returns what `answer` reads; `many` does so a given number of times.
 
-    `share`: the part of the problem that `run` solves, where all of it would take too long; its tracks cost the same each.
+    `share`: the part of the problem that `run` solves, where all of it would take too long; all its tracks cost the same.
     """
 
     run: Callable[[], Any]
@@ -25,7 +25,7 @@ class Job:
     share: float = 1.0
 
     def repeat(self, times: int) -> Any:
-        """Run `times` times; what the last run returned."""
+        """Run `times` times; return what the last run returned."""
         if self.many is not None:
             return self.many(times)
         result = None

@@ -1,4 +1,4 @@
-"""Where it was measured."""
+"""The machine on which it was measured."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 
 
 def described() -> str:
-    """Processor, its vector units, Python, numpy, its BLAS, and how busy the machine was."""
+    """Describe processor, its vector units, Python, numpy, its BLAS, and the load of the machine."""
     info = Path("/proc/cpuinfo").read_text() if Path("/proc/cpuinfo").exists() else ""
     fields = dict(line.split(":", 1) for line in info.partition("\n\n")[0].splitlines() if ":" in line)
     facts = {key.strip(): value.strip() for key, value in fields.items()}

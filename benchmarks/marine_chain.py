@@ -33,17 +33,17 @@ CROSS_SECTIONS = (3.0, 10.0, 30.0, 100.0, 300.0)
 """m^2, broadside."""
 
 HIT, AWAY = 40.0, 120.0
-"""m: a return nearer than the first is the boat's, one farther than the second is false."""
+"""In m: a return nearer than the first is the boat's, one farther than the second is a false alarm."""
 
 SMALL = 680
-"""Pixels of a side of the pictures in which detections are counted."""
+"""Side in px of the pictures in which detections are counted."""
 
 NEAREST = 400.0
-"""m of sea around the radar that are not looked at."""
+"""Distance in m around the radar that is left out."""
 
 
 def pictures(cross_section: float, count: int, seed: int, size: int = 1024) -> Any:
-    """A recording of one boat at 1.6 km that turns once; 7 s from picture to picture, in which the sea has changed."""
+    """Return a recording of one boat at 1.6 km that turns once; pictures are 7 s apart, in which the sea decorrelates."""
     scene = scenes.manoeuvres()
     scene["radar"] |= {"size": size, "range": min(2778.0, 3.0 * size - 40.0)}
     turn = {"do": "turn", "seconds": 7.0 * count, "rate": f"{360.0 / (7.0 * count)} deg/s"}
@@ -61,7 +61,7 @@ def pictures(cross_section: float, count: int, seed: int, size: int = 1024) -> A
 
 
 def doh(image: Any) -> np.ndarray:
-    """Columns and rows (k, 2) of scikit-image's blobs."""
+    """Return columns and rows (k, 2) of scikit-image's blobs."""
     from skimage.feature import blob_doh
 
     found = blob_doh(image, min_sigma=1.5, max_sigma=6.0, num_sigma=5, threshold=0.005)
@@ -69,7 +69,7 @@ def doh(image: Any) -> np.ndarray:
 
 
 def middles(at: np.ndarray, scale: float, chain: Chain) -> np.ndarray:
-    """The middles of groups of blobs, all weighing the same."""
+    """Return the centres of groups of blobs, all of the same weight."""
     labels = grouped(at * scale, np.ones(len(at)), chain.link, chain.longest)
     k = int(labels.max(initial=-1)) + 1
     mass = np.bincount(labels, minlength=k)
@@ -77,7 +77,7 @@ def middles(at: np.ndarray, scale: float, chain: Chain) -> np.ndarray:
 
 
 def contrast(count: int) -> None:
-    """Detection probability, false alarms and error against the boat's cross-section, each with a standard error."""
+    """Print detection probability, false alarms and error against the boat's cross-section, each with a standard error."""
     chains = {
         "threshold 90": Chain(nearest=NEAREST, longest=60.0),
         "threshold 130": Chain(nearest=NEAREST, longest=60.0, threshold=130.0),
@@ -112,7 +112,7 @@ def contrast(count: int) -> None:
 
 
 def milliseconds(call: Callable[[], Any], rounds: int = 20) -> float:
-    """The median of a call's CPU time."""
+    """Return the median of a call's CPU time."""
     took = []
     for _ in range(rounds):
         before = process_time()
@@ -122,7 +122,7 @@ def milliseconds(call: Callable[[], Any], rounds: int = 20) -> float:
 
 
 def stages() -> None:
-    """Milliseconds of each stage, and of the whole preprocessor."""
+    """Print the milliseconds of each stage, and of the whole preprocessor."""
     scan = pictures(100.0, 2, 2).scans[1]
     preprocessor, chain = RadarPicture({"screen": RadarScreen()}), Chain()
     geometry, seen = preprocessor.geometry_of(scan.frame), preprocessor.stages(scan.frame, scan.pose)

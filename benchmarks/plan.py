@@ -1,4 +1,4 @@
-"""Who runs what, and what the ratios should be."""
+"""Which contender runs which heat, and the targets for the ratios."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ NAMES: dict[Entry, str] = {
 
 @dataclass(frozen=True)
 class Heat:
-    """A case by its title, and who runs in it. `batch`: time is per track and step."""
+    """A case by its title, and the contenders that run it. `batch`: time is per track and step."""
 
     title: str
     case: Case
@@ -84,7 +84,7 @@ class Target:
     most: float
 
     def ratio(self, races: dict[str, Race]) -> Spread | None:
-        """What was measured; None if one of the two did not run."""
+        """Return the measured ratio; None if one of the two did not run."""
         race = races.get(self.title)
         return None if race is None else race.ratio(self.entry, self.base)
 
@@ -109,11 +109,11 @@ TARGETS = (
     Target("GNN, 200 targets, 373 returns", STEP, STONESOUP, 1 / 100),
 )
 FRAMEWORK_STAGES, FRAMEWORK_MOST = 3, 1e-6
-"""Stages of an estimator's step, and how many seconds of each may be Vedette's own beside a third party's sensor."""
+"""Stages of an estimator's step, and the most seconds of each that may be Vedette's own beside a third party's sensor."""
 
 
 def framework(races: dict[str, Race]) -> Spread | None:
-    """Seconds a stage that are not the sensor's own."""
+    """Return the seconds per stage that are not the sensor's own."""
     each = races[FOREIGN.title].each if FOREIGN.title in races else {}
     if ESTIMATOR not in each or ("vedette", "own") not in each:
         return None
@@ -143,7 +143,7 @@ GROWTH: tuple[tuple[str, tuple[int, ...], str, Entry], ...] = (
 
 
 def grown(what: str, family: str, value: int) -> Case:
-    """The case of one value."""
+    """Return the case of one value."""
     if what == "targets":
         return Case(family, 1, value, round(1.865 * value), 1)
     if what == "returns":

@@ -1,6 +1,6 @@
-"""How wrong a filter must be before the kit sees it, and how often the kit is wrong itself.
+"""How wrong a filter must be before the kit notices, and how often the kit gives a false alarm.
 
-    python benchmarks/power.py size      p-values and false alarms on 2,000 right problems
+    python benchmarks/power.py size      p-values and false alarms on 2,000 correct problems
     python benchmarks/power.py power     detection of P, Q or R that is off by 5 to 50 %
 
 docs/conformance.md shows what it printed.
@@ -30,7 +30,7 @@ BAND = (0.85, 1.15)
 
 
 def tracker_of(q: float = 1.0, r: float = 1.0, sigma_accel: float = 0.5, sigma: float = 5.0) -> Tracker:
-    """A Kalman filter whose Q is `q` and whose R is `r` times what they were."""
+    """Return a Kalman filter whose Q is scaled by `q` and whose R is scaled by `r`."""
     return vedette.build(
         {
             "estimator": {
@@ -57,20 +57,20 @@ class Scaled(Kalman):
 
 
 def group(played: Runs, i: int, size: int) -> Runs:
-    """The i-th group of `size` runs."""
+    """Return the i-th group of `size` runs."""
     part = slice(i * size, (i + 1) * size)
     looks = {name: Looks(one.residual[part], one.cov[part], one.seen[part]) for name, one in played.looks.items()}
     return evolve(played, error=played.error[part], cov=played.cov[part], mean=played.mean[part], looks=looks)
 
 
 def run(tracker: Tracker, runs: int, scans: int, seed: int, world: Tracker | None = None) -> Runs:
-    """So many runs from a seed."""
+    """Play a number of runs from a seed."""
     times = np.arange(scans + 1.0)
     return play(tracker, prior_of(world or tracker, None), times, runs, np.random.default_rng(seed), world)
 
 
 def p_values(problems: int, runs: int = 40, scans: int = 12, seed: int = 0) -> tuple[Array, Array, Array]:
-    """Two-sided p-values of NIS (problems,) and of NEES at the end (problems,), and familywise alarms at 5 %, all right."""
+    """Return p-values of NIS (problems,) and of NEES at the end (problems,), two-sided, and familywise alarms at 5 %."""
     kinds, each = [(a, s) for a in (0.05, 0.5, 2.0, 20.0) for s in (1.0, 30.0)], problems // 8
     nis, last, alarms = [], [], []
     for k, (sigma_accel, sigma) in enumerate(kinds):
@@ -86,7 +86,7 @@ def p_values(problems: int, runs: int = 40, scans: int = 12, seed: int = 0) -> t
 
 
 def size(problems: int = 2000) -> None:
-    """Print how p-values and alarms of right problems are distributed."""
+    """Print how p-values and alarms of correct problems are distributed."""
     nis, last, alarms = p_values(problems)
     for name, p in (("NIS", nis), ("NEES at the end", last)):
         print(f"{name}: {len(p)} right problems, Kolmogorov-Smirnov p = {stats.kstest(p, 'uniform').pvalue:.3f}")
@@ -101,7 +101,7 @@ def _say_size(name: str, hits: Array) -> None:
 
 
 def nis_ratio(wrong: Tracker, right: Tracker) -> float:
-    """E[NIS] / m of the stationary wrong filter in the right world: exact, from the covariance of its innovation."""
+    """Return E[NIS] / m of the stationary wrong filter in the right world, exactly, from its innovation covariance."""
     x = np.zeros(4)
     F, H = wrong.estimator.motion.jacobian(x, 1.0), np.eye(2, 4)
     Q, R = wrong.estimator.motion.noise(x, 1.0), wrong.sensors["radar"].noise(x[:2])
@@ -118,13 +118,13 @@ def nis_ratio(wrong: Tracker, right: Tracker) -> float:
 
 
 def chance(ratio: float, dof: float, alpha: float) -> float:
-    """Probability that a chi-square mean whose expectation is `ratio` leaves the band of one whose expectation is 1."""
+    """Return the probability that a chi-square mean of expectation `ratio` leaves the band of one of expectation 1."""
     low, high = chi_square_band(dof, alpha)
     return float(stats.chi2.cdf(low * dof / ratio, dof) + stats.chi2.sf(high * dof / ratio, dof))
 
 
 def power(plan: dict[int, int]) -> None:
-    """Print detection rates: `plan` is runs a report to how many reports."""
+    """Print detection rates: `plan` maps runs per report to the number of reports."""
     share = ALPHA / FAMILIES
     print(
         f"Detection rate of a report at alpha {ALPHA:g}, {SCANS} scans; theory: its strongest verdict of NIS or NEES alone"

@@ -1,4 +1,4 @@
-"""The problems that are timed: arrays only, the same for every contender, the same in every process.
+"""The problems that are timed: arrays only, the same for every contender and in every process.
 
 State x, y, vx, vy in m and m/s; 1 s between scans; P_D 0.9 where there is clutter.
 """
@@ -23,17 +23,17 @@ MODES = ((0.5, 0.0), (3.0, 0.0), (0.5, 0.05), (0.5, -0.05), (1.5, 0.1), (1.5, -0
 
 
 def transition(dt: float, turn_rate: float = 0.0) -> Array:
-    """F of a velocity that turns at a constant rate."""
+    """Return F of a velocity that turns at a constant rate."""
     return _discrete(dt, 1.0, turn_rate)[0]
 
 
 def noise(dt: float, sigma_accel: float, turn_rate: float = 0.0) -> Array:
-    """Q of white-noise acceleration in it."""
+    """Return Q of its white-noise acceleration."""
     return _discrete(dt, sigma_accel, turn_rate)[1]
 
 
 def _discrete(dt: float, sigma_accel: float, turn_rate: float) -> tuple[Array, Array]:
-    """F and Q by Van Loan's block exponential."""
+    """Return F and Q by Van Loan's block exponential."""
     A, G = np.zeros((4, 4)), np.diag([0.0, 0.0, 1.0, 1.0]) * sigma_accel**2
     A[0, 2] = A[1, 3] = 1.0
     A[2, 3], A[3, 2] = -turn_rate, turn_rate
@@ -47,7 +47,7 @@ def _discrete(dt: float, sigma_accel: float, turn_rate: float) -> tuple[Array, A
 
 
 def switching(modes: int) -> Array:
-    """Mode transition probabilities (r, r)."""
+    """Return the mode transition probabilities (r, r)."""
     if modes == 1:
         return np.ones((1, 1))
     change = 0.1 / (modes - 1)
@@ -95,14 +95,14 @@ class Problem:
 
     @property
     def work(self) -> int:
-        """Over what the time of one run is divided: filter steps; scans for gnn."""
+        """What the time of one run is divided by: filter steps; scans for gnn."""
         return self.steps if self.tracks is None or self.family == "gnn" else self.steps * self.tracks
 
 
 def make(
     family: str, modes: int = 1, tracks: int | None = None, returns: int = 1, steps: int = 50, axes: int = 2
 ) -> Problem:
-    """The problem of these figures; the random numbers follow from them alone. `axes` other than 2: for kf alone."""
+    """Make the problem of these figures, which alone determine the random numbers. `axes` other than 2: only for kf."""
     seed = zlib.crc32(repr((family, modes, tracks, returns, steps, axes)).encode())
     rng = np.random.default_rng(seed)
     common: dict[str, Any] = {
@@ -135,14 +135,14 @@ def make(
 
 
 def _flown(rng: np.random.Generator, x0: Array, steps: int, count: int, returns: int = 1) -> tuple[Array, Array]:
-    """True positions (steps, count, 2), and returns up to 20 m off on each axis (steps, count, returns, 2)."""
+    """Draw true positions (steps, count, 2), and returns up to 20 m off on each axis (steps, count, returns, 2)."""
     axes = len(x0) // 2
     speed = x0[axes:] + 0.5 * np.cumsum(rng.standard_normal((steps, count, axes)), axis=0)
     return x0[:axes] + np.cumsum(speed, axis=0), rng.uniform(-20, 20, (steps, count, returns, axes))
 
 
 def _crowd(rng: np.random.Generator, tracks: int, returns: int, common: dict[str, Any]) -> Problem:
-    """Targets 250 m apart; nine in ten are seen once, the other returns are clutter over the whole area."""
+    """Draw targets 250 m apart; nine in ten are detected once, the other returns are clutter over the whole area."""
     side = int(np.ceil(np.sqrt(tracks)))
     grid = 250.0 * np.stack(np.divmod(np.arange(tracks), side), axis=-1)
     x0 = np.concatenate([grid, rng.normal(0, 10, (tracks, 2))], axis=-1)

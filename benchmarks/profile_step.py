@@ -1,8 +1,8 @@
 """Where the time of a scan goes: `python -m benchmarks.profile_step [kf|ekf|ukf|imm|pda|imm_pdaf|gnn ..]`.
 
-Two views. Stages: `Tracker.step` is walked once more with a clock around each part that it calls; medians over many scans,
-less what the clock itself takes, and what is left between the parts. Functions: own time by cProfile, which makes calls dear
-and so counts them more than work; the shares are what to read.
+Two views. Stages: one more walk through `Tracker.step` with a clock around each part that it calls; medians over many
+scans, less the clock's own time, and the rest between the parts. Functions: own time by cProfile, which adds to each call
+and so overstates calls against work; read the shares.
 """
 
 from __future__ import annotations
@@ -79,7 +79,7 @@ WATCHED = {
 
 
 def watched(tracker: Any, watch: Watch) -> Any:
-    """The tracker, with its parts watched. It is frozen and checks its parts, so they are put in from outside."""
+    """Return the tracker with its parts watched. It is frozen and checks its parts, so they are set from outside."""
     same = attrs.evolve(tracker)
     for part, methods in WATCHED.items():
         stand_in = Part(getattr(tracker, part), watch, {method: f"{part}.{method}" for method in methods})
@@ -92,7 +92,7 @@ def scans_of(problem: Problem) -> list[Scan]:
 
 
 def walk(tracker: Any, begin: Any, scans: list[Scan], count: int, each: Callable[[], None]) -> list[int]:
-    """Nanoseconds of each of `count` steps."""
+    """Return the nanoseconds of each of `count` steps."""
     spent: list[int] = []
     while len(spent) < count:
         state = begin

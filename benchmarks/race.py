@@ -1,4 +1,4 @@
-"""Contenders take turns, A B C A B C .., so that a machine that slows down slows all of them; what counts is ratios."""
+"""Contenders take turns, A B C A B C .., so that a machine that slows down slows all of them; only ratios count."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from benchmarks.worker import SIZES
 ROOT = Path(__file__).parent.parent
 ONE_THREAD = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 AGREE = 1e-9
-"""How far means and covariances may be off, relative to their largest entry."""
+"""Tolerance of means and covariances, relative to their largest entry."""
 
 
 class Refused(Exception):
-    """A contender's answer is another problem's, or none."""
+    """A contender's answer does not fit the problem, or is missing."""
 
 
 class Contender:
@@ -43,7 +43,7 @@ class Contender:
         self.version: str = self.hello.get("version", "")
 
     def ask(self, what: str, **more: Any) -> dict[str, Any]:
-        """One request, one answer."""
+        """Send one request and return its answer."""
         assert self._process.stdin is not None
         self._process.stdin.write(json.dumps({"ask": what, **more}) + "\n")
         self._process.stdin.flush()
@@ -106,11 +106,11 @@ class Race:
     refused: dict[tuple[str, str], str] = field(default_factory=dict)
 
     def seconds(self, entry: tuple[str, str]) -> Spread | None:
-        """Seconds a step."""
+        """Return the seconds a step."""
         return Spread.of(self.each[entry]) if self.each.get(entry) else None
 
     def ratio(self, entry: tuple[str, str], base: tuple[str, str]) -> Spread | None:
-        """How many times `base` takes what `entry` takes: quotients within each round."""
+        """Return `base`'s multiple that `entry` takes: quotients within each round."""
         pairs = list(zip(self.each.get(entry, []), self.each.get(base, []), strict=False))
         return Spread.of([a / b for a, b in pairs]) if pairs else None
 
@@ -118,7 +118,7 @@ class Race:
 def run(
     case: Case, entries: list[tuple[Contender, str]], rounds: int, sample: float, budget: float, tolerance: dict[str, float]
 ) -> Race:
-    """All entries that offer the case, after each has shown that it solves it.
+    """Run all entries that offer the case, after each has shown that it solves it.
 
     A sample takes at least `sample` s; rounds end early, after a fifth of them but no fewer than two, when `budget` s are
     spent.
@@ -157,7 +157,7 @@ def _agree(contender: Contender, answer: dict[str, Any], truth: tuple[Any, Any],
 
 
 def _repeats(contender: Contender, level: str, case: Case, sample: float) -> int:
-    """So many runs that a sample is long enough to be measured."""
+    """Return the number of runs that makes a sample long enough to be measured."""
     repeats = 1
     while (took := contender.ask("time", level=level, repeats=repeats, **case.sizes)["seconds"]) < sample:
         repeats = max(repeats + 1, min(100 * repeats, int(1.1 * repeats * sample / max(took, 1e-6))))

@@ -1,4 +1,4 @@
-"""What `import vedette` costs beside `import numpy`: whole processes in turn, medians and the ratio's spread.
+"""What `import vedette` costs compared with `import numpy`: whole processes in turn, medians and the ratio's spread.
 
 python benchmarks/startup.py [RUNS]
 """
@@ -19,7 +19,7 @@ COMMANDS = {
 
 
 def seconds(code: str) -> float:
-    """Wall time of one fresh interpreter that runs `code`."""
+    """Return the wall time of one fresh interpreter that runs `code`."""
     start = perf_counter()
     subprocess.run([sys.executable, "-c", code], check=True)
     return perf_counter() - start

@@ -2,7 +2,7 @@
 
     python -m benchmarks.study [--quick] [--only stonesoup|threads|cluster|paper|memory]
 
-CPU times, in turns, so that what else the machine does strikes both; ratios within a turn.
+CPU times, in turns, so that other load affects all alike; ratios within a turn.
 """
 
 from __future__ import annotations
@@ -46,12 +46,12 @@ CONFIG: dict[str, Any] = {
 
 
 def vedette_study() -> float:
-    """RMS position error of the runs."""
+    """Return the RMS position error of the runs."""
     return vedette.monte_carlo(CONFIG, RUNS, 1, chunk=RUNS).means(0)["position_rmse"].value or 0.0
 
 
 def stone_soup_study() -> float:
-    """The same by Stone Soup: truth drawn from its model, detections from its sensor model, its Kalman filter."""
+    """Run the same in Stone Soup: truth drawn from its model, detections from its sensor model, its Kalman filter."""
     from datetime import datetime, timedelta
 
     from stonesoup.models.measurement.linear import LinearGaussian
@@ -83,20 +83,20 @@ def stone_soup_study() -> float:
 
 
 def cpu(work: Callable[[], Any]) -> float:
-    """CPU seconds of this process."""
+    """Return the CPU seconds of this process."""
     before = process_time()
     work()
     return process_time() - before
 
 
 def spread(values: list[float]) -> str:
-    """Median and quartiles."""
+    """Format median and quartiles."""
     low, middle, high = np.quantile(values, [0.25, 0.5, 0.75])
     return f"{middle:.3g} ({low:.3g} to {high:.3g}, {len(values)} rounds)"
 
 
 def against_stone_soup(rounds: int) -> None:
-    """The ratio, and that both solve the same problem."""
+    """Print the ratio, and that both solve the same problem."""
     if find_spec("stonesoup") is None:
         print("Stone Soup is not installed: left out")
         return
@@ -114,7 +114,7 @@ def against_stone_soup(rounds: int) -> None:
 
 
 def queued() -> dict[str, float]:
-    """Seconds that each thread of this process, by its id, has stood in the queue for a processor."""
+    """Return the seconds that each thread of this process, by its id, has waited for a processor."""
     found = {}
     for task in Path("/proc/self/task").iterdir():
         with suppress(OSError):  # a thread that just ended
@@ -123,7 +123,7 @@ def queued() -> dict[str, float]:
 
 
 def undisturbed(planned: Plan, threads: int) -> tuple[float, float]:
-    """Wall time, and the same less what the working threads stood in the queue for a processor."""
+    """Return the wall time, and the same less the time that the working threads waited for a processor."""
     before, after, begin = queued(), dict[str, float](), perf_counter()
 
     def progress(runs: Sequence[T], about: str, /) -> Iterator[T]:
@@ -140,15 +140,15 @@ def undisturbed(planned: Plan, threads: int) -> tuple[float, float]:
 
 
 def turns(rounds: int, runs: int) -> list[list[tuple[float, float]]]:
-    """`undisturbed` of one thread and of two, in turns, the first turn left out."""
+    """Return `undisturbed` of one thread and of two, in turns, without the first turn."""
     planned = plan({"experiment": CONFIG, "runs": runs, "seed": 1})
     return [[undisturbed(planned, threads) for threads in (1, 2)] for _ in range(rounds + 1)][1:]
 
 
 def on_two_threads(processes: int, rounds: int, runs: int) -> None:
-    """One thread over two, on the wall, and as if nobody else took the processors meanwhile (Linux tells).
+    """Print one thread over two by wall time, and as if nobody else used the processors meanwhile (known on Linux).
 
-    In several processes, as where the system puts a process's memory makes a tenth either way for all its rounds.
+    It uses several processes, as the placement of a process's memory makes a tenth either way for all its rounds.
     """
     code = f"from benchmarks import study; import json; print(json.dumps(study.turns({rounds}, {runs})))"
     found = [json.loads(output_of(code)) for _ in range(processes)]
@@ -161,7 +161,7 @@ def on_two_threads(processes: int, rounds: int, runs: int) -> None:
 
 
 def output_of(code: str) -> str:
-    """What a process of its own prints."""
+    """Return what a separate process prints."""
     return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
 
 
@@ -170,11 +170,11 @@ KEPT = {
     "MALLOC_TRIM_THRESHOLD_": str(2**30),
     "DASK_DISTRIBUTED__WORKER__PROFILE__ENABLED": "False",
 }
-"""The C library keeps memory for the next chunk, where Dask's own setting gives all back; no profile is taken."""
+"""The C library keeps memory for the next chunk, where Dask's own setting returns it all; no profile is taken."""
 
 
 def on_a_cluster(runs: int) -> None:
-    """The same study in two threads here and on a Dask cluster of two processes: CPU of all that take part."""
+    """Run the same study in two threads here and on a Dask cluster of two processes: CPU of all that take part."""
     if find_spec("distributed") is None:
         print("Dask is not installed: left out")
         return
@@ -198,7 +198,7 @@ def on_a_cluster(runs: int) -> None:
 
 
 def target_oriented(rounds: int) -> None:
-    """The paper's 1,000 runs of five IMM-PDAFs."""
+    """Run the paper's 1,000 runs of five IMM-PDAFs."""
     from vedette_target_oriented.reproduction import TargetOrientedReproduction
 
     study = TargetOrientedReproduction()
@@ -207,7 +207,7 @@ def target_oriented(rounds: int) -> None:
 
 
 def memory(runs: int) -> None:
-    """The most that a process of its own ever held."""
+    """Print the peak memory of a separate process."""
     code = (
         "from benchmarks import study; import vedette, resource;"
         f"vedette.monte_carlo(study.CONFIG, {runs}, 1, threads=2);"

@@ -1,4 +1,4 @@
-"""What was measured, in words and in Markdown."""
+"""What was measured, as text and in Markdown."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ BEGIN, END = "<!-- measured: begin -->", "<!-- measured: end -->"
 
 
 def digits(value: float) -> str:
-    """Three significant digits, without exponent."""
+    """Format three significant digits, without exponent."""
     decimals = max(0, 2 - floor(log10(abs(value)))) if value else 0
     return f"{round(value, 2 - floor(log10(abs(value)))) if value else 0:,.{decimals}f}"
 
@@ -50,7 +50,7 @@ def micro(seconds: float) -> str:
 
 
 def quotient(value: float) -> str:
-    """2.4 as it is, 0.05 as 1/20."""
+    """Format 2.4 as it is, 0.05 as 1/20."""
     return digits(value) if value >= 1 else f"1/{digits(1 / value)}"
 
 
@@ -59,7 +59,7 @@ def spread(ratio: Spread) -> str:
 
 
 def grid(head: list[str], rows: list[list[str]]) -> str:
-    """A table in Markdown; figures to the right."""
+    """Return a table in Markdown, with figures to the right."""
     line = ["---"] + ["---:"] * (len(head) - 1)
     return "\n".join("| " + " | ".join(cells) + " |" for cells in [head, line, *rows])
 
@@ -69,7 +69,7 @@ def verdict(met: bool) -> str:
 
 
 def targets(races: dict[str, Race]) -> str:
-    """Every target of which both sides ran."""
+    """Return every target of which both sides ran."""
     rows = []
     for target in TARGETS:
         if ratio := target.ratio(races):
@@ -90,7 +90,7 @@ def targets(races: dict[str, Race]) -> str:
 
 
 def times(heats: tuple[Heat, ...], columns: tuple[Entry, ...], races: dict[str, Race]) -> str:
-    """Medians in us, a heat a row; columns that nobody ran are left out."""
+    """Return medians in us, one heat per row; columns that nobody ran are left out."""
     ran = [heat for heat in heats if heat.title in races]
     kept = [entry for entry in columns if any(entry in races[heat.title].each for heat in ran)]
     rows = []
@@ -101,7 +101,7 @@ def times(heats: tuple[Heat, ...], columns: tuple[Entry, ...], races: dict[str, 
 
 
 def stages(races: dict[str, Race]) -> str:
-    """The third party's sensor: each stage, and the sensor's own functions."""
+    """Return the third party's sensor: each stage, and the sensor's own functions."""
     if (race := races.get(FOREIGN.title)) is None:
         return ""
     found = {entry: race.seconds(entry) for entry in FOREIGN.entries}
@@ -109,7 +109,7 @@ def stages(races: dict[str, Race]) -> str:
 
 
 def growth(found: dict[str, tuple[Entry, dict[int, float]]]) -> str:
-    """Time against what grows, and the power with which it grows from one value to the next."""
+    """Return time against what grows, and the power with which it grows from one value to the next."""
     blocks = []
     for what, (entry, seconds) in found.items():
         values = sorted(seconds)
@@ -120,7 +120,7 @@ def growth(found: dict[str, tuple[Entry, dict[int, float]]]) -> str:
 
 
 def footprint(found: Footprint) -> str:
-    """Import time and memory."""
+    """Return import time and memory."""
     rows = [[name, spread(ratio)] for name, ratio in found.imports.items()]
     times = grid(["CPU time of a process that imports", f"of numpy's {1e3 * found.numpy_seconds.middle:.0f} ms"], rows)
     held = [[n, digits(mb), digits(found.batch[n]) if n in found.batch else ""] for n, mb in found.imported.items()]
@@ -134,7 +134,7 @@ def report(
     light: Footprint | None,
     told: list[str],
 ) -> str:
-    """The whole."""
+    """Return the whole report."""
     sections = {
         "": machine + "\n\n" + "\n".join(f"- {line}" for line in told),
         "### Targets\n\n": targets(races),

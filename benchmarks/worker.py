@@ -1,4 +1,4 @@
-"""A contender in a process of its own: `python -m benchmarks.worker NAME`, one JSON request a line, one JSON answer a line.
+"""A contender in its own process: `python -m benchmarks.worker NAME`, one JSON request and one JSON answer per line.
 
 Requests: {"ask": "answer", ...}, {"ask": "time", "repeats": n, ...} with the problem's figures and the level, and
 {"ask": "memory"}. Time is the process's CPU time, over all its threads.
@@ -23,7 +23,7 @@ SIZES = ("family", "modes", "tracks", "returns", "steps", "axes")
 
 
 def peak() -> float:
-    """The most memory that the process held so far, in MB. Linux counts in `ru_maxrss` what forked it, too."""
+    """Return the process's peak memory so far in MB. Linux's `ru_maxrss` includes the process that forked it."""
     status = Path("/proc/self/status")
     if status.exists():
         return float(status.read_text().partition("VmHWM:")[2].split()[0]) / 1024
@@ -31,7 +31,7 @@ def peak() -> float:
 
 
 def main(name: str) -> None:
-    """Answer until the input ends. What libraries print goes to the standard error."""
+    """Answer until the input ends. What libraries print goes to standard error."""
     answers = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)
 
@@ -75,7 +75,7 @@ def main(name: str) -> None:
                 todo.repeat(request["repeats"])
                 spent = process_time() - before
                 say(seconds=spent, each=spent / (request["repeats"] * posed.work * todo.share))
-        except Exception as error:  # told to whoever asked: the other contenders go on
+        except Exception as error:  # reported to the caller: the other contenders go on
             say(failed=f"{type(error).__name__}: {error}")
     return None
 

@@ -1,4 +1,4 @@
-"""FilterPy, as its documentation uses it. It keeps its state in the filter, so a run begins by setting x and P."""
+"""FilterPy, used as in its documentation. It keeps its state in the filter, so a run begins by setting x and P."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ VERSION = f"FilterPy {version('filterpy')}"
 
 
 def linear(problem: Problem, mode: int) -> KalmanFilter:
-    """Its Kalman filter with the matrices of a mode."""
+    """Return its Kalman filter with the matrices of a mode."""
     made = KalmanFilter(dim_x=4, dim_z=2)
     made.x, made.P, made.F, made.Q = problem.x0.copy(), problem.P0.copy(), problem.F[mode], problem.Q[mode]
     made.H, made.R = problem.H, problem.R

@@ -1,4 +1,4 @@
-"""A sensor as a third party writes it: plain numpy, nothing tuned."""
+"""A sensor as a third party would write it: plain numpy, not tuned."""
 
 from __future__ import annotations
 

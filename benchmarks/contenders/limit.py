@@ -1,4 +1,4 @@
-"""The hardware's limit: `benchmarks/limit`, hand-written for 4 states, 2 measured axes and 3 modes, looping in C."""
+"""The hardware's limit: `benchmarks/limit`, hand-written for 4 states, 2 measured axes and 3 modes, with the loop in C."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ CLUTTER = np.array([P_DETECT, 1 - P_DETECT * P_GATE, DENSITY, GATE])
 
 
 def aligned(values: Any) -> Array:
-    """A copy that starts at a multiple of 64 bytes, as vectors must."""
+    """Return a copy that starts at a multiple of 64 bytes, as vectors must."""
     values = np.asarray(values, dtype=float)
     room = np.empty(values.size + 8)
     first = -room.ctypes.data // 8 % 8
@@ -29,33 +29,33 @@ def aligned(values: Any) -> Array:
 
 
 def call(name: str, *arguments: Array | int) -> None:
-    """Arrays by address, integers as such."""
+    """Call a function of the library, passing arrays by address and integers as they are."""
     given = [ctypes.c_void_p(a.ctypes.data) if isinstance(a, np.ndarray) else ctypes.c_long(a) for a in arguments]
     getattr(LIMIT, name)(*given)
 
 
 def packed(P: Array) -> Array:
-    """The lower triangle (*b, n, n) -> (*b, n (n+1) / 2)"""
+    """Return the lower triangle: (*b, n, n) -> (*b, n (n+1) / 2)."""
     n = P.shape[-1]
     rows, columns = np.tril_indices(n)
     return P[..., rows, columns]
 
 
 def unpacked(flat: Array) -> Array:
-    """(*b, 10) -> (*b, 4, 4)"""
+    """Return the symmetric matrix: (*b, 10) -> (*b, 4, 4)."""
     P = np.empty((*flat.shape[:-1], 4, 4))
     P[..., ROWS, COLUMNS] = P[..., COLUMNS, ROWS] = flat
     return P
 
 
 def model(problem: Problem, mode: int) -> Array:
-    """F, Q, H and R of a mode, in `Model`'s order (37,)."""
+    """Return F, Q, H and R of a mode, in `Model`'s order (37,)."""
     parts = (problem.F[mode].ravel(), packed(problem.Q[mode]), problem.H.ravel(), packed(problem.R))
     return np.concatenate(parts)
 
 
 def belief(problem: Problem) -> Array:
-    """X and P (14,)"""
+    """Return x and P (14,)."""
     return np.concatenate([problem.x0, packed(problem.P0)])
 
 
@@ -106,7 +106,7 @@ def _imm(problem: Problem, name: str) -> Job:
 
 
 def batch(problem: Problem, modes: int, run: Callable[..., None], keep: Array) -> Job:
-    """Tracks in blocks of eight: (blocks, 14 or 15 modes, 8), z (steps, blocks, 2 k, 8). `keep`: what `run` points at."""
+    """Run tracks in blocks of eight: (blocks, 14 or 15 modes, 8), z (steps, blocks, 2 k, 8); `keep`: data of `run`."""
     assert problem.tracks is not None
     blocks, k = -(-problem.tracks // 8), problem.z.shape[-2]
     spare = blocks * 8 - problem.tracks

@@ -14,7 +14,7 @@ VERSION = f"simdkalman {version('simdkalman')}"
 
 
 def kf(problem: Problem) -> Job:
-    """Filtered states and covariances of all series."""
+    """Return filtered states and covariances of all series."""
     made = KalmanFilter(problem.F[0], problem.Q[0], problem.H, problem.R)
     # It takes the initial state as the first scan's prediction.
     x, P = problem.F[0] @ problem.x0, problem.F[0] @ problem.P0 @ problem.F[0].T + problem.Q[0]

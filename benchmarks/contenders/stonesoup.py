@@ -1,4 +1,4 @@
-"""Stone Soup, by its predictors, updaters and associators, as its tutorials use them."""
+"""Stone Soup, with its predictors, updaters and associators used as in its tutorials."""
 
 from __future__ import annotations
 
@@ -38,11 +38,11 @@ BEGIN = datetime(2026, 1, 1)
 
 
 ORDER = [0, 2, 1, 3]
-"""Its models want x, vx, y, vy; the way there and the way back."""
+"""Its models expect x, vx, y, vy: the permutation and its inverse."""
 
 
 def parts(problem: Problem) -> tuple[Any, Any]:
-    """Its transition and measurement models."""
+    """Return its transition and measurement models."""
     per_axis = ConstantVelocity(MODES[0][0] ** 2)
     motion = CombinedLinearGaussianTransitionModel([per_axis, per_axis])
     if polar(problem):
@@ -93,7 +93,7 @@ def filtered(predictor: Any, updater: Any, **options: float) -> Callable[[Proble
 
 
 def by_matrices(problem: Problem) -> Job:
-    """The Kalman filter with F and Q given as matrices: less general than its constant velocity, and faster."""
+    """Run the Kalman filter with F and Q given as matrices: less general than its constant velocity, and faster."""
     F, Q = problem.F[0][ORDER][:, ORDER], problem.Q[0][ORDER][:, ORDER]
     motion = LinearGaussianTimeInvariantTransitionModel(transition_matrix=F, covariance_matrix=Q)
     sensor = parts(problem)[1]

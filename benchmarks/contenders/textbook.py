@@ -1,4 +1,4 @@
-"""Textbook numpy, one track at a time, as one writes it from the equations. The oracle of every other contender."""
+"""Textbook numpy, one track at a time, written straight from the equations. The oracle of every other contender."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ MISS = 1 - P_DETECT * P_GATE
 
 
 def predict(x: Array, P: Array, F: Array, Q: Array) -> tuple[Array, Array]:
-    """Moments one scan later."""
+    """Return the moments one scan later."""
     return F @ x, F @ P @ F.T + Q
 
 
 def update(x: Array, P: Array, nu: Array, H: Array, R: Array) -> tuple[Array, Array, float]:
-    """Posterior, and the likelihood."""
+    """Return the posterior and the likelihood."""
     S = H @ P @ H.T + R
     inverse = inv(S)
     K = P @ H.T @ inverse
@@ -29,7 +29,7 @@ def update(x: Array, P: Array, nu: Array, H: Array, R: Array) -> tuple[Array, Ar
 
 
 def pda(x: Array, P: Array, z: Array, inside: Array, H: Array, R: Array) -> tuple[Array, Array, float]:
-    """Probabilistic data association of the returns (k, 2) that are `inside` the gate; likelihood relative to clutter."""
+    """Run probabilistic data association of the returns (k, 2) `inside` the gate; likelihood relative to clutter."""
     S = H @ P @ H.T + R
     inverse = inv(S)
     K = P @ H.T @ inverse
@@ -43,31 +43,31 @@ def pda(x: Array, P: Array, z: Array, inside: Array, H: Array, R: Array) -> tupl
 
 
 def distances(x: Array, P: Array, z: Array, H: Array, R: Array) -> Array:
-    """Squared Mahalanobis distances of the returns (k,)."""
+    """Return the squared Mahalanobis distances of the returns (k,)."""
     nu = z - H @ x
     squared: Array = np.sum(nu @ inv(H @ P @ H.T + R) * nu, axis=1)
     return squared
 
 
 def moments(weights: Array, xs: list[Array], Ps: list[Array]) -> tuple[Array, Array]:
-    """Mean and covariance of a mixture."""
+    """Return mean and covariance of a mixture."""
     mean = sum(w * x for w, x in zip(weights, xs, strict=True))
     return mean, sum(w * (P + np.outer(x - mean, x - mean)) for w, x, P in zip(weights, xs, Ps, strict=True))
 
 
 def polar(x: Array) -> Array:
-    """Range and bearing."""
+    """Return range and bearing."""
     return np.array([np.hypot(x[0], x[1]), np.arctan2(x[1], x[0])])
 
 
 def polar_slope(x: Array) -> Array:
-    """Their derivative (2, 4)."""
+    """Return their derivative (2, 4)."""
     r = np.hypot(x[0], x[1])
     return np.array([[x[0] / r, x[1] / r, 0, 0], [-x[1] / r**2, x[0] / r**2, 0, 0]])
 
 
 def wrapped(nu: Array) -> Array:
-    """A residual of range and bearing, the short way round."""
+    """Return a residual of range and bearing, wrapped."""
     return np.array([nu[0], (nu[1] + np.pi) % (2 * np.pi) - np.pi])
 
 
@@ -121,7 +121,7 @@ def single_pda(problem: Problem, zs: Array) -> tuple[Array, Array]:
 
 
 def imm(problem: Problem, zs: Array, clutter: bool = False) -> tuple[Array, Array]:
-    """The IMM, with `clutter` the IMM-PDAF: a return is inside if it is so in any mode."""
+    """Run the IMM, or with `clutter` the IMM-PDAF: a return is inside the gate if it is inside that of any mode."""
     r, H, R = problem.modes, problem.H, problem.R
     mu, xs, Ps = np.full(r, 1 / r), [problem.x0] * r, [problem.P0] * r
     for z in zs:
@@ -144,7 +144,7 @@ def imm_pdaf(problem: Problem, zs: Array) -> tuple[Array, Array]:
 
 
 def gnn(problem: Problem) -> Answer:
-    """The assignment of least total cost, a track and a return at a time up to scipy's solver."""
+    """Find the assignment of least total cost: one track and return at a time, then scipy's solver."""
     from scipy.optimize import linear_sum_assignment
 
     H, R, z = problem.H, problem.R, problem.z[0]
@@ -179,7 +179,7 @@ FILTERS: dict[str, Filter] = {
 
 
 def solve(problem: Problem) -> Answer:
-    """What every contender must find."""
+    """Return what every contender must find."""
     if problem.family == "gnn":
         return gnn(problem)
     tracks: Iterator[Array] = iter([problem.z] if problem.tracks is None else [problem.z[:, i] for i in problem.probe])
@@ -190,7 +190,7 @@ def solve(problem: Problem) -> Answer:
 def _job(problem: Problem) -> Job:
     if problem.tracks is None or problem.family == "gnn":
         return Job(lambda: solve(problem), lambda found: found)
-    chosen = range(min(problem.tracks, 8))  # a loop over more of them takes as long for each
+    chosen = range(min(problem.tracks, 8))  # in a loop the cost per track does not depend on their number
 
     def loop() -> list[tuple[Array, Array]]:
         return [FILTERS[problem.family](problem, problem.z[:, i]) for i in chosen]

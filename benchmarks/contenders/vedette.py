@@ -1,4 +1,4 @@
-"""Vedette: through `Tracker.step`, through its estimators' calls, and by its kernels alone."""
+"""Vedette: through `Tracker.step`, through its estimators' methods, and by its kernels alone."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ SURE = 1 - 1e-12
 
 
 def tracker_of(problem: Problem) -> vedette.Tracker:
-    """Composed as a user does."""
+    """Build the tracker as a user does."""
     family = problem.family
     motions: list[dict[str, Any]] = [
         {"kind": "known_turn", "turn_rate": turn, "sigma_accel": accel}
@@ -55,7 +55,7 @@ def tracker_of(problem: Problem) -> vedette.Tracker:
 
 
 def prior_of(problem: Problem) -> Gaussian:
-    """(*b, t, n)"""
+    """Return the prior (*b, t, n)."""
     shape: tuple[int, ...] = (1,) if problem.tracks is None else (problem.tracks, 1)
     if problem.family == "gnn":
         shape = (len(problem.x0),)
@@ -64,14 +64,14 @@ def prior_of(problem: Problem) -> Gaussian:
 
 
 def chosen(problem: Problem, found: Gaussian) -> Answer:
-    """Of one target, of all of a crowd's, or of those that a batch is probed at."""
+    """Return the answer of one target, of all targets of a crowd, or of a batch's probed tracks."""
     if problem.tracks is None or problem.family == "gnn":
         return found.mean, found.cov
     return found.mean[list(problem.probe), 0], found.cov[list(problem.probe), 0]
 
 
 def step(problem: Problem) -> Job:
-    """Scan in, tracks out."""
+    """Run scan in, tracks out."""
     tracker = tracker_of(problem)
     begin = tracker.start(prior_of(problem), 0.0)
     scans = [Scan(i + 1.0, "radar", Detections.of(z)) for i, z in enumerate(problem.z)]
@@ -87,7 +87,7 @@ def step(problem: Problem) -> Job:
 
 
 def estimator(problem: Problem) -> Job:
-    """Predict, evaluate, update, with beliefs that are values."""
+    """Run predict, evaluate, update on beliefs."""
     tracker, rng = tracker_of(problem), np.random.default_rng(0)
     filtering, sensor = tracker.estimator, tracker.sensors["radar"]
     begin = filtering.start(prior_of(problem), filtering.state, rng)
@@ -104,7 +104,7 @@ def estimator(problem: Problem) -> Job:
 
 
 def stage(name: str) -> Any:
-    """One of the three stages, over and over on the same belief."""
+    """Run one of the three stages repeatedly on the same belief."""
 
     def job(problem: Problem) -> Job:
         tracker, rng = tracker_of(problem), np.random.default_rng(0)
@@ -123,7 +123,7 @@ def stage(name: str) -> Any:
 
 
 def own(problem: Problem) -> Job:
-    """What the sensor's own functions take in a step: the part of `estimator` that is not Vedette's."""
+    """Time the sensor's own functions in a step: the part of `estimator` that is not Vedette's."""
     sensor = tracker_of(problem).sensors["radar"]
     x: Array = problem.x0[None, :2]
 
@@ -137,7 +137,7 @@ def own(problem: Problem) -> Job:
 
 
 def repeated(problem: Problem, once: Any) -> Job:
-    """As often as the problem has steps; it is checked that the whole of which it is a part solves the problem."""
+    """Run it as often as the problem has steps, after checking that the whole of which it is a part solves the problem."""
 
     def run() -> None:
         for _ in range(problem.steps):

@@ -1,4 +1,4 @@
-"""Vedette's kernels alone: a call a stage, and fused where one kernel does the whole step."""
+"""Vedette's kernels alone: one call per stage, and fused where one kernel does the whole step."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from vedette import kernels
 
 WHICH = f"kernels: {kernels.RUNNING}"
 CHUNK = 2_000
-"""Tracks that go through all stages of a scan together, where a batch is taken in chunks that stay in the cache."""
+"""Tracks that pass through all stages of a scan together, where a batch is split into chunks that stay in the cache."""
 
 
 @dataclass(frozen=True)
 class Pipeline:
-    """A filter on arrays: its start for so many tracks (none: one target), one scan, and what of its state is checked.
+    """A filter on arrays: its start for a number of tracks (None: one target), one scan, and the checked part of its state.
 
-    `single`: it takes one return a scan. `online`: a loop over scans, the step written out, where a call more would show.
+    `single`: it takes one return a scan. `online`: a loop over scans with the step inlined, where a call more would show.
     """
 
     start: Callable[[int | None], Any]
@@ -31,7 +31,7 @@ class Pipeline:
     online: Callable[[Any, list[Any]], Any] | None = None
 
     def job(self, problem: Problem, chunk: int | None) -> Job:
-        """All tracks at once, or chunk by chunk within each scan."""
+        """Run all tracks at once, or chunk by chunk within each scan."""
         size, step = problem.tracks, self.step
         zs = [np.ascontiguousarray(z[..., 0, :]) if self.single else z for z in problem.z]
         if size is None:
@@ -68,7 +68,7 @@ def _one(x: Any, P: Any) -> Answer:
 
 
 def prior(problem: Problem, size: int | None) -> tuple[Any, Any]:
-    """Mean (*b, n) and covariance (*b, n, n)."""
+    """Return mean (*b, n) and covariance (*b, n, n)."""
     if size is None:
         return problem.x0.copy(), problem.P0.copy()
     return np.tile(problem.x0, (size, 1)), np.tile(problem.P0, (size, 1, 1))
@@ -94,7 +94,7 @@ def kf(problem: Problem) -> Pipeline:
 
 
 def fused(problem: Problem) -> Pipeline:
-    """Both in one kernel."""
+    """Predict and update in one kernel."""
     F, Q, H, R, filter_step = problem.F[0], problem.Q[0], problem.H, problem.R, kernels.filter_step
 
     def step(state: Any, z: Any) -> Any:
@@ -111,7 +111,7 @@ def fused(problem: Problem) -> Pipeline:
 
 
 def imm(problem: Problem) -> Pipeline:
-    """Interaction, prediction, update, and all modes together; the modes are an axis of the arrays."""
+    """Mix, predict, update, and combine all modes, which are an axis of the arrays."""
     F, Q, H, R, change = np.stack(problem.F), np.stack(problem.Q), problem.H, problem.R, np.log(problem.switching)
     mix, predict, update, combine = kernels.imm_mix, kernels.predict, kernels.update, kernels.imm_combine
 
@@ -127,7 +127,7 @@ def imm(problem: Problem) -> Pipeline:
 
 
 def imm_pdaf(problem: Problem) -> Pipeline:
-    """The same with the returns of a scan."""
+    """Run the same with the returns of a scan."""
     F, Q, H, R, change = np.stack(problem.F), np.stack(problem.Q), problem.H, problem.R, np.log(problem.switching)
     mix, predict, update, combine = kernels.imm_mix, kernels.predict, kernels.pda_update, kernels.imm_combine
     log_density = float(np.log(DENSITY))
@@ -144,7 +144,7 @@ def imm_pdaf(problem: Problem) -> Pipeline:
 
 
 def modes_of(problem: Problem, size: int | None) -> Any:
-    """log_prob (*b, r), xs (*b, r, n), Ps (*b, r, n, n), and no mixture yet."""
+    """Return log_prob (*b, r), xs (*b, r, n), Ps (*b, r, n, n), and no mixture yet."""
     x0, P0 = prior(problem, size)
     r, shape = problem.modes, x0.shape[:-1]
     xs, Ps = np.repeat(x0[..., None, :], r, axis=-2), np.repeat(P0[..., None, :, :], r, axis=-3)
@@ -152,7 +152,7 @@ def modes_of(problem: Problem, size: int | None) -> Any:
 
 
 def levels(pipeline: Callable[[Problem], Pipeline], name: str) -> dict[str, Callable[[Problem], Job]]:
-    """The level of this name, and the same in chunks."""
+    """Return the level of this name, and the same in chunks."""
     return {
         name: lambda problem: pipeline(problem).job(problem, None),
         f"{name} in chunks": lambda problem: pipeline(problem).job(problem, CHUNK),

@@ -1,4 +1,4 @@
-"""Compile the limit for this very processor: `python -m benchmarks.limit.build` prints where the library is."""
+"""Compile the limit for this processor: `python -m benchmarks.limit.build` prints the path of the library."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ FLAGS = [
 
 
 def library() -> Path:
-    """The compiled library, made anew where the sources changed; OSError without a compiler."""
+    """Return the compiled library, rebuilt where the sources changed; OSError without a compiler."""
     compiler = os.environ.get("CXX") or shutil.which("g++") or shutil.which("clang++")
     if compiler is None:
         raise OSError("no C++ compiler (g++ or clang++) on the path")
