@@ -14,7 +14,7 @@
 >>> tracker.estimate(state).mean.round(0).tolist(), state.confirmed.tolist()
 ([[115.0, 50.0, 7.0, 0.0]], [True])
 
-Names are imported when they are first used, so that `import vedette` costs nothing.
+Names are imported when first used, so that `import vedette` costs nothing.
 """
 
 from importlib import import_module

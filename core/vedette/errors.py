@@ -1,4 +1,4 @@
-"""What can go wrong, said once: each error names the place, what is wrong there and what would be right."""
+"""What can go wrong: each error names the place, what is wrong there and what would be right."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from attrs import frozen
 
 @frozen
 class Problem:
-    """Something in a config or an input that was not used: where it stands, what is wrong, how many rows it cost."""
+    """Something in a config or an input that was not used: its place, and what is wrong with it."""
 
     place: str
     text: str
@@ -20,7 +20,7 @@ class Problem:
 
 
 class VedetteError(Exception):
-    """The base of all errors that are the user's to mend; a command prints them without a traceback."""
+    """The base of all errors that the user can put right; a command prints them without a traceback."""
 
 
 class ConfigError(VedetteError, ValueError):
@@ -31,7 +31,7 @@ class ConfigError(VedetteError, ValueError):
         super().__init__("\n".join(map(str, self.problems)))
 
     def within(self, place: str) -> ConfigError:
-        """Return the same problems, of a part that stands at `place`."""
+        """Return the same problems for a part at `place`."""
         return ConfigError(Problem(f"{place}.{problem.place}", problem.text) for problem in self.problems)
 
 
@@ -40,7 +40,7 @@ class InputError(VedetteError, ValueError):
 
 
 class ScanRefused(VedetteError, ValueError):
-    """A scan that the tracker did not take; the tracker is as it was before."""
+    """A scan that the tracker did not accept; the tracker is as it was before."""
 
 
 class PluginError(VedetteError):

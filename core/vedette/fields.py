@@ -1,4 +1,4 @@
-"""Parameters of components: an attrs field with a unit, a range and a sentence. The class is the only schema.
+"""Parameters of components: an attrs field with a unit, limits and a sentence. The class is the only schema.
 
 >>> from attrs import frozen
 >>> @frozen
@@ -9,7 +9,7 @@ Traceback (most recent call last):
     ...
 ValueError: sigma_accel: must be > 0, got -3 m/s^2
 
-`field.metadata["read"]` turns a raw value into the parameter or raises ValueError without the name: what a config walks.
+`field.metadata["read"]` turns a raw value into the parameter or raises ValueError without the name: configs use it.
 A default of None makes a parameter optional: it may then be None.
 """
 
@@ -36,7 +36,7 @@ _LIMITS: dict[str, tuple[str, Callable[[float, float], bool]]] = {
 
 
 def _field(read: Callable[[Any], Any], default: Any, unit: str, doc: str, eq: Any = None, **more: Any) -> Any:
-    """Return an attrs field whose every value goes through `read`."""
+    """Return an attrs field whose every value is converted by `read`."""
 
     def read_optional(value: Any) -> Any:
         return None if value is None and default is None else read(value)
@@ -189,7 +189,7 @@ def array(
 
 
 def _numeric(value: Any) -> bool:
-    """Return whether nothing in nested lists is a truth value or a text, which numpy would take for numbers."""
+    """Tell whether nested lists hold neither booleans nor strings, which numpy would convert to numbers."""
     if isinstance(value, list | tuple):
         return all(map(_numeric, value))
     return np.asarray(value).dtype.kind in "iufO"  # O: an integer too large for numpy, judged next

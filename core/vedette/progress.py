@@ -1,4 +1,4 @@
-"""How far something is: what shows it wraps what is looped over, in commands and in Python alike."""
+"""Progress display: it wraps a loop, in commands and in Python alike."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ T = TypeVar("T")
 
 
 class Progress(Protocol):
-    """Wraps what is looped over, with a word on what it is, and gives it out item by item as the work goes on."""
+    """Wraps the items of a loop, with a word on what they are, and yields them one by one as the work goes on."""
 
     def __call__(self, items: Sequence[T], about: str, /) -> Iterable[T]: ...
 

@@ -1,4 +1,4 @@
-"""What a published study gives when it is run anew: tables with errors, verdicts on its claims, data of its figures.
+"""The result of reproducing a published study: tables with errors, verdicts on its claims, data of its figures.
 
 Plain values; `vedette.report.reproduction` prints and draws them.
 """
@@ -22,7 +22,7 @@ Verdict = Literal["reproduced", "not reproduced", "not testable"]
 
 @frozen
 class Cell:
-    """One figure of a table: measured, with its Monte-Carlo standard error, and as published; None where there is none."""
+    """One figure of a table: measured, with its Monte Carlo standard error, and as published; None where there is none."""
 
     measured: float | None
     error: float | None = None
@@ -39,13 +39,13 @@ class Table:
     note: str = ""
 
     def cell(self, row: str, column: str) -> Cell:
-        """The cell of a row and a column by their names."""
+        """Return the cell of a row and a column by their names."""
         return dict(self.rows)[row][self.columns.index(column)]
 
 
 @frozen
 class Claim:
-    """What a paper states, whether the study bears it out, and why."""
+    """What a paper states, whether the study confirms it, and why."""
 
     text: str
     verdict: Verdict
@@ -56,7 +56,7 @@ class Claim:
 class Curve:
     """Points x (s,), y (s,) with a label; as a line, one with its points marked, a dashed line or dots.
 
-    `colour`: the n-th; default: that of its place.
+    `colour`: the n-th; default: by its position.
     `doubt` (s,) is half the height of a band around it.
     """
 
@@ -91,7 +91,7 @@ class Chart:
 
 @frozen(eq=False)
 class Findings:
-    """All that came of a study. `machine` depends on the machine: run times, to which no law applies."""
+    """All results of a study. `machine` depends on the machine: run times, to which no law applies."""
 
     title: str
     runs: int
@@ -103,7 +103,7 @@ class Findings:
 
 
 class Reproduction(Component):
-    """A published study, run anew: its scenario, its filters by their configs, its figures, and what becomes of its claims.
+    """A published study, reproduced: its scenario, its filters as configs, its figures, and verdicts on its claims.
 
     Laws: the same runs and seed give the same result, to the last bit.
     """
@@ -112,15 +112,15 @@ class Reproduction(Component):
     """The paper."""
 
     default_runs: ClassVar[int]
-    """How many Monte-Carlo runs it takes unless told otherwise."""
+    """Default number of Monte Carlo runs."""
 
     @abstractmethod
     def run(self, runs: int, seed: int, progress: Progress) -> Findings:
-        """Run all of it; `progress` wraps its loops."""
+        """Run the whole study; `progress` wraps its loops."""
 
 
 def mean_cell(values: Array, published: float | None = None, scale: float = 1.0) -> Cell:
-    """Mean of one value a run (r,) times `scale`, with its standard error; no figure without runs."""
+    """Return the mean of one value per run (r,) times `scale`, with its standard error; no figure without runs."""
     runs = len(values)
     if runs == 0:
         return Cell(None, None, published)
@@ -129,7 +129,7 @@ def mean_cell(values: Array, published: float | None = None, scale: float = 1.0)
 
 
 def rms_cell(squares: Array, published: float | None = None) -> Cell:
-    """Root of the mean of squared errors (r, s), one row a run; its error from the spread of the runs' means."""
+    """Return the root of the mean of squared errors (r, s), one row per run; its error from the spread of run means."""
     mean = mean_cell(np.mean(squares, axis=-1))
     if mean.measured is None:
         return Cell(None, None, published)
@@ -138,7 +138,7 @@ def rms_cell(squares: Array, published: float | None = None) -> Cell:
 
 
 def ratio_cell(over: Array, under: Array, published: float | None = None) -> Cell:
-    """Ratio of two RMS errors on the same runs, from squared errors (r, s) and (r, u); standard error by linearisation."""
+    """Return the ratio of two RMS errors on the same runs, from squared errors (r, s), (r, u); error by linearisation."""
     a, b = np.mean(over, axis=-1), np.mean(under, axis=-1)
     if len(a) == 0 or np.mean(b) == 0:
         return Cell(None, None, published)
@@ -148,9 +148,9 @@ def ratio_cell(over: Array, under: Array, published: float | None = None) -> Cel
 
 
 def two_point(first: Gaussian, second: Gaussian, dt: float) -> Gaussian:
-    """Position and velocity from two positions (*b, d) that are `dt` s apart: mean (*b, 1, 2d), the track's axis added.
+    """Start position and velocity from two positions (*b, d) `dt` s apart: mean (*b, 1, 2d), the track's axis added.
 
-    v = (z2 - z1)/T; cov = [R2 R2/T; R2/T (R1 + R2)/T^2]: what the two say, and nothing of what the target did between.
+    v = (z2 - z1)/T; cov = [R2 R2/T; R2/T (R1 + R2)/T^2]: the information in both, ignoring process noise in between.
     """
     d = first.mean.shape[-1]
     mean = np.concatenate([second.mean, (second.mean - first.mean) / dt], axis=-1)
@@ -162,7 +162,7 @@ def two_point(first: Gaussian, second: Gaussian, dt: float) -> Gaussian:
 
 
 def over_axes(prior: Gaussian, space: Space, state: Space, rest: Mapping[str, tuple[float, float]]) -> Gaussian:
-    """A prior over `space` as one over `state`, whose further axes have the [mean, standard deviation] of `rest`."""
+    """Extend a prior over `space` to `state`, whose further axes have the [mean, standard deviation] of `rest`."""
     n = len(state)
     mean, cov = np.zeros((*prior.mean.shape[:-1], n)), np.zeros((*prior.mean.shape[:-1], n, n))
     known = [name for name in state.names if name in space]

@@ -1,7 +1,7 @@
 """The contract: the four roles and their laws. Those that support them are in `vedette.supporting`.
 
 A component is a final frozen attrs class that holds parameters only and names its `kind`. Its methods are pure functions of
-arrays with any leading batch axes `*b`; randomness comes through the Generator handed in. A result that does not depend on
+arrays with any leading batch axes `*b`; randomness comes from the Generator passed in. A result that does not depend on
 the state may lack the batch axes: it broadcasts. Time steps `dt` are in s and never negative.
 """
 
@@ -18,7 +18,7 @@ from vedette.space import NO_AXES, Array, Mask, Space
 from vedette.types import Detections, Frame, Gaussian, Innovation, Pose
 
 CONTRACT = 2
-"""The version of this page. A plugin module states `VEDETTE_CONTRACT = 2`; the registry sets another aside."""
+"""The version of this contract. A plugin module states `VEDETTE_CONTRACT = 2`; the registry sets any other aside."""
 
 B = TypeVar("B")
 """An estimator's belief: attrs values, tuples and arrays, every array leading with (*b, t)."""
@@ -45,24 +45,24 @@ class MotionModel(Component):
     @property
     @abstractmethod
     def state(self) -> Space:
-        """The axes that this model owns."""
+        """The axes of this model."""
 
     @property
     def zero_variance(self) -> Space:
-        """The part of `state` that has no variance and is moved by rules: a heading, a last position."""
+        """The part of `state` that has no variance and is set by rules: a heading, a last position."""
         return NO_AXES
 
     @abstractmethod
     def move(self, x: Array, dt: float) -> Array:
-        """(*b, n) -> (*b, n)"""
+        """Return the state `dt` s later: (*b, n) -> (*b, n)."""
 
     def jacobian(self, x: Array, dt: float) -> Array:
-        """(*b, n) -> (*b, n, n) or (n, n)"""
+        """Return F, the derivative of `move`: (*b, n) -> (*b, n, n) or (n, n)."""
         return numerical_jacobian(lambda y: self.move(y, dt), x, self.state.difference)
 
     @abstractmethod
     def noise(self, x: Array, dt: float) -> Array:
-        """(*b, n) -> (*b, n, n) or (n, n)"""
+        """Return Q: (*b, n) -> (*b, n, n) or (n, n)."""
 
     def reframe(self, own: Gaussian, combined: Gaussian) -> Gaussian:
         """Return the belief `own` in the frame of the `combined` estimate, for models whose frame turns with their target.
@@ -74,7 +74,7 @@ class MotionModel(Component):
 
 
 class Sensor(Component):
-    """How a state is seen, z = h(x) + v, v ~ N(0, R(x)), over the state axes that it looks at.
+    """How a state is measured, z = h(x) + v, v ~ N(0, R(x)), over the state axes that it observes.
 
     Laws: noise is positive definite. jacobian is the derivative of measure, residuals unwrapped. 0 <= detects <= 1.
     `x` (*b, n) holds the axes of `observes` in their order, whatever else the estimator carries.
@@ -92,35 +92,35 @@ class Sensor(Component):
 
     @abstractmethod
     def measure(self, x: Array) -> Array:
-        """(*b, n) -> (*b, m)"""
+        """Return the expected measurement h(x): (*b, n) -> (*b, m)."""
 
     def jacobian(self, x: Array) -> Array:
-        """(*b, n) -> (*b, m, n) or (m, n)"""
+        """Return H, the derivative of `measure`: (*b, n) -> (*b, m, n) or (m, n)."""
         return numerical_jacobian(self.measure, x, self.measurement.difference)
 
     @abstractmethod
     def noise(self, x: Array) -> Array:
-        """(*b, n) -> (*b, m, m) or (m, m)"""
+        """Return R: (*b, n) -> (*b, m, m) or (m, m)."""
 
     @abstractmethod
     def detects(self, x: Array) -> Array:
-        """Detection probability (*b, n) -> (*b) or ()"""
+        """Return the detection probability: (*b, n) -> (*b) or ()."""
 
     @abstractmethod
     def clutter(self, z: Array) -> Array:
-        """Clutter density per scan in 1 / volume of the measurement space, (*b, k, m) -> (*b, k) or ()"""
+        """Return the clutter density per scan in 1 / volume of the measurement space: (*b, k, m) -> (*b, k) or ()."""
 
     @property
     def optional(self) -> Mapping[str, float]:
-        """Measured axes that a return may lack, each with the length over which clutter spreads there, uniformly."""
+        """Measured axes that a return may lack, each with the length of the interval over which clutter is uniform there."""
         return {}
 
     def invert(self, z: Array, noise: Array | None = None) -> Gaussian:
-        """What one return alone says about `observes`: (*b, m) -> mean (*b, n), cov (*b, n, n). Starts tracks."""
+        """Return the moments of `observes` given one return: (*b, m) -> mean (*b, n), cov (*b, n, n). Starts tracks."""
         raise NotImplementedError(f"one return of {self.kind!r} does not give a position, so it cannot start a track")
 
     def at(self, pose: Pose) -> Sensor:
-        """The same sensor standing at `pose`."""
+        """Return the same sensor placed at `pose`."""
         raise NotImplementedError(f"sensor {self.kind!r} cannot be placed on a moving platform")
 
 
@@ -135,12 +135,12 @@ class Associator(Component):
 
     @property
     def solves(self) -> str:
-        """What it finds exactly up to 4 tracks and 4 returns: the "marginals" or the "best" of all associations, or ""."""
+        """What it solves exactly up to 4 tracks and 4 returns: the "marginals" or the "best" of all associations, or ""."""
         return ""
 
     @property
     def approximates(self) -> bool:
-        """Whether some weights may be less exact than the kind promises: `approximated` then says which."""
+        """Whether some weights may be less exact than the kind promises; `approximated` then states which."""
         return False
 
     def approximated(self, scores: Array) -> Mask:
@@ -149,17 +149,17 @@ class Associator(Component):
 
     @abstractmethod
     def associate(self, scores: Array, evidence: Array | None) -> Array:
-        """Log scores (*b, t, 1+k), column 0 the miss, and evidence (*b, 1, k) -> weights (*b, t, 1+k)"""
+        """Return weights (*b, t, 1+k) from log scores (*b, t, 1+k), column 0 the miss, and evidence (*b, 1, k)."""
 
 
 class Estimator(Component, Generic[B]):
-    """A belief about the state of each track, and how time and returns change it. It owns its motion.
+    """A belief about the state of each track, and how time and returns change it. It holds its motion model.
 
     Laws: if exact_when_linear, it equals conditioning the joint Gaussian. Every covariance stays symmetric positive
     definite by construction. A scan without returns is k = 0.
 
-    What it can do is declared, and a wrapper forwards what it wraps: `draws`, that it takes numbers from `rng` (any other is
-    handed one that refuses); `reframes`, that `reframe` is to be called before each prediction; `takes_frames`, that
+    Capabilities are declared, and a wrapper forwards what it wraps: `draws`, that it takes numbers from `rng` (any other is
+    given one that refuses); `reframes`, that `reframe` is to be called before each prediction; `takes_frames`, that
     `evaluate` takes a camera's frame; `gaussian_belief`, that its belief is its moments, as `vedette.filters.GaussianFilter`
     defines `start` and `moments`, which are then final.
     """
@@ -186,7 +186,7 @@ class Estimator(Component, Generic[B]):
 
     @abstractmethod
     def start(self, prior: Gaussian, axes: Space, rng: np.random.Generator) -> B:
-        """A belief from a Gaussian over `axes`, which hold at least those of `state`."""
+        """Return a belief from a Gaussian over `axes`, which hold at least those of `state`."""
 
     def reframe(self, belief: B, combined: Gaussian) -> B:
         """Return the belief in the frame of the `combined` estimate over `state`.
@@ -202,22 +202,22 @@ class Estimator(Component, Generic[B]):
 
     @abstractmethod
     def evaluate(self, belief: B, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
-        """What a scan says about the predicted belief; a frame is one return. Does not gate; P_D enters here."""
+        """Return the innovation of the predicted belief and a scan; a frame is one return. Does not gate; includes P_D."""
 
     @abstractmethod
     def update(self, belief: B, innovation: Innovation, weights: Array) -> B:
-        """The posterior under association weights (*b, t, 1+k)."""
+        """Return the posterior under association weights (*b, t, 1+k)."""
 
     @abstractmethod
     def moments(self, belief: B) -> Gaussian:
-        """Mean and covariance over `state`."""
+        """Return mean and covariance over `state`."""
 
     def mode_prob(self, belief: B) -> Array | None:
-        """(*b, t, r) for a mixture of modes, else None."""
+        """Return the mode probabilities (*b, t, r) of a mixture, else None."""
         return None
 
     def cross_covariance(self, belief: B, dt: float) -> Array:
-        """Covariance (*b, t, n, n) of the state now (rows) and `dt` s later (columns), dt > 0. Smoothing asks for it."""
+        """Return the covariance (*b, t, n, n) of the state now (rows) and `dt` s later (columns), dt > 0, for smoothing."""
         raise NotImplementedError(f"{self.kind!r} does not state how the state of one moment goes with that of another")
 
     def smooth_step(self, belief: B, later: B, dt: float, rng: np.random.Generator) -> B:

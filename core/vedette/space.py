@@ -14,9 +14,9 @@ from attrs import Factory, field, frozen
 from numpy.typing import NDArray
 
 Array = NDArray[np.floating[Any]]
-"""Real numbers in double precision, any shape; a docstring says which."""
+"""Real numbers in double precision, any shape, which the docstring states."""
 Mask = NDArray[np.bool_]
-"""Truth values, any shape."""
+"""Booleans, any shape."""
 
 
 Periods = tuple[tuple[int, float], ...]
@@ -24,11 +24,11 @@ Periods = tuple[tuple[int, float], ...]
 
 
 def wrapped(x: Array, periods: Periods) -> Array:
-    """`x` (*b, n) with each axis of `periods`, index and period, in [-period/2, period/2); a copy only if there is one."""
+    """Return `x` (*b, n) with each axis of `periods`, index and period, in [-period/2, period/2); a copy if there is any."""
     if periods:
         x = x.copy()
         for i, period in periods:
-            # No whole turn is subtracted from a value that is already inside: it stays as it is, to the last bit.
+            # No whole turn is subtracted from a value that is already inside: it stays bit-identical.
             half = period / 2
             near = x[..., i] - period * np.rint(x[..., i] / period)
             x[..., i] = np.where(near < half, np.maximum(near, -half), -half)
@@ -36,7 +36,7 @@ def wrapped(x: Array, periods: Periods) -> Array:
 
 
 class SpaceError(ValueError):
-    """Axes that are asked for are not there, or two spaces disagree about an axis."""
+    """Requested axes are missing, or two spaces state an axis differently."""
 
 
 @frozen
@@ -101,7 +101,7 @@ class Space:
         return tuple(self._index)
 
     def locate(self, part: Space) -> list[int]:
-        """Where the axes of `part` stand in this space; SpaceError, with both lists, if one is missing or another here."""
+        """Return the indices of the axes of `part`; SpaceError, with both lists, if one is missing or different here."""
         index = self._index
         try:
             where = [index[axis.name] for axis in part.axes]
@@ -113,28 +113,28 @@ class Space:
         return where
 
     def union(self, other: Space) -> Space:
-        """The axes of both, this space's first; SpaceError if they state one axis differently."""
+        """Return the axes of both, this space's first; SpaceError if they state one axis differently."""
         for axis in other.axes:
             if axis.name in self and self.axes[self._index[axis.name]] != axis:
                 raise SpaceError(f"axis {axis} is {self.axes[self._index[axis.name]]} elsewhere")
         return Space(self.axes + tuple(axis for axis in other.axes if axis.name not in self))
 
     def canonical(self, x: Array) -> Array:
-        """`x` (*b, n) with each periodic axis wrapped to [-period/2, period/2); a copy only if one is."""
+        """Return `x` (*b, n) with each periodic axis wrapped to [-period/2, period/2); a copy only if one is."""
         return wrapped(x, self.periods)
 
     def difference(self, a: Array, b: Array) -> Array:
-        """`a` minus `b` (*b, n), the short way round on periodic axes."""
+        """Return `a` minus `b` (*b, n), wrapped on periodic axes."""
         return self.canonical(a - b)
 
     def displace(self, x: Array, step: Array) -> Array:
-        """`x` (*b, n) moved by `step` (*b, n), canonical."""
+        """Return `x` (*b, n) moved by `step` (*b, n), canonical."""
         return self.canonical(x + step)
 
     def mean(self, points: Array, weights: Array) -> tuple[Array, Array]:
-        """Mean (*b, n) of `points` (*b, s, n) under `weights` (*b, s), and each point's difference to it.
+        """Return the mean (*b, n) of `points` (*b, s, n) under `weights` (*b, s), and each point's difference from it.
 
-        Around the first point, so it is right on a circle while the points span less than half of it.
+        It is taken around the first point, so it is right on a circle while the points span less than half of it.
         """
         if not self.periods:
             mean: Array = (weights[..., None, :] @ points)[..., 0, :]

@@ -1,4 +1,4 @@
-"""The values that flow through a tracker: frozen, batch axes first, tracks next.
+"""The values that pass through a tracker: frozen, batch axes first, tracks next.
 
 Shapes: `*b` any batch axes (runs), `t` tracks, `k` returns, `n` state axes, `m` measured axes.
 """
@@ -77,10 +77,10 @@ class Detections:
     """What one sensor reported in one scan.
 
     z         (*b, k, m)   over the sensor's measurement space
-    valid     (*b, k)      False pads a batch whose runs have unlike counts
+    valid     (*b, k)      False pads a batch whose runs have different counts
     evidence  (*b, k)      log-likelihood ratio target : clutter of the detection stage, given that it reported
-    noise     (*b, k, m, m) a return's own covariance; else the sensor's holds
-    missing   (*b, k, m)   True where a return lacks a component: its z and noise are not looked at
+    noise     (*b, k, m, m) a return's own covariance; otherwise the sensor's applies
+    missing   (*b, k, m)   True where a return lacks a component: its z and noise are ignored
     """
 
     z: Array = field(converter=_z)
@@ -112,12 +112,12 @@ def _as_time(value: Any) -> float:
 
 @frozen(eq=False)
 class Frame:
-    """One image of a camera: `pixels` (*b, h, w) in counts, row first; a NaN pixel is one that says nothing.
+    """One image of a camera: `pixels` (*b, h, w) in counts, row first; a NaN pixel carries no information.
 
     The pixel in column i and row j covers the unit square around x = i, y = j, in px; x points right and y down. `corner`
-    (*b, 2) or (2,): x and y of the first pixel where the image is a window of a larger one; else 0, 0. `geometry` is how
+    (*b, 2) or (2,): x and y of the first pixel if the image is a window of a larger one; else 0, 0. `geometry` is how
     pixels lie in the world, as plain data for the preprocessor that reads it. A radar picture in colour is (3, h, w): its
-    channels lead as runs do. A frame is one return, without evidence and with nothing missing.
+    channels come first, as runs do. A frame is one return, without evidence and with nothing missing.
     """
 
     evidence: ClassVar[None] = None
@@ -141,7 +141,7 @@ class Pose:
 
 @frozen(eq=False)
 class Scan:
-    """One look of one sensor: time in s, the sensor's name in the tracker, what it saw, where it stood.
+    """One scan of one sensor: time in s, the sensor's name in the tracker, its detections, its pose.
 
     A camera's scan brings a `frame`, and then no detections.
     """
@@ -154,19 +154,19 @@ class Scan:
 
     @classmethod
     def image(cls, time: float, sensor: str, frame: Frame) -> Scan:
-        """The scan of a camera."""
+        """Make the scan of a camera."""
         return cls(time, sensor, Detections.of([], 2), frame=frame)
 
 
 @frozen(eq=False)
 class Innovation:
-    """What a scan says about predicted tracks, before anything is associated.
+    """How a scan compares with predicted tracks, before association.
 
     loglik      (*b, t, 1+k)  column 0: log(1 - P_D P_G); column i: log P_D + log p(z_i | track)
     distance    (*b, t, k)    squared Mahalanobis distance, the least over modes (union gate)
     log_volume  (*b, t)       log sqrt|S|, the largest over modes
     nis         (*b, t, k)    squared distance expected over modes given the return: its mean is m on matched truth
-    detail      what the estimator that made it needs to update it
+    detail      what the estimator that made it needs for `update`
     """
 
     loglik: Array
@@ -178,7 +178,7 @@ class Innovation:
 
 @frozen(eq=False)
 class Newborn:
-    """Tracks that start at returns of a scan: `returns` (j,), their places in it, the prior (j, n), existence (j,)."""
+    """Tracks that start at returns of a scan: `returns` (j,), their indices in it, the prior (j, n), existence (j,)."""
 
     returns: NDArray[np.intp]
     prior: Gaussian
@@ -187,13 +187,13 @@ class Newborn:
 
 @frozen(eq=False)
 class Review:
-    """What a scan said about the tracks, for those who judge them; all (*b, t) but the time.
+    """A scan's results for the tracks, for the lifecycle; all (*b, t) but the time.
 
     dt            time since the last scan, in s
     existence     after the scan
     hit           probability that a return was the track's
     p_detect      probability with which the sensor should have detected it
-    spread        largest standard deviation of its position, in m; None unless the lifecycle asked for it
+    spread        largest standard deviation of its position, in m; None unless the lifecycle needs it
     """
 
     dt: float
@@ -213,7 +213,7 @@ class Trajectory:
     states: Array
 
     def at(self, time: float) -> Array | None:
-        """State (n,) at `time`, or None outside the recorded span."""
+        """Return the state (n,) at `time`, or None outside the recorded span."""
         if not self.times[0] <= time <= self.times[-1]:
             return None
         i = int(np.clip(np.searchsorted(self.times, time) - 1, 0, max(len(self.times) - 2, 0)))
@@ -225,7 +225,7 @@ class Trajectory:
 
 @frozen(eq=False)
 class Track:
-    """One track's history in one run: `id` belongs to its tracker. `s` is the number of scans it lived.
+    """One track's history in one run: `id` is unique in its tracker. `s` is the number of scans it lived.
 
     times (s,) s, mean (s, n), cov (s, n, n), confirmed (s,), existence (s,), mode_prob (s, r) or None,
     weights: per scan (1+k,), column 0 the miss; nis (s,) the weighted squared distance, hit (s,) = 1 - weights[0]
@@ -246,7 +246,7 @@ class Track:
 
 @frozen(eq=False)
 class LazyScans(Sequence[Scan]):
-    """Scans that are made when they are asked for, each time anew: `make(i)` gives the i-th of `length`.
+    """Scans that are made on demand, each time anew: `make(i)` gives the i-th of `length`.
 
     For pictures, which do not all fit into memory.
     """

@@ -28,7 +28,7 @@ def spellings(unit: str) -> tuple[str, ...]:
 
 
 def say(value: float, unit: str = "1") -> str:
-    """Return a number as a message shows it, with its unit unless that is 1."""
+    """Format a number for a message, with its unit unless that is 1."""
     number = f"{value:.6g}"
     return number if unit in ("1", "") else f"{number} {unit}"
 

@@ -11,7 +11,7 @@ T = TypeVar("T", bound=attrs.AttrsInstance)
 
 try:
     from vedette._values import Maker
-except ImportError:  # nothing is compiled here: see `vedette info`
+except ImportError:  # not compiled here: see `vedette info`
     Maker = None  # type: ignore[assignment, misc]
 
 COMPILED = Maker is not None
@@ -19,10 +19,10 @@ COMPILED = Maker is not None
 
 
 def maker(cls: type[T]) -> Callable[..., T]:
-    """A function of all fields of an attrs class, in order, that makes its values as calling `cls` would.
+    """Return a function of all fields of an attrs class, in order, that makes its values as calling `cls` would.
 
-    `cls` must have slots and a constructor that does no more than store its arguments. Where nothing is compiled it is
-    `cls` itself; compiled, a value costs a fifth.
+    `cls` must have slots and a constructor that only stores its arguments. If nothing is compiled it is
+    `cls` itself; compiled, a value takes a fifth of the time.
     """
     if Maker is None:
         return cls

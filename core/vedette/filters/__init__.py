@@ -1,15 +1,15 @@
-"""What the author of an estimator builds on.
+"""Building blocks for the author of an estimator.
 
 An estimator derives from `vedette.Estimator`, or from one of the bases here that leave less to define:
 
 - `OverMotion`: one motion model, whose axes and frame are the estimator's.
-- `GaussianFilter`: the belief is a mean and a covariance; `predict` and `evaluate` are left open.
-- `PointFilter`: a Gaussian filter by sigma points, of which only `kappa` is open.
+- `GaussianFilter`: the belief is a mean and a covariance; `predict` and `evaluate` are left to define.
+- `PointFilter`: a Gaussian filter by sigma points, of which only `kappa` is left to define.
 
 Predicting: `predict_linearised` by the motion's derivative; `predicted` for loops outside the tracker, which also calls
 `reframe` where that is declared. Evaluating: `evaluate_linearised` and `evaluate_frame` do all of it; `prepare` gives
-residuals and noises that already stand for what each detection brought, noises of its own and missing components,
-`evaluate_each` and `make_innovation` go on from there. `Hypotheses` is the detail that `GaussianFilter.update` reads.
+residuals and noises that already account for each detection's own noise and missing components, from which
+`evaluate_each` and `make_innovation` continue. `Hypotheses` is the detail that `GaussianFilter.update` reads.
 `Memo` keeps the matrices of linear models. Particles: `Particles` and the functions on them.
 """
 

@@ -1,4 +1,4 @@
-"""Whether a class keeps to what it declares: what others rely on without asking must not be overridden."""
+"""Whether a class keeps its declarations: what others rely on without asking must not be overridden."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from vedette.roles import Component, Estimator, MotionModel
 
 
 def contradiction(cls: type[Component]) -> str:
-    """Return how the methods of a class contradict what it declares, or ""."""
+    """Return how the methods of a class contradict its declarations, or ""."""
     if issubclass(cls, Estimator) and cls.gaussian_belief is True:
         for name in ("start", "moments"):
             if getattr(cls, name) is not getattr(GaussianFilter, name):

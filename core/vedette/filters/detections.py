@@ -1,4 +1,4 @@
-"""Detections made ready for a filter: residuals, noises of their own, components that are missing."""
+"""Detections prepared for a filter: residuals, their own noises, missing components."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from vedette.types import Detections, Innovation
 
 @frozen(eq=False)
 class Prepared:
-    """The detections of a scan against predicted tracks, so that a filter need not ask what each detection brought.
+    """The detections of a scan against predicted tracks, so that a filter need not ask what each detection holds.
 
     residuals     (*b, t, k, m)        detection minus expectation, 0 for a missing component
     noise         (*b, 1|t, 1|k, m, m) the detection's own or the sensor's; a missing component has variance 1, uncorrelated
-    log_constant  (*b, 1, k) or 0      to be added to the logarithm of a Gaussian over all m components: what the missing
-                                       ones took from it
+    log_constant  (*b, 1, k) or 0      to be added to the log of a Gaussian over all m components, to correct for the
+                                       missing ones
     present       (*b, 1, k, m)        which components there are; None if all
 
-    Of states that are points (*b, t, p, n), an axis p comes before the components in all of them.
+    For states that are points (*b, t, p, n), an axis p comes before the components in all of them.
     """
 
     sensor: Sensor
@@ -34,7 +34,7 @@ class Prepared:
     present: Mask | None
 
     def residuals_from(self, expected: Array) -> Array:
-        """Return the residuals (*b, t, k, m) from what each track expects of each detection by itself (*b, t, k, m)."""
+        """Return the residuals (*b, t, k, m) from what each track expects of each detection separately (*b, t, k, m)."""
         return self._known(self.sensor.measurement.difference(self.z, expected))
 
     def rows(self, slope: Array) -> Array:
@@ -91,7 +91,7 @@ def present_noise(R: Array, present: Mask) -> Array:
 def make_innovation(
     sensor: Sensor, x: Array, p_gate: float, loglik: Array, distance: Array, log_volume: Array, detail: Any
 ) -> Innovation:
-    """Return what a scan says about tracks, with the detection probability at `x` (*b, t, n), the axes that are observed.
+    """Return the innovation of tracks, with the detection probability at `x` (*b, t, n), the axes that the sensor observes.
 
     loglik (*b, t, k): log density of each detection; squared distance (*b, t, k); log_volume (*b, t, 1|k): log sqrt|S|.
     """

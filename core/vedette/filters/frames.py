@@ -1,4 +1,4 @@
-"""What a camera's frame says about tracks, taken as one detection each."""
+"""Evaluation of a camera's frame, taken as one detection for each track."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from vedette.types import Frame, Gaussian, Innovation
 def evaluate_frame(
     belief: Gaussian, state: Space, sensor: Sensor, frame: Frame, p_gate: float, passes: int = 1, least: float = 0.0
 ) -> Innovation:
-    """Return what a frame says about each track, as one detection, linearised anew in each of up to `passes` passes.
+    """Return the innovation of a frame and each track, as one detection, linearised again in each of up to `passes` passes.
 
     With p = H x the apparent position, S = H P H', e how far the point of linearisation is from the expected one, and
     q = g + J e: x+ = x- + P H' (I + J S)^-1 q, P+ in Joseph's form with the gain K = P H' (I + J S)^-1 J. No inverse of J is
@@ -59,6 +59,6 @@ def evaluate_frame(
 
 
 def _times(matrix: Array, vector: Array) -> Array:
-    """(*b, p, q) times (*b, q) -> (*b, p)"""
+    """Multiply (*b, p, q) by (*b, q): (*b, p)."""
     product: Array = (matrix @ vector[..., None])[..., 0]
     return product

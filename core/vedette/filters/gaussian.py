@@ -1,4 +1,4 @@
-"""Filters whose belief is a mean and a covariance: they differ in how they predict and in what a scan says to them."""
+"""Filters whose belief is a mean and a covariance: they differ in how they predict and evaluate."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ new_hypotheses = maker(Hypotheses)
 
 @frozen
 class GaussianFilter(OverMotion[Gaussian]):
-    """A filter over one motion model whose belief is a mean and a covariance; it leaves `predict` and `evaluate` open.
+    """A filter over one motion model whose belief is a mean and a covariance; `predict` and `evaluate` are left to define.
 
     `evaluate` must give `Hypotheses` as the innovation's detail, unless the filter has its own `update`. `start` and
-    `moments` are final: a filter that needs its own sets `gaussian_belief = False`, and mixtures then ask it.
+    `moments` are final: a filter that needs its own sets `gaussian_belief = False`, and mixtures then call it.
     """
 
     gaussian_belief: ClassVar[bool] = True
@@ -59,7 +59,7 @@ class GaussianFilter(OverMotion[Gaussian]):
         return new_gaussian(mean, cov)
 
     def moments(self, belief: Gaussian) -> Gaussian:
-        """Return the belief: it is its moments."""
+        """Return the belief itself, which is its moments."""
         return belief
 
     def cross_covariance(self, belief: Gaussian, dt: float) -> Array:
@@ -68,7 +68,7 @@ class GaussianFilter(OverMotion[Gaussian]):
 
 
 def marginal(prior: Gaussian, axes: Space, state: Space, zero_variance: Space) -> Gaussian:
-    """Return what a Gaussian over `axes` says of `state`; the axes `zero_variance` lose their variance."""
+    """Return the marginal over `state` of a Gaussian over `axes`; the axes `zero_variance` lose their variance."""
     if axes is state and not zero_variance:
         return prior
     own = axes.locate(state)

@@ -1,4 +1,4 @@
-"""Prediction and evaluation by the derivatives of motion and sensor at the mean, as the Kalman filters do it."""
+"""Prediction and evaluation by the derivatives of motion and sensor at the mean, as in Kalman filters."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from vedette.types import Detections, Frame, Gaussian, Innovation, new_gaussian,
 def predict_linearised(belief: Gaussian, motion: MotionModel, dt: float, memo: Memo | None = None) -> Gaussian:
     """Return the belief `dt` > 0 s later, by the motion's derivative at each track's mean: P- = F P F' + Q.
 
-    `memo`: the filter's own, so that the matrices of a linear motion are taken once per dt.
+    `memo`: the filter's own, so that the matrices of a linear motion are computed once per dt.
     """
     x = belief.mean
     if motion.linear:
@@ -26,9 +26,9 @@ def predict_linearised(belief: Gaussian, motion: MotionModel, dt: float, memo: M
 def evaluate_linearised(
     belief: Gaussian, state: Space, sensor: Sensor, observed: Detections | Frame, p_gate: float, memo: Memo | None = None
 ) -> Innovation:
-    """Return what a scan says about each track, by the sensor's derivative at the track's mean; its detail is `Hypotheses`.
+    """Return the innovation of each track, by the sensor's derivative at the track's mean; its detail is `Hypotheses`.
 
-    `state`: the axes of `belief`. `memo`: the filter's own, so that the matrices of a linear sensor are taken once.
+    `state`: the axes of `belief`. `memo`: the filter's own, so that the matrices of a linear sensor are computed once.
     """
     if not isinstance(observed, Detections):
         return evaluate_frame(belief, state, sensor, observed, p_gate)
@@ -52,9 +52,9 @@ def evaluate_linearised(
 
 
 def evaluate_each(belief: Gaussian, detections: Prepared, H: Array, x: Array, p_gate: float) -> Innovation:
-    """Return what prepared detections say, with a derivative H (*b, t, 1|k, m, n) over the whole state for each of them.
+    """Return the innovation of prepared detections, with a derivative H (*b, t, 1|k, m, n) over the whole state for each.
 
-    `x` (*b, t, n): the axes that the sensor observes, where its detection probability is taken.
+    `x` (*b, t, n): the axes that the sensor observes, at which its detection probability is evaluated.
     """
     loglik, distance, log_volume, shift, post = kernels.evaluate(
         belief.cov[..., None, :, :],

@@ -1,4 +1,4 @@
-"""What a filter need not compute twice: the matrices of linear models, which do not depend on the state."""
+"""A cache of what a filter need not compute twice: the matrices of linear models, which do not depend on the state."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from vedette.roles import MotionModel, Sensor
 from vedette.space import Array, Periods, Space
 
 _MOST = 256
-"""Entries of each kind; beyond, all are forgotten: recordings have a few time steps, platforms a new sensor every scan."""
+"""Entries of each kind; beyond, all are dropped: recordings have few time steps, but platforms a new sensor every scan."""
 
 
 @frozen(eq=False)
 class SensorConstants:
-    """How a state is seen by one sensor; None where that depends on the state.
+    """How one sensor observes a state; None where that depends on the state.
 
     where: index of the sensor's axes into states (*b, n); H (m, n) over the whole state, R (1, 1, m, m), detection
     probability; periods: index and period of measured axes that wrap.
@@ -31,22 +31,22 @@ class SensorConstants:
 
     @classmethod
     def of(cls, state: Space, sensor: Sensor, mean: Array) -> SensorConstants:
-        """Take the constants of states like `mean` (*b, t, n)."""
+        """Take the constants for states like `mean` (*b, t, n)."""
         axes = _as_slice(state.locate(sensor.observes))
         where = (..., axes)
         x = mean[where]
         slope, R, p = sensor.jacobian(x) if sensor.linear else None, sensor.noise(x), np.asarray(sensor.detects(x))
         H = embedded(slope, axes, len(state)) if slope is not None and slope.ndim == 2 else None
-        # A result without the batch's axes is one that does not depend on the state: the contract says so.
+        # A result without the batch's axes does not depend on the state: the contract says so.
         constant = R[None, None] if R.ndim == 2 else None
         return cls(sensor, where, H, constant, float(p) if p.ndim == 0 else None, sensor.measurement.periods)
 
 
 @final
 class Memo:
-    """One filter's memory of the matrices of its motion and its sensors. It saves time and changes no result.
+    """A filter's cache of the matrices of its motion and its sensors. It saves time and changes no result.
 
-    steps: time step in s to F and Q, where those are known; last: the look that was asked for last; frame: the state's
+    steps: time step in s to F and Q, if known; last: the most recent request; frame: the state's
     periods, and its zero-variance axes.
     """
 
@@ -73,7 +73,7 @@ class Memo:
         return self.frame
 
     def constants(self, state: Space, sensor: Sensor, mean: Array) -> SensorConstants:
-        """Return how `sensor` sees states like `mean` (*b, t, n)."""
+        """Return how `sensor` observes states like `mean` (*b, t, n)."""
         found = self._constants.get(id(sensor))
         if found is None or found.sensor is not sensor:
             found = SensorConstants.of(state, sensor, mean)
@@ -83,7 +83,7 @@ class Memo:
 
 
 def embedded(slope: Array, where: slice | list[int], n: int) -> Array:
-    """Return a derivative with respect to the axes `where` of `n` axes: (*b, m, p) -> (*b, m, n), zeros elsewhere."""
+    """Embed a derivative with respect to the axes `where` among `n` axes: (*b, m, p) -> (*b, m, n), zeros elsewhere."""
     if slope.shape[-1] == n and where == slice(0, n):
         return slope
     H = np.zeros((*slope.shape[:-1], n))
@@ -92,14 +92,14 @@ def embedded(slope: Array, where: slice | list[int], n: int) -> Array:
 
 
 def _as_slice(where: list[int]) -> slice | list[int]:
-    """Return axes that stand side by side as a slice, which costs no copy."""
+    """Return adjacent axes as a slice, which needs no copy."""
     if where and where == list(range(where[0], where[0] + len(where))):
         return slice(where[0], where[0] + len(where))
     return where
 
 
 def keep(table: dict[Any, Any], key: float, value: Any) -> None:
-    """Enter a value into a table that never grows without bound."""
+    """Enter a value into a table of bounded size."""
     if len(table) >= _MOST:
         table.clear()
     table[key] = value

@@ -1,4 +1,4 @@
-"""What an estimator over one motion model need not define, and how it is predicted."""
+"""The base of estimators over one motion model, and their prediction outside a tracker."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ B = TypeVar("B")
 
 @frozen
 class OverMotion(Estimator[B], Generic[B]):
-    """An estimator whose state is that of its one motion model, and that turns its frame where the motion does."""
+    """An estimator whose state is that of its one motion model, and that reframes if the motion does."""
 
     @property
     @abstractmethod
@@ -35,7 +35,7 @@ class OverMotion(Estimator[B], Generic[B]):
 
     @property
     def reframes(self) -> bool:  # type: ignore[override]  # a class variable elsewhere: here it depends on the motion
-        """Whether the motion does."""
+        """Whether the motion reframes."""
         return self.motion.reframes
 
     def smooth_step(self, belief: B, later: B, dt: float, rng: np.random.Generator) -> B:
@@ -57,7 +57,7 @@ class OverMotion(Estimator[B], Generic[B]):
 def predicted(estimator: Estimator[B], belief: B, dt: float, rng: np.random.Generator) -> B:
     """Return the belief `dt` s later, in the frame of its own estimate if the estimator `reframes`.
 
-    For the outermost estimator, as the tracker predicts it: a mixture re-expresses the beliefs of its modes itself.
+    For the outermost estimator, as the tracker predicts it: a mixture reframes the beliefs of its modes itself.
     """
     if estimator.reframes and dt > 0:
         belief = estimator.reframe(belief, estimator.moments(belief))

@@ -1,4 +1,4 @@
-"""What particle filters share: weighted points, their moments, resampling, and what detections say to each point."""
+"""The common part of particle filters: weighted points, their moments, resampling, and likelihoods at points."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ class Particles:
 
 
 def check_particle_motion(motion: MotionModel) -> None:
-    """ValueError for a model whose beliefs are re-expressed on the way: it does so for Gaussians only."""
+    """Raise ValueError for a model that reframes beliefs: it does so for Gaussians only."""
     if motion.reframes:
         raise ValueError(f"motion: {motion.kind!r} turns its frame with its target, which particles cannot follow")
 
 
 def draw_particles(prior: Gaussian, count: int, state: Space, rng: np.random.Generator) -> Particles:
-    """Return points of equal weight with just the prior's mean and covariance: draws, whitened by their own moments."""
+    """Return points of equal weight with exactly the prior's mean and covariance: draws, whitened by their own moments."""
     standard = rng.standard_normal((*prior.mean.shape[:-1], count, prior.mean.shape[-1]))
     standard -= np.mean(standard, axis=-2, keepdims=True)
     spread = np.swapaxes(standard, -1, -2) @ standard / count
@@ -77,7 +77,7 @@ def points_at(points: Array, index: NDArray[np.intp]) -> Array:
 
 
 def point_likelihoods(points: Array, state: Space, sensor: Sensor, detections: Detections, p_gate: float) -> Array:
-    """Return the log likelihood of a miss (column 0) and of every detection at every point: (*b, t, 1+k, p)"""
+    """Return the log likelihood of a miss (column 0) and of every detection at every point: (*b, t, 1+k, p)."""
     x = points[..., state.locate(sensor.observes)]
     ready = prepare(sensor, detections, sensor.measure(x), sensor.noise(x), points=True)
     nu, root = ready.residuals, np.linalg.cholesky(ready.noise)
@@ -111,9 +111,9 @@ def particle_innovation(
 
 
 def log_association(likelihoods: Array, loglik: Array, weights: Array) -> Array:
-    """Return log of sum_i W_i l_i(x) / l_i, by which association weighs every point x: (*b, t, p)
+    """Return log of sum_i W_i l_i(x) / l_i, the factor by which association reweights every point x: (*b, t, p).
 
-    likelihoods (*b, t, 1+k, p), loglik and association weights (*b, t, 1+k). Where nothing is possible, 0 as if not seen.
+    likelihoods (*b, t, 1+k, p), loglik and association weights (*b, t, 1+k). Where nothing is possible, 0 as if undetected.
     """
     with np.errstate(divide="ignore"):
         log_share = np.log(weights) - np.where(np.isfinite(loglik), loglik, 0.0)

@@ -1,4 +1,4 @@
-"""Filters that carry a belief through motion and sensor by points: the unscented filter and its kin."""
+"""Filters that propagate a belief through motion and sensor by points: the unscented filter and its relatives."""
 
 from __future__ import annotations
 
@@ -47,14 +47,14 @@ class PointFilter(GaussianFilter):
         return Gaussian(mean, kernels.symmetric(spread) + self.motion.noise(belief.mean, dt))
 
     def cross_covariance(self, belief: Gaussian, dt: float) -> Array:
-        """Return the covariance (*b, t, n, n) of the points and of where they move."""
+        """Return the covariance (*b, t, n, n) between the points and their predictions."""
         offsets, weights = self.offsets(belief)
         points = self.state.displace(belief.mean[..., None, :], offsets)
         _, apart = self.state.mean(self.motion.move(points, dt), weights)
         return np.swapaxes(offsets * weights[:, None], -1, -2) @ apart
 
     def evaluate(self, belief: Gaussian, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
-        """Return what each detection says about each track, by the moments of the points' measurements."""
+        """Return the innovation of each detection and track, by the moments of the points' measurements."""
         assert isinstance(observed, Detections)
         where = self.state.locate(sensor.observes)
         dx, weights = self.offsets(belief)

@@ -1,4 +1,4 @@
-"""Whether a filter's covariance is the size of its errors: statistics, their bands, and verdicts in words.
+"""Whether a filter's covariance fits its errors: statistics, their bands, and verdicts in words.
 
 Pure functions of arrays. `r` runs, `s` scans, `n` state axes, `m` measured axes, `*b` any batch axes. A verdict's figure is
 scaled so that 1 (a covariance's scale) or 0 (a mean, a correlation) is expected; its `alpha` is the false-alarm probability
@@ -16,9 +16,9 @@ from vedette.space import Array, Mask
 
 @frozen
 class Verdict:
-    """A figure against the band [low, high], which that of a right filter leaves with probability `alpha` at most.
+    """A figure against the band [low, high], which that of a correct filter leaves with probability `alpha` at most.
 
-    `error` is the figure's standard error where runs tell it; `text` says what follows, in words.
+    `error` is the figure's standard error where runs give one; `text` states the conclusion in words.
     """
 
     name: str
@@ -37,7 +37,7 @@ class Verdict:
 
 @frozen
 class Estimate:
-    """A mean over runs and its standard error, None where there is one run only."""
+    """A mean over runs and its standard error, None if there is one run only."""
 
     value: float
     error: float | None
@@ -55,23 +55,23 @@ class Credibility:
 
 
 def nees(error: Array, cov: Array) -> Array:
-    """Normalised estimation error squared e' P^-1 e: (*b, n), (*b, n, n) -> (*b). Axes without variance are skipped.
+    """Return the normalised estimation error squared e' P^-1 e, skipping axes without variance: (*b, n), (*b, n, n) -> (*b).
 
-    The same of an innovation and its covariance is the NIS. Chi-square with `free_axes(cov)` degrees of freedom where the
-    filter is linear, Gaussian and right.
+    That of an innovation and its covariance is the NIS. It is chi-square with `free_axes(cov)` degrees of freedom if the
+    filter is linear, Gaussian and correct.
     """
     squares: Array = np.sum(kernels.whiten(error, cov) ** 2, axis=-1)
     return squares
 
 
 def free_axes(cov: Array) -> Array:
-    """How many axes have variance: (*b, n, n) -> (*b)"""
+    """Count the axes that have variance: (*b, n, n) -> (*b)."""
     count: Array = np.sum(np.diagonal(cov, axis1=-2, axis2=-1) > 0, axis=-1, dtype=float)
     return count
 
 
 def gate_truncation(axes: Array | int, gate_probability: float) -> Array:
-    """Mean NIS of returns inside a gate, over that of all: P(chi2_{m+2} < g) / P(chi2_m < g), `axes` m any shape.
+    """Return the mean NIS of returns inside a gate over that of all: P(chi2_{m+2} < g) / P(chi2_m < g), m of any shape.
 
     As x f_m(x) = m f_{m+2}(x), the mean of chi2_m below g is m P(chi2_{m+2} < g) / P(chi2_m < g).
     """
@@ -83,11 +83,11 @@ def gate_truncation(axes: Array | int, gate_probability: float) -> Array:
 
 
 def pooled_nis(nis: Array, hit: Array, axes: Array | int, gate_probability: float = 1.0) -> Array:
-    """Sum of the weighted NIS over what is expected of it: 1 on matched truth. (*b, s) -> (*b), NaN where all is missed.
+    """Return the sum of the weighted NIS over its expectation: 1 on matched truth. (*b, s) -> (*b), NaN where all is missed.
 
     nis (*b, s) is sum_i w_i nis_i over a scan's returns, hit (*b, s) is sum_i w_i, and `axes` (s,) or one number are the
     measured axes. As w_i is the probability that return i is the target's, both sums are expectations over which return it
-    is: their ratio needs no choice of a return. Chi-square holds only where all weights are 0 or 1 by knowledge.
+    is: their ratio requires no choice of a return. Chi-square holds only if all weights are known to be 0 or 1.
     """
     expected = np.sum(hit * axes * gate_truncation(axes, gate_probability), axis=-1)
     total = np.sum(nis, axis=-1)
@@ -96,7 +96,7 @@ def pooled_nis(nis: Array, hit: Array, axes: Array | int, gate_probability: floa
 
 
 def autocorrelation(innovation: Array, cov: Array, lags: int, valid: Mask | None = None) -> tuple[Array, Array]:
-    """Autocorrelation (lags,) at lag 1 ... lags of innovations (*b, s, m), and the number (lags,) of products in each.
+    """Return the autocorrelation (lags,) at lag 1 ... of innovations (*b, s, m), and the number (lags,) of products in each.
 
     rho_l = sum u_k'u_{k+l} / sqrt(sum u_k'u_k sum u_{k+l}'u_{k+l}), u whitened by `cov` (*b, s, m, m), over the pairs of
     scans that both have a return (`valid` (*b, s)). White innovations: mean 0, variance 1 / number, whatever their scale.
@@ -117,16 +117,16 @@ def autocorrelation(innovation: Array, cov: Array, lags: int, valid: Mask | None
 
 
 def normalised_error(error: Array, cov: Array) -> Array:
-    """Each axis' error over its own standard deviation: (*b, n), (*b, n, n) -> (*b, n), 0 on axes without variance."""
+    """Return each axis' error over its standard deviation: (*b, n), (*b, n, n) -> (*b, n), 0 on axes without variance."""
     variance = np.diagonal(cov, axis1=-2, axis2=-1)
     return np.where(variance > 0, error, 0.0) / np.sqrt(np.where(variance > 0, variance, 1.0))
 
 
 def noncredibility(error: Array, cov: Array) -> Credibility:
-    """The noncredibility and inclination indices, 10 mean |log10 rho| and 10 mean log10 rho, in dB.
+    """Return the noncredibility and inclination indices, 10 mean |log10 rho| and 10 mean log10 rho, in dB.
 
     rho = e' P^-1 e / e' S^-1 e with S the mean square error matrix over the runs: error (*b, r, n), cov (*b, r, n, n).
-    S comes from the same runs, so `index` of a right filter is above 0 by about 3.5 sqrt(2 / r).
+    S comes from the same runs, so `index` of a correct filter is above 0 by about 3.5 sqrt(2 / r).
     Li, Zhao, Measuring Estimator's Credibility: Noncredibility Index, Int. Conf. on Information Fusion, 2006.
     """
     error = np.where(np.diagonal(cov, axis1=-2, axis2=-1) > 0, error, 0.0)
@@ -139,7 +139,7 @@ def noncredibility(error: Array, cov: Array) -> Credibility:
 
 
 def mean_over_runs(values: Array) -> Estimate:
-    """The mean of one value a run (r,), the runs independent, with its standard error."""
+    """Return the mean of one value per run (r,), the runs independent, with its standard error."""
     runs = np.asarray(values, dtype=float)
     if runs.ndim != 1 or not len(runs) or not np.all(np.isfinite(runs)):
         raise ValueError(f"values: must be one finite number a run, got shape {runs.shape} with {_bad(runs)} not finite")
@@ -148,7 +148,7 @@ def mean_over_runs(values: Array) -> Estimate:
 
 
 def chi_square_band(dof: float, alpha: float) -> tuple[float, float]:
-    """Two-sided band of a chi-square sum with `dof` degrees of freedom in total, over `dof`: around 1.
+    """Return the two-sided band of a chi-square sum with `dof` degrees of freedom in total, over `dof`: around 1.
 
     For the average of N values of n degrees each, dof = N n. The half-width is about z sqrt(2 / dof).
     """
@@ -160,10 +160,10 @@ def chi_square_band(dof: float, alpha: float) -> tuple[float, float]:
 
 
 def chi_square_verdict(name: str, values: Array, dof: Array | float, alpha: float) -> Verdict:
-    """Average of independent chi-square values over their degrees of freedom `dof` (one number, or one a value).
+    """Judge the average of independent chi-square values over their degrees of freedom `dof` (one number, or one each).
 
     For the NEES of a linear-Gaussian filter at one time over runs, or its NIS over runs and scans; not for NEES pooled over
-    time, whose values depend on one another.
+    time, whose values are dependent.
     """
     values = np.asarray(values, dtype=float)
     if not values.size or not np.all(np.isfinite(values)):
@@ -175,17 +175,17 @@ def chi_square_verdict(name: str, values: Array, dof: Array | float, alpha: floa
 
 
 def run_mean_verdict(name: str, values: Array, low: float, high: float, alpha: float) -> Verdict:
-    """Whether one value a run (r,), scaled to 1, contradicts that its mean lies in the equivalence band [low, high].
+    """Judge whether one value per run (r,), scaled to 1, contradicts that its mean lies in the equivalence band [low, high].
 
     The band is widened by Student's quantile of the standard error, so a filter whose mean is in it alarms with
-    probability alpha at most (the mean of runs taken as normal: have 100 runs and more where alpha is small).
+    probability alpha at most (the mean over runs is taken as normal: use 100 runs or more where alpha is small).
     """
     mean, reach = _mean_and_reach(values, alpha)
     return _run_mean(name, mean, low - reach, high + reach, alpha, (low, high))
 
 
 def equivalence_verdict(name: str, values: Array, low: float, high: float, alpha: float) -> Verdict:
-    """Whether one value a run (r,), scaled to 1, proves that its mean lies in the equivalence band [low, high].
+    """Judge whether one value per run (r,), scaled to 1, proves that its mean lies in the equivalence band [low, high].
 
     The band is narrowed by Student's quantile of the standard error: a filter whose mean is outside of it passes with
     probability alpha at most. Too few runs narrow it to nothing (low > high): never inside, and the text says so.
@@ -198,7 +198,7 @@ def equivalence_verdict(name: str, values: Array, low: float, high: float, alpha
 
 
 def whiteness_verdict(innovation: Array, cov: Array, lags: int, alpha: float, valid: Mask | None = None) -> Verdict:
-    """The autocorrelation of innovations that stands out most, of those at lag 1 ... lags; shapes as `autocorrelation`."""
+    """Judge the autocorrelation of innovations that stands out most, at lag 1 ... lags; shapes as in `autocorrelation`."""
     from scipy.special import ndtri
 
     rho, count = autocorrelation(innovation, cov, lags, valid)
@@ -213,7 +213,7 @@ def whiteness_verdict(innovation: Array, cov: Array, lags: int, alpha: float, va
 
 
 def bias_verdict(error: Array, cov: Array, axes: tuple[str, ...], alpha: float) -> Verdict:
-    """The mean error, in standard deviations, of the axis where it stands out most; error (r, n), cov (r, n, n).
+    """Judge the mean error, in standard deviations, of the axis where it stands out most; error (r, n), cov (r, n, n).
 
     Judged by Student's t with the errors' own spread, so a covariance of the wrong size alone raises no alarm here.
     """
@@ -231,7 +231,7 @@ def bias_verdict(error: Array, cov: Array, axes: tuple[str, ...], alpha: float) 
 
 
 def calibration_verdicts(error: Array, cov: Array, axes: tuple[str, ...], alpha: float) -> tuple[Verdict, ...]:
-    """Each axis' mean squared error over its variance, at one time over runs; error (r, n), cov (r, n, n).
+    """Judge each axis' mean squared error over its variance, at one time over runs; error (r, n), cov (r, n, n).
 
     Chi-square with r degrees of freedom where the filter is linear and Gaussian; `alpha` is shared among the axes. Axes
     without variance are left out.
@@ -246,7 +246,7 @@ def _bad(values: Array) -> int:
 
 
 def _mean_and_reach(values: Array, alpha: float) -> tuple[Estimate, float]:
-    """The mean over runs, and how far the true one may be from it, two-sided."""
+    """Return the mean over runs, and how far the true one may be from it, two-sided."""
     from scipy.special import stdtrit
 
     mean = mean_over_runs(values)
@@ -262,7 +262,7 @@ def _run_mean(name: str, mean: Estimate, low: float, high: float, alpha: float, 
 
 
 def _scale(figure: float, low: float, high: float) -> str:
-    """In words: what a squared error of `figure` times what the covariance says means for the covariance."""
+    """Say in words what a squared error of `figure` times its covariance means for the covariance."""
     within = f"{figure:.3g} of what is expected, band {low:.3g} to {high:.3g}"
     if low <= figure <= high:
         return within

@@ -1,4 +1,4 @@
-"""Which track stands for which true object, scan by scan, and what follows for losses and switches."""
+"""Which track covers which true object, scan by scan, and the losses and switches that follow."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from vedette.space import Array, Mask
 
 Indices = NDArray[np.integer[Any]]
 NONE = -1
-"""The covering track of a truth that none covers."""
+"""The covering track of a true object that none covers."""
 
 
 def covering(distance: Sequence[Array], present: Sequence[Indices], tracks: int, radius: float) -> Indices:
-    """The track that covers each truth at each scan, (s, j), NONE where none does.
+    """Return the track that covers each true object at each scan, (s, j), NONE where none does.
 
-    Per scan: `distance` (j, t) in m, infinite for a truth that is not there, and which of the `tracks` its columns are,
-    `present` (t,). A track covers at most one truth. First, a truth keeps the track that covered it last, if that has
-    covered no other since and is still within `radius` in m. Then as many as possible of the rest are paired within
+    Per scan: `distance` (j, t) in m, infinite for an object that does not exist then, and which of the `tracks` its columns
+    are, `present` (t,). A track covers at most one object. First, an object keeps the track that covered it last, if that
+    has covered no other since and is still within `radius` in m. Then as many as possible of the rest are paired within
     `radius`, at the least sum of distances. This is the matching of the CLEAR measures:
     Bernardin, Stiefelhagen, Evaluating Multiple Object Tracking Performance, EURASIP J. Image and Video Processing, 2008.
     """
@@ -42,18 +42,18 @@ def covering(distance: Sequence[Array], present: Sequence[Indices], tracks: int,
 
 
 def switches(cover: Indices) -> int:
-    """How often one truth's covering track (s,) is another than the one that covered it last."""
+    """Count how often the track (s,) that covers an object differs from the last one that did."""
     return int(np.count_nonzero(np.diff(cover[cover != NONE])))
 
 
 def is_lost(covered: Mask, scans: int) -> bool:
-    """Whether an object, there in the scans of `covered` (s,), was never found, or was later left for `scans` in a row."""
+    """Return whether an object was never covered in the scans of `covered` (s,), or later not for `scans` in a row."""
     found = np.flatnonzero(covered)
     return not found.size or int(np.max(np.diff(found, append=len(covered)))) > scans
 
 
 def _nearest(apart: Array, allowed: Mask) -> Mask:
-    """The one-to-one pairs among those `allowed` (j, t): as many as can be, then at the least sum of distances."""
+    """Return one-to-one pairs among those `allowed` (j, t): as many as possible, then at the least sum of distances."""
     from scipy.optimize import linear_sum_assignment
 
     chosen = np.zeros(allowed.shape, dtype=bool)

@@ -26,13 +26,13 @@ class Gospa:
 
 
 def distances(truth: Array, estimates: Array) -> Array:
-    """Euclidean distance of every truth to every estimate: (j, d), (t, d) -> (j, t)"""
+    """Return the Euclidean distance of every true object to every estimate: (j, d), (t, d) -> (j, t)."""
     apart: Array = np.sqrt(np.sum((truth[:, None, :] - estimates[None, :, :]) ** 2, axis=-1))
     return apart
 
 
 def gospa(distance: Array, cutoff: float, order: float = 2.0) -> Gospa:
-    """Generalised OSPA with alpha = 2, of `distance` (j, t) in m: the least over pairings of
+    """Return the generalised OSPA with alpha = 2, of `distance` (j, t) in m: the least over pairings of
 
     ( sum over pairs d^p + c^p / 2 (missed truths + false estimates) )^(1/p).
 
@@ -47,7 +47,7 @@ def gospa(distance: Array, cutoff: float, order: float = 2.0) -> Gospa:
 
 
 def ospa(distance: Array, cutoff: float, order: float = 2.0) -> float:
-    """Optimal sub-pattern assignment distance in m, of `distance` (j, t) in m; 0 where both sets are empty.
+    """Return the optimal sub-pattern assignment distance in m, of `distance` (j, t) in m; 0 if both sets are empty.
 
     With n = max(j, t): ( (the least sum over pairs of min(d, c)^p + c^p |j - t|) / n )^(1/p).
     Schuhmacher, Vo, Vo, A Consistent Metric for Performance Evaluation of Multi-Object Filters, IEEE Trans. SP 56, 2008.
@@ -60,7 +60,7 @@ def ospa(distance: Array, cutoff: float, order: float = 2.0) -> float:
 
 
 def _pair(distance: Array, cutoff: float, order: float) -> tuple[float, int]:
-    """Sum of (d / c)^p over the pairs nearer than c of the best pairing, and their number.
+    """Return the sum of (d / c)^p over the pairs nearer than c of the best pairing, and their number.
 
     A pair at c costs as much as leaving both out, so one assignment of costs cut off at c finds the best pairing.
     """

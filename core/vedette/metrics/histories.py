@@ -1,4 +1,4 @@
-"""Tracks and truth laid side by side at the scans of one run."""
+"""Tracks and truth aligned at the scans of one run."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from vedette.types import Track, Trajectory
 
 @frozen(eq=False)
 class Entries:
-    """What confirmed tracks were after the scans, over some of their axes: `e` entries, by scan, then by track.
+    """Confirmed tracks after the scans, over some of their axes: `e` entries, by scan, then by track.
 
     scan (e,) and track (e,) index the scans and the tracks; mean (e, n), cov (e, n, n), nis (e,), hit (e,),
     mode_prob (e, r) or None
@@ -31,7 +31,7 @@ class Entries:
 
 
 def confirmed_entries(tracks: Sequence[Track], times: Array, space: Space) -> Entries:
-    """The confirmed part of the histories of `tracks` over `space`, at scans of the non-decreasing `times` (s,) in s."""
+    """Return the confirmed part of the histories of `tracks` over `space`, at scans of non-decreasing `times` (s,) in s."""
     n = len(space)
     own = [track.space.locate(space) for track in tracks]
     scan = np.concatenate([np.zeros(0, dtype=np.intp), *(_scan_of(track, times) for track in tracks)])
@@ -55,7 +55,7 @@ def confirmed_entries(tracks: Sequence[Track], times: Array, space: Space) -> En
 
 
 def _scan_of(track: Track, times: Array) -> Indices:
-    """After which scan each entry of a history (s,) stands.
+    """Return after which scan each entry of a history (s,) was made.
 
     Several scans may share a time. A track that starts then has the last of them, any other the first.
     """
@@ -72,7 +72,7 @@ def _scan_of(track: Track, times: Array) -> Indices:
 
 @frozen(eq=False)
 class Truth:
-    """True objects at the scans: states (s, j, n) over the axes that they all have, alive (s, j)."""
+    """True objects at the scans: states (s, j, n) over their common axes, alive (s, j)."""
 
     space: Space
     states: Array
@@ -89,9 +89,9 @@ class Truth:
 
 
 def truth_at(truth: Sequence[Trajectory], times: Array, space: Space | None) -> Truth:
-    """The true states at `times` (s,) over the axes that all trajectories share, and the tracks' `space` if there is one.
+    """Return the true states at `times` (s,) over the axes that all trajectories and the tracks' `space`, if given, share.
 
-    InputError where two state one axis differently, or where no position is shared.
+    InputError if two state one axis differently, or if they share no position.
     """
     if not truth:
         return Truth(Space(), np.zeros((len(times), 0, 0)), np.zeros((len(times), 0), dtype=bool))
@@ -109,17 +109,17 @@ def truth_at(truth: Sequence[Trajectory], times: Array, space: Space | None) -> 
 
 
 def positions(space: Space) -> list[int]:
-    """Where the position axes stand that `space` has."""
+    """Return the indices of the position axes that `space` has."""
     return [i for i, name in enumerate(space.names) if name in ("x", "y", "z")]
 
 
 def velocities(space: Space) -> list[int]:
-    """Where the velocity axes stand that `space` has."""
+    """Return the indices of the velocity axes that `space` has."""
     return [i for i, name in enumerate(space.names) if name in ("vx", "vy", "vz")]
 
 
 def _sample(trajectory: Trajectory, times: Array, space: Space) -> tuple[Array, Mask]:
-    """`trajectory.at` of all times at once: states (s, n) over `space`, and where there is one (s,)."""
+    """Return `trajectory.at` of all times at once: states (s, n) over `space`, and where there is one (s,)."""
     known = trajectory.times
     states = trajectory.states[:, trajectory.space.locate(space)]
     if not len(known):

@@ -1,4 +1,4 @@
-"""One run held against the truth."""
+"""One run compared with the truth."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ def judge(
     options: Judge,
     gate_probability: float = 1.0,
 ) -> Score:
-    """Hold the tracks of one run against the truth, at the scans that the tracker took.
+    """Judge the tracks of one run against the truth, at the scans that the tracker took.
 
     Scans before any true object is recorded, or after the last one, say nothing about the tracks and are not judged.
-    `gate_probability` is that of the tracker's gate: `nis` allows for the returns that it keeps out.
+    `gate_probability` is that of the tracker's gate: `nis` allows for the returns that it rejects.
     InputError where truth and tracks have no position axis in common, or a track has an entry when there is no scan.
     """
     found = match(tracks, truth, scans, options)
@@ -52,7 +52,7 @@ def judge(
 
 
 def _nis(entries: Entries, scans: Sequence[Scan], chosen: Indices, gate_probability: float) -> float | None:
-    """Over confirmed tracks; the scan that starts a track has no innovation, and there the tracker says 0."""
+    """Return NIS over confirmed tracks; the scan that starts a track has no innovation, and the tracker reports 0 there."""
     axes = np.array([scan.detections.z.shape[-1] for scan in scans])
     used = (entries.nis > 0) & np.isin(entries.scan, chosen)
     if not used.any():
@@ -61,7 +61,7 @@ def _nis(entries: Entries, scans: Sequence[Scan], chosen: Indices, gate_probabil
 
 
 def _accuracy(pairs: Pairs, found: Match) -> dict[str, Any]:
-    """Errors of the covered truths, and what their covariances say of them."""
+    """Return errors of the covered objects, and how they compare with their covariances."""
     if not pairs.entry.size:
         return {}
     space, cov = found.truth.space, found.entries.cov[pairs.entry]
@@ -79,7 +79,7 @@ def _accuracy(pairs: Pairs, found: Match) -> dict[str, Any]:
 
 
 def _anees(error: Array, cov: Array) -> float | None:
-    """Mean NEES; it does not exist where a covariance is singular."""
+    """Return the mean NEES, or None if a covariance is singular."""
     try:
         return float(np.mean(nees(error, cov)))
     except ValueError:
@@ -87,7 +87,7 @@ def _anees(error: Array, cov: Array) -> float | None:
 
 
 def _sets(found: Match, options: Judge) -> dict[str, Any]:
-    """All confirmed tracks against all truths, scan by scan; means over the scans."""
+    """Compare all confirmed tracks with all true objects, scan by scan; return means over the scans."""
     cutoff, order = options.gospa_cutoff, options.gospa_order
     counted, every, plain, false = [], [], [], []
     for apart, alive, present, covered in zip(found.apart, found.truth.alive, found.present, found.cover, strict=True):
@@ -113,7 +113,7 @@ def _sets(found: Match, options: Judge) -> dict[str, Any]:
 def _fates(
     truth: Sequence[Trajectory], found: Match, pairs: Pairs, held: Indices, times: Array, lost_scans: int
 ) -> dict[str, Any]:
-    """What became of each truth, and of all; `held` (s, j) is `cover` within the error of a lost track."""
+    """Return what became of each true object, and of all; `held` (s, j) is `cover` within the error of a lost track."""
     fates = []
     for j, trajectory in enumerate(truth):
         alive = found.truth.alive[:, j]

@@ -1,4 +1,4 @@
-"""Tracks and truth of one run held together, scan by scan: what all figures and pictures of errors stand on."""
+"""Tracks and truth of one run matched scan by scan: the basis of all figures and pictures of errors."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from vedette.types import Scan, Track, Trajectory
 
 @frozen(eq=False)
 class Pairs:
-    """Covered truths and the entries of their tracks: scan (q,) of those judged, truth (q,), entry (q,), error (q, n)."""
+    """Covered objects and the entries of their tracks: scan (q,) of those judged, truth (q,), entry (q,), error (q, n)."""
 
     scan: Indices
     truth: Indices
@@ -30,7 +30,7 @@ class Match:
     """The tracks that were ever confirmed, and the truth at the `s` judged scans.
 
     scans (s,): their indices; rows: per scan, which entries; apart: per scan, the distances (j, t) in m, infinite for a
-    truth that is not there; cover (s, j): the covering track of each truth, NONE where there is none.
+    object that does not exist then; cover (s, j): the covering track of each, NONE where there is none.
     """
 
     tracks: tuple[Track, ...]
@@ -43,15 +43,15 @@ class Match:
 
     @property
     def present(self) -> tuple[Indices, ...]:
-        """Per scan, which tracks (t,) there are."""
+        """Per scan, the tracks (t,) that exist."""
         return tuple(self.entries.track[rows] for rows in self.rows)
 
     def covered_within(self, radius: float) -> Indices:
-        """`cover` with another radius in m."""
+        """Return `cover` with another radius in m."""
         return covering(self.apart, self.present, len(self.tracks), radius)
 
     def pairs(self) -> Pairs:
-        """The covered truths, by scan."""
+        """Return the covered objects, by scan."""
         scan, truth = np.nonzero(self.cover != NONE)
         key = self.entries.scan * len(self.tracks) + self.entries.track
         entry = np.searchsorted(key, self.scans[scan] * len(self.tracks) + self.cover[scan, truth])
@@ -60,7 +60,7 @@ class Match:
 
 
 def match(tracks: Sequence[Track], truth: Sequence[Trajectory], scans: Sequence[Scan], options: Judge) -> Match:
-    """Lay tracks beside the truth, at the scans that the tracker took and the options choose, the known offset removed.
+    """Match tracks with the truth at the scans that the tracker took and the options choose, the known offset removed.
 
     Scans before any true object is recorded, or after the last one, say nothing about the tracks and are not judged.
     InputError where truth and tracks have no position axis in common, or a track has an entry when there is no scan.

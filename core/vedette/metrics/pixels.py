@@ -10,14 +10,14 @@ import numpy as np
 from vedette.types import Track, Trajectory
 
 NEAR = 10.0
-"""px; an estimate this near to the truth has the target."""
+"""In px; an estimate this near to the truth is on the target."""
 
 LAST = 10
 """Frames at the end; a target is lost if all of them are farther off than NEAR, or than its box."""
 
 
 def pixel_figures(tracks: Sequence[Track], truth: Sequence[Trajectory]) -> dict[str, Any]:
-    """The first track against the one true object at the frames of both; nothing where it is not tracked in px.
+    """Judge the first track against the one true object at the frames of both; nothing if it is not tracked in px.
 
     within_10px: part of the frames; centre_error_median_px and centre_error_p90_px; lost: 1 if all of the last 10 frames are
     farther off than 10 px and than the longer side of the true box, else 0.

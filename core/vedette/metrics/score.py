@@ -1,4 +1,4 @@
-"""How a run is judged, and the figures that come of it."""
+"""How a run is judged, and the resulting figures."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def _two(values: Array) -> str | None:
 @final
 @frozen
 class Judge:
-    """How tracks are held against the truth. docs/metrics.md defines the figures."""
+    """How tracks are judged against the truth. docs/metrics.md defines the figures."""
 
     cover_radius: float = fields.quantity(
         "m", "a confirmed track this near to a true object may cover it", default=50.0, above=0
@@ -60,7 +60,7 @@ class Judge:
             raise ValueError(f"last_scan: must be >= first_scan ({self.first_scan}), got {self.last_scan}")
 
     def choose(self, scans: Sequence[Scan]) -> Indices:
-        """Which scans are judged, by their indices."""
+        """Return the indices of the scans that are judged."""
         own = [i for i, scan in enumerate(scans) if self.sensor in (None, scan.sensor)]
         end = None if self.last_scan is None else self.last_scan + 1
         return np.array(own[self.first_scan : end], dtype=np.intp)
@@ -68,7 +68,7 @@ class Judge:
 
 @frozen
 class TruthScore:
-    """The figures of one true object over the `scans` judged while it was there; None where a figure does not exist.
+    """The figures of one true object over the `scans` judged while it existed; None where a figure does not exist.
 
     coverage: fraction of those scans; confirmed_after_s: from the first of them to the first in which it was covered
     """
@@ -110,5 +110,5 @@ class Score:
     truths: tuple[TruthScore, ...] = ()
 
     def figures(self) -> dict[str, Any]:
-        """Plain numbers, tuples and tables by name, as JSON takes them; nothing is NaN."""
+        """Return plain numbers, tuples and tables by name, as JSON takes them; nothing is NaN."""
         return attrs.asdict(self)

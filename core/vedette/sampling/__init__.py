@@ -1,4 +1,4 @@
-"""Drawing trajectories from motion models, and detections of them from sensors."""
+"""Draw trajectories from motion models, and detections of them from sensors."""
 
 from vedette.sampling.detections import (
     Bounds,

@@ -15,13 +15,13 @@ from vedette.space import Array, Mask, Space
 from vedette.types import Detections
 
 _MOST = 1e6
-"""More clutter than this in a scan is a mistake in a unit, not a scene."""
+"""More clutter than this in a scan is taken for a wrong unit."""
 
 
 @final
 @frozen
 class Bounds:
-    """From where to where on one axis of a measurement space."""
+    """Limits on one axis of a measurement space."""
 
     low: float = fields.quantity("1", "least value, in the axis' own unit")
     high: float = fields.quantity("1", "greatest value, in the axis' own unit")
@@ -32,7 +32,7 @@ class Bounds:
 
 
 def returns(sensor: Sensor, x: Array, uniform: Array, standard: Array) -> tuple[Array, Mask]:
-    """Return what `sensor` measures of objects x (*b, t, n), z (*b, t, m), and which of them it detects, (*b, t).
+    """Return what `sensor` measures of objects x (*b, t, n) over `observes`, z (*b, t, m), and which it detects (*b, t).
 
     z = h(x) + L w, wrapped, with L L' = R(x) and standard normal w (*b, t, m); an object is detected if its uniform number
     (*b, t) in [0, 1) is below P_D(x).
@@ -64,7 +64,7 @@ def corners(measurement: Space, region: Mapping[str, Bounds]) -> tuple[Array, Ar
 
 
 def densities(sensor: Sensor, z: Array) -> Array:
-    """Return the clutter density at z (*b, m): (*b); ValueError if it is none."""
+    """Return the clutter density at z (*b, m): (*b); ValueError if it is not a density."""
     density = np.broadcast_to(sensor.clutter(sensor.measurement.canonical(z)), z.shape[:-1])
     if not np.all((density >= 0) & np.isfinite(density)):
         raise ValueError(f"{sensor.kind}: its clutter density must be finite and >= 0, got {np.min(density):.6g}")
@@ -102,7 +102,7 @@ def thinned(sensor: Sensor, z: Array, uniform: Array, bound: float, candidate: M
 def draw_clutter(
     sensor: Sensor, region: Mapping[str, Bounds], rng: np.random.Generator, size: tuple[int, ...] = ()
 ) -> tuple[Array, Mask]:
-    """Return false returns in `region`, z (*size, k, m), and which of them are valid (*size, k).
+    """Draw clutter in `region`: z (*size, k, m), and which returns are valid (*size, k).
 
     They are a Poisson process with the density that `sensor` states, `thinned` from a uniform one; exact for any density.
     """
@@ -116,7 +116,7 @@ def draw_clutter(
 
 
 def shuffled(z: Array, valid: Mask, rng: np.random.Generator) -> Detections:
-    """Return the valid ones of z (*b, k, m) in random order, first; what pads the shorter runs is 0."""
+    """Put the valid ones of z (*b, k, m) first, in random order; padding of the shorter runs is 0."""
     key = np.where(valid, rng.random(valid.shape), 2.0)
     order = np.argsort(key, axis=-1, kind="stable")[..., : int(np.max(np.sum(valid, axis=-1), initial=0))]
     valid = np.take_along_axis(valid, order, axis=-1)
@@ -131,7 +131,7 @@ def draw_detections(
     region: Mapping[str, Bounds] | None = None,
     alive: Mask | None = None,
 ) -> Detections:
-    """Return one scan of objects x (*b, t, n) over the sensor's `observes`, in random order: z (*b, k, m), valid (*b, k).
+    """Draw one scan of objects x (*b, t, n) over the sensor's `observes`, in random order: z (*b, k, m), valid (*b, k).
 
     With `region`, clutter lies in it (see `draw_clutter`); without, there is none. `alive` (*b, t) masks objects out.
     """

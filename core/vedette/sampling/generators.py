@@ -1,4 +1,4 @@
-"""Generators that are not one stream: one for many runs, and one that refuses to be drawn from."""
+"""Generators other than one stream: one for many runs, and one that refuses to be drawn from."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ _OTHERS = _ALL - {"random", "standard_normal"}
 
 
 class NotInLockStep(VedetteError):
-    """A draw that cannot be had for each run from its own stream."""
+    """A draw that is not possible for each run from its own stream."""
 
 
 class Generators(np.random.Generator):
     """Draws of shape (r, ...) whose row i comes from the i-th run's stream alone, for estimators that draw in lock-step.
 
-    NotInLockStep for any other draw: numbers that the runs share would make a run depend on its company. `streams` makes
+    NotInLockStep for any other draw: shared numbers would make a run depend on the others. `streams` makes
     the generators of the runs when they are first drawn from.
     """
 
@@ -57,7 +57,7 @@ class Generators(np.random.Generator):
         return self._streams
 
     def _own(self, size: Any) -> tuple[int, ...]:
-        """Return what each run draws of a size."""
+        """Return the shape of what each run draws."""
         shape = tuple(size) if isinstance(size, tuple | list) else (size,)
         if not shape or shape[0] != self._runs:
             raise NotInLockStep(f"size: {_LAW}, {self._runs} of them; got {size}")
@@ -66,7 +66,7 @@ class Generators(np.random.Generator):
 
 @final
 class _NoDraws(np.random.Generator):
-    """What components are handed that do not declare that they draw: TypeError for any draw."""
+    """What components get that do not declare that they draw: TypeError for any draw."""
 
     def __getattribute__(self, name: str) -> Any:
         if name in _ALL:
@@ -80,4 +80,4 @@ class _NoDraws(np.random.Generator):
 
 
 NO_DRAWS = _NoDraws(np.random.PCG64(0))
-"""The generator of whoever draws nothing: it costs nothing, and refuses."""
+"""The generator for components that draw nothing: it costs nothing, and refuses."""

@@ -1,4 +1,4 @@
-"""Where random numbers come from: values that give the same generator whenever they are asked, for one run or for many."""
+"""Seeds: values that give the same generator at every request, for one run or for many."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Seed:
 
     @classmethod
     def of(cls, seed: int | np.random.Generator | np.random.SeedSequence | Seed | Seeds) -> Seed | Seeds:
-        """Return the seed that is meant: of a Generator, the next whole number that it draws; a seed as it is."""
+        """Return the seed meant: of a Generator, the next whole number that it draws; a seed as it is."""
         if isinstance(seed, Seed | Seeds):
             return seed
         if isinstance(seed, np.random.Generator):
@@ -36,19 +36,19 @@ class Seed:
         return cls(whole, tuple(given.spawn_key))
 
     def generator(self, step: int) -> np.random.Generator:
-        """Return the generator of one step, from its beginning; it costs some 12 us."""
+        """Return the generator of one step, from its beginning; this takes some 12 us."""
         return np.random.Generator(np.random.PCG64(np.random.SeedSequence(self.entropy, spawn_key=(*self.key, step))))
 
 
 def sequence(seed: int, run: int, branch: tuple[int, ...] = ()) -> np.random.SeedSequence:
-    """Return the randomness of one run of a study, wherever and with whatever others it is run."""
+    """Return the randomness of one run of a study, independent of where and with which others it is run."""
     return np.random.SeedSequence(seed, spawn_key=(run, *branch))
 
 
 @final
 @frozen
 class Seeds:
-    """`sequence` of many runs; `branch`: the further keys that all have."""
+    """`sequence` of many runs; `branch`: the further keys that all share."""
 
     seed: int
     runs: tuple[int, ...]
@@ -121,7 +121,7 @@ def _states(seed: int, runs: NDArray[np.uint64], branch: tuple[int, ...]) -> NDA
 
 
 def _words(number: int) -> list[int]:
-    """Return a whole number >= 0 in words of 32 bits, the lowest first."""
+    """Split a whole number >= 0 into words of 32 bits, the lowest first."""
     words = [number & _WORD]
     while number := number >> 32:
         words.append(number & _WORD)

@@ -1,7 +1,7 @@
-"""Trajectories drawn from motion models, in lock-step over any batch axes: the loop is over time alone.
+"""Draw trajectories from motion models, in lock-step over any batch axes: the only loop is over time.
 
-Each draw is a pure function of its standard noise (`follow`, `switch`, `follow_modes`) under one that fetches the noise
-from a generator (`draw_states`, `draw_jump_markov`). To give each run a generator of its own, stack the noise of the runs.
+Each draw is a pure function of its standard noise (`follow`, `switch`, `follow_modes`), wrapped by one that draws the
+noise from a generator (`draw_states`, `draw_jump_markov`). To give each run its own generator, stack the runs' noise.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from vedette.roles import MotionModel
 from vedette.space import Array, Space
 
 Modes = np.ndarray[Any, np.dtype[np.intp]]
-"""Which model of a list is at work, counted from 0."""
+"""Index of the active model, from 0."""
 
 
 def psd_root(cov: Array) -> Array:
-    """Return L (*b, n, n), lower triangular, with L L' = cov (*b, n, n): Cholesky's, which also takes singular covariances.
+    """Return L (*b, n, n), lower triangular, with L L' = cov (*b, n, n): Cholesky's, but singular covariances are allowed.
 
     ValueError if `cov` is not symmetric positive semi-definite.
     """
@@ -34,7 +34,7 @@ def psd_root(cov: Array) -> Array:
 
 
 def draw_gaussian(mean: Array, cov: Array, rng: np.random.Generator, size: tuple[int, ...] = ()) -> Array:
-    """Draws from N(mean, cov): mean (*b, n), cov (*b, n, n), singular or not -> (*size, *b, n)"""
+    """Draw from N(mean, cov): mean (*b, n), cov (*b, n, n), singular or not -> (*size, *b, n)."""
     return mean + _coloured(cov, rng.standard_normal((*size, *np.shape(mean))))
 
 
@@ -43,7 +43,7 @@ def _coloured(cov: Array, standard: Array) -> Array:
 
 
 def _spread(lower: Array, standard: Array) -> Array:
-    """Return L w; one product for all of them where L (n, n) is the same for all."""
+    """Return L w; one product for all of them if L (n, n) is the same for all."""
     return standard @ lower.T if lower.ndim == 2 else (lower @ standard[..., None])[..., 0]
 
 
@@ -62,7 +62,7 @@ def _over(state: Space, x0: Array, batch: tuple[int, ...]) -> Array:
 
 
 def _step(model: MotionModel, x: Array, dt: float, standard: Array, factors: dict[float, Array]) -> Array:
-    """Return one step; `factors` of this model holds L by dt where Q lacks the batch's axes: it depends on dt alone then."""
+    """Move one step; `factors` holds this model's L by dt where Q lacks the batch's axes, as it then depends on dt alone."""
     lower = factors.get(dt)
     if lower is None:
         lower = psd_root(model.noise(x, dt))
@@ -72,7 +72,7 @@ def _step(model: MotionModel, x: Array, dt: float, standard: Array, factors: dic
 
 
 def follow(model: MotionModel, x0: Array, times: Array, standard: Array) -> Array:
-    """Return the trajectory that starts at x0 (*b, n) and meets the standard normal noise (*b, s-1, n): (*b, s, n)
+    """Return the trajectory from x0 (*b, n) under standard normal noise (*b, s-1, n): (*b, s, n).
 
     x' = f(x, dt) + L w with L L' = Q(x, dt); `times` (s,) in s.
     """
@@ -89,7 +89,7 @@ def follow(model: MotionModel, x0: Array, times: Array, standard: Array) -> Arra
 
 
 def draw_states(model: MotionModel, x0: Array, times: Array, rng: np.random.Generator, size: tuple[int, ...] = ()) -> Array:
-    """Return trajectories of `model` that start at x0 (*b, n) at the first of `times` (s,) in s: (*size, *b, s, n)"""
+    """Draw trajectories of `model` from x0 (*b, n) at `times` (s,) in s, x0 at the first: (*size, *b, s, n)."""
     shape = (*size, *np.shape(x0)[:-1], max(len(times) - 1, 0), len(model.state))
     return follow(model, x0, times, rng.standard_normal(shape))
 
@@ -107,7 +107,7 @@ def common_state(models: Sequence[MotionModel]) -> Space:
 def switch(transition: Array, mode0: Modes | int, times: Array, uniform: Array) -> Modes:
     """Return a Markov chain under uniform noise (*b, s-1) in [0, 1): modes (*b, s).
 
-    `transition` (r, r) holds for every step of `times` (s,) that takes time: row the mode, column the next. Over a step of
+    `transition` (r, r) holds for every step of `times` (s,) longer than 0 s: row the mode, column the next. Over a step of
     0 s nothing switches, as in the IMM estimator.
     """
     transition = np.asarray(transition, dtype=float)
@@ -130,8 +130,8 @@ def follow_modes(
 ) -> Array:
     """Return the trajectory over `union_state(models)`, u axes, under modes (*b, s) and standard normal noise (*b, s-1, u).
 
-    modes[k] moves the state from times[k-1] to times[k]; modes[0] only says which axes of x0 (*b, u) count. An axis that the
-    last model lacked starts at `fresh` (*b, s-1, u). Result (*b, s, u), NaN on the axes that the mode of the time lacks.
+    modes[k] moves the state from times[k-1] to times[k]; modes[0] only decides which axes of x0 (*b, u) count. An axis that
+    the last model lacked starts at `fresh` (*b, s-1, u). Result (*b, s, u), NaN on the axes that the current mode lacks.
     """
     space = union_state(models)
     own = [np.array(space.locate(model.state), dtype=np.intp) for model in models]
@@ -165,11 +165,11 @@ def draw_jump_markov(
     size: tuple[int, ...] = (),
     starts: Mapping[str, tuple[float, float]] | None = None,
 ) -> tuple[Modes, Array]:
-    """Return trajectories that switch between `models` by a Markov chain: modes (*size, *b, s), states (*size, *b, s, u).
+    """Draw trajectories that switch between `models` by a Markov chain: modes (*size, *b, s), states (*size, *b, s, u).
 
     x0 (*b, u) over `union_state(models)`, mode0 () or (*b). Shared axes are carried over by their names; an axis that the
-    last model lacked starts from [mean, standard deviation] of `starts`. `switch` says more of `transition`, `follow_modes`
-    of the states.
+    last model lacked starts from [mean, standard deviation] of `starts`. See `switch` for `transition`, `follow_modes` for
+    the states.
     """
     space, starts = union_state(models), starts or {}
     if len(transition) != len(models):

@@ -1,12 +1,12 @@
 """The conformance kit: laws that every component must keep, and the consistency of whole trackers.
 
-The extra `vedette[testing]` brings what it needs. One line makes a pytest class with one test a law::
+The extra `vedette[testing]` installs what it needs. One line makes a pytest class with one test per law::
 
     from vedette.testing import conformance
 
     TestMyMotion = conformance(MyMotion)
 
-Names are imported when they are first used, so that the pytest plugin costs other projects' sessions nothing.
+Names are imported when first used, so that the pytest plugin costs other projects' sessions nothing.
 """
 
 from importlib import import_module

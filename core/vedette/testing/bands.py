@@ -1,4 +1,4 @@
-"""Statistical judgements of the laws. Each fails a right component with probability `alpha` at most, whatever the seed."""
+"""Statistical judgements of the laws. Each fails a correct component with probability `alpha` at most, for any seed."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from vedette.testing.judging import demand
 
 
 def judge_standard_normal(what: str, white: Array, alpha: float) -> None:
-    """Broken unless rows (r, n) look like N(0, I): mean, variance and correlation of every axis and pair."""
+    """Raise Broken unless rows (r, n) look like N(0, I): mean, variance and correlation of every axis and pair."""
     from scipy.special import ndtri
 
     r, n = white.shape
@@ -35,7 +35,7 @@ def judge_standard_normal(what: str, white: Array, alpha: float) -> None:
 
 
 def judge_scale(what: str, squares: Array, dof: float, alpha: float) -> None:
-    """Broken unless independent chi-square values (r,) of `dof` degrees average to `dof`."""
+    """Raise Broken unless independent chi-square values (r,) of `dof` degrees average to `dof`."""
     low, high = chi_square_band(dof * squares.size, alpha)
     figure = float(np.mean(squares)) / dof
     way = "small" if figure > 1 else "large"
@@ -46,7 +46,7 @@ def judge_scale(what: str, squares: Array, dof: float, alpha: float) -> None:
 
 
 def judge_run_means(what: str, values: Array, low: float, high: float, alpha: float) -> None:
-    """Broken if one value a run (r,), 1 expected, contradicts that its mean lies in [low, high]."""
+    """Raise Broken if one value per run (r,), 1 expected, contradicts that its mean lies in [low, high]."""
     from scipy.special import stdtrit
 
     mean, error = float(np.mean(values)), float(np.std(values, ddof=1) / np.sqrt(len(values)))
@@ -58,7 +58,7 @@ def judge_run_means(what: str, values: Array, low: float, high: float, alpha: fl
 
 
 def judge_frequency(what: str, count: int, trials: int, probability: float, alpha: float) -> None:
-    """Broken if `count` successes contradict the probability of each trial; the binomial's exact tails."""
+    """Raise Broken if `count` successes contradict the probability of each trial, by the binomial's exact tails."""
     from scipy.special import bdtr, bdtrc
 
     below = float(bdtr(count, trials, probability))

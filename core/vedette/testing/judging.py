@@ -1,4 +1,4 @@
-"""How laws judge: comparisons that say where they failed, by how much, and what was expected."""
+"""Comparisons for laws, which say where they failed, by how much, and what was expected."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ class Broken(AssertionError):
 
 
 class Closed(Exception):
-    """A law does not apply to this component, and why. No error: there is nothing to judge."""
+    """A law does not apply to this component, and why. Not an error: there is nothing to judge."""
 
 
 class Misuse(VedetteError, ValueError):
-    """The kit was asked for something that cannot be; the message names the cure."""
+    """The kit was used wrongly; the message says how to put it right."""
 
 
 def demand(holds: Any, otherwise: str) -> None:
-    """Broken, with a sentence, unless the condition holds."""
+    """Raise Broken with a sentence unless the condition holds."""
     if not holds:
         raise Broken(otherwise)
 
@@ -32,7 +32,7 @@ def demand(holds: Any, otherwise: str) -> None:
 def same(
     what: str, got: Array | Mask, wanted: Array | Mask, tolerance: float = 1e-12, scale: Array | float | None = None
 ) -> None:
-    """Broken unless `got` equals `wanted` within `tolerance` times the largest |wanted|, or `scale` where it is given.
+    """Raise Broken unless `got` equals `wanted` within `tolerance` times the largest |wanted|, or `scale` if given.
 
     NaN equals NaN: that a result is finite is a law of its own.
     """
@@ -56,14 +56,14 @@ def same(
 
 
 def finite(what: str, values: Array) -> None:
-    """Broken unless every number is finite."""
+    """Raise Broken unless every number is finite."""
     demand(np.all(np.isfinite(values)), f"{what}: must be finite, got {_short(values)}")
 
 
 def covariance(what: str, cov: Array, definite: bool) -> None:
-    """Broken unless `cov` (*b, n, n) is finite, symmetric and positive (semi-)definite, judged as correlations.
+    """Raise Broken unless `cov` (*b, n, n) is finite, symmetric and positive (semi-)definite, judged as correlations.
 
-    So an axis in rad counts as much as one in m. Rounding is forgiven up to 1e-9 where it need not be definite.
+    So an axis in rad counts as much as one in m. Rounding up to 1e-9 is allowed where it need not be definite.
     """
     finite(what, cov)
     variance = np.diagonal(cov, axis1=-2, axis2=-1)
@@ -84,7 +84,7 @@ def covariance(what: str, cov: Array, definite: bool) -> None:
 
 
 def frozen_copy(values: Array) -> Array:
-    """A read-only copy: a component that writes into its argument is told so by numpy."""
+    """Return a read-only copy: numpy raises an error if a component writes into its argument."""
     copy = np.array(values)
     copy.flags.writeable = False
     return copy
@@ -93,10 +93,11 @@ def frozen_copy(values: Array) -> Array:
 def derivative(
     function: Callable[[Array], Array], x: Array, difference: Callable[[Array, Array], Array], step: Array
 ) -> tuple[Array, Array]:
-    """Derivative (m, n) of `function` (*b, n) -> (*b, m) at x (n,) by central differences of fourth order, and its doubt.
+    """Return the derivative (m, n) of `function` (*b, n) -> (*b, m) at x (n,) by fourth-order central differences, and its
+    uncertainty.
 
-    The doubt (m, n) is what halving the `step` (n,) changes, or at a kink, where the slopes of both sides stay apart however
-    small the step, how far: differences around the tip of |x| alone would see a slope of 0 there.
+    The uncertainty (m, n) is the change from halving the `step` (n,), or at a kink, where the slopes of both sides differ
+    however small the step, their difference: differences around the tip of |x| alone would see a slope of 0 there.
     """
 
     def estimate(h: Array) -> Array:
@@ -124,7 +125,7 @@ def is_derivative(
     step: Array,
     what: str = "jacobian",
 ) -> None:
-    """Broken unless `stated` (m, n) is the derivative of `function` at x (n,); not judged where there is none.
+    """Raise Broken unless `stated` (m, n) is the derivative of `function` at x (n,); not judged where there is none.
 
     Entries are compared in units of `step` (n,), the size of a typical change of each axis.
     """

@@ -1,4 +1,4 @@
-"""Laws tried on components: one law for a command, all of them as a pytest class."""
+"""Laws applied to components: one law for a command, all of them as a pytest class."""
 
 from __future__ import annotations
 
@@ -41,9 +41,9 @@ _ROLES: dict[str, tuple[tuple[Law, ...], Drawer]] = {
 
 @frozen
 class Outcome:
-    """What came of one law: `text` is the smallest counterexample, or why there was nothing to judge.
+    """The result of one law: `text` is the smallest counterexample, or why there was nothing to judge.
 
-    `alpha` is the chance that a right component had to fail here.
+    `alpha` is the probability that a correct component would have failed here.
     """
 
     law: Law
@@ -54,7 +54,7 @@ class Outcome:
 
 
 def laws_of(cls: type[Component]) -> tuple[Law, ...]:
-    """The laws of a component's role; Misuse if it is no component, or not a complete one."""
+    """Return the laws of a component's role; Misuse if it is not a component, or an incomplete one."""
     if not (isinstance(cls, type) and issubclass(cls, Component)):
         raise Misuse(f"{cls!r}: is not a component class; derive it from one of vedette's roles: {', '.join(ROLES)}")
     role = role_of(cls)
@@ -70,7 +70,7 @@ def laws_of(cls: type[Component]) -> tuple[Law, ...]:
 
 
 def examine(cls: type[Component], law: Law, drawn: st.SearchStrategy[Any], profile: Profile) -> Outcome:
-    """Try one law on components from the strategy `drawn`, which `components(cls)` infers."""
+    """Test one law on components from the strategy `drawn`, which `components(cls)` infers."""
     if law.needs and getattr(cls, law.needs, None) is False:
         return Outcome(law, "skipped", f"it is not {law.needs.replace('_', ' ')}", 0, 0.0)
     drawer = _ROLES[role_of(cls) or ""][1]
@@ -132,7 +132,7 @@ def _method(error: BaseException) -> str:
 
 
 def say(value: Any) -> str:
-    """A value as a counterexample shows it: arrays as lists, six digits."""
+    """Format a value for a counterexample: arrays as lists, six digits."""
     if isinstance(value, np.ndarray):
         return np.array2string(value, separator=", ", precision=6, threshold=60).replace("\n", "")
     if attrs.has(type(value)):
@@ -145,11 +145,11 @@ def say(value: Any) -> str:
 
 
 def conformance(cls: type[Component], *, known_failures: Mapping[str, str] | None = None, **strategies: Any) -> type:
-    """A pytest class with one test a law of the component's role.
+    """Return a pytest class with one test for each law of the component's role.
 
-    `strategies` draw the parameters, in the shape of `hypothesis.strategies.builds`; where none is given, one is inferred
+    `strategies` draw the parameters, as in `hypothesis.strategies.builds`; where none is given, one is inferred
     from the field's type, limits and unit. `known_failures` names laws that the component is known to break, with the
-    reason: a strict expected failure. A law that does not apply is skipped with its reason. Misuse says what to mend.
+    reason: a strict expected failure. A law that does not apply is skipped with its reason. Misuse says how to put it right.
     """
     laws = laws_of(cls)
     known = dict(known_failures or {})

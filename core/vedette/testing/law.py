@@ -1,4 +1,4 @@
-"""What a law is, how often it is tried, and what chance a right component has to break it."""
+"""What a law is, how often it is tried, and the probability that a correct component fails it."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from vedette.testing.judging import Misuse
 
 @frozen
 class Profile:
-    """How hard the kit looks.
+    """How thoroughly the kit tests.
 
-    `examples` of a law that is exact, `trials` of one that is statistical, each of `runs` runs; `steps` of the long run.
-    `alpha` is the probability that one statistical test fails a right component.
+    `examples` of an exact law, `trials` of a statistical one, each of `runs` runs; `steps` of the long run.
+    `alpha` is the probability that one statistical test fails a correct component.
     """
 
     name: str
@@ -29,7 +29,7 @@ class Profile:
 
     @classmethod
     def named(cls, name: str, seed: int = 0) -> Profile:
-        """`fast` for every commit, `nightly` for a strong look."""
+        """Return `fast` for every commit, or `nightly` for a thorough test."""
         known = {profile.name: profile for profile in (FAST, NIGHTLY)}
         if name not in known:
             raise Misuse(f"profile: must be one of {', '.join(map(repr, known))}, got {name!r}")
@@ -46,8 +46,8 @@ Effort = Literal["exact", "statistical", "long"]
 class Law:
     """A sentence, and a function of a component and drawn data that raises Broken where the sentence is false.
 
-    `needs` names the attribute of the component without which the law is closed (`divisible`, `linear`). A `statistical`
-    law may fail a right component with the profile's alpha; a `long` one is tried once.
+    `needs` names the attribute of the component without which the law does not apply (`divisible`, `linear`). A
+    `statistical` law may fail a correct component with the profile's alpha; a `long` one is tried once.
     """
 
     check: Callable[[Any, Any], None]
@@ -65,5 +65,5 @@ class Law:
         return inspect.cleandoc(self.check.__doc__ or "").partition("\n")[0]
 
     def examples(self, profile: Profile) -> int:
-        """How often it is tried."""
+        """Return how often it is tried."""
         return {"exact": profile.examples, "statistical": profile.trials, "long": 1}[self.effort]

@@ -18,7 +18,7 @@ from vedette.tracking.tracker import Tracker
 from vedette.types import Detections, Gaussian, Recording, Scan
 
 OPEN_GATE = 1.0 - 1e-9
-"""Without clutter the gate has nothing to keep out: open, it does not cut the tails that chi-square counts."""
+"""Without clutter the gate excludes nothing: an open gate leaves the chi-square tails whole."""
 MOST_FALSE = 2_000
 """A run whose gate would hold about a tenth as many false returns has lost its target: it gets none from then on."""
 
@@ -34,7 +34,7 @@ class Looks:
 
 @frozen(eq=False)
 class Runs:
-    """What came of the runs: errors (r, s, n) and covariances (r, s, n, n) at times (s,), estimates (r, s, n), and looks.
+    """The result of the runs: errors (r, s, n) and covariances (r, s, n, n) at times (s,), estimates (r, s, n), and looks.
 
     `exact` says whether chi-square holds for them, and `why` not. `drowned` (r,) are runs that knew so little of their
     target that there was no end to the clutter around it.
@@ -52,7 +52,7 @@ class Runs:
 
 
 def prior_of(tracker: Tracker, given: Mapping[str, tuple[float, float]] | None) -> Gaussian:
-    """The target's prior, mean (n,) and cov (n, n): `given`, axis to [mean, standard deviation], or the birth's own."""
+    """Return the target's prior, mean (n,) and cov (n, n): `given`, axis to [mean, standard deviation], or the birth's."""
     names = tracker.state.names
     if given is None:
         try:
@@ -73,7 +73,7 @@ def prior_of(tracker: Tracker, given: Mapping[str, tuple[float, float]] | None) 
 
 
 def why_not_exact(tracker: Tracker, prior: Gaussian) -> str:
-    """Why chi-square does not hold for the tracker's errors on matched truth; nothing if it does."""
+    """Say why chi-square does not hold for the tracker's errors on matched truth; "" if it does."""
     estimator, motion = tracker.estimator, motion_of(tracker.estimator)
     if not estimator.exact_when_linear or motion is None:
         return f"the estimator {estimator.kind!r} is not exact"
@@ -104,8 +104,8 @@ def play(
 ) -> Runs:
     """Run the tracker on `runs` targets in lock-step: each starts at times[0] from the prior, scans follow from times[1] on.
 
-    The target is given at the start and kept to the end, so that figures are of the filter, not of its lifecycle.
-    `world` is the tracker whose motion and sensors the truth and the returns are drawn from: by default the same.
+    The target is given at the start and kept to the end, so that the figures are the filter's, not its lifecycle's.
+    `world` is the tracker from whose motion and sensors the truth and the returns are drawn: by default the same.
     """
     why = why_not_exact(tracker, prior)
     clutter = any(
@@ -151,7 +151,7 @@ def _looked_at(tracker: Tracker, sensor: Sensor, x: Array) -> Array:
 
 
 def innovation(tracker: Tracker, sensor: Sensor, predicted: Gaussian, z: Array) -> tuple[Array, Array]:
-    """A return z (*b, m) minus what was predicted of it, and the covariance of that (*b, m, m), linearised at the mean."""
+    """Return a return z (*b, m) minus its prediction, and the covariance of that (*b, m, m), linearised at the mean."""
     where = tracker.state.locate(sensor.observes)
     x, P = predicted.mean[..., where], predicted.cov[..., where, :][..., where]
     H = sensor.jacobian(x)

@@ -1,6 +1,6 @@
 """The pytest plugin: options, fixtures, the marker for statistical tests, and the false-alarm budget of a session.
 
-Loaded in every pytest session of an environment that has Vedette, so it imports nothing until a test asks.
+It is loaded in every pytest session of an environment that has Vedette, so it imports nothing until a test asks.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ _ALPHA, _LAW = "vedette_alpha", "vedette_law"
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """How hard to look, and the seed of everything random."""
+    """Add the options for how thorough to be, and for the seed of everything random."""
     group = parser.getgroup("vedette", "conformance of Vedette's components")
     group.addoption("--vedette-profile", default="fast", choices=["fast", "nightly"], help="how hard the kit looks")
     group.addoption(
@@ -28,7 +28,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Fix the seed, before any worker starts, and make the marker known."""
+    """Fix the seed before any worker starts, and register the marker."""
     config.addinivalue_line(
         "markers", "statistical(alpha): fails a right subject with probability `alpha`, which the session's budget adds up"
     )
@@ -38,26 +38,26 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @frozen
 class Kit:
-    """What a law's test is given: the profile, and where what it spent is noted."""
+    """What a law's test is given: the profile, and where to record the alpha that it spent."""
 
     profile: Profile
     _notes: list[tuple[str, Any]]
 
     def take(self, outcome: Outcome) -> Outcome:
-        """Note an outcome for the session's summary."""
+        """Record an outcome for the session's summary."""
         self._notes.append((_LAW, outcome.verdict))
         if outcome.alpha:
             self.spend(outcome.alpha)
         return outcome
 
     def spend(self, alpha: float) -> None:
-        """Note the probability with which this test fails a right subject."""
+        """Record the probability with which this test fails a correct subject."""
         self._notes.append((_ALPHA, alpha))
 
 
 @pytest.fixture(scope="session")
 def vedette_profile(pytestconfig: pytest.Config) -> Profile:
-    """The session's profile, with its seed."""
+    """Return the session's profile, with its seed."""
     from vedette.testing.law import Profile
 
     return Profile.named(pytestconfig.option.vedette_profile, pytestconfig.option.vedette_seed)
@@ -65,19 +65,19 @@ def vedette_profile(pytestconfig: pytest.Config) -> Profile:
 
 @pytest.fixture
 def vedette_kit(request: pytest.FixtureRequest, vedette_profile: Profile) -> Kit:
-    """The session's profile and budget; what `conformance` runs its laws with."""
+    """Return the session's profile and budget, with which `conformance` runs its laws."""
     return Kit(vedette_profile, request.node.user_properties)
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:
-    """A test that states its own alpha, `@pytest.mark.statistical(alpha=1e-6)`, counts in the budget."""
+    """Count a test that states its own alpha, `@pytest.mark.statistical(alpha=1e-6)`, in the budget."""
     marker = item.get_closest_marker("statistical")
     if marker is not None and "alpha" in marker.kwargs:
         item.user_properties.append((_ALPHA, float(marker.kwargs["alpha"])))
 
 
 def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> None:
-    """What the kit tried, the budget that it spent, and the seed that repeats it."""
+    """Print what the kit tried, the budget that it spent, and the seed that repeats it."""
     reports = [report for kind in ("passed", "failed", "skipped", "xfailed", "xpassed") for report in
                terminalreporter.stats.get(kind, []) if getattr(report, "when", "") == "call"]  # fmt: skip
     notes = [note for report in reports for note in report.user_properties]

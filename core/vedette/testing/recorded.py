@@ -1,4 +1,4 @@
-"""The same figures on a recording with truth: told, not judged, as no recording is drawn from a filter's models."""
+"""The same figures on a recording with truth: reported, not judged, as no recording is drawn from a filter's models."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from vedette.types import Gaussian, Track, Trajectory
 
 @frozen(eq=False)
 class Recorded:
-    """What one track says of itself beside the truth that it followed.
+    """What one track states about itself, compared with the truth that it followed.
 
-    `anees` and `nis` are scaled so that 1 is expected, `whiteness` is the correlation of innovations at lag 1, None where no
-    two scans in a row have a return, from the sensors' own noise; `credibility` in dB, from the scans of this one run.
+    `anees` and `nis` are scaled so that 1 is expected; `whiteness` is the correlation of innovations at lag 1 by the
+    sensors' own noise, None if no two successive scans have a return; `credibility` in dB, from the scans of this one run.
     """
 
     truth: str
@@ -41,7 +41,7 @@ class Recorded:
 
 
 def recorded_consistency(experiment: Experiment) -> tuple[Recorded, ...]:
-    """Run an experiment whose source has truth, and tell of the track nearest to each object. Misuse without truth."""
+    """Run an experiment whose source has truth, and report the track nearest to each object. Misuse without truth."""
     result = experiment.run()
     if not result.recording.truth:
         raise Misuse("source: has no truth, so errors are not known; give a recording that has")
@@ -60,7 +60,7 @@ def recorded_consistency(experiment: Experiment) -> tuple[Recorded, ...]:
 
 
 def _shared(track: Track, path: Trajectory) -> Mask:
-    """Which of the track's scans fall into the object's life (s,)."""
+    """Return the track's scans that lie within the object's life (s,)."""
     shared: Mask = (track.times >= path.times[0]) & (track.times <= path.times[-1])
     return shared
 
@@ -70,7 +70,7 @@ def _common(track: Track, path: Trajectory) -> Space:
 
 
 def _errors(track: Track, path: Trajectory) -> tuple[Array, Array]:
-    """Errors (s, n) and covariances (s, n, n) over the common axes, at the shared scans."""
+    """Return errors (s, n) and covariances (s, n, n) over the common axes, at the shared scans."""
     common, keep = _common(track, path), _shared(track, path)
     own, theirs = track.space.locate(common), path.space.locate(common)
     states = [state[theirs] for time in track.times[keep] if (state := path.at(float(time))) is not None]
@@ -79,7 +79,7 @@ def _errors(track: Track, path: Trajectory) -> tuple[Array, Array]:
 
 
 def _distance(track: Track, path: Trajectory) -> Array:
-    """Distance over the common axes in m (s,)."""
+    """Return the distance over the common axes in m (s,)."""
     error, _ = _errors(track, path)
     metres = [i for i, axis in enumerate(_common(track, path).axes) if axis.unit == "m"]
     distance: Array = np.linalg.norm(error[:, metres], axis=-1)
@@ -97,7 +97,7 @@ def _told(path: Trajectory, track: Track, white: tuple[float | None, Array] | No
 
 
 def _whiteness(experiment: Experiment, result: Result) -> dict[int, tuple[float | None, Array]]:
-    """By track id: correlation at lag 1 of its most used sensor's innovations, and the axes measured in each scan."""
+    """Return by track id the correlation at lag 1 of its most used sensor's innovations, and the axes measured per scan."""
     tracker = experiment.tracker
     _, seed = np.random.SeedSequence(experiment.seed).spawn(2)
     given = tracker.given(result.recording)

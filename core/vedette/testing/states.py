@@ -1,4 +1,4 @@
-"""States, time steps and Gaussians that laws are tried on: of usual size for the unit of each axis, and drawn small."""
+"""States, time steps and Gaussians for the laws: of usual size for the unit of each axis, and a small change."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from vedette.space import Array, Axis, Space
 from vedette.types import Gaussian
 
 STATE_SIZES = {"m": 2000.0, "m/s": 30.0, "m/s^2": 3.0, "rad": np.pi, "rad/s": 0.2, "s": 10.0, "1/km": 10.0, "1/km^2": 100.0}
-"""How large a coordinate in a unit usually is."""
+"""Usual size of a coordinate in a unit."""
 
 SEEDS = st.integers(0, 2**32 - 1)
 STEPS = st.one_of(st.sampled_from([0.1, 1.0, 5.0]), st.floats(0.01, 10.0))
@@ -18,28 +18,28 @@ STEPS = st.one_of(st.sampled_from([0.1, 1.0, 5.0]), st.floats(0.01, 10.0))
 
 
 def size(axis: Axis) -> float:
-    """How large a coordinate usually is, in the axis' unit."""
+    """Return the usual size of a coordinate, in the axis' unit."""
     return STATE_SIZES.get(axis.unit, 3.0)
 
 
 def sizes(space: Space) -> Array:
-    """The usual size of every axis (n,)."""
+    """Return the usual size of every axis (n,)."""
     return np.array([size(axis) for axis in space.axes])
 
 
 def steps_of(space: Space) -> Array:
-    """A typical small change of every axis (n,)."""
+    """Return a typical small change of every axis (n,)."""
     return 1e-2 * sizes(space)
 
 
 def points(space: Space, rows: int = 1) -> st.SearchStrategy[Array]:
-    """Canonical states (rows, n)."""
+    """Return a strategy for canonical states (rows, n)."""
     each = [
         st.one_of(st.floats(-size(axis), size(axis)), st.sampled_from([0.0, size(axis) / 3, -size(axis) / 5]))
         for axis in space.axes
     ]
-    plain = Space(space.axes)  # a space that wraps wrongly must not hide it in what is drawn
-    least = 1e-9 * sizes(space)  # below it lies what no derivative by differences can tell from 0
+    plain = Space(space.axes)  # a space that wraps wrongly must not affect the draws
+    least = 1e-9 * sizes(space)  # smaller values cannot be told from 0 by differences
 
     def state(values: tuple[float, ...]) -> Array:
         x = np.reshape(np.array(values), (rows, len(space)))
@@ -49,7 +49,7 @@ def points(space: Space, rows: int = 1) -> st.SearchStrategy[Array]:
 
 
 def random_covariance(space: Space, rng: np.random.Generator, batch: tuple[int, ...] = (), scale: float = 0.02) -> Array:
-    """Positive definite covariances (*batch, n, n), of deviations of about `scale` of each axis' usual size."""
+    """Draw positive definite covariances (*batch, n, n), of deviations of about `scale` of each axis' usual size."""
     n = len(space)
     mix = np.eye(n) + 0.4 * rng.standard_normal((*batch, n, n)) / np.sqrt(max(n, 1))
     root = scale * sizes(space)[:, None] * mix
@@ -58,6 +58,6 @@ def random_covariance(space: Space, rng: np.random.Generator, batch: tuple[int, 
 
 
 def random_gaussian(space: Space, rng: np.random.Generator, batch: tuple[int, ...] = (), scale: float = 0.02) -> Gaussian:
-    """Beliefs around states of a quarter of the usual size: mean (*batch, n), cov (*batch, n, n)."""
+    """Draw beliefs around states of a quarter of the usual size: mean (*batch, n), cov (*batch, n, n)."""
     mean = space.canonical(0.25 * sizes(space) * rng.standard_normal((*batch, len(space))))
     return Gaussian(mean, random_covariance(space, rng, batch, scale))

@@ -1,7 +1,7 @@
-"""Hypothesis strategies for components, inferred from what their fields say: type, unit, limits, options, default.
+"""Hypothesis strategies for components, inferred from their fields: type, unit, limits, options, default.
 
-A parameter that is a component is drawn from a small catalogue of its role. A value that the class refuses together with
-the others (a minimum above its maximum) is drawn again.
+A parameter that is a component is drawn from a small catalogue of its role. A value that the class refuses in
+combination with others (a minimum above its maximum) is drawn again.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ PARAMETER_SIZES = {
     "rad/s^2": (1e-4, 0.02),
     "1/m^2": (1e-9, 1e-5),
 }
-"""From where to where a positive parameter in a unit usually lies."""
+"""Usual range of a positive parameter in a unit."""
 
 CATALOGUE = {
     "motion": ("constant_velocity", "coordinated_turn"),
@@ -46,10 +46,10 @@ CATALOGUE = {
     "source": ("simulation",),
     "reproduction": (),
 }
-"""What stands in where a component holds others and no strategy was given for them."""
+"""What is used where a component holds others and no strategy was given for them."""
 
 SENSOR = "radar"
-"""The name of the one entry in a table of names that is inferred."""
+"""Name of the one entry in an inferred table of names."""
 
 _AXES = ("x", "y", "vx", "vy")
 _MATRICES: dict[int, tuple[Any, ...]] = {
@@ -59,9 +59,9 @@ _MATRICES: dict[int, tuple[Any, ...]] = {
 
 
 def components(cls: type, given: Given | None = None, registry: Registry | None = None) -> st.SearchStrategy[Any]:
-    """Components of a class, with the strategies `given` for some of its parameters and inferred ones for the rest.
+    """Return components of a class, with the strategies `given` for some parameters and inferred ones for the rest.
 
-    Misuse if a strategy is for no parameter, is no strategy, or cannot be inferred.
+    Misuse if a strategy is for no parameter, is not a strategy, or cannot be inferred.
     """
     given = given or {}
     known = {parameter.name: parameter for parameter in parameters(cls)}
@@ -119,7 +119,7 @@ def _of(shape: Shape, parameter: Parameter, place: str, registry: Registry) -> s
 def catalogue(
     role: str, place: str = "", base: type = Component, registry: Registry | None = None
 ) -> st.SearchStrategy[Any]:
-    """Components of a role from the small catalogue; Misuse at `place` if none is installed."""
+    """Return components of a role from the small catalogue; Misuse at `place` if none is installed."""
     registry = Registry.installed() if registry is None else registry
     entries = [entry for kind in CATALOGUE[role] if (entry := registry.find(role, kind)) is not None]
     fitting = [components(entry.cls, registry=registry) for entry in entries if issubclass(entry.cls, base)]
@@ -159,21 +159,21 @@ def _accepts(parameter: Parameter, value: Any) -> bool:
 
 
 def _tables(pairs: bool) -> st.SearchStrategy[dict[str, Any]]:
-    """Nothing, or an entry for every axis of a planar state."""
+    """Return an empty table, or one with an entry for every axis of a planar state."""
     deviation = st.floats(0.1, 10.0)
     entry = st.tuples(st.floats(-100.0, 100.0), deviation) if pairs else deviation
     return st.one_of(st.fixed_dictionaries(dict.fromkeys(_AXES, entry)), st.just({}))
 
 
 def numbers(unit: str, limits: Mapping[str, float]) -> st.SearchStrategy[float]:
-    """Numbers of usual size for a parameter in `unit` within its limits; ends that are allowed are drawn too."""
+    """Return numbers of usual size for a parameter in `unit` within its limits; allowed end points are drawn too."""
     least, most = PARAMETER_SIZES.get(unit, (0.1, 10.0))
     low = max((limits[name] for name in ("above", "at_least") if name in limits), default=-most)
     high = min((limits[name] for name in ("below", "at_most") if name in limits), default=most)
     ends = [limits[name] for name in ("at_least", "at_most") if name in limits]
     if low < least < high and low >= 0:
         low = least
-    if not low < high:  # the limits lie beyond what is usual
+    if not low < high:  # the limits lie outside the usual range
         high = low + most if low >= most else high
         low = low if low < high else high - most
     if max(abs(low), abs(high)) > 100 * most and high > most:

@@ -1,4 +1,4 @@
-"""Whether a whole tracker is as sure as it may be: Monte Carlo on matched truth, judged with one false-alarm rate in all."""
+"""Whether a tracker's covariance fits its errors: Monte Carlo on matched truth, judged with one overall false-alarm rate."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ from vedette.testing.verdicts import (
 from vedette.tracking.tracker import Tracker
 
 FAMILIES = 6
-"""NEES, NIS, whiteness, bias, calibration, lost tracks have an equal share of alpha: together they alarm no oftener."""
+"""NEES, NIS, whiteness, bias, calibration and lost tracks share alpha equally, so that all together alarm no more often."""
 
 P = ParamSpec("P")
 Config = Mapping[str, Any] | str | Path
@@ -46,11 +46,11 @@ Config = Mapping[str, Any] | str | Path
 
 @frozen(eq=False)
 class Report:
-    """What a tracker's errors say of its covariance.
+    """What a tracker's errors say about its covariance.
 
     `nees` (s,) is the mean NEES over runs at each of `times`, and `calibration` (d, s) the mean squared error over the
     variance along each of `directions`, both scaled so that 1 is expected, with the bands of one point; `exact` says whether
-    the bands are chi-square's or run means decide, and `why`. `verdicts` are judged with `alpha` in all.
+    the bands are chi-square's or those of run means, and `why`. `verdicts` are judged with `alpha` in all.
     """
 
     runs: int
@@ -74,7 +74,7 @@ class Report:
 
     @property
     def text(self) -> str:
-        """The verdict in words, what is wrong first."""
+        """The verdict in words, with what is wrong first."""
         how = "chi-square" if self.exact else f"run means, as {self.why}"
         kind = "consistent" if self.consistent else "NOT consistent"
         lines = [f"{kind}: {self.runs} runs, seed {self.seed}, false-alarm rate {self.alpha:g} in all, judged by {how}"]
@@ -102,10 +102,11 @@ def consistency(
 ) -> Report:
     """Draw truth from the tracker's own models, run it `runs` times in one batch, and judge its errors.
 
-    Linear and Gaussian, it is judged by chi-square. Else (a mixture, a nonlinear model, clutter) only the mean over runs is
-    known to be near 1: it must not contradict `band`. `prior` gives each axis' [mean, standard deviation] at the start,
-    unless the birth states it. `world`, a tracker over the same axes with sensors of the same names, draws truth and
-    returns from its models instead: to see how far this tracker's may be off. Misuse if no truth can be drawn.
+    A linear Gaussian tracker is judged by chi-square. Any other (a mixture, a nonlinear model, clutter) is known only to
+    have a mean over runs near 1: it must not contradict `band`. `prior` gives each axis' [mean, standard deviation] at the
+    start, unless the birth states it. `world`, a tracker over the same axes with sensors of the same names, draws truth and
+    start, unless the birth states it. `world`, a tracker over the same axes with sensors of the same names, draws truth and
+    returns from its models instead, to see how far this tracker's may be off. Misuse if no truth can be drawn.
     """
     if runs < 30 or scans < 2 * LAGS:
         raise Misuse(f"runs: must be at least 30 and scans at least {2 * LAGS}, got {runs} and {scans}")
@@ -135,7 +136,7 @@ assert_consistent = _asserted(consistency)
 
 
 def judge(played: Runs, alpha: float, band: tuple[float, float], seed: int) -> Report:
-    """Every verdict on some runs, with `alpha` shared among them all."""
+    """Return every verdict on some runs, with `alpha` shared among them all."""
     share, total, scans = alpha / FAMILIES, *played.error.shape[:2]
     lost = lost_runs(played)
     if not played.exact and lost.mean() < 0.5:

@@ -14,19 +14,19 @@ from vedette.types import Gaussian
 
 
 def motion_of(estimator: Estimator[Any]) -> MotionModel | None:
-    """The one motion model that an estimator holds as `motion`, or None."""
+    """Return the one motion model that an estimator holds as `motion`, or None."""
     motion = getattr(estimator, "motion", None)
     return motion if isinstance(motion, MotionModel) else None
 
 
 def modes_of(estimator: Estimator[Any]) -> tuple[Estimator[Any], ...]:
-    """The estimators that a mixture holds as `modes`, or none."""
+    """Return the estimators that a mixture holds as `modes`, or none."""
     modes = getattr(estimator, "modes", ())
     return tuple(modes) if all(isinstance(mode, Estimator) for mode in modes) else ()
 
 
 def chain_of(mixture: Estimator[Any], dt: float) -> Array:
-    """P(mode in the column after a step of `dt` s | mode in the row) (r, r), from `transition`, `interval` and `rates`."""
+    """Return P(mode in the column after `dt` s | mode in the row) (r, r), from `transition`, `interval` and `rates`."""
     from scipy.linalg import expm, logm
 
     transition, rates = getattr(mixture, "transition", None), getattr(mixture, "rates", None)
@@ -40,16 +40,16 @@ def chain_of(mixture: Estimator[Any], dt: float) -> Array:
 
 
 def initial_of(mixture: Estimator[Any]) -> Array:
-    """Mode probabilities of a new track (r,)."""
+    """Return the mode probabilities of a new track (r,)."""
     modes, initial = modes_of(mixture), getattr(mixture, "initial", None)
     return np.full(len(modes), 1.0 / len(modes)) if initial is None else initial / initial.sum()
 
 
 def draw_truth(estimator: Estimator[Any], prior: Gaussian, times: Array, rng: np.random.Generator, runs: int) -> Array:
-    """Trajectories (runs, s, n) over `estimator.state` from the prior mean (n,), cov (n, n) at times[0].
+    """Draw trajectories (runs, s, n) over `estimator.state` from the prior mean (n,), cov (n, n) at times[0].
 
-    A mixture's truth jumps between its modes' models by the mixture's own chain; an axis that a mode lacks has there what
-    the mixture assumes of it. Misuse if the estimator does not show what it holds as `motion`, or `modes` and `transition`.
+    A mixture's truth jumps between its modes' models by the mixture's own chain; an axis that a mode lacks has the value
+    that the mixture assumes. Misuse if the estimator does not show what it holds as `motion`, or `modes` and `transition`.
     """
     start = estimator.state.canonical(draw_gaussian(prior.mean, prior.cov, rng, (runs,)))
     motion = motion_of(estimator)

@@ -35,7 +35,7 @@ class Watch(Sensor):
 
     @property
     def H(self) -> Array:
-        """(m, n)"""
+        """The matrix (m, n)."""
         return np.eye(len(self.observes)) if self.mix is None else self.mix
 
     def measure(self, x: Array) -> Array:
