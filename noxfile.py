@@ -1,4 +1,4 @@
-"""What a developer runs: `nox` for the quick checks, `nox -s wheel`, `nox -s nightly` before a release."""
+"""Sessions for developers: `nox` for the quick checks, `nox -s wheel`, `nox -s nightly` before a release."""
 
 import os
 from pathlib import Path
@@ -12,7 +12,7 @@ HERE = Path(__file__).parent
 
 
 def built(session: nox.Session, folder: Path) -> str:
-    """The wheel of the distribution in `folder`, built afresh."""
+    """Build the distribution in `folder` afresh and return its wheel."""
     out = Path(session.create_tmp()) / folder.name
     session.run("python", "-m", "build", "--wheel", "--outdir", str(out), str(folder))
     return str(max(out.glob("*.whl"), key=lambda wheel: wheel.stat().st_mtime))
@@ -20,7 +20,7 @@ def built(session: nox.Session, folder: Path) -> str:
 
 @nox.session
 def lint(session: nox.Session) -> None:
-    """Style, types and the layers between packages."""
+    """Check style, types and the layers between packages."""
     session.install("-e", ".[dev]")
     session.run("ruff", "check", ".")
     session.run("ruff", "format", "--check", ".")
@@ -30,7 +30,7 @@ def lint(session: nox.Session) -> None:
 
 @nox.session(python=PYTHONS)
 def tests(session: nox.Session) -> None:
-    """All tests, in an editable installation."""
+    """Run all tests in an editable installation."""
     session.install("-e", ".[dev]")
     session.run("python", "-m", "pytest", "-n", "auto", *session.posargs)
 
@@ -46,7 +46,7 @@ def wheel(session: nox.Session) -> None:
 
 @nox.session
 def nightly(session: nox.Session) -> None:
-    """The tests with the strong statistical profile: slow."""
+    """Run the tests with the strong statistical profile: slow."""
     session.install("-e", ".[dev]")
     session.run("python", "-m", "pytest", "-n", "auto", "--vedette-profile", "nightly", *session.posargs)
 
@@ -65,7 +65,7 @@ def plugin_template(session: nox.Session) -> None:
 
 @nox.session
 def benchmarks(session: nox.Session) -> None:
-    """Speed beside peers, which get an environment of their own: `nox -s benchmarks -- --quick`. See docs/speed.md."""
+    """Compare speed with peers, installed in their own environment: `nox -s benchmarks -- --quick`. See docs/speed.md."""
     session.install(".")
     peers = Path(session.create_tmp()) / "peers"
     session.run("python", "-m", "venv", str(peers))
@@ -91,7 +91,7 @@ def endurance(session: nox.Session) -> None:
 
 @nox.session
 def memory(session: nox.Session) -> None:
-    """The compiled kernels' tests under the address and undefined-behaviour sanitizers of GCC."""
+    """Run the compiled kernels' tests under the address and undefined-behaviour sanitizers of GCC."""
     flags = "-fsanitize=address,undefined -fno-sanitize-recover=undefined -g -O1"
     build = {"CXXFLAGS": flags, "LDFLAGS": "-fsanitize=address,undefined", "SKBUILD_CMAKE_BUILD_TYPE": "Debug"}
     session.install(".[testing]", env=build)
@@ -106,7 +106,7 @@ def memory(session: nox.Session) -> None:
 
 @nox.session(venv_backend="none")
 def arm64(session: nox.Session) -> None:
-    """The kernels' results on ARM64, emulated, beside this processor's. Needs g++-aarch64-linux-gnu and qemu-user."""
+    """Compare the kernels' results on emulated ARM64 with this processor's. Needs g++-aarch64-linux-gnu and qemu-user."""
     flags = ["-O3", "-std=c++17", "-fno-math-errno", "-fno-trapping-math", "-w", "-DVEDETTE_ISA=baseline"]
     folder = Path(session.create_tmp())
     found = {}
