@@ -22,11 +22,11 @@ from vedette.testing.montecarlo import Looks, Runs
 
 LAGS = 5
 MOST_LOST = 0.05
-"""The largest share of runs that may lose their target in clutter."""
+"""The largest fraction of runs that may lose their target in clutter."""
 
 
 def lost_runs(played: Runs) -> Mask:
-    """Runs (r,) that drowned, or that follow clutter: its return fell outside the gate in each of the last scans."""
+    """Return the runs (r,) that drowned, or whose target was outside the gate in each of the last scans."""
     gone = np.ones(len(played.error), dtype=bool)
     for looks in played.looks.values():
         squared = nees(looks.residual[:, -LAGS:], looks.cov[:, -LAGS:])
@@ -35,7 +35,7 @@ def lost_runs(played: Runs) -> Mask:
 
 
 def lost_verdict(count: int, total: int, share: float) -> Verdict:
-    """Whether so many lost runs contradict that at most `MOST_LOST` are; the binomial's exact tail."""
+    """Judge whether so many lost runs contradict that at most `MOST_LOST` are, by the binomial's exact tail."""
     from scipy.special import bdtrc
 
     most = max(k for k in range(total + 1) if k == 0 or bdtrc(k - 1, total, MOST_LOST) >= share)
@@ -57,7 +57,7 @@ def without(played: Runs, lost: Mask) -> Runs:
 
 
 def _when(outside: Array, times: Array) -> str:
-    """Since when, or when, something is out of its band."""
+    """Say since when, or when, something is out of its band."""
     inside = np.flatnonzero(~outside.astype(bool))
     since = 0 if not len(inside) else int(inside[-1]) + 1
     if since < len(times):
@@ -70,7 +70,7 @@ def _size(figure: float) -> str:
 
 
 def _worst(figures: Array, low: float, high: float) -> int:
-    """Which of the figures leaves the band most, in ratios."""
+    """Return which of the figures leaves the band most, in ratios."""
     return int(np.argmax(np.maximum(figures / high, low / np.maximum(figures, 1e-300))))
 
 
@@ -88,7 +88,7 @@ def nees_verdict(played: Runs, values: Array, free: Array, share: float, band: t
 
 
 def normalised_innovations(looks: Looks) -> Array:
-    """Squared innovation of the target's return over its expectation (r, s), NaN where it was not detected."""
+    """Return the target's squared innovation over its expectation (r, s), NaN where it was not detected."""
     return np.where(looks.seen, nees(looks.residual, looks.cov) / looks.residual.shape[-1], np.nan)
 
 
@@ -107,7 +107,7 @@ def nis_verdicts(played: Runs, nis: Mapping[str, Array], share: float, band: tup
 
 
 def whiteness_verdicts(played: Runs, share: float) -> list[Verdict]:
-    """Exact filters have white innovations; of others each run's first autocorrelation must be within 0.1 on average."""
+    """Judge exact filters' innovations white; those of others must autocorrelate within 0.1 per run on average."""
     verdicts = []
     for name, looks in played.looks.items():
         each = share / len(played.looks)
@@ -127,7 +127,7 @@ def whiteness_verdicts(played: Runs, share: float) -> list[Verdict]:
 
 
 def bias_of(played: Runs, share: float) -> Verdict:
-    """The bias that stands out most of all times."""
+    """Return the bias that stands out most of all times."""
     each = share / len(played.times)
     names = played.tracker.state.names
     all_times = [bias_verdict(played.error[:, k], played.cov[:, k], names, each) for k in range(len(played.times))]
@@ -139,9 +139,9 @@ def bias_of(played: Runs, share: float) -> Verdict:
 
 
 def calibration(played: Runs) -> tuple[tuple[str, ...], Array]:
-    """Squared errors over variances (d, r, s) along each free axis, and along and across the estimated velocity.
+    """Return squared errors over variances (d, r, s) along each free axis, and along and across the estimated velocity.
 
-    The estimate is not correlated with its error, so a direction that follows from it is as good as a fixed one.
+    The estimate is uncorrelated with its error, so a direction derived from it is as good as a fixed one.
     """
     space, variance = played.tracker.state, np.diagonal(played.cov, axis1=-2, axis2=-1)
     free = [i for i in range(len(space)) if variance[..., i].min() > 0]
@@ -170,7 +170,7 @@ def calibration_verdict(
         return max(each, key=lambda verdict: max(verdict.figure / verdict.high, verdict.low / max(verdict.figure, 1e-300)))
     low, high = chi_square_band(squares.shape[1], share / squares.shape[2] / len(directions))
     mean = squares.mean(axis=1)
-    # The direction that is out of its band for longest names what is wrong; where none is, the one nearest to it.
+    # Report the direction that is out of its band longest; if none is, the one nearest to it.
     outside = (mean < low) | (mean > high)
     nearest = int(np.unravel_index(_worst(mean, low, high), mean.shape)[0])
     d = int(np.argmax(outside.sum(axis=1))) if outside.any() else nearest
