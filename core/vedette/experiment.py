@@ -30,7 +30,8 @@ _NAMED = 100
 class Result:
     """What came of a run: tracks that were ever confirmed, in the order of their ids.
 
-    `begun` counts all tracks, tentative ones included; `scans` holds those taken, without their bad returns; `refused` holds
+    `begun` counts all tracks, tentative ones included; `approximated` those whose association weights were not exact, once a
+    scan; `scans` holds those taken, without their bad returns; `refused` holds
     what was not taken, and why; `seconds` is the CPU time of the tracker alone; `states` holds what each scan left, if
     it was to be kept; `intake` counts what came in. `framed` holds those taken that brought a frame, with it: lazily, where
     the recording is lazy, and `scans` then lacks the frames, as not all fit into memory.
@@ -43,6 +44,7 @@ class Result:
     begun: int
     seconds: float
     interrupted: bool
+    approximated: int = 0
     states: tuple[State, ...] = ()
     framed: Sequence[Scan] = ()
     intake: Intake = Factory(lambda self: Intake.of({}, self.scans, self.refused), takes_self=True)
@@ -197,6 +199,7 @@ class Experiment:
             begun=steps.state.born,
             seconds=steps.seconds,
             interrupted=interrupted,
+            approximated=steps.state.approximated,
             states=tuple(states),
             intake=steps.intake,
             framed=LazyScans(len(framed), lambda k: scans_given[framed[k]]),

@@ -119,6 +119,7 @@ def stream(experiment: Experiment, folder: Path, *, strict: bool = False, progre
         begun=steps.state.born,
         seconds=steps.seconds,
         interrupted=interrupted,
+        approximated=steps.state.approximated,
         intake=intake,
     )
     score = Score(scans=0, tracks=seen.tracks, nis=seen.nis)

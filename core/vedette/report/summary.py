@@ -45,7 +45,15 @@ def head(experiment: Experiment, result: Result, score: Score) -> list[str]:
     title = experiment.title or "Run"
     lines = [title, "=" * len(title), "", *rows(("LOOKS WRONG", said) for said in warnings(experiment, result, score))]
     lines += [*rows(_read(result)), *_refused(result)]
-    return [*lines, *rows([("tracks", f"{score.tracks:,} confirmed of {result.begun:,} begun")])]
+    return [*lines, *rows(_tracked(result, score))]
+
+
+def _tracked(result: Result, score: Score) -> Iterator[tuple[str, str]]:
+    """Return how many tracks there were, and how often their weights were not exact."""
+    yield "tracks", f"{score.tracks:,} confirmed of {result.begun:,} begun"
+    if result.approximated:
+        times = count(result.approximated, "time")
+        yield "association", f"a track's weights were approximated {times}: its cluster was too large for exact sums"
 
 
 def rows(pairs: Iterable[tuple[str, str]]) -> list[str]:
