@@ -33,7 +33,7 @@ PLACES: dict[str, tuple[float, float, str]] = {
     "tracking": (1.7, 5.0, "the loop: scan by scan"),
     "filters": (0.55, 4.0, "an estimator author's toolbox"),
     "sampling": (3.0, 4.0, "draws from models"),
-    "reproduction": (4.7, 3.0, "published studies run anew"),
+    "reproduction": (4.45, 3.0, "published studies run anew"),
     "supporting": (1.5, 3.0, "births, lifecycles, sources, ..."),
     "roles": (2.9, 2.0, "the contract: four roles"),
     "kernels": (5.2, 1.0, "inner loops, numpy and C++"),

@@ -119,6 +119,30 @@ def test_a_birth_at_an_entrance_is_the_bayes_rule_of_one_target(road):
     np.testing.assert_allclose(later.expected, expected * (1.0 - 0.8 * tracker.gate.probability * np.exp(-1.0)), rtol=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("change", "problem"),
+    [
+        (
+            {"places": [{"start": {"x": [0, 9]}}]},
+            "birth.places[0].start: must state [mean, standard deviation] of y, vx, vy",
+        ),
+        ({"places": []}, "birth.places: must hold at least one, got none"),
+        ({"kind": "from_returns", "spread": {"vx": 9, "vy": 9}}, "birth.sensors: must not hold 'ears': one return of"),
+    ],
+)
+def test_what_a_config_lacks_is_told_when_it_is_built(registry, change, problem):
+    config = {
+        "estimator": {"kind": "second_order", "motion": {"kind": "constant_velocity", "sigma_accel": 1.0}},
+        "sensors": {"ears": {"kind": "time_difference", "sigma": 3, "first": [0, 0], "second": [100, 0]}},
+        "associator": {"kind": "cheap_jpda"},
+        "lifecycle": {"kind": "in_a_row"},
+        "birth": {"kind": "entrances"} | change,
+    }
+    with pytest.raises(vedette.ConfigError) as caught:
+        vedette.build(config, registry)
+    assert str(caught.value).startswith(problem)
+
+
 def test_what_a_square_adds_to_mean_and_covariance_is_exact(road):
     """For x ~ N(m, P), (x1^2, x1 x2) has the mean (m1^2 + P11, m1 m2 + P12) and, beside H P H', the covariance below."""
     from vedette_road.second_order import bend

@@ -40,14 +40,19 @@ class Entrances(vedette.Birth):
     stay: float = vedette.fields.quantity("s", "mean time that a target stays where it came in", default=10, above=0)
     least: float = vedette.fields.probability("existence below which no track starts", default=0.1, above=0)
 
-    def initial_memory(self, estimator, rng):
-        names = estimator.state.names
+    def __attrs_post_init__(self):
+        if not self.places:
+            raise ValueError("places: must hold at least one, got none")
+
+    def _prior(self, state):
         for i, place in enumerate(self.places):
-            if lacking := [name for name in names if name not in place.start]:
-                raise ValueError(f"places[{i}].start: must state the mean and standard deviation of {', '.join(lacking)}")
-        pairs = np.array([[place.start[name] for name in names] for place in self.places])
-        prior = vedette.Gaussian(pairs[..., 0], pairs[..., 1, None] ** 2 * np.eye(len(names)))
-        return Unseen(estimator.start(prior, estimator.state, rng), self._expected())
+            if lacking := [name for name in state.names if name not in place.start]:
+                raise ValueError(f"places[{i}].start: must state [mean, standard deviation] of {', '.join(lacking)}")
+        pairs = np.array([[place.start[name] for name in state.names] for place in self.places])
+        return vedette.Gaussian(pairs[..., 0], pairs[..., 1, None] ** 2 * np.eye(len(state)))
+
+    def initial_memory(self, estimator, rng):
+        return Unseen(estimator.start(self._prior(estimator.state), estimator.state, rng), self._expected())
 
     def _expected(self):
         return np.array([place.arrivals for place in self.places]) * self.stay / 3600.0
@@ -69,7 +74,9 @@ class Entrances(vedette.Birth):
     def begin(self, found, estimator, sensor, name, detections, claimed):
         n, k = len(estimator.state), len(claimed)
         mean, cov, existence = np.zeros((k, n)), np.zeros((k, n, n)), np.zeros(k)
-        if found is not None:
+        if found is None:  # asked when a tracker is built: does each place state what its estimator wants to know?
+            self._prior(estimator.state)
+        else:
             belief, innovation, density = found
             rate = density.sum(axis=0)
             existence = (1.0 - claimed) * rate / (rate + sensor.clutter(detections.z)) * detections.valid
