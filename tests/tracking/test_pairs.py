@@ -1,5 +1,7 @@
 """Pairs of track and return are a batch whose runs are tracks, and leaves are rows that are taken: the contract has both."""
 
+from typing import Any
+
 import attrs
 import numpy as np
 import pytest
@@ -72,8 +74,7 @@ def pairs_of(belief, detections, tracks, returns):
     return take(belief, tracks[:, None], 0), Detections.of(detections.z[returns[:, None]])
 
 
-def test_pairs_evaluated_as_a_batch_are_the_dense_evaluation(scene):
-    estimator, belief, sensor, detections = scene
+def assert_pairs_are_dense(estimator, belief, sensor, detections):
     dense = estimator.evaluate(belief, sensor, detections, P_GATE)
     tracks, returns = np.divmod(np.random.default_rng(1).permutation(T * K), K)
     pairs, each = pairs_of(belief, detections, tracks, returns)
@@ -83,6 +84,27 @@ def test_pairs_evaluated_as_a_batch_are_the_dense_evaluation(scene):
     assert_equal(sparse.distance[:, 0, 0], dense.distance[tracks, returns])
     assert_equal(sparse.nis[:, 0, 0], dense.nis[tracks, returns])
     assert_equal(sparse.log_volume[:, 0], dense.log_volume[tracks])
+
+
+def test_pairs_evaluated_as_a_batch_are_the_dense_evaluation(scene):
+    assert_pairs_are_dense(*scene)
+
+
+@attrs.frozen
+class Comparing:
+    """A mutant: what a return says about a track depends on the other tracks."""
+
+    inner: Any
+
+    def evaluate(self, belief, sensor, detections, p_gate):
+        found = self.inner.evaluate(belief, sensor, detections, p_gate)
+        return attrs.evolve(found, loglik=found.loglik - found.loglik.max(axis=-2, keepdims=True))
+
+
+def test_a_filter_that_compares_its_tracks_is_found_out(scene):
+    estimator, *rest = scene
+    with pytest.raises(AssertionError, match="Not equal to tolerance"):
+        assert_pairs_are_dense(Comparing(estimator), *rest)
 
 
 def test_pairs_updated_as_a_batch_are_the_dense_update_by_that_return(scene):
