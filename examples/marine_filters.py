@@ -24,7 +24,7 @@ def recordings(folder):
 
 
 def filters(config, name):
-    """The three estimators: the config's IMM, its turning mode alone, and a straight mode alone with more noise."""
+    """Yield the three estimators: the config's IMM, its turning mode alone, and a straight mode alone with more noise."""
     imm = vedette.to_config(config)["estimator"]
     yield "IMM-PDAF", imm
     sigma = ALONE[name.split()[0]]
@@ -33,7 +33,7 @@ def filters(config, name):
 
 
 def scores(folder):
-    """Recording, filter and its score, one after the other."""
+    """Yield recording, filter and its score, one after the other."""
     for name, file, overrides in recordings(Path(folder)):
         loaded = vedette.load(HERE / file, overrides=overrides)
         for label, estimator in filters(loaded, name):

@@ -1,7 +1,7 @@
-"""The command `vedette`: what it takes, and how it ends. docs/command-line.md describes it.
+"""The command `vedette`: its arguments and how it ends. docs/command-line.md describes it.
 
-Exit codes: 0 done; 1 a law was broken (`check`);
-2 wrong use, config or input, told without a traceback; 130 interrupted; 141 the reader went away.
+Exit codes: 0 done; 1 a law failed (`check`);
+2 wrong use, config or input, reported without a traceback; 130 interrupted; 141 the reader closed the pipe.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _command(parsed: Namespace) -> int:
-    """Run the command that was asked for, and import no other: help comes at once, and each needs only its own."""
+    """Run the requested command and import no other: help comes at once, and each needs only its own imports."""
     if parsed.command == "run":
         from vedette.commands import run
 
@@ -68,7 +68,7 @@ def _command(parsed: Namespace) -> int:
 
 
 def _forget_stdout() -> None:
-    """Write nowhere from now on: whoever read the output went away, as `| head` does, and nothing is wrong."""
+    """Write nowhere from now on: the reader closed the pipe, as `| head` does, and nothing is wrong."""
     try:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except (OSError, ValueError):
@@ -76,7 +76,7 @@ def _forget_stdout() -> None:
 
 
 class _Version(Action):
-    """Looks the version up only when it is asked for."""
+    """Looks the version up only when it is requested."""
 
     def __call__(self, parser: ArgumentParser, *_: Any) -> None:
         from importlib.metadata import version
@@ -87,7 +87,7 @@ class _Version(Action):
 
 def _parser() -> ArgumentParser:
     parser = ArgumentParser("vedette", description="Compose target trackers from small parts and run them.")
-    parser.add_argument("--version", action=_Version, nargs=0, help="show the version and end")
+    parser.add_argument("--version", action=_Version, nargs=0, help="show the version and exit")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
 
     run = commands.add_parser("run", help="run a tracker on a recording or a simulated scene", description=_RUN)
@@ -110,7 +110,7 @@ def _parser() -> ArgumentParser:
         help="write results as the run goes and keep nothing, for runs of any length",
     )
 
-    reproduce = commands.add_parser("reproduce", help="run a published study anew", description=_REPRODUCE)
+    reproduce = commands.add_parser("reproduce", help="reproduce a published study", description=_REPRODUCE)
     reproduce.add_argument("paper", metavar="PAPER", help="the study: vts, target-oriented, bayes-risk, or a plugin's")
     reproduce.add_argument("--runs", metavar="N", help="Monte-Carlo runs; default: as many as a full study takes")
     reproduce.add_argument("--seed", metavar="N", help="of everything random; default: 1")
@@ -127,7 +127,7 @@ def _parser() -> ArgumentParser:
     study.add_argument("--chunk", metavar="N", help="runs that go in lock-step; default: the study's")
     study.add_argument("--threads", metavar="N", help="how many chunks at once; default: as many as there are cores")
     study.add_argument("--out", metavar="DIR", help="folder for finished chunks and results; default: they are not kept")
-    study.add_argument("--resume", action="store_true", help="go on with the study in the folder --out")
+    study.add_argument("--resume", action="store_true", help="resume the study in the folder --out")
     study.add_argument(
         "--scheduler", metavar="ADDRESS", help="run on the Dask cluster of this scheduler, as tcp://host:8786"
     )
@@ -137,13 +137,15 @@ def _parser() -> ArgumentParser:
     components.add_argument("role", nargs="?", metavar="ROLE", help="only this role: motion, sensor, ...")
     components.add_argument("--json", action="store_true", help="as one JSON object")
 
-    check = commands.add_parser("check", help="try the laws of its role on a component", description=_CHECK)
+    check = commands.add_parser("check", help="test a component against the laws of its role", description=_CHECK)
     check.add_argument("subject", metavar="KIND_OR_MODULE", help="an installed kind, a module, or module:Class")
-    check.add_argument("--profile", default="fast", choices=["fast", "nightly"], help="how hard to look; default: fast")
+    check.add_argument(
+        "--profile", default="fast", choices=["fast", "nightly"], help="how thoroughly to test; default: fast"
+    )
     check.add_argument("--seed", metavar="N", type=int, default=0, help="of everything random; default: 0")
     check.add_argument("--json", action="store_true", help="end standard output with one line of JSON")
 
-    info = commands.add_parser("info", help="say which kernels, libraries and plugins run here", description=_INFO)
+    info = commands.add_parser("info", help="show which kernels, libraries and plugins are used", description=_INFO)
     info.add_argument("--json", action="store_true", help="as one JSON object")
 
     commands.add_parser("schema", help="print the JSON Schema of configs", description=_SCHEMA)
@@ -166,8 +168,8 @@ _RUN = (
     "config, summary and pictures into a folder. Ctrl-C ends the run and keeps what is done."
 )
 _CHECK = (
-    "Try every law of its role on a component, with parameters drawn from what its fields say, and print which held, which "
-    "failed and on what, and which had nothing to judge. Exit code 1 if one failed. Needs vedette[testing]."
+    "Test a component against every law of its role, with parameters drawn by its fields, and print which laws held, which "
+    "failed and on what, and which did not apply. Exit code 1 if one failed. Needs vedette[testing]."
 )
 _REPRODUCE = (
     "Run the whole study of a paper and print its tables, published figures beside measured ones, with a verdict on each "
@@ -175,7 +177,7 @@ _REPRODUCE = (
 )
 _STUDY = (
     "Run every point of a grid of trackers many times on the same drawn scenes, and print means with their standard errors "
-    "and paired differences. With --out, what is done is kept and --resume goes on with it."
+    "and paired differences. With --out, finished chunks are kept, and --resume continues from them."
 )
 _COMPONENTS = "List installed components with their distributions, parameters, units, bounds and defaults."
 _INFO = "Say which versions run here, whether the kernels are the compiled ones and why, and which plugins are installed."

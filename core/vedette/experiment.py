@@ -1,4 +1,4 @@
-"""A tracker, the scans it is to run on, and how the result is judged: what one config file describes."""
+"""A tracker, the scans to run it on, and how the result is judged: what one config file describes."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ from vedette.tracking.validation import with_axes, without_bad_returns
 from vedette.types import Gaussian, LazyScans, Recording, Scan, Track
 
 _NAMED = 100
-"""How many refused things a run that keeps nothing names; all are counted."""
+"""Number of refused parts that a run which keeps nothing names; all are counted."""
 
 
 @frozen(eq=False)
 class Result:
-    """What came of a run: tracks that were ever confirmed, in the order of their ids.
+    """The result of a run: tracks that were ever confirmed, in the order of their ids.
 
     `begun` counts all tracks, tentative ones included; `approximated` those whose association weights were not exact, once a
     scan; `scans` holds those taken, without their bad returns; `refused` holds
-    what was not taken, and why; `seconds` is the CPU time of the tracker alone; `states` holds what each scan left, if
+    what was not taken, and why; `seconds` is the CPU time of the tracker alone; `states` holds the state after each scan, if
     it was to be kept; `intake` counts what came in. `framed` holds those taken that brought a frame, with it: lazily, where
     the recording is lazy, and `scans` then lacks the frames, as not all fit into memory.
     """
@@ -52,9 +52,9 @@ class Result:
 
 @final
 class Steps:
-    """A run under way: iterated over, it gives each scan that was taken, without its bad returns, and the state after it.
+    """A run in progress: iterating over it gives each scan that was taken, without its bad returns, and the state after it.
 
-    Nothing of it grows with the number of scans. `recording` is what the source delivered, `intake` counts what came in,
+    It does not grow with the number of scans. `recording` is what the source delivered, `intake` counts the input,
     `seconds` is the CPU time of the tracker alone, `state` the last one.
     """
 
@@ -94,7 +94,7 @@ class Steps:
                 yield kept, after
 
     def _step(self, state: State, scan: Scan) -> tuple[State | None, Scan, list[Problem]]:
-        """The next state, None if the scan is refused as a whole; the scan without bad returns; what was left out."""
+        """Return the next state (None if the scan is refused), the scan without bad returns, and what was left out."""
         try:
             return self._tracker.step(state, scan), scan, []
         except ScanRefused as error:
@@ -117,7 +117,7 @@ class Experiment:
     preprocessors: dict[str, Preprocessor] = fields.part(
         "tracker's sensor to what makes its scans of raw ones; default: its scans come as they are", default=Factory(dict)
     )
-    judge: Judge = fields.part("how tracks are held against the truth", default=Judge())
+    judge: Judge = fields.part("how tracks are judged against the truth", default=Judge())
     title: str = fields.text("one line that says what this is", default="")
     seed: int = fields.integer("of everything random", default=0)
 
@@ -135,14 +135,14 @@ class Experiment:
         seeds: np.random.SeedSequence | None = None,
         named: float = _NAMED,
     ) -> Steps:
-        """Open the source and give the run over it, scan by scan, for a run of any length: it keeps nothing.
+        """Open the source and return the run over it, scan by scan, for a run of any length: it keeps nothing.
 
         >>> for scan, state in experiment.steps():                               # doctest: +SKIP
         ...     print(scan.time, experiment.tracker.estimate(state).mean)
 
-        A scan or a return that the tracker cannot take is left out, and told in `intake.refused`, the first `named` of them
-        in words; with `strict` it raises ScanRefused. `progress` wraps the scans, to show how far the run is. `seeds` take
-        the place of `seed`, for one of many runs.
+        A scan or a return that the tracker cannot take is left out and listed in `intake.refused`, the first `named` of them
+        in words; with `strict` it raises ScanRefused. `progress` wraps the scans, to show how far the run is. `seeds`
+        replace `seed`, for one of many runs.
         """
         if self.source is None:
             raise ConfigError([Problem("source", "is missing: there are no scans to run on")])
@@ -171,9 +171,9 @@ class Experiment:
     ) -> Result:
         """Run the tracker over all scans, and keep them and the history of every track; `steps` keeps nothing.
 
-        A scan or a return that the tracker cannot take is left out and told in `refused`; with `strict` it raises
+        A scan or a return that the tracker cannot take is left out and listed in `refused`; with `strict` it raises
         ScanRefused. `progress` wraps the scans, to show how far the run is. `keep_states` leaves the states in the result,
-        for `vedette.smooth`. `seeds` take the place of `seed`, for one of many runs. Ctrl-C ends the run and keeps what is
+        for `vedette.smooth`. `seeds` replace `seed`, for one of many runs. Ctrl-C ends the run and keeps what is
         done.
         """
         steps = self.steps(strict=strict, progress=progress, seeds=seeds, named=np.inf)

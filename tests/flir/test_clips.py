@@ -176,7 +176,7 @@ def test_a_scan_without_a_frame_and_a_frame_for_no_camera_are_refused():
     tracker = vedette.load(EXAMPLE).tracker
     n = len(tracker.state)
     state = tracker.start(vedette.Gaussian(np.zeros((0, n)), np.zeros((0, n, n))))
-    with pytest.raises(ScanRefused, match="frame: must bring a frame"):
+    with pytest.raises(ScanRefused, match="frame: must hold a frame"):
         tracker.step(state, Scan(0.0, "camera", vedette.Detections.of([], 2)))
     with pytest.raises(ScanRefused, match="pixels must have shape"):
         tracker.step(state, Scan.image(0.0, "camera", vedette.Frame(np.zeros(4))))

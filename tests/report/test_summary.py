@@ -39,7 +39,7 @@ def test_the_summary_says_how_nees_stands(variance, verdict, scene):
 @pytest.mark.parametrize(
     ("nis", "verdict"),
     [
-        (2.0, "the innovations are as large as the models say"),
+        (2.0, "the innovations fit the models"),
         (8.0, "the squared innovations are 4 times larger"),
         (0.2, "the squared innovations are 10 times smaller"),
     ],

@@ -1,4 +1,4 @@
-"""`vedette check`: the laws of a component's role, tried on an installed component or on those of a module."""
+"""`vedette check`: test the laws of a component's role on an installed component or on those of a module."""
 
 from __future__ import annotations
 

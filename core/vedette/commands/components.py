@@ -1,4 +1,4 @@
-"""`vedette components`: what is installed, and what it takes."""
+"""`vedette components`: what is installed, with its parameters."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def run(arguments: Namespace) -> int:
 
 
 def _unused(registry: Registry) -> dict[str, Any]:
-    """Return what is there and not used, as plain data."""
+    """Return what is installed but not used, as plain data."""
     return {
         "broken": [
             {"distribution": plugin.distribution, "entry_point": plugin.entry_point, "error": plugin.error}
@@ -45,7 +45,7 @@ def _unused(registry: Registry) -> dict[str, Any]:
 
 
 def _described(entry: Installed) -> dict[str, Any]:
-    """Return a component as plain data, with the tables among its parameters, and in these, written out as well."""
+    """Return a component as plain data, with the tables among its parameters, nested ones included."""
     inner = {cls.__name__: [parameter.describe() for parameter in parameters(cls)] for cls in tables(entry.parameters)}
     return entry.describe() | {"tables": inner}
 

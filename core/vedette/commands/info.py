@@ -43,7 +43,7 @@ def _version(name: str) -> str | None:
 
 
 def _plugins(registry: Registry) -> dict[str, str]:
-    """Return of each distribution how many components it brings."""
+    """Return the number of components of each distribution."""
     counts: dict[str, int] = {}
     for entry in registry:
         counts[entry.distribution] = counts.get(entry.distribution, 0) + 1

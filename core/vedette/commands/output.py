@@ -1,4 +1,4 @@
-"""What the commands write only where its libraries are installed, and how they say that it is missing."""
+"""What commands write only if optional libraries are installed, and how they report a missing one."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from vedette.reproduction import Chart
 
 
 def can_write(what: str, extra: str, *modules: str) -> bool:
-    """Return whether all modules are installed; else say on standard error how to get them."""
+    """Return whether all modules are installed; otherwise say on standard error how to install them."""
     if all(find_spec(module) for module in modules):
         return True
     print(f"vedette: no {what} without {' and '.join(modules)}: pip install 'vedette[{extra}]'", file=sys.stderr)
@@ -19,7 +19,7 @@ def can_write(what: str, extra: str, *modules: str) -> bool:
 
 
 def can_draw() -> bool:
-    """Return whether there can be pictures."""
+    """Return whether pictures can be drawn."""
     return can_write("pictures", "report", "matplotlib")
 
 

@@ -1,4 +1,4 @@
-"""`vedette reproduce`: a published study, run anew."""
+"""`vedette reproduce`: reproduce a published study."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def _study(name: str) -> Reproduction:
 
 
 def _whole(option: str, given: str | None, default: int, least: int) -> int:
-    """Return a whole number of the command line; ConfigError if it is none, or too small."""
+    """Return a whole number of the command line; ConfigError if it is not one, or too small."""
     if given is None:
         return default
     try:

@@ -23,7 +23,7 @@ from vedette.tracking.smoothing import check_smoothing
 
 
 def run(arguments: Namespace) -> int:
-    """Run, write, tell; 130 if Ctrl-C ended it early, with what was done written all the same."""
+    """Run, write and report; return 130 if Ctrl-C ended it early, with what was done written all the same."""
     overrides = [*arguments.overrides, *([] if arguments.seed is None else [f"seed={arguments.seed}"])]
     experiment = load(arguments.config, overrides=overrides)
     folder = Path(arguments.out) if arguments.out else Path("out") / Path(arguments.config).stem
@@ -54,7 +54,7 @@ def run(arguments: Namespace) -> int:
 
 
 def _stream(experiment: Experiment, folder: Path, arguments: Namespace) -> int:
-    """Run, write meanwhile and keep nothing."""
+    """Run, write during the run and keep nothing in memory."""
     if arguments.smooth is not None:
         raise ConfigError([Problem("--stream", "keeps nothing of the past, which --smooth needs: give one of the two")])
     from vedette.report.streaming import stream
@@ -65,7 +65,7 @@ def _stream(experiment: Experiment, folder: Path, arguments: Namespace) -> int:
 
 
 def _tell(arguments: Namespace, result: Result, text: str, found: dict[str, Any], written: str) -> int:
-    """Print what came of a run; the exit code."""
+    """Print the result of a run; return the exit code."""
     took = timings(result)
     print(text)
     if took["seconds_per_scan"] is not None:

@@ -21,7 +21,7 @@ from vedette.report.montecarlo import charts, text, write_study
 
 
 def run(arguments: Namespace) -> int:
-    """Carry the study out, print its tables, write its files; 130 if Ctrl-C ended it early."""
+    """Run the study, print its tables, write its files; return 130 if Ctrl-C ended it early."""
     table = read_study(arguments.study)
     for name in ("runs", "seed", "chunk"):
         given = getattr(arguments, name)

@@ -1,4 +1,4 @@
-"""From a config to a tracker and back. The classes are the schema; all problems are told at once, with their paths.
+"""From a config to a tracker and back. The classes are the schema; all problems are reported at once, with their paths.
 
 >>> import vedette
 >>> vedette.build({
@@ -35,10 +35,10 @@ from vedette.tracking.tracker import Tracker
 __all__ = ["apply_overrides", "build", "load", "to_config"]
 
 Config = Mapping[str, Any] | str | Path
-"""A table, with ready objects in it or without, or the path to a TOML, YAML or JSON file."""
+"""A table, with or without component objects in it, or the path to a TOML, YAML or JSON file."""
 
 INLINE = "tracker"
-"""The part of an experiment whose parameters stand at the config's top level, beside the experiment's own."""
+"""The part of an experiment whose parameters are at the config's top level, beside the experiment's own."""
 
 
 def build(config: Config, registry: Registry | None = None) -> Tracker:
@@ -69,7 +69,7 @@ def load(config: Config, registry: Registry | None = None, overrides: Iterable[s
 
 
 def to_config(value: Any) -> dict[str, Any]:
-    """Return a config of plain numbers, strings, lists and tables that builds the equal of a tracker or a component."""
+    """Return a config of plain numbers, strings, lists and tables that builds an equal tracker or component."""
     config: dict[str, Any] = plain(value)
     return config.pop(INLINE) | config if isinstance(value, Experiment) else config
 

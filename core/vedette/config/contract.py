@@ -1,4 +1,4 @@
-"""What a component class must be, and what names of the first contract must not return in it unnoticed."""
+"""What a component class must be, and the names of contract 1 that it must no longer define."""
 
 from __future__ import annotations
 
@@ -32,12 +32,12 @@ OLD_NAMES: dict[str, dict[str, str]] = {
     "preprocessor": {"detect": "`process`", "illustrate": "the hook `vedette_files`"},
     "reproduction": {"usual_runs": "`default_runs`"},
 }
-"""By role, the names of contract 1 that nothing calls any more, and what stands in their place."""
+"""By role, the names of contract 1 that nothing calls any more, and their replacements."""
 
 
 @frozen
 class Installed:
-    """A component class, who brought it, and what it takes."""
+    """A component class, its distribution, and its parameters."""
 
     role: str
     kind: str
@@ -57,7 +57,7 @@ class Installed:
         return f"{f'{self.distribution} {self.version}'.strip()} ({self.cls.__module__}.{self.cls.__qualname__})"
 
     def describe(self) -> dict[str, Any]:
-        """Return all about it as plain data, for listings."""
+        """Return a full description as plain data, for listings."""
         return {
             "role": self.role,
             "kind": self.kind,
@@ -126,7 +126,7 @@ def _old_name(cls: type, role: str) -> str | None:
 
 
 def _check_default(parameter: Parameter) -> None:
-    """Raise TypeError if a parameter has a default that no config could write: listings show it."""
+    """Raise TypeError if a parameter has a default that no config could express: listings show it."""
     try:
         if parameter.default is not NOTHING:
             plain(parameter.default)
@@ -135,7 +135,7 @@ def _check_default(parameter: Parameter) -> None:
 
 
 def _is_frozen(cls: type) -> bool:
-    """Return whether attributes of an instance refuse to be set, tried on one that no constructor has seen."""
+    """Return whether attributes of an instance cannot be set, tested on one made without its constructor."""
     try:
         setattr(object.__new__(cls), "anything", None)  # noqa: B010
     except FrozenInstanceError:

@@ -1,4 +1,4 @@
-"""Reads a config file as plain data. Data is never code: nothing in a file can run or refer to anything."""
+"""Read a config file as plain data. Data is never code: nothing in a file can run or refer to anything."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from typing import Any
 from vedette.errors import ConfigError, Problem
 
 DEEPEST = 32
-"""Tables and lists inside each other; no tracker needs more."""
+"""Greatest depth of nested tables and lists; no tracker needs more."""
 
 LARGEST = 10_000_000
-"""Bytes of a file, and values of a config: more is a recording, or an attack by repeated references."""
+"""Limits on the bytes of a file and the values of a config: more is a recording, or an attack by repeated references."""
 
 
 def read_file(path: str | Path) -> dict[str, Any]:
@@ -60,7 +60,7 @@ def _text(path: Path) -> str:
 
 
 def check_size(config: Mapping[str, Any]) -> None:
-    """Refuse, with the first name of the path, what is nested too deep (or in itself) or holds too many values."""
+    """Refuse, with the first name of the path, what is nested too deep (or in itself) or has too many values."""
     known: dict[int, tuple[int, int]] = {}
     total = 0
     for name, value in config.items():
@@ -73,9 +73,9 @@ def check_size(config: Mapping[str, Any]) -> None:
 
 
 def _extent(value: Any, room: int, known: dict[int, tuple[int, int]]) -> tuple[int, int]:
-    """Return levels and number of values of plain data. Levels are right up to `room`, and more than it beyond.
+    """Return depth and number of values of plain data. The depth is right up to `room`, and more than it beyond.
 
-    A part that is referred to again is not counted anew, so that repeated references cost no time.
+    A part that is referred to again is not counted again, so that repeated references cost no time.
     """
     if not isinstance(value, Mapping | list | tuple):
         return 0, 1

@@ -1,7 +1,7 @@
-"""The door that every component comes through, Vedette's own included.
+"""The hooks through which every component is registered, Vedette's own included.
 
 A plugin is a module, named by an entry point in the group `vedette`, that states the version of the contract it was written
-for and implements the first hook, perhaps the second::
+for and implements the first hook, and optionally the second::
 
     import vedette
 
@@ -32,9 +32,9 @@ specification = pluggy.HookspecMarker("vedette")
 
 @specification
 def vedette_components() -> Iterable[type[Component]]:  # type: ignore[empty-body]  # pluggy reads the signature only
-    """Return the component classes that this plugin brings."""
+    """Return the component classes of this plugin."""
 
 
 @specification
 def vedette_files(folder: Path, experiment: Experiment, result: Result) -> Iterable[str]:  # type: ignore[empty-body]
-    """Write further files of a run into `folder`; return their names, none where there is nothing to say of the run."""
+    """Write further files of a run into `folder`; return their names, none if there is nothing to write."""

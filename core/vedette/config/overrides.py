@@ -22,7 +22,7 @@ Path = tuple[str | int, ...]
 def apply_overrides(config: Mapping[str, Any], overrides: Iterable[str], registry: Registry | None = None) -> dict[str, Any]:
     """Return the config with each `path.to.key=value` or `path.to.list[0].key=value` set, in order; the given one stays.
 
-    A value is read as TOML writes it, and a bare word as a string. ConfigError tells every override that cannot be applied.
+    A value is read as in TOML, and a bare word as a string. ConfigError reports every override that cannot be applied.
     """
     split, problems = [], []
     for override in overrides:
@@ -40,10 +40,10 @@ def apply_overrides(config: Mapping[str, Any], overrides: Iterable[str], registr
 def apply_changes(
     config: Mapping[str, Any], changes: Iterable[tuple[str, Any]], registry: Registry | None = None
 ) -> dict[str, Any]:
-    """Return the config with each (path, value) set, in order; the given one stays. A value is taken as it is.
+    """Return the config with each (path, value) set, in order; the given one stays. A value is used as it is.
 
-    A table on the way that is not there is made. A new `kind` drops what the old kind took and the new one does not, but
-    nothing that an earlier change has set by its name. ConfigError tells every change that cannot be made, at its path.
+    A missing table on the way is created. A new `kind` drops the parameters that the old kind took and the new one does not,
+    but none that an earlier change has set by its name. ConfigError reports every change that cannot be made, at its path.
     """
     split, problems = [], []
     for written, value in changes:
@@ -56,7 +56,7 @@ def apply_changes(
 
 
 def path_of(written: str) -> Path:
-    """Return the path that a change or an override names, in the keys of today; () if it names none."""
+    """Return the path that a change or an override names, in today's keys; () if it names none."""
     path, _ = _leading_path(written)
     return renamed_path(path) if path else ()
 
@@ -64,7 +64,7 @@ def path_of(written: str) -> Path:
 def _changed(
     config: Mapping[str, Any], changes: Iterable[tuple[str, Path, Any]], problems: list[Problem], registry: Registry | None
 ) -> dict[str, Any]:
-    """Return the config with each change made, told at its place if it cannot be; ConfigError with all problems."""
+    """Return the config with each change made; ConfigError with all problems at their places."""
     registry = Registry.installed() if registry is None else registry
     changed: Any = dict(config)
     done: list[Path] = []
@@ -91,7 +91,7 @@ class _Change:
     kept: frozenset[str | int]
 
     def of(self, given: Any, depth: int) -> Any:
-        """Return `given`, which stands `depth` steps down the path, with the change inside; ValueError if that is wrong."""
+        """Return `given`, which is `depth` steps down the path, with the change inside; ValueError if that is wrong."""
         if depth == len(self.path):
             return self.value
         step = self.path[depth]
@@ -114,7 +114,7 @@ class _Change:
         return [*given[:index], self.of(given[index], depth + 1), *given[index + 1 :]]
 
     def _check_new(self, given: Mapping[str, Any], step: str, depth: int) -> None:
-        """Refuse to go through a table that is not there if it looks like a typing error. Its kind may make it."""
+        """Refuse to create a table if its name looks like a typing error. A `kind` may create it."""
         ahead = self.path[depth + 1 :]
         if ahead and isinstance(ahead[0], int):
             raise ValueError(f"there is no list {self._place(depth + 1)};{did_you_mean(step, given)}".rstrip(";"))
@@ -122,7 +122,7 @@ class _Change:
             raise ValueError(f"there is no {self._place(depth + 1)};{did_you_mean(step, given)}")
 
     def _fit(self, table: Mapping[str, Any], kind: str) -> Mapping[str, Any]:
-        """Return the table without what its old kind takes and the new one does not."""
+        """Return the table without the parameters that its old kind takes and the new one does not."""
         old = [entry for entry in self.registry if entry.kind == table.get("kind")]
         roles = [entry.role for entry in old]
         new = [entry for entry in self.registry if entry.kind == kind and (entry.role in roles or not roles)]

@@ -1,6 +1,6 @@
-"""What a class says about its parameters, read from its attrs fields and annotations: the only schema there is.
+"""The parameters of a class, read from its attrs fields and annotations: the only schema there is.
 
-The registry lists it, configs are built and written by it, and the JSON Schema is made of it.
+The registry lists it, configs are built and written by it, and the JSON Schema is generated from it.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ ROLES: dict[str, type[Component]] = {
 
 @frozen
 class Leaf:
-    """A value that the field's own converter and validator judge."""
+    """A value that the field's own converter and validator check."""
 
     hint: Any
 
@@ -101,17 +101,17 @@ class Parameter:
 
     @property
     def unit(self) -> str:
-        """SI unit, "1" for a pure number, "" for what is not a number."""
+        """SI unit, "1" for a pure number, "" for anything that is not a number."""
         return str(self.field.metadata.get("unit", ""))
 
     @property
     def meaning(self) -> str:
-        """Its sentence, with the unit where there is one."""
+        """Its sentence, with the unit if there is one."""
         doc = str(self.field.metadata.get("doc", ""))
         return f"{doc}, in {self.unit}" if self.unit not in ("", "1") else doc
 
     def describe(self) -> dict[str, Any]:
-        """Return all about it as plain data: name, type, unit, doc, required; default, limits, options if any."""
+        """Return a full description as plain data: name, type, unit, doc, required; default, limits, options if any."""
         metadata = self.field.metadata
         return {
             "name": self.name,
@@ -125,13 +125,13 @@ class Parameter:
 
 
 def role_of(cls: type) -> str | None:
-    """Return the name of the role that a class plays: that of the first of its bases that is one."""
+    """Return the name of a class's role: that of the first of its bases that is one."""
     names = {base: name for name, base in ROLES.items()}
     return next((names[base] for base in cls.__mro__ if base in names), None)
 
 
 def parameters(cls: type) -> tuple[Parameter, ...]:
-    """Return what a config may write for an attrs class, in order; TypeError if the class does not say it clearly."""
+    """Return the parameters that a config may give for an attrs class, in order; TypeError if the class is ambiguous."""
     try:
         attrs.resolve_types(cls, include_extras=False)  # once a class: attrs remembers, and it takes a while
     except Exception as error:
@@ -150,7 +150,7 @@ def _parameter(field: attrs.Attribute[Any], hint: Any) -> Parameter:
 
 
 def shape_of(hint: Any) -> Shape:
-    """Return what a config writes for a field annotated with `hint`; TypeError for parts in places that it cannot fill."""
+    """Return the shape of a field annotated with `hint`; TypeError for components in places that a config cannot fill."""
     origin, arguments = get_origin(hint), get_args(hint)
     if origin in (Union, types.UnionType) and len(arguments) == 2 and types.NoneType in arguments:
         return Maybe(shape_of(next(argument for argument in arguments if argument is not types.NoneType)))
@@ -172,14 +172,14 @@ def shape_of(hint: Any) -> Shape:
 
 
 def holds_parts(shape: Shape) -> bool:
-    """Return whether a config is walked into it; else the field's own converter and validator take it whole."""
+    """Return whether a config is walked into it; otherwise the field's own converter and validator take it whole."""
     if isinstance(shape, Many | Names | Maybe):
         return holds_parts(shape.item)
     return isinstance(shape, Part | Table)
 
 
 def tables(own: Iterable[Parameter]) -> list[type]:
-    """Return every plain attrs class that some parameters lead to, each once; TypeError if one is not clear."""
+    """Return every plain attrs class that some parameters lead to, each once; TypeError if one is ambiguous."""
     found: list[type] = []
     todo = [_table_of(parameter.shape) for parameter in own]
     while todo:
@@ -205,7 +205,7 @@ _PLURALS = {"motion": "motion models", "whole number": "whole numbers", "true or
 
 
 def _several(shape: Shape) -> str:
-    """Return what many of a shape are called."""
+    """Return the plural name of a shape."""
     if isinstance(shape, Table):
         return f"tables {shape.cls.__name__}"
     one = in_words(shape)
@@ -213,7 +213,7 @@ def _several(shape: Shape) -> str:
 
 
 def in_words(shape: Shape, ndim: int | None = None) -> str:
-    """Return a shape as a listing shows it; `ndim` is known of arrays."""
+    """Describe a shape for a listing; `ndim` is known for arrays."""
     match shape:
         case Part(role, _):
             return role
@@ -234,7 +234,7 @@ def in_words(shape: Shape, ndim: int | None = None) -> str:
 
 
 def plain(value: Any) -> Any:
-    """Return `value` as numbers, strings, lists and tables; components and attrs values as tables that build their equal."""
+    """Return `value` as numbers, strings, lists and tables; components and attrs values as tables that build an equal."""
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
     if value is None or isinstance(value, bool | int | float | str):

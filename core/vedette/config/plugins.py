@@ -1,4 +1,4 @@
-"""Loads the plugins: what keeps the contract is used, what does not is set aside with its reason and harms no other."""
+"""Load the plugins: one that keeps the contract is used; any other is set aside with its reason, harming none."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ GROUP = "vedette"
 
 @frozen
 class Loaded:
-    """A plugin that keeps the contract: what it brings, and its hooks to call."""
+    """A plugin that keeps the contract: its components, and its hooks."""
 
     distribution: str
     entry_point: str
@@ -34,7 +34,7 @@ class Loaded:
 
 @frozen
 class SetAside:
-    """A plugin that is not used, and why; `kinds` are the roles and kinds that it would bring, None if that is not known."""
+    """A plugin that is not used, and why; `kinds` are the roles and kinds that it would provide, None if unknown."""
 
     distribution: str
     entry_point: str
@@ -45,7 +45,7 @@ class SetAside:
         return f"plugin {self.entry_point!r} of {self.distribution} {self.error}"
 
     def brings(self, role: str, kind: str) -> bool:
-        """Return whether it is known to bring this kind."""
+        """Return whether it is known to provide this kind."""
         return self.kinds is not None and (role, kind) in self.kinds
 
 
@@ -75,7 +75,7 @@ def _owner(dist: Distribution | None) -> tuple[str, str]:
 
 
 def _load(point: EntryPoint, name: str, version: str) -> Loaded | SetAside:
-    """Import one plugin, call its hook and check all that it brings; whatever goes wrong there is its reason."""
+    """Import one plugin, call its hook and check all its components; whatever goes wrong there is its reason."""
     owner = f"{name} {version}".strip()
     try:
         module = point.load()
@@ -100,7 +100,7 @@ def _reason(error: BaseException) -> str:
 
 
 def _hooks(module: Any) -> Any:
-    """Return the hooks of a plugin to call, which no other plugin answers; PluginError if they do not fit."""
+    """Return the hooks of one plugin, which no other plugin answers; PluginError if they do not fit."""
     import pluggy
 
     from vedette.config import hooks
@@ -118,7 +118,7 @@ def _hooks(module: Any) -> Any:
 
 
 def _components(hooks: Any) -> list[type[Component]]:
-    """Return what the hook of a plugin brings, each class once."""
+    """Return the classes that the hook of a plugin provides, each once."""
     brought = hooks.vedette_components()
     if not brought:
         raise PluginError("its function `vedette_components` returns nothing")
@@ -126,13 +126,13 @@ def _components(hooks: Any) -> list[type[Component]]:
 
 
 def _kinds(classes: Iterable[Any]) -> tuple[tuple[str, str], ...]:
-    """Return roles and kinds of classes, as far as they say them."""
+    """Return roles and kinds of classes, as far as they state them."""
     said = [(role_of(cls), getattr(cls, "kind", None)) for cls in classes if isinstance(cls, type)]
     return tuple((role, kind) for role, kind in said if role is not None and isinstance(kind, str))
 
 
 def _would_bring(module: Any) -> tuple[tuple[str, str], ...] | None:
-    """Return the roles and kinds of a plugin of another contract, None if its hook does not tell."""
+    """Return the roles and kinds of a plugin of another contract, None if its hook does not say."""
     try:
         return _kinds(_components(_hooks(module)))
     except (Exception, SystemExit):

@@ -18,7 +18,7 @@ from vedette.roles import Component
 
 @frozen
 class Clash:
-    """A kind that several bring, so that none of them is used."""
+    """A kind that several distributions provide, so that none of them is used."""
 
     entries: tuple[Installed, ...]
 
@@ -29,7 +29,7 @@ class Clash:
 
     @property
     def kind(self) -> str:
-        """The kind that several bring."""
+        """The kind that several provide."""
         return self.entries[0].kind
 
     def __str__(self) -> str:
@@ -54,7 +54,7 @@ def _by_kind(registry: Registry) -> Mapping[tuple[str, str], Installed]:
 
 
 def _unambiguous(entries: Iterable[Installed]) -> tuple[tuple[Installed, ...], tuple[Clash, ...]]:
-    """Return the entries whose kind nobody else brings, and the kinds that several bring; one class may come twice."""
+    """Return the entries whose kind is unique, and the kinds that several provide; one class may come twice."""
     found: dict[tuple[str, str], dict[type[Component], Installed]] = {}
     for entry in entries:
         found.setdefault((entry.role, entry.kind), {}).setdefault(entry.cls, entry)
@@ -80,10 +80,10 @@ class Registry:
 
     @classmethod
     def installed(cls) -> Self:
-        """Return everything that the entry points of the group `vedette` bring.
+        """Return everything that the entry points of the group `vedette` provide.
 
         A plugin that cannot be imported or breaks the contract is kept in `broken` with its reason, and a kind that two
-        bring in `clashes`: neither stops the others.
+        provide in `clashes`: neither stops the others.
         """
         plugins, broken = load_plugins()
         entries, clashes = _unambiguous(entry for plugin in plugins for entry in plugin.entries)
@@ -110,17 +110,17 @@ class Registry:
         return entry
 
     def unused(self, kind: str, roles: Iterable[str] = ROLES) -> list[str]:
-        """Return why a kind of one of the roles is there and not used: several bring it, or its plugin is set aside."""
+        """Return why a kind of one of the roles is installed but unused: several provide it, or its plugin is set aside."""
         roles = list(roles)
         clashes = [str(clash) for clash in self.clashes if clash.kind == kind and clash.role in roles]
         return clashes + [str(plugin) for plugin in self.broken if any(plugin.brings(role, kind) for role in roles)]
 
     def reasons(self) -> list[str]:
-        """Return why anything that is there is not used."""
+        """Return why anything that is installed is not used."""
         return [*map(str, self.broken), *map(str, self.clashes)]
 
     def unreadable(self) -> list[str]:
-        """Return what is wrong with the plugins of which nobody knows what they would bring."""
+        """Return what is wrong with the plugins whose kinds are unknown."""
         return [str(plugin) for plugin in self.broken if plugin.kinds is None]
 
     def unknown(self, role: str, kind: str, candidates: Iterable[Installed]) -> str:

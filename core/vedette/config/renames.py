@@ -17,7 +17,7 @@ MOVED = ("spread", "sensors", "claimed", "initial", "start", "offset")
 
 
 def renamed(given: Mapping[str, Any], registry: Registry) -> dict[str, Any]:
-    """Return a config with the keys of the second contract; ConfigError where an old and a new name say the same."""
+    """Return a config with the keys of the second contract; ConfigError if an old and a new name are both given."""
     config, problems = dict(given), []
     for old, new in RENAMED.items():
         if old in config and new in config:
@@ -47,9 +47,9 @@ def renamed_path(path: tuple[str | int, ...]) -> tuple[str | int, ...]:
 
 
 def with_birth(given: Mapping[str, Any], before: Mapping[str, Any], registry: Registry) -> dict[str, Any]:
-    """Return a config with the birth's kind, where it names none: the one that goes with its lifecycle.
+    """Return a config with the birth's kind; if it names none, the usual one of its lifecycle.
 
-    `before` is the config without its overrides: where they changed the lifecycle, what its old birth took and the new one
+    `before` is the config without its overrides: if they changed the lifecycle, what its old birth took and the new one
     does not is left out.
     """
     lifecycle, birth = given.get("lifecycle"), given.get("birth", {})

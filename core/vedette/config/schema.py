@@ -90,7 +90,7 @@ def _shape(shape: Shape, parameter: Parameter, registry: Registry) -> dict[str, 
         case Table(cls):
             return {"$ref": f"#/$defs/{_name(cls)}"}
         case Leaf(hint):
-            # Nobody knows what a converter from elsewhere takes: for the schema anything is right.
+            # What another converter accepts is unknown: the schema allows anything.
             return _leaf(hint, parameter.field.metadata) if "read" in parameter.field.metadata else {}
 
 
@@ -114,7 +114,7 @@ def _leaf(hint: Any, metadata: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _number(kind: str, limits: Mapping[str, float], unit: str) -> dict[str, Any]:
-    """Return the schema of a number within limits, or a string of a number and, where it has one, a unit."""
+    """Return the schema of a number within limits, or a string of a number and, if it has one, a unit."""
     units = "|".join(written.replace("^", r"\^") for written in spellings(unit))
     tail = f"( ({units}))?" if units else ""
     return {"anyOf": [{"type": kind, **limits}, {"type": "string", "pattern": rf"^\s*{_NUMBER}{tail}\s*$"}]}

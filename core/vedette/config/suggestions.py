@@ -1,4 +1,4 @@
-"""What a name that is not known was probably meant to be."""
+"""What an unknown name was probably meant to be."""
 
 from __future__ import annotations
 
@@ -15,6 +15,6 @@ def nearest(given: str, known: Iterable[str]) -> str | None:
 
 
 def did_you_mean(given: str, known: Iterable[str]) -> str:
-    """Return the question after an unknown name, led by a space; nothing if no known name is near."""
+    """Return the question after an unknown name, preceded by a space; "" if no known name is similar."""
     near = nearest(given, known)
     return f" did you mean {near!r}?" if near else ""

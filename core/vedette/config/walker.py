@@ -30,11 +30,11 @@ from vedette.errors import ConfigError, Problem, VedetteError
 T = TypeVar("T")
 
 LONGEST = 400
-"""Characters of a message that a reader can still take in; a matrix quoted whole may have more."""
+"""Greatest length of a message in characters; a matrix quoted whole may be longer."""
 
 
 class _Failed:
-    """Stands where a value could not be built: its problem is already told."""
+    """Stands for a value that could not be built: its problem is already reported."""
 
 
 FAILED = _Failed()
@@ -49,7 +49,7 @@ def below(place: str, name: str) -> str:
 
 
 def told(given: Any) -> str:
-    """Return what was given, in a few words."""
+    """Describe what was given in a few words."""
     if given is None:
         return "nothing"
     if isinstance(given, Mapping):
@@ -69,13 +69,13 @@ class Walker:
     problems: list[Problem] = field(factory=list, init=False)
 
     def fail(self, place: str, text: str) -> _Failed:
-        """Note a problem."""
+        """Record a problem."""
         short = text if len(text) <= LONGEST else f"{text[:LONGEST]} ..."
         self.problems.append(Problem(place, short))
         return FAILED
 
     def check_names(self, given: Mapping[str, Any], known: Iterable[str], place: str, what: str) -> set[str]:
-        """Note every name that is not known. Returns the known names that they were probably meant to be."""
+        """Record every unknown name. Return the known names that they were probably meant to be."""
         known = list(known)
         absent = [name for name in known if name not in given]
         meant = set()
@@ -91,7 +91,7 @@ class Walker:
     def construct(
         self, cls: type[T], own: Iterable[Parameter], given: Mapping[str, Any], place: str, meant: set[str]
     ) -> T | _Failed:
-        """Build a class from what `given` says about its parameters; no word on missing ones that are in `meant`."""
+        """Build a class from what `given` says about its parameters, without complaint about missing ones in `meant`."""
         own = list(own)
         stated, before = [p for p in own if p.name in given], len(self.problems)
         values = {p.name: self._walked(p, given[p.name], below(place, p.name)) for p in stated}
@@ -119,7 +119,7 @@ class Walker:
         return FAILED
 
     def _sort(self, since: int, places: list[str]) -> None:
-        """Put the latest problems in the order of a class's parameters; those of one parameter stay in theirs."""
+        """Sort the latest problems by a class's parameters; those of one parameter keep their order."""
 
         def order(problem: Problem) -> int:
             found = [i for i, place in enumerate(places) if re.match(rf"{re.escape(place)}($|[.\[])", problem.place)]
@@ -128,7 +128,7 @@ class Walker:
         self.problems[since:] = sorted(self.problems[since:], key=order)
 
     def _complain(self, text: str, place: str, names: Mapping[str, str]) -> None:
-        """Note what a class said about itself: `name: ...` or `name.part[0]: ...` about a parameter, else about it all."""
+        """Record a class's own complaint: `name: ...` or `name.part[0]: ...` about a parameter, else about all of it."""
         found = re.match(r"(\w+)((?:\.[\w-]+|\[\d+\])*): ", text)
         if found and found[1] in names:
             self.fail(below(place, names[found[1]]) + found[2], text[found.end() :])
@@ -136,11 +136,11 @@ class Walker:
             self.fail(place, text)
 
     def _walked(self, parameter: Parameter, given: Any, place: str) -> Any:
-        """Return the parts that were given, built; another value as it is: the constructor converts it, once."""
+        """Return given components, built; any other value as it is: the constructor converts it once."""
         return self._shaped(parameter.shape, given, place) if holds_parts(parameter.shape) else given
 
     def _judge(self, parameter: Parameter, given: Any, place: str) -> None:
-        """Note what is wrong with one value of a class that could not be built: its constructor tells only the first."""
+        """Record what is wrong with one value of a class that could not be built: its constructor reports only the first."""
         name = parameter.field.name
         try:
             value = _converted(parameter.field, given)
@@ -152,7 +152,7 @@ class Walker:
             self._reject(str(error).removeprefix(f"{name}: "), given, place)
 
     def _reject(self, text: str, given: Any, place: str) -> _Failed:
-        """Note a leaf's problem; where it is about one name of a table, at that name."""
+        """Record a leaf's problem; if it is about one name of a table, at that name."""
         name, colon, rest = text.partition(": ")
         if colon and isinstance(given, Mapping) and name in given:
             return self.fail(below(place, name), rest)
@@ -215,20 +215,20 @@ class Walker:
         return self.construct(entry.cls, entry.parameters, given, place, meant)
 
     def _why_not(self, shape: Part, kind: str, candidates: list[Installed]) -> str:
-        """Return why a kind cannot stand here: it is not installed, or not of the narrower base that is wanted."""
+        """Return why a kind cannot be used here: it is not installed, or not of the narrower base that is needed."""
         if self.registry.find(shape.role, kind) is None:
             return self.registry.unknown(shape.role, kind, candidates)
         return f"must be a {shape.base.__name__}, and {kind!r} is none; {_kinds(candidates)}"
 
 
 def _kinds(candidates: Iterable[Installed]) -> str:
-    """Return which kinds there are to choose from."""
+    """Return the kinds to choose from."""
     kinds = ", ".join(entry.kind for entry in candidates)
     return f"installed: {kinds}" if kinds else "none is installed"
 
 
 def _converted(attribute: attrs.Attribute[Any], given: Any) -> Any:
-    """Return what the field's converter makes of a value."""
+    """Return a value converted by the field's converter."""
     convert: Any = attribute.converter
     if convert is None:
         return given

@@ -50,5 +50,5 @@ __all__ = [
 
 @plugin
 def vedette_components() -> Iterable[type[Component]]:
-    """The sources of recorded data."""
+    """Return the sources of recorded data."""
     return [AutoferrySource, CsvSource, JsonLinesSource]

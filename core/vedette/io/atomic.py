@@ -1,4 +1,4 @@
-"""Files that are there whole or not at all."""
+"""Files that are written whole or not at all."""
 
 from __future__ import annotations
 
@@ -11,9 +11,10 @@ from typing import TextIO
 
 @contextmanager
 def whole_file(path: Path) -> Iterator[TextIO]:
-    """A file to write text to, UTF-8 with `\\n` line ends, that takes its name only once all is written.
+    """Open a file for text, UTF-8 with `\
+    ` line ends, that takes its name only once all is written.
 
-    After an error or an interrupt, what was at `path` before is untouched and nothing is left beside it.
+    After an error or an interrupt, what was at `path` before is untouched and no other file is left.
     """
     unfinished = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:

@@ -19,7 +19,7 @@ from vedette.supporting import Source
 from vedette.types import Pose, Recording, Rows, Scan
 
 SENSORS = {1: "lidar", 2: "radar", 3: "infrared", 4: "electro_optical"}
-"""The benchmark's sensorID and what the tracker calls the sensor. The last two are cameras: they give bearings."""
+"""The benchmark's sensorID to the tracker's sensor name. The last two are cameras: they measure bearings."""
 
 POSITION = Space.of(x="m", y="m", range="m", bearing="rad mod 2pi")
 BEARING = Space.of(bearing="rad mod 2pi")
@@ -59,9 +59,9 @@ class AutoferrySource(Source):
             _check_name(name, f"lag.{name}: must be of {', '.join(OFFERED)}")
 
     def open(self, sensors: Mapping[str, Sensor], rng: np.random.Generator) -> Recording:
-        """The scans in the order of their corrected times, those of one time as they stand in the file.
+        """Return the scans in the order of their corrected times, those of equal times in the file's order.
 
-        ConfigError if the tracker's sensors do not fit; InputError if a file is missing, empty or no list in JSON.
+        ConfigError if the tracker's sensors do not fit; InputError if a file is missing, empty or not a list in JSON.
         """
         measured = self._measured(sensors)
         names = [f"scenario{self.scenario}_{part}.json" for part in ("detections", "groundTruth")]
@@ -88,7 +88,7 @@ class AutoferrySource(Source):
         return Recording(tuple(scans), boats, tuple(refused), {"frame": NORTH_EAST}, rows=rows)
 
     def _measured(self, sensors: Mapping[str, Sensor]) -> dict[str, Space]:
-        """The axes that each used sensor measures; ConfigError if the tracker lacks one or it measures others."""
+        """Return the axes that each used sensor measures; ConfigError if the tracker lacks one or it measures others."""
         named = self.sensors if self.sensors is not None else [name for name in OFFERED if name in sensors]
         absent = [name for name in named if name not in sensors]
         problems = [Problem("sensors", f"the tracker has no sensor {name!r}, only {_quoted(sensors)}") for name in absent]
@@ -103,9 +103,9 @@ class AutoferrySource(Source):
         return found
 
     def _scan(self, entry: Any, measured: Mapping[str, Space], place: str, refused: list[Problem]) -> Scan | None:
-        """One entry as a scan, None if there is nothing to use; ValueError if it is not as documented.
+        """Return one entry as a scan, None if there is nothing to use; ValueError if it is not as documented.
 
-        A return that is no number is refused by itself, and with the last one its scan: it was not empty.
+        A return that is not a number is refused by itself, and with the last one its scan: it was not empty.
         """
         if not isinstance(entry, dict):
             raise ValueError(f"must be an object, got {short(entry)}")

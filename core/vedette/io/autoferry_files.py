@@ -23,11 +23,11 @@ PUBLISHER = (
 STATE = Space.of(x="m", y="m", vx="m/s", vy="m/s")
 
 HALF_BASE = 0.5
-"""s. Velocities are differences over twice this: over one sample of 0.04 s the position's jitter alone makes 0.7 m/s."""
+"""In s. Velocities are differences over twice this: over one sample of 0.04 s position jitter alone gives 0.7 m/s."""
 
 
 def entries(path: Path) -> Iterator[tuple[str, Any]]:
-    """What a file lists, each with its place."""
+    """Yield the entries of a file, each with its place."""
     text = whole_text(path)
     if not text.strip():
         raise InputError(f"{path}: is empty. Wanted: {PUBLISHER}")
@@ -41,7 +41,7 @@ def entries(path: Path) -> Iterator[tuple[str, Any]]:
 
 
 def returns(measurement: Any) -> list[tuple[Any, ...]]:
-    """The returns of a lidar or radar as they stand, (north, east) each: [] for none, [n, e] for one, else
+    """Return the returns of a lidar or radar as written, (north, east) each: [] for none, [n, e] for one, else
     [[n, n, ...], [e, e, ...]], norths before easts.
     """
     if measurement == []:
@@ -56,7 +56,7 @@ def returns(measurement: Any) -> list[tuple[Any, ...]]:
 
 
 def bearings(measurement: Any) -> list[tuple[Any, ...]]:
-    """The returns of a camera as they stand: a list of bearings, of which one alone may stand bare."""
+    """Return the bearings of a camera as written: a list, or a single bare number."""
     return [(bearing,) for bearing in (measurement if isinstance(measurement, list) else [measurement])]
 
 
@@ -89,7 +89,7 @@ def truth(path: Path, refused: list[Problem]) -> tuple[tuple[Trajectory, ...], R
 
 
 def _trajectory(name: str, at: Mapping[float, tuple[float, float]]) -> Trajectory:
-    """States from positions, velocities by differences over one second, or what of it lies in the record."""
+    """Return states from positions, with velocities by differences over one second, or over what the record covers of it."""
     times = np.array(sorted(at))
     places = np.array([at[time] for time in times])
     before = np.maximum(times - HALF_BASE, times[0])

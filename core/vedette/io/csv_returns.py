@@ -38,7 +38,7 @@ class Reading:
 
 @frozen
 class Look:
-    """One scan as the file tells it: its id, empty where the file has none, and its returns over the axes that are read."""
+    """One scan as in the file: its id, empty if the file has none, and its returns over the axes that are read."""
 
     scan: str
     returns: tuple[tuple[float, ...], ...]
@@ -47,7 +47,7 @@ class Look:
 @final
 @frozen
 class DetectionColumns:
-    """Where the returns stand: one row a return. Rows of one scan id, else successive rows of one time, form a scan."""
+    """The columns of the returns: one row per return. Rows of one scan id, else successive rows of one time, form a scan."""
 
     time: str = fields.text("column of the time")
     columns: dict[str, str] = fields.names("measured axis to its column: x = 'north_m', bearing = 'azimuth'")
@@ -73,12 +73,12 @@ class DetectionColumns:
                 raise ValueError(f"periods.{name}: must be > 0, got {period:g} s")
 
     def wanted(self) -> dict[str, str]:
-        """The columns to find besides those of the axes: name in this table to title in the file."""
+        """Return the columns to find besides those of the axes: name in this table to title in the file."""
         named = {"time": self.time, "scan": self.scan, "sensor_column": self.sensor_column}
         return {name: title for name, title in named.items() if title}
 
     def readings(self, sensors: Mapping[str, Sensor], with_platform: bool) -> dict[str, Reading]:
-        """What to read for each sensor that the file holds; ConfigError if the columns are not what they measure."""
+        """Return what to read for each sensor that the file holds; ConfigError if the columns are not what they measure."""
         names = [self.sensor] if self.sensor else list(sensors)
         if len(names) > 1 and not self.sensor_column:
             text = f"missing: which of the tracker's sensors is it, {', '.join(map(repr, sensors))}?"
@@ -151,7 +151,7 @@ def _by_time(rows: list[Sample[_Cells]], refused: list[Problem], sort: bool) -> 
 
 
 def _by_scan(rows: list[Sample[_Cells]], refused: list[Problem], sort: bool) -> list[Sample[Look]]:
-    """Scans at the time of most of their rows; rows of another time are refused."""
+    """Return scans at the time of most of their rows; rows of another time are refused."""
     scans: dict[str, list[Sample[_Cells]]] = {}
     for row in rows:
         scans.setdefault(row.value[0], []).append(row)

@@ -36,7 +36,7 @@ from vedette.types import Recording, Rows, Scan, Trajectory
 class CsvSource(Source):
     """Detections from a CSV file with a header line, optionally with files of the truth and of the platform's positions.
 
-    x and y become range and bearing where the tracker's sensor measures these and the platform is given. A row whose
+    x and y become range and bearing if the tracker's sensor measures these and the platform is given. A row whose
     measured cells are all empty says that its scan holds no return. Bad rows are refused, one by one.
     """
 
@@ -57,7 +57,7 @@ class CsvSource(Source):
             raise ValueError("platform.scan: needs the detections' `scan` column too")
 
     def open(self, sensors: Mapping[str, Sensor], rng: np.random.Generator) -> Recording:
-        """All scans in time order, those of one time in the tracker's order of sensors.
+        """Return all scans in time order, those of one time in the tracker's order of sensors.
 
         InputError for a file that is missing, empty, lacks a column or has no good row. ConfigError for columns that
         are not what the sensors measure.
@@ -112,7 +112,7 @@ class CsvSource(Source):
         return {name: table for name, table in named.items() if table is not None}
 
     def _wanted(self) -> str:
-        """What a user who lacks the recording must get hold of, and in which format."""
+        """Describe what a user who lacks the recording must obtain, and in which format."""
         files: dict[str, list[str]] = {}
         for table in self._tables().values():
             titles = [*table.wanted().values(), *table.columns.values()]
@@ -127,7 +127,7 @@ def _rows(used: int, refused: list[Problem], left_out: int = 0) -> Rows:
 
 
 def _odd(name: str, reading: Reading, looks: list[Sample[Look]]) -> Iterator[str]:
-    """Say which angles are larger than a whole turn; the scans wrap them."""
+    """Yield the angles that are larger than a whole turn, in words; the scans wrap them."""
     values = [np.array(look.value.returns).reshape(-1, len(reading.read)) for look in looks]
     for i, axis in enumerate(reading.read.axes):
         if axis.period is not None and values:
@@ -137,7 +137,7 @@ def _odd(name: str, reading: Reading, looks: list[Sample[Look]]) -> Iterator[str
 
 
 def _scan(name: str, look: Sample[Look], reading: Reading, platform: Platform | None, refused: list[Problem]) -> Scan | None:
-    """A scan with its pose; None, and refused, where the platform moves and is not known."""
+    """Return a scan with its pose; None, and refused, if the platform moves and its pose is unknown."""
     pose = None
     if platform is not None:
         pose = platform.pose(look.value.scan, look.time)

@@ -22,7 +22,7 @@ UNCLOSED = f"a quotation mark is not closed, or a cell has more than {WIDEST:,} 
 
 @frozen
 class Row:
-    """One line: where it stands, and the cells that were asked for, stripped, by the name in the config."""
+    """One line: its place, and the requested cells, stripped, by the name in the config."""
 
     place: str
     cells: Mapping[str, str]
@@ -30,14 +30,14 @@ class Row:
 
 @frozen
 class Number:
-    """A column of numbers: its `name` in the config, its title in the file, and what makes SI units of it."""
+    """A column of numbers: its `name` in the config, its title in the file, and the factor to SI units."""
 
     name: str
     title: str
     factor: float
 
     def of(self, row: Row) -> float:
-        """The row's number; ValueError if it is none or is beyond all reason."""
+        """Return the row's number; ValueError if it is not a number or is absurdly large."""
         cell = row.cells[self.name]
         try:
             number = float(cell)
@@ -49,7 +49,7 @@ class Number:
 
 
 def chosen(columns: Mapping[str, str], known: Space, place: str) -> Space:
-    """The axes of `known` that `columns` names, in their standard order; ConfigError at `place` for others."""
+    """Return the axes of `known` that `columns` names, in their standard order; ConfigError at `place` for others."""
     problems = [
         Problem(f"{place}.columns.{name}", f"unknown axis; those are {', '.join(known.names)}")
         for name in columns
@@ -61,9 +61,9 @@ def chosen(columns: Mapping[str, str], known: Space, place: str) -> Space:
 
 
 def numbers(axes: Space, time: str, columns: Mapping[str, str], units: Mapping[str, str], place: str) -> dict[str, Number]:
-    """A column of numbers for each axis, and for the time unless its title is empty.
+    """Return a column of numbers for each axis, and for the time unless its title is empty.
 
-    `units` may name the unit that a column is in. ConfigError if it is unknown, or for a column that is not read.
+    `units` may name the unit of a column. ConfigError if it is unknown, or for a column that is not read.
     """
     named = [Axis("time", "s"), *axes.axes] if time else list(axes.axes)
     known = [axis.name for axis in named]
@@ -85,7 +85,7 @@ def numbers(axes: Space, time: str, columns: Mapping[str, str], units: Mapping[s
 
 
 def rows(path: Path, wanted: Mapping[str, str], place: str, delimiter: str, refused: list[Problem]) -> Iterator[Row]:
-    """The rows of a file, blank lines left out; those of another length than the header's are added to `refused`.
+    """Yield the rows of a file without blank lines; rows of another length than the header's are added to `refused`.
 
     wanted: name in the config -> title of the column; `place` is the config's table that names them, for messages. Each
     line is a row by itself, so a stray quotation mark costs one row. InputError: no file, no rows, a header that lacks a
@@ -112,7 +112,7 @@ def rows(path: Path, wanted: Mapping[str, str], place: str, delimiter: str, refu
         if cells is None:
             refused.append(Problem(line_place, UNCLOSED))
         elif len(cells) != len(header):
-            refused.append(Problem(line_place, f"must have {len(header)} columns as the header has, got {len(cells)}"))
+            refused.append(Problem(line_place, f"must have {len(header)} columns as in the header, got {len(cells)}"))
         else:
             yield Row(line_place, {name: cells[i] for name, i in where.items()})
     if empty:

@@ -1,4 +1,4 @@
-"""What a CSV recording says besides its returns: where the targets were, and where the platform was."""
+"""The truth and the platform's positions in a CSV recording."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ POSE = Space.of(x="m", y="m", vx="m/s", vy="m/s", heading="rad mod 2pi")
 @final
 @frozen
 class TruthColumns:
-    """Where the true states stand: one row an object and time."""
+    """The columns of the true states: one row per object and time."""
 
     file: str = fields.text("file beside the detections")
     time: str = fields.text("column of the time")
@@ -40,7 +40,7 @@ class TruthColumns:
     name: str = fields.text("name of the one object", default="target")
 
     def wanted(self) -> dict[str, str]:
-        """The columns to find besides those of the axes: name in this table to title in the file."""
+        """Return the columns to find besides those of the axes: name in this table to title in the file."""
         named = {"time": self.time, "object": self.object}
         return {name: title for name, title in named.items() if title}
 
@@ -71,7 +71,7 @@ def _trajectory(name: str, space: Space, samples: list[Sample[list[float]]]) -> 
 @final
 @frozen
 class PlatformColumns:
-    """Where the platform's positions stand: by scan, or at times of their own, which are interpolated linearly."""
+    """The columns of the platform's positions: by scan, or at times of their own, which are interpolated linearly."""
 
     columns: dict[str, str] = fields.names("x, y and, if known, vx, vy, heading to their columns")
     units: dict[str, str] = fields.names("axis, or time, to its column's unit where that is not SI: heading = 'deg'")
@@ -90,7 +90,7 @@ class PlatformColumns:
             raise ValueError(f"columns: must also name a column for {', '.join(lacking)}")
 
     def wanted(self) -> dict[str, str]:
-        """The columns to find besides those of the axes: name in this table to title in the file."""
+        """Return the columns to find besides those of the axes: name in this table to title in the file."""
         named = {"time": self.time, "scan": self.scan}
         return {name: title for name, title in named.items() if title}
 
@@ -128,7 +128,7 @@ class Platform:
     rows: int
 
     def pose(self, scan: str, time: float) -> Pose | None:
-        """The pose for a scan at a time in s; None if the recording does not say."""
+        """Return the pose for a scan at a time in s; None if the recording does not state it."""
         if self.track is None:
             state = np.array(self.by_scan[scan]) if scan in self.by_scan else None
         else:

@@ -1,4 +1,4 @@
-"""Scans that a recording left out because they held no return."""
+"""Scans that a recording omits because they held no return."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from vedette.space import Array, Space
 from vedette.types import Detections, Pose, Scan
 
 TOLERANCE = 0.1
-"""How far, as a part of the period, the spacing of the filled scans may be off the period."""
+"""Greatest deviation of the filled scans' spacing from the period, as a fraction of it."""
 
 MOST = 1000
 """A gap of more periods than this is a pause of the recording."""
@@ -19,10 +19,10 @@ HEADING = Space.of(heading="rad mod 2pi")
 
 
 def fill_gaps(scans: list[Scan], period: float) -> list[Scan]:
-    """Scans without returns for each gap of two or more whole periods between the scans of one sensor, in time order.
+    """Add scans without returns in each gap of two or more whole periods between the scans of one sensor, in time order.
 
-    They are spread evenly over the gap, with poses halfway in proportion. A gap that is no whole multiple of `period`
-    in s is left as it is: the sensor stood still, or the period is wrong.
+    They are spread evenly over the gap, with interpolated poses. A gap that is not a whole multiple of `period`
+    in s is left as it is: the sensor paused, or the period is wrong.
     """
     filled = scans[:1]
     for before, after in pairwise(scans):

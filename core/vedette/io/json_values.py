@@ -1,4 +1,4 @@
-"""Numbers out of JSON, without guessing: no strings, no true and false, nothing that is not finite."""
+"""Numbers from JSON, without guessing: no strings, no booleans, nothing that is not finite."""
 
 from __future__ import annotations
 
@@ -51,14 +51,14 @@ def _check_characters(value: Any) -> None:
 
 
 def number(value: Any, what: str) -> float:
-    """A finite number; ValueError says that `what` must be one."""
+    """Return a finite number; ValueError says that `what` must be one."""
     if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= ABSURD:
         raise ValueError(f"{what} must be a finite number of at most {ABSURD:g}, got {short(value)}")
     return float(value)
 
 
 def vector(value: Any, what: str, length: int | None = None) -> list[float]:
-    """A list of finite numbers, of a `length` if given; ValueError says that `what` must be one."""
+    """Return a list of finite numbers, of a `length` if given; ValueError says that `what` must be one."""
     if not isinstance(value, list) or (length is not None and len(value) != length):
         count = "" if length is None else f"{length} "
         raise ValueError(f"{what} must be a list of {count}numbers, got {short(value)}")
@@ -66,6 +66,6 @@ def vector(value: Any, what: str, length: int | None = None) -> list[float]:
 
 
 def short(value: Any) -> str:
-    """A value as a message shows it."""
+    """Format a value for a message."""
     text = json.dumps(value)
     return text if len(text) <= 80 else f"{text[:77]}..."

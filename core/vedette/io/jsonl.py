@@ -28,7 +28,7 @@ POSE_FIELDS = ("position", "velocity", "heading")
 
 @frozen
 class Header:
-    """What the first line of a recording says: the axes of each sensor and each true object, and notes."""
+    """The first line of a recording: the axes of each sensor and each true object, and notes."""
 
     sensors: dict[str, Space]
     truth: dict[str, Space]
@@ -73,7 +73,7 @@ def scan_line(scan: Scan, sensors: Mapping[str, Space]) -> str:
 def read_recording(path: Path, *, sort: bool = False) -> tuple[Recording, dict[str, Space]]:
     """Return a recording and the measurement space of each of its sensors; with `sort`, lines may stand in any order.
 
-    Lines that are no good, a last one that is cut short among them, are in `refused`, the rest is read. InputError if
+    Bad lines, a truncated last one among them, are in `refused`; the rest is read. InputError if
     the file is missing, empty, or its header is not one of this format and version.
     """
     refused: list[Problem] = []
@@ -125,7 +125,7 @@ def units(space: Space) -> dict[str, str]:
 
 
 def line(fields: Mapping[str, Any]) -> str:
-    """One line of JSON; ValueError if a number is not finite."""
+    """Return one line of JSON; ValueError if a number is not finite."""
     return json.dumps(fields, allow_nan=False) + "\n"
 
 
@@ -165,7 +165,7 @@ def _spaces(given: Any, what: str) -> dict[str, Space]:
 
 
 def space_of(axes: Any, what: str) -> Space:
-    """The space of a header's axes; ValueError says that `what` must be axis names to units."""
+    """Return the space of a header's axes; ValueError says that `what` must be axis names to units."""
     if not isinstance(axes, dict) or not axes or not all(isinstance(unit, str) for unit in axes.values()):
         raise ValueError(f"{what} must be axis names to units, got {short(axes)}")
     try:
@@ -189,7 +189,7 @@ def _state(given: Mapping[str, Any], truth: Mapping[str, Space]) -> tuple[str, f
 
 
 def _scan(given: Any, sensors: Mapping[str, Space]) -> tuple[Scan | None, list[str]]:
-    """A scan without its bad returns, and what is wrong with them; None if no return is good, for it was not empty."""
+    """Return a scan without its bad returns, and what is wrong with them; None if no return is good, as it was not empty."""
     if not isinstance(given, dict):
         raise ValueError(f"must be an object, got {short(given)}")
     _check_fields(given, SCAN_FIELDS)

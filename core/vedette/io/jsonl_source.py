@@ -35,9 +35,9 @@ class JsonLinesSource(Source):
     sort: bool = fields.flag("sort all lines by time; default: those that go back in time are refused", default=False)
 
     def open(self, sensors: Mapping[str, Sensor], rng: np.random.Generator) -> Recording:
-        """The scans in time order.
+        """Return the scans in time order.
 
-        InputError if the file is missing or empty, its header is no good, its axes are not what the tracker's sensors
+        InputError if the file is missing or empty, its header is invalid, its axes are not what the tracker's sensors
         measure, or no scan can be used.
         """
         path = find(self.path, f"{self.about or 'a recording'}. Format: Vedette's JSON lines")
@@ -68,7 +68,7 @@ class JsonLinesSource(Source):
 
 
 def _over(measured: Space, scan: Scan, written: Space) -> Scan:
-    """The scan with its axes in the order that the sensor measures them."""
+    """Return the scan with its axes in the sensor's order."""
     if written == measured:
         return scan
     where = written.locate(measured)

@@ -34,7 +34,7 @@ def is_png(path: Path) -> bool:
 
 def _checked(file: BinaryIO) -> tuple[int, int, int]:
     if file.read(len(SIGNATURE)) != SIGNATURE:
-        raise ValueError("is no PNG: its first bytes are not those of one")
+        raise ValueError("is not a PNG: its first bytes are wrong")
     at, size, name = len(SIGNATURE), (0, 0, 0), b""
     while name != b"IEND":
         head = file.read(8)
@@ -53,7 +53,7 @@ def _checked(file: BinaryIO) -> tuple[int, int, int]:
         if len(stated) < 4:
             raise ValueError(f"is cut off after {at + 8 + length + len(stated)} bytes")
         if check != struct.unpack(">I", stated)[0]:
-            raise ValueError(f"is corrupted: wrong checksum of the part {name.decode('latin1')!r} at byte {at}")
+            raise ValueError(f"is corrupted: wrong checksum of the chunk {name.decode('latin1')!r} at byte {at}")
         if name == b"IHDR":
             if length != 13:
                 raise ValueError(f"is corrupted: its header has {length} bytes instead of 13")

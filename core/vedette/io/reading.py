@@ -1,4 +1,4 @@
-"""What all readers share: where a recording lies, its lines, and what keeps it in time order."""
+"""The common part of all readers: finding a recording, its lines, and keeping time order."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ OFFER = "`sort = true` in the source sorts them"
 
 NORTH_EAST = "x north, y east"
 FRAMES = ("x east, y north", NORTH_EAST)
-"""Where the axes of the plane may point. A recording's note `frame` says so where it is not the first: maps turn by it."""
+"""Where the axes of the plane may point. A recording's note `frame` states it unless it is the first: maps follow it."""
 
 
 def find(path: str, wanted: str) -> Path:
@@ -58,7 +58,7 @@ def check_files(folder: Path, files: Sequence[tuple[str, str]], wanted: str) -> 
 
 @frozen(eq=False)
 class Sample(Generic[V]):
-    """Something that a file tells about one time in s, and where it stands."""
+    """A value that a file gives for one time in s, and its place."""
 
     place: str
     time: float
@@ -71,8 +71,8 @@ def in_time_order(samples: Sequence[Sample[V]], refused: list[Problem], *, sort:
 
     Those that break it are added to `refused`: as few as possible.
 
-    What stays is the longest non-decreasing subsequence; of several, the one that keeps the earlier entries. So one time
-    far ahead is refused by itself, rather than all that follow it.
+    What stays is the longest non-decreasing subsequence; of several, the one that keeps the earlier entries. So a single
+    time far ahead is refused by itself, rather than all that follow it.
     """
     if sort:
         return sorted(samples, key=lambda sample: sample.time)
@@ -126,13 +126,13 @@ def _longest_in_order(times: Sequence[float]) -> list[bool]:
 
 
 def detections(columns: Mapping[str, Array], measured: Space) -> Detections:
-    """One scan over the `measured` axes from `columns`, axis name to values (k,), angles wrapped."""
+    """Build one scan over the `measured` axes from `columns`, axis name to values (k,), angles wrapped."""
     z = np.stack([columns[name] for name in measured.names], axis=-1)
     return Detections.of(measured.canonical(z), len(measured))
 
 
 def beyond_period(name: str, axis: Axis, values: Array) -> str | None:
-    """Say that `values` on an axis that wraps are larger than its period, so probably in another unit; or nothing."""
+    """Say that `values` on an axis that wraps exceed its period, so are probably in another unit; None if they do not."""
     largest = float(np.max(np.abs(values[np.isfinite(values)]), initial=0.0))
     if axis.period is None or largest <= 1.0001 * axis.period:
         return None
@@ -143,5 +143,5 @@ def beyond_period(name: str, axis: Axis, values: Array) -> str | None:
 
 
 def polar(x: Array, y: Array, heading: float = 0.0) -> dict[str, Array]:
-    """Range and bearing (k,) of what lies at `x`, `y` (k,) from a platform; the heading turns the bearing."""
+    """Return range and bearing (k,) of positions `x`, `y` (k,) relative to a platform; the heading turns the bearing."""
     return {"range": np.hypot(x, y), "bearing": np.arctan2(y, x) - heading}

@@ -22,9 +22,9 @@ VERSION = 1
 
 
 def write_tracks_csv(path: Path, tracks: Sequence[Track], space: Space) -> None:
-    """One row a track and scan, tracks as given; docs/formats.md lists the columns. Equal tracks give equal bytes.
+    """Write one row per track and scan, tracks as given; docs/formats.md lists the columns. Equal tracks give equal bytes.
 
-    `space` is the state space of all tracks; the header needs it where there are none. A number that is not finite is an
+    `space` is the state space of all tracks; the header needs it if there are none. A number that is not finite is an
     empty cell. ValueError, and no file, for a track over another space or with other modes than the first.
     """
     modes = _modes(tracks, space)
@@ -44,7 +44,7 @@ def csv_head(space: Space, modes: int) -> str:
 
 
 def csv_rows(track: Track) -> Iterator[str]:
-    """Return a track's lines in a CSV file."""
+    """Yield a track's lines in a CSV file."""
     pairs = list(combinations_with_replacement(range(len(track.space)), 2))
     deviations = np.sqrt(np.maximum(np.diagonal(track.cov, axis1=-2, axis2=-1), 0.0))
     triangle = track.cov[:, [i for i, _ in pairs], [j for _, j in pairs]]
@@ -56,7 +56,7 @@ def csv_rows(track: Track) -> Iterator[str]:
 
 
 def write_tracks_jsonl(path: Path, tracks: Sequence[Track], space: Space) -> None:
-    """All that is known of the tracks, one line a track and scan, as `read_tracks` reads it. Equal tracks, equal bytes.
+    """Write the complete tracks, one line per track and scan, as `read_tracks` reads it. Equal tracks give equal bytes.
 
     A number that is not finite is null. ValueError, and no file, as in `write_tracks_csv`.
     """
@@ -73,7 +73,7 @@ def jsonl_head(space: Space) -> str:
 
 
 def jsonl_rows(track: Track) -> Iterator[str]:
-    """Return a track's lines in a file of tracks."""
+    """Yield a track's lines in a file of tracks."""
     for i, time in enumerate(track.times.tolist()):
         found = {
             "track": track.id,
@@ -91,7 +91,7 @@ def jsonl_rows(track: Track) -> Iterator[str]:
 
 
 def read_tracks(path: Path) -> tuple[Track, ...]:
-    """The tracks that `write_tracks_jsonl` wrote, in its order, null as NaN. InputError names the first line that is bad."""
+    """Read the tracks that `write_tracks_jsonl` wrote, in its order, null as NaN. InputError names the first bad line."""
     given = lines(path)
     space = None
     told: dict[int, list[dict[str, Any]]] = {}
@@ -134,14 +134,14 @@ def _cells(numbers: Array) -> list[list[str]]:
 
 
 def _nulled(numbers: Any) -> Any:
-    """As floats or lists of them, None where a number is not finite."""
+    """Return floats or lists of them, None where a number is not finite."""
     if isinstance(numbers, float):
         return float(numbers) if np.isfinite(numbers) else None
     return [_nulled(part) for part in numbers]
 
 
 def _fields(given: Any, n: int) -> dict[str, Any]:
-    """One line's values as arrays; ValueError if it is not a line of a tracks file over n axes."""
+    """Return one line's values as arrays; ValueError if it is not a line of a tracks file over n axes."""
     if not isinstance(given, dict):
         raise ValueError(f"must be an object, got {short(given)}")
     if type(given.get("track")) is not int or type(given.get("confirmed")) is not bool:

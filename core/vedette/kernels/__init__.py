@@ -1,7 +1,7 @@
-"""The inner loops of every Gaussian filter, behind one set of signatures: batch-leading, double precision, pure.
+"""The inner loops of every Gaussian filter, behind one set of signatures: batch axes first, double precision, pure.
 
-They trust their input. Covariances stay symmetric positive semi-definite by construction, not by repair. The kernels that
-every scan goes through have a compiled twin, which takes the calls where it was built; `RUNNING` says what runs and why.
+They trust their input. Covariances stay symmetric positive semi-definite by construction, not by repair. The kernels
+of every scan have a compiled twin, which is called if it was built; `RUNNING` says which runs and why.
 """
 
 from vedette.kernels import association as _association

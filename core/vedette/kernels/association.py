@@ -12,12 +12,12 @@ from vedette.space import Array, Mask
 
 
 def is_plain(z: Array, valid: Mask, axes: int, limit: float) -> bool:
-    """Whether z is (*b, k, axes), valid (*b, k), every return counts, and all numbers are finite and within `limit`."""
+    """Return whether z is (*b, k, axes), valid (*b, k), every return valid, and all numbers finite and within `limit`."""
     return z.shape == (*valid.shape, axes) and valid.ndim > 0 and bool(np.all(valid)) and bool(np.all(np.abs(z) <= limit))
 
 
 def sample_density(distance: Array, valid: Mask, limit: float | Array, log_volume: Array, log_ball: float) -> Array:
-    """Log of the number of returns in each gate, no less than 1, over its volume (*b, t, 1).
+    """Return the log of the number of returns in each gate, no less than 1, over its volume (*b, t, 1).
 
     distance (*b, t, k), valid (*b, k), log_volume log sqrt|S| (*b, t), log_ball the log volume of the gate where |S| = 1.
     """
@@ -35,7 +35,7 @@ def gate_scores(
     log_density: Array,
     evidence: Array | None,
 ) -> Array:
-    """Log scores (*b, t, 1+k) relative to clutter, of tracks that exist with a probability (*b, t); -inf outside the gate.
+    """Return log scores (*b, t, 1+k) relative to clutter, of tracks of existence (*b, t); -inf outside the gate.
 
     loglik (*b, t, 1+k), distance (*b, t, k), valid (*b, k); limit () or (*b, 1, k), the largest squared distance inside;
     log_density broadcasts to (*b, t, k); evidence (*b, 1, k).
@@ -51,14 +51,14 @@ def gate_scores(
 
 
 def softmax(scores: Array) -> Array:
-    """exp(scores) over their sum on the last axis; 0 where a score is -inf, or that is below the smallest normal number."""
+    """Return exp(scores) over their sum on the last axis; 0 where a score is -inf, or where it would be subnormal."""
     likely = exp_or_zero(scores - np.max(scores, axis=-1, keepdims=True))
     likely /= np.sum(likely, axis=-1, keepdims=True)
     return normal_or_zero(likely)
 
 
 def one_hot(scores: Array) -> Array:
-    """1 where a score is the first of the largest on the last axis, else 0."""
+    """Return 1 where a score is the first of the largest on the last axis, else 0."""
     chosen = np.zeros_like(scores)
     np.put_along_axis(chosen, np.argmax(scores, axis=-1)[..., None], 1.0, axis=-1)
     return chosen
@@ -67,11 +67,11 @@ def one_hot(scores: Array) -> Array:
 def existence(
     scores: Array, weights: Array, prior: Array, loglik: Array, p_gate: float, exclusive: bool
 ) -> tuple[Array, Array, Array]:
-    """How far each track was detected, its existence after the scan from `prior` before it, and its P_D; all (*b, t).
+    """Return the probability of detection, the existence after the scan from `prior`, and P_D; all (*b, t).
 
     scores and weights (*b, t, 1+k); column 0 of loglik is log (1 - P_D P_G). Where the associator lets two tracks share a
-    return (not `exclusive`), the older one, which comes first, claims it first: else a newborn track would live off its
-    neighbour's returns. A hard choice says nothing of its doubt, so there existence follows from the score.
+    return (not `exclusive`), the older one, which comes first, claims it first: else a new track would live off its
+    neighbour's returns. A hard assignment does not state its uncertainty, so there existence follows from the score.
     """
     miss = exp_or_zero(loglik[..., 0])
     missed = normal_or_zero(prior * miss)
@@ -90,10 +90,10 @@ def existence(
 
 
 def given_existence(weights: Array, scores: Array, loglik: Array, existence: Array) -> Array:
-    """Weights (*b, t, 1+k) of a track that exists, from those of one that does so with a probability `existence` (*b, t).
+    """Return weights (*b, t, 1+k) given existence, from those of a track of probability `existence` (*b, t).
 
-    A miss says that the target was not detected or that there is none: of its weight, what the first has of both,
-    exp(log e + loglik_0 - score_0), is kept, and the row sums to 1 again. A row of which nothing is left stays as it is.
+    A miss means that the target was not detected or that there is none: only the first's share of its weight,
+    exp(log e + loglik_0 - score_0), is kept, and the row sums to 1 again. A row with nothing left stays as it is.
     """
     with np.errstate(invalid="ignore"):
         kept = exp_or_zero(safe_log(existence) + loglik[..., 0] - scores[..., 0])

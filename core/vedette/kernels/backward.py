@@ -1,4 +1,4 @@
-"""The kernel of smoothing: what is learnt of a later moment, carried back."""
+"""The kernel of smoothing: later information carried back."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from vedette.space import Array
 
 
 def solve_by_root(lower: Array, rows: Array) -> Array:
-    """X (*b, p, q) with X L = rows, for L = `lower` (*b, q, q) as `root` makes it; 0 where that has no variance."""
+    """Return X (*b, p, q) with X L = rows, for L = `lower` (*b, q, q) as `root` makes it; 0 where that has no variance."""
     q = lower.shape[-1]
     pivots = np.diagonal(lower, axis1=-2, axis2=-1)
     whole = lower + np.where(pivots > 0, 0.0, 1.0)[..., None] * np.eye(q)
@@ -17,11 +17,11 @@ def solve_by_root(lower: Array, rows: Array) -> Array:
 
 
 def smooth_step(P: Array, ahead: Array, cross: Array, step: Array, later: Array) -> tuple[Array, Array]:
-    """What x, known as N(., P), gains from a y that was expected as N(., ahead) and is known as N(. + step, later).
+    """Return the update of x, known as N(., P), by y that was predicted as N(., ahead) and is known as N(. + step, later).
 
     P (*b, n, n), ahead and later (*b, q, q), cross (*b, n, q) the covariance of x and y, step (*b, q) -> the shift of
     x's mean G step (*b, n) and its covariance D D' + G later G' (*b, n, n), where G = cross ahead^-1 and
-    D D' = P - G ahead G'. Both come of one root of the joint covariance [ahead, cross'; cross, P], so the result is PSD,
+    D D' = P - G ahead G'. Both come from one root of the joint covariance [ahead, cross'; cross, P], so the result is PSD,
     and what has no variance stays as it is.
     """
     q = ahead.shape[-1]

@@ -10,9 +10,9 @@ from vedette.space import Array
 
 
 def numerical_jacobian(function: Callable[[Array], Array], x: Array, difference: Callable[[Array, Array], Array]) -> Array:
-    """Central differences of `function` (*b, n) -> (*b, m): (*b, m, n), truncation error O(step^2).
+    """Return central differences of `function` (*b, n) -> (*b, m): (*b, m, n), truncation error O(step^2).
 
-    `difference(a, b)` subtracts results, the short way round where they wrap. The step grows with sqrt |x|: one that grew
+    `difference(a, b)` subtracts results, wrapped where they wrap. The step grows with sqrt |x|: one that grew
     with |x| would reach past a target near its sensor in map coordinates, a fixed one would drown in their rounding.
     """
     n = x.shape[-1]

@@ -1,6 +1,6 @@
-"""The kernels of a bank of filters: its modes interact, are weighed by what was seen, and are taken together.
+"""The kernels of a bank of filters: its modes are mixed, weighted by the scan, and combined.
 
-Each mode's arrays come by themselves, in tuples of r: modes may have unlike states. `own` names each mode's axes among the n
+Each mode's arrays are separate, in tuples of r: modes may have different states. `own` names each mode's axes among the n
 of all of them; `absent` (2, n) holds the mean and the variance that an axis has in the modes that lack it.
 """
 
@@ -17,7 +17,7 @@ from vedette.space import Array, Periods, wrapped
 def stacked(
     xs: Sequence[Array], Ps: Sequence[Array], own: Sequence[Sequence[int]], absent: Array, periods: Periods
 ) -> tuple[Array, Array, Array]:
-    """All modes over the same axes: an origin (*b, n), means from there (*b, r, n), covariances (*b, r, n, n)."""
+    """Return all modes over the same axes: an origin (*b, n), means from there (*b, r, n), covariances (*b, r, n, n)."""
     n, shape = absent.shape[-1], (*xs[0].shape[:-1], len(xs))
     means, covs = np.empty((*shape, n)), np.zeros((*shape, n, n))
     means[:] = absent[0]
@@ -38,10 +38,10 @@ def mix_modes(
     absent: Array,
     periods: Periods,
 ) -> tuple[Array, tuple[Array, ...], tuple[Array, ...]]:
-    """The IMM's interaction: log_prob (*b, r) of the modes at the next moment, and what each starts from, on its own axes.
+    """Mix the modes: predicted log_prob (*b, r), and the mean and covariance that each starts from, on its own axes.
 
-    xs: r arrays (*b, n_j), Ps: r arrays (*b, n_j, n_j); log_transition (r, r) from row to column. A mode that no way
-    leads into starts from the whole mixture.
+    xs: r arrays (*b, n_j), Ps: r arrays (*b, n_j, n_j); log_transition (r, r) from row to column. An unreachable mode
+    starts from the whole mixture.
     """
     origin, apart, covs = stacked(xs, Ps, own, absent, periods)
     predicted, means, mixed = imm_mix(log_prob, log_transition, apart, covs)
@@ -56,7 +56,7 @@ def mix_modes(
 def mixture_moments(
     log_prob: Array, xs: Sequence[Array], Ps: Sequence[Array], own: Sequence[Sequence[int]], absent: Array, periods: Periods
 ) -> tuple[Array, Array]:
-    """Mean (*b, n) and covariance (*b, n, n) of the mixture of all modes, the spread of their means included."""
+    """Return mean (*b, n) and covariance (*b, n, n) of the mixture of all modes, the spread of their means included."""
     origin, apart, covs = stacked(xs, Ps, own, absent, periods)
     step, cov = moments(exp_or_zero(log_prob)[..., None, :], apart, covs)
     return wrapped(origin + step[..., 0, :], periods), cov[..., 0, :, :]
@@ -65,8 +65,8 @@ def mixture_moments(
 def weigh_modes(
     log_prob: Array, said: Sequence[tuple[Array, Array, Array, Array]]
 ) -> tuple[Array, Array, Array, Array, Array]:
-    """What the modes say of a scan, together: loglik (*b, 1+k), the least distance (*b, k), the largest log volume (*b), the
-    squared distance expected over modes (*b, k), and the log posterior of the modes under each hypothesis (*b, 1+k, r).
+    """Combine the modes' evaluations: loglik (*b, 1+k), least distance (*b, k), largest log volume (*b), the squared
+    distance expected over modes (*b, k), and the log posterior of the modes under each hypothesis (*b, 1+k, r).
 
     log_prob (*b, r); of each mode loglik (*b, 1+k), distance (*b, k), log volume (*b) and its own expected distance (*b, k).
     """
@@ -79,9 +79,9 @@ def weigh_modes(
 
 
 def split_weights(weights: Array, log_share: Array) -> tuple[Array, tuple[Array, ...]]:
-    """The modes' log probabilities (*b, r) after association, and the weights that each absorbs by, r arrays (*b, 1+k).
+    """Return the modes' log probabilities (*b, r) after association, and each mode's weights, r arrays (*b, 1+k).
 
-    weights (*b, 1+k) of the whole, log_share (*b, 1+k, r). A mode that cannot be keeps the weights of the whole.
+    weights (*b, 1+k) of the whole, log_share (*b, 1+k, r). An impossible mode keeps the weights of the whole.
     """
     with np.errstate(divide="ignore"):
         joint = np.log(weights)[..., None] + log_share
@@ -94,21 +94,21 @@ def split_weights(weights: Array, log_share: Array) -> tuple[Array, tuple[Array,
 
 
 def imm_mix(log_prob: Array, log_transition: Array, xs: Array, Ps: Array) -> tuple[Array, Array, Array]:
-    """Interaction of the IMM: predicted log_prob c (*b, r), and the mean and covariance that each mode starts from.
+    """Mix the modes of the IMM: predicted log_prob c (*b, r), and the mean and covariance that each mode starts from.
 
     log_prob (*b, r), log_transition (r, r) from row to column, xs (*b, r, n), Ps (*b, r, n, n)
     """
     joint = np.swapaxes(log_prob[..., :, None] + log_transition, -1, -2)  # (*b, to, from)
     predicted = log_sum(joint)
-    # A mode that cannot be reached starts from the whole mixture: any prior is as good, but it must be one.
+    # An unreachable mode starts from the whole mixture: any prior will do, but there must be one.
     reached = np.isfinite(predicted)[..., None]
     logs = np.where(reached, joint - np.where(reached, predicted[..., None], 0.0), log_prob[..., None, :])
     return predicted, *moments(exp_or_zero(logs), xs, Ps)
 
 
 def imm_combine(log_prob: Array, loglik: Array, xs: Array, Ps: Array) -> tuple[Array, Array, Array, Array]:
-    """The IMM after a scan: log_prob (*b, r) by Bayes' rule, mean (*b, n) and covariance (*b, n, n) of the mixture, and the
-    log-likelihood of the scan (*b).
+    """Combine the IMM after a scan: log_prob (*b, r) by Bayes' rule, mean (*b, n) and covariance (*b, n, n) of the mixture,
+    and the log-likelihood of the scan (*b).
 
     log_prob (*b, r) predicted, loglik (*b, r) of the scan in each mode, xs (*b, r, n), Ps (*b, r, n, n)
     """

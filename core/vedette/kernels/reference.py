@@ -1,7 +1,7 @@
-"""The kernels in numpy: the fallback where nothing is compiled, and the oracle for what is.
+"""The kernels in numpy: the fallback if nothing is compiled, and the oracle for what is.
 
 Shapes: `*b` batch axes, `t` tracks (or any further batch axis), `k` returns, `n` state, `m` measured, `r` modes, `s` points.
-An axis written `1|k` has one entry for all returns where they share a noise, else one each.
+An axis written `1|k` has one entry for all returns if they share a noise, else one each.
 """
 
 from __future__ import annotations
@@ -18,22 +18,22 @@ _SINGULAR = 1e-12  # an S with a smaller pivot than this part of its diagonal is
 
 
 def safe_log(p: Array) -> Array:
-    """The logarithm of probabilities and densities, no less than log of the smallest normal number: about -708."""
+    """Return the logarithm of probabilities and densities, no less than that of the smallest normal number: about -708."""
     return np.log(np.maximum(p, _TINY))
 
 
 def exp_or_zero(a: Array) -> Array:
-    """exp(a), 0 where that would be below the smallest normal number: arithmetic on such is many times slower."""
+    """Return exp(a), 0 where that would be subnormal: arithmetic on such numbers is many times slower."""
     return np.exp(np.where(a < _LEAST_EXPONENT, -np.inf, a))
 
 
 def normal_or_zero(weights: Array) -> Array:
-    """Return weights >= 0, those below the smallest normal number as 0."""
+    """Return weights >= 0, with subnormal ones as 0."""
     return np.where(weights < _TINY, 0.0, weights)
 
 
 def log_sum(a: Array, axis: int = -1) -> Array:
-    """The logarithm of sum exp(a) over `axis`; -inf where every term is."""
+    """Return the logarithm of sum exp(a) over `axis`; -inf where every term is."""
     top = np.max(a, axis=axis, keepdims=True)
     top = np.where(np.isfinite(top), top, 0.0)
     with np.errstate(divide="ignore"):
@@ -42,24 +42,24 @@ def log_sum(a: Array, axis: int = -1) -> Array:
 
 
 def symmetric(a: Array) -> Array:
-    """The mean of `a` and its transpose: takes out what rounding left of asymmetry."""
+    """Return the mean of `a` and its transpose, which removes asymmetry by rounding."""
     return 0.5 * (a + np.swapaxes(a, -1, -2))
 
 
 def propagate(P: Array, F: Array, Q: Array) -> Array:
-    """F P F' + Q: (*b, n, n)"""
+    """Return F P F' + Q: (*b, n, n)."""
     return symmetric(F @ P @ np.swapaxes(F, -1, -2) + Q)
 
 
 def predict(x: Array, P: Array, F: Array, Q: Array) -> tuple[Array, Array]:
-    """F x (*b, n) and F P F' + Q (*b, n, n); F and Q (n, n) or (*b, n, n)."""
+    """Return F x (*b, n) and F P F' + Q (*b, n, n); F and Q (n, n) or (*b, n, n)."""
     return (F @ x[..., None])[..., 0], propagate(P, F, Q)
 
 
 def _invert(S: Array) -> tuple[Array, Array, Mask]:
-    """Inverse (*b, m, m) and log determinant (*b) of a positive definite S, and where it is not too near singular for them.
+    """Return inverse (*b, m, m) and log determinant (*b) of a positive definite S, and where it is not near singular.
 
-    By LDL' for m <= 2, as LAPACK costs more.
+    It uses LDL' for m <= 2, as LAPACK costs more.
     """
     m = S.shape[-1]
     if m == 1:
@@ -86,20 +86,20 @@ def _invert(S: Array) -> tuple[Array, Array, Mask]:
 
 
 def _each(rows: Array, matrix: Array) -> Array:
-    """Rows (*b, k, m) times matrix (*b, 1|k, m, p): (*b, k, p), in one product where the matrix is shared."""
+    """Multiply rows (*b, k, m) by matrix (*b, 1|k, m, p): (*b, k, p), in one product if the matrix is shared."""
     shared = matrix.shape[-3] == 1
     product: Array = rows @ matrix[..., 0, :, :] if shared else (rows[..., None, :] @ matrix)[..., 0, :]
     return product
 
 
 def _score(nu: Array, inverse: Array, log_det: Array) -> tuple[Array, Array, Array]:
-    """Of residuals nu (*b, k, m) with the inverse of S (*b, 1|k, m, m): log N(nu; 0, S), squared distance, half log |S|."""
+    """Return log N(nu; 0, S), squared distance and half log |S| of residuals nu (*b, k, m) with S^-1 (*b, 1|k, m, m)."""
     distance = np.sum(_each(nu, inverse) * nu, axis=-1)
     return -0.5 * (distance + log_det + nu.shape[-1] * _LOG_2PI), distance, 0.5 * log_det
 
 
 def evaluate(P: Array, nu: Array, H: Array, R: Array) -> tuple[Array, Array, Array, Array, Array]:
-    """What returns say about predicted tracks, z = H x + v.
+    """Evaluate returns against predicted tracks, z = H x + v.
 
     P (*b, t, n, n), nu (*b, t, k, m), H (*b, t, m, n) or (m, n), R (*b, t, 1|k, m, m) ->
     log N(nu; 0, S) (*b, t, k), squared distance (*b, t, k), log sqrt|S| (*b, t, 1|k), the mean's shift (*b, t, k, n),
@@ -122,7 +122,7 @@ def evaluate(P: Array, nu: Array, H: Array, R: Array) -> tuple[Array, Array, Arr
 
 
 def _of(matrices: Array, which: Mask) -> Array:
-    """Those matrices, broadcast over the mask, that it marks."""
+    """Select the matrices, broadcast over the mask, that it marks."""
     found: Array = np.broadcast_to(matrices, (*which.shape, *matrices.shape[-2:]))[which]
     return found
 
@@ -130,7 +130,7 @@ def _of(matrices: Array, which: Mask) -> Array:
 def evaluate_returns(
     P: Array, z: Array, expected: Array, H: Array, R: Array, p_detect: Array | float, p_gate: float, periods: Periods
 ) -> tuple[Array, Array, Array, Array, Array]:
-    """`evaluate` for the returns of a scan z (*b, k, m) against tracks that expect (*b, t, m), P_D (*b, t) and P_G included.
+    """`evaluate` the returns of a scan z (*b, k, m) against tracks that expect (*b, t, m), with P_D (*b, t) and P_G.
 
     periods: index and period of measured axes that wrap. Gives log (1 - P_D P_G) and log P_D + log N(..) in (*b, t, 1+k),
     squared distance (*b, t, k), the largest log sqrt|S| (*b, t), and the shifts and posterior covariances of `evaluate`.
@@ -146,7 +146,7 @@ def evaluate_returns(
 
 
 def update(x: Array, P: Array, z: Array, H: Array, R: Array) -> tuple[Array, Array, Array]:
-    """One return that is surely the target's, z = H x + v (*b, m): x (*b, n), P (*b, n, n), and log N(z; H x, S) (*b).
+    """Update by one return that is the target's, z = H x + v (*b, m): x (*b, n), P (*b, n, n), log N(z; H x, S) (*b).
 
     H (m, n) or (*b, m, n), R (m, m) or (*b, m, m); angles as they are.
     """
@@ -161,9 +161,9 @@ def filter_step(x: Array, P: Array, F: Array, Q: Array, z: Array, H: Array, R: A
 
 
 def root(P: Array) -> Array:
-    """L (*b, n, n), lower triangular, with L L' = P (*b, n, n): Cholesky's, which also takes singular covariances.
+    """Return L (*b, n, n), lower triangular, with L L' = P (*b, n, n): Cholesky's, but singular covariances are allowed.
 
-    A pivot that rounding alone explains counts as zero, and its column with it: an axis without variance gets none at all.
+    A pivot within rounding error counts as zero, and its column with it: an axis without variance gets none at all.
     """
     n = P.shape[-1]
     scale = np.diagonal(P, axis1=-2, axis2=-1)
@@ -177,7 +177,7 @@ def root(P: Array) -> Array:
 
 
 def whiten(vector: Array, cov: Array) -> Array:
-    """L^-1 v with cov = L L': (*b, n), (*b, n, n) -> (*b, n). Axes without variance give 0.
+    """Return L^-1 v with cov = L L': (*b, n), (*b, n, n) -> (*b, n). Axes without variance give 0.
 
     On matched truth the result is N(0, I). ValueError if `cov` is not positive definite on the other axes.
     """
@@ -200,7 +200,7 @@ def whiten(vector: Array, cov: Array) -> Array:
 
 
 def sigma_points(P: Array, kappa: float) -> tuple[Array, Array]:
-    """Offsets (*b, 2n+1, n) from the mean and weights (2n+1,) that have mean 0 and covariance P (*b, n, n).
+    """Return offsets (*b, 2n+1, n) from the mean and weights (2n+1,) that have mean 0 and covariance P (*b, n, n).
 
     Julier and Uhlmann's symmetric set. kappa >= 0 keeps every weight positive, so every moment taken with it is PSD.
     """
@@ -213,7 +213,7 @@ def sigma_points(P: Array, kappa: float) -> tuple[Array, Array]:
 
 
 def evaluate_points(dx: Array, dz: Array, weights: Array, nu: Array, R: Array) -> tuple[Array, Array, Array, Array, Array]:
-    """`evaluate` where points stand for the model: dx (*b, t, s, n) and dz (*b, t, s, m) differences from their means.
+    """`evaluate` with points for the model: dx (*b, t, s, n) and dz (*b, t, s, m) differences from their means.
 
     The posterior covariance is the points' own after the gain, sum w (dx - K dz)(dx - K dz)' + K R K': PSD as they are.
     """
@@ -231,7 +231,7 @@ def evaluate_points(dx: Array, dz: Array, weights: Array, nu: Array, R: Array) -
 
 
 def mixture(P: Array, shift: Array, post: Array, weights: Array) -> tuple[Array, Array]:
-    """Moments of a track's hypotheses: nothing seen (weight 0, covariance P) or return i (weight i, shift i, post).
+    """Return the moments of a track's hypotheses: a miss (weight 0, covariance P) or return i (weight i, shift i, post).
 
     P (*b, t, n, n), shift (*b, t, k, n), post (*b, t, 1|k, n, n), weights (*b, t, 1+k) -> shift of the mean (*b, t, n) and
     covariance (*b, t, n, n), the spread of the means included.
@@ -248,13 +248,13 @@ def mixture(P: Array, shift: Array, post: Array, weights: Array) -> tuple[Array,
 
 
 def weighted_update(x: Array, P: Array, shift: Array, post: Array, weights: Array, periods: Periods) -> tuple[Array, Array]:
-    """`mixture`, and the mean x (*b, t, n) moved by its shift; periods: index and period of state axes that wrap."""
+    """Return `mixture`, with the mean x (*b, t, n) moved by its shift; periods: index and period of state axes that wrap."""
     step, cov = mixture(P, shift, post, weights)
     return wrapped(x + step, periods), cov
 
 
 def moments(weights: Array, xs: Array, Ps: Array) -> tuple[Array, Array]:
-    """Mean (*b, q, n) and covariance (*b, q, n, n) of q Gaussian mixtures of the same r parts.
+    """Return mean (*b, q, n) and covariance (*b, q, n, n) of q Gaussian mixtures of the same r parts.
 
     weights (*b, q, r), xs (*b, r, n), Ps (*b, r, n, n)
     """
@@ -269,7 +269,7 @@ def moments(weights: Array, xs: Array, Ps: Array) -> tuple[Array, Array]:
 def pda_update(
     xs: Array, Ps: Array, z: Array, H: Array, R: Array, p_detect: float, p_gate: float, limit: float, log_density: float
 ) -> tuple[Array, Array, Array]:
-    """Returns z (*b, k, m) of which one at most is the target's, z = H x + v, against each of its modes.
+    """Update each of a target's modes by returns z (*b, k, m) of which at most one is the target's, z = H x + v.
 
     xs (*b, r, n), Ps (*b, r, n, n), H (m, n) or (*b, m, n), R (m, m) or (*b, m, m); angles as they are. A return counts if
     its squared distance from any mode is within `limit`. Gives the moments of each mode's hypotheses, and the log-likelihood

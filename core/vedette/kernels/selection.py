@@ -1,4 +1,4 @@
-"""Which kernels run: the compiled ones where they were built, unless VEDETTE_KERNELS=numpy asks for the reference."""
+"""Selection of the kernels: the compiled ones if they were built, unless VEDETTE_KERNELS=numpy selects the reference."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 @frozen
 class Selection:
-    """The compiled kernels, if they are to run, and what runs and why, in a line."""
+    """The compiled kernels, if they are to run, and a line on what runs and why."""
 
     module: ModuleType | None
     why: str
 
     @classmethod
     def now(cls) -> Selection:
-        """By what is built and what the environment asks for; ConfigError if that cannot be."""
+        """Select by what is built and what the environment asks for; ConfigError if that is impossible."""
         wanted = os.environ.get("VEDETTE_KERNELS", "")
         if wanted not in ("", "numpy", "compiled"):
             raise ConfigError([Problem("VEDETTE_KERNELS", f"must be 'numpy' or 'compiled', got {wanted!r}")])
@@ -39,7 +39,7 @@ class Selection:
         return cls(module, f"compiled, for the instruction set {module.instruction_set()}")
 
     def __call__(self, reference: F) -> F:
-        """The compiled twin of a kernel, which hands to `reference` what it does not take; else `reference` itself."""
+        """Return the compiled twin of a kernel, which passes to `reference` what it does not take, or `reference`."""
         twin: F | None = getattr(self.module, reference.__name__, None)
         if self.module is None or twin is None:
             return reference

@@ -1,4 +1,4 @@
-"""The update of a covariance by its root, for where digits of any other form would cancel."""
+"""The update of a covariance by its root, for cases in which any other form would lose its digits."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ _LOST = 1e-10  # the least part of a variance that an update by other forms may 
 
 
 def bounded_root(P: Array) -> Array:
-    """Return L (*b, n, n), lower triangular, with L L' = P (*b, n, n), where no axis is known better than rounding allows.
+    """Return L (*b, n, n), lower triangular, with L L' = P (*b, n, n), with no pivot below the rounding error.
 
-    A pivot less than that part of its variance is raised to it, so P may be singular, or indefinite by rounding.
+    A pivot less than that fraction of its variance is raised to it, so P may be singular, or indefinite by rounding.
     """
     L = np.zeros_like(P)
     for j in range(P.shape[-1]):
@@ -26,7 +26,7 @@ def bounded_root(P: Array) -> Array:
 
 
 def pivots_exceed(A: Array, least: float) -> Mask:
-    """Whether all pivots of A (*b, n, n), of its LDL', are at least this part of its diagonal: (*b)."""
+    """Return whether all pivots of A (*b, n, n), of its LDL', are at least this fraction of its diagonal: (*b)."""
     L, D = np.zeros_like(A), np.zeros(A.shape[:-1])
     good = np.ones(A.shape[:-2], bool)
     for j in range(A.shape[-1]):
@@ -38,7 +38,7 @@ def pivots_exceed(A: Array, least: float) -> Mask:
 
 
 def keeps_digits(post: Array, P: Array) -> Mask:
-    """Whether post (*b, n, n) is positive definite, and its variances no smaller a part of those of P than digits allow."""
+    """Return whether post (*b, n, n) is positive definite, and its variances not too small against P to keep digits."""
     kept: Mask = np.all(np.diagonal(post, axis1=-2, axis2=-1) >= _LOST * np.diagonal(P, axis1=-2, axis2=-1), axis=-1)
     try:
         np.linalg.cholesky(post)

@@ -12,7 +12,7 @@ Generators = Sequence[np.random.Generator]
 
 
 def normals(rngs: Generators, shape: tuple[int, ...]) -> Array:
-    """Standard normal: (r, *shape), row i from generator i. No other thread may draw from them meanwhile."""
+    """Draw standard normal numbers (r, *shape), row i from generator i. No other thread may draw from them meanwhile."""
     drawn = np.empty((len(rngs), *shape))
     for i, rng in enumerate(rngs):
         drawn[i] = rng.standard_normal(shape)
@@ -20,7 +20,7 @@ def normals(rngs: Generators, shape: tuple[int, ...]) -> Array:
 
 
 def uniforms(rngs: Generators, shape: tuple[int, ...]) -> Array:
-    """Uniform in [0, 1): (r, *shape), row i from generator i. No other thread may draw from them meanwhile."""
+    """Draw uniform numbers in [0, 1) (r, *shape), row i from generator i. No other thread may draw from them meanwhile."""
     drawn = np.empty((len(rngs), *shape))
     for i, rng in enumerate(rngs):
         drawn[i] = rng.random(shape)

@@ -1,6 +1,6 @@
 """Studies of many runs: a grid of trackers, run in lock-step or run by run, in threads, processes or on a cluster.
 
-Names are imported when they are first used: what a source or a reproduction needs is little beside what a study needs.
+Names are imported when first used: a source or a reproduction needs little of what a study needs.
 """
 
 from importlib import import_module

@@ -1,4 +1,4 @@
-"""Carrying a plan out: chunk after chunk, on whatever executor, until all are done, precise enough, or interrupted."""
+"""Carry out a plan: chunk after chunk, on any executor, until all are done, precise enough, or interrupted."""
 
 from __future__ import annotations
 
@@ -18,21 +18,21 @@ from vedette.montecarlo.statistics import precise
 from vedette.montecarlo.store import Store
 from vedette.progress import Progress
 
-KEPT = "the chunks in --out are kept, and --resume goes on with them"
+KEPT = "the chunks in --out are kept, and --resume continues from them"
 
 Chunks = list[list[Chunk]]
-"""First by the place in the runs, then by the point of the grid: every entry holds the same runs at all points."""
+"""Order: first by the position in the runs, then by the point of the grid, so all points hold the same runs."""
 
 
 @frozen
 class Failed:
-    """What a worker says of a chunk that cannot be run; errors themselves do not travel well."""
+    """A worker's message on a chunk that cannot be run; exceptions themselves do not travel well between processes."""
 
     text: str
 
 
 def attempt(experiment: Experiment, seed: int, runs: range, together: bool) -> Chunk | Failed:
-    """One chunk, wherever this is called."""
+    """Run one chunk, wherever this is called."""
     try:
         return run_chunk(experiment, seed, runs, together)
     except VedetteError as error:
@@ -41,7 +41,7 @@ def attempt(experiment: Experiment, seed: int, runs: range, together: bool) -> C
 
 @contextmanager
 def threads_alone() -> Iterator[None]:
-    """BLAS does with one thread meanwhile, where threadpoolctl can tell it to: the chunks take the cores."""
+    """Restrict BLAS to one thread meanwhile, if threadpoolctl is installed: the chunks take the cores."""
     try:
         from threadpoolctl import threadpool_limits
     except ImportError:
@@ -54,9 +54,9 @@ def threads_alone() -> Iterator[None]:
 def carry_out(
     plan: Plan, store: Store | None, executor: Executor | None, width: int, progress: Progress
 ) -> tuple[Chunks, bool]:
-    """All chunks in order, and whether it was interrupted; what `store` has is not run again.
+    """Run all chunks in order; return them and whether it was interrupted; those in `store` are not run again.
 
-    Chunks past the one at which the wanted precision is reached do not count, so the result is the same whatever the width.
+    Chunks past the one at which the wanted precision is reached do not count, so the result does not depend on the width.
     """
     work = _Work(plan, store, progress)
     try:
@@ -73,7 +73,7 @@ def carry_out(
 
 
 def _result(future: Future[Chunk | Failed]) -> Chunk | Failed:
-    """Of a worker; VedetteError if it could not even say what is wrong."""
+    """Return a worker's result; VedetteError if it could not even report what is wrong."""
     try:
         return future.result()
     except (KeyboardInterrupt, VedetteError):
@@ -96,12 +96,12 @@ class _Work:
         self._runs = iter(progress(range(plan.runs * len(plan.points)), "runs"))
 
     def here(self) -> None:
-        """One after the other."""
+        """Run one chunk after the other."""
         for k, point in self._missing():
             self._take(k, point, attempt(*self._order(k, point)))
 
     def on(self, executor: Executor, width: int) -> None:
-        """Up to twice `width` at a time on `executor`, so that no worker waits and an interrupt loses little."""
+        """Run up to twice `width` chunks at a time on `executor`, so that no worker waits and an interrupt loses little."""
         missing, running = self._missing(), dict[Future[Chunk | Failed], tuple[int, int]]()
         try:
             while True:
@@ -117,11 +117,11 @@ class _Work:
                 future.cancel()
 
     def _order(self, k: int, point: int) -> tuple[Experiment, int, range, bool]:
-        """What to run; some kilobytes where it goes to another process."""
+        """Return what to run; some kilobytes if it goes to another process."""
         return self.plan.points[point].experiment, self.plan.seed, self.plan.runs_of(k), self.plan.together
 
     def _missing(self) -> Iterator[tuple[int, int]]:
-        """The chunks that are to be run, until enough are; those in the store are taken from there."""
+        """Yield the chunks to run, until enough are done; those in the store are taken from there."""
         for k in range(self.plan.count):
             for point in range(len(self.plan.points)):
                 if self.enough:
@@ -141,7 +141,7 @@ class _Work:
 
     def _note(self, k: int, point: int, chunk: Chunk) -> None:
         self._done[k, point] = chunk
-        deque(islice(self._runs, len(self.plan.runs_of(k))), maxlen=0)  # these are done
+        deque(islice(self._runs, len(self.plan.runs_of(k))), maxlen=0)  # these are already done
         points = range(len(self.plan.points))
         while not self.enough and all((len(self.whole), i) in self._done for i in points):
             self.whole.append([self._done.pop((len(self.whole), i)) for i in points])

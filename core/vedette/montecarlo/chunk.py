@@ -1,4 +1,4 @@
-"""The smallest piece of work: some runs of one point of the grid, in lock-step where they can be, else one by one."""
+"""The smallest piece of work: some runs of one point of the grid, in lock-step if possible, else one by one."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from vedette.space import Array, Mask, Space
 from vedette.types import Detections, Gaussian, Recording, Scan, Trajectory
 
 SERIES = ("square", "nees", "nis")
-"""What is kept against time: squared position error in m^2, NEES over the number of axes, NIS over what is expected."""
+"""What is kept against time: squared position error in m^2, NEES over the number of axes, NIS over its expectation."""
 ONE_BY_ONE = {
     "position_rmse": "position_rmse_m",
     "velocity_rmse": "velocity_rmse_mps",
@@ -35,15 +35,15 @@ ONE_BY_ONE = {
 }
 """The figures of a run that is judged by itself, and what docs/metrics.md calls them."""
 SQUARED = ("position_rmse", "velocity_rmse")
-"""Of these a run keeps the mean square, so that the mean over runs is one of squares too, and its root is told."""
+"""Of these a run keeps the mean square, so that the mean over runs is one of squares too, and its root is reported."""
 
 
 @frozen(eq=False)
 class Chunk:
-    """What came of some runs: `figures` name to (r,), NaN where there is none; `times` (s,) and sums over runs (3, 5, s).
+    """The result of some runs: `figures` name to (r,), NaN if there is none; `times` (s,) and sums over runs (3, 5, s).
 
-    A series is a ratio of two sums, of v over e (1 but for the NIS, where it is what is expected). The five are the sums of
-    v, v^2, e, e^2 and v e: enough for the ratio and its standard error, however the runs were cut.
+    A series is a ratio of two sums, of v over e (1 but for the NIS, where it is the expectation). The five are the sums of
+    v, v^2, e, e^2 and v e: enough for the ratio and its standard error, however the runs are split.
     """
 
     figures: dict[str, Array]
@@ -52,14 +52,14 @@ class Chunk:
 
 
 def run_chunk(experiment: Experiment, seed: int, runs: Sequence[int], together: bool) -> Chunk:
-    """The runs of one point of the grid, in lock-step or one by one. ConfigError if it cannot be run."""
+    """Run the runs of one point of the grid, in lock-step or one by one. ConfigError if it cannot be run."""
     return (_together if together else _one_by_one)(experiment, Seeds(seed, tuple(runs)))
 
 
 def goes_together(experiment: Experiment) -> bool:
-    """Whether the runs of an experiment can go in lock-step. ConfigError if its scene cannot be drawn.
+    """Return whether the runs of an experiment can go in lock-step. ConfigError if its scene cannot be drawn.
 
-    Three runs rehearse it up to the first time step. Two would not do: an estimator may draw pairs for all runs at once.
+    Three runs are tried up to the first time step. Two would not do: an estimator may draw pairs for all runs at once.
     """
     seeds = Seeds(0, (0, 1, 2))
     try:
@@ -73,7 +73,7 @@ def goes_together(experiment: Experiment) -> bool:
 
 
 def _opened(experiment: Experiment, seeds: Seeds) -> tuple[Gaussian, Scenes]:
-    """Priors and scenes. NotInLockStep where a run may have several tracks or a source that cannot draw them so."""
+    """Return priors and scenes. NotInLockStep if a run may have several tracks or a source that draws run by run."""
     tracker, source = experiment.tracker, experiment.source
     starts = tracker.starts_tracks
     if starts or experiment.preprocessors or not isinstance(source, DrawsTogether):
@@ -88,7 +88,7 @@ def _opened(experiment: Experiment, seeds: Seeds) -> tuple[Gaussian, Scenes]:
 
 
 def _together(experiment: Experiment, seeds: Seeds) -> Chunk:
-    """The runs in lock-step."""
+    """Run the runs in lock-step."""
     (given, scenes), tracker, judged = _opened(experiment, seeds), experiment.tracker, experiment.judge
     runs = run_together(tracker, given, scenes.scans[0].time, scenes.scans, seeds.child(1))
     common = [name for name in scenes.space.names if name in runs.space]
@@ -114,16 +114,16 @@ def _together(experiment: Experiment, seeds: Seeds) -> Chunk:
 
 
 def _sums(v: Array, e: Array) -> list[Array]:
-    """See Chunk: (r, s) -> five of (s,)"""
+    """Return the five sums of Chunk: (r, s) -> five of (s,)."""
     one = np.ones_like(v)
     return [np.einsum("rs,rs->s", a, b) for a, b in ((v, one), (v, v), (e, one), (e, e), (v, e))]
 
 
 def _given(experiment: Experiment, scenes: Scenes) -> Gaussian:
-    """Where the tracker starts in each run: (r, 1, n). NotInLockStep if not with one track."""
+    """Return the tracker's prior in each run: (r, 1, n). NotInLockStep if it is not one track."""
     states = scenes.states[:, 0]
     alike = _prior(experiment, scenes, np.full_like(states[0], np.nan))
-    if np.all(np.isfinite(alike.mean)) and np.all(np.isfinite(alike.cov)):  # unknown truth shows nowhere: it takes no part
+    if np.all(np.isfinite(alike.mean)) and np.all(np.isfinite(alike.cov)):  # the prior does not depend on the truth
         priors = [alike]
     else:
         priors = [_prior(experiment, scenes, state) for state in states]
@@ -133,7 +133,7 @@ def _given(experiment: Experiment, scenes: Scenes) -> Gaussian:
 
 
 def _prior(experiment: Experiment, scenes: Scenes, state: Array) -> Gaussian:
-    """Where the tracker starts if the truth does so at `state` (n,)."""
+    """Return the tracker's prior if the truth starts at `state` (n,)."""
     tracker, time, sensor = experiment.tracker, scenes.scans[0].time, scenes.scans[0].sensor
     truth = Trajectory("", scenes.space, np.array([time]), state[None])
     try:
@@ -146,7 +146,7 @@ def _prior(experiment: Experiment, scenes: Scenes, state: Array) -> Gaussian:
 
 
 def _nees(error: Array, cov: Array) -> Array:
-    """(r, s); NaN where a covariance is singular."""
+    """Return the NEES (r, s); NaN where a covariance is singular."""
     try:
         return nees(error, cov)
     except ValueError:
@@ -159,14 +159,14 @@ def _over(total: Array, expected: Array) -> Array:
 
 
 def _lost(far: Mask, scans: int) -> Array:
-    """Whether a run is farther off than allowed in so many scans in a row (r,)."""
+    """Return whether a run is farther off than allowed for so many successive scans (r,)."""
     counts = np.cumsum(np.pad(far, ((0, 0), (1, 0))), axis=1)
     lost: Array = np.any(counts[:, scans:] - counts[:, :-scans] == scans, axis=1).astype(float)
     return lost
 
 
 def _one_by_one(experiment: Experiment, seeds: Seeds) -> Chunk:
-    """Each run by itself, as `vedette run` does it, judged against its truth."""
+    """Run each run by itself, as `vedette run` does, judged against its truth."""
     rows = []
     for run in seeds.runs:
         result = experiment.run(seeds=sequence(seeds.seed, run))

@@ -19,7 +19,7 @@ from vedette.montecarlo.store import made_by
 
 @contextmanager
 def local(plan: Plan, width: int) -> Iterator[tuple[Executor | None, int]]:
-    """Threads where the runs go in lock-step, as the kernels let others run; else processes; nothing for a width of one."""
+    """Give threads if the runs go in lock-step, as the kernels release the lock; else processes; None for a width of one."""
     if width == 1 or (width > 1 and len(plan.points) * plan.count == 1):
         yield None, 1
         return
@@ -32,7 +32,7 @@ def local(plan: Plan, width: int) -> Iterator[tuple[Executor | None, int]]:
 
 @contextmanager
 def cluster(plan: Plan, address: str, seconds: float = 10.0) -> Iterator[tuple[Executor, int]]:
-    """The workers that a Dask scheduler knows, each asked first whether it can build every point of the plan.
+    """Connect to a Dask scheduler's workers, each asked first whether it can build every point of the plan.
 
     ConfigError if the scheduler does not answer or a worker lacks something.
     """
@@ -42,7 +42,7 @@ def cluster(plan: Plan, address: str, seconds: float = 10.0) -> Iterator[tuple[E
         raise VedetteError("--scheduler needs Dask: pip install 'vedette[cluster]'") from None
     dask: Any = distributed
     try:
-        with ThreadPoolExecutor(1) as aside:  # this thread may have a loop that runs; a client that fails would linger
+        with ThreadPoolExecutor(1) as aside:  # this thread may run an event loop; a failed client would linger
             aside.submit(asyncio.run, _knock(address, seconds)).result()
         client = dask.Client(address, timeout=seconds, set_as_default=False)
     except Exception as error:  # whatever answers there, if it is no scheduler
@@ -76,7 +76,7 @@ def _told_here() -> Iterator[None]:
 
 
 async def _knock(address: str, seconds: float) -> None:
-    """Raises if no Dask process answers in time."""
+    """Raise an error if no Dask process answers in time."""
     import distributed
     from distributed import comm
 
@@ -87,7 +87,7 @@ async def _knock(address: str, seconds: float) -> None:
 
 
 def _check(client: Any, plan: Plan) -> None:
-    """ConfigError tells which workers lack what."""
+    """Raise ConfigError that says which workers lack what."""
     here, problems = made_by(), []
     kinds = sorted({kind for point in plan.points for kind in kinds_in(point.config)})
     for worker, answer in client.run(answer_of_worker, kinds, on_error="return").items():
@@ -105,13 +105,13 @@ def _check(client: Any, plan: Plan) -> None:
 
 
 def answer_of_worker(kinds: list[str]) -> tuple[list[str], dict[str, str]]:
-    """On a worker: which of these kinds are not installed, and the versions."""
+    """Return, on a worker, which of these kinds are not installed, and the versions."""
     known = {entry.kind for entry in Registry.installed()}
     return [kind for kind in kinds if kind not in known], made_by()
 
 
 def kinds_in(config: Any) -> Iterator[str]:
-    """All kinds that a config names."""
+    """Yield all kinds that a config names."""
     if isinstance(config, Mapping):
         if isinstance(config.get("kind"), str):
             yield config["kind"]

@@ -22,7 +22,7 @@ MOST_POINTS = 10_000
 
 @frozen
 class Point:
-    """One point of the grid: what is varied there, by name, the whole config, and what it describes, ready to run here."""
+    """One point of the grid: what is varied there, by name, the whole config, and the experiment built from it."""
 
     labels: dict[str, Any]
     config: dict[str, Any]
@@ -36,7 +36,7 @@ class Point:
 
 
 def short_names(paths: Iterable[str], taken: Iterable[str] = ()) -> dict[str, str]:
-    """Return of each config path as much of its end as tells it from the others: of `associator.kind` the `associator`."""
+    """Return for each config path as much of its end as is unique: for `associator.kind`, `associator`."""
     taken, whole = set(taken), list(paths)
     parts = {path: path.removesuffix(".kind").split(".") for path in whole}
     names = {path: steps[-1] for path, steps in parts.items()}
@@ -49,7 +49,7 @@ def short_names(paths: Iterable[str], taken: Iterable[str] = ()) -> dict[str, st
 
 
 def told(value: Any) -> str:
-    """A swept value in a label."""
+    """Format a swept value for a label."""
     return f"{value:g}" if isinstance(value, float) else value if isinstance(value, str) else json.dumps(plain(value))
 
 
@@ -64,13 +64,13 @@ class Grid:
     registry: Registry
 
     def points(self) -> tuple[Point, ...]:
-        """Return all points, each loaded once to see that it can be built."""
+        """Return all points, each loaded once to check that it can be built."""
         count = max(1, len(self.trackers))
         for values in self.sweep.values():
             count *= len(values)
         if count > MOST_POINTS:
             raise ConfigError([Problem("sweep", f"makes {count:,} points; at most {MOST_POINTS:,} are taken")])
-        alone = self._point({}, self.base, "experiment")  # told first, so that its own faults are not the sweep's
+        alone = self._point({}, self.base, "experiment")  # first, so that its own faults are not reported as the sweep's
         choices = itertools.product(self.trackers or [None], *self.sweep.values())
         return tuple(self._chosen(*each) for each in choices) if self.trackers or self.sweep else (alone,)
 
@@ -90,7 +90,7 @@ class Grid:
 def overridden(
     given: Mapping[str, Any], overrides: Iterable[str], changes: Mapping[str, Mapping[str, Any]], registry: Registry
 ) -> dict[str, Any]:
-    """Return the experiment with its overrides; ConfigError where one of the study's `changes`, by place, would undo one."""
+    """Return the experiment with its overrides; ConfigError if one of the study's `changes`, by place, would undo one."""
     overrides = list(overrides)
     undone = [
         Problem(f"--set {override}", f"has no effect: the study sets {place}.{path}")

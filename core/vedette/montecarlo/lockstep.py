@@ -15,7 +15,7 @@ from vedette.types import Gaussian, Scan
 
 @frozen(eq=False)
 class Runs:
-    """What a single-target tracker made of `s` scans in each of its runs `*b`.
+    """The estimates of a single-target tracker after `s` scans in each of its runs `*b`.
 
     times (s,) in s, mean (*b, s, n), cov (*b, s, n, n) over `space`, mode_prob (*b, s, r) or None; nis and hit (*b, s): the
     squared distance weighted over the scan's returns, and the weight of having been detected.

@@ -1,4 +1,4 @@
-"""What came of a study: figures of every run, means with their errors, series against time, differences between points."""
+"""The result of a study: figures of every run, means with their errors, series against time, differences between points."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Against:
 
 @frozen(eq=False)
 class Outcome:
-    """All of a study: `figures` name to (points, runs), NaN where a run has none; `against` one series a point."""
+    """The result of a study: `figures` name to (points, runs), NaN where a run has none; `against` one series a point."""
 
     plan: Plan
     figures: dict[str, Array] = field(repr=False)
@@ -42,23 +42,23 @@ class Outcome:
 
     @property
     def runs(self) -> int:
-        """How many runs were done at every point."""
+        """Number of runs done at every point."""
         return len(next(iter(self.figures.values()))[0])
 
     def means(self, point: int) -> dict[str, Mean]:
-        """Every figure at a point of the grid."""
+        """Return every figure at a point of the grid."""
         return {name: mean(name, values[point]) for name, values in self.figures.items()}
 
     def differences(self, point: int, other: int = 0) -> dict[str, Mean]:
-        """Every figure at a point minus that of another, paired by run."""
+        """Return every figure at a point minus that of another, paired by run."""
         return {name: difference(name, values[point], values[other]) for name, values in self.figures.items()}
 
     def table(self) -> list[dict[str, Any]]:
-        """A row a point: its labels, and each figure with its standard error."""
+        """Return a row for each point: its labels, and each figure with its standard error."""
         return [{**at.labels, **_plain(self.means(i))} for i, at in enumerate(self.plan.points)]
 
     def data(self) -> dict[str, Any]:
-        """All but runs and series, as plain data."""
+        """Return all but runs and series, as plain data."""
         paired = [{**at.labels, **_plain(self.differences(i))} for i, at in enumerate(self.plan.points) if i]
         return {
             "title": self.plan.title,
@@ -72,7 +72,7 @@ class Outcome:
         }
 
     def dataset(self) -> xarray.Dataset:
-        """Labelled arrays over the axes of the grid, the runs and the times; attributes say what made them."""
+        """Return labelled arrays over the axes of the grid, the runs and the times; attributes state their origin."""
         try:
             import xarray
         except ImportError:
@@ -99,7 +99,7 @@ class Outcome:
 
 
 def outcome(plan: Plan, chunks: Chunks, *, interrupted: bool) -> Outcome:
-    """Put the chunks together."""
+    """Combine the chunks."""
     points = range(len(plan.points))
     names = [name for name in UNITS if all(name in chunks[0][i].figures for i in points)]
     figures = {name: np.stack([gathered(chunks, name, i) for i in points]) for name in names}
@@ -123,7 +123,7 @@ def _plain(means: dict[str, Mean]) -> dict[str, Any]:
 
 
 def _dimensions(paths: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the ends of the config paths, as long as they must be not to clash."""
+    """Return the ends of the config paths, long enough to be unique."""
     return tuple(short_names(paths, {"run", "step", "time", *UNITS}).values())
 
 
@@ -140,7 +140,7 @@ def _padded(rows: list[Array], steps: int) -> Array:
 
 
 def numeric_axes(plan: Plan) -> Iterator[str]:
-    """The axes of the grid along which a curve can be drawn."""
+    """Yield the axes of the grid along which a curve can be drawn."""
     for path, values in plan.axes.items():
         if len(values) > 1 and _numbers(values):
             yield path

@@ -24,7 +24,7 @@ from vedette.units import in_unit
 
 MOST_RUNS = 1_000_000_000
 TOGETHER, ALONE = 2000, 10
-"""Most runs of a chunk: in lock-step about as many as fit the cache; else few, that all processes have work."""
+"""Most runs of a chunk: in lock-step about as many as fit the cache; else few, so that all processes have work."""
 UNITS = {
     "position_rmse": "m",
     "velocity_rmse": "m/s",
@@ -38,7 +38,7 @@ UNITS = {
     "ospa": "m",
     "confirmed_after": "s",
 }
-"""All figures of a study. NEES is over the number of axes and NIS over what is expected: both 1 on matched truth."""
+"""All figures of a study. NEES is over the number of axes and NIS over its expectation: both 1 on matched truth."""
 NAMES = ("title", "experiment", "runs", "seed", "chunk", "sweep", "trackers", "precision")
 
 
@@ -58,29 +58,29 @@ class Plan:
 
     @property
     def hash(self) -> str:
-        """Of all that decides what a run gives; not of how many runs there are, nor of when to stop."""
+        """Of all that determines a run's result; not of the number of runs, nor of when to stop."""
         text = json.dumps([[point.labels, point.config] for point in self.points], sort_keys=True, default=repr)
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 
     @property
     def count(self) -> int:
-        """How many chunks a point has."""
+        """Number of chunks of a point."""
         return -(-self.runs // self.chunk)
 
     def runs_of(self, k: int) -> range:
-        """The runs of the k-th chunk."""
+        """Return the runs of the k-th chunk."""
         return range(k * self.chunk, min((k + 1) * self.chunk, self.runs))
 
 
 def whole(place: str, given: Any, least: int, most: int = MOST_RUNS) -> int:
-    """A whole number of the study; ConfigError if it is none."""
+    """Return a whole number of the study; ConfigError if it is not one."""
     if isinstance(given, bool) or not isinstance(given, int) or not least <= given <= most:
         raise ConfigError([Problem(place, f"must be a whole number from {least} to {most:,}, got {given!r}")])
     return given
 
 
 def read_study(path: str | Path) -> dict[str, Any]:
-    """The table of a study's file, its `experiment` in it, read from the file that it may name relative to the study."""
+    """Return the table of a study's file, with its `experiment`, which it may name by a path relative to the study."""
     table = read_file(path)
     experiment = table.get("experiment")
     if isinstance(experiment, str):
@@ -91,7 +91,7 @@ def read_study(path: str | Path) -> dict[str, Any]:
 def plan(table: Mapping[str, Any], overrides: Sequence[str] = ()) -> Plan:
     """Return a study from its table, its experiment changed by `overrides` as `vedette run` would change it.
 
-    ConfigError tells every problem, with its place.
+    ConfigError reports every problem, with its place.
     """
     problems = [
         Problem(str(name), f"unknown;{did_you_mean(str(name), NAMES)} a study takes {', '.join(NAMES)}")
@@ -132,7 +132,7 @@ def plan(table: Mapping[str, Any], overrides: Sequence[str] = ()) -> Plan:
 
 
 def _draws(experiment: Experiment) -> bool:
-    """Whether another seed gives another run."""
+    """Return whether another seed gives another run."""
     parts = (experiment.source, experiment.tracker.estimator, experiment.tracker.birth)
     return any(part is not None and part.draws for part in parts)
 
@@ -148,13 +148,13 @@ def _all_the_same(points: tuple[Point, ...], runs: int) -> str:
 
 
 def _piece(runs: int) -> int:
-    """Runs of a chunk in lock-step; chunks are even in number, that two threads end together, but for few runs."""
+    """Return the runs of a chunk in lock-step; chunks are even in number for two threads, but for few runs."""
     pieces = 2 * -(-runs // (2 * TOGETHER)) if 2 * runs > TOGETHER else 1
     return -(-runs // pieces)
 
 
 def _precision(given: Any) -> dict[str, float]:
-    """Figure to the standard error at which it is known well enough, in the unit of the figure."""
+    """Return figure to the standard error at which it is known well enough, in the unit of the figure."""
     if given is None:
         return {}
     if not isinstance(given, Mapping) or not given:
@@ -201,5 +201,5 @@ def _trackers(given: Any) -> dict[str, Mapping[str, Any]]:
 
 
 def by_point(values: Array, axes: Mapping[str, tuple[Any, ...]]) -> Array:
-    """What leads with the points as an array that leads with the axes of the grid."""
+    """Reshape an array that leads with the points to one that leads with the axes of the grid."""
     return values.reshape(*(len(each) for each in axes.values()), *values.shape[1:])

@@ -27,5 +27,5 @@ class DrawsTogether(Protocol):
     """A source that can draw the scenes of many runs in lock-step."""
 
     def open_together(self, sensors: Mapping[str, Sensor], rngs: Sequence[np.random.Generator]) -> Scenes | None:
-        """The scene of each generator, which alone decides it; None if this scene cannot be drawn so."""
+        """Return the scene of each generator, which alone determines it; None if this scene cannot be drawn so."""
         ...

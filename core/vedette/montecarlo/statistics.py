@@ -13,7 +13,7 @@ from vedette.space import Array
 
 @frozen
 class Mean:
-    """A mean over `runs` that have the figure, and its standard error; None where there are too few."""
+    """A mean over `runs` that have the figure, and its standard error; None if there are too few."""
 
     value: float | None
     error: float | None
@@ -21,7 +21,7 @@ class Mean:
 
 
 def mean(name: str, values: Array) -> Mean:
-    """Of one figure (r,): NaN is a run without it. Of SQUARED figures the root of the mean, its error by linearisation."""
+    """Return the mean of one figure (r,): NaN is a run without it. For SQUARED figures it is the root."""
     values = values[np.isfinite(values)]
     n = len(values)
     if n == 0:
@@ -35,9 +35,9 @@ def mean(name: str, values: Array) -> Mean:
 
 
 def difference(name: str, a: Array, b: Array) -> Mean:
-    """Figure a minus figure b (r,), run by run: both met the same truth and the same returns, so most of the noise cancels.
+    """Return figure a minus figure b (r,), run by run: both have the same truth and returns, so most of the noise cancels.
 
-    Of SQUARED figures the difference of the roots, linearised: its terms are a / 2 rms(a) - b / 2 rms(b).
+    For SQUARED figures it is the difference of the roots, linearised: its terms are a / 2 rms(a) - b / 2 rms(b).
     """
     both = np.isfinite(a) & np.isfinite(b)
     a, b, n = a[both], b[both], int(np.count_nonzero(both))
@@ -54,12 +54,12 @@ def difference(name: str, a: Array, b: Array) -> Mean:
 
 
 def gathered(chunks: Sequence[Sequence[Chunk]], name: str, point: int) -> Array:
-    """One figure of all runs at a point (r,)."""
+    """Gather one figure of all runs at a point (r,)."""
     return np.concatenate([each[point].figures[name] for each in chunks])
 
 
 def precise(chunks: Sequence[Sequence[Chunk]], wanted: Mapping[str, float]) -> bool:
-    """Whether every wanted figure is known well enough at every point that has it. Never without a wish."""
+    """Return whether every wanted figure is known well enough at every point that has it; False if none is wanted."""
     if not wanted or not chunks:
         return False
     for name, error in wanted.items():
@@ -72,7 +72,7 @@ def precise(chunks: Sequence[Sequence[Chunk]], wanted: Mapping[str, float]) -> b
 
 
 def ratios(sums: Array, runs: int) -> tuple[Array, Array]:
-    """Ratio v / e and its standard error, from sums over runs (*b, 5, s) as in Chunk: both (*b, s).
+    """Return the ratio v / e and its standard error, from sums over runs (*b, 5, s) as in Chunk: both (*b, s).
 
     With residuals u = v - R e, whose mean is 0, the error is the root of sum u^2 / (N - 1) N, over the mean of e.
     """

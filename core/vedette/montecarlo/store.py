@@ -1,4 +1,4 @@
-"""The folder of a study: a manifest that says what makes its runs, and every finished chunk, whole or not at all."""
+"""The folder of a study: a manifest that states what determines its runs, and every finished chunk, whole or not at all."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Store:
     folder: Path
 
     def read(self, point: int, k: int, runs: int) -> Chunk | None:
-        """A finished chunk of so many runs, or None."""
+        """Return a finished chunk of so many runs, or None."""
         try:
             with np.load(self._path(point, k), allow_pickle=False) as file:
                 figures = {name[2:]: file[name] for name in file.files if name.startswith("f_")}
@@ -41,7 +41,7 @@ class Store:
         return chunk if all(len(values) == runs for values in figures.values()) else None
 
     def write(self, point: int, k: int, chunk: Chunk) -> None:
-        """Keep a finished chunk. VedetteError if the disk does not take it."""
+        """Write a finished chunk. VedetteError if the disk does not take it."""
         arrays = {f"f_{name}": values for name, values in chunk.figures.items()}
         with told(self.folder), whole_binary(self._path(point, k)) as file:
             np.savez(file, times=chunk.times, sums=chunk.sums, **arrays)  # type: ignore[arg-type]
@@ -52,17 +52,17 @@ class Store:
 
 @contextmanager
 def told(folder: Path) -> Iterator[None]:
-    """Say of a disk that takes no more what is kept, and how to go on."""
+    """Report, for a disk that is full, what is kept and how to go on."""
     try:
         yield
     except OSError as error:
         reason = error.strerror or str(error)
-        raise VedetteError(f"{folder}: {reason}; the finished chunks are kept, and --resume goes on with them") from None
+        raise VedetteError(f"{folder}: {reason}; the finished chunks are kept, and --resume continues from them") from None
 
 
 @contextmanager
 def whole_binary(path: Path) -> Iterator[BinaryIO]:
-    """A file to write bytes to that takes its name only once all is written."""
+    """Open a binary file that takes its name only once all is written."""
     unfinished = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         with unfinished.open("wb") as file:
@@ -73,22 +73,22 @@ def whole_binary(path: Path) -> Iterator[BinaryIO]:
 
 
 def made_by() -> dict[str, str]:
-    """What else decides the last bits of a run."""
+    """Return what else determines the last bits of a run."""
     found = {name: version(name) for name in ("vedette", "numpy", "scipy")}
     return found | {"python": platform.python_version(), "machine": platform.machine(), "kernels": kernels.RUNNING}
 
 
 def manifest(plan: Plan) -> dict[str, Any]:
-    """All that must be equal for chunks to be of one study."""
+    """Return all that must be equal for chunks to be of one study."""
     return {"study": plan.hash, "seed": plan.seed, "chunk": plan.chunk, **made_by(), "table": plan.given}
 
 
 def open_store(folder: Path, plan: Plan, *, resume: bool) -> Store:
-    """The folder, made or gone on with. ConfigError if it holds a study and `resume` is not asked for, or another study."""
+    """Create or reopen the folder. ConfigError if it holds a study and `resume` is not set, or another study."""
     path, wanted = folder / MANIFEST, manifest(plan)
     if path.exists():
         if not resume:
-            raise ConfigError([Problem("--out", f"{str(folder)!r} holds a study; --resume goes on with it")])
+            raise ConfigError([Problem("--out", f"{str(folder)!r} holds a study; --resume continues it")])
         _check(path, wanted)
         for left in (folder / CHUNKS).glob(".*.part"):
             left.unlink(missing_ok=True)
@@ -106,7 +106,7 @@ def _check(path: Path, wanted: dict[str, Any]) -> None:
         if not isinstance(there, dict):
             raise ValueError("no table")
     except (OSError, ValueError) as error:
-        raise InputError(f"{path}: is no manifest of a study: {error}") from None
+        raise InputError(f"{path}: is not the manifest of a study: {error}") from None
     other = [
         Problem(f"{path}: {name}", f"must be {value!r} to go on, got {there.get(name)!r}")
         for name, value in wanted.items()

@@ -34,9 +34,9 @@ def monte_carlo(
     """Run a config `runs` times, at every point of the grid that `trackers` and `sweep` span, with common random numbers.
 
     Run i draws from SeedSequence(seed, spawn_key=(i,)), whatever `chunk`, `threads` or `scheduler`: to the last bit on one
-    machine with one chunk, to 1e-12 otherwise. With `out`, finished chunks are kept there and `resume` goes on with them.
+    machine with one chunk, to 1e-12 otherwise. With `out`, finished chunks are kept there and `resume` continues from them.
     `precision` maps figures to standard errors at which the study may stop early. `progress` wraps the runs, to show how far
-    the study is. ConfigError tells all that is wrong.
+    the study is. ConfigError reports all that is wrong.
     """
     table = {
         "experiment": read_file(config) if isinstance(config, str | Path) else config,

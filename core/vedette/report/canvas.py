@@ -1,4 +1,4 @@
-"""What all pictures share: a figure without global state, its colours, its file."""
+"""The common part of all pictures: a figure without global state, its colours, its file."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ TRACKS = (
     *("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"),
     *("#332288", "#882255", "#117733", "#999933", "#44aa99", "#aa4499"),
 )
-"""Colours that people with any colour vision tell apart: those of Okabe and Ito, then those of Paul Tol."""
+"""Colours that people with any colour vision can tell apart: those of Okabe and Ito, then those of Paul Tol."""
 
 INK, SOFT, FAINT = "#1a1a1a", "#6e6e6e", "#dcdcdc"
 
@@ -22,7 +22,7 @@ MODES = ("#bcd7ea", "#f2b48c", "#9fd3bf", "#e3c2d6", "#f4d58d", "#c9c4e6")
 
 
 def colour(i: int) -> str:
-    """The colour of the i-th track or object."""
+    """Return the colour of the i-th track or object."""
     return TRACKS[i % len(TRACKS)]
 
 
@@ -31,7 +31,7 @@ _HEAD = 0.62
 
 
 def figure(height: float = 9.0) -> Figure:
-    """An empty figure, 1200 px wide and 100 px for each of its inches high, with room for a head."""
+    """Return an empty figure, 1200 px wide and 100 px for each of its inches high, with room for a head."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
     from matplotlib.layout_engine import ConstrainedLayoutEngine
@@ -44,7 +44,7 @@ def figure(height: float = 9.0) -> Figure:
 
 
 def head(made: Figure, title: str, facts: str) -> None:
-    """A title, and under it in smaller letters what the picture is made of."""
+    """Write a title, and under it in smaller letters what the picture shows."""
     from textwrap import shorten
 
     height = made.get_figheight()
@@ -53,7 +53,7 @@ def head(made: Figure, title: str, facts: str) -> None:
 
 
 def plain(axes: Axes) -> None:
-    """Take away what carries no information."""
+    """Remove what carries no information."""
     axes.spines[["top", "right"]].set_visible(False)
     axes.spines[["left", "bottom"]].set_color(SOFT)
     axes.tick_params(colors=SOFT, labelsize=9.5)

@@ -13,7 +13,7 @@ from vedette.space import Array
 
 @frozen(eq=False)
 class Shown:
-    """What is drawn: figures at `times` (s,), 1 expected of each, with the bands of one point where they are exact."""
+    """What is drawn: figures at `times` (s,), 1 expected of each, with the bands of one point if they are exact."""
 
     consistent: bool
     runs: int

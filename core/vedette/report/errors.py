@@ -1,4 +1,4 @@
-"""The picture of errors: how far off the tracks are, whether their covariances say so, and which mode they are in."""
+"""The picture of errors: how large they are, whether the covariances fit, and the mode probabilities."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _MOST = 6
-"""True objects with a row of their own; the others count in the NEES all the same."""
+"""Number of true objects with a row of their own; the others still count in the NEES."""
 
 _GAP = "#f6c8c0"
 
 
 def errors(experiment: Experiment, result: Result) -> Figure:
-    """Errors against time, a row for each true object; then NEES and NIS against their bands. 1200 px wide."""
+    """Draw errors against time, a row for each true object; then NEES and NIS against their bands. 1200 px wide."""
     followed, seen = traces(experiment, result), innovations(experiment, result)
     shown, begin = followed[:_MOST], result.scans[0].time if result.scans else 0.0
     modes = next((track.mode_prob.shape[1] for track in result.tracks if track.mode_prob is not None), 0)
@@ -52,7 +52,7 @@ def errors(experiment: Experiment, result: Result) -> Figure:
 
 
 def _show_object(places: Sequence[Axes], trace: Trace, begin: float, unit: str) -> None:
-    """The row of one true object: its position error, velocity error, and with a third place the modes."""
+    """Draw the row of one true object: its position error, velocity error, and in a third place the modes."""
     times = trace.times - begin
     _show_error(places[0], times, trace, trace.error, trace.sigma)
     _show_error(places[1], times, trace, trace.speed_error, trace.speed_sigma)
@@ -64,7 +64,7 @@ def _show_object(places: Sequence[Axes], trace: Trace, begin: float, unit: str) 
 
 
 def _show_error(axes: Axes, times: Array, trace: Trace, error: Array, sigma: Array) -> None:
-    """An error (s,), two standard deviations of it by the filter's own account, and where there was no track."""
+    """Draw an error (s,), two standard deviations of it by the filter's covariance, and where there was no track."""
     axes.fill_between(times, 0.0, 2.0 * sigma, color=canvas.FAINT, linewidth=0, zorder=1)
     _shade(axes, times, ~trace.covered)
     for track in np.unique(trace.track[trace.covered]).tolist():
@@ -78,7 +78,7 @@ def _show_error(axes: Axes, times: Array, trace: Trace, error: Array, sigma: Arr
 
 
 def _shade(axes: Axes, times: Array, where: Mask) -> None:
-    """A background where something holds, half way to the neighbouring scans."""
+    """Shade the background where something holds, half way to the neighbouring scans."""
     edges = np.concatenate([times[:1], 0.5 * (times[1:] + times[:-1]), times[-1:]])
     starts = np.flatnonzero(np.diff(np.concatenate([[False], where, [False]]).astype(int)))
     for first, after in starts.reshape(-1, 2).tolist():
@@ -86,7 +86,7 @@ def _shade(axes: Axes, times: Array, where: Mask) -> None:
 
 
 def _show_modes(axes: Axes, times: Array, modes: Array | None) -> None:
-    """Mode probabilities (s, r) stacked to 1; nothing where they are NaN."""
+    """Draw mode probabilities (s, r) stacked to 1; nothing where they are NaN."""
     top = np.zeros((len(times), 0)) if modes is None else np.cumsum(modes, axis=1)
     for k in range(top.shape[1]):
         bottom = top[:, k - 1] if k else np.zeros(len(times))
@@ -96,7 +96,7 @@ def _show_modes(axes: Axes, times: Array, modes: Array | None) -> None:
 
 
 def _show_normalised(axes: Axes, seen: Normalised, begin: float, name: str) -> None:
-    """Normalised squared errors on a scale of decades, over the band of chi-square."""
+    """Draw normalised squared errors on a logarithmic scale, over the band of chi-square."""
     if not len(seen.value):
         axes.text(0.5, 0.5, f"no {name}", transform=axes.transAxes, ha="center")
         axes.set(xticks=[], yticks=[])
@@ -115,7 +115,7 @@ def _show_normalised(axes: Axes, seen: Normalised, begin: float, name: str) -> N
 
 
 def _explain(made: Figure, modes: tuple[str, ...], errors_shown: bool) -> None:
-    """One legend for all panels."""
+    """Draw one legend for all panels."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 

@@ -10,11 +10,11 @@ from vedette.metrics import Score
 from vedette.metrics.pixels import pixel_figures
 
 FIRST = 20
-"""How many refused things the figures name."""
+"""Number of refused parts that the figures name."""
 
 
 def figures(experiment: Experiment, result: Result, score: Score) -> dict[str, Any]:
-    """What is equal in every run of one config and seed: the score, and how it came about. None where one does not exist."""
+    """Return what is equal in every run of one config and seed: score and input. None for a missing figure."""
     intake = result.intake
     found = {
         "title": experiment.title,
@@ -33,7 +33,7 @@ def figures(experiment: Experiment, result: Result, score: Score) -> dict[str, A
 
 
 def timings(result: Result) -> dict[str, Any]:
-    """What differs from run to run."""
+    """Return what differs from run to run."""
     intake = result.intake
     each = result.seconds / intake.scans if intake.scans else None
     frames = {"ms_per_frame": 1e3 * (each or 0.0)} if intake.frames else {}
@@ -47,12 +47,12 @@ def length_unit(experiment: Experiment) -> str:
 
 
 def count(number: int, what: str) -> str:
-    """A number of things in words."""
+    """Return a number of things in words."""
     return f"{number:,} {what}" if number == 1 else f"{number:,} {what}s"
 
 
 def _finite(value: Any) -> Any:
-    """The value with None for what JSON cannot say."""
+    """Return the value with None for what JSON cannot represent."""
     if isinstance(value, float) and not math.isfinite(value):
         return None
     if isinstance(value, list | tuple):

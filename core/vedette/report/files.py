@@ -1,4 +1,4 @@
-"""The files that a run leaves. All but the pictures are equal, byte for byte, for equal configs and seeds."""
+"""The files of a run. All but the pictures are equal, byte for byte, for equal configs and seeds."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from vedette.types import Recording
 
 
 def check_folder(folder: Path) -> None:
-    """ConfigError if results cannot be written into `folder`. Makes nothing."""
+    """Raise ConfigError if results cannot be written into `folder`. It creates nothing."""
     import os
 
     existing = folder
@@ -30,7 +30,7 @@ def check_folder(folder: Path) -> None:
 
 
 def write_files(folder: Path, experiment: Experiment, result: Result, figures: Mapping[str, Any], text: str) -> list[str]:
-    """Write all but pictures; returns the names of the files."""
+    """Write all but pictures; return the names of the files."""
     folder.mkdir(parents=True, exist_ok=True)
     space, sensors = experiment.tracker.state, experiment.tracker.sensors
     write_tracks_csv(folder / "tracks.csv", result.tracks, space)
@@ -46,7 +46,7 @@ def write_files(folder: Path, experiment: Experiment, result: Result, figures: M
 
 
 def write_of_plugins(folder: Path, experiment: Experiment, result: Result) -> tuple[list[str], list[Problem]]:
-    """Have plugins write what they leave of a run, by their hook `vedette_files`; return the names, and what went wrong."""
+    """Let plugins write their files of a run, by their hook `vedette_files`; return the names, and what went wrong."""
     names, problems = [], []
     for plugin in load_plugins()[0]:
         try:
@@ -60,7 +60,7 @@ def write_of_plugins(folder: Path, experiment: Experiment, result: Result) -> tu
 
 
 def write_pictures(folder: Path, experiment: Experiment, result: Result) -> list[str]:
-    """Draw and write the pictures, for which matplotlib must be installed; returns their names."""
+    """Draw and write the pictures, for which matplotlib must be installed; return their names."""
     from vedette.report import canvas
     from vedette.report.errors import errors
     from vedette.report.picture import picture
@@ -68,7 +68,7 @@ def write_pictures(folder: Path, experiment: Experiment, result: Result) -> list
 
     drawings = {"picture.png": picture, "errors.png": errors}
     if len(experiment.tracker.state) < 2:
-        del drawings["picture.png"]  # one axis makes no map
+        del drawings["picture.png"]  # a map needs two axes
     if len(result.framed) and {"x", "y"} <= set(experiment.tracker.state.names):
         drawings["strip.png"] = strip
     for name, drawing in drawings.items():

@@ -33,7 +33,7 @@ _RIGHT = ("nees", "nis")
 
 
 def text(outcome: Outcome) -> str:
-    """Means with their standard errors, and the differences to the first point."""
+    """Return means with their standard errors, and the differences to the first point."""
     plan = outcome.plan
     head = f"{outcome.runs:,} runs at {len(plan.points):,} points, seed {plan.seed}; +- is one Monte-Carlo standard error"
     if outcome.interrupted:
@@ -47,7 +47,7 @@ def text(outcome: Outcome) -> str:
 
 
 def tables(outcome: Outcome) -> Iterator[Table]:
-    """The means, and with several points the paired differences."""
+    """Yield the means, and with several points the paired differences."""
     points = outcome.plan.points
     columns = tuple(name if UNITS[name] == "1" else f"{name} [{UNITS[name]}]" for name in outcome.figures)
     yield Table("Means over runs", columns, tuple((at.name, _cells(outcome.means(i))) for i, at in enumerate(points)))
@@ -61,7 +61,7 @@ def _cells(means: Mapping[str, Mean]) -> tuple[Cell, ...]:
 
 
 def write_study(folder: Path, outcome: Outcome) -> list[str]:
-    """Text, JSON and CSV; returns their names."""
+    """Write text, JSON and CSV; return their names."""
     import json
 
     folder.mkdir(parents=True, exist_ok=True)
@@ -87,7 +87,7 @@ def _flat(row: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def charts(outcome: Outcome) -> Iterator[Chart]:
-    """Errors against time, and the figures along each swept axis of numbers; bands are two standard errors."""
+    """Yield errors against time, and the figures along each swept axis of numbers; bands are two standard errors."""
     points = outcome.plan.points
     title = outcome.plan.title or "Study"
     shown = range(min(len(points), MOST_CURVES))
@@ -109,7 +109,7 @@ def charts(outcome: Outcome) -> Iterator[Chart]:
 
 
 def _panel(outcome: Outcome, name: str, across: str, curves: Sequence[Curve], *, first: bool) -> Panel:
-    """One figure. What holds for all panels is said in the first: which curve is which, and what the bands are."""
+    """Draw one figure. The first panel states what holds for all: which curve is which, and what the bands are."""
     title = f"{outcome.runs:,} runs; bands: two standard errors" if first else ""
     drawn = [curve if first else evolve(curve, label="") for curve in curves]
     if name in _RIGHT:
@@ -119,7 +119,7 @@ def _panel(outcome: Outcome, name: str, across: str, curves: Sequence[Curve], *,
 
 
 def _along(outcome: Outcome, path: str, name: str) -> list[Curve]:
-    """A curve along one axis for each choice of all the others."""
+    """Return a curve along one axis for each choice of all the others."""
     names = short_names(outcome.plan.axes)
     lines: dict[str, list[tuple[float, float, float]]] = {}
     for i, at in enumerate(outcome.plan.points):

@@ -22,10 +22,10 @@ ELLIPSE = -2.0 * np.log(0.05)
 """Squared Mahalanobis distance that holds 95 % of a Gaussian in the plane."""
 
 _ELLIPSES = 14
-"""How many ellipses the longest track gets; the others as often."""
+"""Number of ellipses of the longest track; the others get them as often."""
 
 _LABELS = 60
-"""More ids than this hide the picture: the longest tracks get theirs."""
+"""More ids than this hide the picture: only the longest tracks get theirs."""
 
 _SHAPE = 1.44
 """Width of the map over its height, as title and legend leave it."""
@@ -37,7 +37,7 @@ _MARKS = (("o", 2.6), ("+", 4.5), ("x", 3.5), ("^", 3.2), ("s", 2.4))
 
 
 def picture(experiment: Experiment, result: Result) -> Figure:
-    """A run as a map: 1200 x 900 px, one scale for both axes."""
+    """Draw a run as a map: 1200 x 900 px, one scale for both axes."""
     tracker = experiment.tracker
     plane = Plane.of(tracker.state, result.recording)
     made = canvas.figure()
@@ -114,7 +114,7 @@ def _show_tracks(axes: Axes, tracks: Sequence[Track], plane: Plane) -> None:
 
 
 def _spread(track: Track, every: float) -> list[int]:
-    """Confirmed scans at least `every` s apart."""
+    """Return confirmed scans at least `every` s apart."""
     chosen: list[int] = []
     for i in np.flatnonzero(track.confirmed):
         if not chosen or track.times[i] - track.times[chosen[-1]] >= max(every, 1e-9):
@@ -123,7 +123,7 @@ def _spread(track: Track, every: float) -> list[int]:
 
 
 def ellipses(mean: Array, cov: Array, corners: int = 48) -> Array:
-    """The lines that hold 95 % of Gaussians in the plane: (t, 2), (t, 2, 2) -> (t, corners, 2)"""
+    """Return the lines that hold 95 % of Gaussians in the plane: (t, 2), (t, 2, 2) -> (t, corners, 2)."""
     angle = np.linspace(0.0, 2.0 * np.pi, corners)
     circle = np.sqrt(ELLIPSE) * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     size, axis = np.linalg.eigh(cov)
@@ -143,7 +143,7 @@ def _show_platforms(axes: Axes, platforms: Sequence[Array]) -> None:
 
 
 def _write(axes: Axes, text: str, at: tuple[float, float], offset: tuple[int, int], **font: str) -> None:
-    """A word beside a point, readable over whatever lies there; left out where the picture does not reach."""
+    """Write a word beside a point, readable over any background; left out beyond the picture."""
     from matplotlib.patheffects import withStroke
 
     axes.annotate(
@@ -160,9 +160,9 @@ def _write(axes: Axes, text: str, at: tuple[float, float], offset: tuple[int, in
 
 
 def _frame(axes: Axes, paths: Sequence[Array], spots: Sequence[Array]) -> int:
-    """Set the limits around all paths, and returns near them; returns how many returns lie outside.
+    """Set the limits around all paths, and returns near them; return how many returns lie outside.
 
-    Returns may stretch the frame by a fraction of the paths' size only: clutter far away must not shrink all else.
+    Returns may stretch the frame by a fraction of the paths' size only: distant clutter must not shrink everything else.
     """
     axes.set_aspect("equal", adjustable="box")
     known = np.concatenate([np.zeros((0, 2)), *paths])

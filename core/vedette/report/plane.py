@@ -22,7 +22,7 @@ class Plane:
 
     @classmethod
     def of(cls, space: Space, recording: Recording) -> Plane:
-        """The axes x and y where there are both, else the first two of `space`; north up where the recording knows it."""
+        """Choose the axes x and y if both exist, else the first two of `space`; north up if the recording states it."""
         ground = "x" in space and "y" in space
         first, second = (space.axes[space.names.index(name)] for name in (("x", "y") if ground else space.names[:2]))
         if ground and recording.notes.get("frame") == NORTH_EAST:
@@ -35,20 +35,20 @@ class Plane:
         return Space(self.axes)
 
     def within(self, space: Space) -> bool:
-        """Whether values over `space` can be shown."""
+        """Return whether values over `space` can be shown."""
         return all(axis in space.axes for axis in self.axes)
 
     def points(self, space: Space, values: Array) -> Array:
-        """(*b, n) over `space` -> (*b, 2)"""
+        """Return points (*b, n) over `space` as (*b, 2)."""
         return values[..., space.locate(self.space)]
 
     def covariances(self, space: Space, cov: Array) -> Array:
-        """(*b, n, n) over `space` -> (*b, 2, 2)"""
+        """Return covariances (*b, n, n) over `space` as (*b, 2, 2)."""
         where = space.locate(self.space)
         return cov[..., where, :][..., :, where]
 
     def platform(self, position: Array) -> Array:
-        """Positions (*b, d) in x, y order -> (*b, 2)"""
+        """Return positions (*b, d) in x, y order as (*b, 2)."""
         return position[..., [("x", "y").index(axis.name) for axis in self.axes]]
 
     @property
@@ -58,7 +58,7 @@ class Plane:
 
 
 def returns(scans: Sequence[Scan], sensors: Mapping[str, Sensor], plane: Plane) -> dict[str, Array | None]:
-    """Where each sensor's returns lie (k, 2), by its name; None if one return alone gives no position."""
+    """Return the positions of each sensor's returns (k, 2), by its name; None if one return alone gives no position."""
     found: dict[str, Array | None] = {}
     for name, sensor in sensors.items():
         own = [scan for scan in scans if scan.sensor == name]
@@ -78,9 +78,9 @@ def _spots(scan: Scan, sensor: Sensor, plane: Plane) -> Array:
 
 
 def stands(scans: Sequence[Scan], sensors: Mapping[str, Sensor], plane: Plane) -> list[Array]:
-    """Where the platforms of sensors that looked were (s, 2): one that brought poses, and where others stand still.
+    """Return the positions of the sensors' platforms (s, 2): those with poses, and the places of fixed sensors.
 
-    A sensor that stands still says where by its parameters `x` and `y`, if it has them.
+    A fixed sensor states its place by its parameters `x` and `y`, if it has them.
     """
     if not plane.is_ground:
         return []

@@ -26,7 +26,7 @@ _LOOKS: dict[str, dict[str, Any]] = {
 
 
 def text(result: Findings) -> str:
-    """Tables and verdicts, published figures beside measured ones."""
+    """Return tables and verdicts, published figures beside measured ones."""
     lines = [result.title, f"{result.runs:,} runs, seed {result.seed}; +- is one Monte-Carlo standard error"]
     for table in (*result.tables, *result.machine):
         lines += ["", table.title, *wrap(table.note, _WIDTH), *rows(table)]
@@ -38,7 +38,7 @@ def text(result: Findings) -> str:
 
 
 def rows(table: Table) -> Iterator[str]:
-    """The table, right-aligned: one line for each row, and one more under it where the paper printed figures."""
+    """Yield the table, right-aligned: one line for each row, and one more under it where the paper printed figures."""
     lines: list[tuple[str, ...]] = [("", *table.columns)]
     for label, cells in table.rows:
         lines.append((label, *map(_measured, cells)))
@@ -59,7 +59,7 @@ def _measured(cell: Cell) -> str:
 
 
 def data(result: Findings) -> dict[str, Any]:
-    """All but the figures as plain data."""
+    """Return all but the figures as plain data."""
     return {
         "title": result.title,
         "runs": result.runs,
@@ -79,7 +79,7 @@ def data(result: Findings) -> dict[str, Any]:
 
 
 def draw(chart: Chart) -> Figure:
-    """The picture of a chart: panels side by side two by two, alone where it is one."""
+    """Draw a chart: panels two by two, or a single one."""
     count = len(chart.panels)
     columns = 1 if count == 1 else 2
     rows = -(-count // columns)

@@ -36,7 +36,7 @@ class Smoothed:
 
 
 def read_lag(text: str) -> float:
-    """The lag in s that the command line names, "" for the whole recording; ConfigError says what would be right."""
+    """Return the lag in s of the command line, "" for the whole recording; ConfigError says what would be right."""
     if not text:
         return math.inf
     try:
@@ -58,7 +58,7 @@ def smooth_result(experiment: Experiment, result: Result, lag: float) -> Smoothe
 
 
 def write_smoothed(folder: Path, experiment: Experiment, smoothed: Smoothed) -> list[str]:
-    """Write the tracks beside the filter's; returns the names of the files."""
+    """Write the tracks beside the filter's; return the names of the files."""
     folder.mkdir(parents=True, exist_ok=True)
     write_tracks_csv(folder / "smoothed.csv", smoothed.tracks, experiment.tracker.state)
     write_tracks_jsonl(folder / "smoothed.jsonl", smoothed.tracks, experiment.tracker.state)
@@ -66,17 +66,17 @@ def write_smoothed(folder: Path, experiment: Experiment, smoothed: Smoothed) -> 
 
 
 def smoothed_figures(smoothed: Smoothed) -> dict[str, Any]:
-    """`lag_s`, null for the whole recording, and the figures that smoothing changes."""
+    """Return `lag_s`, null for the whole recording, and the figures that smoothing changes."""
     lag = None if math.isinf(smoothed.lag) else smoothed.lag
     return {"lag_s": lag, **{name: getattr(smoothed.score, name) for _, name in _COMPARED}}
 
 
 def smoothed_summary(filtered: Score, smoothed: Smoothed) -> str:
-    """Lines of text: what the filter and the smoother reach."""
+    """Return lines of text that compare the filter and the smoother."""
     later = "all later scans" if math.isinf(smoothed.lag) else f"the scans of up to {smoothed.lag:g} s later"
     lines = ["", f"Smoothed by {later}"]
     if filtered.coverage is None:
-        return "\n".join([*lines, "  no truth to hold it against"]) + "\n"
+        return "\n".join([*lines, "  no truth to judge it by"]) + "\n"
     lines.append(f"  {'':<22}{'filtered':>10}{'smoothed':>10}")
     for title, name in _COMPARED:
         values = (getattr(score, name) for score in (filtered, smoothed.score))

@@ -1,4 +1,4 @@
-"""A run whose results are written as it goes, and which keeps none of them: as long as the disk, flat in memory."""
+"""A run whose results are written as it goes and not kept: limited by the disk, with constant memory."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ from vedette.tracking.state import State
 from vedette.types import Scan
 
 _SCANS, _ENTRIES = 200, 5_000
-"""After so many scans, or tracks times scans, what is known of the tracks is written and forgotten."""
+"""After so many scans, or tracks times scans, the tracks' histories are written and dropped."""
 
 
 @frozen(eq=False)
 class Streamed:
-    """What is left of a run whose results were written: `result` without tracks and scans, `score` without the truth."""
+    """What remains of a run whose results were written: `result` without tracks and scans, `score` without the truth."""
 
     result: Result
     score: Score
@@ -41,7 +41,7 @@ class Streamed:
 
 @final
 class _Innovations:
-    """Sums over confirmed tracks, as `judge` takes them: the NIS, what is expected of it, and the axes behind it."""
+    """Sums over confirmed tracks, as in `judge`: the NIS, its expectation, and the number of axes."""
 
     def __init__(self, experiment: Experiment) -> None:
         self._sensor, self._gate = experiment.judge.sensor, experiment.tracker.gate.probability
@@ -51,7 +51,7 @@ class _Innovations:
         self._confirmed: set[int] = set()
 
     def add(self, scan: Scan, state: State) -> None:
-        """Add what a scan said."""
+        """Add one scan."""
         alive = set(state.ids[state.confirmed].tolist())
         self.tracks += len(alive - self._confirmed)
         self._confirmed = alive | (self._confirmed & set(state.ids.tolist()))
@@ -71,7 +71,7 @@ class _Innovations:
 
 
 def stream(experiment: Experiment, folder: Path, *, strict: bool = False, progress: Progress = silent) -> Streamed:
-    """Run an experiment and write its tracks and its recording as it goes; in memory stays what tells of them.
+    """Run an experiment and write its tracks and its recording as it goes; only counts and sums stay in memory.
 
     The lines are those of a run that keeps all, in the order in which they came: some scans, and within them track by track.
     The files have their names from the beginning, so a run that is killed leaves what it had done.
@@ -136,7 +136,7 @@ def stream(experiment: Experiment, folder: Path, *, strict: bool = False, progre
 
 
 def _summary(experiment: Experiment, result: Result, score: Score, seen: _Innovations) -> str:
-    """Return what a run that kept nothing can tell."""
+    """Return the summary of a run that kept nothing."""
     lines = head(experiment, result, score)
     if result.recording.truth:
         lines += rows([("not judged", "against the truth: that takes the tracks' histories, which --stream does not keep")])

@@ -16,7 +16,7 @@ ACROSS, DOWN = 6, 3
 
 
 def strip(experiment: Experiment, result: Result) -> Figure:
-    """Eighteen frames, evenly over the run: where the first track is (cross), and the true box where it is known."""
+    """Draw eighteen frames, evenly over the run: the first track (cross), and the true box where it is known."""
     from matplotlib.patches import Rectangle
 
     made = canvas.figure(7.0)

@@ -15,21 +15,21 @@ from vedette.report.traces import BAND, Normalised, band, innovations, mode_name
 from vedette.report.warnings import warnings
 
 FIRST = 5
-"""How many refused things the summary names."""
+"""Number of refused parts that the summary names."""
 
 FACTOR = 2.0
-"""A mean NEES of one run that is off by less than this factor says nothing against the covariance: see docs/metrics.md."""
+"""A mean NEES of one run that is off by less than this factor is no evidence against the covariance: see docs/metrics.md."""
 
 _TEXT, _WIDE = 21, 118
-"""Where texts begin and where they end, in characters."""
+"""Columns at which texts begin and end, in characters."""
 
 _NOISE = 1e-9
-"""What is smaller than this is the rounding of sums, and told as 0."""
+"""Anything smaller than this is the rounding of sums, and reported as 0."""
 _NOTHING = ("", "nothing to judge by: no confirmed track")
 
 
 def summary(experiment: Experiment, result: Result, score: Score) -> str:
-    """Lines of text, the same in every run of one config and seed."""
+    """Return lines of text, the same in every run of one config and seed."""
     lines = head(experiment, result, score)
     if score.coverage is not None:
         unit = length_unit(experiment)
@@ -41,7 +41,7 @@ def summary(experiment: Experiment, result: Result, score: Score) -> str:
 
 
 def head(experiment: Experiment, result: Result, score: Score) -> list[str]:
-    """Return the lines on what came in and how many tracks there were."""
+    """Return the lines on the input and the number of tracks."""
     title = experiment.title or "Run"
     lines = [title, "=" * len(title), "", *rows(("LOOKS WRONG", said) for said in warnings(experiment, result, score))]
     lines += [*rows(_read(result)), *_refused(result)]
@@ -148,7 +148,7 @@ def _consistency(experiment: Experiment, result: Result, score: Score) -> Iterat
 
 
 def innovation_rows(nis: float | None, axes: float) -> Iterator[tuple[str, str]]:
-    """Say what the NIS of a whole run is, over `axes` measured components, where no single one is known any more."""
+    """Report the NIS of a whole run, over `axes` measured components, when single ones are no longer known."""
     if nis is None or not axes:
         yield _NOTHING
     else:
@@ -165,24 +165,24 @@ def _inside(seen: Normalised) -> str:
 
 
 def _nees_in_words(ratio: float) -> str:
-    """One run's NEES depend on one another, so only a gross ratio says something."""
+    """Judge one run's NEES, whose values are dependent, so that only a gross ratio means something."""
     if ratio == 0:
         return "no covariance to speak of, or no error"
     if ratio > FACTOR:
-        return f"the covariance is {ratio:.2g} times too small for the errors: the filter is too sure of itself"
+        return f"the covariance is {ratio:.2g} times too small for the errors: the filter is overconfident"
     if ratio < 1 / FACTOR:
-        return f"the covariance is {1 / ratio:.2g} times too large for the errors: the filter is too careful"
+        return f"the covariance is {1 / ratio:.2g} times too large for the errors: the filter is underconfident"
     return f"the covariance fits the errors to within a factor of {FACTOR:g}, which is all that one run can tell"
 
 
 def _nis_in_words(ratio: float, axes: float) -> str:
-    """The band is that of a right linear filter whose returns are known to be its own."""
+    """Judge the NIS by the band of a correct linear filter whose returns are known to be its own."""
     low, high = chi_square_band(axes, BAND)
     words = f"its {_percent(1 - BAND)} band is {low:.3g} to {high:.3g} where returns are known to be the target's"
     if low <= ratio <= high:
-        return f"{words}: the innovations are as large as the models say"
+        return f"{words}: the innovations fit the models"
     size = f"{ratio:.2g} times larger" if ratio > high else f"{1 / ratio:.2g} times smaller"
-    return f"{words}: the squared innovations are {size} than the models say"
+    return f"{words}: the squared innovations are {size} than the models predict"
 
 
 def _percent(part: float | None) -> str:

@@ -1,4 +1,4 @@
-"""Errors and their normalised squares against time: what the picture of errors and the summary's verdicts show."""
+"""Errors and their normalised squares against time: the data of the picture of errors and the summary's verdicts."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from vedette.metrics.matching import Match, Pairs, match
 from vedette.space import Array, Mask
 
 BAND = 0.05
-"""A right filter's normalised squared error leaves the band that is shown in this part of the scans."""
+"""Probability with which a correct filter's normalised squared error leaves the band that is shown."""
 
 
 @frozen(eq=False)
 class Trace:
-    """How one true object was followed at the `s` judged scans while it was there.
+    """How one true object was followed at the `s` judged scans while it existed.
 
     times (s,) s; track (s,) indexes the result's tracks, NONE where none covers it, and there all else is NaN.
     error (s,) m and speed_error (s,) m/s are lengths; sigma (s,) and speed_sigma (s,) what the filter itself expects of
@@ -56,7 +56,7 @@ class Normalised:
     axes: Indices
 
     def inside(self) -> float | None:
-        """The part of the values in the band of chi-square; None if there is none."""
+        """Return the fraction of the values in the band of chi-square; None if there is none."""
         if not len(self.value):
             return None
         within = np.zeros(len(self.value), dtype=bool)
@@ -67,13 +67,13 @@ class Normalised:
 
 
 def band(axes: int) -> tuple[float, float]:
-    """The chi-square band of one normalised squared error over `axes` axes."""
+    """Return the chi-square band of one normalised squared error over `axes` axes."""
     low, high = chi_square_band(axes, BAND)
     return axes * low, axes * high
 
 
 def traces(experiment: Experiment, result: Result) -> tuple[Trace, ...]:
-    """A trace for each true object, in the order of the recording; none where the tracks' positions are unknown."""
+    """Return a trace for each true object, in the order of the recording; none if the tracks' positions are unknown."""
     found = match(result.tracks, result.recording.truth, result.scans, experiment.judge)
     if not found.scans.size:
         return ()
@@ -89,7 +89,7 @@ def _trace(found: Match, pairs: Pairs, j: int, name: str, times: Array) -> Trace
     spot, speed = positions(space), velocities(space)
 
     def spread(values: Array) -> Array:
-        """Values of the covered scans (q, ..) among all scans (s, ..)."""
+        """Spread values of the covered scans (q, ..) among all scans (s, ..)."""
         everywhere = np.full((len(times), *np.shape(values)[1:]), np.nan)
         everywhere[pairs.scan[own]] = values
         return everywhere[alive]
@@ -111,7 +111,7 @@ def _trace(found: Match, pairs: Pairs, j: int, name: str, times: Array) -> Trace
 
 
 def _sigma(cov: Array, part: list[int]) -> Array:
-    """Root of the trace over some axes: (q, n, n) -> (q,)"""
+    """Return the root of the trace over some axes: (q, n, n) -> (q,)."""
     sigma: Array = np.sqrt(np.sum(np.diagonal(cov, axis1=-2, axis2=-1)[:, part], axis=-1))
     return sigma
 
@@ -124,7 +124,7 @@ def _nees(error: Array, cov: Array) -> Array:
 
 
 def position_nees(found: Sequence[Trace]) -> Normalised:
-    """The NEES of all traces together."""
+    """Return the NEES of all traces together."""
     kept = [trace.covered & np.isfinite(trace.nees) for trace in found]
     pairs = list(zip(found, kept, strict=True))
     none = np.zeros(0)
@@ -137,7 +137,7 @@ def position_nees(found: Sequence[Trace]) -> Normalised:
 
 
 def innovations(experiment: Experiment, result: Result) -> Normalised:
-    """The NIS of confirmed tracks where a return was more probably theirs than not, given that one was."""
+    """Return the NIS of confirmed tracks where a return was probably theirs (over 1/2), given that one was."""
     found = match(result.tracks, (), result.scans, experiment.judge).entries
     measured = np.array([scan.detections.z.shape[-1] for scan in result.scans], dtype=np.intp)
     times = np.array([scan.time for scan in result.scans])
@@ -147,7 +147,7 @@ def innovations(experiment: Experiment, result: Result) -> Normalised:
 
 
 def mode_names(experiment: Experiment, count: int) -> tuple[str, ...]:
-    """What to call the `count` modes of the estimator: their motions, numbered where these are alike."""
+    """Return names for the `count` modes of the estimator: their motions, numbered where these are alike."""
     given = plain(experiment.tracker.estimator).get("modes", [])
     plain_names = [mode.get("motion", mode)["kind"] for mode in given]
     if len(plain_names) != count:

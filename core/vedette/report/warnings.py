@@ -1,6 +1,6 @@
-"""What looks wrong with a run, and what to change: units that were forgotten, input that was refused, nothing that fits.
+"""What looks wrong with a run, and what to change: wrong units, refused input, nothing that fits.
 
-A run does not end for any of it, and none of it is sure; each is one sentence, in the summary and on the terminal.
+A run does not end for any of it, and none of it is certain; each is one sentence, in the summary and on the terminal.
 """
 
 from __future__ import annotations
@@ -17,15 +17,15 @@ from vedette.roles import Sensor
 from vedette.tracking.intake import Came, Intake
 
 MOST = 0.5
-"""A part of the input larger than this has to be odd before it is said."""
+"""A larger fraction of the input than this must be odd before it is reported."""
 ENOUGH = 10
-"""Fewer scans or returns than this say nothing."""
+"""Fewer scans or returns than this are not judged."""
 _SHORT, _LONG = 1e-5, 1000.0
 """Scans this near to each other, or this far apart, in s, are no sensor's: their times are in another unit."""
 
 
 def warnings(experiment: Experiment, result: Result, score: Score) -> Iterator[str]:
-    """Give a sentence for each thing that looks wrong, the gravest first."""
+    """Yield a sentence for each thing that looks wrong, the most serious first."""
     intake = result.intake
     if (said := _refused(intake)) is not None:
         yield said
@@ -53,7 +53,7 @@ def warnings(experiment: Experiment, result: Result, score: Score) -> Iterator[s
 
 
 def _refused(intake: Intake) -> str | None:
-    """Say that most of the input was refused, and how times that go back are mended."""
+    """Say that most of the input was refused, and how to put times that go back right."""
     refused = intake.refused
     if not refused.count or refused.count < max(intake.scans, intake.returns):
         return None
@@ -64,7 +64,7 @@ def _refused(intake: Intake) -> str | None:
 
 
 def _of_sensor(name: str, came: Came, sensor: Sensor) -> Iterator[str]:
-    """Say what is odd about all that one sensor reported."""
+    """Yield what is odd about all returns of one sensor."""
     if came.returns == 0 and came.frames == 0 and came.scans >= ENOUGH:
         yield f"{name}: none of {came.scans:,} scans holds a return: is the right sensor, column or threshold read?"
     for axis, largest in zip(sensor.measurement.axes, came.largest, strict=False):

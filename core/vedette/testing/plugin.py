@@ -21,7 +21,7 @@ _ALPHA, _LAW = "vedette_alpha", "vedette_law"
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Add the options for how thorough to be, and for the seed of everything random."""
     group = parser.getgroup("vedette", "conformance of Vedette's components")
-    group.addoption("--vedette-profile", default="fast", choices=["fast", "nightly"], help="how hard the kit looks")
+    group.addoption("--vedette-profile", default="fast", choices=["fast", "nightly"], help="how thoroughly the kit tests")
     group.addoption(
         "--vedette-seed", type=int, default=None, help="seed of the kit's draws; default: 0 if fast, a fresh one if nightly"
     )

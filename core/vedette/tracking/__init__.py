@@ -1,4 +1,4 @@
-"""The loop from scans to tracks: what enters, what is gated, how states follow each other, what is kept of them."""
+"""The loop from scans to tracks: validation, gating, states, and the tracks' histories."""
 
 from vedette.tracking.permanent import GivenTracks, PermanentTracks
 from vedette.tracking.preprocessing import preprocessed, raw_sensors

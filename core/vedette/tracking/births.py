@@ -1,4 +1,4 @@
-"""How tracks begin: the birth asked, and its tracks joined to those that are there."""
+"""How tracks begin: the birth is asked, and its tracks are joined to the existing ones."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from vedette.types import Detections, Frame, Newborn
 
 
 class Parts(Protocol):
-    """What of a tracker makes its tracks begin."""
+    """The parts of a tracker that begin tracks."""
 
     @property
     def birth(self) -> Birth | None: ...
@@ -41,7 +41,7 @@ class Parts(Protocol):
 
 
 def starters(birth: Birth | None, sensors: Mapping[str, Sensor], estimator: Estimator[Any]) -> Iterator[str]:
-    """Yield the sensors whose returns may start tracks; ValueError, now rather than in a run, if one cannot."""
+    """Yield the sensors whose returns may start tracks; ValueError, before any run, if one cannot."""
     for name, sensor in sensors.items():
         if birth is None or not birth.starts_from(name):
             continue
@@ -92,7 +92,7 @@ def begin(
 def claimed(weights: Array, exclusive: bool) -> Array:
     """Return the probability (k,) that a return is some track's, from the tracks' weights (t, k).
 
-    Where no two tracks share a return, the events exclude each other and add; else they are taken as independent.
+    If no two tracks share a return, the events exclude each other and add; else they are taken as independent.
     """
     some: Array = np.minimum(np.sum(weights, axis=-2), 1.0) if exclusive else 1.0 - np.prod(1.0 - weights, axis=-2)
     return some

@@ -1,4 +1,4 @@
-"""How much a tracker takes at once: its arrays hold every pair of a track and a return, so their memory is the product."""
+"""A limit on a tracker's memory: its arrays hold every pair of a track and a return, so it grows with the product."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ from vedette.tracking.state import State
 from vedette.types import Scan
 
 MOST_PAIRS = 20_000_000
-"""Pairs of a track, or a mode or particles of one, and a return; each takes some 100 bytes, so all of them some 2 GB."""
+"""Pairs of a track, or a mode or particle of one, and a return; each takes some 100 bytes, so all of them some 2 GB."""
 FEW = 128
-"""Scans of no more numbers than this are taken without a count."""
+"""Scans with at most so many numbers are taken without a count."""
 _MOST_PARTS = 1000
-"""As many modes or particles a track may have without being counted."""
+"""Number of modes or particles that a track may have without being counted."""
 
 
 def check_pairs(state: State, scan: Scan, axes: int) -> None:
-    """Raise ScanRefused if the tracks, over so many state axes, and a scan's returns make more pairs than are taken at once.
+    """Raise ScanRefused if the tracks, over so many state axes, and a scan's returns make more pairs than allowed at once.
 
-    How many modes or particles a track has is told by the numbers in its belief, over those of one Gaussian.
+    The number of modes or particles of a track follows from the numbers in its belief, over those of one Gaussian.
     """
     k, tracks = scan.detections.z.shape[-2], state.existence.size
     if tracks * k < MOST_PAIRS / _MOST_PARTS:
@@ -30,7 +30,7 @@ def check_pairs(state: State, scan: Scan, axes: int) -> None:
 
 
 def check_births(state: State, count: int, returns: int) -> None:
-    """Raise ScanRefused if so many tracks that begin at a scan of so many returns make more pairs than are taken at once."""
+    """Raise ScanRefused if so many tracks that begin at a scan of so many returns make more pairs than allowed at once."""
     if (len(state.ids) + count) * returns > MOST_PAIRS:
         raise ScanRefused(_told(f"{count:,} tracks that would begin at {returns:,} returns", count * returns))
 

@@ -1,4 +1,4 @@
-"""The gate: the one place where scores are made."""
+"""The gate: the only place where scores are computed."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from vedette.types import Detections, Frame, Innovation
 
 @frozen(eq=False)
 class SensorGate:
-    """What a gate makes of one sensor: the threshold on the squared distance, log of the volume inside it where |S| = 1,
+    """A gate's constants for one sensor: the threshold on the squared distance, log of the volume inside it where |S| = 1,
     and log of the clutter density where that is the same everywhere (), else None. `axes`: how many a return has, 0 for a
     camera.
     """
@@ -31,11 +31,11 @@ class SensorGate:
 
 @frozen
 class Gate:
-    """Which returns a track considers, and against what density of clutter.
+    """Which returns a track considers, and against what clutter density.
 
     A return counts if its squared distance is within the chi-square quantile of `probability` for the measured axes (with
     several modes: in any of their gates). `clutter`: "sensor" takes the density that the sensor states; "nonparametric"
-    takes the number of returns in the gate over its volume, for scenes whose clutter is not known.
+    takes the number of returns in the gate over its volume, for scenes of unknown clutter.
     Bar-Shalom, Li, Multitarget-Multisensor Tracking, 1995, section 3.4.
     """
 
@@ -43,20 +43,20 @@ class Gate:
     clutter: str = fields.choice("where the clutter density comes from", ("sensor", "nonparametric"), default="sensor")
 
     def threshold(self, axes: int) -> float:
-        """The largest squared distance inside the gate, for `axes` measured axes."""
+        """Return the largest squared distance inside the gate, for `axes` measured axes."""
         from scipy.special import gammaincinv
 
         return 2.0 * float(gammaincinv(axes / 2, self.probability))
 
     def for_sensor(self, sensor: Sensor) -> SensorGate:
-        """What the gate makes of one sensor, the same for every scan."""
+        """Return the gate's constants for one sensor, the same for every scan."""
         axes = len(sensor.measurement)
         shape = 0 if isinstance(sensor, ImagingSensor) else axes
         threshold = self.threshold(axes)
         log_ball = 0.5 * axes * math.log(math.pi * threshold) - math.lgamma(axes / 2 + 1)
         if self.clutter != "sensor":
             return SensorGate(sensor, shape, threshold, log_ball, None)
-        # A density without the batch's axes is one that does not depend on the return: the contract says so.
+        # A density without the batch's axes does not depend on the return: the contract says so.
         density = np.asarray(sensor.clutter(np.zeros((0, axes))))
         return SensorGate(sensor, shape, threshold, log_ball, kernels.safe_log(density) if density.ndim == 0 else None)
 
@@ -86,7 +86,7 @@ class Gate:
     def _against(
         self, innovation: Innovation, sensor: Sensor, detections: Detections, sensor_gate: SensorGate, rate: Array | None
     ) -> tuple[Any, Array]:
-        """Return the limit of the squared distance, and log of the density of all else that gives returns."""
+        """Return the limit of the squared distance, and log of the density of all other sources of returns."""
         limit = sensor_gate.threshold if detections.missing is None else self._limits(detections.missing)
         if self.clutter == "nonparametric":
             valid, volume = detections.valid, innovation.log_volume
@@ -96,7 +96,7 @@ class Gate:
         return limit, log_density if rate is None else np.logaddexp(log_density, kernels.safe_log(rate))
 
     def _stated_density(self, sensor: Sensor, detections: Detections) -> Array:
-        """Log of the sensor's clutter density at each return (*b, 1, k), over the components that there are."""
+        """Return the log of the sensor's clutter density at each return (*b, 1, k), over the components that it has."""
         log_density = kernels.safe_log(np.broadcast_to(sensor.clutter(detections.z), detections.valid.shape))
         if detections.missing is not None:
             lengths = [sensor.optional.get(name, 1.0) for name in sensor.measurement.names]
@@ -104,7 +104,7 @@ class Gate:
         return log_density[..., None, :]
 
     def _limits(self, missing: Mask) -> Array:
-        """The threshold for the components that each return has (*b, 1, k)."""
+        """Return the threshold for the components that each return has (*b, 1, k)."""
         m = missing.shape[-1]
         table = np.array([0.0] + [self.threshold(axes) for axes in range(1, m + 1)])
         limits: Array = table[m - np.sum(missing, axis=-1)][..., None, :]

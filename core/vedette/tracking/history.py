@@ -26,11 +26,11 @@ class History:
 
     @property
     def scans(self) -> int:
-        """How many scans it holds."""
+        """Number of scans that it holds."""
         return len(self._rows)
 
     def add(self, state: State) -> None:
-        """Keep what a scan left of every track (t,)."""
+        """Keep the state of every track (t,) after a scan."""
         estimate = self._tracker.estimate(state)
         self._rows.append(
             {
@@ -73,9 +73,9 @@ class History:
         return tuple(found)
 
     def hand_out(self) -> tuple[Track, ...]:
-        """Return what there is to tell of the tracks that were ever confirmed, in pieces: none is told twice.
+        """Return the histories of the tracks that were ever confirmed, in pieces: nothing is returned twice.
 
-        What was told is forgotten, and so are tracks that ended unconfirmed. Those that may still be confirmed stay.
+        What was returned is dropped, and so are tracks that ended unconfirmed. Those that may still be confirmed stay.
         """
         found = self.tracks()
         alive = self._rows[-1]["ids"] if self._rows else np.zeros(0, dtype=np.int64)
@@ -90,7 +90,7 @@ class History:
 
 
 def _of(row: dict[str, Any], ids: list[int]) -> dict[str, Any]:
-    """Return what a row holds of some tracks, in arrays of its own: the others' go."""
+    """Return a row's entries of some tracks, in arrays of its own, so that the others' are freed."""
     own = np.isin(row["ids"], ids)
     kept = {name: row[name][own] for name in _COLUMNS}
     modes = None if row["mode_prob"] is None else row["mode_prob"][own]

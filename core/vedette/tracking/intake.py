@@ -1,4 +1,4 @@
-"""What came in during a run: how many scans and returns of each sensor, what was refused, and what looks odd about them.
+"""The input of a run: scans and returns of each sensor, what was refused, and what looks odd about them.
 
 It holds counts only, so it stays as small in a run of a day as in one of a minute.
 """
@@ -19,13 +19,13 @@ from vedette.tracking.state import State
 from vedette.types import Scan
 
 _LOOKED = 200
-"""Scans with returns in which it is asked whether the sensor could have reached them: the first of each sensor."""
+"""Number of scans with returns that are checked against the sensor's reach: the first of each sensor."""
 
 
 @final
 @define
 class Refused:
-    """What was left out: the first `most` of it, by default all; how often, and `late`, for a time that goes back."""
+    """What was left out: the first `most` of it, by default all; how often, and `late`, how often a time went back."""
 
     most: float = math.inf
     late: int = 0
@@ -44,7 +44,7 @@ class Refused:
 @final
 @define
 class Came:
-    """What came of one sensor: how many scans, frames among them, and returns, and how many of `looked` out of its reach.
+    """The input of one sensor: number of scans, frames among them, returns, and how many of `looked` were out of its reach.
 
     `same_time`: scans at the very time of the one before; `largest` (m,): the largest size of each measured component.
     """
@@ -80,7 +80,7 @@ class Came:
             self._ask_for_reach(scan, sensor)
 
     def _ask_for_reach(self, scan: Scan, sensor: Sensor) -> None:
-        """Count the returns that lie where the sensor itself says that it detects nothing."""
+        """Count the returns in places where the sensor states that it detects nothing."""
         seen = scan.detections
         placed = sensor if scan.pose is None else sensor.at(scan.pose)
         try:
@@ -96,7 +96,7 @@ class Came:
 @final
 @define
 class Intake:
-    """What came in during one run over `sensors`, the tracker's.
+    """The input of one run over `sensors`, the tracker's.
 
     `times`: of the first and of the last scan taken; `tracked`: scans with returns while there were tracks; `hits`: those
     of them in which some track took a return.
@@ -112,12 +112,12 @@ class Intake:
 
     @property
     def returns(self) -> int:
-        """How many returns there were."""
+        """Number of returns."""
         return sum(each.returns for each in self.came.values())
 
     @property
     def frames(self) -> int:
-        """How many frames of cameras there were."""
+        """Number of camera frames."""
         return sum(each.frames for each in self.came.values())
 
     @classmethod

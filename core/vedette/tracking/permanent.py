@@ -1,4 +1,4 @@
-"""What the births and lifecycles share that start tracks only before the first scan, and never end any."""
+"""The common part of births and lifecycles that start tracks only before the first scan, and never end any."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from vedette.types import Detections, Newborn, Review
 
 @frozen
 class GivenTracks(Birth):
-    """A birth whose tracks are all there before the first scan; a kind of it says by `given` which."""
+    """A birth whose tracks all exist before the first scan; a concrete kind states them by `given`."""
 
     def starts_from(self, sensor: str) -> bool:
         """Return False: no return starts a track."""
@@ -24,13 +24,13 @@ class GivenTracks(Birth):
     def begin(
         self, seen: Any, estimator: Estimator[Any], sensor: Sensor, name: str, detections: Detections, claimed: Array
     ) -> Newborn:
-        """Refuse: a tracker does not ask, as no return starts a track."""
+        """Raise ValueError: a tracker never calls this, as no return starts a track."""
         raise ValueError(f"{self.kind!r} starts no track at a return")
 
 
 @frozen
 class PermanentTracks(Lifecycle):
-    """A lifecycle whose tracks are all real and go on to the end."""
+    """A lifecycle whose tracks are all confirmed and continue to the end."""
 
     certain: ClassVar[bool] = True
     permanent: ClassVar[bool] = True

@@ -17,7 +17,7 @@ from vedette.types import Scan
 
 
 def check_preprocessors(preprocessors: Mapping[str, Preprocessor], sensors: Mapping[str, Sensor]) -> None:
-    """ValueError if a preprocessor makes scans that no sensor of the tracker reads, or if two take scans of one name."""
+    """Raise ValueError if a preprocessor makes scans that no sensor reads, or if two take scans of one name."""
     taken = {name: f"the tracker's own sensor {name!r}" for name in sensors if name not in preprocessors}
     for name, preprocessor in preprocessors.items():
         if name not in sensors:
@@ -40,10 +40,10 @@ def raw_sensors(preprocessors: Mapping[str, Preprocessor], sensors: Mapping[str,
 
 
 def preprocessed(scans: Iterable[Scan], preprocessors: Mapping[str, Preprocessor]) -> Iterator[Scan]:
-    """Yield the scans, those that a preprocessor takes replaced by what it makes of them; arrays may lead with runs.
+    """Yield the scans, with those that a preprocessor takes replaced by its output; arrays may lead with runs.
 
-    Scans of the same time that go to one preprocessor make one scan, which comes after those that go to none. Preprocessors
-    get whole returns only: to them one that lacks a component is padding.
+    Scans of one time that go to one preprocessor make one scan, which comes after those that go to none. Preprocessors
+    get complete returns only: to them one that lacks a component is padding.
     """
     goes_to = {raw: name for name, preprocessor in preprocessors.items() for raw in preprocessor.sensors}
     for time, moment in groupby(scans, key=lambda scan: scan.time):
@@ -53,7 +53,7 @@ def preprocessed(scans: Iterable[Scan], preprocessors: Mapping[str, Preprocessor
             if name is None:
                 yield scan
                 continue
-            if scan.sensor in waiting[name]:  # it looked twice at the same moment
+            if scan.sensor in waiting[name]:  # two scans of one sensor at the same time
                 yield _made(name, preprocessors[name], time, waiting.pop(name))
                 waiting[name] = {}
             waiting[name][scan.sensor] = scan
@@ -68,7 +68,7 @@ def _made(name: str, preprocessor: Preprocessor, time: float, parts: Mapping[str
 
 
 def _whole(scan: Scan) -> Scan:
-    """The scan as a preprocessor sees it: a return that lacks a component is padding."""
+    """Return the scan as a preprocessor sees it: a return that lacks a component is padding."""
     detections = scan.detections
     if detections.missing is None:
         return scan
@@ -81,9 +81,9 @@ def _whole(scan: Scan) -> Scan:
 def preprocess(
     scans: Iterable[Scan], preprocessors: Mapping[str, Preprocessor], problems: list[Problem] | Refused, *, strict: bool
 ) -> Iterator[Scan]:
-    """The scans of a recording after detection, one at a time, so that pictures need not fit into memory.
+    """Yield the scans of a recording after detection, one at a time, so that pictures need not fit into memory.
 
-    What of the raw ones was left out is added to `problems`; if `strict` it raises ScanRefused.
+    Raw scans and returns that were left out are added to `problems`; if `strict` they raise ScanRefused.
     """
     return preprocessed(_sound(scans, preprocessors, problems, strict), preprocessors)
 
@@ -91,7 +91,7 @@ def preprocess(
 def _sound(
     scans: Iterable[Scan], preprocessors: Mapping[str, Preprocessor], problems: list[Problem] | Refused, strict: bool
 ) -> Iterator[Scan]:
-    """The scans without what no preprocessor can take."""
+    """Yield the scans without what no preprocessor can take."""
     raw = {name: sensor for preprocessor in preprocessors.values() for name, sensor in preprocessor.sensors.items()}
     for i, scan in enumerate(scans):
         scan = with_axes(scan, raw)

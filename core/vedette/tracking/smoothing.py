@@ -1,4 +1,4 @@
-"""Smoothing: what later scans say about earlier moments. From a tracker's states to states that know more.
+"""Smoothing: later scans improve earlier estimates. From a tracker's states to smoothed states.
 
 A state keeps all but its belief: identities, existence, confirmation and association weights stay those of the filter.
 docs/smoothing.md says what is exact.
@@ -25,7 +25,7 @@ from vedette.types import Gaussian, Track
 
 
 def check_smoothing(tracker: Tracker) -> None:
-    """ConfigError if the tracker's estimator cannot smooth: told before a long run rather than after it."""
+    """Raise ConfigError if the tracker's estimator cannot smooth, before a long run rather than after it."""
     n = len(tracker.state)
     rng = np.random.default_rng(0) if tracker.estimator.draws else NO_DRAWS
     none = tracker.estimator.start(Gaussian(np.zeros((0, n)), np.zeros((0, n, n))), tracker.state, rng)
@@ -38,7 +38,7 @@ def check_smoothing(tracker: Tracker) -> None:
 def smooth(
     tracker: Tracker, states: Iterable[State], lag: float = math.inf, seed: int | np.random.Generator = 0
 ) -> tuple[Track, ...]:
-    """The tracks that were ever confirmed, each moment by the scans of up to `lag` s later; by all of them by default.
+    """Return the tracks that were ever confirmed, smoothed by the scans of up to `lag` s later; by default by all.
 
     `states` are those of one run in the order of time, as `Experiment.run(keep_states=True)` leaves them in its result.
     """
@@ -51,9 +51,9 @@ def smooth(
 def smoothed(
     tracker: Tracker, states: Iterable[State], lag: float = math.inf, seed: int | np.random.Generator = 0
 ) -> Iterator[State]:
-    """The same states, in their order, with beliefs that use the scans of up to `lag` s later (fixed lag) or all.
+    """Yield the same states, in their order, with beliefs that use the scans of up to `lag` s later (fixed lag) or all.
 
-    It may be fed while the tracker runs: a state is given back as soon as a later one is out of its lag, or at the end.
+    It may be fed while the tracker runs: a state is returned as soon as a later one is beyond its lag, or at the end.
     Runs in lock-step are smoothed at once. ValueError: a lag that is negative or NaN, times that go backwards.
     """
     if not lag >= 0:
@@ -72,7 +72,7 @@ def smoothed(
 
 
 def _backwards(estimator: Estimator[Any], states: Sequence[State], seed: Seed | Seeds) -> list[State]:
-    """Every state by all of them."""
+    """Smooth every state by all of them."""
     found: list[State] = []
     for state in reversed(states):
         rng = seed.generator(state.steps) if estimator.draws else NO_DRAWS
@@ -81,7 +81,7 @@ def _backwards(estimator: Estimator[Any], states: Sequence[State], seed: Seed | 
 
 
 def _retraced(estimator: Estimator[Any], state: State, later: State, rng: np.random.Generator) -> State:
-    """One step back. A track that ended before `later` keeps its belief: nothing more is known of it."""
+    """Smooth one step. A track that ended before `later` keeps its belief: nothing more is known of it."""
     axis = state.existence.ndim - 1
     goes_on = np.isin(state.ids, later.ids)
     if not goes_on.any():

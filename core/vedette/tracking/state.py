@@ -1,4 +1,4 @@
-"""What a tracker knows after a scan."""
+"""The state of a tracker after a scan."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from vedette.values import maker
 
 @frozen(eq=False)
 class State:
-    """All that a tracker knows after a scan. `t` tracks, oldest first; `*b` runs in lock-step.
+    """The complete state of a tracker after a scan. `t` tracks, oldest first; `*b` runs in lock-step.
 
     belief is the estimator's, memory the lifecycle's, unseen the birth's. ids (t,), confirmed (*b, t), existence (*b, t);
-    weights (*b, t, 1+k), the probabilities of association, and squared distances (*b, t, k) say how the tracks met the last
+    weights (*b, t, 1+k), the association probabilities, and squared distances (*b, t, k) are those of the last
     scan. born counts the tracks ever begun, approximated those whose weights were not exact, once a scan. The
     seed and the number of steps say what the next step draws: the same, whenever it is taken.
     """

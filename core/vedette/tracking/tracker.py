@@ -22,13 +22,13 @@ from vedette.tracking.validation import admitted, check_sensors, checked_prior
 from vedette.types import Detections, Frame, Gaussian, Recording, Review, Scan
 
 NOTHING = None, None, None
-"""What a birth without a model of unseen targets has to say: no memory, no rate, nothing found."""
+"""The result of a birth without a model of undetected targets: no memory, no rate, nothing found."""
 
 
 @final
 @frozen
 class Tracker:
-    """A tracker composed of parts. It is immutable: `start` gives a state, `step` takes one scan and gives the next.
+    """A tracker composed of parts. It is immutable: `start` returns a state, `step` takes one scan and returns the next.
 
     >>> import vedette
     >>> tracker = vedette.build({
@@ -45,10 +45,10 @@ class Tracker:
     """
 
     estimator: Estimator[Any] = fields.part("the belief about each track and how it changes")
-    sensors: dict[str, Sensor] = fields.part("name to sensor: how scans of that name are to be read")
+    sensors: dict[str, Sensor] = fields.part("name to sensor: how scans of that name are read")
     associator: Associator = fields.part("which return belongs to which track")
-    lifecycle: Lifecycle = fields.part("when tracks count as real, and end")
-    birth: Birth | None = fields.part("where tracks come from; none: only those that `start` is given", default=None)
+    lifecycle: Lifecycle = fields.part("when tracks are confirmed, and end")
+    birth: Birth | None = fields.part("how tracks start; none: only those given to `start`", default=None)
     gate: Gate = fields.part("which returns a track considers", default=Gate())
     _sensor_gates: dict[str, SensorGate] = field(init=False, repr=False, eq=False)
     _starters: frozenset[str] = field(init=False, repr=False, eq=False)
@@ -94,7 +94,7 @@ class Tracker:
 
     @property
     def starts_tracks(self) -> bool:
-        """Whether returns may start tracks: else those that are given before the first scan are all."""
+        """Whether returns may start tracks; otherwise the tracks given before the first scan are all."""
         return bool(self._starters)
 
     def given(self, recording: Recording) -> Gaussian | None:
@@ -187,7 +187,7 @@ class Tracker:
         return state.approximated + int(more)
 
     def _associate(self, scores: Array, observed: Detections | Frame) -> Array:
-        """Return the weights (*b, t, 1+k); each track is alone with a frame, as all may see themselves in it."""
+        """Return the weights (*b, t, 1+k); each track is alone with a frame, as several may appear in it."""
         if isinstance(observed, Frame):
             alone: Array = self.associator.associate(scores[..., None, :], None)[..., 0, :]
             return alone

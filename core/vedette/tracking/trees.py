@@ -1,4 +1,4 @@
-"""Taking and joining tracks in the beliefs of any estimator: attrs values, tuples and arrays that lead with (*b, t)."""
+"""Take and join tracks in the beliefs of any estimator: attrs values, tuples and arrays that lead with (*b, t)."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ T = TypeVar("T")
 
 
 def take(tree: T, index: Any, axis: int) -> T:
-    """The entries `index` (an integer or boolean array) of the tracks' axis of every array."""
+    """Return the entries `index` (an integer or boolean array) of the tracks' axis of every array."""
     if isinstance(tree, np.ndarray):
         return tree[(slice(None),) * axis + (index,)]  # type: ignore[return-value]
     return _rebuild(tree, [take(part, index, axis) for part in _parts(tree)])
 
 
 def join(first: T, second: T, axis: int) -> T:
-    """The tracks of `first`, then those of `second`."""
+    """Return the tracks of `first`, then those of `second`."""
     if isinstance(first, np.ndarray):
         return np.concatenate([first, second], axis=axis)  # type: ignore[return-value]
     pairs = zip(_parts(first), _parts(second), strict=True)
@@ -26,7 +26,7 @@ def join(first: T, second: T, axis: int) -> T:
 
 
 def size(tree: Any) -> int:
-    """Return how many numbers there are in all arrays."""
+    """Return the number of numbers in all arrays."""
     return int(tree.size) if isinstance(tree, np.ndarray) else sum(size(part) for part in _parts(tree))
 
 

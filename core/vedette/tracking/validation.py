@@ -1,4 +1,4 @@
-"""Where a scan enters the tracker: the only check of data, so that nothing behind it needs one."""
+"""Validation of scans as they enter the tracker: the only check of data, so that nothing later needs one."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from vedette.types import Detections, Frame, Gaussian, Pose, Scan, short
 
 
 def check_sensors(sensors: Mapping[str, Sensor], estimator: Estimator[Any], gate: Gate) -> None:
-    """ValueError, with its place, if a sensor does not go with the estimator or the gate."""
+    """Raise ValueError, with its place, if a sensor does not go with the estimator or the gate."""
     if not sensors:
         raise ValueError("sensors: must hold at least one sensor, got none")
     for name, sensor in sensors.items():
         try:
             estimator.state.locate(sensor.observes)
         except SpaceError as error:
-            raise ValueError(f"sensors.{name}: looks at an axis that the estimator lacks: {error}") from None
+            raise ValueError(f"sensors.{name}: observes an axis that the estimator lacks: {error}") from None
         if isinstance(sensor, ImagingSensor) and not estimator.takes_frames:
             raise ValueError(f"sensors.{name}: is a camera, but {estimator.kind!r} takes no frames: use 'ekf' or 'iekf'")
         if reason := estimator.refuses(sensor):
@@ -37,7 +37,7 @@ def check_sensors(sensors: Mapping[str, Sensor], estimator: Estimator[Any], gate
 
 
 def flaws(scan: Scan, sensors: Mapping[str, Sensor], since: float) -> list[Problem]:
-    """What is wrong with a scan for a tracker at time `since` in s; nothing if it can be taken."""
+    """Return what is wrong with a scan for a tracker at time `since` in s; nothing if it can be taken."""
     if scan.sensor not in sensors:
         return [Problem("sensor", f"must be one of {', '.join(map(repr, sensors))}, got {scan.sensor!r}")]
     found = []
@@ -51,7 +51,7 @@ def flaws(scan: Scan, sensors: Mapping[str, Sensor], since: float) -> list[Probl
         found += _pose_flaws(scan.pose)
     sensor = sensors[scan.sensor]
     if isinstance(sensor, ImagingSensor) != (scan.frame is not None):
-        text = "must bring a frame, as it is a camera's" if scan.frame is None else f"{scan.sensor!r} is no camera"
+        text = "must hold a frame, as it is a camera's" if scan.frame is None else f"{scan.sensor!r} is not a camera"
         return [*found, Problem("frame", text)]
     if scan.frame is not None:
         return found + _frame_flaws(scan.frame)
@@ -59,14 +59,14 @@ def flaws(scan: Scan, sensors: Mapping[str, Sensor], since: float) -> list[Probl
 
 
 def with_axes(scan: Scan, sensors: Mapping[str, Sensor]) -> Scan:
-    """Return the scan, over the axes of its sensor if it holds no return and does not say of which axes."""
+    """Return the scan, over the axes of its sensor if it holds no return and does not state its axes."""
     if scan.detections.z.shape != (0, 0) or scan.frame is not None or scan.sensor not in sensors:
         return scan
     return evolve(scan, detections=Detections.of([], len(sensors[scan.sensor].measurement)))
 
 
 def checked_prior(given: Any, axes: int) -> Gaussian:
-    """Return what a user gives a tracker to start with; ValueError if it is no Gaussian over so many axes for each track."""
+    """Return a user's prior for the start; ValueError if it is not a Gaussian over so many axes for each track."""
     if not isinstance(given, Gaussian):
         raise ValueError(f"given: must be vedette.Gaussian(mean, cov), got {short(given)}")
     mean, cov = np.asarray(given.mean, dtype=float), np.asarray(given.cov, dtype=float)
@@ -77,12 +77,12 @@ def checked_prior(given: Any, axes: int) -> Gaussian:
 
 
 def admitted(scan: Scan, gates: Mapping[str, SensorGate], since: float) -> Detections | Frame:
-    """What a scan shows, if a tracker at time `since` in s can take it; else ScanRefused, which says all that is wrong.
+    """Return the detections or frame of a scan that a tracker at time `since` in s can take, or raise ScanRefused.
 
-    What padding and missing components hold is made 0, so that nothing of it can reach a sum, not even as 0 * nan.
+    What padding and missing components hold is set to 0, so that it cannot reach a sum, not even as 0 * nan.
     """
     detections, sensor_gate = scan.detections, gates.get(scan.sensor)
-    if (  # the commonest kind of scan, without a flaw
+    if (  # the most common kind of scan, without problems
         sensor_gate is not None
         and since <= scan.time <= ABSURD
         and scan.frame is None
@@ -109,7 +109,7 @@ def admitted(scan: Scan, gates: Mapping[str, SensorGate], since: float) -> Detec
 
 
 def without_bad_returns(scan: Scan) -> tuple[Scan, list[Problem]]:
-    """The scan without returns that are not finite or whose noise is no covariance, and what was wrong with them."""
+    """Return the scan without returns that are not finite or have no valid noise covariance, and what was wrong."""
     detections = scan.detections
     if detections.valid.shape != detections.z.shape[:-1]:
         return scan, []
@@ -141,7 +141,7 @@ def _pose_flaws(pose: Pose) -> list[Problem]:
 
 
 def _frame_flaws(frame: Frame) -> list[Problem]:
-    """A frame may have NaN pixels, which say nothing, but no infinite ones."""
+    """Return what is wrong with a frame; NaN pixels are allowed, as they carry no information, but infinite ones are not."""
     pixels, corner = frame.pixels, frame.corner
     if pixels.ndim < 2 or 0 in pixels.shape[-2:]:
         return [Problem("frame", f"pixels must have shape (..., height, width), got {pixels.shape}")]
@@ -176,7 +176,7 @@ def _return_flaws(detections: Detections, sensor: Sensor) -> list[Problem]:
 
 
 def _good(detections: Detections) -> Mask:
-    """Which returns (*b, k) can be used; padding is never looked at."""
+    """Return which returns (*b, k) can be used; padding is ignored."""
     number = np.abs(detections.z) <= ABSURD
     if detections.missing is not None:
         number |= detections.missing & ~detections.missing.all(axis=-1, keepdims=True)

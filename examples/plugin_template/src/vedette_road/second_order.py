@@ -8,7 +8,7 @@ from vedette.filters import GaussianFilter, embedded, evaluate_each, predict_lin
 
 
 def bend(slope, x, cov):
-    """What the second derivatives H_a of a function add to its mean, tr(H_a P) / 2, and to its covariance,
+    """Return what the second derivatives H_a of a function add to its mean, tr(H_a P) / 2, and its covariance,
     tr(H_a P H_b P) / 2, from its `slope` one standard deviation to each side of `x` along the columns of a root of P.
     """
     root = vedette.kernels.root(cov)
