@@ -55,7 +55,7 @@ class Birth(Component):
     draws: ClassVar[bool] = False
     """Whether it takes numbers from `rng`; otherwise it is given one that refuses."""
     models_unseen: ClassVar[bool] = False
-    """Whether it models targets without a track; otherwise `predict`, `reveal` and `miss` are never called."""
+    """Whether it models targets without a track; otherwise only `given` and `begin` are called."""
 
     def initial_memory(self, estimator: Estimator[Any], rng: np.random.Generator) -> Any:
         """Return the memory before the first scan."""
@@ -82,10 +82,6 @@ class Birth(Component):
         """
         return None, memory
 
-    def miss(self, memory: Any, estimator: Estimator[Any], sensor: Sensor, p_gate: float) -> Any:
-        """Return the memory after a scan: the targets without a track that were not detected in it."""
-        return memory
-
     @abstractmethod
     def begin(
         self, found: Any, estimator: Estimator[Any], sensor: Sensor, name: str, detections: Detections, claimed: Array
@@ -95,6 +91,19 @@ class Birth(Component):
         found: what `reveal` gave, or None. claimed (k,): the probability that a return is from an existing track.
         A scan without returns starts nothing, but raises ValueError if the sensor cannot start tracks.
         """
+
+    def update(
+        self, memory: Any, estimator: Estimator[Any], sensor: Sensor, detections: Detections, claimed: Array, p_gate: float
+    ) -> Any:
+        """Return the memory after a scan: what it says about targets without a track, detected or not.
+
+        claimed (k,): the probability that a return is from an existing track.
+        """
+        return memory
+
+    def recycle(self, memory: Any, estimator: Estimator[Any], ended: Gaussian, existence: Array) -> Any:
+        """Return the memory with what is left of tracks that ended: estimates (t, n), existence (t,)."""
+        return memory
 
 
 class Lifecycle(Component):

@@ -9,12 +9,12 @@ import numpy as np
 from attrs import evolve
 
 from vedette.roles import Associator, Estimator, Sensor
-from vedette.space import Array, Space
+from vedette.space import Array, Mask, Space
 from vedette.supporting import Birth, Lifecycle
 from vedette.tracking import trees
 from vedette.tracking.ceiling import check_births
 from vedette.tracking.gate import Gate
-from vedette.tracking.state import State
+from vedette.tracking.state import State, kept
 from vedette.types import Detections, Frame, Newborn
 
 
@@ -58,14 +58,14 @@ def starters(birth: Birth | None, sensors: Mapping[str, Sensor], estimator: Esti
 def reveal(
     tracker: Parts, state: State, dt: float, sensor: Sensor, observed: Detections | Frame, rng: np.random.Generator
 ) -> tuple[Any, Array | None, Any]:
-    """Return the birth's memory after the scan, the rate of each return (k,), and what it found to begin tracks with."""
+    """Return the birth's memory at the scan, the rate of each return (k,), and what it found to begin tracks with."""
     birth, estimator, p_gate = tracker.birth, tracker.estimator, tracker.gate.probability
     assert birth is not None
     unseen = birth.predict(state.unseen, estimator, dt, rng)
     if isinstance(observed, Frame):
         return unseen, None, None
     rate, found = birth.reveal(unseen, estimator, sensor, observed, p_gate)
-    return birth.miss(unseen, estimator, sensor, p_gate), rate, found
+    return unseen, rate, found
 
 
 def begin(
@@ -82,11 +82,26 @@ def begin(
 
     `weights` (t, 1+k) are those of all tracks that met the scan, some of which may have ended with it.
     """
-    if tracker.birth is None or isinstance(observed, Frame):
+    birth, estimator = tracker.birth, tracker.estimator
+    if birth is None or isinstance(observed, Frame):
         return state
     claims = claimed(weights[..., 1:], tracker.associator.exclusive)
-    newborn = tracker.birth.begin(found, tracker.estimator, sensor, name, observed, claims)
+    if birth.models_unseen:
+        unseen = birth.update(state.unseen, estimator, sensor, observed, claims, tracker.gate.probability)
+        state = evolve(state, unseen=unseen)
+    if not birth.starts_from(name):
+        return state
+    newborn = birth.begin(found, estimator, sensor, name, observed, claims)
     return _joined(tracker, state, newborn, rng) if len(newborn.returns) else state
+
+
+def ended(tracker: Parts, state: State, alive: Mask) -> State:
+    """Return the state without the tracks that ended; a birth that models unseen targets takes them back."""
+    birth, after = tracker.birth, kept(state, alive)
+    if birth is None or not birth.models_unseen:
+        return after
+    estimate = tracker.estimator.moments(trees.take(state.belief, ~alive, 0))
+    return evolve(after, unseen=birth.recycle(state.unseen, tracker.estimator, estimate, state.existence[~alive]))
 
 
 def claimed(weights: Array, exclusive: bool) -> Array:

@@ -17,7 +17,7 @@ from vedette.supporting import Birth, Lifecycle
 from vedette.tracking import births
 from vedette.tracking.ceiling import FEW, check_pairs
 from vedette.tracking.gate import Gate, SensorGate
-from vedette.tracking.state import State, kept, new_state
+from vedette.tracking.state import State, new_state
 from vedette.tracking.validation import admitted, check_sensors, checked_prior
 from vedette.types import Detections, Frame, Gaussian, Recording, Review, Scan
 
@@ -53,6 +53,7 @@ class Tracker:
     _sensor_gates: dict[str, SensorGate] = field(init=False, repr=False, eq=False)
     _starters: frozenset[str] = field(init=False, repr=False, eq=False)
     _models_unseen: bool = field(init=False, repr=False, eq=False)
+    _asks_birth: bool = field(init=False, repr=False, eq=False)
     _approximates: bool = field(init=False, repr=False, eq=False)
     _positions: list[int] = field(init=False, repr=False, eq=False)
     _draws: bool = field(init=False, repr=False, eq=False)
@@ -70,6 +71,10 @@ class Tracker:
     @_models_unseen.default
     def _birth_keeps_a_memory(self) -> bool:
         return self.birth is not None and self.birth.models_unseen
+
+    @_asks_birth.default
+    def _birth_takes_part_in_scans(self) -> bool:
+        return bool(self._starters) or self._models_unseen
 
     @_approximates.default
     def _counts_approximate_weights(self) -> bool:
@@ -168,7 +173,7 @@ class Tracker:
         )  # fmt: skip
         if not lifecycle.permanent:
             after = self._reviewed(after, dt, scores, innovation.loglik, not gate.axes)
-        if scan.sensor in self._starters:
+        if self._asks_birth:
             after = births.begin(self, after, found, sensor, scan.sensor, observed, weights, rng)
         return after
 
@@ -205,7 +210,7 @@ class Tracker:
             state.time, state.belief, memory, state.unseen, state.ids, existence, confirmed, state.weights, state.distances,
             state.born, state.approximated, state.seed, state.steps,
         )  # fmt: skip
-        return after if np.count_nonzero(alive) == alive.size else kept(after, alive)
+        return after if np.count_nonzero(alive) == alive.size else births.ended(self, after, alive)
 
     def _spread(self, state: State) -> Array:
         """Return the largest standard deviation of each track's position, in m (*b, t)."""

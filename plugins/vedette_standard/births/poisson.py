@@ -99,7 +99,15 @@ class Poisson(Birth):
             log_share = np.log(memory.weights)[:, None] + innovation.loglik[:, 1:]
         return np.exp(kernels.log_sum(log_share, axis=0)), (memory, innovation, log_share)
 
-    def miss(self, memory: Intensity, estimator: Estimator[Any], sensor: Sensor, p_gate: float) -> Intensity:
+    def update(
+        self,
+        memory: Intensity,
+        estimator: Estimator[Any],
+        sensor: Sensor,
+        detections: Detections,
+        claimed: Array,
+        p_gate: float,
+    ) -> Intensity:
         """Return the intensity thinned by the probability of not being detected."""
         nothing = Detections.of([], len(sensor.measurement))
         missed = estimator.evaluate(memory.belief, sensor, nothing, p_gate).loglik[:, 0]

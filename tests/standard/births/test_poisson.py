@@ -46,7 +46,9 @@ def test_what_is_not_detected_is_thinned_and_what_comes_is_added():
     birth = Poisson((Appearance(AT, initial=2.0, rate=0.1),), lifetime=50.0)
     memory, _ = revealed(birth, [[0.0, 0.0]], dt=5.0)
     np.testing.assert_allclose(memory.weights, [2.0 * np.exp(-0.1), 0.5])
-    np.testing.assert_allclose(birth.miss(memory, FILTER, RADAR, 0.9).weights, memory.weights * (1 - 0.72))
+    np.testing.assert_allclose(
+        birth.update(memory, FILTER, RADAR, Detections.of([], 2), np.zeros(0), 0.9).weights, memory.weights * (1 - 0.72)
+    )
 
 
 def test_several_places_are_matched_in_their_moments():

@@ -117,7 +117,7 @@ def tracks_start_near_their_returns(birth: Birth, drawn: Returns) -> None:
 
 
 def rates_are_densities(birth: Birth, drawn: Returns) -> None:
-    """If it models targets without a track: rates are finite and >= 0, one a return, and a miss lowers them."""
+    """If it models targets without a track: rates are finite, >= 0, one a return; a scan without returns raises none."""
     if not birth.models_unseen:
         raise Closed("it does not say that it models targets without a track")
     estimator, sensor, k = drawn.estimator, drawn.sensor, len(drawn.claimed)
@@ -127,9 +127,14 @@ def rates_are_densities(birth: Birth, drawn: Returns) -> None:
         raise Closed("it states no rate")
     demand(rate.shape == (k,), f"rate: must have shape {(k,)}, got {rate.shape}")
     demand(np.all(np.isfinite(rate) & (rate >= 0)), f"rate: must be finite and >= 0, got {rate}")
-    missed, _ = birth.reveal(birth.miss(memory, estimator, sensor, P_GATE), estimator, sensor, drawn.detections, P_GATE)
+    nothing = Detections.of([], len(sensor.measurement))
+    after = birth.update(memory, estimator, sensor, nothing, np.zeros(0), P_GATE)
+    missed, _ = birth.reveal(after, estimator, sensor, drawn.detections, P_GATE)
     assert missed is not None
-    demand(np.all(missed <= rate * (1 + 1e-9)), f"miss: rates must not grow, got {missed} after {rate}")
+    demand(
+        np.all(missed <= rate * (1 + 1e-9)),
+        f"update: rates must not grow without returns, got {missed} after {rate}",
+    )
 
 
 LAWS = (

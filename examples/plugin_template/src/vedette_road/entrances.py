@@ -61,7 +61,7 @@ class Entrances(vedette.Birth):
         full = self._expected()
         return Unseen(memory.belief, full + (memory.expected - full) * np.exp(-dt / self.stay))
 
-    def miss(self, memory, estimator, sensor, p_gate):
+    def update(self, memory, estimator, sensor, detections, claimed, p_gate):
         nothing = vedette.Detections.of([], len(sensor.measurement))
         passed = estimator.evaluate(memory.belief, sensor, nothing, p_gate).loglik[..., 0]
         return Unseen(memory.belief, memory.expected * np.exp(passed))
