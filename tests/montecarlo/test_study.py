@@ -259,14 +259,14 @@ def test_bad_input_is_told(options, said, monkeypatch):
 def test_a_folder_of_another_study_is_refused(tmp_path):
     vedette.monte_carlo(config(), 4, 3, chunk=2, out=tmp_path)
     before = {path.name: path.read_bytes() for path in (tmp_path / "chunks").iterdir()}
-    with pytest.raises(vedette.ConfigError, match="--resume goes on"):
+    with pytest.raises(vedette.ConfigError, match="--resume continues"):
         vedette.monte_carlo(config(), 4, 3, chunk=2, out=tmp_path)
     for given, options in ((config(), {"seed": 4}), (config(), {"chunk": 3}), (config(clutter=False), {})):
         with pytest.raises(vedette.ConfigError, match="to go on, got"):
             vedette.monte_carlo(given, 4, **{"seed": 3, "chunk": 2} | options, out=tmp_path, resume=True)
     assert before == {path.name: path.read_bytes() for path in (tmp_path / "chunks").iterdir()}
     (tmp_path / "manifest.json").write_text("[")
-    with pytest.raises(vedette.InputError, match="no manifest"):
+    with pytest.raises(vedette.InputError, match="is not the manifest"):
         vedette.monte_carlo(config(), 4, 3, chunk=2, out=tmp_path, resume=True)
 
 
@@ -289,7 +289,7 @@ def test_a_full_disk_keeps_what_is_finished(tmp_path, undisturbed):
         check=False,
     )
     assert full.returncode == 2
-    assert "File too large; the finished chunks are kept, and --resume goes on" in full.stderr
+    assert "File too large; the finished chunks are kept, and --resume continues" in full.stderr
     assert "Traceback" not in full.stderr
     assert sorted(each.name for each in (out / "chunks").iterdir()) == kept
     equal(undisturbed, vedette.monte_carlo(config(), 60, 3, chunk=10, sweep=SWEEP, out=out, resume=True))

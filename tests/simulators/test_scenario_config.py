@@ -94,7 +94,7 @@ def rng() -> np.random.Generator:
         (lambda: sim.Ship([0]), r"start: must be \[x, y\]"),
         (lambda: sim.Ship([0, 0], speed=-1), "speed: must be >= 0, got -1 m/s"),
         (lambda: sim.Ship([0, 0], speed="3 deg"), "speed: must be in m/s or km/h or kn"),
-        (lambda: sim.Ship([0, 0], legs=(sim.Leg("turn", 3, lateral_accel=1),)), r"legs\[0\].lateral_accel: the ship rests"),
+        (lambda: sim.Ship([0, 0], legs=(sim.Leg("turn", 3, lateral_accel=1),)), r"legs\[0\].lateral_accel: the ship is"),
         (lambda: sim.Ship([0, 0], speed=1, legs=(sim.Leg("accelerate", 3, accel=-1),)), r"legs\[0\].accel: .* 1 to -2 m/s"),
         (lambda: sim.Ship([0, 0], appears=5, disappears=5), "disappears: must be after it appears at 5 s"),
         (lambda: sim.Ship([0, 0], appears=5).states(np.array([4.0])), "no earlier than it appears at 5 s"),
