@@ -107,7 +107,7 @@ struct ModeMixing {
     mutable const double* read = nullptr;
     mutable double table[kMostModes * kMostModes] = {};
 
-    // The same where a mode is next to impossible, or no way leads into it: then it starts from the whole mixture.
+    // The same where a mode is next to impossible, or cannot be reached: then it starts from the whole mixture.
     template <class T>
     __attribute__((noinline, cold)) void weights_by_logarithms(const T* before, In transition, T* after, T* weights,
                                                              int r) const {
