@@ -151,6 +151,7 @@ def _parameter(field: attrs.Attribute[Any], hint: Any) -> Parameter:
 
 def shape_of(hint: Any) -> Shape:
     """Return the shape of a field annotated with `hint`; TypeError for components in places that a config cannot fill."""
+    hint = _unaliased(hint)
     origin, arguments = get_origin(hint), get_args(hint)
     if origin in (Union, types.UnionType) and len(arguments) == 2 and types.NoneType in arguments:
         return Maybe(shape_of(next(argument for argument in arguments if argument is not types.NoneType)))
@@ -169,6 +170,14 @@ def shape_of(hint: Any) -> Shape:
     if any(holds_parts(shape_of(argument)) for argument in arguments):
         raise TypeError(f"a config cannot fill {hint}: use X, X | None, tuple[X, ...] or dict[str, X]")
     return Leaf(hint)
+
+
+def _unaliased(hint: Any) -> Any:
+    """Return the type that a type alias stands for (numpy's NDArray is one from numpy 2.5 on); any other hint as it is."""
+    alias, arguments = get_origin(hint) or hint, get_args(hint)
+    if not hasattr(alias, "__value__"):  # Python 3.11 has no typing.TypeAliasType
+        return hint
+    return _unaliased(alias.__value__[arguments] if arguments else alias.__value__)
 
 
 def holds_parts(shape: Shape) -> bool:
