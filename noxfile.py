@@ -1,6 +1,7 @@
-"""Sessions for developers: `nox` for the quick checks, `nox -s wheel`, `nox -s nightly` before a release."""
+"""Sessions for developers: `nox` for the quick checks, `nox -s wheel lowest nightly` before a release."""
 
 import os
+import tomllib
 from pathlib import Path
 
 import nox
@@ -32,6 +33,24 @@ def lint(session: nox.Session) -> None:
 def tests(session: nox.Session) -> None:
     """Run all tests in an editable installation."""
     session.install("-e", ".[dev]")
+    session.run("python", "-m", "pytest", "-n", "auto", *session.posargs)
+
+
+def lowest_versions() -> list[str]:
+    """Return the lowest versions that pyproject.toml declares: all that the library and its extras need, and the tests."""
+    project = tomllib.loads((HERE / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    extras = dict(project["optional-dependencies"])
+    tools = [tool for tool in extras.pop("dev") if tool.startswith(("jsonschema", "pytest-xdist"))]
+    declared = [*project["dependencies"], *(one for extra in extras.values() for one in extra), *tools]
+    return sorted({one.partition(",")[0].replace(">=", "==") for one in declared})
+
+
+@nox.session(python=PYTHONS[0])
+def lowest(session: nox.Session) -> None:
+    """Run all tests, or those named, with exactly the lowest versions declared: `nox -s lowest -- tests/config`."""
+    session.install("--only-binary", ":all:", *lowest_versions())
+    session.install("--no-deps", "-e", ".")
+    session.run("python", "-m", "pip", "check")
     session.run("python", "-m", "pytest", "-n", "auto", *session.posargs)
 
 
