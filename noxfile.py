@@ -48,7 +48,8 @@ def lowest_versions() -> list[str]:
 @nox.session(python=PYTHONS[0])
 def lowest(session: nox.Session) -> None:
     """Run all tests, or those named, with exactly the lowest versions declared: `nox -s lowest -- tests/config`."""
-    session.install("--only-binary", ":all:", *lowest_versions(), "pyparsing<3.3")  # 3.3 deprecates what matplotlib 3.9 calls
+    old = "pyparsing<3.3"  # 3.3 deprecates what matplotlib 3.9 calls
+    session.install("--only-binary", ":all:", *lowest_versions(), old)
     session.install("--no-deps", "-e", ".")
     session.run("python", "-m", "pip", "check")
     session.run("python", "-m", "pytest", "-n", "auto", *session.posargs)

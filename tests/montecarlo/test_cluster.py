@@ -109,7 +109,7 @@ def test_a_chunk_that_kills_its_workers_ends_the_study_and_keeps_the_others(clus
     options = {"chunk": 20, "out": tmp_path / "out"}
     with monkeypatch.context() as patched:
         patched.setattr(carry, "attempt", fatal)
-        with pytest.raises(vedette.VedetteError, match=r"a worker failed: KilledWorker.*--resume goes on"):
+        with pytest.raises(vedette.VedetteError, match=r"a worker failed: KilledWorker.*--resume continues"):
             vedette.monte_carlo(CONFIG, 200, 3, scheduler=cluster.scheduler_address, **options)
     kept = {path.name for path in (tmp_path / "out" / "chunks").iterdir()}
     assert len(kept) >= 5

@@ -56,6 +56,6 @@ def test_a_scheduler_that_dies_is_told_in_a_line(tmp_path, capfd):
             there.kill()
     (line,) = str(error.value).splitlines()
     assert "the scheduler went away" in line
-    assert "--resume goes on" in line
+    assert "--resume continues" in line
     assert capfd.readouterr().err == ""
     assert list((tmp_path / "out" / "chunks").iterdir())
