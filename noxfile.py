@@ -37,20 +37,21 @@ def tests(session: nox.Session) -> None:
 
 
 def lowest_versions() -> list[str]:
-    """Return the lowest versions that pyproject.toml declares: all that the library and its extras need, and the tests."""
-    project = tomllib.loads((HERE / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    """Return the lowest versions that pyproject.toml declares: of what the build, the library, its extras and tests need."""
+    document = tomllib.loads((HERE / "pyproject.toml").read_text(encoding="utf-8"))
+    project, builders = document["project"], document["build-system"]["requires"]
     extras = dict(project["optional-dependencies"])
     tools = [tool for tool in extras.pop("dev") if tool.startswith(("jsonschema", "pytest-xdist"))]
-    declared = [*project["dependencies"], *(one for extra in extras.values() for one in extra), *tools]
+    declared = [*builders, *project["dependencies"], *(one for extra in extras.values() for one in extra), *tools]
     return sorted({one.partition(",")[0].replace(">=", "==") for one in declared})
 
 
 @nox.session(python=PYTHONS[0])
 def lowest(session: nox.Session) -> None:
     """Run all tests, or those named, with exactly the lowest versions declared: `nox -s lowest -- tests/config`."""
-    old = "pyparsing<3.3"  # 3.3 deprecates what matplotlib 3.9 calls
-    session.install("--only-binary", ":all:", *lowest_versions(), old)
-    session.install("--no-deps", "-e", ".")
+    older = "pyparsing<3.3"  # 3.3 deprecates what matplotlib 3.9 calls
+    session.install("--only-binary", ":all:", *lowest_versions(), older, "cmake", "ninja")
+    session.install("--no-deps", "--no-build-isolation", "-e", ".")  # kernels draw random numbers for one numpy only
     session.run("python", "-m", "pip", "check")
     session.run("python", "-m", "pytest", "-n", "auto", *session.posargs)
 
