@@ -60,7 +60,8 @@ def group(played: Runs, i: int, size: int) -> Runs:
     """Return the i-th group of `size` runs."""
     part = slice(i * size, (i + 1) * size)
     looks = {name: Looks(one.residual[part], one.cov[part], one.seen[part]) for name, one in played.looks.items()}
-    return evolve(played, error=played.error[part], cov=played.cov[part], mean=played.mean[part], looks=looks)
+    error, cov, mean, drowned = played.error[part], played.cov[part], played.mean[part], played.drowned[part]
+    return evolve(played, error=error, cov=cov, mean=mean, looks=looks, drowned=drowned)
 
 
 def run(tracker: Tracker, runs: int, scans: int, seed: int, world: Tracker | None = None) -> Runs:
