@@ -11,27 +11,15 @@ import numpy as np
 import pytest
 
 import vedette
+from support.clusters import boat
 from vedette.montecarlo import carry, executors
 
 distributed = pytest.importorskip("distributed")
 
 pytestmark = pytest.mark.filterwarnings("ignore")
 
-START = {"x": [0, 10], "y": [0, 10], "vx": [5, 2], "vy": [3, 2]}
-CV = {"kind": "constant_velocity", "sigma_accel": 0.5}
 SWEEP = {"estimator.motion.sigma_accel": [0.2, 0.5]}
-CONFIG = {
-    "source": {
-        "kind": "simulation",
-        "duration": 20,
-        "looks": {"radar": {"interval": 1}},
-        "drawn": {"boat": {"models": [CV], "start": START}},
-    },
-    "sensors": {"radar": {"kind": "cartesian_position", "sigma": 5.0, "detection_probability": 0.9}},
-    "estimator": {"kind": "kalman", "motion": CV},
-    "associator": {"kind": "pda"},
-    "lifecycle": {"kind": "single_target", "start": START},
-}
+CONFIG = boat(duration=20)
 
 
 @pytest.fixture(scope="module")

@@ -8,32 +8,12 @@ import sys
 import pytest
 
 import vedette
+from support.clusters import boat, cluster
 
 distributed = pytest.importorskip("distributed")
 
-START = {"x": [0, 10], "y": [0, 10], "vx": [5, 2], "vy": [3, 2]}
-CV = {"kind": "constant_velocity", "sigma_accel": 0.5}
-CONFIG = {
-    "source": {
-        "kind": "simulation",
-        "duration": 20,
-        "looks": {"radar": {"interval": 1}},
-        "drawn": {"boat": {"models": [CV], "start": START}},
-    },
-    "sensors": {"radar": {"kind": "cartesian_position", "sigma": 5.0, "detection_probability": 0.9}},
-    "estimator": {"kind": "kalman", "motion": CV},
-    "associator": {"kind": "pda"},
-    "lifecycle": {"kind": "single_target", "start": START},
-}
-CLUSTER = """
-import sys
-from distributed import LocalCluster
-if __name__ == "__main__":
-    made = LocalCluster(n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None, silence_logs=50,
-                        protocol="tcp://", host="127.0.0.1")
-    print(made.scheduler_address, flush=True)
-    sys.stdin.read()
-"""
+CONFIG = boat(duration=20)
+CLUSTER = cluster("tcp://")
 
 
 @pytest.mark.filterwarnings("ignore")
