@@ -2,10 +2,15 @@
 // the kernel is made for, by its sizes, types or number of axes.
 #pragma once
 
+#include <climits>
 #include <cmath>
 #include <cstring>
+#include <limits>
+#include <new>
+#include <optional>
 
 #include "arguments.hpp"
+#include "ranking.hpp"
 
 namespace vedette {
 
@@ -420,6 +425,40 @@ inline PyObject* is_plain(Call&, Args args) {
     for (npy_intp i = 0, size = PyArray_SIZE(z); i < size; ++i)
         if (!(std::fabs(numbers[i]) <= limit)) Py_RETURN_FALSE;
     Py_RETURN_TRUE;
+}
+
+// Arguments: costs (n, m), infinite where forbidden, and how many to find.
+inline PyObject* k_best(Call& call, Args args) {
+    PyArrayObject* cost = call.as_doubles(args[0], 2);
+    const Py_ssize_t k = PyNumber_AsSsize_t(args[1], PyExc_OverflowError);
+    if (!call.ok || PyErr_Occurred() || PyArray_NDIM(cost) != 2 || PyArray_DIM(cost, 0) > INT_MAX ||
+        PyArray_DIM(cost, 1) > INT_MAX)
+        return nullptr;
+    const int n = static_cast<int>(PyArray_DIM(cost, 0)), m = static_cast<int>(PyArray_DIM(cost, 1));
+    const auto* numbers = static_cast<const double*>(PyArray_DATA(cost));
+    for (npy_intp i = 0, size = PyArray_SIZE(cost); i < size; ++i)
+        if (!(numbers[i] > -std::numeric_limits<double>::infinity())) return nullptr;
+    std::optional<Ranking> ranking;
+    bool enough = true;
+    Py_BEGIN_ALLOW_THREADS;
+    try {
+        ranking.emplace(numbers, n, m).find(k);
+    } catch (const std::bad_alloc&) {
+        enough = false;
+    }
+    Py_END_ALLOW_THREADS;
+    if (!enough) return PyErr_NoMemory();
+    npy_intp shape[2] = {static_cast<npy_intp>(ranking->found.size()), n};
+    PyObject *columns = PyArray_SimpleNew(2, shape, NPY_INT64), *costs = new_array(1, shape);
+    if (columns != nullptr && costs != nullptr) {
+        auto* column = static_cast<npy_int64*>(PyArray_DATA(reinterpret_cast<PyArrayObject*>(columns)));
+        auto* total = static_cast<double*>(PyArray_DATA(reinterpret_cast<PyArrayObject*>(costs)));
+        for (const auto& [sum, node] : ranking->found) {
+            *total++ = sum;
+            column = std::copy_n(ranking->columns(node), n, column);
+        }
+    }
+    return pack(columns, costs);
 }
 
 }  // namespace entries

@@ -4,6 +4,7 @@ They trust their input. Covariances stay symmetric positive semi-definite by con
 of every scan have a compiled twin, which is called if it was built; `RUNNING` says which runs and why.
 """
 
+from vedette.kernels import assignment as _assignment
 from vedette.kernels import association as _association
 from vedette.kernels import modes as _modes
 from vedette.kernels import reference as _reference
@@ -49,6 +50,8 @@ is_plain = _fastest(_association.is_plain)
 one_hot = _fastest(_association.one_hot)
 sample_density = _fastest(_association.sample_density)
 softmax = _fastest(_association.softmax)
+
+k_best = _fastest(_assignment.k_best)
 
 normals = _fastest(_streams.normals)
 uniforms = _fastest(_streams.uniforms)
