@@ -53,7 +53,7 @@ def config(passes: int, sigma_jitter: float) -> dict[str, Any]:
             },
         },
         "sensors": {"camera": {"kind": "gaussian_spot", "across": ["x", "jx"], "down": ["y", "jy"]}},
-        "gate": {"probability": 0.999999999},
+        "gate": "off",
         "associator": {"kind": "pda"},
         "lifecycle": {"kind": "single_target"},
     }

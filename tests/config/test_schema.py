@@ -70,6 +70,7 @@ RIGHT: list[dict[str, Any]] = [
     {"associator": SPOT},
     {"seed": "3", "$schema": "vedette.json"},
     {"source": None},
+    {"gate": "off"},
 ]
 
 WRONG: list[dict[str, Any]] = [
@@ -85,7 +86,8 @@ WRONG: list[dict[str, Any]] = [
     {"sensors": {"radar": "cartesian_position"}},
     {"associator": {"kind": "ekf"}},
     {"associator": "pda"},
-    {"gate": {"probability": 1}},
+    {"gate": {"probability": 1.5}},
+    {"gate": "of"},
     {"gate": {"clutter": "sensr"}},
     {"birth": {"kind": "from_returns", "spread": [1, 2]}},
     {"lifecycle": {"kind": "m_of_n", "hits": 0}},

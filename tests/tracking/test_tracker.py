@@ -263,7 +263,7 @@ def test_histories_hold_what_each_scan_left():
             lambda: compose(MOfN(), birth=FromReturns()),
             r"birth\.spread: must state the standard deviation of 'vx', 'vy' in new tracks",
         ),
-        (lambda: Gate(1.0), r"probability: must be > 0 and < 1, got 1"),
+        (lambda: Gate(1.1), r"probability: must be > 0 and <= 1, got 1.1"),
     ],
 )
 def test_what_cannot_work_is_refused_when_it_is_built(wrong, message):

@@ -187,6 +187,12 @@ def holds_parts(shape: Shape) -> bool:
     return isinstance(shape, Part | Table)
 
 
+def words_of(cls: type) -> Mapping[str, Mapping[str, Any]]:
+    """Return the words that a config may write for a plain attrs class, each with the table that it stands for."""
+    words: Mapping[str, Mapping[str, Any]] = getattr(cls, "words", {})
+    return words
+
+
 def tables(own: Iterable[Parameter]) -> list[type]:
     """Return every plain attrs class that some parameters lead to, each once; TypeError if one is ambiguous."""
     found: list[type] = []
@@ -227,7 +233,7 @@ def in_words(shape: Shape, ndim: int | None = None) -> str:
         case Part(role, _):
             return role
         case Table(cls):
-            return f"table {cls.__name__}"
+            return " or ".join([f"table {cls.__name__}", *map(repr, words_of(cls))])
         case Many(item):
             return f"list of {_several(item)}"
         case Names(item):

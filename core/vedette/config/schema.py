@@ -22,6 +22,7 @@ from vedette.config.parameters import (
     parameters,
     plain,
     tables,
+    words_of,
 )
 from vedette.config.registry import Registry
 from vedette.experiment import Experiment
@@ -88,7 +89,8 @@ def _shape(shape: Shape, parameter: Parameter, registry: Registry) -> dict[str, 
         case Part(role, base):
             return {"$ref": f"#/$defs/{role}"} if base is ROLES[role] else _any_of(registry, shape)
         case Table(cls):
-            return {"$ref": f"#/$defs/{_name(cls)}"}
+            table = {"$ref": f"#/$defs/{_name(cls)}"}
+            return {"anyOf": [table, {"enum": list(words)}]} if (words := words_of(cls)) else table
         case Leaf(hint):
             # What another converter accepts is unknown: the schema allows anything.
             return _leaf(hint, parameter.field.metadata) if "read" in parameter.field.metadata else {}

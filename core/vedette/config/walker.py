@@ -22,6 +22,7 @@ from vedette.config.parameters import (
     holds_parts,
     in_words,
     parameters,
+    words_of,
 )
 from vedette.config.registry import Registry
 from vedette.config.suggestions import did_you_mean, nearest
@@ -185,10 +186,13 @@ class Walker:
     def _table(self, cls: type, given: Any, place: str) -> Any:
         if isinstance(given, cls):
             return given
-        own = parameters(cls)
+        own, words = parameters(cls), words_of(cls)
         known = [parameter.name for parameter in own]
+        if isinstance(given, str) and given in words:
+            given = words[given]
         if not isinstance(given, Mapping):
-            return self.fail(place, f"must be a table of {', '.join(known)}, got {told(given)}")
+            called = f"; or {' or '.join(map(repr, words))}" if words else ""
+            return self.fail(place, f"must be a table of {', '.join(known)}, got {told(given)}{called}")
         return self.construct(cls, own, given, place, self.check_names(given, known, place, cls.__name__))
 
     def _part(self, shape: Part, given: Any, place: str) -> Any:

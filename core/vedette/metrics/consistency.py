@@ -70,7 +70,7 @@ def free_axes(cov: Array) -> Array:
     return count
 
 
-def gate_truncation(axes: Array | int, gate_probability: float) -> Array:
+def gate_truncation(axes: Array | int, gate_probability: Array | float) -> Array:
     """Return the mean NIS of returns inside a gate over that of all: P(chi2_{m+2} < g) / P(chi2_m < g), m of any shape.
 
     As x f_m(x) = m f_{m+2}(x), the mean of chi2_m below g is m P(chi2_{m+2} < g) / P(chi2_m < g).
@@ -82,12 +82,13 @@ def gate_truncation(axes: Array | int, gate_probability: float) -> Array:
     return factor
 
 
-def pooled_nis(nis: Array, hit: Array, axes: Array | int, gate_probability: float = 1.0) -> Array:
+def pooled_nis(nis: Array, hit: Array, axes: Array | int, gate_probability: Array | float = 1.0) -> Array:
     """Return the sum of the weighted NIS over its expectation: 1 on matched truth. (*b, s) -> (*b), NaN where all is missed.
 
-    nis (*b, s) is sum_i w_i nis_i over a scan's returns, hit (*b, s) is sum_i w_i, and `axes` (s,) or one number are the
-    measured axes. As w_i is the probability that return i is the target's, both sums are expectations over which return it
-    is: their ratio requires no choice of a return. Chi-square holds only if all weights are known to be 0 or 1.
+    nis (*b, s) is sum_i w_i nis_i over a scan's returns and hit (*b, s) is sum_i w_i; `axes` and `gate_probability` are
+    those of each scan (s,), or of all. As w_i is the probability that return i is the target's, both sums are expectations
+    over which return it is: their ratio requires no choice of a return. Chi-square holds only if all weights are known to
+    be 0 or 1.
     """
     expected = np.sum(hit * axes * gate_truncation(axes, gate_probability), axis=-1)
     total = np.sum(nis, axis=-1)

@@ -28,7 +28,7 @@ def judge(
     """Judge the tracks of one run against the truth, at the scans that the tracker took.
 
     Scans before any true object is recorded, or after the last one, say nothing about the tracks and are not judged.
-    `gate_probability` is that of the tracker's gate: `nis` allows for the returns that it rejects.
+    `gate_probability` is that of the tracker's gate: `nis` allows for the returns that it rejects. Frames are not gated.
     InputError where truth and tracks have no position axis in common, or a track has an entry when there is no scan.
     """
     found = match(tracks, truth, scans, options)
@@ -53,11 +53,16 @@ def judge(
 
 def _nis(entries: Entries, scans: Sequence[Scan], chosen: Indices, gate_probability: float) -> float | None:
     """Return NIS over confirmed tracks; the scan that starts a track has no innovation, and the tracker reports 0 there."""
-    axes = np.array([scan.detections.z.shape[-1] for scan in scans])
+    axes, gates = np.array([scan.detections.z.shape[-1] for scan in scans]), gates_of(scans, gate_probability)
     used = (entries.nis > 0) & np.isin(entries.scan, chosen)
     if not used.any():
         return None
-    return float(pooled_nis(entries.nis[used], entries.hit[used], axes[entries.scan[used]], gate_probability))
+    return float(pooled_nis(entries.nis[used], entries.hit[used], axes[entries.scan[used]], gates[entries.scan[used]]))
+
+
+def gates_of(scans: Sequence[Scan], gate_probability: float) -> Array:
+    """Return the gate's probability in each scan (s,): 1 where it is a camera's, as frames are not gated."""
+    return np.array([gate_probability if scan.frame is None else 1.0 for scan in scans])
 
 
 def _accuracy(pairs: Pairs, found: Match) -> dict[str, Any]:

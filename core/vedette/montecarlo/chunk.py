@@ -12,6 +12,7 @@ from vedette.experiment import Experiment
 from vedette.metrics import judge
 from vedette.metrics.consistency import gate_truncation, nees
 from vedette.metrics.histories import positions, velocities
+from vedette.metrics.judgement import gates_of
 from vedette.montecarlo.lockstep import run_together
 from vedette.montecarlo.scenes import DrawsTogether, Scenes
 from vedette.sampling.generators import NotInLockStep
@@ -98,7 +99,7 @@ def _together(experiment: Experiment, seeds: Seeds) -> Chunk:
     spot, speed = positions(space), velocities(space)
     square, fast = (np.sum(error[..., axes] ** 2, axis=-1) if axes else error[..., 0] * np.nan for axes in (spot, speed))
     axes = np.array([scan.detections.z.shape[-1] for scan in scenes.scans])
-    expected = runs.hit * axes * gate_truncation(axes, tracker.gate.probability)
+    expected = runs.hit * axes * gate_truncation(axes, gates_of(scenes.scans, tracker.gate.probability))
     cov = runs.cov if len(own) == len(runs.space) else runs.cov[..., own, :][..., own]
     squares = _nees(error, cov) / max(len(own), 1)
     figures = {

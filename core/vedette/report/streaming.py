@@ -45,7 +45,7 @@ class _Innovations:
 
     def __init__(self, experiment: Experiment) -> None:
         self._sensor, self._gate = experiment.judge.sensor, experiment.tracker.gate.probability
-        self._factor: dict[int, float] = {}
+        self._factor: dict[tuple[int, float], float] = {}
         self.tracks = 0
         self.total = self.expected = self.axes = 0.0
         self._confirmed: set[int] = set()
@@ -58,10 +58,11 @@ class _Innovations:
         m = scan.detections.z.shape[-1]
         used = state.confirmed & (state.nis > 0)
         if self._sensor in (None, scan.sensor) and used.any():
-            if m not in self._factor:
-                self._factor[m] = float(gate_truncation(m, self._gate))
+            gate = self._gate if scan.frame is None else 1.0
+            if (m, gate) not in self._factor:
+                self._factor[m, gate] = float(gate_truncation(m, gate))
             self.total += float(np.sum(state.nis[used]))
-            self.expected += float(np.sum(state.hit[used])) * m * self._factor[m]
+            self.expected += float(np.sum(state.hit[used])) * m * self._factor[m, gate]
             self.axes += m * int(np.count_nonzero(state.hit[used] > 0.5))
 
     @property

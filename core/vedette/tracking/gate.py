@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, ClassVar
 
 import numpy as np
 from attrs import frozen
@@ -19,7 +20,7 @@ from vedette.types import Detections, Frame, Innovation
 class SensorGate:
     """A gate's constants for one sensor: the threshold on the squared distance, log of the volume inside it where |S| = 1,
     and log of the clutter density where that is the same everywhere (), else None. `axes`: how many a return has, 0 for a
-    camera.
+    camera, whose frames have no threshold.
     """
 
     sensor: Sensor
@@ -34,16 +35,24 @@ class Gate:
     """Which returns a track considers, and against what clutter density.
 
     A return counts if its squared distance is within the chi-square quantile of `probability` for the measured axes (with
-    several modes: in any of their gates). `clutter`: "sensor" takes the density that the sensor states; "nonparametric"
-    takes the number of returns in the gate over its volume, for scenes of unknown clutter.
-    Bar-Shalom, Li, Multitarget-Multisensor Tracking, 1995, section 3.4.
+    several modes: in any of their gates). With a probability of 1, which a config may write as `gate = "off"`, all returns
+    count. A frame is one return, and the only one: how far the target moved says nothing against it, so it has no threshold
+    of distance. Its pixels decide, by their likelihood ratio to the background against 1 - P_D P_G of a miss. `clutter`:
+    "sensor" takes the density that the sensor states; "nonparametric" takes the number of returns in the gate over its
+    volume, for scenes of unknown clutter. Bar-Shalom, Li, Multitarget-Multisensor Tracking, 1995, section 3.4.
     """
 
-    probability: float = fields.probability("that a target's return falls in its gate", default=0.99, above=0, below=1)
+    words: ClassVar[Mapping[str, Mapping[str, Any]]] = {"off": {"probability": 1.0}}
+
+    probability: float = fields.probability("that a target's return falls in its gate; 1: no gate", default=0.99, above=0)
     clutter: str = fields.choice("where the clutter density comes from", ("sensor", "nonparametric"), default="sensor")
 
+    def __attrs_post_init__(self) -> None:
+        if self.clutter == "nonparametric" and self.probability == 1:
+            raise ValueError("clutter: 'nonparametric' counts the returns in a gate: it needs a probability < 1, got 1")
+
     def threshold(self, axes: int) -> float:
-        """Return the largest squared distance inside the gate, for `axes` measured axes."""
+        """Return the largest squared distance inside the gate, for `axes` measured axes; inf without a gate."""
         from scipy.special import gammaincinv
 
         return 2.0 * float(gammaincinv(axes / 2, self.probability))
@@ -51,14 +60,16 @@ class Gate:
     def for_sensor(self, sensor: Sensor) -> SensorGate:
         """Return the gate's constants for one sensor, the same for every scan."""
         axes = len(sensor.measurement)
-        shape = 0 if isinstance(sensor, ImagingSensor) else axes
+        if isinstance(sensor, ImagingSensor):
+            return SensorGate(sensor, 0, math.inf, math.inf, None)
         threshold = self.threshold(axes)
         log_ball = 0.5 * axes * math.log(math.pi * threshold) - math.lgamma(axes / 2 + 1)
         if self.clutter != "sensor":
-            return SensorGate(sensor, shape, threshold, log_ball, None)
+            return SensorGate(sensor, axes, threshold, log_ball, None)
         # A density without the batch's axes does not depend on the return: the contract says so.
         density = np.asarray(sensor.clutter(np.zeros((0, axes))))
-        return SensorGate(sensor, shape, threshold, log_ball, kernels.safe_log(density) if density.ndim == 0 else None)
+        log_density = kernels.safe_log(density) if density.ndim == 0 else None
+        return SensorGate(sensor, axes, threshold, log_ball, log_density)
 
     def scores(
         self,
@@ -77,7 +88,7 @@ class Gate:
         """
         distance, limit, log_density = innovation.distance, sensor_gate.threshold, sensor_gate.log_density
         if isinstance(observed, Frame):
-            return self._frame_scores(innovation, existence, limit)
+            return self._frame_scores(innovation, existence)
         if log_density is None or rate is not None or observed.missing is not None or sensor is not sensor_gate.sensor:
             limit, log_density = self._against(innovation, sensor, observed, sensor_gate, rate)
         evidence = None if observed.evidence is None else observed.evidence[..., None, :]
@@ -110,9 +121,8 @@ class Gate:
         limits: Array = table[m - np.sum(missing, axis=-1)][..., None, :]
         return limits
 
-    def _frame_scores(self, innovation: Innovation, existence: Array, threshold: float) -> Array:
+    def _frame_scores(self, innovation: Innovation, existence: Array) -> Array:
         """Return log scores (*b, t, 2) of a miss and of the frame."""
         scores = innovation.loglik + kernels.safe_log(existence)[..., None]
         scores[..., 0] = kernels.safe_log(1.0 - existence + existence * np.exp(innovation.loglik[..., 0]))
-        scores[..., 1:] = np.where(innovation.distance <= threshold, scores[..., 1:], -np.inf)
         return scores
