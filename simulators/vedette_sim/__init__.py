@@ -19,19 +19,26 @@ from vedette.sampling import (
     union_state,
 )
 from vedette_sim.ais import Transponder
+from vedette_sim.convoy import Convoy
+from vedette_sim.crossing import Crossing
+from vedette_sim.drawn import Drawn
 from vedette_sim.infrared import HotSpot, HotTarget, InfraredScene
+from vedette_sim.look import Look
 from vedette_sim.marine_hull import Vessel
 from vedette_sim.marine_points import PointRuns, RadarPointsScene
 from vedette_sim.marine_scene import RadarPicturesScene
 from vedette_sim.marine_surroundings import Buoy, Land, Racon, Rain
+from vedette_sim.population import Population
 from vedette_sim.ppi import PpiRadar
-from vedette_sim.scenario import Drawn, Look, Simulation
+from vedette_sim.scenario import Simulation
 from vedette_sim.sea import SeaClutter
 from vedette_sim.ships import Leg, Ship
 
 __all__ = [
     "Bounds",
     "Buoy",
+    "Convoy",
+    "Crossing",
     "Drawn",
     "HotSpot",
     "HotTarget",
@@ -40,6 +47,7 @@ __all__ = [
     "Leg",
     "Look",
     "PointRuns",
+    "Population",
     "PpiRadar",
     "Racon",
     "RadarPicturesScene",

@@ -12,7 +12,7 @@ from attrs import Factory, frozen
 from vedette import (
     Array,
     ConfigError,
-    MotionModel,
+    Mask,
     Pose,
     Problem,
     Recording,
@@ -24,74 +24,18 @@ from vedette import (
     fields,
 )
 from vedette.montecarlo import Scenes
-from vedette.sampling import Bounds, common_state, corners, draw_clutter, draw_jump_markov, returns, shuffled, union_state
+from vedette.sampling import common_state, corners, draw_clutter, returns, shuffled
+from vedette_sim.convoy import Convoy
+from vedette_sim.crossing import Crossing
+from vedette_sim.drawn import Drawn, life
+from vedette_sim.look import Look
+from vedette_sim.merging import merged_returns
+from vedette_sim.population import Population
 from vedette_sim.ships import PLANE, Ship
 from vedette_sim.together import Gaze, drawn_states, look_together, ship_states
 
 _MOST_SCANS = 1_000_000
 """More scans of one sensor are taken for a wrong unit."""
-
-
-@final
-@frozen
-class Drawn:
-    """An object whose trajectory is a random draw of motion models; with several, they switch at each scan time.
-
-    The first of `models` holds when it appears, at a state drawn from `start`. An axis that a switch adds starts from the
-    same [mean, standard deviation]. The truth holds the axes that all models have.
-    """
-
-    models: tuple[MotionModel, ...] = fields.part("how it moves; several models take turns")
-    start: dict[str, tuple[float, float]] = fields.table("axis to [mean, standard deviation] at the start", pairs=True)
-    transition: Array = fields.array(
-        "1", "probability of each next model (column) given the model (row), at each scan time", ndim=2, default=((1.0,),)
-    )
-    appears: float = fields.quantity("s", "time of its first state", default=0.0, at_least=0)
-    disappears: float | None = fields.quantity("s", "time after which it is gone; default: it stays", default=None)
-
-    def __attrs_post_init__(self) -> None:
-        if not self.models:
-            raise ValueError("models: must hold at least one motion model, got none")
-        space, r, matrix = union_state(self.models), len(self.models), self.transition
-        if matrix.shape != (r, r) or np.any(matrix < 0) or np.any(np.abs(matrix.sum(axis=1) - 1) > 1e-6):
-            raise ValueError(
-                f"transition: must be {r} x {r} with rows of probabilities that sum to 1, got {matrix.tolist()}"
-            )
-        if sorted(self.start) != sorted(space.names):
-            raise ValueError(f"start: must give the axes {', '.join(space.names)}, got {', '.join(self.start) or 'none'}")
-        if self.disappears is not None and self.disappears <= self.appears:
-            raise ValueError(f"disappears: must be after it appears at {self.appears:.6g} s, got {self.disappears:.6g} s")
-
-    def draw(self, times: Array, rng: np.random.Generator) -> Array:
-        """Draw a trajectory at `times` (s,) in s over the axes that all models have: (s, n)."""
-        space = union_state(self.models)
-        mean, deviation = np.array([self.start[name] for name in space.names]).T
-        x0 = mean + deviation * rng.standard_normal(len(space))
-        _, states = draw_jump_markov(self.models, self.transition, x0, 0, times, rng, starts=self.start)
-        return states[:, space.locate(common_state(self.models))]
-
-
-@final
-@frozen
-class Look:
-    """When one sensor looks, and where it sees clutter. The sensor's name in the tracker is the look's name."""
-
-    interval: float = fields.quantity("s", "time from scan to scan", above=0)
-    first: float = fields.quantity("s", "time of the first scan", default=0.0, at_least=0)
-    jitter: float = fields.quantity("s", "each scan comes early or late by up to this, uniformly", default=0.0, at_least=0)
-    clutter: Mapping[str, Bounds] | None = fields.part(
-        "where false returns fall: measured axis to low and high; an axis that wraps may be left out; default: no clutter",
-        default=None,
-    )
-
-    def __attrs_post_init__(self) -> None:
-        if self.jitter >= 0.5 * self.interval:
-            raise ValueError(f"jitter: must be < half the interval of {self.interval:.6g} s, got {self.jitter:.6g} s")
-
-    def times(self, duration: float, rng: np.random.Generator) -> Array:
-        """Draw scan times (s,) in s from 0 to `duration`, in order."""
-        nominal = np.arange(self.first, duration * (1 + 1e-12), self.interval)
-        return np.clip(nominal + self.jitter * rng.uniform(-1.0, 1.0, len(nominal)), 0.0, duration)
 
 
 @final
@@ -112,6 +56,9 @@ class Simulation(Source):
     looks: Mapping[str, Look] = fields.part("sensor name to when it looks")
     ships: Mapping[str, Ship] = fields.part("name to an object that goes by legs", default=Factory(dict))
     drawn: Mapping[str, Drawn] = fields.part("name to an object that moves at random", default=Factory(dict))
+    populations: Mapping[str, Population] = fields.part("name to objects that appear by a rate", default=Factory(dict))
+    crossings: Mapping[str, Crossing] = fields.part("name to objects that meet", default=Factory(dict))
+    convoys: Mapping[str, Convoy] = fields.part("name to objects in formation", default=Factory(dict))
     ownship: Ship | None = fields.part("what carries the sensors; default: they stand still where they are", default=None)
     sensors: Mapping[str, Sensor] = fields.part("the scene's sensor where it is not the tracker's", default=Factory(dict))
 
@@ -127,6 +74,16 @@ class Simulation(Source):
                     raise ValueError(f"{table}.{name}.appears: must be before the end at {self.duration:.6g} s")
         if both := [name for name in self.drawn if name in self.ships]:
             raise ValueError(f"drawn.{both[0]}: a ship has this name too")
+        taken = {*self.ships, *self.drawn}  # members are called NAME.1, NAME.2, ...
+        for place, group in self._groups():
+            name = place[1]
+            if name in taken or any(other.startswith(f"{name}.") for other in taken):
+                raise ValueError(f"{place[0]}.{name}: another object has this name too")
+            taken.add(name)
+            try:
+                group.check(self.duration)
+            except ValueError as error:
+                raise ValueError(f"{place[0]}.{name}.{error}") from None
         for name in self.sensors:
             if name not in self.looks:
                 raise ValueError(f"sensors.{name}: never looks; there are looks of {', '.join(self.looks)}")
@@ -152,7 +109,7 @@ class Simulation(Source):
         world = {**sensors, **self.sensors}
         self._check_sensors(sensors, world)
         objects: list[tuple[str, Ship | Drawn]] = [*self.ships.items(), *self.drawn.items()]
-        if len(objects) != 1 or any(look.jitter > 0 for look in self.looks.values()):
+        if len(objects) != 1 or any(self._groups()) or any(look.jitter > 0 for look in self.looks.values()):
             return None
         ((name, each),) = objects
         still = np.random.default_rng(0)
@@ -198,6 +155,10 @@ class Simulation(Source):
                     corners(space, look.clutter)
                 except ValueError as error:
                     problems.append(Problem(f"looks.{name}.clutter", str(error)))
+            try:
+                look.cells(space)
+            except ValueError as error:
+                problems.append(Problem(f"looks.{name}.resolution", str(error)))
         if problems:
             raise ConfigError(problems)
 
@@ -213,15 +174,19 @@ class Simulation(Source):
 
     def _truth(self, root: int, scan_times: Array) -> Iterator[Trajectory]:
         """Yield every object over its life: when it appears, at each scan, when it disappears."""
-        objects: dict[str, Ship | Drawn] = {**self.ships, **self.drawn}
-        for name, each in objects.items():
-            last = self.duration if each.disappears is None else min(each.disappears, self.duration)
-            inside = scan_times[(scan_times > each.appears) & (scan_times < last)]
-            times = np.unique([each.appears, *inside, last])
-            if isinstance(each, Ship):
-                yield Trajectory(name, PLANE, times, each.states(times))
-            else:
-                yield Trajectory(name, common_state(each.models), times, each.draw(times, _stream(root, "path", name)))
+        for name, ship in self.ships.items():
+            times = life(ship.appears, ship.disappears, scan_times, self.duration)
+            yield Trajectory(name, PLANE, times, ship.states(times))
+        for name, each in self.drawn.items():
+            yield each.path(name, scan_times, self.duration, _stream(root, "path", name))
+        for place, group in self._groups():
+            yield from group.members(place[1], scan_times, self.duration, _stream(root, *place))
+
+    def _groups(self) -> Iterator[tuple[tuple[str, str], Population | Crossing | Convoy]]:
+        """Yield the place in the config and the draw of each group of objects."""
+        for table, groups in (("populations", self.populations), ("crossings", self.crossings), ("convoys", self.convoys)):
+            for name, group in groups.items():
+                yield (table, name), group
 
     def _scans(self, root: int, name: str, sensor: Sensor, times: Array, truth: tuple[Trajectory, ...]) -> Iterator[Scan]:
         """Yield all scans of one sensor."""
@@ -230,13 +195,19 @@ class Simulation(Source):
         uniform = np.array([view.random(len(times)) for view in views]).reshape(len(truth), len(times))
         standard = np.array([view.standard_normal((len(times), m)) for view in views]).reshape(len(truth), len(times), m)
         false, order = _stream(root, "clutter", name), _stream(root, "order", name)
+        alive, x = np.empty((len(times), len(truth)), dtype=bool), np.empty((len(times), len(truth), len(sensor.observes)))
+        for j, path in enumerate(truth):
+            alive[:, j], x[:, j] = _states(path, times, sensor.observes)
+        cells = self.looks[name].cells(sensor.measurement)
+        coarse = bool(np.any(np.isfinite(cells)))
         for i, time in enumerate(times.tolist()):
-            pose = self._pose(time)
-            here = [j for j, each in enumerate(truth) if each.times[0] <= time <= each.times[-1]]
-            x = np.array([_state(truth[j], time, sensor.observes) for j in here]).reshape(len(here), len(sensor.observes))
+            pose, here = self._pose(time), np.flatnonzero(alive[i])
             with _blamed_on(f"looks.{name}"):
                 placed = sensor if pose is None else sensor.at(pose)
-                z, seen = returns(placed, x, uniform[here, i], standard[here, i])
+                if coarse:
+                    z, seen = merged_returns(placed, x[i, here], uniform[here, i], standard[here, i], cells)
+                else:
+                    z, seen = returns(placed, x[i, here], uniform[here, i], standard[here, i])
                 if clutter is not None:
                     more, kept = draw_clutter(placed, clutter, false)
                     z, seen = np.concatenate([z, more]), np.concatenate([seen, kept])
@@ -249,10 +220,11 @@ class Simulation(Source):
         return Pose(state[:2], state[2:], float(self.ownship.heading(np.array(time))))
 
 
-def _state(path: Trajectory, time: float, axes: Space) -> Array:
-    """Return the state of `path` over `axes` at one of its own times."""
-    state: Array = path.states[np.searchsorted(path.times, time), path.space.locate(axes)]
-    return state
+def _states(path: Trajectory, times: Array, axes: Space) -> tuple[Mask, Array]:
+    """Return when `path` is there, (s,), and its states over `axes` at those of `times` (s,), which are its own: (s, n)."""
+    there = (path.times[0] <= times) & (times <= path.times[-1])
+    at = np.minimum(np.searchsorted(path.times, times), len(path.times) - 1)
+    return there, path.states[at][:, path.space.locate(axes)]
 
 
 def _stream(root: int, *names: str) -> np.random.Generator:

@@ -1,0 +1,55 @@
+"""When a sensor looks, where it sees clutter, and what it cannot tell apart."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import final
+
+import numpy as np
+from attrs import frozen
+
+from vedette import Array, Space, fields
+from vedette.sampling import Bounds
+
+
+@final
+@frozen
+class Look:
+    """When one sensor looks, and where it sees clutter. The sensor's name in the tracker is the look's name."""
+
+    interval: float = fields.quantity("s", "time from scan to scan", above=0)
+    first: float = fields.quantity("s", "time of the first scan", default=0.0, at_least=0)
+    jitter: float = fields.quantity("s", "each scan comes early or late by up to this, uniformly", default=0.0, at_least=0)
+    clutter: Mapping[str, Bounds] | None = fields.part(
+        "where false returns fall: measured axis to low and high; an axis that wraps may be left out; default: no clutter",
+        default=None,
+    )
+    resolution: dict[str, float] = fields.table(
+        "measured axis to the size of a cell, in the axis' own unit: objects nearer than that in all of these axes give one "
+        "return; default: every object gives its own"
+    )
+
+    def __attrs_post_init__(self) -> None:
+        if self.jitter >= 0.5 * self.interval:
+            raise ValueError(f"jitter: must be < half the interval of {self.interval:.6g} s, got {self.jitter:.6g} s")
+        for name, size in self.resolution.items():
+            if size <= 0:
+                raise ValueError(f"resolution: {name}: must be > 0, got {size:.6g}")
+
+    def times(self, duration: float, rng: np.random.Generator) -> Array:
+        """Draw scan times (s,) in s from 0 to `duration`, in order."""
+        nominal = np.arange(self.first, duration * (1 + 1e-12), self.interval)
+        return np.clip(nominal + self.jitter * rng.uniform(-1.0, 1.0, len(nominal)), 0.0, duration)
+
+    def cells(self, measurement: Space) -> Array:
+        """Return the size of a cell on each measured axis (m,), infinite where none is given.
+
+        ValueError if an axis is unknown, or a cell as long as half its axis' period.
+        """
+        if unknown := [name for name in self.resolution if name not in measurement]:
+            raise ValueError(f"{unknown[0]}: is not measured; the measured axes are {measurement}")
+        for axis in measurement.axes:
+            size = self.resolution.get(axis.name, 0.0)
+            if axis.period is not None and size >= 0.5 * axis.period:
+                raise ValueError(f"{axis.name}: must be < half the period of {axis.period:.6g}, got {size:.6g}")
+        return np.array([self.resolution.get(name, np.inf) for name in measurement.names])
