@@ -126,6 +126,12 @@ class Experiment:
         if self.judge.sensor is not None and self.judge.sensor not in self.tracker.sensors:
             known = ", ".join(map(repr, self.tracker.sensors))
             raise ValueError(f"judge.sensor: must be one of {known}, got {self.judge.sensor!r}")
+        if self.judge.bound is not None:
+            space = self.judge.bound.motion.state
+            for name, sensor in self.tracker.sensors.items():
+                if lacking := [axis.name for axis in sensor.observes.axes if axis not in space.axes]:
+                    text = f"must have the axis {lacking[0]} that sensor {name!r} observes, has {space}"
+                    raise ValueError(f"judge.bound.motion: {text}")
 
     def steps(
         self,

@@ -35,7 +35,8 @@ def run(arguments: Namespace) -> int:
         check_smoothing(experiment.tracker)
     with on_terminal() as progress:
         result = experiment.run(strict=arguments.strict, progress=progress, keep_states=lag is not None)
-    score = judge(result.tracks, result.recording.truth, result.scans, experiment.judge, experiment.tracker.gate.probability)
+    tracker, truth = experiment.tracker, result.recording.truth
+    score = judge(result.tracks, truth, result.scans, experiment.judge, tracker.gate.probability, tracker.sensors)
     found = figures(experiment, result, score)
     text = summary(experiment, result, score)
     smoothed = None if lag is None else smooth_result(experiment, result, lag)

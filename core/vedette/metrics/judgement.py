@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,8 @@ from vedette.metrics.gospa import gospa, ospa
 from vedette.metrics.histories import Entries, positions, velocities
 from vedette.metrics.matching import Match, Pairs, match
 from vedette.metrics.score import Judge, Score, TruthScore
+from vedette.metrics.whole import position_bound, whole_tracks
+from vedette.roles import Sensor
 from vedette.space import Array
 from vedette.types import Scan, Track, Trajectory
 
@@ -24,11 +26,13 @@ def judge(
     scans: Sequence[Scan],
     options: Judge,
     gate_probability: float = 1.0,
+    sensors: Mapping[str, Sensor] | None = None,
 ) -> Score:
     """Judge the tracks of one run against the truth, at the scans that the tracker took.
 
     Scans before any true object is recorded, or after the last one, say nothing about the tracks and are not judged.
     `gate_probability` is that of the tracker's gate: `nis` allows for the returns that it rejects. Frames are not gated.
+    `sensors` are those of the scans, for the posterior Cramer-Rao bound.
     InputError where truth and tracks have no position axis in common, or a track has an entry when there is no scan.
     """
     found = match(tracks, truth, scans, options)
@@ -41,12 +45,19 @@ def judge(
         held = found.covered_within(options.lost_error)
     pairs = found.pairs()
     times = np.array([scans[i].time for i in found.scans])
+    false = _idle(found, options.near)
+    lowest = None
+    if options.bound is not None and sensors is not None:
+        lowest = position_bound(options.bound, sensors, truth, scans, found.scans)
     return Score(
         scans=len(found.scans),
         tracks=len(found.tracks),
         nis=nis,
+        position_bound_m=lowest,
+        false_tracks=float(np.mean(false)),
         **_accuracy(pairs, found),
         **_sets(found, options),
+        **whole_tracks(found, options, times, sum(false)),
         **_fates(truth, found, pairs, held, times, options.lost_scans),
     )
 
@@ -94,16 +105,14 @@ def _anees(error: Array, cov: Array) -> float | None:
 def _sets(found: Match, options: Judge) -> dict[str, Any]:
     """Compare all confirmed tracks with all true objects, scan by scan; return means over the scans."""
     cutoff, order = options.gospa_cutoff, options.gospa_order
-    counted, every, plain, false = [], [], [], []
-    for apart, alive, present, covered in zip(found.apart, found.truth.alive, found.present, found.cover, strict=True):
+    counted, every, plain = [], [], []
+    for apart, alive in zip(found.apart, found.truth.alive, strict=True):
         nearest = np.min(apart, axis=0)
         there = apart[alive]
         within = there if options.far is None else there[:, nearest <= options.far]
         counted.append(gospa(within, cutoff, order))
         every.append(counted[-1].value if options.far is None else gospa(there, cutoff, order).value)
         plain.append(ospa(within, cutoff, order))
-        idle = ~np.isin(present, covered)
-        false.append(np.count_nonzero(idle if options.near is None else idle & (nearest <= options.near)))
     return {
         "gospa_m": float(np.mean([one.value for one in counted])),
         "gospa_localisation": float(np.mean([one.localisation for one in counted])),
@@ -111,8 +120,16 @@ def _sets(found: Match, options: Judge) -> dict[str, Any]:
         "gospa_false": float(np.mean([one.false for one in counted])),
         "gospa_all_m": float(np.mean(every)),
         "ospa_m": float(np.mean(plain)),
-        "false_tracks": float(np.mean(false)),
     }
+
+
+def _idle(found: Match, near: float | None) -> list[int]:
+    """Return how many tracks, within `near` of an object, cover nothing at each scan."""
+    false = []
+    for apart, present, covered in zip(found.apart, found.present, found.cover, strict=True):
+        idle = ~np.isin(present, covered)
+        false.append(int(np.count_nonzero(idle if near is None else idle & (np.min(apart, axis=0) <= near))))
+    return false
 
 
 def _fates(

@@ -10,6 +10,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import fields
+from vedette.metrics.bound import Bound
 from vedette.metrics.coverage import Indices
 from vedette.space import Array
 from vedette.types import Scan
@@ -28,9 +29,21 @@ class Judge:
         "m", "a confirmed track this near to a true object may cover it", default=50.0, above=0
     )
     gospa_cutoff: float = fields.quantity(
-        "m", "c of GOSPA and OSPA: what a wrong number of tracks costs", default=50.0, above=0
+        "m", "c of GOSPA, OSPA and HOTA: what a wrong number of tracks costs", default=50.0, above=0
     )
     gospa_order: float = fields.quantity("1", "p of GOSPA and OSPA", default=2.0, at_least=1, at_most=10)
+    switch_penalty: float | None = fields.quantity(
+        "m",
+        "what a track that passes to another object costs in trajectory GOSPA; default: cutoff",
+        default=None,
+        at_least=0,
+    )
+    largest_program: int = fields.integer(
+        "variables of a linear program beyond which trajectory GOSPA is left out", default=100_000
+    )
+    ospa2_scans: int | None = fields.integer(
+        "length of the window of OSPA(2) in scans; default: all of them", default=None, at_least=1
+    )
     far: float | None = fields.quantity(
         "m",
         "tracks farther than this from all true objects do not count in gospa_m; default: all count",
@@ -54,6 +67,10 @@ class Judge:
     sensor: str | None = fields.text("judge at the scans of this sensor; default: of all", default=None)
     first_scan: int = fields.integer("first scan that is judged, of this sensor's, from 0", default=0)
     last_scan: int | None = fields.integer("last scan that is judged, itself included; default: the last", default=None)
+
+    bound: Bound | None = fields.part(
+        "what the truth is drawn from, for the posterior Cramer-Rao bound; default: no bound", default=None
+    )
 
     def __attrs_post_init__(self) -> None:
         if self.last_scan is not None and self.last_scan < self.first_scan:
@@ -102,6 +119,26 @@ class Score:
     gospa_false: float | None = None
     gospa_all_m: float | None = None
     ospa_m: float | None = None
+    trajectory_gospa_m: float | None = None
+    trajectory_gospa_localisation: float | None = None
+    trajectory_gospa_missed: float | None = None
+    trajectory_gospa_false: float | None = None
+    trajectory_gospa_switches: float | None = None
+    ospa2_m: float | None = None
+    mota: float | None = None
+    motp_m: float | None = None
+    hota: float | None = None
+    hota_detection: float | None = None
+    hota_association: float | None = None
+    hota_localisation: float | None = None
+    siap_completeness: float | None = None
+    siap_ambiguity: float | None = None
+    siap_spuriousness: float | None = None
+    siap_position_m: float | None = None
+    siap_velocity_mps: float | None = None
+    siap_changes_per_s: float | None = None
+    siap_longest: float | None = None
+    position_bound_m: float | None = None
     anees: float | None = None
     anees_state: float | None = None
     anees_state_axes: tuple[str, ...] | None = None

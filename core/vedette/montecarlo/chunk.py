@@ -33,9 +33,23 @@ ONE_BY_ONE = {
     "gospa": "gospa_m",
     "ospa": "ospa_m",
     "confirmed_after": "confirmed_after_s",
+    "trajectory_gospa": "trajectory_gospa_m",
+    "ospa2": "ospa2_m",
+    "mota": "mota",
+    "motp": "motp_m",
+    "hota": "hota",
+    "hota_detection": "hota_detection",
+    "hota_association": "hota_association",
+    "siap_completeness": "siap_completeness",
+    "siap_ambiguity": "siap_ambiguity",
+    "siap_spuriousness": "siap_spuriousness",
+    "siap_position": "siap_position_m",
+    "siap_changes": "siap_changes_per_s",
+    "siap_longest": "siap_longest",
+    "position_bound": "position_bound_m",
 }
 """The figures of a run that is judged by itself, and what docs/metrics.md calls them."""
-SQUARED = ("position_rmse", "velocity_rmse")
+SQUARED = ("position_rmse", "velocity_rmse", "position_bound")
 """Of these a run keeps the mean square, so that the mean over runs is one of squares too, and its root is reported."""
 
 
@@ -173,9 +187,8 @@ def _one_by_one(experiment: Experiment, seeds: Seeds) -> Chunk:
         result = experiment.run(seeds=sequence(seeds.seed, run))
         if result.interrupted:
             raise KeyboardInterrupt
-        score = judge(
-            result.tracks, result.recording.truth, result.scans, experiment.judge, experiment.tracker.gate.probability
-        )
+        tracker, truth = experiment.tracker, result.recording.truth
+        score = judge(result.tracks, truth, result.scans, experiment.judge, tracker.gate.probability, tracker.sensors)
         rows.append([getattr(score, name) for name in ONE_BY_ONE.values()])
     table = np.array([[np.nan if value is None else float(value) for value in row] for row in rows])
     figures = dict(zip(ONE_BY_ONE, table.T, strict=True))

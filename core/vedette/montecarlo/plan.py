@@ -37,6 +37,20 @@ UNITS = {
     "gospa": "m",
     "ospa": "m",
     "confirmed_after": "s",
+    "trajectory_gospa": "m",
+    "ospa2": "m",
+    "mota": "1",
+    "motp": "m",
+    "hota": "1",
+    "hota_detection": "1",
+    "hota_association": "1",
+    "siap_completeness": "1",
+    "siap_ambiguity": "1",
+    "siap_spuriousness": "1",
+    "siap_position": "m",
+    "siap_changes": "1/s",
+    "siap_longest": "1",
+    "position_bound": "m",
 }
 """All figures of a study. NEES is over the number of axes and NIS over its expectation: both 1 on matched truth."""
 NAMES = ("title", "experiment", "runs", "seed", "chunk", "sweep", "trackers", "precision")

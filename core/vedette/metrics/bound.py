@@ -1,0 +1,152 @@
+"""The posterior Cramer-Rao bound where detections may fail: what no filter can do better than, on average.
+
+>>> flat = np.eye(1)
+>>> float(reduced_bound(4.0 * flat, flat[None], 0.0 * flat[None], flat[None], np.array([0.5]))[0, 0, 0])
+1.3333333333333333
+>>> float(enumerated_bound(4.0 * flat, flat[None], 0.0 * flat[None], flat[None], np.array([0.5]))[0, 0, 0])
+2.4
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import final
+
+import numpy as np
+from attrs import frozen
+
+from vedette import fields
+from vedette.kernels import numerical_jacobian, propagate, symmetric
+from vedette.roles import MotionModel, Sensor
+from vedette.space import Array, Space
+from vedette.types import Scan
+
+MOST_BRANCHES = 16
+"""Scans that may be missed, up to which all sequences of detections are enumerated: 2^16."""
+
+
+@final
+@frozen
+class Bound:
+    """What the truth is drawn from, for the posterior Cramer-Rao bound of the position."""
+
+    motion: MotionModel = fields.part("how the objects move")
+    start: dict[str, float] = fields.table(
+        "axis to the standard deviation with which a state is known before its first scan"
+    )
+    method: str = fields.choice(
+        "how failed detections enter: the information of each scan times its detection probability, or all sequences",
+        ("information_reduction", "enumeration"),
+        default="information_reduction",
+    )
+
+    def __attrs_post_init__(self) -> None:
+        space = self.motion.state
+        if sorted(self.start) != sorted(space.names):
+            raise ValueError(f"start: must give the axes {', '.join(space.names)}, got {', '.join(self.start) or 'none'}")
+        if wrong := [name for name, deviation in self.start.items() if deviation < 0]:
+            raise ValueError(f"start: {wrong[0]}: the standard deviation must be >= 0, got {self.start[wrong[0]]:g}")
+
+    @property
+    def covariance(self) -> Array:
+        """The covariance (n, n) at an object's first scan, before it."""
+        return np.diag([self.start[name] ** 2 for name in self.motion.state.names])
+
+
+def information(sensor: Sensor, x: Array) -> Array:
+    """Return the Fisher information about the observed axes that one return gives: (*b, n) -> (*b, n, n).
+
+    H' R^-1 H, and 1/2 tr(R^-1 dR/dx_i R^-1 dR/dx_j) where the noise depends on the state.
+    """
+    H, R, m = sensor.jacobian(x), sensor.noise(x), len(sensor.measurement)
+    inverse = np.linalg.inv(R)
+    found = np.swapaxes(H, -1, -2) @ inverse @ H
+    if R.ndim > 2:
+
+        def flat(y: Array) -> Array:
+            return sensor.noise(y).reshape(*y.shape[:-1], m * m)
+
+        slope = np.moveaxis(numerical_jacobian(flat, x, np.subtract), -1, -2).reshape(*x.shape, m, m)
+        part = inverse[..., None, :, :] @ slope
+        found = found + 0.5 * np.einsum("...iab,...jba->...ij", part, part)
+    return symmetric(np.broadcast_to(found, (*x.shape, x.shape[-1])))
+
+
+def reduced_bound(start: Array, transition: Array, noise: Array, info: Array, p_detect: Array) -> Array:
+    """Return the bound (s, *b, n, n) by information reduction: J_k = (Q + F J_(k-1)^-1 F')^-1 + P_D I.
+
+    `start` (n, n): the covariance before the first scan; `transition` and `noise` (s, *b, n, n): F and Q of the step to each
+    scan; `info` (s, *b, n, n): the information I of a return, or its mean over truth; `p_detect` (s, *b). It lies below the
+    bound by enumeration, as the inverse is convex, and equals it for P_D = 1: the covariance of Riccati's equation.
+    Tichavsky, Muravchik, Nehorai, Posterior Cramer-Rao Bounds for Discrete-Time Nonlinear Filtering, IEEE T-SP 46, 1998;
+    Hernandez, Ristic, Farina, Timmoneri, A Comparison of Two Cramer-Rao Bounds for Nonlinear Filtering with P_D < 1,
+    IEEE T-SP 52, 2004.
+    """
+    P, found = start, []
+    for F, Q, each, p in zip(transition, noise, info, p_detect, strict=True):
+        P = _informed(propagate(P, F, Q), each * np.asarray(p)[..., None, None])
+        found.append(P)
+    return np.stack(found)
+
+
+def enumerated_bound(start: Array, transition: Array, noise: Array, info: Array, p_detect: Array) -> Array:
+    """Return the bound (s, n, n) by enumeration: the mean over all sequences of detections of the bound given each.
+
+    Arguments as in `reduced_bound`, with no batch axes. ValueError where more than MOST_BRANCHES scans may or may not
+    detect.
+    Farina, Ristic, Timmoneri, Cramer-Rao Bound for Nonlinear Filtering with P_D < 1 and Its Application to Target
+    Tracking, IEEE T-SP 50, 2002.
+    """
+    if (count := int(np.count_nonzero((p_detect > 0) & (p_detect < 1)))) > MOST_BRANCHES:
+        raise ValueError(f"p_detect: must be 0 or 1 but for {MOST_BRANCHES} scans, got {count} others: 2^{count} sequences")
+    branches, chance, found = start[None], np.ones(1), []
+    for F, Q, each, p in zip(transition, noise, info, p_detect.tolist(), strict=True):
+        branches = propagate(branches, F, Q)
+        if p > 0:
+            hit = _informed(branches, each)
+            branches = hit if p >= 1 else np.concatenate([hit, branches])
+            chance = chance if p >= 1 else np.concatenate([p * chance, (1.0 - p) * chance])
+        found.append(np.einsum("q,qij->ij", chance, branches))
+    return np.stack(found)
+
+
+def bound_along(
+    bound: Bound, sensors: Mapping[str, Sensor], scans: Sequence[Scan], states: Array, space: Space
+) -> Array | None:
+    """Return the bound (s, *b, n, n) over the motion's axes after each of `scans`; the truth there is `states` (s, *b, m).
+
+    `space`: the axes of `states`, those of the motion among them. Matrices that depend on the state are taken at the truth:
+    exact where motion and sensors are linear. Q and P_D are taken as constant there. None where the sequences that are to be
+    enumerated are too many.
+    """
+    motion = bound.motion
+    x = states[..., space.locate(motion.state)]
+    n, batch = x.shape[-1], x.shape[1:-1]
+    full = np.broadcast_to
+    F, Q = np.empty((*x.shape, n)), np.zeros((*x.shape, n))
+    info, p_detect = np.zeros((*x.shape, n)), np.empty(x.shape[:-1])
+    F[0] = np.eye(n)
+    for k, scan in enumerate(scans):
+        if k:
+            dt = scan.time - scans[k - 1].time
+            F[k], Q[k] = full(motion.jacobian(x[k - 1], dt), F[k].shape), full(motion.noise(x[k - 1], dt), F[k].shape)
+        sensor = sensors[scan.sensor] if scan.pose is None else sensors[scan.sensor].at(scan.pose)
+        where = motion.state.locate(sensor.observes)
+        observed = x[k][..., where]
+        info[k][..., np.array(where)[:, None], where] = information(sensor, observed)
+        p_detect[k] = full(sensor.detects(observed), batch)
+    if bound.method == "information_reduction":
+        return reduced_bound(bound.covariance, F, Q, info, p_detect)
+    found = []
+    for i in np.ndindex(*batch):
+        own = (slice(None), *i)  # all scans of one trajectory
+        if np.count_nonzero((p_detect[own] > 0) & (p_detect[own] < 1)) > MOST_BRANCHES:
+            return None
+        found.append(enumerated_bound(bound.covariance, F[own], Q[own], info[own], p_detect[own]))
+    return np.stack(found, axis=1).reshape(F.shape)
+
+
+def _informed(P: Array, info: Array) -> Array:
+    """Return (P^-1 + I)^-1 = P - P I (1 + P I)^-1 P, for singular P too: (*b, n, n)."""
+    eye: Array = np.eye(P.shape[-1])
+    return symmetric(np.linalg.solve(eye + P @ info, P))

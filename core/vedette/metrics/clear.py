@@ -1,0 +1,50 @@
+"""The CLEAR measures of multiple object tracking."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from attrs import frozen
+
+from vedette.metrics.coverage import NONE, Indices, switches
+from vedette.space import Array, Mask
+
+
+@frozen
+class Clear:
+    """MOTA, of unit 1, at most 1 and below 0 where there are more mistakes than objects; MOTP in m; None without any."""
+
+    mota: float | None
+    motp: float | None
+    missed: int
+    false: int
+    switches: int
+
+
+def clear_mot(
+    apart: Sequence[Array], present: Sequence[Indices], alive: Mask, cover: Indices, false: int | None = None
+) -> Clear:
+    """Return accuracy 1 - (missed + false + switches) / objects, each summed over the scans, and the mean covered distance.
+
+    `apart`: per scan the distances (j, t) in m; `present`: which tracks the columns are; `alive` and `cover` (s, j): where
+    objects are there, and the track that covers each as in `covering`, which is the matching of these measures. `false`:
+    how many tracks are false, if not all that cover nothing.
+    Bernardin, Stiefelhagen, Evaluating Multiple Object Tracking Performance, EURASIP J. Image and Video Processing, 2008.
+    """
+    covered = cover != NONE
+    objects, matches = int(np.count_nonzero(alive)), int(np.count_nonzero(covered))
+    changed = sum(switches(cover[:, j]) for j in range(cover.shape[1]))
+    wrong = sum(map(len, present)) - matches if false is None else false
+    total = 0.0
+    for each, columns, row in zip(apart, present, cover, strict=True):
+        rows = np.flatnonzero(row != NONE)
+        place = {track: i for i, track in enumerate(columns.tolist())}
+        total += float(np.sum(each[rows, [place[track] for track in row[rows].tolist()]])) if len(rows) else 0.0
+    return Clear(
+        mota=1.0 - (objects - matches + wrong + changed) / objects if objects else None,
+        motp=total / matches if matches else None,
+        missed=objects - matches,
+        false=wrong,
+        switches=changed,
+    )

@@ -1,0 +1,164 @@
+"""Trajectory GOSPA: errors, misses, false tracks and switches of whole trajectories in one metric."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any, cast
+
+import numpy as np
+from attrs import frozen
+
+from vedette.metrics.coverage import Indices
+from vedette.space import Array, Mask
+
+
+@frozen
+class TrajectoryGospa:
+    """`value` in m, and its parts in m^order: value^order = localisation + missed + false + switches."""
+
+    value: float
+    localisation: float
+    missed: float
+    false: float
+    switches: float
+
+
+@frozen(eq=False)
+class _Part:
+    """Objects and tracks that are near one another directly or in a chain, at the scans at which any of them are.
+
+    truth (q,) and track (q,): the pairs, numbered from 0 within the part; gain (k, q): (d / c)^p - 1 where a pair is nearer
+    than c, else 0.
+    """
+
+    truth: Indices
+    track: Indices
+    gain: Array
+
+
+def trajectory_gospa(
+    apart: Sequence[Array],
+    present: Sequence[Indices],
+    alive: Mask,
+    cutoff: float,
+    switch: float,
+    order: float = 2.0,
+    limit: float = np.inf,
+) -> TrajectoryGospa | None:
+    """Return the trajectory metric in its form as a linear program, the least over assignments W^1 ... W^s of
+
+    ( sum_k sum over pairs W_ij^k d_ij^p + c^p / 2 (missed + false) + g^p / 2 sum_k sum_ij |W_ij^k - W_ij^(k+1)| )^(1/p),
+
+    with 0 <= W and sums over each object and each track <= 1. `apart`: per scan the distances (j, t) in m, infinite for an
+    object that is not there; `present`: which tracks the columns are; `alive` (s, j); `switch`: g in m, what a track that
+    passes from one object to another costs. Not divided by the number of scans. None if a linear program would have more
+    than `limit` variables.
+    Garcia-Fernandez, Rahmathullah, Svensson, A Metric on the Space of Finite Sets of Trajectories, IEEE T-SP 68, 2020.
+    """
+    if not (cutoff > 0 and switch >= 0 and order >= 1):
+        raise ValueError(f"cutoff: must be > 0 m, switch >= 0, order >= 1, got {cutoff:g}, {switch:g} and {order:g}")
+    penalty = 0.5 * (switch / cutoff) ** order
+    missed, false = 0.5 * np.count_nonzero(alive), 0.5 * sum(len(columns) for columns in present)
+    near = changes = 0.0
+    for part in _parts(apart, present, cutoff, order):
+        weight = _assigned(part, penalty, limit)
+        if weight is None:
+            return None
+        paired = 0.5 * float(np.sum(weight[part.gain < 0]))
+        missed, false = missed - paired, false - paired
+        near += 2 * paired + float(np.sum(weight * part.gain))
+        changes += penalty * float(np.sum(np.abs(np.diff(weight, axis=0))))
+    power = cutoff**order
+    value = cutoff * max(near + missed + false + changes, 0.0) ** (1 / order)
+    return TrajectoryGospa(value, power * near, power * missed, power * false, power * changes)
+
+
+def _parts(apart: Sequence[Array], present: Sequence[Indices], cutoff: float, order: float) -> Iterator[_Part]:
+    """Yield the parts of the problem that can be solved on their own.
+
+    A pair that is never nearer than c costs at every scan what leaving both out costs. A scan at which no pair of a part is
+    near changes nothing in it: W may stay as it is there. So only near pairs, and their scans, count.
+    """
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    found = [np.nonzero(each < cutoff) for each in apart]
+    scan = np.repeat(np.arange(len(apart)), [len(rows) for rows, _ in found])
+    if not len(scan):
+        return
+    truth = np.concatenate([rows for rows, _ in found])
+    track = np.concatenate([columns[picked] for (_, picked), columns in zip(found, present, strict=True)])
+    gain = np.concatenate([(each[at] / cutoff) ** order - 1.0 for each, at in zip(apart, found, strict=True)])
+    pairs, pair = np.unique(np.stack([truth, track]), axis=1, return_inverse=True)
+    pair = pair.reshape(-1)
+    truths, tracks = len(apart[0]), int(np.max(track)) + 1
+    links = coo_matrix((np.ones(pairs.shape[1]), (pairs[0], truths + pairs[1])), shape=(truths + tracks,) * 2)
+    part = connected_components(links, directed=False)[1][pairs[0]]
+    order_of = np.argsort(part[pair], kind="stable")
+    for entries in np.split(order_of, np.flatnonzero(np.diff(part[pair][order_of])) + 1):
+        own, column = np.unique(pair[entries], return_inverse=True)
+        scans, row = np.unique(scan[entries], return_inverse=True)
+        table = np.zeros((len(scans), len(own)))
+        table[row.reshape(-1), column.reshape(-1)] = gain[entries]
+        rows, columns = (np.unique(pairs[side, own], return_inverse=True)[1].reshape(-1) for side in (0, 1))
+        yield _Part(rows, columns, table)
+
+
+def _assigned(part: _Part, penalty: float, limit: float) -> Array | None:
+    """Return the weights (k, q) of the pairs at the least cost, in units of c^p; None beyond the limit."""
+    if part.truth[-1] == 0 or np.max(part.track) == 0:
+        return _star(part.gain, penalty)
+    scans, pairs = part.gain.shape
+    return _program(part, penalty) if (2 * scans - 1) * pairs <= limit else None
+
+
+def _star(gain: Array, penalty: float) -> Array:
+    """Solve a part of one object, or of one track: the best path through its pairs (k, q), or none, by dynamic programming.
+
+    Its linear program has a solution of whole numbers: |W^k - W^(k+1)| is a distance in a tree, with `none` in the middle.
+    """
+    scans, pairs = gain.shape
+    best, idle = gain[0].copy(), 0.0
+    kept, entered = np.ones((scans, pairs), dtype=bool), np.full(scans, -1)
+    for k in range(1, scans):
+        leaver = int(np.argmin(best))
+        entered[k], rest = (leaver, best[leaver] + penalty) if best[leaver] + penalty < idle else (-1, idle)
+        kept[k] = best <= rest + penalty
+        best, idle = gain[k] + np.minimum(best, rest + penalty), rest
+    weight = np.zeros(gain.shape)
+    at = int(np.argmin(best)) if np.min(best) < idle else -1
+    for k in range(scans - 1, -1, -1):
+        if at >= 0:
+            weight[k, at] = 1.0
+        if at < 0 or not kept[k, at]:
+            at = int(entered[k])
+    return weight
+
+
+def _program(part: _Part, penalty: float) -> Array:
+    """Solve a part's linear program over W (k, q) and the changes from scan to scan (k-1, q)."""
+    from scipy.optimize import linprog
+    from scipy.sparse import coo_matrix
+
+    scans, pairs = part.gain.shape
+    weight = np.arange(scans * pairs).reshape(scans, pairs)
+    change = weight.size + np.arange((scans - 1) * pairs)
+    shared = [side == each for side in (part.truth, part.track) for each in np.flatnonzero(np.bincount(side) > 1)]
+    capacity = [weight[:, own] for own in shared]
+    before, after = weight[:-1].ravel(), weight[1:].ravel()
+    many = scans * len(shared)
+    up, down = many + np.arange(len(change)), many + len(change) + np.arange(len(change))
+    entries: list[tuple[Indices, Indices, float]] = [
+        (np.repeat(i * scans + np.arange(scans), own.shape[1]), own.ravel(), 1.0) for i, own in enumerate(capacity)
+    ]
+    for rows, plus, minus in ((up, after, before), (down, before, after)):
+        entries += [(rows, plus, 1.0), (rows, minus, -1.0), (rows, change, -1.0)]
+    row, column = (np.concatenate([entry[i] for entry in entries]) for i in (0, 1))
+    value = np.concatenate([np.full(len(entry[0]), entry[2]) for entry in entries])
+    limits = coo_matrix((value, (row, column)), shape=(many + 2 * len(change), weight.size + len(change))).tocsr()
+    most = np.concatenate([np.ones(many), np.zeros(2 * len(change))])
+    cost = np.concatenate([part.gain.ravel(), np.full(len(change), penalty)])
+    found = linprog(cost, A_ub=cast(Any, limits), b_ub=most, bounds=(0, None), method="highs")
+    if found.x is None:
+        raise ArithmeticError(f"trajectory GOSPA: the linear program of {len(cost)} variables failed: {found.message}")
+    return np.asarray(found.x[: weight.size]).reshape(scans, pairs)
