@@ -17,6 +17,9 @@ from vedette.types import Detections
 _MOST = 1e6
 """More clutter than this in a scan is taken for a wrong unit."""
 
+_FINER = 6
+"""How often the grid for the greatest density is made finer, each time by 4."""
+
 
 @final
 @frozen
@@ -74,16 +77,30 @@ def densities(sensor: Sensor, z: Array) -> Array:
 def ceiling(sensor: Sensor, lows: Array, highs: Array) -> float:
     """Return a bound of the clutter density in the box: its greatest value on a grid, a quarter more where it varies.
 
-    ValueError if it makes more returns than a scene can have.
+    The grid is made finer around its greatest value, for densities that peak, as at a radar. ValueError if it makes more
+    returns than a scene can have.
     """
-    m = len(lows)
-    sides = np.meshgrid(*np.linspace(lows, highs, max(3, int(4096 ** (1 / m))), axis=-1), indexing="ij")
-    density = densities(sensor, np.stack(sides, axis=-1).reshape(-1, m))
-    top = float(np.max(density))
-    bound = top if np.min(density) == top else 1.25 * top
+    z, density = _gridded(sensor, lows, highs)
+    top, least, half = float(np.max(density)), float(np.min(density)), 0.5 * (highs - lows)
+    for _ in range(_FINER if least < top else 0):
+        half = half / 4
+        peak = z[np.argmax(density)]
+        z, density = _gridded(sensor, np.maximum(peak - half, lows), np.minimum(peak + half, highs))
+        if np.max(density) <= top:
+            break
+        top = float(np.max(density))
+    bound = top if least == top else 1.25 * top
     if (count := bound * float(np.prod(highs - lows))) > _MOST:
         raise ValueError(f"{sensor.kind}: {count:.3g} false returns a scan; check the density's unit and the region")
     return bound
+
+
+def _gridded(sensor: Sensor, lows: Array, highs: Array) -> tuple[Array, Array]:
+    """Return a grid over the box (g, m), its corners included, and the clutter density there (g,)."""
+    m = len(lows)
+    sides = np.meshgrid(*np.linspace(lows, highs, max(3, int(4096 ** (1 / m))), axis=-1), indexing="ij")
+    z = np.stack(sides, axis=-1).reshape(-1, m)
+    return z, densities(sensor, z)
 
 
 def thinned(sensor: Sensor, z: Array, uniform: Array, bound: float, candidate: Mask) -> Mask:

@@ -173,9 +173,8 @@ def _cluttered(
     blind = ~without & ~np.all(reach < np.inf, axis=-1)
     reach = np.where((without | blind)[:, None], 0.0, reach)
     half = np.minimum(reach, [np.inf if axis.period is None else axis.period / 2 for axis in space.axes])
-    corners = np.stack([expected + half * np.array(signs) for signs in np.ndindex(*(2,) * m)], axis=1)
-    probes = np.concatenate([corners, expected[:, None]], axis=1)
-    bound = 1.3 * float(np.max(sensor.clutter(probes)))
+    grid = np.stack(np.meshgrid(*[np.linspace(-1.0, 1.0, 5 if m < 3 else 3)] * m), axis=-1).reshape(-1, m)
+    bound = 1.3 * float(np.max(sensor.clutter(expected[:, None] + half[:, None] * grid)))
     with np.errstate(over="ignore"):
         mean = bound * np.prod(2 * half, axis=-1)
     endless = blind | (mean > MOST_FALSE)

@@ -8,8 +8,9 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Space, fields
+from vedette_standard.sensors.clutter import CIRCLE
 from vedette_standard.sensors.geometry import polar_slope, ranges_and_bearings
-from vedette_standard.sensors.placed import CIRCLE, PlacedSensor
+from vedette_standard.sensors.placed import PlacedSensor
 from vedette_standard.sensors.station import POSITION
 
 _BEARING = Space.of(bearing="rad mod 2pi")

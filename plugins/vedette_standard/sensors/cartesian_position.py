@@ -8,13 +8,13 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Space, fields
-from vedette_standard.sensors.direct import DirectSensor
 from vedette_standard.sensors.station import POSITION
+from vedette_standard.sensors.viewed import ViewedSensor
 
 
 @final
 @frozen
-class CartesianPosition(DirectSensor):
+class CartesianPosition(ViewedSensor):
     """z = position + v, v ~ N(0, sigma^2 I): a position in the tracker's own frame, whatever platform it comes from."""
 
     kind: ClassVar[str] = "cartesian_position"

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-import math
+from abc import abstractmethod
 
 import numpy as np
 from attrs import field, frozen
 
 from vedette import Array, Pose, Sensor, fields
+from vedette_standard.sensors.clutter import check_stated_once, uniform_over
 from vedette_standard.sensors.station import covers, placed
-
-CIRCLE = 2 * math.pi
 
 
 @frozen(kw_only=True)
 class PlacedSensor(Sensor):
-    """A sensor with a position, a direction, range limits, and clutter that is uniform over its coverage."""
+    """A sensor with a position, a direction, range limits, and a number of false returns within its coverage."""
 
     detection_probability: float = fields.probability("probability that a target in view gives a return", default=1.0)
     min_range: float = fields.quantity("m", "nothing nearer is detected", default=0.0, at_least=0)
@@ -40,16 +39,6 @@ class PlacedSensor(Sensor):
         """Return the parameter without which clutter has no density, or ""."""
         return "max_range" if self.max_range is None else ""
 
-    def _clutter_within(self, r: Array, power: int) -> Array:
-        """Return the clutter density per m of range (*b) if uniform over area (power 2) or volume (3); 0 without clutter.
-
-        Beyond the limits, where noise may put a return, it is as at the limit.
-        """
-        if self.clutter_per_scan == 0 or self.max_range is None:
-            return np.asarray(0.0)
-        extent = (self.max_range**power - self.min_range**power) / power
-        return self.clutter_per_scan / extent * np.clip(r, self.min_range, self.max_range) ** (power - 1)
-
     def detects(self, x: Array) -> Array:
         """Return the detection probability: (*b, n) -> (*b), or () if no range limits it."""
         return covers(self.detection_probability, self.min_range, self.max_range, x[..., :2], self._pose)
@@ -57,3 +46,19 @@ class PlacedSensor(Sensor):
     def at(self, pose: Pose) -> Sensor:
         """Return the same on a platform at `pose`, which may lead with batch axes: they are the first of the states' own."""
         return placed(self, pose)
+
+
+@frozen(kw_only=True)
+class RangingSensor(PlacedSensor):
+    """One that measures ranges: its clutter is stated by number or by density, and spreads over area or range."""
+
+    clutter_uniform_over: str = uniform_over()
+
+    @property
+    @abstractmethod
+    def clutter_density(self) -> float:
+        """False returns per scan and area, or volume in space; a parameter of the sensor."""
+
+    def __attrs_post_init__(self) -> None:
+        check_stated_once(self.clutter_density, self.clutter_per_scan)
+        super().__attrs_post_init__()

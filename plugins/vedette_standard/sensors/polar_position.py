@@ -8,6 +8,7 @@ import numpy as np
 from attrs import field, frozen
 
 from vedette import Array, Pose, Sensor, Space, fields
+from vedette_standard.sensors.clutter import CIRCLE, check_stated_once, per_range, uniform_over
 from vedette_standard.sensors.direct import DirectSensor
 from vedette_standard.sensors.station import POSITION, covers, offsets, placed
 
@@ -24,6 +25,8 @@ class PolarPosition(DirectSensor):
     target's direction from the radar, r its distance; r^2 + sigma_range^2 is the mean square of the measured range. Over the
     radar itself there is no direction: the noise is the mean over all directions.
     The reported returns are used as they are; noise is evaluated at the state, which is more precise than one return.
+    Clutter of n = `clutter_per_scan` is uniform over the area from `min_range` to `max_range`; over range and bearing, as a
+    receiver's cells make it, it is of density n / (2 pi (max - min) r) per area at the range r.
     Lerro, Bar-Shalom, Tracking with Debiased Consistent Converted Measurements versus EKF, IEEE T-AES 29, 1993.
     """
 
@@ -39,11 +42,23 @@ class PolarPosition(DirectSensor):
     clutter_density: float = fields.quantity("1/m^2", "false returns per scan and area", default=0.0, at_least=0)
     x: float = fields.quantity("m", "where the radar stands; a scan's own pose replaces it", default=0.0)
     y: float = fields.quantity("m", "where the radar stands; a scan's own pose replaces it", default=0.0)
+    min_range: float = fields.quantity("m", "nothing nearer is detected", default=0.0, at_least=0)
+    clutter_per_scan: float = fields.quantity("1", "expected number of false returns per scan", default=0.0, at_least=0)
+    clutter_uniform_over: str = uniform_over()
     _pose: Pose = field(init=False, repr=False, eq=False)
 
     @_pose.default
     def _fixed(self) -> Pose:
         return Pose(np.array([self.x, self.y]))
+
+    def __attrs_post_init__(self) -> None:
+        if self.max_range is not None and self.max_range <= self.min_range:
+            raise ValueError(f"max_range: must be > min_range, {self.min_range:g} m, got {self.max_range:g} m")
+        check_stated_once(self.clutter_density, self.clutter_per_scan)
+        if self.clutter_per_scan > 0 and self.max_range is None:
+            raise ValueError("clutter_per_scan: needs max_range, which says over what the false returns spread")
+        if self.clutter_per_scan > 0 and self.clutter_uniform_over == "range" and self.min_range == 0:
+            raise ValueError("clutter_uniform_over: 'range' needs min_range > 0, as the density per area is infinite at 0 m")
 
     @property
     def observes(self) -> Space:
@@ -63,7 +78,16 @@ class PolarPosition(DirectSensor):
 
     def detects(self, x: Array) -> Array:
         """Return the detection probability: (*b, 2) -> (*b), or () if no range limits it."""
-        return covers(self.detection_probability, 0.0, self.max_range, x, self._pose)
+        return covers(self.detection_probability, self.min_range, self.max_range, x, self._pose)
+
+    def clutter(self, z: Array) -> Array:
+        """Return the clutter density: (*b, k, 2) -> (*b, k) in 1/m^2, or () if it is the same everywhere."""
+        if self.clutter_per_scan == 0 or self.max_range is None:
+            return np.asarray(self.clutter_density)
+        if self.clutter_uniform_over == "area":
+            return np.asarray(self.clutter_per_scan / (0.5 * CIRCLE * (self.max_range**2 - self.min_range**2)))
+        r = np.hypot(*offsets(z, self._pose))
+        return per_range(self, r, 2) / (CIRCLE * np.clip(r, self.min_range, self.max_range))
 
     def at(self, pose: Pose) -> Sensor:
         """Return the same radar on a platform at `pose`, whose batch axes, if any, are the first of the states' own."""

@@ -8,14 +8,14 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Space, fields
-from vedette_standard.sensors.direct import DirectSensor
+from vedette_standard.sensors.viewed import ViewedSensor
 
 _STATE = Space.of(x="m", y="m", vx="m/s", vy="m/s")
 
 
 @final
 @frozen
-class PositionVelocity(DirectSensor):
+class PositionVelocity(ViewedSensor):
     """z = (x, y, vx, vy) + v, v ~ N(0, diag(sigma^2, sigma^2, sigma_speed^2, sigma_speed^2)), in the tracker's own frame.
 
     Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, section 5.2.

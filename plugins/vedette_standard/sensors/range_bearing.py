@@ -8,8 +8,9 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Gaussian, Space, fields
+from vedette_standard.sensors.clutter import CIRCLE, per_range
 from vedette_standard.sensors.geometry import polar_slope, ranges_and_bearings
-from vedette_standard.sensors.placed import CIRCLE, PlacedSensor
+from vedette_standard.sensors.placed import RangingSensor
 from vedette_standard.sensors.station import POSITION, leading
 
 _POLAR = Space.of(range="m", bearing="rad mod 2pi")
@@ -17,12 +18,13 @@ _POLAR = Space.of(range="m", bearing="rad mod 2pi")
 
 @final
 @frozen
-class RangeBearing(PlacedSensor):
+class RangeBearing(RangingSensor):
     """z = (r, b) + v, v ~ N(0, diag(sigma_range^2, sigma_bearing^2)), of a target in the plane as seen from the radar.
 
     With (dx, dy) = position - (x, y): r = sqrt(dx^2 + dy^2), b = atan2(dy, dx) - heading, from +x towards +y.
     Over the radar itself the bearing is that of +x and the derivative 0: such a return carries no position.
-    Clutter is uniform over the area from `min_range` to `max_range`, hence of density n r / (pi (max^2 - min^2)) in z.
+    Clutter of n = `clutter_per_scan` is uniform over the area from `min_range` to `max_range`, hence of density
+    n r / (pi (max^2 - min^2)) in z; over range and bearing it is n / (2 pi (max - min)); `clutter_density` c gives c r.
     Mo, Song, Zhou, Sun, Bar-Shalom, Unbiased Converted Measurements for Tracking, IEEE T-AES 34, 1998 (for `invert`).
     """
 
@@ -30,6 +32,7 @@ class RangeBearing(PlacedSensor):
 
     sigma_range: float = fields.quantity("m", "standard deviation of the range", above=0)
     sigma_bearing: float = fields.quantity("rad", "standard deviation of the bearing", above=0, at_most=1)
+    clutter_density: float = fields.quantity("1/m^2", "false returns per scan and area", default=0.0, at_least=0)
 
     @property
     def observes(self) -> Space:
@@ -52,8 +55,8 @@ class RangeBearing(PlacedSensor):
         return np.diag([self.sigma_range**2, self.sigma_bearing**2])
 
     def clutter(self, z: Array) -> Array:
-        """Return the clutter density: (*b, k, 2) -> (*b, k) in 1/(m rad), or () if none; beyond the limits as at them."""
-        return self._clutter_within(z[..., 0], 2) / CIRCLE
+        """Return the clutter density: (*b, k, 2) -> (*b, k) in 1/(m rad), or () if it is the same everywhere."""
+        return per_range(self, z[..., 0], 2) / CIRCLE
 
     def invert(self, z: Array, noise: Array | None = None) -> Gaussian:
         """Return the unbiased position and its covariance: (*b, 2) -> (*b, 2), (*b, 2, 2).

@@ -9,8 +9,9 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Gaussian, Space, fields
+from vedette_standard.sensors.clutter import CIRCLE, per_range
 from vedette_standard.sensors.geometry import NEAR
-from vedette_standard.sensors.placed import CIRCLE, PlacedSensor
+from vedette_standard.sensors.placed import RangingSensor
 from vedette_standard.sensors.station import leading, offsets
 
 _STATE = Space.of(x="m", y="m", z="m")
@@ -19,11 +20,12 @@ _SPHERICAL = Space.of(range="m", bearing="rad mod 2pi", elevation="rad mod 2pi")
 
 @final
 @frozen
-class RangeBearingElevation(PlacedSensor):
+class RangeBearingElevation(RangingSensor):
     """z = (r, b, e) + v with independent errors, of a target in space: z is up, e = atan2(dz, sqrt(dx^2 + dy^2)).
 
     With a pose of two coordinates the radar stays at its own height; a pose may have three. Clutter is uniform over the
-    volume between two spheres, hence of density 3 n r^2 cos(e) / (4 pi (max^3 - min^3)) in z.
+    volume between two spheres, hence of density 3 n r^2 cos(e) / (4 pi (max^3 - min^3)) in z; over range and direction it is
+    n cos(e) / (4 pi (max - min)).
     Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, section 10.4.
     """
 
@@ -33,6 +35,7 @@ class RangeBearingElevation(PlacedSensor):
     sigma_bearing: float = fields.quantity("rad", "standard deviation of the bearing", above=0, at_most=1)
     sigma_elevation: float = fields.quantity("rad", "standard deviation of the elevation", above=0, at_most=1)
     z: float = fields.quantity("m", "height at which the radar stands", default=0.0)
+    clutter_density: float = fields.quantity("1/m^3", "false returns per scan and volume", default=0.0, at_least=0)
 
     @property
     def observes(self) -> Space:
@@ -85,7 +88,7 @@ class RangeBearingElevation(PlacedSensor):
     def clutter(self, z: Array) -> Array:
         """Return the clutter density: (*b, k, 3) -> (*b, k) in 1/(m rad^2), or () if there is none."""
         upright = np.maximum(np.cos(z[..., 2]), 0.0)
-        return self._clutter_within(z[..., 0], 3) * upright / (2 * CIRCLE)
+        return per_range(self, z[..., 0], 3) * upright / (2 * CIRCLE)
 
     def invert(self, z: Array, noise: Array | None = None) -> Gaussian:
         """Return position and mean square error: (*b, 3) -> (*b, 3), (*b, 3, 3).

@@ -8,8 +8,9 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Gaussian, Space, fields
+from vedette_standard.sensors.clutter import CIRCLE, per_range
 from vedette_standard.sensors.geometry import NEAR, polar_slope, ranges_and_bearings
-from vedette_standard.sensors.placed import CIRCLE, PlacedSensor
+from vedette_standard.sensors.placed import RangingSensor
 from vedette_standard.sensors.range_bearing import RangeBearing
 from vedette_standard.sensors.station import leading, offsets
 
@@ -19,12 +20,12 @@ _DOPPLER = Space.of(range="m", bearing="rad mod 2pi", range_rate="m/s")
 
 @final
 @frozen
-class RangeBearingRate(PlacedSensor):
+class RangeBearingRate(RangingSensor):
     """z = (r, b, r') + v with independent errors; r' is the target's velocity less the platform's, along the line of sight.
 
     With d = position - platform: r = |d|, b = atan2(dy, dx) - heading, r' = d . (v - v_platform) / r. A pose without a
-    velocity is at rest. Clutter is uniform over the area from `min_range` to `max_range`, and in rate up to `max_rate`
-    either way.
+    velocity is at rest. Clutter is uniform over the area from `min_range` to `max_range`, or over range and bearing, and in
+    rate up to `max_rate` either way.
     Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, section 10.3.
     """
 
@@ -38,6 +39,7 @@ class RangeBearingRate(PlacedSensor):
         "m/s", "standard deviation of a new track's speed across the line of sight, which one return leaves open",
         default=10.0, above=0,
     )  # fmt: skip
+    clutter_density: float = fields.quantity("1/m^2", "false returns per scan and area", default=0.0, at_least=0)
 
     @property
     def observes(self) -> Space:
@@ -46,6 +48,11 @@ class RangeBearingRate(PlacedSensor):
     @property
     def measurement(self) -> Space:
         return _DOPPLER
+
+    def __attrs_post_init__(self) -> None:
+        super().__attrs_post_init__()
+        if self.clutter_density > 0 and self.max_rate is None:
+            raise ValueError("clutter_density: needs max_rate, which says over which rates the false returns spread")
 
     def _unbounded(self) -> str:
         if self.max_rate is None:
@@ -90,10 +97,10 @@ class RangeBearingRate(PlacedSensor):
         return np.diag([self.sigma_range**2, self.sigma_bearing**2, self.sigma_rate**2])
 
     def clutter(self, z: Array) -> Array:
-        """Return the clutter density: (*b, k, 3) -> (*b, k) in 1/(m rad m/s), or () if there is none."""
+        """Return the clutter density: (*b, k, 3) -> (*b, k) in 1/(m rad m/s), or () if it is the same everywhere."""
         if self.max_rate is None:
             return np.asarray(0.0)
-        return self._clutter_within(z[..., 0], 2) / (CIRCLE * 2 * self.max_rate)
+        return per_range(self, z[..., 0], 2) / (CIRCLE * 2 * self.max_rate)
 
     def invert(self, z: Array, noise: Array | None = None) -> Gaussian:
         """Return the unbiased position and the velocity, unknown across the line of sight: (*b, 3) -> (*b, 4), (*b, 4, 4).

@@ -8,8 +8,9 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Space, fields
+from vedette_standard.sensors.clutter import per_range
 from vedette_standard.sensors.geometry import polar_slope, ranges_and_bearings
-from vedette_standard.sensors.placed import PlacedSensor
+from vedette_standard.sensors.placed import RangingSensor
 from vedette_standard.sensors.station import POSITION
 
 _RANGE = Space.of(range="m")
@@ -17,17 +18,18 @@ _RANGE = Space.of(range="m")
 
 @final
 @frozen
-class RangeOnly(PlacedSensor):
+class RangeOnly(RangingSensor):
     """z = r + v, v ~ N(0, sigma_range^2), r = sqrt(dx^2 + dy^2).
 
     One range gives no position, so it starts no track. Clutter is uniform over the area from `min_range` to `max_range`,
-    hence of density 2 n r / (max^2 - min^2) in z.
+    hence of density 2 n r / (max^2 - min^2) in z, or over range: n / (max - min).
     Song, Observability of Target Tracking with Range-Only Measurements, IEEE J. Oceanic Engineering 24, 1999.
     """
 
     kind: ClassVar[str] = "range_only"
 
     sigma_range: float = fields.quantity("m", "standard deviation of the range", above=0)
+    clutter_density: float = fields.quantity("1/m^2", "false returns per scan and area", default=0.0, at_least=0)
 
     @property
     def observes(self) -> Space:
@@ -50,5 +52,5 @@ class RangeOnly(PlacedSensor):
         return np.array([[self.sigma_range**2]])
 
     def clutter(self, z: Array) -> Array:
-        """Return the clutter density: (*b, k, 1) -> (*b, k) in 1/m, or () if there is none."""
-        return self._clutter_within(z[..., 0], 2)
+        """Return the clutter density: (*b, k, 1) -> (*b, k) in 1/m, or () if it is the same everywhere."""
+        return per_range(self, z[..., 0], 2)
