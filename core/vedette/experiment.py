@@ -13,6 +13,7 @@ from vedette import fields
 from vedette.errors import ConfigError, Problem, ScanRefused
 from vedette.metrics import Judge
 from vedette.progress import Progress, silent
+from vedette.sampling.recorded import Redraw
 from vedette.supporting import Preprocessor, Source
 from vedette.tracking.history import History
 from vedette.tracking.intake import Intake, Refused
@@ -139,6 +140,7 @@ class Experiment:
         strict: bool = False,
         progress: Progress = silent,
         seeds: np.random.SeedSequence | None = None,
+        redraw: Redraw | None = None,
         named: float = _NAMED,
     ) -> Steps:
         """Open the source and return the run over it, scan by scan, for a run of any length: it keeps nothing.
@@ -148,11 +150,12 @@ class Experiment:
 
         A scan or a return that the tracker cannot take is left out and listed in `intake.refused`, the first `named` of them
         in words; with `strict` it raises ScanRefused. `progress` wraps the scans, to show how far the run is. `seeds`
-        replace `seed`, for one of many runs.
+        replace `seed`, and `redraw` says what is drawn of a recording, for one of many runs.
         """
         if self.source is None:
             raise ConfigError([Problem("source", "is missing: there are no scans to run on")])
-        for_source, for_tracker = (np.random.SeedSequence(self.seed) if seeds is None else seeds).spawn(2)
+        seeds = np.random.SeedSequence(self.seed) if seeds is None else seeds
+        for_source, for_tracker = seeds.spawn(2)
         try:
             recording = self.source.open(
                 raw_sensors(self.preprocessors, self.tracker.sensors), np.random.default_rng(for_source)
@@ -161,10 +164,14 @@ class Experiment:
             raise error.within("source") from None
         if strict and recording.refused:
             raise ScanRefused(str(recording.refused[0]))
+        if redraw is not None:
+            recording = redraw.recording(recording, seeds)
         try:
             given = self.tracker.given(recording)
         except ValueError as error:
             raise ConfigError([Problem("", str(error))]) from None
+        if redraw is not None:
+            given = redraw.start(given, self.tracker.state, seeds)
         return Steps(self, recording, given, for_tracker, strict=strict, progress=progress, named=named)
 
     def run(
@@ -174,15 +181,16 @@ class Experiment:
         progress: Progress = silent,
         keep_states: bool = False,
         seeds: np.random.SeedSequence | None = None,
+        redraw: Redraw | None = None,
     ) -> Result:
         """Run the tracker over all scans, and keep them and the history of every track; `steps` keeps nothing.
 
         A scan or a return that the tracker cannot take is left out and listed in `refused`; with `strict` it raises
         ScanRefused. `progress` wraps the scans, to show how far the run is. `keep_states` leaves the states in the result,
-        for `vedette.smooth`. `seeds` replace `seed`, for one of many runs. Ctrl-C ends the run and keeps what is
-        done.
+        for `vedette.smooth`. `seeds` replace `seed`, and `redraw` says what is drawn of a recording, for one of many runs.
+        Ctrl-C ends the run and keeps what is done.
         """
-        steps = self.steps(strict=strict, progress=progress, seeds=seeds, named=np.inf)
+        steps = self.steps(strict=strict, progress=progress, seeds=seeds, redraw=redraw, named=np.inf)
         history, taken, interrupted = History(self.tracker), list[Scan](), False
         states: list[State] = []
         scans_given, framed = steps.recording.scans, list[int]()

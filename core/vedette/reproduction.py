@@ -54,18 +54,21 @@ class Claim:
 
 @frozen(eq=False)
 class Curve:
-    """Points x (s,), y (s,) with a label; as a line, one with its points marked, a dashed line or dots.
+    """Points x (s,), y (s,) with a label; as a line, one with its points marked, a dashed line, dots or rings.
 
     `colour`: the n-th; default: by its position.
-    `doubt` (s,) is half the height of a band around it.
+    `doubt` (s,) is half the height of a band around it; with `doubt_across` (s,) both are bars at each point.
+    `notes`: a word beside each point.
     """
 
     label: str
     x: Array
     y: Array
-    style: Literal["line", "marked", "dashed", "dots"] = "line"
+    style: Literal["line", "marked", "dashed", "dots", "rings"] = "line"
     colour: int | None = None
     doubt: Array | None = None
+    doubt_across: Array | None = None
+    notes: tuple[str, ...] = ()
 
 
 @frozen(eq=False)

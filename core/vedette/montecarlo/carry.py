@@ -17,6 +17,7 @@ from vedette.montecarlo.plan import Plan
 from vedette.montecarlo.statistics import precise
 from vedette.montecarlo.store import Store
 from vedette.progress import Progress
+from vedette.sampling.recorded import Redraw
 
 KEPT = "the chunks in --out are kept, and --resume continues from them"
 
@@ -31,10 +32,10 @@ class Failed:
     text: str
 
 
-def attempt(experiment: Experiment, seed: int, runs: range, together: bool) -> Chunk | Failed:
+def attempt(experiment: Experiment, seed: int, runs: range, together: bool, redraw: Redraw | None) -> Chunk | Failed:
     """Run one chunk, wherever this is called."""
     try:
-        return run_chunk(experiment, seed, runs, together)
+        return run_chunk(experiment, seed, runs, together, redraw)
     except VedetteError as error:
         return Failed(str(error))
 
@@ -116,9 +117,10 @@ class _Work:
             for future in running:
                 future.cancel()
 
-    def _order(self, k: int, point: int) -> tuple[Experiment, int, range, bool]:
+    def _order(self, k: int, point: int) -> tuple[Experiment, int, range, bool, Redraw | None]:
         """Return what to run; some kilobytes if it goes to another process."""
-        return self.plan.points[point].experiment, self.plan.seed, self.plan.runs_of(k), self.plan.together
+        plan = self.plan
+        return plan.points[point].experiment, plan.seed, plan.runs_of(k), plan.together, plan.redraw
 
     def _missing(self) -> Iterator[tuple[int, int]]:
         """Yield the chunks to run, until enough are done; those in the store are taken from there."""

@@ -13,9 +13,11 @@ from vedette.metrics import judge
 from vedette.metrics.consistency import gate_truncation, nees
 from vedette.metrics.histories import positions, velocities
 from vedette.metrics.judgement import gates_of
+from vedette.metrics.score import Score
 from vedette.montecarlo.lockstep import run_together
 from vedette.montecarlo.scenes import DrawsTogether, Scenes
 from vedette.sampling.generators import NotInLockStep
+from vedette.sampling.recorded import Redraw
 from vedette.sampling.seeds import Seeds, sequence
 from vedette.space import Array, Mask, Space
 from vedette.types import Detections, Gaussian, Recording, Scan, Trajectory
@@ -66,9 +68,18 @@ class Chunk:
     sums: Array
 
 
-def run_chunk(experiment: Experiment, seed: int, runs: Sequence[int], together: bool) -> Chunk:
-    """Run the runs of one point of the grid, in lock-step or one by one. ConfigError if it cannot be run."""
-    return (_together if together else _one_by_one)(experiment, Seeds(seed, tuple(runs)))
+def run_chunk(experiment: Experiment, seed: int, runs: Sequence[int], together: bool, redraw: Redraw | None = None) -> Chunk:
+    """Run the runs of one point of the grid, in lock-step or one by one. ConfigError if it cannot be run.
+
+    `redraw` is what each run draws of a recording; a source that draws is left alone.
+    """
+    seeds = Seeds(seed, tuple(runs))
+    return _together(experiment, seeds) if together else _one_by_one(experiment, seeds, redraw)
+
+
+def recorded(experiment: Experiment) -> bool:
+    """Return whether the scans come from a recording: whatever the seed, they are the same."""
+    return experiment.source is not None and not experiment.source.draws
 
 
 def goes_together(experiment: Experiment) -> bool:
@@ -180,16 +191,24 @@ def _lost(far: Mask, scans: int) -> Array:
     return lost
 
 
-def _one_by_one(experiment: Experiment, seeds: Seeds) -> Chunk:
+def _one_by_one(experiment: Experiment, seeds: Seeds, redraw: Redraw | None) -> Chunk:
     """Run each run by itself, as `vedette run` does, judged against its truth."""
     rows = []
+    redraw = redraw if recorded(experiment) else None
     for run in seeds.runs:
-        result = experiment.run(seeds=sequence(seeds.seed, run))
+        result = experiment.run(seeds=sequence(seeds.seed, run), redraw=redraw)
         if result.interrupted:
             raise KeyboardInterrupt
         tracker, truth = experiment.tracker, result.recording.truth
         score = judge(result.tracks, truth, result.scans, experiment.judge, tracker.gate.probability, tracker.sensors)
-        rows.append([getattr(score, name) for name in ONE_BY_ONE.values()])
+        rows.append([*(getattr(score, name) for name in ONE_BY_ONE.values()), _nees_of(score)])
     table = np.array([[np.nan if value is None else float(value) for value in row] for row in rows])
-    figures = dict(zip(ONE_BY_ONE, table.T, strict=True))
+    figures = dict(zip((*ONE_BY_ONE, "nees"), table.T, strict=True))
     return Chunk(figures | {name: figures[name] ** 2 for name in SQUARED}, np.zeros(0), np.zeros((3, 5, 0)))
+
+
+def _nees_of(score: Score) -> float | None:
+    """Return the mean NEES of the covered objects over the number of axes that tracks and truth share."""
+    if score.anees_state is None or not score.anees_state_axes:
+        return None
+    return score.anees_state / len(score.anees_state_axes)

@@ -63,14 +63,17 @@ class Grid:
     sweep: Mapping[str, list[Any]]
     registry: Registry
 
-    def points(self) -> tuple[Point, ...]:
+    def alone(self) -> Point:
+        """Return the config as it is; before the points, so that its own faults are not reported as the sweep's."""
+        return self._point({}, self.base, "experiment")
+
+    def points(self, alone: Point) -> tuple[Point, ...]:
         """Return all points, each loaded once to check that it can be built."""
         count = max(1, len(self.trackers))
         for values in self.sweep.values():
             count *= len(values)
         if count > MOST_POINTS:
             raise ConfigError([Problem("sweep", f"makes {count:,} points; at most {MOST_POINTS:,} are taken")])
-        alone = self._point({}, self.base, "experiment")  # first, so that its own faults are not reported as the sweep's
         choices = itertools.product(self.trackers or [None], *self.sweep.values())
         return tuple(self._chosen(*each) for each in choices) if self.trackers or self.sweep else (alone,)
 
@@ -119,3 +122,13 @@ def _load(config: Mapping[str, Any], place: str, registry: Registry) -> Experime
     if experiment.source is None:
         raise ConfigError([Problem("experiment.source", "is missing: there are no scans to run on")])
     return experiment
+
+
+def value_at(config: Any, path: str) -> Any:
+    """Return the value at a path of a whole config; None if it has none."""
+    for step in path_of(path):
+        try:
+            config = config[step]
+        except (KeyError, IndexError, TypeError):
+            return None
+    return config

@@ -10,6 +10,7 @@ import numpy as np
 from attrs import field, frozen
 
 from vedette.errors import VedetteError
+from vedette.montecarlo.averages import averaged, averaged_plan
 from vedette.montecarlo.carry import Chunks
 from vedette.montecarlo.chunk import SERIES
 from vedette.montecarlo.grid import short_names
@@ -33,12 +34,16 @@ class Against:
 
 @frozen(eq=False)
 class Outcome:
-    """The result of a study: `figures` name to (points, runs), NaN where a run has none; `against` one series a point."""
+    """The result of a study: `figures` name to (points, runs), NaN where a run has none; `against` one series a point.
+
+    Where the study averages over a swept path, `parts` is the result at every point.
+    """
 
     plan: Plan
     figures: dict[str, Array] = field(repr=False)
     against: tuple[Against, ...] = field(repr=False)
     interrupted: bool = False
+    parts: Outcome | None = field(default=None, repr=False)
 
     @property
     def runs(self) -> int:
@@ -69,7 +74,7 @@ class Outcome:
             "units": {name: UNITS[name] for name in self.figures},
             "table": self.table(),
             "differences_to_the_first": paired,
-        }
+        } | ({} if self.parts is None else {"averaged_over": list(self.plan.average), "parts": self.parts.table()})
 
     def dataset(self) -> xarray.Dataset:
         """Return labelled arrays over the axes of the grid, the runs and the times; attributes state their origin."""
@@ -103,7 +108,13 @@ def outcome(plan: Plan, chunks: Chunks, *, interrupted: bool) -> Outcome:
     points = range(len(plan.points))
     names = [name for name in UNITS if all(name in chunks[0][i].figures for i in points)]
     figures = {name: np.stack([gathered(chunks, name, i) for i in points]) for name in names}
-    return Outcome(plan, figures, tuple(_against(chunks, i) for i in points), interrupted)
+    found = Outcome(plan, figures, tuple(_against(chunks, i) for i in points), interrupted)
+    if not plan.average:
+        return found
+    means = {name: averaged(values, plan.axes, plan.average) for name, values in figures.items()}
+    fewer = averaged_plan(plan)
+    nothing = Against(np.zeros(0), {}, {})
+    return Outcome(fewer, means, (nothing,) * len(fewer.points), interrupted, found)
 
 
 def _against(chunks: Chunks, point: int) -> Against:

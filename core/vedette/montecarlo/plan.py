@@ -8,8 +8,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import attrs
 from attrs import field, frozen
 
+from vedette.config import to_config
 from vedette.config.files import read_file
 from vedette.config.parameters import plain
 from vedette.config.registry import Registry
@@ -17,8 +19,9 @@ from vedette.config.renames import renamed
 from vedette.config.suggestions import did_you_mean
 from vedette.errors import ConfigError, Problem
 from vedette.experiment import Experiment
-from vedette.montecarlo.chunk import goes_together
-from vedette.montecarlo.grid import Grid, Point, overridden
+from vedette.montecarlo.chunk import goes_together, recorded
+from vedette.montecarlo.grid import Grid, Point, overridden, value_at
+from vedette.sampling.recorded import Redraw
 from vedette.space import Array
 from vedette.units import in_unit
 
@@ -53,12 +56,18 @@ UNITS = {
     "position_bound": "m",
 }
 """All figures of a study. NEES is over the number of axes and NIS over its expectation: both 1 on matched truth."""
-NAMES = ("title", "experiment", "runs", "seed", "chunk", "sweep", "trackers", "precision")
+NAMES = ("title", "experiment", "runs", "seed", "chunk", "sweep", "trackers", "average", "redraw", "precision")
+SCENES, DRAWS = 1000, 10
+"""Runs by default: of drawn scenes, and of a recording of which each run draws a part."""
 
 
 @frozen(eq=False)
 class Plan:
-    """A whole study, checked."""
+    """A whole study, checked.
+
+    `redraw` is what each run draws of a recording, `average` the swept paths over which figures are averaged, `own` the
+    experiment's own values at the swept paths.
+    """
 
     title: str
     points: tuple[Point, ...]
@@ -67,13 +76,18 @@ class Plan:
     seed: int
     chunk: int
     together: bool
+    redraw: Redraw | None = None
+    average: tuple[str, ...] = ()
     precision: dict[str, float] = field(factory=dict)
+    own: dict[str, Any] = field(factory=dict, repr=False)
     given: dict[str, Any] = field(factory=dict, repr=False)
 
     @property
     def hash(self) -> str:
         """Of all that determines a run's result; not of the number of runs, nor of when to stop."""
-        text = json.dumps([[point.labels, point.config] for point in self.points], sort_keys=True, default=repr)
+        parts = [[point.labels, point.config] for point in self.points]
+        drawn = [] if self.redraw is None else [[self.redraw.drop, self.redraw.starts]]
+        text = json.dumps(parts + drawn, sort_keys=True, default=repr)
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 
     @property
@@ -126,29 +140,77 @@ def plan(table: Mapping[str, Any], overrides: Sequence[str] = ()) -> Plan:
         raise error.within("experiment") from None
     changes = {"sweep": sweep, **{f"trackers.{name}": each for name, each in trackers.items()}}
     base = overridden(given, overrides, changes, registry)
-    points = Grid(given, base, trackers, sweep, registry).points()
+    grid = Grid(given, base, trackers, sweep, registry)
+    alone = grid.alone()
+    points = grid.points(alone)
     together = all(_goes_together(point) for point in points)
     axes: dict[str, tuple[Any, ...]] = {"tracker": tuple(trackers)} if trackers else {}
-    runs = whole("runs", table.get("runs", 1000), 1)
-    if runs > 1 and not any(_draws(point.experiment) for point in points):
+    axes |= {path: tuple(values) for path, values in sweep.items()}
+    redraw = _redraw(table.get("redraw", {}), points)
+    varies = any(_draws(point.experiment, redraw) for point in points)
+    usual = (DRAWS if redraw is not None else SCENES) if varies else 1
+    runs = whole("runs", table.get("runs", usual), 1)
+    if runs > 1 and not varies:
         raise ConfigError([Problem("runs", _all_the_same(points, runs))])
     return Plan(
         title=str(table.get("title", experiment.get("title", ""))),
         points=points,
-        axes=axes | {path: tuple(values) for path, values in sweep.items()},
+        axes=axes,
         runs=runs,
         seed=whole("seed", table.get("seed", 0), 0, 2**63 - 1),
         chunk=whole("chunk", table.get("chunk", 0), 0) or (_piece(runs) if together else ALONE),
         together=together,
+        redraw=redraw,
+        average=_average(table.get("average", ()), axes),
         precision=_precision(table.get("precision")),
+        own={path: value_at(to_config(alone.experiment), path) for path in sweep},
         given=json.loads(json.dumps(dict(table) | {"experiment": base}, default=plain)),
     )
 
 
-def _draws(experiment: Experiment) -> bool:
+def _draws(experiment: Experiment, redraw: Redraw | None) -> bool:
     """Return whether another seed gives another run."""
+    if redraw is not None and recorded(experiment) and (redraw.drop > 0 or (redraw.starts and _given(experiment))):
+        return True
     parts = (experiment.source, experiment.tracker.estimator, experiment.tracker.birth)
     return any(part is not None and part.draws for part in parts)
+
+
+def _given(experiment: Experiment) -> bool:
+    """Return whether tracks may be given before the first scan."""
+    return experiment.tracker.birth is not None and not experiment.tracker.starts_tracks
+
+
+def _redraw(given: Any, points: tuple[Point, ...]) -> Redraw | None:
+    """Return what each run draws of a recording; None if all sources draw."""
+    names = tuple(attribute.name for attribute in attrs.fields(Redraw))
+    if not isinstance(given, Mapping):
+        raise ConfigError([Problem("redraw", f"must be a table such as {{ drop = 0.1 }}, got {given!r}")])
+    if unknown := [str(name) for name in given if name not in names]:
+        text = f"unknown;{did_you_mean(unknown[0], names)} known: {', '.join(names)}"
+        raise ConfigError([Problem(f"redraw.{unknown[0]}", text)])
+    try:
+        redraw = Redraw(**given)
+    except ValueError as error:
+        raise ConfigError([Problem(f"redraw.{str(error).partition(':')[0]}", str(error).partition(": ")[2])]) from None
+    if any(recorded(point.experiment) for point in points):
+        return attrs.evolve(redraw, starts=redraw.starts and any(_given(point.experiment) for point in points))
+    if given:
+        raise ConfigError(
+            [Problem("redraw", "is what is drawn of a recording, but the scenes of this study are drawn whole")]
+        )
+    return None
+
+
+def _average(given: Any, axes: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return the swept paths over which figures are averaged."""
+    if isinstance(given, str) or not isinstance(given, list | tuple):
+        raise ConfigError([Problem("average", f"must be a list of swept paths, got {given!r}")])
+    for path in given:
+        if path not in axes:
+            text = f"{path!r} is not swept;{did_you_mean(str(path), axes)} swept: {', '.join(axes) or 'nothing'}"
+            raise ConfigError([Problem("average", text)])
+    return tuple(given)
 
 
 def _all_the_same(points: tuple[Point, ...], runs: int) -> str:
@@ -156,8 +218,8 @@ def _all_the_same(points: tuple[Point, ...], runs: int) -> str:
     estimators = {point.experiment.tracker.estimator.kind for point in points}
     return (
         f"must be 1, got {runs:,}: neither the source ({', '.join(sorted(sources))}) nor the estimator "
-        f"({', '.join(sorted(estimators))}) draws anything, so all runs would be the same; vary the scene with a source "
-        "that draws, such as 'simulation'"
+        f"({', '.join(sorted(estimators))}) draws anything, so all runs would be the same; leave a part of the returns out "
+        "with redraw.drop, or vary the scene with a source that draws, such as 'simulation'"
     )
 
 

@@ -23,6 +23,8 @@ def monte_carlo(
     *,
     sweep: Mapping[str, Sequence[Any]] | None = None,
     trackers: Mapping[str, Mapping[str, Any]] | None = None,
+    average: Sequence[str] = (),
+    redraw: Mapping[str, Any] | None = None,
     precision: Mapping[str, Any] | None = None,
     chunk: int = 0,
     threads: int = 1,
@@ -35,8 +37,9 @@ def monte_carlo(
 
     Run i draws from SeedSequence(seed, spawn_key=(i,)), whatever `chunk`, `threads` or `scheduler`: to the last bit on one
     machine with one chunk, to 1e-12 otherwise. With `out`, finished chunks are kept there and `resume` continues from them.
-    `precision` maps figures to standard errors at which the study may stop early. `progress` wraps the runs, to show how far
-    the study is. ConfigError reports all that is wrong.
+    Of a recording each run draws what `redraw` says: by default it leaves out a tenth of the returns. Figures are averaged
+    over the swept paths in `average`. `precision` maps figures to standard errors at which the study may stop early.
+    `progress` wraps the runs, to show how far the study is. ConfigError reports all that is wrong.
     """
     table = {
         "experiment": read_file(config) if isinstance(config, str | Path) else config,
@@ -45,6 +48,8 @@ def monte_carlo(
         "chunk": chunk,
         "sweep": sweep or {},
         "trackers": trackers or {},
+        "average": list(average),
+        "redraw": redraw or {},
     }
     if precision is not None:
         table["precision"] = precision

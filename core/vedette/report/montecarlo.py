@@ -17,6 +17,7 @@ from vedette.montecarlo.plan import UNITS
 from vedette.montecarlo.statistics import Mean
 from vedette.report.reproduction import rows
 from vedette.reproduction import Cell, Chart, Curve, Panel, Table
+from vedette.sampling.recorded import Redraw
 
 MOST_CURVES = 8
 """More points than this are too many for one panel."""
@@ -41,19 +42,32 @@ def text(outcome: Outcome) -> str:
     elif outcome.runs < plan.runs:
         head += "; precise enough, so it stopped early"
     lines = [plan.title, head] if plan.title else [head]
+    if plan.redraw is not None:
+        lines.append(_drawn(plan.redraw))
     for table in tables(outcome):
         lines += ["", table.title, *rows(table)]
     return "\n".join(lines)
 
 
+def _drawn(redraw: Redraw) -> str:
+    """Return what the runs over a recording draw."""
+    parts = [f"leaves out {100 * redraw.drop:g} % of the recording's returns"] if redraw.drop else []
+    parts += ["starts given tracks from their prior"] if redraw.starts else []
+    return f"each run {' and '.join(parts) or 'takes the recording as it is'}, drawn anew; all points meet the same draws"
+
+
 def tables(outcome: Outcome) -> Iterator[Table]:
-    """Yield the means, and with several points the paired differences."""
+    """Yield the means, with several points the paired differences, and the means at each place that was averaged over."""
     points = outcome.plan.points
     columns = tuple(name if UNITS[name] == "1" else f"{name} [{UNITS[name]}]" for name in outcome.figures)
-    yield Table("Means over runs", columns, tuple((at.name, _cells(outcome.means(i))) for i, at in enumerate(points)))
+    over = f", each the mean over {', '.join(outcome.plan.average)}" if outcome.parts is not None else ""
+    yield Table(f"Means over runs{over}", columns, tuple((at.name, _cells(outcome.means(i))) for i, at in enumerate(points)))
     if len(points) > 1:
         paired = tuple((at.name, _cells(outcome.differences(i))) for i, at in enumerate(points) if i)
         yield Table(f"Differences to {points[0].name}, paired run by run", columns, paired)
+    if outcome.parts is not None:
+        each = outcome.parts.plan.points
+        yield Table("Each by itself", columns, tuple((at.name, _cells(outcome.parts.means(i))) for i, at in enumerate(each)))
 
 
 def _cells(means: Mapping[str, Mean]) -> tuple[Cell, ...]:
@@ -105,7 +119,11 @@ def charts(outcome: Outcome) -> Iterator[Chart]:
         for name in _WORDS:
             if name in outcome.figures:
                 panels.append(_panel(outcome, name, path, _along(outcome, path, name), first=not panels))
-        yield Chart(f"sweep_{short_names(outcome.plan.axes)[path]}", title, tuple(panels))
+        name = short_names(outcome.plan.axes)[path]
+        if panels:
+            yield Chart(f"sweep_{name}", title, tuple(panels))
+        if "coverage" in outcome.figures and "false_tracks" in outcome.figures:
+            yield Chart(f"coverage_{name}", title, (_operating(outcome, path, name),))
 
 
 def _panel(outcome: Outcome, name: str, across: str, curves: Sequence[Curve], *, first: bool) -> Panel:
@@ -116,6 +134,24 @@ def _panel(outcome: Outcome, name: str, across: str, curves: Sequence[Curve], *,
         ends = np.array([np.min(curves[0].x), np.max(curves[0].x)])
         drawn.append(Curve("", ends, np.ones(2), "dashed", colour=MOST_CURVES + 1))
     return Panel(title, across, _WORDS[name], tuple(drawn))
+
+
+def _operating(outcome: Outcome, path: str, name: str) -> Panel:
+    """Draw coverage against false tracks along a swept axis, with the config's own value marked."""
+    own, curves, marked = outcome.plan.own.get(path), list[Curve](), list[Curve]()
+    lines = zip(_along(outcome, path, "false_tracks"), _along(outcome, path, "coverage"), strict=True)
+    for i, (false, covered) in enumerate(lines):
+        notes = tuple(f"{value:g}" for value in covered.x)
+        curves.append(
+            Curve(covered.label, false.y, covered.y, "marked", i, doubt=covered.doubt, doubt_across=false.doubt, notes=notes)
+        )
+        here = covered.x == own if isinstance(own, int | float) else np.zeros(len(covered.x), dtype=bool)
+        if np.any(here):
+            label = f"as configured: {name} {own:g}" if not marked else ""
+            marked.append(Curve(label, false.y[here], covered.y[here], "rings", i))
+    told = "" if marked else f"; the configured {name} is not among the values"
+    title = f"{outcome.runs:,} runs; bars: two standard errors; numbers: {name}{told}"
+    return Panel(title, "false tracks at a time", "share of the objects' time that is covered", (*curves, *marked))
 
 
 def _along(outcome: Outcome, path: str, name: str) -> list[Curve]:

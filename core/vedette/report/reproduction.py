@@ -22,6 +22,7 @@ _LOOKS: dict[str, dict[str, Any]] = {
     "marked": {"linewidth": 1.5, "marker": "o", "markersize": 4.0},
     "dashed": {"linewidth": 1.5, "linestyle": (0, (5, 2))},
     "dots": {"linestyle": "none", "marker": ".", "markersize": 3.0, "alpha": 0.6},
+    "rings": {"linestyle": "none", "marker": "o", "markersize": 13.0, "markerfacecolor": "none", "markeredgewidth": 2.0},
 }
 
 
@@ -100,8 +101,14 @@ def _draw_panel(axes: Axes, panel: Panel) -> None:
         axes.set_yscale("log")
     for i, curve in enumerate(panel.curves):
         shade = "#808080" if curve.style == "dots" else canvas.colour(i if curve.colour is None else curve.colour)
-        if curve.doubt is not None:
+        if curve.doubt_across is not None:
+            axes.errorbar(
+                curve.x, curve.y, curve.doubt, curve.doubt_across, fmt="none", ecolor=shade, elinewidth=0.8, alpha=0.6
+            )
+        elif curve.doubt is not None:
             axes.fill_between(curve.x, curve.y - curve.doubt, curve.y + curve.doubt, color=shade, alpha=0.2, linewidth=0)
         axes.plot(curve.x, curve.y, color=shade, label=curve.label or None, **_LOOKS[curve.style])
+        for x, y, note in zip(curve.x, curve.y, curve.notes, strict=False):
+            axes.annotate(note, (x, y), (6, -11), textcoords="offset points", fontsize=8.5, color=canvas.SOFT)
     if any(curve.label for curve in panel.curves):
         axes.legend(frameon=False, fontsize=9, labelcolor=canvas.INK)

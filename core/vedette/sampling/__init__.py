@@ -11,6 +11,7 @@ from vedette.sampling.detections import (
     shuffled,
     thinned,
 )
+from vedette.sampling.recorded import Redraw
 from vedette.sampling.trajectories import (
     common_state,
     draw_gaussian,
@@ -25,6 +26,7 @@ from vedette.sampling.trajectories import (
 
 __all__ = [
     "Bounds",
+    "Redraw",
     "ceiling",
     "common_state",
     "corners",
