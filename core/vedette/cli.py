@@ -173,7 +173,7 @@ _CHECK = (
 )
 _REPRODUCE = (
     "Run the whole study of a paper and print its tables, published figures beside measured ones, with a verdict on each "
-    "claim: reproduced, not reproduced, or not testable, and why. Exits 0 whatever the verdicts."
+    "claim: reproduced, not reproduced, not decided with so many runs, or a remark. Exits 0 whatever the verdicts."
 )
 _STUDY = (
     "Run every point of a grid of trackers many times on the same drawn scenes, and print means with their standard errors "

@@ -104,7 +104,7 @@ def _claims(found: Found) -> tuple[Claim, ...]:
         ),
         Claim(
             "The dynamics are known to a fraction of a pixel",
-            "not testable",
+            "remark",
             "the paper gives neither jitter nor spectra; only the sum of dynamics and jitter is seen, so the "
             "error of the dynamics has a floor that no signal removes",
         ),

@@ -141,7 +141,7 @@ def claims(found: Found, seeds: int) -> tuple[Claim, ...]:
         ),
         Claim(
             "Errors of 98 to 121 m (MANV) and 423 to 530 m (DARC)",
-            "not testable",
+            "remark",
             f"healthy tracks err by {_told(min(every), 1)} to {_told(max(every), 0)} m here. The data are not published; a "
             "frame's number taken for its time (24 of 1,000 are lost) gives errors of the published size, alike for all "
             "filters",

@@ -161,7 +161,7 @@ def claims(found: dict[str, Accelerations]) -> tuple[Claim, ...]:
         ),
         Claim(
             "The four variances are 14, 1477, 1115 and 1337 (m/s^2)^2",
-            "not testable",
+            "remark",
             "turning axes keeps the mean square: 1115 + 1337 = 2452 and 14 + 1477 = 1491 belong to one trajectory only if "
             "the mean acceleration across is 31 m/s^2; the trajectories are not given",
         ),

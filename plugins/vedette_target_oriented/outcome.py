@@ -124,7 +124,7 @@ def claims(records: Mapping[str, Record]) -> tuple[Claim, ...]:
         ),
         Claim(
             "On straight legs the errors are about equal (1.5 % below Singer's)",
-            "not testable",
+            "remark",
             f"{_percent(straight)}: which way depends on the chosen noise of the straight models",
         ),
         Claim(
@@ -135,12 +135,12 @@ def claims(records: Mapping[str, Record]) -> tuple[Claim, ...]:
         ),
         Claim(
             "Fails are 11.4 % against 0.1 % (text), 3.3 % against 0.0 % (table)",
-            "not testable",
+            "remark",
             "the two disagree, and P_D, gate and the rule for a fail are not given",
         ),
         Claim(
             "RMS errors in metres (table 1)",
-            "not testable",
+            "remark",
             "process noises, transition probabilities, clutter's extent and start are not given; ours are chosen",
         ),
     )

@@ -130,12 +130,12 @@ def claims(scene: Scene, records: Mapping[str, Record]) -> tuple[Claim, ...]:
         *(_stays_in_gate(name, out) for name in ("IMMCV2", "IMMCVCA")),
         Claim(
             "They are always in the gate of these filters",
-            "not testable",
+            "remark",
             "it is said of one run; a gate that holds .999 misses .1 % of the returns even of a perfect filter",
         ),
         Claim(
             "In straight flight the IMM is about as accurate as the CVKF",
-            "not testable",
+            "remark",
             "the paper gives no Q, and the truth is exactly straight: the smaller the CVKF's Q, the better it looks. Here "
             f"{straight['IMMCV2']:.2f} m against {straight['CVKF']:.2f} m with q = 0.1 m/s^2",
         ),
@@ -166,7 +166,7 @@ def _beats_single(records: Mapping[str, Record], straight: Mapping[str, float], 
         "The IMM keeps the track through manoeuvres and is more accurate in straight flight than a single filter that does"
     )
     if best is None:
-        return Claim(text, "not testable", "no single filter stayed in its gate")
+        return Claim(text, "remark", "no single filter stayed in its gate")
     part = leg("CV1")
     ratios = [ratio_cell(records[name].squares[:, part], records[best].squares[:, part]) for name in ("IMMCV2", "IMMCVCA")]
     holds = all(ratio.measured is not None and ratio.measured <= 0.75 for ratio in ratios)

@@ -37,7 +37,7 @@ def test_a_study_prints_its_tables_and_verdicts_and_ends_well(paper, capsys, tmp
     assert found["runs"] == 3
     assert found["seed"] == 1
     assert found["cpu_seconds"] > 0
-    assert {claim["verdict"] for claim in found["claims"]} <= {"reproduced", "not reproduced", "not testable"}
+    assert {claim["verdict"] for claim in found["claims"]} <= {"reproduced", "not reproduced", "not decided", "remark"}
     assert all(claim["why"] for claim in found["claims"])
     for claim in found["claims"]:
         assert any(line.startswith(f"* {claim['verdict'].upper()}: {claim['text'][:40]}") for line in lines)

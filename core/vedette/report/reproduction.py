@@ -10,7 +10,7 @@ import attrs
 import numpy as np
 
 from vedette.report import canvas
-from vedette.reproduction import Cell, Chart, Findings, Panel, Table
+from vedette.reproduction import Cell, Chart, Claim, Condition, Findings, Panel, Table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -33,9 +33,30 @@ def text(result: Findings) -> str:
         lines += ["", table.title, *wrap(table.note, _WIDTH), *rows(table)]
     lines += ["", "What the paper claims"]
     for claim in result.claims:
-        lines += wrap(f"{claim.verdict.upper()}: {claim.text}", _WIDTH, initial_indent="* ", subsequent_indent="  ")
+        lines += wrap(f"{verdict(claim)}: {claim.text}", _WIDTH, initial_indent="* ", subsequent_indent="  ")
+        for condition in claim.conditions:
+            lines += wrap(told(condition, claim.runs), _WIDTH, initial_indent="  - ", subsequent_indent="    ")
         lines += wrap(claim.why, _WIDTH, initial_indent="  ", subsequent_indent="  ")
     return "\n".join(lines)
+
+
+def verdict(claim: Claim) -> str:
+    """Return the verdict in capitals, and what would decide if nothing is decided yet."""
+    head = claim.verdict.upper()
+    if claim.verdict != "not decided":
+        return head
+    rest = "no number of them would decide" if claim.needed is None else f"{claim.needed:,} would decide"
+    return f"{head} with {claim.runs:,} {claim.unit}, {rest}"
+
+
+def told(condition: Condition, runs: int) -> str:
+    """Return a condition's figure, its bounds, and whether it holds."""
+    bounds = [f"{word} {bound:g}" for word, bound in (("at least", condition.least), ("at most", condition.most))]
+    asked = " and ".join(words for words in bounds if "inf" not in words)
+    held = {True: "holds", False: "fails", None: "open"}[condition.holds(runs)]
+    value = "no figure" if condition.figure.measured is None else _measured(condition.figure)
+    printed = "" if condition.figure.published is None else f" (published {condition.figure.published:g})"
+    return f"{condition.what}: {value}{printed}, to be {asked}: {held}"
 
 
 def rows(table: Table) -> Iterator[str]:
@@ -75,8 +96,17 @@ def data(result: Findings) -> dict[str, Any]:
             }
             for table in (*result.tables, *result.machine)
         ],
-        "claims": [attrs.asdict(claim) for claim in result.claims],
+        "claims": [_claim(claim) for claim in result.claims],
     }
+
+
+def _claim(claim: Claim) -> dict[str, Any]:
+    """Return a claim as plain data; a bound that a condition does not have is None, as JSON knows no infinity."""
+    plain = attrs.asdict(claim)
+    for condition, filled in zip(claim.conditions, plain["conditions"], strict=True):
+        filled |= {name: bound if np.isfinite(bound := getattr(condition, name)) else None for name in ("least", "most")}
+        filled["holds"] = condition.holds(claim.runs)
+    return plain
 
 
 def draw(chart: Chart) -> Figure:

@@ -1,0 +1,101 @@
+"""The result of reproducing a published study: tables with errors, verdicts on its claims, data of its figures.
+
+Plain values; `vedette.report.reproduction` prints and draws them.
+"""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from typing import ClassVar, Literal
+
+from attrs import frozen
+
+from vedette.progress import Progress
+from vedette.reproduction.cells import Cell
+from vedette.reproduction.verdicts import Claim
+from vedette.roles import Component
+from vedette.space import Array
+
+
+@frozen
+class Table:
+    """Figures of one kind: each row a label and one cell a column. `note` says what they are, with units."""
+
+    title: str
+    columns: tuple[str, ...]
+    rows: tuple[tuple[str, tuple[Cell, ...]], ...]
+    note: str = ""
+
+    def cell(self, row: str, column: str) -> Cell:
+        """Return the cell of a row and a column by their names."""
+        return dict(self.rows)[row][self.columns.index(column)]
+
+
+@frozen(eq=False)
+class Curve:
+    """Points x (s,), y (s,) with a label; as a line, one with its points marked, a dashed line, dots or rings.
+
+    `colour`: the n-th; default: by its position.
+    `doubt` (s,) is half the height of a band around it; with `doubt_across` (s,) both are bars at each point.
+    `notes`: a word beside each point.
+    """
+
+    label: str
+    x: Array
+    y: Array
+    style: Literal["line", "marked", "dashed", "dots", "rings"] = "line"
+    colour: int | None = None
+    doubt: Array | None = None
+    doubt_across: Array | None = None
+    notes: tuple[str, ...] = ()
+
+
+@frozen(eq=False)
+class Panel:
+    """One pair of axes. `equal` gives both one scale, as on a map; `log` makes the upright one logarithmic."""
+
+    title: str
+    across: str
+    upright: str
+    curves: tuple[Curve, ...]
+    equal: bool = False
+    log: bool = False
+
+
+@frozen(eq=False)
+class Chart:
+    """A picture, stored under `name`: panels below one another."""
+
+    name: str
+    title: str
+    panels: tuple[Panel, ...]
+
+
+@frozen(eq=False)
+class Findings:
+    """All results of a study. `machine` depends on the machine: run times, to which no law applies."""
+
+    title: str
+    runs: int
+    seed: int
+    tables: tuple[Table, ...]
+    claims: tuple[Claim, ...]
+    charts: tuple[Chart, ...] = ()
+    machine: tuple[Table, ...] = ()
+
+
+class Reproduction(Component):
+    """A published study, reproduced: its scenario, its filters as configs, its figures, and verdicts on its claims.
+
+    Laws: the same runs and seed give the same result, to the last bit.
+    """
+
+    title: ClassVar[str]
+    """The paper."""
+
+    default_runs: ClassVar[int]
+    """Default number of Monte Carlo runs."""
+
+    @abstractmethod
+    def run(self, runs: int, seed: int, progress: Progress) -> Findings:
+        """Run the whole study; `progress` wraps its loops."""
