@@ -112,9 +112,12 @@ def _parser() -> ArgumentParser:
 
     reproduce = commands.add_parser("reproduce", help="reproduce a published study", description=_REPRODUCE)
     reproduce.add_argument("paper", metavar="PAPER", help="the study: vts, target-oriented, bayes-risk, or a plugin's")
-    reproduce.add_argument("--runs", metavar="N", help="Monte-Carlo runs; default: as many as a full study takes")
+    reproduce.add_argument("--runs", metavar="N", help="Monte-Carlo runs; default: the study's")
     reproduce.add_argument("--seed", metavar="N", help="of everything random; default: 1")
+    reproduce.add_argument("--full", action="store_true", help="as many runs as the study is worth, however long they take")
     reproduce.add_argument("--out", metavar="DIR", help="folder for tables and figures; default: they are not written")
+    reproduce.add_argument("--format", default="png", choices=["png", "svg", "pdf"], help="of the figures; default: png")
+    reproduce.add_argument("--resume", action="store_true", help="go on with the unfinished study in the folder --out")
     reproduce.add_argument("--json", action="store_true", help="end standard output with one line of JSON")
 
     study = commands.add_parser("study", help="run a grid of trackers many times over", description=_STUDY)

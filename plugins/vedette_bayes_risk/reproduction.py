@@ -11,7 +11,7 @@ from attrs import frozen
 from vedette import Array, Experiment, Gaussian, Mask, Progress, Reproduction, Scan, Space, load
 from vedette.metrics import nees
 from vedette.montecarlo import run_together
-from vedette.reproduction import Findings, over_axes, two_point
+from vedette.reproduction import Findings, Keep, afresh, over_axes, two_point
 from vedette.sampling import Bounds, draw_detections
 from vedette.tracking import preprocessed, raw_sensors
 from vedette_bayes_risk import outcome
@@ -37,8 +37,9 @@ class BayesRiskReproduction(Reproduction):
     kind: ClassVar[str] = "bayes_risk"
     title: ClassVar[str] = "Detection over seven sensors by Bayes risk, and parallel Kalman filters, against IMM/MSPDA"
     default_runs: ClassVar[int] = 1000
+    full_runs: ClassVar[int] = 10000
 
-    def run(self, runs: int, seed: int, progress: Progress) -> Findings:
+    def run(self, runs: int, seed: int, progress: Progress, keep: Keep = afresh) -> Findings:
         """Run all filters of a part on the same draws."""
         first, second = np.random.default_rng(seed).spawn(2)
         experiments = {name: load(config) for name, config in (FILTERS | CONTESTED).items()}

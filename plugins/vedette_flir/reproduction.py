@@ -8,7 +8,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Progress, Reproduction
-from vedette.reproduction import Cell, Claim, Findings, Table, mean_cell, rms_cell
+from vedette.reproduction import Cell, Claim, Findings, Keep, Table, afresh, mean_cell, rms_cell
 from vedette_flir.matched import Record, bound, information, record
 
 CASES = tuple(
@@ -34,8 +34,9 @@ class FlirReproduction(Reproduction):
         "A hot spot in infrared images: errors of dynamics and jitter against signal-to-noise ratio and spread"
     )
     default_runs: ClassVar[int] = 100
+    full_runs: ClassVar[int] = 1000
 
-    def run(self, runs: int, seed: int, progress: Progress) -> Findings:
+    def run(self, runs: int, seed: int, progress: Progress, keep: Keep = afresh) -> Findings:
         """Run all cases; the filters of a case see the same frames."""
         found = {
             case: {

@@ -8,7 +8,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Progress, Reproduction
-from vedette.reproduction import Findings
+from vedette.reproduction import Findings, Keep, afresh
 from vedette_marine import configs, outcome
 from vedette_marine.outcome import FILTERS, Record
 from vedette_marine.points import Points, see
@@ -28,8 +28,9 @@ class MarinePicturesReproduction(Reproduction):
     kind: ClassVar[str] = "marine_pictures"
     title: ClassVar[str] = "Ships in radar pictures: IMM-PDAF against CV-PDAF and CT-PDAF, judged by AIS"
     default_runs: ClassVar[int] = 20
+    full_runs: ClassVar[int] = 20
 
-    def run(self, runs: int, seed: int, progress: Progress) -> Findings:
+    def run(self, runs: int, seed: int, progress: Progress, keep: Keep = afresh) -> Findings:
         """Run all filters on the same pictures."""
         found: dict[tuple[str, str], dict[str, Record]] = {}
         times, centres = {}, {}

@@ -10,7 +10,7 @@ from attrs import frozen
 
 from vedette import Array, Mask, Progress, Reproduction, build
 from vedette.montecarlo import run_together
-from vedette.reproduction import Findings
+from vedette.reproduction import Findings, Keep, afresh
 from vedette_marine import configs, outcome, scenes
 from vedette_marine.outcome import FILTERS, Record
 from vedette_marine.points import Points, by_frame_number, draw, prior
@@ -48,8 +48,9 @@ class MarineReproduction(Reproduction):
     kind: ClassVar[str] = "marine"
     title: ClassVar[str] = "Ships seen by a marine radar: IMM-PDAF against CV-PDAF and CT-PDAF, judged by AIS"
     default_runs: ClassVar[int] = 30
+    full_runs: ClassVar[int] = 300
 
-    def run(self, runs: int, seed: int, progress: Progress) -> Findings:
+    def run(self, runs: int, seed: int, progress: Progress, keep: Keep = afresh) -> Findings:
         """Run all filters on the same draws; the CV-PDAF's process noise is chosen on other draws."""
         found: dict[tuple[str, str], dict[str, Record]] = {}
         naive: dict[tuple[str, str], dict[str, Record]] = {}

@@ -10,7 +10,7 @@ from attrs import frozen
 from vedette import Array, Experiment, Gaussian, Progress, Reproduction, Scan, Space, load
 from vedette.metrics import nees
 from vedette.montecarlo import run_together
-from vedette.reproduction import Findings, over_axes, two_point
+from vedette.reproduction import Findings, Keep, afresh, over_axes, two_point
 from vedette.sampling import Bounds, draw_detections
 from vedette_target_oriented import accelerations, outcome
 from vedette_target_oriented.configs import FILTERS
@@ -37,8 +37,9 @@ class TargetOrientedReproduction(Reproduction):
     kind: ClassVar[str] = "target_oriented"
     title: ClassVar[str] = "Target-oriented velocity in an IMM-PDAF, against Singer models and known turn rates"
     default_runs: ClassVar[int] = 1000
+    full_runs: ClassVar[int] = 10000
 
-    def run(self, runs: int, seed: int, progress: Progress) -> Findings:
+    def run(self, runs: int, seed: int, progress: Progress, keep: Keep = afresh) -> Findings:
         """Run all filters on the same draws."""
         first, second = np.random.default_rng(seed).spawn(2)
         experiments = {name: load(config) for name, config in FILTERS.items()}

@@ -10,7 +10,7 @@ from attrs import frozen
 from vedette import Array, Detections, Experiment, Gaussian, Progress, Reproduction, Scan, Space, load
 from vedette.metrics import nees
 from vedette.montecarlo import run_together
-from vedette.reproduction import Findings, over_axes, two_point
+from vedette.reproduction import Findings, Keep, afresh, over_axes, two_point
 from vedette.sampling import returns
 from vedette.tracking import preprocessed, raw_sensors
 from vedette_vts import outcome
@@ -36,8 +36,9 @@ class VtsReproduction(Reproduction):
     kind: ClassVar[str] = "vts"
     title: ClassVar[str] = "Manoeuvring vessels seen by the radar of a vessel traffic service: IMM against single filters"
     default_runs: ClassVar[int] = 500
+    full_runs: ClassVar[int] = 5000
 
-    def run(self, runs: int, seed: int, progress: Progress) -> Findings:
+    def run(self, runs: int, seed: int, progress: Progress, keep: Keep = afresh) -> Findings:
         """Run all filters on the same draws."""
         experiments = {name: load(config) for name, config in FILTERS.items()}
         scene = draw(next(iter(experiments.values())), runs, np.random.default_rng(seed))

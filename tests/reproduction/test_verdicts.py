@@ -76,17 +76,15 @@ def _factor(runs):
     return high
 
 
-def test_so_many_runs_as_are_named_decide():
-    rng = np.random.default_rng(2)
-    few = mean_cell(0.05 + rng.standard_normal(400))
-    claim = judged("more than 0", [Condition("mean", few, least=0)], 400)
-    assert claim.verdict == "not decided"
-    assert claim.needed > 400
-    scaled = Cell(few.measured, few.error * math.sqrt(400 / claim.needed))
-    assert judged("more than 0", [Condition("mean", scaled, least=0)], claim.needed).verdict == "reproduced"
-    fewer = round(claim.needed * 0.85)  # the number is rounded up to two digits
-    scaled = Cell(few.measured, few.error * math.sqrt(400 / fewer))
-    assert judged("more than 0", [Condition("mean", scaled, least=0)], fewer).verdict == "not decided"
+@pytest.mark.parametrize(("runs", "ratio"), [(2, 3.1), (5, 3.6), (5, 0.9), (30, 3.2), (400, 1.0)])
+def test_so_many_runs_as_are_named_decide(runs, ratio):
+    """The error shrinks with the root of the runs, and Student's quantile with their number."""
+    needed = judged("more than 0", [Condition("mean", Cell(ratio, 1.0), least=0)], runs).needed
+    assert needed > runs
+    for count, expected in ((needed, "reproduced"), (int(needed * 0.85), "not decided")):  # rounded up to two digits
+        if count > runs:
+            cell = Cell(ratio, math.sqrt(runs / count))
+            assert judged("more than 0", [Condition("mean", cell, least=0)], count).verdict == expected
 
 
 def test_on_the_bound_itself_no_number_would():

@@ -23,8 +23,8 @@ def can_draw() -> bool:
     return can_write("pictures", "report", "matplotlib")
 
 
-def write_charts(folder: Path, charts: Iterable[Chart]) -> list[str]:
-    """Write a picture of each chart; return the names of the files."""
+def write_charts(folder: Path, charts: Iterable[Chart], form: str = "png") -> list[str]:
+    """Write a picture of each chart as png, svg or pdf; return the names of the files."""
     if not can_draw():
         return []
     from vedette.report import canvas
@@ -32,6 +32,6 @@ def write_charts(folder: Path, charts: Iterable[Chart]) -> list[str]:
 
     written = []
     for chart in charts:
-        canvas.save(draw(chart), folder / f"{chart.name}.png")
-        written.append(f"{chart.name}.png")
+        canvas.save(draw(chart), folder / f"{chart.name}.{form}")
+        written.append(f"{chart.name}.{form}")
     return written

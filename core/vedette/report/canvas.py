@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -30,13 +30,13 @@ _HEAD = 0.62
 """Inches for title and facts."""
 
 
-def figure(height: float = 9.0) -> Figure:
-    """Return an empty figure, 1200 px wide and 100 px for each of its inches high, with room for a head."""
+def figure(height: float = 9.0, foot: float = 0.0) -> Figure:
+    """Return an empty figure, 1200 px wide and 100 px for each of its inches high, with room for a head and a foot."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
     from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-    room = (0.0, 0.0, 1.0, 1.0 - _HEAD / height)
+    room = (0.0, foot / height, 1.0, 1.0 - (_HEAD + foot) / height)
     layout = ConstrainedLayoutEngine(rect=room, w_pad=0.1, h_pad=0.06, hspace=0.03, wspace=0.03)
     made = Figure(figsize=(12.0, height), dpi=100, layout=layout, facecolor="white")
     FigureCanvasAgg(made)
@@ -61,6 +61,17 @@ def plain(axes: Axes) -> None:
     axes.set_axisbelow(True)
 
 
+_UNDATED: dict[str, dict[str, Any]] = {
+    "png": {"Software": None},
+    "svg": {"Date": None, "Creator": None},
+    "pdf": {"CreationDate": None, "Producer": None, "Creator": None},
+}
+
+
 def save(made: Figure, path: Path) -> None:
-    """Write a PNG."""
-    made.savefig(path, format="png", metadata={"Software": None})
+    """Write a PNG, SVG or PDF, by the path's suffix; the same figure gives the same bytes."""
+    from matplotlib import rc_context
+
+    form = path.suffix[1:]
+    with rc_context({"svg.hashsalt": path.stem, "svg.fonttype": "none", "pdf.fonttype": 42}):
+        made.savefig(path, format=form, metadata=_UNDATED[form])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
@@ -10,19 +10,24 @@ import attrs
 import numpy as np
 
 from vedette.report import canvas
-from vedette.reproduction import Cell, Chart, Claim, Condition, Findings, Panel, Table
+from vedette.reproduction import Cell, Chart, Claim, Condition, Curve, Findings, Panel, Table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 _WIDTH = 118
+_INCHES = 0.24
+"""Height of a line of a claim."""
+_SHADES = {"reproduced": "#00724d", "not reproduced": "#b0413e", "not decided": "#8a6d00", "remark": canvas.SOFT}
 _LOOKS: dict[str, dict[str, Any]] = {
     "line": {"linewidth": 1.5},
     "marked": {"linewidth": 1.5, "marker": "o", "markersize": 4.0},
     "dashed": {"linewidth": 1.5, "linestyle": (0, (5, 2))},
     "dots": {"linestyle": "none", "marker": ".", "markersize": 3.0, "alpha": 0.6},
     "rings": {"linestyle": "none", "marker": "o", "markersize": 13.0, "markerfacecolor": "none", "markeredgewidth": 2.0},
+    "points": {"linestyle": "none", "marker": "o", "markersize": 5.0},
+    "published": {"linestyle": "none", "marker": "D", "markersize": 7.0, "markerfacecolor": "none", "zorder": 4},
 }
 
 
@@ -110,15 +115,26 @@ def _claim(claim: Claim) -> dict[str, Any]:
 
 
 def draw(chart: Chart) -> Figure:
-    """Draw a chart: panels two by two, or a single one."""
+    """Draw a chart: panels two by two, or a single one, and below them the claims with their verdicts."""
     count = len(chart.panels)
     columns = 1 if count == 1 else 2
     rows = -(-count // columns)
-    made = canvas.figure(height=9.0 if count == 1 else 1.0 + 3.4 * rows)
+    lines = [wrap(f"{verdict(claim)}: {claim.text}", _WIDTH + 20) for claim in chart.claims]
+    foot = _INCHES * (sum(map(len, lines)) + 1) if lines else 0.0
+    made = canvas.figure((8.0 if count == 1 else 1.0 + 3.4 * rows) + foot, foot)
     for i, panel in enumerate(chart.panels):
         _draw_panel(made.add_subplot(rows, columns, i + 1), panel)
-    made.suptitle(chart.title, x=0.012, ha="left", fontsize=15, fontweight="bold", color=canvas.INK)
+    canvas.head(made, chart.title, "")
+    _draw_claims(made, chart.claims, lines, foot)
     return made
+
+
+def _draw_claims(made: Figure, claims: Sequence[Claim], lines: Sequence[Sequence[str]], foot: float) -> None:
+    height, y = made.get_figheight(), foot - _INCHES
+    for claim, words in zip(claims, lines, strict=True):
+        for line in words:
+            made.text(0.012, y / height, line, fontsize=10, color=_SHADES[claim.verdict])
+            y -= _INCHES
 
 
 def _draw_panel(axes: Axes, panel: Panel) -> None:
@@ -129,16 +145,23 @@ def _draw_panel(axes: Axes, panel: Panel) -> None:
         axes.set_aspect("equal", adjustable="datalim")
     if panel.log:
         axes.set_yscale("log")
+    if panel.ticks:
+        turned = max(map(len, panel.ticks)) * len(panel.ticks) > 60
+        axes.set_xticks(
+            range(len(panel.ticks)), panel.ticks, rotation=20 if turned else 0, ha="right" if turned else "center"
+        )
     for i, curve in enumerate(panel.curves):
-        shade = "#808080" if curve.style == "dots" else canvas.colour(i if curve.colour is None else curve.colour)
-        if curve.doubt_across is not None:
-            axes.errorbar(
-                curve.x, curve.y, curve.doubt, curve.doubt_across, fmt="none", ecolor=shade, elinewidth=0.8, alpha=0.6
-            )
-        elif curve.doubt is not None:
-            axes.fill_between(curve.x, curve.y - curve.doubt, curve.y + curve.doubt, color=shade, alpha=0.2, linewidth=0)
-        axes.plot(curve.x, curve.y, color=shade, label=curve.label or None, **_LOOKS[curve.style])
-        for x, y, note in zip(curve.x, curve.y, curve.notes, strict=False):
-            axes.annotate(note, (x, y), (6, -11), textcoords="offset points", fontsize=8.5, color=canvas.SOFT)
+        _draw_curve(axes, curve, canvas.colour(i if curve.colour is None else curve.colour))
     if any(curve.label for curve in panel.curves):
         axes.legend(frameon=False, fontsize=9, labelcolor=canvas.INK)
+
+
+def _draw_curve(axes: Axes, curve: Curve, shade: str) -> None:
+    shade = {"dots": "#808080", "published": canvas.INK}.get(curve.style, shade)
+    if curve.doubt_across is not None or (curve.doubt is not None and curve.style == "points"):
+        axes.errorbar(curve.x, curve.y, curve.doubt, curve.doubt_across, fmt="none", ecolor=shade, elinewidth=0.8, capsize=3.0)
+    elif curve.doubt is not None:
+        axes.fill_between(curve.x, curve.y - curve.doubt, curve.y + curve.doubt, color=shade, alpha=0.2, linewidth=0)
+    axes.plot(curve.x, curve.y, color=shade, label=curve.label or None, **_LOOKS[curve.style])
+    for x, y, note in zip(curve.x, curve.y, curve.notes, strict=False):
+        axes.annotate(note, (x, y), (6, -11), textcoords="offset points", fontsize=8.5, color=canvas.SOFT)

@@ -12,6 +12,7 @@ from attrs import frozen
 
 from vedette.progress import Progress
 from vedette.reproduction.cells import Cell
+from vedette.reproduction.keeping import Keep, afresh
 from vedette.reproduction.verdicts import Claim
 from vedette.roles import Component
 from vedette.space import Array
@@ -33,17 +34,17 @@ class Table:
 
 @frozen(eq=False)
 class Curve:
-    """Points x (s,), y (s,) with a label; as a line, one with its points marked, a dashed line, dots or rings.
+    """Points x (s,), y (s,) with a label; as a line, one with its points marked, a dashed line, dots, rings or points alone.
 
-    `colour`: the n-th; default: by its position.
-    `doubt` (s,) is half the height of a band around it; with `doubt_across` (s,) both are bars at each point.
-    `notes`: a word beside each point.
+    "published" are the values that a paper prints: hollow marks in black. `colour`: the n-th; default: by its position.
+    `doubt` (s,) is half the height of a band around it, for points of a bar through each; with `doubt_across` (s,) both
+    are bars at each point. `notes`: a word beside each point.
     """
 
     label: str
     x: Array
     y: Array
-    style: Literal["line", "marked", "dashed", "dots", "rings"] = "line"
+    style: Literal["line", "marked", "dashed", "dots", "rings", "points", "published"] = "line"
     colour: int | None = None
     doubt: Array | None = None
     doubt_across: Array | None = None
@@ -52,7 +53,10 @@ class Curve:
 
 @frozen(eq=False)
 class Panel:
-    """One pair of axes. `equal` gives both one scale, as on a map; `log` makes the upright one logarithmic."""
+    """One pair of axes. `equal` gives both one scale, as on a map; `log` makes the upright one logarithmic.
+
+    `ticks` name the places 0, 1, .. of the axis across, where there is a name and no number.
+    """
 
     title: str
     across: str
@@ -60,15 +64,17 @@ class Panel:
     curves: tuple[Curve, ...]
     equal: bool = False
     log: bool = False
+    ticks: tuple[str, ...] = ()
 
 
 @frozen(eq=False)
 class Chart:
-    """A picture, stored under `name`: panels below one another."""
+    """A picture, stored under `name`: panels below one another, and under them the claims that it shows with verdicts."""
 
     name: str
     title: str
     panels: tuple[Panel, ...]
+    claims: tuple[Claim, ...] = ()
 
 
 @frozen(eq=False)
@@ -96,6 +102,9 @@ class Reproduction(Component):
     default_runs: ClassVar[int]
     """Default number of Monte Carlo runs."""
 
+    full_runs: ClassVar[int]
+    """Number of runs of `--full`, which may take as long as it needs."""
+
     @abstractmethod
-    def run(self, runs: int, seed: int, progress: Progress) -> Findings:
-        """Run the whole study; `progress` wraps its loops."""
+    def run(self, runs: int, seed: int, progress: Progress, keep: Keep = afresh) -> Findings:
+        """Run the whole study; `progress` wraps its loops, `keep` its long parts, so that an interrupted one can go on."""

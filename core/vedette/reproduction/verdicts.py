@@ -46,14 +46,12 @@ class Condition:
         if not margin or error is None or not math.isfinite(error / margin):
             return None
         many = runs * (error / margin) ** 2  # runs at which the error equals the margin
-        count = float(max(runs, 2))
-        for _ in range(100):
-            wanted = max(2.0, math.ceil(many * _factor(count) ** 2))
-            if not wanted <= MOST_RUNS:
-                return None
-            if wanted == count:
-                break
-            count = wanted
+        too_few, count = runs, MOST_RUNS
+        if many * _factor(count) ** 2 > count:
+            return None
+        while count - too_few > 1:
+            middle = (too_few + count) // 2
+            too_few, count = (too_few, middle) if many * _factor(middle) ** 2 <= middle else (middle, count)
         digit: int = 10 ** max(0, math.floor(math.log10(count)) - 1)
         return math.ceil(count / digit) * digit
 

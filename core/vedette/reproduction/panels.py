@@ -1,0 +1,42 @@
+"""Panels that set a study's figures beside those that a paper prints."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from vedette.reproduction.cells import Cell
+from vedette.reproduction.findings import Curve, Panel, Table
+from vedette.space import Array
+
+
+def comparison(table: Table, columns: Sequence[str], upright: str, *, title: str = "", log: bool = False) -> Panel:
+    """Return the table's rows across, for each column a point with a bar of two standard errors, and the published mark."""
+    ticks = tuple(label for label, _ in table.rows)
+    step = 0.6 / max(1, len(columns))
+    curves = []
+    for i, column in enumerate(columns):
+        cells = [table.cell(label, column) for label in ticks]
+        x = np.arange(len(cells)) + step * (i - (len(columns) - 1) / 2)
+        curves.append(Curve(column, x, _values(cells, "measured"), "points", i, 2 * np.nan_to_num(_values(cells, "error"))))
+        printed = _values(cells, "published")
+        if np.any(np.isfinite(printed)):
+            first = not any(curve.style == "published" for curve in curves)
+            curves.append(Curve("published" if first else "", x, printed, "published"))
+    return Panel(title or table.title, "", upright, tuple(curves), log=log, ticks=ticks)
+
+
+def over_runs(squares: Array) -> tuple[Array, Array]:
+    """Return the root mean square over runs of squared errors (r, s), and two standard errors of it: (s,), (s,)."""
+    mean: Array = np.mean(squares, axis=0)
+    root: Array = np.sqrt(mean)
+    if len(squares) < 2:
+        return root, np.zeros_like(root)
+    error = np.std(squares, axis=0, ddof=1) / np.sqrt(len(squares))
+    return root, np.divide(error, root, out=np.zeros_like(root), where=root > 0)
+
+
+def _values(cells: Sequence[Cell], name: str) -> Array:
+    values: Array = np.array([np.nan if (value := getattr(cell, name)) is None else value for cell in cells], dtype=float)
+    return values
