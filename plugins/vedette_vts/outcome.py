@@ -1,4 +1,4 @@
-"""What the study of the vessel traffic radar reports: its tables, the verdicts, the data of its figures."""
+"""What the study of the vessel traffic radar reports: its tables and the data of its figures."""
 
 from __future__ import annotations
 
@@ -8,15 +8,13 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Mask, Scan
-from vedette.reproduction import Chart, Claim, Curve, Panel, Table, mean_cell, ratio_cell, rms_cell
+from vedette.reproduction import Chart, Claim, Curve, Panel, Table, comparison, mean_cell, over_runs, rms_cell, share_cell
 from vedette_vts.configs import LEGS
 
 SETTLED = 20
 """Scans at the start that no figure counts, while the filters settle."""
 GATE = 13.815510557964274
 """Squared distance that holds .999 of a target's returns: -2 log .001."""
-IN_GATE = 0.01
-"""A filter stays in its gate if fewer than this fraction of the manoeuvring scans fall outside it."""
 
 
 @frozen(eq=False)
@@ -77,9 +75,9 @@ def _gates(records: Mapping[str, Record]) -> Table:
     rows = []
     for name, record in records.items():
         out = record.distance > GATE
-        straight, turning = (mean_cell(np.mean(out[:, part], axis=1), scale=100) for part in (leg("CV1"), MANOEUVRES))
-        mixture = mean_cell(np.mean(record.nis[:, MANOEUVRES] > GATE, axis=1), scale=100)
-        rows.append((name, (straight, turning, mixture, mean_cell(record.lost.astype(float), scale=100))))
+        straight, turning = (share_cell(out[:, part], scale=100) for part in (leg("CV1"), MANOEUVRES))
+        mixture = share_cell(record.nis[:, MANOEUVRES] > GATE, scale=100)
+        rows.append((name, (straight, turning, mixture, share_cell(record.lost, scale=100))))
     return Table(
         "Returns outside the gate, and runs lost",
         ("CV1", "manoeuvres", "manoeuvres, mean gate", "runs lost"),
@@ -110,119 +108,58 @@ def _consistency(records: Mapping[str, Record]) -> Table:
     )
 
 
-def claims(scene: Scene, records: Mapping[str, Record]) -> tuple[Claim, ...]:
-    """Return the verdicts."""
-    out = {name: float(np.mean(record.distance[:, MANOEUVRES] > GATE)) for name, record in records.items()}
-    straight = {name: rms_cell(record.squares[:, leg("CV1")]).measured or 0.0 for name, record in records.items()}
-    kept = [name for name in ("CVKF", "CVKF wide", "CAKF", "CAKF tight") if out[name] < IN_GATE]
-    best = min(kept, key=straight.__getitem__, default=None)
-    return (
-        _leaves_gate(out),
-        _stays_in_gate("CAKF", out),
-        Claim(
-            "The CAKF pays for this with a larger error than the CVKF in straight flight",
-            "not reproduced",
-            f"a choice of Q, not the model: {straight['CAKF']:.2f} m against {straight['CVKF']:.2f} m with q = 0.1 m/s^2; "
-            f"but with q = 1 m/s^2 the CVKF has {straight['CVKF wide']:.2f} m and is out of its gate in "
-            f"{100 * out['CVKF wide']:.2g} % of the manoeuvring scans, and with q = 0.1 m/s^2 the CAKF is "
-            f"out of it in {100 * out['CAKF tight']:.2g} %",
-        ),
-        *(_stays_in_gate(name, out) for name in ("IMMCV2", "IMMCVCA")),
-        Claim(
-            "They are always in the gate of these filters",
-            "remark",
-            "it is said of one run; a gate that holds .999 misses .1 % of the returns even of a perfect filter",
-        ),
-        Claim(
-            "In straight flight the IMM is about as accurate as the CVKF",
-            "remark",
-            "the paper gives no Q, and the truth is exactly straight: the smaller the CVKF's Q, the better it looks. Here "
-            f"{straight['IMMCV2']:.2f} m against {straight['CVKF']:.2f} m with q = 0.1 m/s^2",
-        ),
-        _beats_single(records, straight, best),
-    )
-
-
-def _leaves_gate(out: Mapping[str, float]) -> Claim:
-    left = 100 * out["CVKF"]
-    return Claim(
-        "The CVKF errs much in manoeuvres, and the returns are often outside its gate, so that the track may be lost",
-        "reproduced" if left > 50 else "not reproduced",
-        f"with q = 0.1 m/s^2 {left:.0f} % of the manoeuvring scans are outside; with q = 1 m/s^2 "
-        f"{100 * out['CVKF wide']:.2g} %: it holds for a small Q only",
-    )
-
-
-def _stays_in_gate(name: str, out: Mapping[str, float]) -> Claim:
-    return Claim(
-        f"The returns stay in the gate of the {name} through manoeuvres",
-        "reproduced" if out[name] <= 0.003 else "not reproduced",
-        f"{100 * out[name]:.2g} % of the manoeuvring scans are outside",
-    )
-
-
-def _beats_single(records: Mapping[str, Record], straight: Mapping[str, float], best: str | None) -> Claim:
-    text = (
-        "The IMM keeps the track through manoeuvres and is more accurate in straight flight than a single filter that does"
-    )
-    if best is None:
-        return Claim(text, "remark", "no single filter stayed in its gate")
-    part = leg("CV1")
-    ratios = [ratio_cell(records[name].squares[:, part], records[best].squares[:, part]) for name in ("IMMCV2", "IMMCVCA")]
-    holds = all(ratio.measured is not None and ratio.measured <= 0.75 for ratio in ratios)
-    shown = " and ".join(f"{ratio.measured:.2f}" for ratio in ratios)
-    return Claim(
-        text,
-        "reproduced" if holds else "not reproduced",
-        f"{shown} times the straight-line error of the best single filter that stays in its gate, {best} "
-        f"({straight[best]:.2f} m); no single Q has both",
-    )
-
-
-def charts(scene: Scene, records: Mapping[str, Record]) -> tuple[Chart, ...]:
-    """Return the paper's figures 2 to 6, and the mode probabilities."""
+def charts(scene: Scene, records: Mapping[str, Record], errors: Table, claims: tuple[Claim, ...]) -> tuple[Chart, ...]:
+    """Return the paper's figures 2 to 6, the errors by leg, and the mode probabilities."""
     scans = 1.0 + np.arange(len(scene.times))
-    raw = np.concatenate([scan.detections.z[0] for scan in scene.scans])
-    x, y = scene.truth[:, 0] / 1e3, scene.truth[:, 1] / 1e3
-    track = records["IMMCVCA"].path / 1e3
-    plane = Panel(
-        "One run",
-        "x [km]",
-        "y [km]",
-        (
-            Curve("radar returns", raw[:, 0] / 1e3, raw[:, 1] / 1e3, "dots"),
-            Curve("truth", x, y),
-            Curve("IMMCVCA", track[:, 0], track[:, 1], "dashed"),
-        ),
-        equal=True,
-    )
     returned = Curve("returns", scans[2:], np.sqrt(np.mean(scene.squares[:, 2:], axis=0)), "dots")
-    errors = [
-        Panel(name, "scan", "RMS error [m]", (returned, Curve(name, scans[2:], _over_runs(record.squares))), log=True)
-        for name, record in records.items()
-    ]
-    gates = [
-        Panel(name, "scan", "outside the gate", (Curve(name, scans[2:], np.mean(record.distance > GATE, axis=0)),))
-        for name, record in records.items()
-    ]
-    modes = [
+    against_time, gates = [], []
+    for name, record in records.items():
+        root, doubt = over_runs(record.squares)
+        curves = (returned, Curve(name, scans[2:], root, doubt=doubt))
+        against_time.append(Panel(name, "scan (3 s each)", "RMS error [m]", curves, log=True))
+        out = record.distance > GATE
+        share = 100 * np.mean(out, axis=0)
+        doubt = 200 * np.std(out, axis=0, ddof=1) / np.sqrt(len(out)) if len(out) > 1 else np.zeros_like(share)
+        gates.append(Panel(name, "scan (3 s each)", "outside the gate [%]", (Curve(name, scans[2:], share, doubt=doubt),)))
+    gated = tuple(claim for claim in claims if "gate" in claim.text)
+    return (
+        Chart("trajectory", "The vessel, and what the radar saw of it (figure 2)", (_plane(scene, records["IMMCVCA"]),)),
+        Chart("errors", "Error against time; bands: two standard errors (figures 3 to 6)", tuple(against_time), claims),
+        Chart(
+            "gates",
+            "Runs whose return is outside the gate; bands: two standard errors (figures 3 to 6)",
+            tuple(gates),
+            gated,
+        ),
+        Chart(
+            "legs",
+            "Error by leg; bars: two standard errors. The paper prints no figures, only curves of one run",
+            (comparison(errors, tuple(LEGS), "RMS error [m]", title="", log=True),),
+            claims[-1:],
+        ),
+        Chart("modes", "Mode probabilities of the IMMs, mean over runs", _modes(scans, records)),
+    )
+
+
+def _plane(scene: Scene, record: Record) -> Panel:
+    raw = np.concatenate([scan.detections.z[0] for scan in scene.scans]) / 1e3
+    truth, track = scene.truth / 1e3, record.path / 1e3
+    curves = (
+        Curve("radar returns", raw[:, 0], raw[:, 1], "dots"),
+        Curve("truth", truth[:, 0], truth[:, 1]),
+        Curve("IMMCVCA", track[:, 0], track[:, 1], "dashed"),
+    )
+    return Panel("One run", "x [km]", "y [km]", curves, equal=True)
+
+
+def _modes(scans: Array, records: Mapping[str, Record]) -> tuple[Panel, ...]:
+    return tuple(
         Panel(
             name,
-            "scan",
+            "scan (3 s each)",
             "probability",
             tuple(Curve(f"mode {j + 1}", scans[2:], row) for j, row in enumerate(record.modes.T)),
         )
         for name, record in records.items()
         if record.modes is not None
-    ]
-    return (
-        Chart("trajectory", "The vessel, and what the radar saw of it (figure 2)", (plane,)),
-        Chart("errors", "Error against time (figures 3 to 6)", tuple(errors)),
-        Chart("gates", "Part of the runs whose return is outside the gate (figures 3 to 6)", tuple(gates)),
-        Chart("modes", "Mode probabilities of the IMMs, mean over runs", tuple(modes)),
     )
-
-
-def _over_runs(squares: Array) -> Array:
-    root: Array = np.sqrt(np.mean(squares, axis=0))
-    return root

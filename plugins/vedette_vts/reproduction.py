@@ -13,7 +13,7 @@ from vedette.montecarlo import run_together
 from vedette.reproduction import Findings, Keep, afresh, over_axes, two_point
 from vedette.sampling import returns
 from vedette.tracking import preprocessed, raw_sensors
-from vedette_vts import outcome
+from vedette_vts import outcome, verdicts
 from vedette_vts.configs import FILTERS
 from vedette_vts.gating import watch
 from vedette_vts.outcome import Record, Scene
@@ -44,7 +44,8 @@ class VtsReproduction(Reproduction):
         scene = draw(next(iter(experiments.values())), runs, np.random.default_rng(seed))
         records = {name: record(experiments[name], scene) for name in progress(list(FILTERS), "filters")}
         tables = outcome.tables(scene, records)
-        return Findings(self.title, runs, seed, tables, outcome.claims(scene, records), outcome.charts(scene, records))
+        claims = verdicts.claims(verdicts.figures(records), runs)
+        return Findings(self.title, runs, seed, tables, claims, outcome.charts(scene, records, tables[0], claims))
 
 
 def draw(experiment: Experiment, runs: int, rng: np.random.Generator) -> Scene:

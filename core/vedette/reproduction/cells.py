@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from attrs import frozen
 
-from vedette.space import Array
+from vedette.space import Array, Mask
 
 DECISIVE = 3.0
 """Standard errors by which a figure must be clear of its bound for a verdict."""
@@ -48,7 +48,7 @@ def ratio_cell(over: Array, under: Array, published: float | None = None) -> Cel
     return Cell(ratio, float(np.std(influence, ddof=1) / np.sqrt(len(a))) if len(a) > 1 else None, published)
 
 
-def share_cell(hits: Array, published: float | None = None, scale: float = 1.0) -> Cell:
+def share_cell(hits: Array | Mask, published: float | None = None, scale: float = 1.0) -> Cell:
     """Return the share of what is true among hits (r,) or (r, s), one row per run, times `scale`.
 
     Its error is the spread of the runs' shares, but no less than the binomial error of Agresti and Coull, The American

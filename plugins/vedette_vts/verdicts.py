@@ -1,0 +1,120 @@
+"""What the paper on the vessel traffic radar claims, judged by the figures of the study."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from vedette.reproduction import Cell, Claim, Condition, judged, ratio_cell, remark, share_cell
+from vedette_vts.outcome import GATE, MANOEUVRES, Record, leg
+
+Figures = Mapping[tuple[str, ...], Cell]
+
+OFTEN, SELDOM = 50.0, 0.3
+"""In % of the manoeuvring scans: outside the gate often, and so seldom that the gate holds the returns."""
+FEW = 5.0
+"""In % of the runs: so few may be lost by a filter that keeps the track."""
+CALMER = 0.75
+"""The IMM's straight-line error over that of a single filter that keeps its gate."""
+SINGLE = ("CVKF wide", "CAKF")
+"""The single filters whose Q is large enough for the manoeuvres."""
+IMMS = ("IMMCV2", "IMMCVCA")
+
+
+def figures(records: Mapping[str, Record]) -> dict[tuple[str, ...], Cell]:
+    """Return the figures that the claims are judged by; shares in %."""
+    straight = leg("CV1")
+    found: dict[tuple[str, ...], Cell] = {}
+    for name, record in records.items():
+        out = record.distance > GATE
+        found["outside", name] = share_cell(out[:, MANOEUVRES], scale=100)
+        found["lost", name] = share_cell(record.lost, scale=100)
+        found["manoeuvres", name] = ratio_cell(record.squares[:, MANOEUVRES], record.squares[:, straight])
+        for other in records:
+            if other != name:
+                found["straight", name, other] = ratio_cell(record.squares[:, straight], records[other].squares[:, straight])
+                found["turning", name, other] = ratio_cell(
+                    record.squares[:, MANOEUVRES], records[other].squares[:, MANOEUVRES]
+                )
+    steady = [records[name].distance > GATE for name in ("CAKF", *IMMS)]
+    found["ever outside",] = share_cell(np.any(steady, axis=(0, 2)), scale=100)
+    return found
+
+
+def claims(found: Figures, runs: int) -> tuple[Claim, ...]:
+    """Return the claims of section 3 and of the conclusion with their verdicts, over so many runs."""
+    return (
+        judged(
+            "The CVKF errs much in manoeuvres, and the returns are often outside its gate, so that the track may be lost "
+            "(figure 3)",
+            [
+                Condition("its error in manoeuvres over that on straight legs", found["manoeuvres", "CVKF"], least=2.0),
+                _outside("CVKF", found, least=OFTEN),
+                Condition("runs that it loses where the gate acts, %", found["lost", "CVKF"], least=OFTEN),
+            ],
+            runs,
+            f"with q = 0.1 m/s^2. With q = 1 m/s^2 {_told(found['outside', 'CVKF wide'])} % are outside: a small Q does it",
+        ),
+        _keeps("CAKF", "figure 4", found, runs),
+        judged(
+            "It is the model of constant acceleration that keeps the gate, and pays with a larger error in straight flight "
+            "than the CVKF's (figures 3 and 4)",
+            [
+                Condition("straight-line error of the CAKF over the CVKF's", found["straight", "CAKF", "CVKF"], least=1.1),
+                _outside("CVKF wide", found, least=OFTEN),
+                _outside("CAKF tight", found, most=SELDOM),
+            ],
+            runs,
+            "the paper compares two values of Q: with q = 1 m/s^2 a CVKF keeps its gate, with q = 0.1 m/s^2 a CAKF does not",
+        ),
+        *(_keeps(name, f"figure {5 + i}", found, runs) for i, name in enumerate(IMMS)),
+        judged(
+            "The returns are always in the gate of the CAKF and of the IMMs",
+            [Condition("runs with a return outside one of the three gates, %", found["ever outside",], most=0.0)],
+            runs,
+            "the paper shows one run; a gate that holds .999 misses .1 % of the returns even of a perfect filter",
+        ),
+        remark(
+            "In straight flight the IMM is about as accurate as the CVKF",
+            "the paper gives no Q, and the truth is exactly straight: the smaller the CVKF's Q, the better it looks. Over "
+            f"the CVKF's error with q = 0.1 m/s^2 that of IMMCV2 is {_told(found['straight', 'IMMCV2', 'CVKF'])}, with "
+            f"q = 1 m/s^2 {_told(found['straight', 'IMMCV2', 'CVKF wide'])}",
+        ),
+        _beats_single(found, runs),
+    )
+
+
+def _outside(name: str, found: Figures, least: float = -np.inf, most: float = np.inf) -> Condition:
+    return Condition(f"manoeuvring scans outside the gate of {name}, %", found["outside", name], least, most)
+
+
+def _kept(name: str, found: Figures) -> list[Condition]:
+    lost = Condition(f"runs that {name} loses where its gate acts, %", found["lost", name], most=FEW)
+    return [_outside(name, found, most=SELDOM), lost]
+
+
+def _keeps(name: str, where: str, found: Figures, runs: int) -> Claim:
+    text = f"The returns stay in the gate of the {name} through manoeuvres, and it keeps the track ({where})"
+    return judged(text, _kept(name, found), runs)
+
+
+def _beats_single(found: Figures, runs: int) -> Claim:
+    """Return the conclusion: the IMMs keep the track, and no single filter that does is as accurate."""
+    conditions = [condition for name in IMMS for condition in _kept(name, found)]
+    for name in IMMS:
+        for single in SINGLE:
+            calm, turning = found["straight", name, single], found["turning", name, single]
+            conditions.append(Condition(f"straight-line error of {name} over that of {single}", calm, most=CALMER))
+            conditions.append(Condition(f"error in manoeuvres of {name} over that of {single}", turning, most=1.1))
+    return judged(
+        "The IMM keeps the track through manoeuvres and is more accurate in straight flight than a single filter that does "
+        "(section 4)",
+        conditions,
+        runs,
+        f"{' and '.join(SINGLE)} are the single filters that stay in their gates; no single Q has both",
+    )
+
+
+def _told(cell: Cell) -> str:
+    return "unknown" if cell.measured is None else f"{cell.measured:.2g}"
