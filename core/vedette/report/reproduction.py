@@ -159,7 +159,9 @@ def _draw_panel(axes: Axes, panel: Panel) -> None:
 def _draw_curve(axes: Axes, curve: Curve, shade: str) -> None:
     shade = {"dots": "#808080", "published": canvas.INK}.get(curve.style, shade)
     if curve.doubt_across is not None or (curve.doubt is not None and curve.style == "points"):
-        axes.errorbar(curve.x, curve.y, curve.doubt, curve.doubt_across, fmt="none", ecolor=shade, elinewidth=0.8, capsize=3.0)
+        axes.errorbar(
+            curve.x, curve.y, curve.doubt, curve.doubt_across, fmt="none", ecolor=shade, elinewidth=0.8, capsize=3.0
+        )
     elif curve.doubt is not None:
         axes.fill_between(curve.x, curve.y - curve.doubt, curve.y + curve.doubt, color=shade, alpha=0.2, linewidth=0)
     axes.plot(curve.x, curve.y, color=shade, label=curve.label or None, **_LOOKS[curve.style])
