@@ -1,0 +1,19 @@
+"""Right components of kinds that Vedette does not ship, written by its contract and documentation alone.
+
+Each module `<role>_*` ends with its table `COMPONENTS`. They are for holding the conformance kit to: none may be blamed.
+"""
+
+from collections.abc import Callable
+
+from attrs import frozen
+
+import vedette
+
+
+@frozen
+class Foreign:
+    """One component: its name, its role, and how to build it with ordinary parameters."""
+
+    name: str
+    role: str
+    make: Callable[[], vedette.Component]
