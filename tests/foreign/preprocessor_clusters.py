@@ -32,11 +32,11 @@ def clusters(space, z, noise, limit):
 def reduced(sensor, found, limit, merge):
     """Return the detections with each run's clusters made one return by `merge`, padded to the longest run."""
     m, lead = len(sensor.measurement), found.valid.shape[:-1]
-    k = found.valid.shape[-1]
-    z, noise = found.z.reshape(-1, k, m), noises(sensor, found).reshape(-1, k, m, m)
-    evidence = np.zeros((len(z), k)) if found.evidence is None else np.broadcast_to(found.evidence, found.valid.shape)
-    evidence, usable = evidence.reshape(-1, k), found.valid.reshape(-1, k)
-    missing = np.zeros(z.shape, dtype=bool) if found.missing is None else found.missing.reshape(-1, k, m)
+    k, runs = found.valid.shape[-1], int(np.prod(lead))
+    z, noise = found.z.reshape(runs, k, m), noises(sensor, found).reshape(runs, k, m, m)
+    evidence = np.zeros(found.valid.shape) if found.evidence is None else found.evidence
+    evidence, usable = evidence.reshape(runs, k), found.valid.reshape(runs, k)
+    missing = np.zeros(z.shape, dtype=bool) if found.missing is None else found.missing.reshape(runs, k, m)
     rows = []
     for run in range(len(z)):
         complete = np.flatnonzero(usable[run] & ~missing[run].any(axis=-1))
