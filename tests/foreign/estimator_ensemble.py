@@ -31,7 +31,7 @@ class EnsembleKalman(OverMotion):
     kind = "ensemble_kalman"
     draws = True
     motion: vedette.MotionModel = vedette.fields.part("how the target moves")
-    members: int = vedette.fields.integer("states per track", default=400, at_least=400, at_most=2000)
+    members: int = vedette.fields.integer("states per track", default=400, at_least=400, at_most=1_000_000)
 
     def start(self, prior, axes, rng):
         where = axes.locate(self.state)

@@ -122,7 +122,7 @@ class InformationFilter(OverMotion):
 class StaticGain(GaussianFilter):
     """The alpha-beta filter: a position's residual e moves it by alpha e and its velocity by beta e / interval.
 
-    The gain is fixed, the covariance that of this gain: (I - K H) P (I - K H)' + K R K'. Other axes are left to prediction.
+    e = H^+ (z - H x) for any linear sensor. The covariance is that of this fixed gain: (I - K H) P (I - K H)' + K R K'.
     Kalata, The Tracking Index: A Generalized Parameter for Alpha-Beta and Alpha-Beta-Gamma Target Trackers, T-AES 20, 1984.
     """
 
@@ -133,9 +133,7 @@ class StaticGain(GaussianFilter):
     interval: float = vedette.fields.quantity("s", "of the scans that it is for", default=2, at_least=1, at_most=60)
 
     def refuses(self, sensor):
-        if not sensor.linear or not {axis.name for axis in sensor.measurement.axes} <= set(self.state.names):
-            return "its measurements are not axes of the state"
-        return None
+        return None if sensor.linear else "it is not linear"
 
     def predict(self, belief, dt, rng):
         return belief if dt == 0 else predict_linearised(belief, self.motion, dt)
@@ -145,12 +143,12 @@ class StaticGain(GaussianFilter):
         x = belief.mean[..., where]
         ready = prepare(sensor, observed, sensor.measure(x), sensor.noise(x))
         H = ready.rows(embedded(sensor.jacobian(x), where, len(self.state))[..., None, :, :])
-        fixed = np.zeros((len(self.state), len(sensor.measurement)))
-        for column, axis in enumerate(sensor.measurement.names):
-            fixed[self.state.names.index(axis), column] = self.alpha
-            if "v" + axis in self.state:
-                fixed[self.state.names.index("v" + axis), column] = self.beta / self.interval
-        gain = fixed * np.any(H != 0, axis=-1)[..., None, :]  # a missing component moves nothing
+        fixed = np.zeros((len(self.state), len(self.state)))
+        for i, axis in enumerate(self.state.names):
+            if "v" + axis in self.state and axis not in self.zero_variance:
+                fixed[i, i] = self.alpha
+                fixed[self.state.names.index("v" + axis), i] = self.beta / self.interval
+        gain = fixed @ np.linalg.pinv(H)  # a missing component, a row of 0, moves nothing
         root = vedette.kernels.root(belief.cov)[..., None, :, :]
         S = H @ belief.cov[..., None, :, :] @ np.swapaxes(H, -1, -2) + ready.noise
         return with_gain(sensor, x, ready, root, H @ root, S, gain, p_gate)

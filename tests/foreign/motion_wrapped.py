@@ -142,10 +142,62 @@ class SpeedScaledNoise(vedette.MotionModel):
         return density[..., None, None] * np.kron([[dt**3 / 3, dt**2 / 2], [dt**2 / 2, dt]], np.eye(2))
 
 
+@frozen
+class CourseFrame(vedette.MotionModel):
+    """Speeds along and across a course, which gain noises of their own; the course has no variance and is set by rule.
+
+    p' = along (cos c, sin c) + across (-sin c, cos c). Before each prediction the frame turns to the combined velocity.
+    Li, Jilkov, Survey of Maneuvering Target Tracking, Part I: Dynamic Models, IEEE T-AES 39, 2003, section V.
+    """
+
+    kind = "course_frame"
+    reframes = True
+    sigma_along: float = vedette.fields.quantity("m/s^2", "speed along gained in 1 s", default=0.1, above=0)
+    sigma_across: float = vedette.fields.quantity("m/s^2", "speed across gained in 1 s", default=0.5, above=0)
+    state = vedette.Space.of(x="m", y="m", along="m/s", across="m/s", course="rad mod 2pi")
+    zero_variance = vedette.Space.of(course="rad mod 2pi")
+
+    def move(self, x, dt):
+        moved = x.copy()
+        moved[..., :2] += dt * (_turn(x[..., 4]) @ x[..., 2:4, None])[..., 0]
+        return self.state.canonical(moved)
+
+    def jacobian(self, x, dt):
+        turn = _turn(x[..., 4])
+        F = np.zeros((*x.shape[:-1], 5, 5)) + np.eye(5)
+        F[..., :2, 2:4] = dt * turn
+        sideways = np.stack([-x[..., 3], x[..., 2]], axis=-1)
+        F[..., :2, 4] = dt * (turn @ sideways[..., None])[..., 0]
+        return F
+
+    def noise(self, x, dt):
+        turn, densities = _turn(x[..., 4]), np.diag([self.sigma_along**2, self.sigma_across**2])
+        Q = np.zeros((*x.shape[:-1], 5, 5))
+        Q[..., :2, :2] = dt**3 / 3 * turn @ densities @ np.swapaxes(turn, -1, -2)
+        Q[..., :2, 2:4] = dt**2 / 2 * turn @ densities
+        Q[..., 2:4, :2] = np.swapaxes(Q[..., :2, 2:4], -1, -2)
+        Q[..., 2:4, 2:4] = dt * densities
+        return Q
+
+    def reframe(self, own, combined):
+        ahead = combined.mean[..., 4] + np.arctan2(combined.mean[..., 3], combined.mean[..., 2])
+        M = np.zeros((*own.mean.shape, 5)) + np.diag([1.0, 1.0, 0.0, 0.0, 0.0])
+        M[..., 2:4, 2:4] = _turn(own.mean[..., 4] - ahead)
+        mean = (M @ own.mean[..., None])[..., 0]
+        mean[..., 4] = ahead
+        return vedette.Gaussian(self.state.canonical(mean), M @ own.cov @ np.swapaxes(M, -1, -2))
+
+
+def _turn(angle):
+    c, s = np.cos(angle), np.sin(angle)
+    return np.stack([np.stack([c, -s], axis=-1), np.stack([s, c], axis=-1)], axis=-2)
+
+
 COMPONENTS = (
     Foreign("compass and gyro", "motion", CompassGyro),
     Foreign("ring road", "motion", RingRoad),
     Foreign("current statistical model", "motion", CurrentStatistical),
     Foreign("known current", "motion", KnownCurrent),
     Foreign("speed-scaled noise", "motion", SpeedScaledNoise),
+    Foreign("course frame", "motion", CourseFrame),
 )

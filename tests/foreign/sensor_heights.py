@@ -1,7 +1,7 @@
-"""Sensors of few axes: a barometer, a pseudorange with the clock's error, a distance across a lane."""
+"""Sensors of few axes: a barometer, a pseudorange, a distance across a lane, a report that may lack its speed, an array."""
 
 import numpy as np
-from attrs import frozen
+from attrs import field, frozen
 
 import vedette
 from foreign import Foreign
@@ -110,8 +110,117 @@ class AcrossTheLane(vedette.Sensor):
         return np.array(self.clutter_per_scan / (self.width * 10.0))
 
 
+@frozen
+class SpeedReport(vedette.Sensor):
+    """A reported position, often with the speed over ground: z = (x, y, |v|) + noise. A report may lack the speed.
+
+    Lazarowska, Review of Collision Avoidance and AIS Data, J. Navigation 75, 2022 (what a class B report holds).
+    """
+
+    kind = "speed_report"
+    observes = vedette.Space.of(x="m", y="m", vx="m/s", vy="m/s")
+    measurement = vedette.Space.of(x="m", y="m", speed="m/s")
+    sigma: float = vedette.fields.quantity("m", "standard deviation per axis", default=5, above=0)
+    sigma_speed: float = vedette.fields.quantity("m/s", "standard deviation of the speed", default=0.3, above=0)
+    density: float = vedette.fields.quantity("1/m^2", "false reports", default=1e-8, at_least=0, at_most=1e-3)
+    optional = {"speed": 50.0}
+
+    def measure(self, x):
+        return np.concatenate([x[..., :2], np.hypot(x[..., 2], x[..., 3])[..., None]], axis=-1)
+
+    def jacobian(self, x):
+        H = np.zeros((*x.shape[:-1], 3, 4))
+        H[..., 0, 0] = H[..., 1, 1] = 1.0
+        H[..., 2, 2:] = towards(x[..., 2:], np.zeros(2))[1]
+        return H
+
+    def noise(self, x):
+        return np.diag([self.sigma, self.sigma, self.sigma_speed]) ** 2
+
+    def detects(self, x):
+        return np.array(0.9)
+
+    def clutter(self, z):
+        return np.array(self.density / 50.0)
+
+
+@frozen
+class PlacedArray(vedette.Sensor):
+    """A towed line array at a pose; see `TowedArray`, whose `at` gives it."""
+
+    kind = "placed_array"
+    array: vedette.Sensor = vedette.fields.part("the array")
+    pose: vedette.Pose = field()
+    observes = vedette.Space.of(x="m", y="m")
+    measurement = vedette.Space.of(cosine="1")
+
+    def _along(self):
+        heading = np.asarray(self.pose.heading, dtype=float)
+        return np.stack([np.cos(heading), np.sin(heading)], axis=-1)[..., None, :]
+
+    def measure(self, x):
+        _, unit = towards(x, self.pose.position[..., None, :2])
+        return np.sum(unit * self._along(), axis=-1, keepdims=True)
+
+    def jacobian(self, x):
+        distance, unit = towards(x, self.pose.position[..., None, :2])
+        along = self._along()
+        across = along - np.sum(unit * along, axis=-1, keepdims=True) * unit
+        return (across / distance[..., None])[..., None, :]
+
+    def noise(self, x):
+        return self.array.noise(x)
+
+    def detects(self, x):
+        return self.array.detects(x)
+
+    def clutter(self, z):
+        return self.array.clutter(z)
+
+    def at(self, pose):
+        return self.array.at(pose)
+
+
+@frozen
+class TowedArray(vedette.Sensor):
+    """A line array tells the cosine of the angle between its axis and the target, so not left from right: z = u . e + v.
+
+    dz/dp = (e - (u . e) u) / r. False returns are even over cosines.
+    Van Trees, Optimum Array Processing, 2002, section 2.3.
+    """
+
+    kind = "towed_array"
+    observes = vedette.Space.of(x="m", y="m")
+    measurement = vedette.Space.of(cosine="1")
+    sigma: float = vedette.fields.quantity("1", "standard deviation of the cosine", default=0.02, above=0, at_most=0.5)
+    detection_probability: float = vedette.fields.probability("that a target is heard", default=0.8)
+    clutter_per_scan: float = vedette.fields.quantity("1", "false returns in a scan", default=1, at_least=0)
+
+    def measure(self, x):
+        return towards(x, np.zeros(2))[1][..., :1]
+
+    def jacobian(self, x):
+        distance, unit = towards(x, np.zeros(2))
+        across = np.array([1.0, 0.0]) - unit[..., :1] * unit
+        return (across / distance[..., None])[..., None, :]
+
+    def noise(self, x):
+        return np.array([[self.sigma**2]])
+
+    def detects(self, x):
+        return np.array(self.detection_probability)
+
+    def clutter(self, z):
+        return np.array(self.clutter_per_scan / 2)
+
+    def at(self, pose):
+        return PlacedArray(self, pose)
+
+
 COMPONENTS = (
     Foreign("barometer", "sensor", Barometer),
     Foreign("pseudorange", "sensor", Pseudorange),
     Foreign("across the lane", "sensor", AcrossTheLane),
+    Foreign("report with speed", "sensor", SpeedReport),
+    Foreign("towed array", "sensor", TowedArray),
 )
