@@ -18,7 +18,7 @@ class Greedy(vedette.Associator):
     """Suboptimal nearest neighbour: the best pair of all is taken, its track and return are struck out, and so on.
 
     A pair counts by its score over that of the track's miss; no pair below it is taken.
-    Blackman, Multiple-Target Tracking with Radar Applications, 1986, section 4.3.
+    Blackman, Multiple-Target Tracking with Radar Applications, 1986, chapter 4.
     """
 
     kind = "greedy"
@@ -70,7 +70,7 @@ class SharedNormaliser(vedette.Associator):
     other tracks' claims on the return, each claim by what its own track would leave it.
 
     w_ti = g_ti / (1 + sum_j g_tj) over 1 + sum of the others' claims on i; the rest is the miss.
-    Roecker, Phillis, Suboptimal Joint Probabilistic Data Association, IEEE T-AES 29, 1993.
+    After Roecker, Phillis, Suboptimal Joint Probabilistic Data Association, IEEE T-AES 29, 1993.
     """
 
     kind = "shared_normaliser"

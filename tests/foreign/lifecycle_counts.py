@@ -55,7 +55,7 @@ class DetectionRate(vedette.Lifecycle):
     """A Beta posterior of the rate at which expected detections happen: Beta(1 + hits, 1 + misses), older ones fading.
 
     Confirmed while P(rate > half) is high, ended when it is low, or after `patience` without a look at it.
-    Gelman et al., Bayesian Data Analysis, 2013, section 2.1.
+    Gelman et al., Bayesian Data Analysis, 2013, chapter 2.
     """
 
     kind = "detection_rate"

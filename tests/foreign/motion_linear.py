@@ -141,7 +141,7 @@ class TwoStateClock(Diffusion):
     """A receiver's clock: b' = d + white frequency noise, d' = random-walk frequency noise; b is c times the clock's error.
 
     Q = [q_b T + q_d T^3 / 3, q_d T^2 / 2; q_d T^2 / 2, q_d T].
-    Brown, Hwang, Introduction to Random Signals and Applied Kalman Filtering, 1997, section 10.5.
+    Brown, Hwang, Introduction to Random Signals and Applied Kalman Filtering, 1997.
     """
 
     kind = "two_state_clock"

@@ -95,7 +95,7 @@ class KeplerElements(vedette.MotionModel):
     """An orbit by its height (semi-major axis less the Earth's radius), mean longitude l, and eccentricity vector (h, k).
 
     l' = l + n T, n = sqrt(mu / a^3), dn/da = -3 n / (2 a); drag noise on the height moves l as well.
-    Vallado, Fundamentals of Astrodynamics and Applications, 2013, section 2.4.
+    Vallado, Fundamentals of Astrodynamics and Applications, 2013, chapter 2.
     """
 
     kind = "kepler_elements"

@@ -13,7 +13,7 @@ class CompassGyro(Diffusion):
     """A heading by a gyro with a drifting bias: h' = -b + white noise, b' = -b / tau + white noise, b stationary.
 
     The gyro's own reading is taken out before: the heading is that relative to its dead reckoning.
-    Farrenkopf, Analytic Steady-State Accuracy Solutions for Two Common Spacecraft Attitude Estimators, JGCD 1, 1978.
+    Farrenkopf, Analytic Steady-State Accuracy Solutions for Two Common Spacecraft Attitude Estimators, JGC 1, 1978.
     """
 
     kind = "compass_gyro"

@@ -107,7 +107,7 @@ class Clusters(vedette.Preprocessor):
 class Unduplicated(vedette.Preprocessor):
     """Of returns within a resolution cell the strongest stays, by its evidence, and of equals the one of least noise.
 
-    Richards, Scheer, Holm, Principles of Modern Radar: Basic Principles, 2010, section 3.3 (plots of one target).
+    Richards, Scheer, Holm, Principles of Modern Radar: Basic Principles, 2010.
     """
 
     kind = "unduplicated"

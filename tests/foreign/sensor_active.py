@@ -97,7 +97,7 @@ class ReverberatingSonar(vedette.Sensor):
 class DopplerRadar3d(vedette.Sensor):
     """Range, bearing, elevation and range rate of a target in space: r' = v . u, dr'/dp = (v - (v . u) u) / r.
 
-    Bar-Shalom, Willett, Tian, Tracking and Data Fusion: A Handbook of Algorithms, 2011, section 1.7.
+    Bar-Shalom, Willett, Tian, Tracking and Data Fusion: A Handbook of Algorithms, 2011.
     """
 
     kind = "doppler_radar_3d"
@@ -143,7 +143,7 @@ class DopplerRadar3d(vedette.Sensor):
 class BistaticRadar(vedette.Sensor):
     """Passive radar: the path from transmitter over target to receiver, and its rate: r_t + r_r, v . (u_t + u_r).
 
-    Griffiths, Baker, An Introduction to Passive Radar, 2017, section 3.1.
+    Griffiths, Baker, An Introduction to Passive Radar, 2017.
     """
 
     kind = "bistatic_radar"
@@ -187,7 +187,7 @@ class BistaticRadar(vedette.Sensor):
 class AmbiguousDoppler(vedette.Sensor):
     """Range and a range rate that wraps: a pulse Doppler radar tells it only modulo 2 v, v = wavelength * PRF / 4.
 
-    Richards, Fundamentals of Radar Signal Processing, 2014, section 5.3.
+    Richards, Fundamentals of Radar Signal Processing, 2014, chapter 5.
     """
 
     kind = "ambiguous_doppler"

@@ -19,7 +19,7 @@ class AnglePair(vedette.Sensor):
     """Azimuth and elevation of a target in space, seen passively from the origin; the azimuth's error grows as 1 / cos(e).
 
     R = s^2 diag(1 / cos^2 e, 1): equal errors on the sky. False returns lie evenly on the sphere, cos(e) / (4 pi).
-    Blackman, Popoli, Design and Analysis of Modern Tracking Systems, 1999, section 3.6.
+    Blackman, Popoli, Design and Analysis of Modern Tracking Systems, 1999, chapter 3.
     """
 
     kind = "angle_pair"
@@ -59,7 +59,7 @@ class RefractedElevation(vedette.Sensor):
     """Bearing and elevation over a round Earth whose air bends rays down: e = atan2(z - r^2 / (2 k R), r), r on the ground.
 
     k R is the Earth's radius times 4/3. With u = z - r^2 / (2 k R): de/dr = (r u_r - u) / (r^2 + u^2), u_r = -r / (k R).
-    Skolnik, Radar Handbook, 2008, section 26.4.
+    Skolnik, Radar Handbook, 2008, chapter 26.
     """
 
     kind = "refracted_elevation"

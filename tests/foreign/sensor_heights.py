@@ -43,7 +43,7 @@ class Barometer(vedette.Sensor):
 class Pseudorange(vedette.Sensor):
     """The path from a satellite plus the error of the receiver's clock: z = |p - s| + b + v.
 
-    Kaplan, Hegarty, Understanding GPS/GNSS: Principles and Applications, 2017, section 2.5.
+    Kaplan, Hegarty, Understanding GPS/GNSS: Principles and Applications, 2017, chapter 2.
     """
 
     kind = "pseudorange"
@@ -114,7 +114,7 @@ class AcrossTheLane(vedette.Sensor):
 class SpeedReport(vedette.Sensor):
     """A reported position, often with the speed over ground: z = (x, y, |v|) + noise. A report may lack the speed.
 
-    Lazarowska, Review of Collision Avoidance and AIS Data, J. Navigation 75, 2022 (what a class B report holds).
+    ITU-R M.1371-5, Technical Characteristics for an Automatic Identification System, 2014.
     """
 
     kind = "speed_report"
@@ -123,7 +123,10 @@ class SpeedReport(vedette.Sensor):
     sigma: float = vedette.fields.quantity("m", "standard deviation per axis", default=5, above=0)
     sigma_speed: float = vedette.fields.quantity("m/s", "standard deviation of the speed", default=0.3, above=0)
     density: float = vedette.fields.quantity("1/m^2", "false reports", default=1e-8, at_least=0, at_most=1e-3)
-    optional = {"speed": 50.0}
+
+    @property
+    def optional(self):
+        return {"speed": 50.0}
 
     def measure(self, x):
         return np.concatenate([x[..., :2], np.hypot(x[..., 2], x[..., 3])[..., None]], axis=-1)

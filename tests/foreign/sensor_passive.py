@@ -98,7 +98,7 @@ class RetardedBearing(vedette.Sensor):
     """The bearing at which a target is heard: that of where it was when the sound left it, |p - v t| = c t.
 
     t = p^2 / (p . v + sqrt((p . v)^2 + (c^2 - v^2) p^2)); dt = u . (dp - t dv) / (c + u . v). Faster than sound: not heard.
-    Lo, Ferguson, Localization of Small Arms Fire Using Acoustic Measurements, IEEE T-AES 48, 2012.
+    Morse, Ingard, Theoretical Acoustics, 1968, chapter 11 (sources that move).
     """
 
     kind = "retarded_bearing"
@@ -179,7 +179,7 @@ class MagneticAnomaly(vedette.Sensor):
     """The vertical field of a vertical dipole at depth d below the sensor: B = k M (2 d^2 - r^2) / (r^2 + d^2)^(5/2).
 
     k = mu_0 / (4 pi) = 100 nT m^3 / (A m^2). False returns are Laplace-distributed around 0.
-    Blakely, Potential Theory in Gravity and Magnetic Applications, 1995, section 4.2.
+    Blakely, Potential Theory in Gravity and Magnetic Applications, 1995, chapter 4.
     """
 
     kind = "magnetic_anomaly"
