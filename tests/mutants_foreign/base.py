@@ -85,7 +85,7 @@ def broken_class(role: type, right: type, name: str, faults: dict[str, Any]) -> 
     """
     body: dict[str, Any] = {"kind": f"foreign_{name}", "__doc__": f"The mutant {name}.", "__module__": __name__}
     for member in dir(role):
-        if member.startswith("_") or member in NOT_DECLARED:
+        if member.startswith("_") or member in NOT_DECLARED or member in {f.name for f in attrs.fields(right)}:
             continue
         if member in faults:
             if faults[member] is not INHERITED:
@@ -95,7 +95,7 @@ def broken_class(role: type, right: type, name: str, faults: dict[str, Any]) -> 
                 body[member] = _placing(right.at) if member == "at" else _delegate(role, member)
         else:
             body[member] = getattr(right, member)
-    if unknown := [member for member in faults if not hasattr(role, member)]:
+    if unknown := [member for member in faults if member not in body and faults[member] is not INHERITED]:
         raise ValueError(f"{name}: no such method: {unknown}")
     hints = typing.get_type_hints(right)
     parameters = {
