@@ -85,13 +85,13 @@ def broken_class(role: type, right: type, name: str, faults: dict[str, Any]) -> 
     """
     body: dict[str, Any] = {"kind": f"foreign_{name}", "__doc__": f"The mutant {name}.", "__module__": __name__}
     for member in dir(role):
-        if member.startswith("_") or member in NOT_DECLARED or member in {f.name for f in attrs.fields(right)}:
+        if member.startswith("_") or member in NOT_DECLARED or member in {f.name for f in attrs.fields(right) if f.init}:
             continue
         if member in faults:
             if faults[member] is not INHERITED:
                 body[member] = _placing(faults[member]) if member == "at" else _broken(role, member, faults[member])
         elif callable(getattr(role, member)) or _is_property(role, member):
-            if inspect.getattr_static(right, member) is not inspect.getattr_static(role, member):
+            if inspect.getattr_static(right, member, None) is not inspect.getattr_static(role, member):
                 body[member] = _placing(right.at) if member == "at" else _delegate(role, member)
         else:
             body[member] = getattr(right, member)
@@ -113,6 +113,7 @@ def broken_class(role: type, right: type, name: str, faults: dict[str, Any]) -> 
         for f in attrs.fields(right)
         if f.init
     }
+    body |= {parameter: None for parameter in parameters if hasattr(role, parameter)}  # the field is no longer abstract
     aliases = {f.name: f.alias for f in attrs.fields(right) if f.init}
 
     def inner(self: Any) -> Any:
