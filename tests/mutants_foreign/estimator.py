@@ -121,12 +121,6 @@ MUTANTS: tuple[Mutant, ...] = (
         smooth_step=_against_the_past,
     ),
     estimator(
-        "kalman_does_not_smooth",
-        "The smoothed belief is the filtered one.",
-        KALMAN,
-        smooth_step=lambda r, b, later, dt, rng: later if dt == 0 else b,
-    ),
-    estimator(
         "kalman_fading",
         "The covariance is inflated by 5 % each scan, and exactness is still promised.",
         KALMAN,

@@ -72,11 +72,6 @@ def _probabilities_kept(right, belief, innovation, weights):
     return attrs.evolve(right.update(belief, innovation, weights), log_prob=belief.log_prob)
 
 
-def _floored(right, belief, innovation, weights):
-    after = right.update(belief, innovation, weights)
-    return attrs.evolve(after, log_prob=np.log(np.maximum(np.exp(after.log_prob), 0.1)))
-
-
 def _same_weights_in_each_mode(right, belief, innovation, weights):
     after = right.update(belief, innovation, weights)
     inner = zip(right.modes, belief.beliefs, innovation.detail.innovations, strict=True)
@@ -110,11 +105,6 @@ def _doubled_weights(right, belief, innovation, weights):
     top = log_weights.max(axis=-1, keepdims=True)
     total = top + np.log(np.exp(log_weights - top).sum(axis=-1, keepdims=True))
     return attrs.evolve(after, log_weights=log_weights - total)
-
-
-def _raw_weights(right, belief, innovation, weights):
-    after = right.update(belief, innovation, weights)
-    return attrs.evolve(after, log_weights=after.log_weights - after.log_weights.max(axis=-1, keepdims=True))
 
 
 def _variance_as_deviation(right, prior, axes, rng):
@@ -156,12 +146,6 @@ MUTANTS: tuple[Mutant, ...] = (
     estimator("imm_not_normalised", "The mode probabilities do not sum to 1.", IMM, update=_not_normalised),
     estimator("imm_probabilities_kept", "Returns do not change the mode probabilities.", IMM, update=_probabilities_kept),
     estimator(
-        "imm_probabilities_floored",
-        "Mode probabilities are kept above .1, and not normalised after it.",
-        IMM,
-        update=_floored,
-    ),
-    estimator(
         "imm_same_weights",
         "Each mode takes the track's association weights, not its own.",
         IMM,
@@ -169,14 +153,6 @@ MUTANTS: tuple[Mutant, ...] = (
     ),
     estimator("imm_best_score", "A track's score is that of its best mode.", IMM, evaluate=_likeliest_score),
     estimator("imm_least_nis", "The NIS is the least squared distance over the modes.", IMM, evaluate=_least_nis),
-    estimator("imm_hides_modes", "The mode probabilities are not reported.", IMM, mode_prob=lambda r, b: None),
-    estimator(
-        "sum_moments_of_best_part",
-        "The mixture's moments are those of its heaviest part.",
-        SUM,
-        label="other_model",
-        moments=_likeliest_mode,
-    ),
     estimator("sum_weights_kept", "The parts' weights do not follow the likelihoods.", SUM, update=_probabilities_kept),
     estimator(
         "particles_same_draws",
@@ -192,7 +168,6 @@ MUTANTS: tuple[Mutant, ...] = (
     ),
     estimator("particles_undeclared", "It draws numbers, and does not declare it.", PARTICLES, draws=False),
     estimator("particles_doubled_weights", "Each scan's likelihood is applied twice.", PARTICLES, update=_doubled_weights),
-    estimator("particles_raw_weights", "The weights do not sum to 1.", PARTICLES, update=_raw_weights),
     estimator(
         "particles_wide_start", "The prior's variance is used as a deviation.", PARTICLES, start=_variance_as_deviation
     ),

@@ -101,11 +101,6 @@ def _in_place(right, belief, innovation, weights):
     return belief
 
 
-def _weights_squared(right, belief, innovation, weights):
-    w = weights**2
-    return right.update(belief, innovation, w / w.sum(axis=-1, keepdims=True))
-
-
 def _base(name, fault, right, **faults):
     """Return a mutant that is itself a `GaussianFilter`, so that it smooths by its own methods."""
     return Mutant(
@@ -134,12 +129,6 @@ MUTANTS: tuple[Mutant, ...] = (
         EKF,
         evaluate=_linearised(at=lambda x: np.broadcast_to(x.reshape(-1, x.shape[-1])[:1], x.shape) if x.size else x),
     ),
-    _base(
-        "ekf_noise_halved",
-        "R is halved on the way, and with it S.",
-        KALMAN,
-        evaluate=_linearised(noise=lambda r: r.noise / 2),
-    ),
     estimator("kalman_ignores_noise", "A return's own covariance is ignored.", KALMAN, evaluate=_seen_without(noise=None)),
     estimator(
         "kalman_ignores_missing",
@@ -157,12 +146,6 @@ MUTANTS: tuple[Mutant, ...] = (
         ),
     ),
     estimator(
-        "miss_is_certain",
-        "Column 0 is 0, as if nothing were expected.",
-        KALMAN,
-        evaluate=_changed(loglik=_first_column(lambda i, s, p: np.zeros(i.loglik.shape[:-1]))),
-    ),
-    estimator(
         "loglik_without_p_detect",
         "The columns of the returns lack log P_D.",
         EKF,
@@ -175,12 +158,6 @@ MUTANTS: tuple[Mutant, ...] = (
         "The density lacks 1 / sqrt|S|.",
         EKF,
         evaluate=_changed(loglik=_other_columns(lambda i, s, p: i.log_volume[..., None])),
-    ),
-    estimator(
-        "loglik_without_two_pi",
-        "The density lacks (2 pi)^(-m/2).",
-        EKF,
-        evaluate=_changed(loglik=_other_columns(lambda i, s, p: len(s.measurement) / 2 * np.log(2 * np.pi))),
     ),
     estimator(
         "volume_of_determinant",
@@ -213,6 +190,5 @@ MUTANTS: tuple[Mutant, ...] = (
         update=_merged(miss=False, spread=True),
     ),
     estimator("update_best_return", "Only the heaviest hypothesis counts.", KALMAN, update=_best_return),
-    estimator("update_weights_squared", "The weights are squared on the way.", KALMAN, update=_weights_squared),
     estimator("update_in_place", "The belief that is passed in is changed.", KALMAN, update=_in_place),
 )
