@@ -82,10 +82,6 @@ def _in_place(right, scores, evidence):
     return right.associate(scores, evidence)
 
 
-def _single_precision(right, scores, evidence):
-    return right.associate(scores.astype(np.float32).astype(float), evidence).astype(np.float32)
-
-
 def _smoothed_over_scans():
     """Return an `associate` that blends in the weights of the call before, if of the same shape."""
     kept = {}
@@ -213,9 +209,6 @@ MUTANTS: tuple[Mutant, ...] = (
     ),
     associator("pda_evidence_twice", "The evidence, which the scores hold, is added again.", PDA, associate=_evidence_twice),
     associator("pda_in_place", "The scores that are passed in are changed.", PDA, associate=_in_place),
-    associator(
-        "pda_float32", "The weights are computed and returned in single precision.", PDA, associate=_single_precision
-    ),
     associator(
         "pda_smoothed_over_scans", "The weights of the call before are blended in.", PDA, associate=_smoothed_over_scans()
     ),
