@@ -1,1 +1,35 @@
 """Wrong components, as authors of plugins would get them wrong, written without knowledge of the laws."""
+
+from mutants_foreign import (
+    associator,
+    birth,
+    estimator,
+    estimator_modes,
+    estimator_scan,
+    imaging,
+    lifecycle,
+    motion,
+    motion_turning,
+    preprocessor,
+    sensor,
+    sensor_scan,
+    source,
+)
+from mutants_foreign.base import Mutant
+
+MUTANTS: tuple[Mutant, ...] = (
+    *motion.MUTANTS,
+    *motion_turning.MUTANTS,
+    *sensor.MUTANTS,
+    *sensor_scan.MUTANTS,
+    *imaging.MUTANTS,
+    *associator.MUTANTS,
+    *estimator.MUTANTS,
+    *estimator_scan.MUTANTS,
+    *estimator_modes.MUTANTS,
+    *birth.MUTANTS,
+    *lifecycle.MUTANTS,
+    *preprocessor.MUTANTS,
+    *source.MUTANTS,
+)
+"""All of them."""

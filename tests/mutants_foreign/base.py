@@ -136,10 +136,3 @@ def mutant(role: str, name: str, fault: str, right: partial[Any], label: Label =
     return Mutant(
         name, role, fault, right, partial(broken_class(ROLES[role], right.func, name, faults), **right.keywords), label
     )
-
-
-def written(
-    role: str, name: str, fault: str, right: partial[Any], cls: Callable[..., Any], label: Label = "wrong"
-) -> Mutant:
-    """Return the mutant whose class, written anew, takes the parameters of `right`."""
-    return Mutant(name, role, fault, right, partial(cls, **right.keywords), label)

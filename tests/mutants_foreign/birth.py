@@ -23,11 +23,9 @@ def _begin(change=None, **asked):
     """Return a `begin` that asks with other arguments, or changes the answer."""
 
     def begin(right, found, estimator, sensor, name, detections, claimed):
-        seen = {**asked, "detections": asked["detections"](detections)} if "detections" in asked else asked
-        call = {"found": found, "name": name, "detections": detections, "claimed": claimed, **seen}
-        if "claimed" in asked:
-            call["claimed"] = asked["claimed"](claimed)
-        started = right.begin(estimator=estimator, sensor=sensor, **call)
+        call = {"detections": detections, "claimed": claimed}
+        call |= {part: f(call[part]) for part, f in asked.items()}
+        started = right.begin(found, estimator, sensor, name, **call)
         return started if change is None else attrs.evolve(started, **change(started, call))
 
     return begin
@@ -55,7 +53,7 @@ def _velocity_uncertain_by_root(started, call):
 def _silent(right, found, estimator, sensor, name, detections, claimed):
     try:
         return right.begin(found, estimator, sensor, name, detections, claimed)
-    except ValueError:
+    except (ValueError, NotImplementedError):
         n = len(estimator.state)
         return vedette.Newborn(np.zeros(0, dtype=int), vedette.Gaussian(np.zeros((0, n)), np.zeros((0, n, n))), np.zeros(0))
 
@@ -111,10 +109,6 @@ def _detected_all(right, memory, estimator, sensor, detections, claimed, p_gate)
     after = right.update(memory, estimator, sensor, detections, claimed, p_gate)
     count = np.sum(detections.valid)
     return attrs.evolve(after, weights=after.weights - count / max(len(after.weights), 1))
-
-
-def _ended_ones_double(right, memory, estimator, ended, existence):
-    return right.recycle(memory, estimator, ended, 1.0 - existence)
 
 
 birth = partial(mutant, "birth")
@@ -207,5 +201,4 @@ MUTANTS: tuple[Mutant, ...] = (
         label="other_model",
         reveal=_nothing_revealed,
     ),
-    birth("poisson_recycles_the_rest", "What ends comes back with probability 1 - e.", POISSON, recycle=_ended_ones_double),
 )

@@ -5,16 +5,8 @@ from functools import partial
 import attrs
 import numpy as np
 
-import vedette_standard as standard
 from mutants_foreign.base import Mutant, mutant
 from mutants_foreign.sensor import DOPPLER, POLAR
-
-PARTIAL = partial(
-    standard.Biased,
-    of=standard.Partial(DOPPLER(), {"range_rate": 120.0}),
-    add={"bearing": "azimuth_bias"},
-    spread={"azimuth_bias": 0.1},
-)
 
 
 def _fourth_power(right, x):
@@ -136,5 +128,4 @@ MUTANTS: tuple[Mutant, ...] = (
         POLAR,
         at=_moved(position=lambda p: np.broadcast_to(p.reshape(-1, p.shape[-1])[0], p.shape)),
     ),
-    sensor("partial_none_optional", "It forgets which components may be missing.", PARTIAL, optional=lambda r: {}),
 )
