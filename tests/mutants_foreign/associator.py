@@ -185,7 +185,8 @@ def _all_of_equals(right, scores, evidence):
 
 
 def _nearest_index(right, scores, evidence):
-    return _one_hot(1 + np.argmax(scores[..., 1:], axis=-1), scores)
+    some = scores.shape[-1] > 1
+    return _one_hot(1 + np.argmax(scores[..., 1:], axis=-1) if some else np.zeros(scores.shape[:-1]), scores)
 
 
 def _outside_the_gate(right, scores, evidence):

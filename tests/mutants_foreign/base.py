@@ -128,6 +128,7 @@ def broken_class(role: type, right: type, name: str, faults: dict[str, Any]) -> 
         frozen=True,
         slots=False,
     )
+    globals()[made.__name__] = made  # found by its name, as by pickle
     return typing.cast(type, made)
 
 

@@ -84,7 +84,7 @@ def _standing(right, memory, estimator, dt, rng):
     """The unseen targets do not move."""
     ahead = right.predict(memory, estimator, dt, rng)
     n = len(memory.weights)
-    if len(ahead.weights) < n:
+    if len(ahead.weights) < n or not isinstance(ahead.belief, vedette.Gaussian):
         return ahead
     mean, cov = (np.concatenate([getattr(memory.belief, part), getattr(ahead.belief, part)[n:]]) for part in ("mean", "cov"))
     return attrs.evolve(ahead, belief=vedette.Gaussian(mean, cov))

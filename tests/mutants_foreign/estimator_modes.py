@@ -16,8 +16,16 @@ PARTICLES = partial(standard.BootstrapParticles, motion=standard.ConstantVelocit
 
 
 def _transposed(right, belief, dt, rng):
-    matrix = np.asarray(right.transition).T
-    return attrs.evolve(right, transition=matrix / matrix.sum(axis=1, keepdims=True)).predict(belief, dt, rng)
+    if right.transition is None:
+        turned = np.asarray(right.rates).T
+        return attrs.evolve(right, rates=turned - np.diag(turned.sum(axis=1))).predict(belief, dt, rng)
+    turned = np.asarray(right.transition).T + 1e-12
+    return attrs.evolve(right, transition=turned / turned.sum(axis=1, keepdims=True), interval=None).predict(belief, dt, rng)
+
+
+def _on_all_axes(right, belief):
+    """Return whether every mode's belief is a Gaussian over all axes of the mixture."""
+    return all(getattr(getattr(part, "cov", None), "shape", (0,))[-1] == len(right.state) for part in belief.beliefs)
 
 
 def _unmixed(right, belief, dt, rng):
@@ -29,8 +37,8 @@ def _unmixed(right, belief, dt, rng):
 
 def _mixed_without_spread(right, belief, dt, rng):
     """The modes mix as if their means were one; the means mix as they should."""
-    if dt == 0:
-        return belief
+    if dt == 0 or not _on_all_axes(right, belief):
+        return right.predict(belief, dt, rng)
     middle = right.moments(belief).mean
     same = tuple(attrs.evolve(part, mean=middle) for part in belief.beliefs)
     covs = right.predict(attrs.evolve(belief, beliefs=same), dt, rng)
@@ -48,12 +56,16 @@ def _never_switches(right, belief, dt, rng):
 
 
 def _moments_without_spread(right, belief):
+    if not _on_all_axes(right, belief):
+        return right.moments(belief)
     prob = np.exp(belief.log_prob)
     cov = sum(prob[..., i, None, None] * part.cov for i, part in enumerate(belief.beliefs))
     return attrs.evolve(right.moments(belief), cov=cov)
 
 
 def _likeliest_mode(right, belief):
+    if not _on_all_axes(right, belief):
+        return right.moments(belief)
     best = belief.log_prob.argmax(axis=-1)
     means, covs = (np.stack([getattr(part, name) for part in belief.beliefs]) for name in ("mean", "cov"))
     return vedette.Gaussian(

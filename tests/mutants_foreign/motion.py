@@ -32,7 +32,7 @@ def _without_cross_terms(right, x, dt):
 
 
 def _axis_by_axis(right, x, dt):
-    order = [0, 2, 1, 3]  # as if the state were x, vx, y, vy
+    order = np.arange(len(right.state)).reshape(2, -1).T.ravel()  # as if the state were x, vx, y, vy
     return right.noise(x, dt)[..., order, :][..., order]
 
 
@@ -55,8 +55,13 @@ def _in_place(right, x, dt):
 
 
 def _first_block_everywhere(right, x, dt):
-    first = right.models[0].noise(x[..., :2], dt)
-    return np.kron(np.eye(len(right.models)), first)
+    n = len(right.models[0].state)
+    first, noise = right.models[0].noise(x[..., :n], dt), np.array(right.noise(x, dt))
+    for i, model in enumerate(right.models):
+        here = right.state.locate(model.state)
+        if i and len(here) == n:
+            noise[..., here[0] : here[0] + n, here[0] : here[0] + n] = first
+    return noise
 
 
 def _jittered(right, x, dt):
@@ -65,12 +70,12 @@ def _jittered(right, x, dt):
 
 def _cached_once():
     """Return a derivative that remembers the first one it was asked for, whatever the step."""
-    kept = []
+    kept = {}
 
     def jacobian(right, x, dt):
-        if not kept:
-            kept.append(right.jacobian(x, dt))
-        return kept[0]
+        if right.state not in kept:
+            kept[right.state] = right.jacobian(x, dt)
+        return kept[right.state]
 
     return jacobian
 
@@ -104,7 +109,7 @@ MUTANTS: tuple[Mutant, ...] = (
         "cv_noise_floor",
         "1e-6 is added to the diagonal of Q to be safe.",
         CV,
-        noise=lambda r, x, dt: r.noise(x, dt) + 1e-6 * np.eye(4),
+        noise=lambda r, x, dt: r.noise(x, dt) + 1e-6 * np.eye(len(r.state)),
     ),
     motion("cv_in_place", "The state that is passed in is moved itself.", CV, move=_in_place),
     motion(
@@ -143,7 +148,7 @@ MUTANTS: tuple[Mutant, ...] = (
         "piecewise_gain_linear",
         "The gain of the acceleration on the position is dt, not dt^2/2.",
         PIECEWISE,
-        noise=lambda r, x, dt: np.kron([[dt**2, dt**2], [dt**2, dt**2]], np.eye(2)) * r.sigma_accel**2,
+        noise=lambda r, x, dt: np.kron(dt**2 * np.ones((2, 2)), np.eye(_half(r))) * r.sigma_accel**2,
     ),
     motion(
         "ca_no_half",
@@ -180,7 +185,7 @@ MUTANTS: tuple[Mutant, ...] = (
         "markov_square_forgotten",
         "Q = sigma^2 (1 - e), not (1 - e^2).",
         MARKOV,
-        noise=lambda r, x, dt: r.sigma**2 * (1 - np.exp(-dt / r.tau)) * np.eye(1),
+        noise=lambda r, x, dt: r.sigma**2 * (1 - np.exp(-dt / r.tau)) * np.eye(len(r.state)),
     ),
     motion(
         "walk_deviation_linear",

@@ -120,6 +120,6 @@ MUTANTS: tuple[Mutant, ...] = (
         "oriented_noise_at_mean_of_tracks",
         "The heading of the noise is that of the mean over all tracks.",
         ORIENTED,
-        noise=lambda r, x, dt: r.noise(np.broadcast_to(x.reshape(-1, 4).mean(axis=0), x.shape), dt),
+        noise=lambda r, x, dt: r.noise(np.broadcast_to(x.reshape(-1, 4).mean(axis=0), x.shape) if x.size else x, dt),
     ),
 )

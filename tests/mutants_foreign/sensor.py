@@ -67,7 +67,7 @@ def _with(axis, change):
 
 
 def _of_the_first(right, x):
-    return right.jacobian(x.reshape(-1, x.shape[-1])[:1])[0]
+    return right.jacobian(x.reshape(-1, x.shape[-1])[:1])[0] if x.size else right.jacobian(x)
 
 
 def _learning():
@@ -88,7 +88,7 @@ def _other_rotation(right, x):
 
 def _without_bias_column(right, x):
     slope = np.array(right.jacobian(x))
-    slope[..., 2:] = 0.0
+    slope[..., [name not in right.of.observes for name in right.observes.names]] = 0.0
     return slope
 
 
@@ -200,7 +200,7 @@ MUTANTS: tuple[Mutant, ...] = (
         "The lag has the wrong sign: returns come from the future.",
         LATE,
         label="other_model",
-        measure=lambda r, x: r.measure(x * _alternate(5, 4)),
+        measure=lambda r, x: r.measure(x * [-1.0 if name == r.lag else 1.0 for name in r.observes.names]),
         jacobian=INHERITED,
     ),
 )

@@ -72,13 +72,13 @@ MUTANTS: tuple[Mutant, ...] = (
         "clutter_per_area",
         "The density is per m^2 of the plane, not per m rad.",
         POLAR,
-        clutter=lambda r, z: np.full(z.shape[:-1], r.clutter_per_scan / (np.pi * r.max_range**2)),
+        clutter=lambda r, z: np.full(z.shape[:-1], r.clutter_per_scan / (np.pi * (r.max_range or 1.0) ** 2)),
     ),
     sensor(
         "clutter_everywhere",
         "The density does not end at max_range: it holds more than all false returns.",
         POLAR,
-        clutter=lambda r, z: np.array(r.clutter_per_scan / (2 * np.pi * r.max_range)),
+        clutter=lambda r, z: np.array(r.clutter_per_scan / (2 * np.pi * (r.max_range or 1.0))),
     ),
     sensor(
         "clutter_shares_scan",
