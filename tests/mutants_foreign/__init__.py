@@ -1,4 +1,8 @@
-"""Wrong components, as authors of plugins would get them wrong, written without knowledge of the laws."""
+"""Wrong components, as authors of plugins would get them wrong, written without knowledge of the laws.
+
+The list is frozen: a law that is written after it does not change it. `base.mutant` without a fault makes the control, the
+right component in the same wrapping, which no law should refuse.
+"""
 
 from mutants_foreign import (
     associator,
