@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "entries.hpp"
+#include "joint.hpp"
 #include "streams.hpp"
 
 namespace vedette {

@@ -37,6 +37,9 @@ if TYPE_CHECKING:
     from vedette.errors import VedetteError as VedetteError
     from vedette.experiment import Experiment as Experiment
     from vedette.experiment import Result as Result
+    from vedette.hypotheses import Branching as Branching
+    from vedette.hypotheses import HypothesisAssociator as HypothesisAssociator
+    from vedette.hypotheses import Merging as Merging
     from vedette.metrics import Judge as Judge
     from vedette.montecarlo.study import monte_carlo as monte_carlo
     from vedette.progress import Progress as Progress
@@ -49,6 +52,7 @@ if TYPE_CHECKING:
     from vedette.space import NO_AXES as NO_AXES
     from vedette.space import Array as Array
     from vedette.space import Axis as Axis
+    from vedette.space import Indices as Indices
     from vedette.space import Mask as Mask
     from vedette.space import Space as Space
     from vedette.space import SpaceError as SpaceError
@@ -85,6 +89,7 @@ _HOMES = {
     "experiment": ("Experiment", "Result"),
     "tracking.gate": ("Gate",),
     "config.hooks": ("plugin",),
+    "hypotheses": ("Branching", "HypothesisAssociator", "Merging"),
     "metrics": ("Judge",),
     "config.registry": ("Registry",),
     "progress": ("Progress",),
@@ -92,7 +97,7 @@ _HOMES = {
     "roles": ("Associator", "Component", "Estimator", "MotionModel", "Sensor"),
     "supporting": ("Birth", "ImagingSensor", "Lifecycle", "Preprocessor", "Source"),
     "tracking.smoothing": ("smooth", "smoothed"),
-    "space": ("NO_AXES", "Array", "Axis", "Mask", "Space", "SpaceError"),
+    "space": ("NO_AXES", "Array", "Axis", "Indices", "Mask", "Space", "SpaceError"),
     "tracking.tracker": ("Tracker",),
     "types": (
         "Detections",

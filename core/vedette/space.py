@@ -17,6 +17,8 @@ Array = NDArray[np.floating[Any]]
 """Real numbers in double precision, any shape, which the docstring states."""
 Mask = NDArray[np.bool_]
 """Booleans, any shape."""
+Indices = NDArray[np.int64]
+"""Whole numbers, such as rows, any shape."""
 
 
 Periods = tuple[tuple[int, float], ...]

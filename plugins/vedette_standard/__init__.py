@@ -5,8 +5,13 @@ from collections.abc import Iterable
 import vedette
 from vedette_standard.associators.global_nearest import GlobalNearest
 from vedette_standard.associators.jpda import Jpda
+from vedette_standard.associators.k_best import KBest
+from vedette_standard.associators.lmb import LabelledMultiBernoulli
+from vedette_standard.associators.m_best_jpda import MBestJpda
+from vedette_standard.associators.n_scan import NScan
 from vedette_standard.associators.nearest import Nearest
 from vedette_standard.associators.pda import Pda
+from vedette_standard.associators.variational import Variational
 from vedette_standard.births.from_returns import FromReturns
 from vedette_standard.births.given import Given
 from vedette_standard.births.poisson import Poisson
@@ -69,7 +74,8 @@ def vedette_components() -> Iterable[type[vedette.Component]]:
         *(Kalman, ExtendedKalman, UnscentedKalman, Imm),
         *(IteratedExtendedKalman, CubatureKalman, SquareRootKalman),
         *(BootstrapParticles, AuxiliaryParticles, GaussianSum),
-        *(Nearest, GlobalNearest, Pda, Jpda),
+        *(Nearest, GlobalNearest, Pda, Jpda, MBestJpda),
+        *(KBest, NScan, LabelledMultiBernoulli, Variational),
         *(NaiveConversion, DebiasedConversion, UnbiasedConversion, ModifiedUnbiasedConversion),
         *(FromReturns, Given, Poisson),
         *(SingleTarget, MOfN, Existence, Score, CoastLimited),

@@ -130,7 +130,7 @@ WRONG: list[tuple[str, Any, str, str]] = [
     ("estimator.modes[0]", 7, "estimator.modes[0]", "must be a table that names its kind"),
     ("sensors", [{"kind": "range_bearing"}], "sensors", "must be a table of names to sensors, got a list of 1"),
     ("sensors.radar", None, "sensors.radar", "must be a table that names its kind"),
-    ("gate", 0.99, "gate", "must be a table of probability, clutter, got 0.99"),
+    ("gate", 0.99, "gate", "must be a table of probability, clutter, largest_distance, got 0.99"),
     ("judge", "strict", "judge", "must be a table of "),
     ("lifecycle.spread", [10, 10], "birth.spread", "must be a table of names, got [10, 10]"),
     ("lifecycle.spread", {"vx": 10, "vy": "fast", "turn_rate": 0.01}, "birth.spread.vy", "must be a number, got 'fast'"),

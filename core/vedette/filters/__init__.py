@@ -10,6 +10,7 @@ Predicting: `predict_linearised` by the motion's derivative; `predicted` for loo
 `reframe` where that is declared. Evaluating: `evaluate_linearised` and `evaluate_frame` do all of it; `prepare` gives
 residuals and noises that already account for each detection's own noise and missing components, from which
 `evaluate_each` and `make_innovation` continue. `Hypotheses` is the detail that `GaussianFilter.update` reads.
+`mixed` and `merged` replace mixtures by their moments.
 `Memo` keeps the matrices of linear models. Particles: `Particles` and the functions on them.
 """
 
@@ -19,6 +20,7 @@ from vedette.filters.frames import evaluate_frame
 from vedette.filters.gaussian import GaussianFilter, Hypotheses, marginal, without_variance
 from vedette.filters.linear import evaluate_each, evaluate_linearised, predict_linearised
 from vedette.filters.memo import Memo, SensorConstants, embedded, keep
+from vedette.filters.mixing import merged, mixed
 from vedette.filters.motion import OverMotion, predicted
 from vedette.filters.particles import (
     Particles,
@@ -55,6 +57,8 @@ __all__ = [
     "log_association",
     "make_innovation",
     "marginal",
+    "merged",
+    "mixed",
     "normalised",
     "particle_innovation",
     "particle_moments",

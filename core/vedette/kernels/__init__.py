@@ -6,12 +6,14 @@ of every scan have a compiled twin, which is called if it was built; `RUNNING` s
 
 from vedette.kernels import assignment as _assignment
 from vedette.kernels import association as _association
+from vedette.kernels import hypotheses as _hypotheses
 from vedette.kernels import modes as _modes
 from vedette.kernels import reference as _reference
 from vedette.kernels import streams as _streams
 from vedette.kernels.backward import smooth_step as smooth_step
 from vedette.kernels.backward import solve_by_root as solve_by_root
 from vedette.kernels.derivative import numerical_jacobian as numerical_jacobian
+from vedette.kernels.hypotheses import best_marginals as best_marginals
 from vedette.kernels.modes import stacked as stacked
 from vedette.kernels.reference import evaluate as evaluate
 from vedette.kernels.reference import log_sum as log_sum
@@ -51,6 +53,7 @@ one_hot = _fastest(_association.one_hot)
 sample_density = _fastest(_association.sample_density)
 softmax = _fastest(_association.softmax)
 
+best_joint = _fastest(_hypotheses.best_joint)
 k_best = _fastest(_assignment.k_best)
 
 normals = _fastest(_streams.normals)

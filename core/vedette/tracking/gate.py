@@ -39,13 +39,17 @@ class Gate:
     count. A frame is one return, and the only one: how far the target moved says nothing against it, so it has no threshold
     of distance. Its pixels decide, by their likelihood ratio to the background against 1 - P_D P_G of a miss. `clutter`:
     "sensor" takes the density that the sensor states; "nonparametric" takes the number of returns in the gate over its
-    volume, for scenes of unknown clutter. Bar-Shalom, Li, Multitarget-Multisensor Tracking, 1995, section 3.4.
+    volume, for scenes of unknown clutter. Returns beyond `largest_distance` are left out whatever the probability: with a
+    probability of 1 that merely saves time. Bar-Shalom, Li, Multitarget-Multisensor Tracking, 1995, section 3.4.
     """
 
     words: ClassVar[Mapping[str, Mapping[str, Any]]] = {"off": {"probability": 1.0}}
 
     probability: float = fields.probability("that a target's return falls in its gate; 1: no gate", default=0.99, above=0)
     clutter: str = fields.choice("where the clutter density comes from", ("sensor", "nonparametric"), default="sensor")
+    largest_distance: float | None = fields.quantity(
+        "1", "squared distance beyond which returns are left out; default: none is for that alone", default=None, above=0
+    )
 
     def __attrs_post_init__(self) -> None:
         if self.clutter == "nonparametric" and self.probability == 1:
@@ -55,7 +59,8 @@ class Gate:
         """Return the largest squared distance inside the gate, for `axes` measured axes; inf without a gate."""
         from scipy.special import gammaincinv
 
-        return 2.0 * float(gammaincinv(axes / 2, self.probability))
+        quantile = 2.0 * float(gammaincinv(axes / 2, self.probability))
+        return quantile if self.largest_distance is None else min(quantile, self.largest_distance)
 
     def for_sensor(self, sensor: Sensor) -> SensorGate:
         """Return the gate's constants for one sensor, the same for every scan."""

@@ -14,6 +14,7 @@ import numpy as np
 from attrs import evolve
 
 from vedette.errors import ConfigError, Problem
+from vedette.hypotheses import HypothesisAssociator
 from vedette.roles import Estimator
 from vedette.sampling.generators import NO_DRAWS
 from vedette.sampling.seeds import Seed, Seeds
@@ -25,7 +26,10 @@ from vedette.types import Gaussian, Track
 
 
 def check_smoothing(tracker: Tracker) -> None:
-    """Raise ConfigError if the tracker's estimator cannot smooth, before a long run rather than after it."""
+    """Raise ConfigError if the tracker's estimator or associator cannot smooth, before a long run rather than after it."""
+    if isinstance(tracker.associator, HypothesisAssociator):
+        told = f"cannot smooth: {tracker.associator.kind!r} changes what it takes to be a track's past; use 'jpda' or 'm_best_jpda'"
+        raise ConfigError([Problem("associator", told)])
     n = len(tracker.state)
     rng = np.random.default_rng(0) if tracker.estimator.draws else NO_DRAWS
     none = tracker.estimator.start(Gaussian(np.zeros((0, n)), np.zeros((0, n, n))), tracker.state, rng)

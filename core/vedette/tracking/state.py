@@ -21,7 +21,8 @@ class State:
     belief is the estimator's, memory the lifecycle's, unseen the birth's. ids (t,), confirmed (*b, t), existence (*b, t);
     weights (*b, t, 1+k), the association probabilities, and squared distances (*b, t, k) are those of the last
     scan. born counts the tracks ever begun, approximated those whose weights were not exact, once a scan. The
-    seed and the number of steps say what the next step draws: the same, whenever it is taken.
+    seed and the number of steps say what the next step draws: the same, whenever it is taken. Where the associator keeps
+    hypotheses, `leaves` holds all that they need, and the tracks are those that are reported; else it is None.
     """
 
     time: float
@@ -37,6 +38,7 @@ class State:
     approximated: int
     seed: Seed | Seeds
     steps: int
+    leaves: Any
 
     @property
     def hit(self) -> Array:

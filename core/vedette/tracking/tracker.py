@@ -9,14 +9,16 @@ from attrs import field, frozen
 
 from vedette import fields, kernels
 from vedette.filters.motion import predicted
+from vedette.hypotheses import HypothesisAssociator
 from vedette.roles import Associator, Estimator, Sensor
 from vedette.sampling.generators import NO_DRAWS
 from vedette.sampling.seeds import Seed, Seeds
 from vedette.space import Array, Space
 from vedette.supporting import Birth, Lifecycle
-from vedette.tracking import births
+from vedette.tracking import births, branching
 from vedette.tracking.ceiling import FEW, check_pairs
 from vedette.tracking.gate import Gate, SensorGate
+from vedette.tracking.spread import largest_deviation
 from vedette.tracking.state import State, new_state
 from vedette.tracking.validation import admitted, check_sensors, checked_prior
 from vedette.types import Detections, Frame, Gaussian, Recording, Review, Scan
@@ -55,9 +57,9 @@ class Tracker:
     _models_unseen: bool = field(init=False, repr=False, eq=False)
     _asks_birth: bool = field(init=False, repr=False, eq=False)
     _approximates: bool = field(init=False, repr=False, eq=False)
-    _positions: list[int] = field(init=False, repr=False, eq=False)
     _draws: bool = field(init=False, repr=False, eq=False)
     _reframes: bool = field(init=False, repr=False, eq=False)
+    _branches: bool = field(init=False, repr=False, eq=False)
 
     @_sensor_gates.default
     def _gates_of_sensors(self) -> dict[str, SensorGate]:
@@ -80,10 +82,6 @@ class Tracker:
     def _counts_approximate_weights(self) -> bool:
         return self.associator.approximates
 
-    @_positions.default
-    def _axes_of_the_position(self) -> list[int]:
-        return [i for i, axis in enumerate(self.state.axes) if axis.unit == "m"]
-
     @_draws.default
     def _draws_numbers(self) -> bool:
         return self.estimator.draws or (self.birth is not None and self.birth.draws)
@@ -91,6 +89,13 @@ class Tracker:
     @_reframes.default
     def _turns_its_frame(self) -> bool:
         return self.estimator.reframes
+
+    @_branches.default
+    def _keeps_hypotheses(self) -> bool:
+        if not isinstance(self.associator, HypothesisAssociator):
+            return False
+        branching.check_parts(self.associator, self.estimator, self.lifecycle, self.sensors)
+        return True
 
     @property
     def state(self) -> Space:
@@ -129,10 +134,14 @@ class Tracker:
         if prior is None:
             prior = Gaussian(np.zeros((0, n)), np.zeros((0, n, n)))
         shape = prior.mean.shape[:-1]
+        belief, memory = self.estimator.start(prior, self.state, rng), self.lifecycle.start(np.ones(shape[-1]))
+        leaves = None
+        if isinstance(self.associator, HypothesisAssociator):
+            leaves = branching.initial_leaves(self.associator, belief, memory, shape)
         return State(
             time=time,
-            belief=self.estimator.start(prior, self.state, rng),
-            memory=self.lifecycle.start(np.ones(shape[-1])),
+            belief=belief,
+            memory=memory,
             unseen=self.birth.initial_memory(self.estimator, rng) if self.birth and self._models_unseen else None,
             ids=np.arange(shape[-1]),
             existence=np.ones(shape),
@@ -143,6 +152,7 @@ class Tracker:
             approximated=0,
             seed=source,
             steps=1,
+            leaves=leaves,
         )
 
     def step(self, state: State, scan: Scan) -> State:
@@ -155,13 +165,19 @@ class Tracker:
         dt = scan.time - state.time if state.time != -np.inf else 0.0
 
         rng = state.seed.generator(state.steps) if self._draws else NO_DRAWS
-        belief = estimator.reframe(state.belief, self.estimate(state)) if self._reframes and dt > 0 else state.belief
+        rows = state.leaves if self._branches else state
+        belief = rows.belief
+        if self._reframes and dt > 0:
+            belief = estimator.reframe(belief, estimator.moments(belief))
         belief = estimator.predict(belief, dt, rng)
-        existence = state.existence if lifecycle.certain else lifecycle.predict(state.existence, dt)
+        existence = rows.existence if lifecycle.certain else lifecycle.predict(rows.existence, dt)
         unseen, rate, found = births.reveal(self, state, dt, sensor, observed, rng) if self._models_unseen else NOTHING
 
         innovation = estimator.evaluate(belief, sensor, observed, self.gate.probability)
         scores = self.gate.scores(innovation, sensor, observed, existence, gate, rate)
+        if self._branches and isinstance(observed, Detections):
+            evaluated = branching.Evaluated(belief, existence, unseen, found, innovation, scores)
+            return branching.grown(self, state, scan, observed, sensor, evaluated, dt, rng)
         plain = gate.axes and observed.evidence is None
         weights = self.associator.associate(scores, None) if plain else self._associate(scores, observed)
         used = weights if lifecycle.certain else kernels.given_existence(weights, scores, innovation.loglik, existence)
@@ -169,7 +185,7 @@ class Tracker:
         approximated = self._approximated(state, scores, observed) if self._approximates else state.approximated
         after = new_state(
             scan.time, estimator.update(belief, innovation, used), state.memory, unseen, state.ids, existence,
-            state.confirmed, weights, innovation.nis, state.born, approximated, state.seed, state.steps + 1,
+            state.confirmed, weights, innovation.nis, state.born, approximated, state.seed, state.steps + 1, None,
         )  # fmt: skip
         if not lifecycle.permanent:
             after = self._reviewed(after, dt, scores, innovation.loglik, not gate.axes)
@@ -204,16 +220,10 @@ class Tracker:
         hit, existence, p_detect = kernels.existence(
             scores, state.weights, state.existence, loglik, self.gate.probability, alone or self.associator.exclusive
         )
-        spread = self._spread(state) if self.lifecycle.needs_spread else None
+        spread = largest_deviation(self.estimate(state), self.state) if self.lifecycle.needs_spread else None
         memory, confirmed, alive = self.lifecycle.review(state.memory, Review(dt, existence, hit, p_detect, spread))
         after = new_state(
             state.time, state.belief, memory, state.unseen, state.ids, existence, confirmed, state.weights, state.distances,
-            state.born, state.approximated, state.seed, state.steps,
+            state.born, state.approximated, state.seed, state.steps, None,
         )  # fmt: skip
         return after if np.count_nonzero(alive) == alive.size else births.ended(self, after, alive)
-
-    def _spread(self, state: State) -> Array:
-        """Return the largest standard deviation of each track's position, in m (*b, t)."""
-        cov = self.estimate(state).cov[..., self._positions, :][..., self._positions]
-        spread: Array = np.sqrt(np.linalg.eigvalsh(cov)[..., -1])
-        return spread

@@ -8,7 +8,8 @@ from typing import Any, ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Birth, Detections, Estimator, Gaussian, Newborn, Sensor, Space, fields, kernels
+from vedette import Array, Birth, Detections, Estimator, Gaussian, Indices, Newborn, Sensor, Space, fields, kernels
+from vedette.filters import mixed
 from vedette.tracking import join, take
 
 
@@ -125,17 +126,16 @@ class Poisson(Birth):
             some = (rate + clutter > 0) & detections.valid
             existence = np.where(some, rate / np.where(some, rate + clutter, 1.0), 0.0) * (1.0 - claimed)
             returns = np.flatnonzero((existence > 0) & (existence >= self.least))
-        priors = [self._given(found, estimator, int(i)) for i in returns]
-        mean = np.array([one.mean for one in priors]).reshape(-1, n)
-        return Newborn(returns, Gaussian(mean, np.array([one.cov for one in priors]).reshape(-1, n, n)), existence[returns])
+        prior = self._given(found, estimator, returns) if len(returns) else Gaussian(np.zeros((0, n)), np.zeros((0, n, n)))
+        return Newborn(returns, prior, existence[returns])
 
-    def _given(self, found: Any, estimator: Estimator[Any], i: int) -> Gaussian:
-        """Return the moments (n,) of an unseen target given that it gave return i."""
+    def _given(self, found: Any, estimator: Estimator[Any], returns: Indices) -> Gaussian:
+        """Return the moments (j, n) of unseen targets given that they gave the returns (j,)."""
         memory, innovation, log_share = found
-        share = np.exp(log_share[:, i] - kernels.log_sum(log_share[:, i]))
-        sure = np.zeros(innovation.loglik.shape)
-        sure[:, 1 + i] = 1.0
-        each, state = estimator.moments(estimator.update(memory.belief, innovation, sure)), estimator.state
-        mean, apart = state.mean(each.mean, share)
-        cov = np.einsum("c,cij->ij", share, each.cov) + np.einsum("c,ci,cj->ij", share, apart, apart)
-        return Gaussian(mean, kernels.symmetric(cov))
+        each, count = np.tile(np.arange(len(log_share)), len(returns)), len(returns)
+        sure = np.zeros((len(each), innovation.loglik.shape[-1]))
+        sure[range(len(each)), 1 + np.repeat(returns, len(log_share))] = 1.0
+        after = estimator.moments(estimator.update(take(memory.belief, each, 0), take(innovation, each, 0), sure))
+        share = kernels.softmax(log_share[:, returns].T)
+        n = len(estimator.state)
+        return mixed(Gaussian(after.mean.reshape(count, -1, n), after.cov.reshape(count, -1, n, n)), share, estimator.state)

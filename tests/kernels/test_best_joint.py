@@ -1,0 +1,66 @@
+"""The best joint associations of hypotheses, and marginals of them: equal to enumeration, in both twins."""
+
+import numpy as np
+import pytest
+import scipy.optimize  # noqa: F401  the reference imports it when first called, which must not count as a test's time
+from hypothesis import given
+from hypothesis import strategies as st
+
+from support.joint import drawn_scores, joint_associations, marginals
+from vedette import kernels
+from vedette.kernels import hypotheses
+
+TWINS = [pytest.param(kernels.best_joint, id="running"), pytest.param(hypotheses.best_joint, id="reference")]
+seeds = st.integers(0, 2**32 - 1)
+ALL = 2000
+"""More than there are joint associations of 5 tracks and 5 returns: 1,546."""
+
+
+@pytest.mark.parametrize("best_joint", TWINS)
+@given(seeds, st.integers(0, 4), st.integers(0, 4), st.integers(1, 3))
+def test_each_hypothesis_has_the_best_of_its_own_associations(best_joint, seed, t, k, h):
+    rng = np.random.default_rng(seed)
+    scores = drawn_scores(rng, max(2 * t, 1), k)
+    leaves = rng.integers(-1, 2, (h, t)) + 2 * np.arange(t)
+    leaves = np.where(rng.random((h, t)) < 0.2, -1, np.maximum(leaves, 0))
+    wanted = rng.integers(1, 30, h)
+    origin, choice, total = best_joint(scores, leaves, wanted)
+    assert choice.shape == (len(origin), t)
+    for row in range(h):
+        there = leaves[row] >= 0
+        _, every = joint_associations(scores[leaves[row, there]])
+        own = origin == row
+        np.testing.assert_allclose(total[own], np.sort(every)[::-1][: wanted[row]], rtol=1e-12, atol=1e-12)
+        assert not choice[own][:, ~there].any()
+        for one, score in zip(choice[own], total[own], strict=True):
+            used = scores[leaves[row, there], one[there]]
+            assert np.isclose(used.sum(), score, rtol=1e-12, atol=1e-12)
+            assert len(set(one[one > 0])) == np.count_nonzero(one)
+        assert len({tuple(one) for one in choice[own]}) == own.sum()
+
+
+@pytest.mark.parametrize("best_joint", TWINS)
+def test_an_impossible_miss_is_taken_only_where_nothing_else_is_left(best_joint):
+    scores = np.array([[-np.inf, 1.0], [-2500.0, 2.0]])
+    _, choice, total = best_joint(scores, np.array([[0, 1]]), np.array([5]))
+    assert choice.tolist() == [[1, 0], [0, 1], [0, 0]]
+    assert np.all(np.isfinite(total))
+    assert np.all(np.diff(total[1:]) < -1000)
+
+
+@given(seeds, st.integers(0, 5), st.integers(0, 5))
+def test_all_of_them_give_the_marginals_of_the_enumeration(seed, t, k):
+    scores = drawn_scores(np.random.default_rng(seed), t, k)
+    np.testing.assert_allclose(kernels.best_marginals(scores, ALL), marginals(scores), rtol=1e-12, atol=1e-12)
+
+
+def test_few_of_them_are_weighted_as_if_there_were_no_others():
+    scores = np.log(np.array([[0.1, 0.6, 0.3], [0.2, 0.5, 0.3]]))
+    choices, totals = joint_associations(scores)
+    best = np.argsort(-totals)[:2]
+    likely = np.exp(totals[best])
+    expected = np.zeros((2, 3))
+    for choice, share in zip(choices[best], likely / likely.sum(), strict=True):
+        expected[range(2), choice] += share
+    np.testing.assert_allclose(kernels.best_marginals(scores, 2), expected, rtol=1e-12)
+    np.testing.assert_allclose(kernels.best_marginals(np.stack([scores, scores]), 2)[1], expected, rtol=1e-12)

@@ -1,0 +1,175 @@
+"""A tracker that keeps hypotheses: each leaf is what its filter makes of the leaf's own returns, whatever the filter."""
+
+import numpy as np
+import pytest
+
+import vedette
+from vedette import Detections, Gaussian, Scan
+from vedette.sampling.generators import NO_DRAWS, NotInLockStep
+from vedette.tracking import take
+from vedette.tracking.smoothing import check_smoothing
+
+MOTION = {"kind": "constant_velocity", "sigma_accel": 0.3}
+RADAR = {"kind": "cartesian_position", "sigma": 2.0, "detection_probability": 0.9, "clutter_density": 1e-4}
+POLAR = {
+    "kind": "range_bearing", "sigma_range": 3.0, "sigma_bearing": 0.01, "max_range": 400.0, "clutter_density": 1e-2,
+    "detection_probability": 0.9,
+}  # fmt: skip
+FILTERS = {
+    "kalman": ({"kind": "kalman", "motion": MOTION}, RADAR),
+    "ekf": ({"kind": "ekf", "motion": MOTION}, POLAR),
+    "ukf": ({"kind": "ukf", "motion": MOTION}, POLAR),
+    "imm": (
+        {
+            "kind": "imm",
+            "modes": [{"kind": "kalman", "motion": MOTION}, {"kind": "kalman", "motion": {**MOTION, "sigma_accel": 2.0}}],
+            "transition": [[0.95, 0.05], [0.1, 0.9]],
+        },
+        RADAR,
+    ),
+}
+PLACE = {"x": [60.0, 60.0], "y": [60.0, 60.0], "vx": [0.0, 3.0], "vy": [0.0, 3.0]}
+LIFECYCLE = {"kind": "existence", "lifetime": 200.0, "confirm": 0.6, "delete": 1e-4}
+KINDS = ["k_best", "n_scan", "lmb", "variational"]
+
+
+def composed(associator, estimator=FILTERS["kalman"][0], sensor=RADAR, **parts):
+    config = {
+        "estimator": estimator,
+        "sensors": {"radar": sensor},
+        "associator": {"kind": associator} if isinstance(associator, str) else associator,
+        "birth": {"kind": "poisson", "appear": [{"at": PLACE, "initial": 2.0, "rate": 0.05}]},
+        "lifecycle": LIFECYCLE,
+    }
+    return vedette.build(config | parts)
+
+
+def scans(sensor, count=8, seed=3):
+    """Two targets that cross, P_D .9, and some false returns, as positions or as range and bearing."""
+    rng, found = np.random.default_rng(seed), []
+    for time in np.arange(count, dtype=float):
+        at = np.array([[40.0 + 4 * time, 60.0 + time], [40.0 + 4 * time, 68.0 - time]])[rng.random(2) < 0.9]
+        xy = np.concatenate([at + rng.normal(0, 1.0, at.shape), rng.uniform(20, 100, (rng.poisson(2), 2))])
+        z = xy if sensor is RADAR else np.stack([np.hypot(*xy.T), np.arctan2(*xy.T)], axis=-1)
+        found.append(Scan(time, "radar", Detections.of(z, 2)))
+    return found
+
+
+def states_of(tracker, given):
+    states = [tracker.start()]
+    for scan in given:
+        states.append(tracker.step(states[-1], scan))
+    return states
+
+
+def path_to(states, leaf):
+    """The rows of a leaf and of its ancestors, the oldest first."""
+    rows = [leaf]
+    for state in states[:0:-1]:
+        parent = int(state.leaves.parent[rows[-1]])
+        if parent < 0:
+            return rows[::-1]
+        rows.append(parent)
+    raise AssertionError("no track was given, so each begins")
+
+
+@pytest.mark.parametrize("kind", ["k_best", "n_scan", "lmb"])
+@pytest.mark.parametrize("name", FILTERS)
+def test_a_leaf_is_what_the_filter_makes_of_its_own_returns(name, kind):
+    """Each leaf at the end is followed back to where it began, and its returns are given to the filter alone."""
+    estimator, sensor = FILTERS[name]
+    tracker, given = composed(kind, estimator, sensor), scans(sensor)
+    states, filter_, radar = states_of(tracker, given), tracker.estimator, tracker.sensors["radar"]
+    leaves = states[-1].leaves
+    estimates = filter_.moments(leaves.belief)
+    assert len(leaves.ids) > 3
+    for leaf in range(len(leaves.ids)):
+        path = path_to(states, leaf)
+        begun = len(states) - len(path)
+        belief = take(states[begun].leaves.belief, np.array(path[:1]), 0)
+        for i, row in enumerate(path[1:], begun + 1):
+            belief = filter_.predict(belief, states[i].time - states[i - 1].time, NO_DRAWS)
+            choice = int(states[i].leaves.choice[row])
+            seen = Detections.of(given[i - 1].detections.z[choice - 1 : choice] if choice else [], 2)
+            innovation = filter_.evaluate(belief, radar, seen, tracker.gate.probability)
+            belief = filter_.update(belief, innovation, np.array([[0.0, 1.0]]) if choice else np.ones((1, 1)))
+        alone = filter_.moments(belief)
+        np.testing.assert_allclose(estimates.mean[leaf], alone.mean[0], rtol=1e-9, atol=1e-9)
+        np.testing.assert_allclose(estimates.cov[leaf], alone.cov[0], rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_what_is_reported_is_one_leaf_a_track(kind):
+    tracker = composed(kind)
+    born = 0
+    for state in states_of(tracker, scans(RADAR, 12))[1:]:
+        assert len(np.unique(state.ids)) == len(state.ids)
+        assert np.all(np.diff(state.ids) > 0)
+        assert state.born >= born
+        assert np.all(state.ids < state.born)
+        assert np.all((state.existence >= 0) & (state.existence <= 1))
+        np.testing.assert_allclose(state.weights.sum(axis=-1), 1.0)
+        assert state.distances.shape == (len(state.ids), state.weights.shape[-1] - 1)
+        assert tracker.estimate(state).mean.shape == (len(state.ids), 4)
+        born = state.born
+    confirmed = state.ids[state.confirmed]
+    assert len(confirmed) == 2
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_step_taken_twice_is_the_same(kind):
+    tracker, given = composed(kind), scans(RADAR, 6)
+    first, second = states_of(tracker, given)[-1], states_of(tracker, given)[-1]
+    np.testing.assert_array_equal(first.ids, second.ids)
+    np.testing.assert_array_equal(tracker.estimate(first).mean, tracker.estimate(second).mean)
+    np.testing.assert_array_equal(first.existence, second.existence)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_quiet_scans_and_given_tracks(kind):
+    tracker = composed(kind)
+    state = tracker.start(Gaussian(np.array([[50.0, 60.0, 0.0, 0.0]]), np.eye(4)[None]))
+    expected, missed = 1.0, 1.0 - 0.9 * 0.99
+    for time in range(4):
+        state = tracker.step(state, Scan(float(time), "radar", Detections.of([], 2)))
+        expected *= np.exp(-1.0 / 200.0) if time else 1.0
+        expected *= missed / (1.0 - expected + expected * missed)
+        np.testing.assert_allclose(state.existence, [expected])
+    assert state.ids.tolist() == [0]
+
+
+def test_the_mean_of_the_hypotheses_can_be_shown():
+    """Where one hypothesis is left it is that one; else the same tracks and more."""
+    given = scans(RADAR, 6)
+    heaviest, mean = composed("k_best"), composed({"kind": "k_best", "show": "mean"})
+    one, other = states_of(heaviest, given)[-1], states_of(mean, given)[-1]
+    np.testing.assert_array_equal(one.leaves.ids, other.leaves.ids)
+    assert set(one.ids.tolist()) <= set(other.ids.tolist())
+    single = [composed({"kind": "k_best", "hypotheses": 1, "show": show}) for show in ("heaviest", "mean")]
+    one, other = (states_of(tracker, given)[-1] for tracker in single)
+    np.testing.assert_array_equal(one.ids, other.ids)
+    np.testing.assert_allclose(single[0].estimate(one).mean, single[1].estimate(other).mean, rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("parts", "said"),
+    [
+        ({"lifecycle": {"kind": "m_of_n"}}, "lifecycle: must keep existence probabilities"),
+        ({"estimator": FILTERS["imm"][0], "associator": "variational"}, "estimator: must have a Gaussian belief"),
+    ],
+)
+def test_parts_that_do_not_go_together_are_refused(parts, said):
+    with pytest.raises(vedette.ConfigError, match=said):
+        composed(**{"associator": "k_best"} | parts)
+
+
+def test_they_are_not_smoothed():
+    with pytest.raises(
+        vedette.ConfigError, match="associator: cannot smooth: 'n_scan' changes what it takes to be a track's past"
+    ):
+        check_smoothing(composed("n_scan"))
+
+
+def test_runs_of_a_study_go_one_by_one():
+    with pytest.raises(NotInLockStep, match="'k_best' keeps hypotheses"):
+        composed("k_best").start(Gaussian(np.zeros((3, 1, 4)), np.tile(np.eye(4), (3, 1, 1, 1))))
