@@ -28,7 +28,7 @@ from vedette.types import Gaussian, Track
 def check_smoothing(tracker: Tracker) -> None:
     """Raise ConfigError if the tracker's estimator or associator cannot smooth, before a long run rather than after it."""
     if isinstance(tracker.associator, HypothesisAssociator):
-        told = f"cannot smooth: {tracker.associator.kind!r} changes what it takes to be a track's past; use 'jpda' or 'm_best_jpda'"
+        told = f"cannot smooth: {tracker.associator.kind!r} changes what it takes to be a track's past; use 'jpda'"
         raise ConfigError([Problem("associator", told)])
     n = len(tracker.state)
     rng = np.random.default_rng(0) if tracker.estimator.draws else NO_DRAWS
