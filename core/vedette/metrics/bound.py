@@ -21,8 +21,8 @@ from vedette.roles import MotionModel, Sensor
 from vedette.space import Array, Space
 from vedette.types import Scan
 
-MOST_BRANCHES = 16
-"""Scans that may be missed, up to which all sequences of detections are enumerated: 2^16."""
+ENUMERATED = 12
+"""Scans that may miss, from the first, over which sequences of detections are enumerated: 2^12 of them."""
 
 
 @final
@@ -35,7 +35,7 @@ class Bound:
         "axis to the standard deviation with which a state is known before its first scan"
     )
     method: str = fields.choice(
-        "how failed detections enter: the information of each scan times its detection probability, or all sequences",
+        "how failed detections enter: the information of each scan times its detection probability, or sequences of them",
         ("information_reduction", "enumeration"),
         default="information_reduction",
     )
@@ -92,20 +92,19 @@ def reduced_bound(start: Array, transition: Array, noise: Array, info: Array, p_
 def enumerated_bound(start: Array, transition: Array, noise: Array, info: Array, p_detect: Array) -> Array:
     """Return the bound (s, n, n) by enumeration: the mean over all sequences of detections of the bound given each.
 
-    Arguments as in `reduced_bound`, with no batch axes. ValueError where more than MOST_BRANCHES scans may or may not
-    detect.
+    Arguments as in `reduced_bound`, with no batch axes. After the first ENUMERATED scans that may or may not detect, the
+    information of each sequence is reduced instead, which leaves a bound, if a lower one.
     Farina, Ristic, Timmoneri, Cramer-Rao Bound for Nonlinear Filtering with P_D < 1 and Its Application to Target
     Tracking, IEEE T-SP 50, 2002.
     """
-    if (count := int(np.count_nonzero((p_detect > 0) & (p_detect < 1)))) > MOST_BRANCHES:
-        raise ValueError(f"p_detect: must be 0 or 1 but for {MOST_BRANCHES} scans, got {count} others: 2^{count} sequences")
     branches, chance, found = start[None], np.ones(1), []
     for F, Q, each, p in zip(transition, noise, info, p_detect.tolist(), strict=True):
         branches = propagate(branches, F, Q)
-        if p > 0:
-            hit = _informed(branches, each)
-            branches = hit if p >= 1 else np.concatenate([hit, branches])
-            chance = chance if p >= 1 else np.concatenate([p * chance, (1.0 - p) * chance])
+        if 0 < p < 1 and len(branches) < 2**ENUMERATED:
+            branches = np.concatenate([_informed(branches, each), branches])
+            chance = np.concatenate([p * chance, (1.0 - p) * chance])
+        else:
+            branches = _informed(branches, p * each)
         found.append(np.einsum("q,qij->ij", chance, branches))
     return np.stack(found)
 
@@ -115,11 +114,13 @@ def bound_along(
 ) -> Array | None:
     """Return the bound (s, *b, n, n) over the motion's axes after each of `scans`; the truth there is `states` (s, *b, m).
 
-    `space`: the axes of `states`, those of the motion among them. Matrices that depend on the state are taken at the truth:
-    exact where motion and sensors are linear. Q and P_D are taken as constant there. None where the sequences that are to be
-    enumerated are too many.
+    `space`: the axes of `states`. Matrices that depend on the state are taken at the truth:
+    exact where motion and sensors are linear. Q and P_D are taken as constant there. None where `space` lacks an axis of
+    the motion.
     """
     motion = bound.motion
+    if any(axis not in space.axes for axis in motion.state.axes):
+        return None
     x = states[..., space.locate(motion.state)]
     n, batch = x.shape[-1], x.shape[1:-1]
     full = np.broadcast_to
@@ -137,12 +138,8 @@ def bound_along(
         p_detect[k] = full(sensor.detects(observed), batch)
     if bound.method == "information_reduction":
         return reduced_bound(bound.covariance, F, Q, info, p_detect)
-    found = []
-    for i in np.ndindex(*batch):
-        own = (slice(None), *i)  # all scans of one trajectory
-        if np.count_nonzero((p_detect[own] > 0) & (p_detect[own] < 1)) > MOST_BRANCHES:
-            return None
-        found.append(enumerated_bound(bound.covariance, F[own], Q[own], info[own], p_detect[own]))
+    every = [(slice(None), *i) for i in np.ndindex(*batch)]  # all scans of one trajectory each
+    found = [enumerated_bound(bound.covariance, F[own], Q[own], info[own], p_detect[own]) for own in every]
     return np.stack(found, axis=1).reshape(F.shape)
 
 

@@ -72,7 +72,10 @@ def siap(
 
 
 def _fate(held: Sequence[set[int]], times: Array) -> tuple[int, float, float]:
-    """Return, of an object with these tracks at each scan: the fewest tracks in turn, time with any, longest with one."""
+    """Return, of an object with these tracks at each scan: the fewest tracks in turn, time with any, longest with one.
+
+    It has a track between two scans if one track has it at both.
+    """
     needed, total, longest, candidates = 0, 0.0, 0.0, set[int]()
     since: dict[int, float] = {}
     before, last = set[int](), 0.0
@@ -83,7 +86,7 @@ def _fate(held: Sequence[set[int]], times: Array) -> tuple[int, float, float]:
                 needed, candidates = needed + 1, set(now)
             since = {track: since.get(track, time) for track in now}
             longest = max(longest, *(time - begin for begin in since.values()))
-            total += time - last if before else 0.0
+            total += time - last if before & now else 0.0
         else:
             since = {}
         before, last = now, time

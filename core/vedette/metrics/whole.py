@@ -98,7 +98,7 @@ def position_bound(
 ) -> float | None:
     """Return the root of the mean bound of the squared position error over the judged scans and objects, in m.
 
-    None where the truth lacks an axis of the bound's motion, where none is there, or where `bound_along` returns None.
+    None where the truth lacks an axis of the bound's motion, or where none is there.
     """
     space = bound.motion.state
     if any(axis not in each.space.axes for each in truth for axis in space.axes):

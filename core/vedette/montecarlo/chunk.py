@@ -10,6 +10,7 @@ from attrs import frozen
 from vedette.errors import ConfigError, Problem
 from vedette.experiment import Experiment
 from vedette.metrics import judge
+from vedette.metrics.bound import bound_along
 from vedette.metrics.consistency import gate_truncation, nees
 from vedette.metrics.histories import positions, velocities
 from vedette.metrics.judgement import gates_of
@@ -134,6 +135,11 @@ def _together(experiment: Experiment, seeds: Seeds) -> Chunk:
         "nis": _over(np.sum(runs.nis, axis=1), np.sum(expected, axis=1)),
         "lost": _lost(square > (judged.lost_error or judged.cover_radius) ** 2, judged.lost_scans),
     }
+    if judged.bound is not None:
+        lowest = bound_along(judged.bound, tracker.sensors, scenes.scans, np.swapaxes(scenes.states, 0, 1), scenes.space)
+        if lowest is not None:
+            spot = positions(judged.bound.motion.state)
+            figures["position_bound"] = np.mean(np.sum(lowest[..., spot, spot], axis=-1), axis=0)
     one = np.ones_like(square)
     sums = [_sums(v, e) for v, e in ((square, one), (squares, one), (runs.nis, expected))]
     return Chunk(figures, runs.times, np.array(sums))

@@ -28,6 +28,8 @@ _WORDS = {
     "lost": "share of lost runs",
 }
 """What is drawn, and what it is called."""
+_TOLD = frozenset(UNITS) - {name for name in UNITS if name.startswith(("siap_", "hota_")) or name in ("motp", "ospa2")}
+"""The figures in the text; the files have all."""
 _SERIES = tuple(_WORDS)[:3]
 _RIGHT = ("nees", "nis")
 """Figures that are 1 on matched truth."""
@@ -59,19 +61,22 @@ def _drawn(redraw: Redraw) -> str:
 def tables(outcome: Outcome) -> Iterator[Table]:
     """Yield the means, with several points the paired differences, and the means at each place that was averaged over."""
     points = outcome.plan.points
-    columns = tuple(name if UNITS[name] == "1" else f"{name} [{UNITS[name]}]" for name in outcome.figures)
+    names = [name for name, values in outcome.figures.items() if name in _TOLD and np.any(np.isfinite(values))]
+    columns = tuple(name if UNITS[name] == "1" else f"{name} [{UNITS[name]}]" for name in names)
     over = f", each the mean over {', '.join(outcome.plan.average)}" if outcome.parts is not None else ""
-    yield Table(f"Means over runs{over}", columns, tuple((at.name, _cells(outcome.means(i))) for i, at in enumerate(points)))
+    means = tuple((at.name, _cells(outcome.means(i), names)) for i, at in enumerate(points))
+    yield Table(f"Means over runs{over}", columns, means)
     if len(points) > 1:
-        paired = tuple((at.name, _cells(outcome.differences(i))) for i, at in enumerate(points) if i)
+        paired = tuple((at.name, _cells(outcome.differences(i), names)) for i, at in enumerate(points) if i)
         yield Table(f"Differences to {points[0].name}, paired run by run", columns, paired)
     if outcome.parts is not None:
         each = outcome.parts.plan.points
-        yield Table("Each by itself", columns, tuple((at.name, _cells(outcome.parts.means(i))) for i, at in enumerate(each)))
+        means = tuple((at.name, _cells(outcome.parts.means(i), names)) for i, at in enumerate(each))
+        yield Table("Each by itself", columns, means)
 
 
-def _cells(means: Mapping[str, Mean]) -> tuple[Cell, ...]:
-    return tuple(Cell(each.value, each.error) for each in means.values())
+def _cells(means: Mapping[str, Mean], names: Sequence[str]) -> tuple[Cell, ...]:
+    return tuple(Cell(means[name].value, means[name].error) for name in names)
 
 
 def write_study(folder: Path, outcome: Outcome) -> list[str]:

@@ -17,6 +17,9 @@ from vedette.report.warnings import warnings
 FIRST = 5
 """Number of refused parts that the summary names."""
 
+MOST_OBJECTS = 30
+"""Number of true objects that the summary names and tells of; `summary.json` has all."""
+
 FACTOR = 2.0
 """A mean NEES of one run that is off by less than this factor is no evidence against the covariance: see docs/metrics.md."""
 
@@ -74,11 +77,16 @@ def _read(result: Result) -> Iterator[tuple[str, str]]:
     else:
         yield "scans", "none was taken"
     if result.recording.truth:
-        yield "truth", ", ".join(path.name for path in result.recording.truth)
+        yield "truth", _named([path.name for path in result.recording.truth])
     for name, note in result.recording.notes.items():
         yield ("note", f"{name}: {note}")
     if result.interrupted:
         yield "interrupted", f"after {count(intake.scans, 'scan')}; the recording has {len(result.recording.scans):,}"
+
+
+def _named(names: Sequence[str]) -> str:
+    more = len(names) - MOST_OBJECTS
+    return ", ".join(names[:MOST_OBJECTS]) + (f" and {more:,} more" if more > 0 else "")
 
 
 def _refused(result: Result) -> list[str]:
@@ -110,6 +118,16 @@ def _against_truth(experiment: Experiment, score: Score, unit: str) -> Iterator[
     if judge.far is not None:
         yield "", f"of tracks within {judge.far:g} {unit} of an object; {_maybe(score.gospa_all_m, unit)} with all"
     yield "OSPA", f"{_maybe(score.ospa_m, unit)} a scan"
+    yield "whole tracks", ", ".join(_whole_tracks(score, unit))
+    if score.position_bound_m is not None:
+        yield "lower bound", f"{score.position_bound_m:.3g} {unit}: posterior Cramer-Rao bound of the position error"
+
+
+def _whole_tracks(score: Score, unit: str) -> Iterator[str]:
+    """Yield the figures of whole tracks that say most; the others are in the JSON."""
+    if score.trajectory_gospa_m is not None:
+        yield f"trajectory GOSPA {score.trajectory_gospa_m:.3g} {unit} a scan"
+    yield f"OSPA(2) {_maybe(score.ospa2_m, unit)}, HOTA {_maybe(score.hota)}, MOTA {_maybe(score.mota)}"
 
 
 def _objects(score: Score, unit: str) -> list[str]:
@@ -124,10 +142,12 @@ def _objects(score: Score, unit: str) -> list[str]:
             {True: "yes", False: "no", None: "-"}[fate.lost],
             _maybe(fate.confirmed_after_s),
         )
-        for fate in score.truths
+        for fate in score.truths[:MOST_OBJECTS]
     ]
     widths = [max(len(row[i]) for row in (titles, *table)) for i in range(len(titles))]
-    return ["  " + "  ".join([row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])]) for row in (titles, *table)]
+    lines = ["  " + "  ".join([row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])]) for row in (titles, *table)]
+    more = len(score.truths) - MOST_OBJECTS
+    return [*lines, f"  and {more:,} more, which summary.json has"] if more > 0 else lines
 
 
 def _consistency(experiment: Experiment, result: Result, score: Score) -> Iterator[tuple[str, str]]:
