@@ -1,0 +1,127 @@
+"""All associators and kinds of hypotheses on scenes of boats that cross, go side by side and merge: one table with errors.
+
+    python -m benchmarks.association                 60 runs of each scene; some ten minutes
+    python -m benchmarks.association --runs 5        a rough picture
+    python -m benchmarks.association --write         puts the table into docs/metrics.md
+
+Every tracker meets the same runs of a scene. A tracker whose kinds are not installed is left out, and said to be.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import vedette
+from vedette.config.files import read_file
+from vedette.montecarlo.outcome import Outcome
+from vedette.montecarlo.study import monte_carlo
+
+ROOT = Path(__file__).parents[1]
+PAGE = ROOT / "docs" / "metrics.md"
+BEGIN, END = "<!-- association: begin -->", "<!-- association: end -->"
+FIGURES = ("gospa", "trajectory_gospa", "hota", "coverage", "id_switches", "false_tracks")
+COLUMNS = ("GOSPA [m]", "trajectory GOSPA [m]", "HOTA", "coverage", "switches", "false tracks")
+DIGITS = (1, 1, 3, 3, 2, 2)
+
+TRACKERS: dict[str, dict[str, Any]] = {
+    "nearest": {"associator.kind": "nearest"},
+    "gnn": {"associator.kind": "gnn"},
+    "pda": {"associator.kind": "pda"},
+    "jpda": {"associator.kind": "jpda"},
+    "jpda, Poisson births": {"associator.kind": "jpda", "birth": "poisson"},
+    "k_best": {"associator.kind": "jpda", "hypotheses.kind": "k_best"},
+    "n_scan": {"associator.kind": "jpda", "hypotheses.kind": "n_scan"},
+    "lmb": {"associator.kind": "jpda", "hypotheses.kind": "lmb"},
+}
+"""Name to what it changes in the tracker of examples/fleet.toml; with Poisson births it is a Poisson multi-Bernoulli filter."""
+
+POISSON = {
+    "kind": "poisson",
+    "lifetime": 240,
+    "appear": [{"at": {"x": [0, 700], "y": [0, 700], "vx": [0, 6], "vy": [0, 6]}, "initial": 8.0, "rate": 0.033}],
+}
+CRUISE = {"models": [{"kind": "constant_velocity", "sigma_accel": 0.05}]}
+MEETING = CRUISE | {"count": 3, "at": [0, 0], "time": 90, "speed": 8, "angle": "20 deg", "spread": 5}
+FERRIES = {
+    "count": 2,
+    "spacing": 20,
+    "formation": "abreast",
+    "wander": {"kind": "gauss_markov", "axes": ["x", "y"], "sigma": 3, "tau": 20},
+    "leader": CRUISE | {"start": {"x": [-700, 50], "y": [0, 50], "vx": [8, 1], "vy": [0, 1]}},
+}
+CELL = {"x": 25, "y": 25}
+SCENES: dict[str, dict[str, Any]] = {
+    "three cross at 20 deg": {"crossings": {"meeting": MEETING}},
+    "the same, cells of 25 m": {"crossings": {"meeting": MEETING}, "resolution": CELL},
+    "two 20 m apart": {"convoys": {"ferries": FERRIES}},
+    "the same, cells of 25 m ": {"convoys": {"ferries": FERRIES}, "resolution": CELL},
+    "examples/fleet.toml": {},
+}
+
+
+def config(scene: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the config of examples/fleet.toml, with the groups of a scene in place of its own."""
+    table = read_file(ROOT / "examples" / "fleet.toml")
+    if scene:
+        source = {
+            name: part for name, part in table["source"].items() if name not in ("populations", "crossings", "convoys")
+        }
+        look = {name: part for name, part in source["looks"]["radar"].items() if name != "resolution"}
+        if "resolution" in scene:
+            look["resolution"] = scene["resolution"]
+        groups = {name: part for name, part in scene.items() if name != "resolution"}
+        table["source"] = source | {"looks": {"radar": look}} | groups
+    return table
+
+
+def trackers(table: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """Return those of TRACKERS that can be built here."""
+    found = {}
+    for name, changes in TRACKERS.items():
+        made = {path: POISSON if value == "poisson" else value for path, value in changes.items()}
+        try:
+            monte_carlo(table, 1, trackers={name: made}, sweep={"source.duration": [4], "source.crossings": [{}]})
+        except vedette.ConfigError as error:
+            print(f"{name}: left out: {str(error).splitlines()[0]}", file=sys.stderr)
+        else:
+            found[name] = made
+    return found
+
+
+def rows(scene: str, outcome: Outcome) -> Iterator[str]:
+    """Yield a line of the table for each tracker."""
+    for i, point in enumerate(outcome.plan.points):
+        means = outcome.means(i)
+        cells = [
+            f"{means[name].value:.{digits}f} +- {means[name].error or 0:.{digits}f}"
+            for name, digits in zip(FIGURES, DIGITS, strict=True)
+        ]
+        yield f"| {scene.strip() if i == 0 else ''} | {point.labels['tracker']} | {' | '.join(cells)} |"
+
+
+def main() -> None:
+    """Run all scenes and print the table."""
+    parser = argparse.ArgumentParser("python -m benchmarks.association", description=__doc__)
+    parser.add_argument("--runs", type=int, default=60)
+    parser.add_argument("--write", action="store_true")
+    given = parser.parse_args()
+    lines = [f"| scene | tracker | {' | '.join(COLUMNS)} |", "| --- " * (2 + len(COLUMNS)) + "|"]
+    chosen = trackers(config({}))
+    for name, scene in SCENES.items():
+        outcome = monte_carlo(config(scene), given.runs, seed=1, trackers=chosen)
+        for line in rows(name, outcome):
+            print(line, flush=True)
+            lines.append(line)
+    if given.write:
+        page = PAGE.read_text(encoding="utf-8")
+        head, tail = page.split(BEGIN)[0], page.split(END)[1]
+        told = f"{given.runs} runs a scene; +- is one standard error.\n\n" + "\n".join(lines)
+        PAGE.write_text(f"{head}{BEGIN}\n{told}\n{END}{tail}", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
