@@ -37,7 +37,7 @@ TRACKERS: dict[str, dict[str, Any]] = {
     "n_scan": {"associator.kind": "jpda", "hypotheses.kind": "n_scan"},
     "lmb": {"associator.kind": "jpda", "hypotheses.kind": "lmb"},
 }
-"""Name to what it changes in the tracker of examples/fleet.toml; with Poisson births it is a Poisson multi-Bernoulli filter."""
+"""Name to changes in the tracker of examples/fleet.toml. With Poisson births it is a Poisson multi-Bernoulli filter."""
 
 POISSON = {
     "kind": "poisson",

@@ -27,7 +27,10 @@ class Gospa:
 
 def distances(truth: Array, estimates: Array) -> Array:
     """Return the Euclidean distance of every true object to every estimate: (j, d), (t, d) -> (j, t)."""
-    apart: Array = np.sqrt(np.sum((truth[:, None, :] - estimates[None, :, :]) ** 2, axis=-1))
+    square = np.zeros((len(truth), len(estimates)))
+    for axis in range(truth.shape[-1]):
+        square += (truth[:, None, axis] - estimates[None, :, axis]) ** 2
+    apart: Array = np.sqrt(square)
     return apart
 
 

@@ -44,15 +44,14 @@ def hota(apart: Sequence[Array], present: Sequence[Indices], alive: Mask, tracks
     objects = np.count_nonzero(alive, axis=0)
     entries = np.bincount(np.concatenate([*present, np.zeros(0, dtype=np.intp)]).astype(np.intp), minlength=tracks)
     alignment = np.zeros((alive.shape[1], tracks))
-    alike = [np.maximum(1.0 - each / cutoff, 0.0) for each in apart]
-    for each, columns in zip(alike, present, strict=True):
+    for each, columns in zip((np.maximum(1.0 - far / cutoff, 0.0) for far in apart), present, strict=True):
         rows = np.flatnonzero(each.any(axis=1))
         own = each[rows]
         either = np.sum(own, axis=1)[:, None] + np.sum(each, axis=0) - own
         alignment[np.ix_(rows, columns)] += np.divide(own, either, out=np.zeros_like(own), where=either > 0)
     alignment /= np.maximum(objects[:, None] + entries - alignment, _ROUNDING)
     found = []
-    for each, columns in zip(alike, present, strict=True):
+    for each, columns in zip((np.maximum(1.0 - far / cutoff, 0.0) for far in apart), present, strict=True):
         rows, picked = linear_sum_assignment(alignment[:, columns] * each, maximize=True)
         near = each[rows, picked] > 0
         found.append(np.stack([rows[near], columns[picked[near]], each[rows[near], picked[near]]]))

@@ -10,6 +10,7 @@ from attrs import evolve, frozen
 from vedette.metrics.coverage import NONE, Indices, covering
 from vedette.metrics.gospa import distances
 from vedette.metrics.histories import Entries, Truth, confirmed_entries, positions, truth_at
+from vedette.metrics.kept import kept
 from vedette.metrics.score import Judge
 from vedette.space import Array
 from vedette.types import Scan, Track, Trajectory
@@ -38,7 +39,7 @@ class Match:
     truth: Truth
     scans: Indices
     rows: tuple[slice, ...]
-    apart: tuple[Array, ...]
+    apart: Sequence[Array]
     cover: Indices
 
     @property
@@ -77,9 +78,11 @@ def match(tracks: Sequence[Track], truth: Sequence[Trajectory], scans: Sequence[
     where = positions(real.space)
     begin, end = np.searchsorted(entries.scan, judged, "left"), np.searchsorted(entries.scan, judged, "right")
     rows = tuple(slice(i, j) for i, j in zip(begin.tolist(), end.tolist(), strict=True))
-    apart = tuple(
-        np.where(alive[:, None], distances(states[:, where], entries.mean[part][:, where]), np.inf)
-        for states, alive, part in zip(real.states, real.alive, rows, strict=True)
-    )
-    found = Match(confirmed, entries, real, judged, rows, apart, np.zeros((len(judged), len(truth)), dtype=np.intp))
+    place, spots = real.states[..., where], entries.mean[:, where]
+
+    def apart(i: int) -> Array:
+        return np.where(real.alive[i][:, None], distances(place[i], spots[rows[i]]), np.inf)
+
+    every = kept(len(judged), apart, len(truth) * sum(part.stop - part.start for part in rows))
+    found = Match(confirmed, entries, real, judged, rows, every, np.zeros((len(judged), len(truth)), dtype=np.intp))
     return evolve(found, cover=found.covered_within(options.cover_radius)) if len(judged) else found

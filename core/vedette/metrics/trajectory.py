@@ -82,17 +82,18 @@ def _parts(apart: Sequence[Array], present: Sequence[Indices], cutoff: float, or
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 
-    found = [np.nonzero(each < cutoff) for each in apart]
-    scan = np.repeat(np.arange(len(apart)), [len(rows) for rows, _ in found])
-    if not len(scan):
+    found = []
+    for k, (each, tracks) in enumerate(zip(apart, present, strict=True)):
+        rows, picked = np.nonzero(each < cutoff)
+        found.append((np.full(len(rows), k), rows, tracks[picked], (each[rows, picked] / cutoff) ** order - 1.0))
+    if not sum(len(rows) for _, rows, _, _ in found):
         return
-    truth = np.concatenate([rows for rows, _ in found])
-    track = np.concatenate([columns[picked] for (_, picked), columns in zip(found, present, strict=True)])
-    gain = np.concatenate([(each[at] / cutoff) ** order - 1.0 for each, at in zip(apart, found, strict=True)])
+    scan, truth, track = (np.concatenate([one[i] for one in found]) for i in range(3))
+    gain = np.concatenate([one[3] for one in found])
     pairs, pair = np.unique(np.stack([truth, track]), axis=1, return_inverse=True)
     pair = pair.reshape(-1)
-    truths, tracks = len(apart[0]), int(np.max(track)) + 1
-    links = coo_matrix((np.ones(pairs.shape[1]), (pairs[0], truths + pairs[1])), shape=(truths + tracks,) * 2)
+    truths, nodes = len(apart[0]), len(apart[0]) + int(np.max(track)) + 1
+    links = coo_matrix((np.ones(pairs.shape[1]), (pairs[0], truths + pairs[1])), shape=(nodes, nodes))
     part = connected_components(links, directed=False)[1][pairs[0]]
     order_of = np.argsort(part[pair], kind="stable")
     for entries in np.split(order_of, np.flatnonzero(np.diff(part[pair][order_of])) + 1):

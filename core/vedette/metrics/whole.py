@@ -12,13 +12,14 @@ from vedette.metrics.clear import clear_mot
 from vedette.metrics.coverage import NONE, Indices
 from vedette.metrics.histories import positions, truth_at, velocities
 from vedette.metrics.hota import hota
+from vedette.metrics.kept import kept
 from vedette.metrics.matching import Match
 from vedette.metrics.ospa2 import ospa2
 from vedette.metrics.score import Judge
 from vedette.metrics.siap import assigned, siap
 from vedette.metrics.trajectory import trajectory_gospa
 from vedette.roles import Sensor
-from vedette.space import Array
+from vedette.space import Array, Mask
 from vedette.types import Scan, Trajectory
 
 PARTS = ("localisation", "missed", "false", "switches")
@@ -27,12 +28,12 @@ PARTS = ("localisation", "missed", "false", "switches")
 def whole_tracks(found: Match, options: Judge, times: Array, false: int) -> dict[str, Any]:
     """Return the figures of many targets over all judged scans, at `times` (s,), with so many `false` entries of tracks."""
     alive, tracks, cutoff, order = found.truth.alive, len(found.tracks), options.gospa_cutoff, options.gospa_order
-    counted = [
-        np.ones(len(columns), dtype=bool) if options.far is None else np.min(each, axis=0, initial=np.inf) <= options.far
-        for each, columns in zip(found.apart, found.present, strict=True)
-    ]
-    apart = [each[:, some] for each, some in zip(found.apart, counted, strict=True)]
-    present = [columns[some] for columns, some in zip(found.present, counted, strict=True)]
+    counted = _counted(found, options.far)
+    apart, present = found.apart, found.present
+    if options.far is not None:
+        present = tuple(columns[some] for columns, some in zip(present, counted, strict=True))
+        numbers = alive.shape[1] * sum(map(len, present))
+        apart = kept(len(counted), lambda i: found.apart[i][:, counted[i]], numbers)
     switch = cutoff if options.switch_penalty is None else options.switch_penalty
     gospa = trajectory_gospa(apart, present, alive, cutoff, switch, order, options.largest_program)
     mot = clear_mot(found.apart, found.present, alive, found.cover, false)
@@ -54,9 +55,16 @@ def whole_tracks(found: Match, options: Judge, times: Array, false: int) -> dict
     }
 
 
+def _counted(found: Match, far: float | None) -> list[Mask]:
+    """Return which tracks of each scan are within `far` of an object."""
+    if far is None:
+        return [np.ones(len(columns), dtype=bool) for columns in found.present]
+    return [np.min(each, axis=0, initial=np.inf) <= far for each in found.apart]
+
+
 def _siap(
     found: Match,
-    counted: Sequence[Any],
+    counted: Sequence[Mask],
     apart: Sequence[Array],
     present: Sequence[Indices],
     times: Array,
