@@ -29,7 +29,7 @@ def test_the_bound_is_told_where_it_is_asked_for(tmp_path, capsys):
     motion = "{ kind = 'constant_velocity', sigma_accel = 0.05 }"
     bound = f"judge.bound={{ motion = {motion}, start = {{ x = 6, y = 6, vx = 4, vy = 4 }} }}"
     path = EXAMPLES / "fleet.toml"
-    assert main(["run", str(path), "--out", str(tmp_path), "--json", "--set", "source.duration=40", "--set", bound]) == 0
+    assert main(["run", str(path), "--out", str(tmp_path), "--json", "--set", "source.duration=100", "--set", bound]) == 0
     said = capsys.readouterr().out.splitlines()
     figures = json.loads(said[-1])
     (line,) = [line for line in said if line.startswith("  lower bound")]
