@@ -72,29 +72,35 @@ def _scan_of(track: Track, times: Array) -> Indices:
 
 @frozen(eq=False)
 class Truth:
-    """True objects at the scans: states (s, j, n) over their common axes, alive (s, j)."""
+    """True objects at the scans: states (s, j, n) over their common axes, alive (s, j).
+
+    unsaid (s,): the recording does not say where one of them is
+    """
 
     space: Space
     states: Array
     alive: Mask
+    unsaid: Mask
 
     @property
     def known(self) -> Mask:
-        """Scans (s,) between the first and the last at which any object is recorded."""
+        """Scans (s,) between the first and the last at which any object is recorded, but for those `unsaid`."""
         some = np.flatnonzero(self.alive.any(axis=1))
         inside = np.zeros(len(self.alive), dtype=bool)
         if some.size:
             inside[some[0] : some[-1] + 1] = True
-        return inside
+        return inside & ~self.unsaid
 
 
-def truth_at(truth: Sequence[Trajectory], times: Array, space: Space | None) -> Truth:
+def truth_at(truth: Sequence[Trajectory], times: Array, space: Space | None, most: float | None = None) -> Truth:
     """Return the true states at `times` (s,) over the axes that all trajectories and the tracks' `space`, if given, share.
 
+    Between two recorded states that are more than `most` s apart nothing is said of the object; None: however far they are.
     InputError if two state one axis differently, or if they share no position.
     """
     if not truth:
-        return Truth(Space(), np.zeros((len(times), 0, 0)), np.zeros((len(times), 0), dtype=bool))
+        none = np.zeros((len(times), 0), dtype=bool)
+        return Truth(Space(), np.zeros((len(times), 0, 0)), none, np.zeros(len(times), dtype=bool))
     shared = truth[0].space if space is None else space
     for trajectory in truth:
         try:
@@ -104,8 +110,8 @@ def truth_at(truth: Sequence[Trajectory], times: Array, space: Space | None) -> 
         shared = Space(tuple(axis for axis in shared.axes if axis.name in trajectory.space))
     if not positions(shared):
         raise InputError(f"truth {truth[0].name!r}: must have a position axis x, y or z of the tracks, has {truth[0].space}")
-    states, alive = zip(*(_sample(trajectory, times, shared) for trajectory in truth), strict=True)
-    return Truth(shared, np.stack(states, axis=1), np.stack(alive, axis=1))
+    states, alive, gaps = zip(*(_sample(trajectory, times, shared, most) for trajectory in truth), strict=True)
+    return Truth(shared, np.stack(states, axis=1), np.stack(alive, axis=1), np.any(gaps, axis=0))
 
 
 def positions(space: Space) -> list[int]:
@@ -118,15 +124,18 @@ def velocities(space: Space) -> list[int]:
     return [i for i, name in enumerate(space.names) if name in ("vx", "vy", "vz")]
 
 
-def _sample(trajectory: Trajectory, times: Array, space: Space) -> tuple[Array, Mask]:
-    """Return `trajectory.at` of all times at once: states (s, n) over `space`, and where there is one (s,)."""
+def _sample(trajectory: Trajectory, times: Array, space: Space, most: float | None) -> tuple[Array, Mask, Mask]:
+    """Return `trajectory.at` of all times at once: states (s, n) over `space`, where there is one (s,), gaps (s,)."""
     known = trajectory.times
     states = trajectory.states[:, trajectory.space.locate(space)]
+    nowhere = np.zeros(len(times), dtype=bool)
     if not len(known):
-        return np.zeros((len(times), len(space))), np.zeros(len(times), dtype=bool)
+        return np.zeros((len(times), len(space))), nowhere, nowhere
     i = np.clip(np.searchsorted(known, times) - 1, 0, max(len(known) - 2, 0))
     j = np.minimum(i + 1, len(known) - 1)
     gap = known[j] - known[i]
     part = np.clip(np.divide(times - known[i], gap, out=np.zeros(len(times)), where=gap > 0), 0.0, 1.0)
     step = part[:, None] * space.difference(states[j], states[i])
-    return space.displace(states[i], step), (known[0] <= times) & (times <= known[-1])
+    inside = (known[0] <= times) & (times <= known[-1])
+    wide = nowhere if most is None else (gap > most) & (part > 0) & (part < 1)
+    return space.displace(states[i], step), inside & ~wide, wide

@@ -64,6 +64,10 @@ class Judge:
         default=(0.0, 0.0),
         check=_two,
     )
+    truth_gap: float | None = fields.quantity(
+        "s", "the truth is interpolated over gaps of at most this, and unknown in longer ones; default: over all gaps",
+        default=None, above=0,
+    )  # fmt: skip
     sensor: str | None = fields.text("judge at the scans of this sensor; default: of all", default=None)
     first_scan: int = fields.integer("first scan that is judged, of this sensor's, from 0", default=0)
     last_scan: int | None = fields.integer("last scan that is judged, itself included; default: the last", default=None)

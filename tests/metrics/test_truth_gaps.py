@@ -1,0 +1,39 @@
+"""The truth between its recorded states: interpolated over short gaps, unknown in long ones."""
+
+import numpy as np
+import pytest
+
+from vedette import Judge, Space, Trajectory
+from vedette.metrics import judge
+from vedette.metrics.histories import truth_at
+from vedette.types import Detections, Scan, Track
+
+PLANE = Space.of(x="m", y="m")
+TIMES = np.array([0.0, 1.0, 2.0, 8.0, 9.0])
+BOAT = Trajectory("boat", PLANE, TIMES, np.stack([10.0 * TIMES, np.zeros(5)], axis=-1))
+LOOKS = np.array([-1.0, 0.0, 0.5, 2.0, 3.0, 5.0, 8.0, 8.5, 9.0, 9.5])
+
+
+@pytest.mark.parametrize(
+    ("most", "known"),
+    [(None, [0, 1, 1, 1, 1, 1, 1, 1, 1, 0]), (6.0, [0, 1, 1, 1, 1, 1, 1, 1, 1, 0]), (1.0, [0, 1, 1, 1, 0, 0, 1, 1, 1, 0])],
+)
+def test_it_is_unknown_in_longer_gaps_but_for_their_ends(most, known):
+    found = truth_at((BOAT,), LOOKS, None, most)
+    np.testing.assert_array_equal(found.alive[:, 0], known)
+    np.testing.assert_array_equal(found.known, found.alive[:, 0])
+    np.testing.assert_allclose(found.states[found.alive[:, 0], 0, 0], 10 * LOOKS[found.alive[:, 0]])
+
+
+def test_scans_in_a_gap_count_for_nobody():
+    """A track that runs on while nobody knows where the boat is, and is 100 m off there."""
+    scans = tuple(Scan(time, "radar", Detections.of([], 2)) for time in np.arange(10.0).tolist())
+    times = np.arange(10.0)
+    mean = np.stack([10.0 * times, np.where((times > 2) & (times < 8), 100.0, 0.0)], axis=-1)
+    ones = np.ones(10)
+    track = Track(
+        0, PLANE, times, mean, np.tile(np.eye(2), (10, 1, 1)), ones > 0, ones, None, (np.ones(1),) * 10, ones, ones
+    )
+    short, all_gaps = (judge((track,), (BOAT,), scans, Judge(truth_gap=most)) for most in (2.0, None))
+    assert (short.scans, short.coverage, short.false_tracks, short.gospa_m) == (5, 1.0, 0.0, 0.0)
+    assert (all_gaps.scans, all_gaps.coverage, all_gaps.false_tracks) == (10, 0.5, 0.5)
