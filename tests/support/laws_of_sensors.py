@@ -36,7 +36,15 @@ SENSORS = {
         clutter_per_scan=st.floats(0, 100),
         heading=st.floats(-10, 10),
     ),
-    PolarPosition: st.builds(PolarPosition, **RADAR, sigma_extent=st.floats(0, 10), clutter_density=powers_of_ten(-9, -3)),
+    PolarPosition: st.builds(
+        PolarPosition,
+        **RADAR,
+        sigma_extent=st.floats(0, 10),
+        min_range=st.floats(0.5, 100),
+        clutter_per_scan=st.floats(0, 100),
+        clutter_uniform_over=st.sampled_from(["area", "range"]),
+    )
+    | st.builds(PolarPosition, **RADAR, sigma_extent=st.floats(0, 10), clutter_density=powers_of_ten(-9, -3)),
 }
 
 

@@ -11,7 +11,7 @@ from vedette import Array, Gaussian, Space, fields
 from vedette_standard.sensors.clutter import CIRCLE, per_range
 from vedette_standard.sensors.geometry import polar_slope, ranges_and_bearings
 from vedette_standard.sensors.placed import RangingSensor
-from vedette_standard.sensors.station import POSITION, leading
+from vedette_standard.sensors.station import POSITION, leading, offsets
 
 _POLAR = Space.of(range="m", bearing="rad mod 2pi")
 
@@ -21,6 +21,8 @@ _POLAR = Space.of(range="m", bearing="rad mod 2pi")
 class RangeBearing(RangingSensor):
     """z = (r, b) + v, v ~ N(0, diag(sigma_range^2, sigma_bearing^2)), of a target in the plane as seen from the radar.
 
+    An extended target is seen anywhere on it, with the variance s^2 = sigma_extent^2 per axis: it adds s^2 to that of the
+    range and s^2 / (r^2 + s^2) to that of the bearing.
     With (dx, dy) = position - (x, y): r = sqrt(dx^2 + dy^2), b = atan2(dy, dx) - heading, from +x towards +y.
     Over the radar itself the bearing is that of +x and the derivative 0: such a return carries no position.
     Clutter of n = `clutter_per_scan` is uniform over the area from `min_range` to `max_range`, hence of density
@@ -33,6 +35,9 @@ class RangeBearing(RangingSensor):
     sigma_range: float = fields.quantity("m", "standard deviation of the range", above=0)
     sigma_bearing: float = fields.quantity("rad", "standard deviation of the bearing", above=0, at_most=1)
     clutter_density: float = fields.quantity("1/m^2", "false returns per scan and area", default=0.0, at_least=0)
+    sigma_extent: float = fields.quantity(
+        "m", "standard deviation per axis of where on the target it is seen", default=0.0, at_least=0
+    )
 
     @property
     def observes(self) -> Space:
@@ -51,8 +56,19 @@ class RangeBearing(RangingSensor):
         return polar_slope(x, self._pose)
 
     def noise(self, x: Array) -> Array:
-        """Return R (2, 2)."""
-        return np.diag([self.sigma_range**2, self.sigma_bearing**2])
+        """Return R: (*b, 2) -> (*b, 2, 2), or (2, 2) of a point."""
+        if self.sigma_extent == 0:
+            return np.diag([self.sigma_range**2, self.sigma_bearing**2])
+        return self._noise_at(np.hypot(*offsets(x, self._pose)))
+
+    def _noise_at(self, r: Array) -> Array:
+        """Return R of targets at a range: (*b) -> (*b, 2, 2)."""
+        R, extent = np.zeros((*r.shape, 2, 2)), self.sigma_extent**2
+        R[..., 0, 0] = self.sigma_range**2 + extent
+        R[..., 1, 1] = self.sigma_bearing**2
+        if extent > 0:
+            R[..., 1, 1] += extent / (r * r + extent)
+        return R
 
     def clutter(self, z: Array) -> Array:
         """Return the clutter density: (*b, k, 2) -> (*b, k) in 1/(m rad), or () if it is the same everywhere."""
@@ -65,7 +81,7 @@ class RangeBearing(RangingSensor):
         mean is divided by that. Its covariance for independent errors is then (r^2 + sigma_range^2) cosh(s) - r^2 along the
         line of sight and (r^2 + sigma_range^2) sinh(s) across: J R J' to first order, and definite at r = 0 too.
         """
-        R = self.noise(z) if noise is None else noise
+        R = self._noise_at(z[..., 0]) if noise is None else noise
         r, angle, s = z[..., 0], z[..., 1] + leading(self._pose.heading, z.ndim - 1), R[..., 1, 1]
         cos, sin = np.cos(angle), np.sin(angle)
         mean = np.empty((*angle.shape, 2))
