@@ -20,7 +20,8 @@ def recordings(folder):
     yield "joyride", "joyride_marine.toml", joyride
     for number in (2, 5, 13, 16):
         path = "source.path=" + str(folder / "autoferry")
-        yield f"autoferry {number}", "autoferry.toml", [path, f"source.scenario={number}", "source.lag.radar=1.7"]
+        own = [f"source.scenario={number}", "source.lag.radar=1.7", "associator.kind=pda"]
+        yield f"autoferry {number}", "autoferry.toml", [path, *own]
 
 
 def filters(config, name):

@@ -85,7 +85,6 @@ def test_on_recorded_radar_data_smoothing_lowers_the_error():
             "lifecycle.kind=single_target",
             "lifecycle.offset.x=10.0",
             "judge.last_scan=211",
-            "judge.offset=[-4.0, 8.0]",
         ],
     )
     result = experiment.run(keep_states=True)

@@ -104,8 +104,8 @@ NO_BIAS = tuple(
 @pytest.mark.parametrize("more", [(), ("lifecycle.kind=single_target",)], ids=["automatic", "single target"])
 def test_joyrides_azimuth_bias_is_estimated_and_lowers_the_error(more):
     overrides = (f"source.path={recording('joyride')}", "judge.last_scan=211", *more)
-    result, score = judged("joyride_bias.toml", *overrides)
-    _, without = judged("joyride_bias.toml", *overrides, *NO_BIAS)
+    result, score = judged("joyride.toml", *overrides)
+    _, without = judged("joyride.toml", *overrides, *NO_BIAS)
     track = max(result.tracks, key=lambda track: len(track.times))
     i = track.space.names.index("azimuth_bias")
     bias, deviation = np.degrees(track.mean[211, i]), np.degrees(np.sqrt(track.cov[211, i, i]))
