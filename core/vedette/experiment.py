@@ -171,7 +171,7 @@ class Experiment:
         except ValueError as error:
             raise ConfigError([Problem("", str(error))]) from None
         if redraw is not None:
-            given = redraw.start(given, self.tracker.state, seeds)
+            given = redraw.start(given, self.tracker.state, recording.truth, seeds)
         return Steps(self, recording, given, for_tracker, strict=strict, progress=progress, named=named)
 
     def run(

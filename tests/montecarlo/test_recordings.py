@@ -9,7 +9,7 @@ import pytest
 from scipy import stats
 
 import vedette
-from support.statistics import ALPHA
+from support.statistics import ALPHA, moments_match
 from vedette import ConfigError, Detections, Gaussian, LazyScans, Recording, Scan, Space, Trajectory
 from vedette.cli import main
 from vedette.io import write_recording
@@ -122,13 +122,22 @@ def test_of_frames_whole_scans_are_left_out(lazy):
 def test_given_tracks_start_from_their_prior():
     prior = Gaussian(np.array([[10.0, 3.0]]), np.array([[[4.0, 1.0], [1.0, 2.0]]]))
     space = Space.of(x="m", bearing="rad mod 2pi")
-    draws = np.array([Redraw().start(prior, space, sequence(0, run)).mean[0] for run in range(400)])
+    draws = np.array([Redraw().start(prior, space, (), sequence(0, run)).mean[0] for run in range(400)])
     error = space.difference(draws, prior.mean)
     white = np.linalg.solve(np.linalg.cholesky(prior.cov[0]), error.T)
     assert stats.kstest(white[0], "norm").pvalue > ALPHA
     assert np.all(np.abs(draws[:, 1]) <= np.pi)
-    assert Redraw().start(None, space, sequence(0, 0)) is None
-    assert Redraw(starts=False).start(prior, space, sequence(0, 0)) is prior
+    assert Redraw().start(None, space, (), sequence(0, 0)) is None
+    assert Redraw(starts=False).start(prior, space, (), sequence(0, 0)) is prior
+
+
+def test_what_the_truth_does_not_know_starts_where_it_is_said_to():
+    space = Space.of(x="m", azimuth_bias="rad", y="m")
+    prior = Gaussian(np.array([[10.0, 0.5, 3.0]]), np.array([[[4.0, 0.1, 1.0], [0.1, 1.0, 0.1], [1.0, 0.1, 2.0]]]))
+    truth = Trajectory("boat", PLANE, np.array([0.0]), np.zeros((1, 2)))
+    draws = np.array([Redraw().start(prior, space, (truth,), sequence(0, run)).mean[0] for run in range(400)])
+    assert np.all(draws[:, 1] == 0.5)
+    assert moments_match(draws[:, [0, 2]], np.array([10.0, 3.0]), np.array([[4.0, 1.0], [1.0, 2.0]]))
 
 
 # Studies.

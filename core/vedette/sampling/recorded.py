@@ -11,7 +11,7 @@ from attrs import evolve, frozen
 from vedette import fields
 from vedette.sampling.trajectories import psd_root
 from vedette.space import Mask, Space
-from vedette.types import Detections, Gaussian, LazyScans, Recording, Scan
+from vedette.types import Detections, Gaussian, LazyScans, Recording, Scan, Trajectory
 
 _RETURNS, _STARTS = 2, 3
 """Spawn keys of the draws; 0 and 1 are those of source and tracker."""
@@ -23,8 +23,9 @@ class Redraw:
     """Draws a run's own version of a recording: each return is left out with the probability `drop`, independently.
 
     A camera's frame is one return. With `starts`, tracks that are given before the first scan start from a draw of their
-    prior. The draws depend on the seed, the sensor's name and the place in the recording alone: whatever the tracker, it
-    meets the same returns.
+    prior, on the axes that the truth has: what it does not know, such as a bias of the sensor, starts where it is said to.
+    The draws depend on the seed, the sensor's name and the place in the recording alone: whatever the tracker, it meets the
+    same returns.
     """
 
     drop: float = fields.probability("probability with which a return is left out", default=0.1, below=1)
@@ -52,12 +53,16 @@ class Redraw:
                 left.append(evolve(scan, detections=_those(scan.detections, keep)))
         return left
 
-    def start(self, given: Gaussian | None, space: Space, seeds: np.random.SeedSequence) -> Gaussian | None:
-        """Return the given tracks (t, n) over `space`, each mean drawn from its prior."""
+    def start(
+        self, given: Gaussian | None, space: Space, truth: Sequence[Trajectory], seeds: np.random.SeedSequence
+    ) -> Gaussian | None:
+        """Return the given tracks (t, n) over `space`, each mean drawn from its prior; without a truth on all axes."""
         if given is None or not self.starts:
             return given
-        standard = _stream(seeds, _STARTS).standard_normal(given.mean.shape)
-        step = (psd_root(given.cov) @ standard[..., None])[..., 0]
+        known = [i for i, name in enumerate(space.names) if not truth or any(name in each.space for each in truth)]
+        step = np.zeros(given.mean.shape)
+        standard = _stream(seeds, _STARTS).standard_normal(given.mean.shape)[..., known]
+        step[..., known] = (psd_root(given.cov[..., known, :][..., known]) @ standard[..., None])[..., 0]
         return Gaussian(space.displace(given.mean, step), given.cov)
 
 
