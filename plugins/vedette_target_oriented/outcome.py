@@ -1,4 +1,4 @@
-"""What section 4.3 of the paper reports and what the study finds: tables, verdicts, data of the figures."""
+"""What section 4.3 of the paper reports and what the study finds: tables and data of the figures."""
 
 from __future__ import annotations
 
@@ -8,7 +8,20 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Mask, Scan
-from vedette.reproduction import Cell, Chart, Claim, Curve, Panel, Table, mean_cell, ratio_cell, rms_cell
+from vedette.reproduction import (
+    Cell,
+    Chart,
+    Claim,
+    Curve,
+    Panel,
+    Table,
+    comparison,
+    mean_cell,
+    over_runs,
+    ratio_cell,
+    rms_cell,
+    share_cell,
+)
 from vedette_target_oriented.configs import SCANS
 
 FIRST = 5
@@ -64,7 +77,7 @@ def tables(records: Mapping[str, Record]) -> tuple[Table, ...]:
     for name, record in records.items():
         kept, printed = ~record.failed, PUBLISHED.get(name, (None,) * 4)
         errors = [rms_cell(record.squares[kept][:, part], was) for part, was in zip(PHASES.values(), printed, strict=False)]
-        rows.append((name, (*errors, mean_cell(record.failed.astype(float), printed[3], scale=100))))
+        rows.append((name, (*errors, share_cell(record.failed, printed[3], scale=100))))
         ratios.append((name, tuple(against(records, name, "Singer", phase) for phase in PHASES)))
         parts = [PHASES["manoeuvres"], PHASES["straight"]]
         sizes.append(
@@ -96,71 +109,15 @@ def against(records: Mapping[str, Record], name: str, other: str, phase: str) ->
     return ratio_cell(records[name].squares[kept][:, part], records[other].squares[kept][:, part])
 
 
-def claims(records: Mapping[str, Record]) -> tuple[Claim, ...]:
-    """Return the verdicts on section 4.3."""
-    fails = {name: 100 * float(np.mean(record.failed)) for name, record in records.items()}
-    literal, certain = (against(records, name, "Singer", "manoeuvres") for name in ("TOM literal", "TOM certain"))
-    holds = (literal.measured or 1.0) <= 0.8
-    total, straight = (against(records, "TOM literal", "Singer", phase) for phase in ("total", "straight"))
-    turning = [against(records, name, "CAR", "manoeuvres") for name in ("TOM literal", "TOM")]
-    return (
-        Claim(
-            "In manoeuvres the target-oriented model's error is about 30 % below Singer's",
-            "reproduced" if holds else "not reproduced",
-            f"{_percent(literal)} as printed with the covariance kept, {_percent(certain)} with the side speed known, "
-            f"{_percent(against(records, 'TOM', 'Singer', 'manoeuvres'))} in the consistent form; part of it is a few "
-            "nearly lost runs of Singer's",
-        ),
-        Claim(
-            "It is better than known turn rates (CAR), by about 20 % in manoeuvres",
-            "not reproduced",
-            f"{_percent(turning[0])} as printed, {_percent(turning[1])} in the consistent form: any model that turns gains "
-            "this over Singer",
-        ),
-        Claim(
-            "Over the whole flight the error is 20 % below Singer's or more",
-            "reproduced" if (total.measured or 1.0) <= 0.8 else "not reproduced",
-            f"{_percent(total)}; the text swaps the two phases, see docs/papers.md",
-        ),
-        Claim(
-            "On straight legs the errors are about equal (1.5 % below Singer's)",
-            "remark",
-            f"{_percent(straight)}: which way depends on the chosen noise of the straight models",
-        ),
-        Claim(
-            "It loses the target less often than Singer",
-            "reproduced" if fails["TOM literal"] <= min(2.0, fails["Singer"]) else "not reproduced",
-            f"{fails['TOM literal']:.2g} % against {fails['Singer']:.2g} %, CAR {fails['CAR']:.2g} %, consistent "
-            f"{fails['TOM']:.2g} %",
-        ),
-        Claim(
-            "Fails are 11.4 % against 0.1 % (text), 3.3 % against 0.0 % (table)",
-            "remark",
-            "the two disagree, and P_D, gate and the rule for a fail are not given",
-        ),
-        Claim(
-            "RMS errors in metres (table 1)",
-            "remark",
-            "process noises, transition probabilities, clutter's extent and start are not given; ours are chosen",
-        ),
-    )
-
-
-def _percent(ratio: Cell) -> str:
-    """Format a ratio as a change in per cent, with its standard error."""
-    if ratio.measured is None:
-        return "unknown"
-    return f"{100 * (ratio.measured - 1):+.0f} % (+- {100 * (ratio.error or 0.0):.1f})"
-
-
-def charts(scene: Scene, records: Mapping[str, Record]) -> tuple[Chart, ...]:
-    """Return figure 5, the trajectory, and the mode probabilities."""
+def charts(scene: Scene, records: Mapping[str, Record], errors: Table, claims: tuple[Claim, ...]) -> tuple[Chart, ...]:
+    """Return table 1 with the published marks, figure 5, the trajectory, and the mode probabilities."""
     path = scene.truth[:, :2] / 1e3
     flight = [Curve("truth", path[:, 0], path[:, 1])]
     flight += [Curve(name, *_columns(records[name].path / 1e3), "dashed") for name in ("Singer", "TOM")]
-    errors = [
-        Curve(name, _TIMES, np.sqrt(np.mean(record.squares[_kept(record)], axis=0))) for name, record in records.items()
-    ]
+    against_time = []
+    for name, record in records.items():
+        root, doubt = over_runs(record.squares[_kept(record)])
+        against_time.append(Curve(name, _TIMES, root, doubt=doubt))
     modes = [
         Panel(
             name,
@@ -170,9 +127,19 @@ def charts(scene: Scene, records: Mapping[str, Record]) -> tuple[Chart, ...]:
         )
         for name, record in records.items()
     ]
+    table = (
+        comparison(errors, tuple(PHASES), "RMS position error [m]", title="Errors"),
+        comparison(errors, ("fails %",), "failed runs [%]", title="Fails"),
+    )
     return (
         Chart("trajectory", "The aircraft's flight", (Panel("One run", "x [km]", "y [km]", tuple(flight), equal=True),)),
-        Chart("errors", "RMS position error in clutter (figure 5)", (Panel("", "time [s]", "error [m]", tuple(errors)),)),
+        Chart("table", "Table 1, the paper's marks beside ours; bars: two standard errors", table, claims),
+        Chart(
+            "errors",
+            "RMS position error in clutter; bands: two standard errors (figure 5)",
+            (Panel("", "time [s]", "error [m]", tuple(against_time)),),
+            claims[:4],
+        ),
         Chart("modes", "Mode probabilities, mean over runs", tuple(modes)),
     )
 

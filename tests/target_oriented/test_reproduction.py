@@ -6,7 +6,7 @@ import pytest
 import vedette
 from support import paths
 from vedette_target_oriented.configs import FILTERS
-from vedette_target_oriented.outcome import PHASES, against, claims
+from vedette_target_oriented.outcome import PHASES, against
 from vedette_target_oriented.reproduction import TargetOrientedReproduction, draw, record
 
 EXAMPLES = paths.EXAMPLES / "target_oriented"
@@ -40,9 +40,6 @@ def test_against_known_turn_rates_it_is_a_tie(records):
     """Nothing near the 20 % that the paper's table would be: .97 +- .01 as printed, .96 consistent, against .88."""
     for name in ("TOM literal", "TOM"):
         assert against(records, name, "CAR", "manoeuvres").measured > 0.88
-    verdicts = {claim.text: claim.verdict for claim in claims(records)}
-    assert verdicts["It is better than known turn rates (CAR), by about 20 % in manoeuvres"] == "not reproduced"
-    assert verdicts["RMS errors in metres (table 1)"] == "remark"
 
 
 def test_fails_are_few(records):

@@ -152,8 +152,20 @@ def _draw_panel(axes: Axes, panel: Panel) -> None:
         )
     for i, curve in enumerate(panel.curves):
         _draw_curve(axes, curve, canvas.colour(i if curve.colour is None else curve.colour))
+    if panel.log:
+        _plain_numbers(axes)
     if any(curve.label for curve in panel.curves):
         axes.legend(frameon=False, fontsize=9, labelcolor=canvas.INK)
+
+
+def _plain_numbers(axes: Axes) -> None:
+    """Write the numbers of a logarithmic axis as 20 and not as a product of powers; between decades only if it is short."""
+    from matplotlib.ticker import FuncFormatter, NullFormatter
+
+    low, high = axes.get_ylim()
+    plain = FuncFormatter(lambda value, _: f"{value:g}")
+    axes.yaxis.set_major_formatter(plain)
+    axes.yaxis.set_minor_formatter(plain if high < 15 * low else NullFormatter())
 
 
 def _draw_curve(axes: Axes, curve: Curve, shade: str) -> None:
