@@ -66,7 +66,8 @@ def claims(found: Figures, runs: int) -> tuple[Claim, ...]:
             [
                 Condition(
                     "error over Singer's in manoeuvres", evolve(literal["manoeuvres"], published=0.65), least=0.6, most=0.8
-                )
+                ),
+                few,
             ],
             runs,
             "as printed, the covariance kept at the reset; "
