@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 PROBABILITY_DETECTION = 0.95
@@ -56,12 +57,31 @@ def _switching(stay: float) -> list[list[float]]:
     return [[stay, leave], [leave, stay]]
 
 
-TABLE_6 = {
-    "IMM-PDAF": imm_printed((0.316, 3.16e-3), (0.316, 3.16e-3), 0.8),
-    "CV-PDAF": cv_pdaf(0.316, 3.16e-3),
-    "CT-PDAF": ct_pdaf(0.316, 3.16e-3),
+_ACCEL, _TURN_ACCEL = 0.1 * math.sqrt(10), 1e-3 * math.sqrt(10)
+_PRINTED_CV: dict[str, Any] = {
+    "kind": "ekf",
+    "motion": {
+        "kind": "product",
+        "models": [
+            {"kind": "constant_velocity_piecewise", "sigma_accel": _ACCEL},
+            {"kind": "random_walk_piecewise", "axes": ["turn_rate"], "unit": "rad/s", "sigma": _TURN_ACCEL},
+        ],
+    },
 }
-"""The paper's Table 6 with its dimensions and its G corrected: Q = 10 G diag(.1^2, .1^2, 1e-6) G'."""
+_PRINTED_CT: dict[str, Any] = {
+    "kind": "ekf",
+    "motion": {"kind": "coordinated_turn_piecewise", "sigma_accel": _ACCEL, "sigma_turn_accel": _TURN_ACCEL},
+}
+
+TABLE_6: dict[str, dict[str, Any]] = {
+    "IMM-PDAF": {"kind": "imm", "transition": _switching(0.8), "modes": [_PRINTED_CV, _PRINTED_CT]},
+    "CV-PDAF": _PRINTED_CV,
+    "CT-PDAF": _PRINTED_CT,
+}
+"""The paper's Table 6 with its dimensions and its G corrected: Q = 10 G diag(.1^2, .1^2, 1e-6) G', held in each step.
+
+G = [T^2/2 0 0; 0 T^2/2 0; T 0 0; 0 T 0; 0 0 T], printed with T/2, in both models; the modes stay with .8 per scan.
+"""
 
 TUNED_BOATS = {
     "IMM-PDAF": imm_pdaf(0.05, (0.2, 1e-2), 0.95),

@@ -1,4 +1,4 @@
-"""What the study of the marine radar reports: its tables and its verdicts."""
+"""What the study of the marine radar reports: its tables and the data of its figures."""
 
 from __future__ import annotations
 
@@ -8,7 +8,20 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Mask
-from vedette.reproduction import Cell, Chart, Claim, Curve, Panel, Table, mean_cell, ratio_cell, rms_cell
+from vedette.reproduction import (
+    Cell,
+    Chart,
+    Claim,
+    Curve,
+    Panel,
+    Table,
+    comparison,
+    mean_cell,
+    over_runs,
+    ratio_cell,
+    rms_cell,
+    share_cell,
+)
 
 FILTERS = ("IMM-PDAF", "CV-PDAF", "CT-PDAF")
 
@@ -48,9 +61,9 @@ def error_table(title: str, parameters: str, found: Found, note: str) -> Table:
         if each != parameters:
             continue
         printed = PUBLISHED.get(target, (None,) * 3)
-        ais = [rms_cell(_kept(records[name], "ais"), value) for name, value in zip(FILTERS, printed, strict=True)]
-        centre = [rms_cell(_kept(records[name], "centre")) for name in FILTERS]
-        lost = [mean_cell(records[name].lost.astype(float)) for name in FILTERS]
+        ais = [rms_cell(kept(records[name], "ais"), value) for name, value in zip(FILTERS, printed, strict=True)]
+        centre = [rms_cell(kept(records[name], "centre")) for name in FILTERS]
+        lost = [share_cell(records[name].lost) for name in FILTERS]
         rows.append((target, (*ais, *centre, *lost)))
     columns = tuple(f"{name[:-5]} {what}" for what in ("AIS", "centre", "lost") for name in FILTERS)
     return Table(title, columns, tuple(rows), note)
@@ -75,20 +88,23 @@ def ratio_table(found: Found) -> Table:
     )
 
 
-def ratio(records: Mapping[str, Record], other: str, what: str) -> Cell:
-    """Return the RMSE of IMM-PDAF over another filter's, on the runs that both kept."""
-    kept = ~(records["IMM-PDAF"].lost | records[other].lost)
-    return ratio_cell(getattr(records["IMM-PDAF"], what)[kept], getattr(records[other], what)[kept])
+def ratio(
+    records: Mapping[str, Record], other: str, what: str, one: str = "IMM-PDAF", published: float | None = None
+) -> Cell:
+    """Return the RMSE of one filter over another's, on the runs that both kept."""
+    both = ~(records[one].lost | records[other].lost)
+    return ratio_cell(getattr(records[one], what)[both], getattr(records[other], what)[both], published)
 
 
-def _kept(record: Record, what: str) -> Array:
+def kept(record: Record, what: str) -> Array:
+    """Return the squares of the runs that were not lost."""
     values: Array = getattr(record, what)[~record.lost]
     return values
 
 
 def rms(record: Record, what: str) -> float:
     """Return the RMSE over the runs that were not lost; infinite if all were."""
-    values = _kept(record, what)
+    values = kept(record, what)
     return float(np.sqrt(np.mean(values))) if values.size else np.inf
 
 
@@ -104,59 +120,11 @@ def times_table(seconds: Mapping[str, tuple[float, float, float]]) -> Table:
     )  # fmt: skip
 
 
-def claims(found: Found, seeds: int) -> tuple[Claim, ...]:
-    """Return the verdicts."""
-    boats = {key: records for key, records in found.items() if key[0].startswith("MANV") and key[1] == "tuned"}
-    ships = {key: records for key, records in found.items() if key[0].startswith("DARC") and key[1] == "tuned"}
-    gains = [ratio(records, "CV-PDAF", "ais") for records in boats.values()]
-    worst = max(cell.measured or np.inf for cell in gains)
-    lost = sum(int(record.lost.sum()) for records in boats.values() for record in records.values())
-    largest = max(rms(records["IMM-PDAF"], "ais") for records in boats.values())
-    same = [ratio(records, "CV-PDAF", "ais").measured or np.inf for records in ships.values()]
-    order = [
-        (key[0], [rms(records[name], "ais") for name in FILTERS]) for key, records in found.items() if key[1] == "tuned"
-    ]
-    shown = "; ".join(f"{name}: " + ", ".join(_told(value, 2) for value in values) for name, values in order)
-    held = [name for name, values in order if values[0] < values[1] < values[2]]
-    known = [error for records in found.values() if np.isfinite(error := rms(records["IMM-PDAF"], "ais"))]
-    every = known or [np.inf]
-    return (
-        Claim(
-            "IMM-PDAF is more accurate than CV-PDAF where targets manoeuvre",
-            "reproduced" if worst <= 0.96 else "not reproduced",
-            f"against AIS {' and '.join(_told(cell.measured, 3) for cell in gains)} of the error of the CV-PDAF, whose "
-            f"process noise was the best of a grid on {seeds} other runs; {lost} runs lost, at most {_told(largest, 1)} m",
-        ),
-        Claim(
-            "IMM-PDAF is more accurate than CV-PDAF on the large ship (423 m against 525 m)",
-            "reproduced" if max(same) < 0.98 else "not reproduced",
-            f"against AIS the ratio is {_told(max(same), 3)}: what is seen there is the antenna, 65 m from the hull's "
-            "centre. It is the same for all filters",
-        ),
-        Claim(
-            "The order IMM, CV, CT from small to large errors, in all three targets",
-            "reproduced" if len(held) == len(order) else "not reproduced",
-            f"RMSE against AIS in m, IMM, CV, CT: {shown}. A CT-PDAF that estimates its turn rate follows turning boats at "
-            "least as well as the CV-PDAF",
-        ),
-        Claim(
-            "Errors of 98 to 121 m (MANV) and 423 to 530 m (DARC)",
-            "remark",
-            f"healthy tracks err by {_told(min(every), 1)} to {_told(max(every), 0)} m here. The data are not published; a "
-            "frame's number taken for its time (24 of 1,000 are lost) gives errors of the published size, alike for all "
-            "filters",
-        ),
-    )
-
-
-def _told(value: float | None, digits: int) -> str:
-    """Return a figure in words; one that does not exist, as all runs were lost, is unknown."""
-    return "unknown" if value is None or np.isinf(value) else f"{value:.{digits}f}"
-
-
-def charts(times: Mapping[str, Array], centres: Mapping[str, Array], found: Found) -> tuple[Chart, ...]:
-    """Return the paths, and errors over time."""
-    paths, errors, modes = [], [], []
+def charts(
+    times: Mapping[str, Array], centres: Mapping[str, Array], found: Found, errors: Table, claims: tuple[Claim, ...]
+) -> tuple[Chart, ...]:
+    """Return table 4 with the published marks, the paths, errors over time with bands, and mode probabilities."""
+    paths, against, modes = [], [], []
     for (target, parameters), records in found.items():
         if parameters != "tuned":
             continue
@@ -164,18 +132,20 @@ def charts(times: Mapping[str, Array], centres: Mapping[str, Array], found: Foun
         curves = [Curve("true centre", centre[:, 0], centre[:, 1])]
         curves.append(Curve("IMM-PDAF", records["IMM-PDAF"].path[:, 0], records["IMM-PDAF"].path[:, 1], "dashed"))
         paths.append(Panel(target, "east [m]", "north [m]", tuple(curves), equal=True))
-        error = tuple(Curve(name, times[target], _over_runs(records[name].ais)) for name in FILTERS)
-        errors.append(Panel(target, "time [s]", "RMS error against AIS [m]", error))
+        error = []
+        for name in FILTERS:
+            some = kept(records[name], "ais")
+            root, doubt = over_runs(some if len(some) else records[name].ais)
+            error.append(Curve(name, times[target], root, doubt=doubt))
+        against.append(Panel(target, "time [s]", "RMS error against AIS [m]", tuple(error)))
         mode = records["IMM-PDAF"].modes
         if mode is not None:
             modes.append(Panel(target, "time [s]", "probability", (Curve("coordinated turn", times[target], mode[:, 1]),)))
+    columns = [column for column in errors.columns if column.endswith("AIS")]
+    table = comparison(errors, columns, "RMS error [m]", title="Against AIS, each filter tuned", log=True)
     return (
-        Chart("trajectory", "The targets, and a track of each (figure 7 c, d)", tuple(paths)),
-        Chart("errors", "Errors against AIS (figure 7 a, b)", tuple(errors)),
+        Chart("trajectory", "The targets, and a track of each (figure 7 c, d)", tuple(paths), claims[4:5]),
+        Chart("table", "Table 4, the paper's marks beside ours; bars: two standard errors", (table,), claims[:6]),
+        Chart("errors", "Errors against AIS; bands: two standard errors (figure 7 a, b)", tuple(against), claims[:4]),
         Chart("modes", "Mode probability of IMM-PDAF, mean over runs", tuple(modes)),
     )
-
-
-def _over_runs(squares: Array) -> Array:
-    root: Array = np.sqrt(np.mean(squares, axis=0))
-    return root

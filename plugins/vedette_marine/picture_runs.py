@@ -9,10 +9,10 @@ from attrs import frozen
 
 from vedette import Progress, Reproduction
 from vedette.reproduction import Findings, Keep, afresh
-from vedette_marine import configs, outcome
+from vedette_marine import configs, outcome, verdicts
 from vedette_marine.outcome import FILTERS, Record
 from vedette_marine.points import Points, see
-from vedette_marine.reproduction import SCENES, SIGMA, TUNING_RUNS, record, tuned
+from vedette_marine.reproduction import SCENES, SIGMA, record, tuned
 
 DETECTORS = {"MANV-like": configs.BOATS_IN_PICTURES, "DARC-like": configs.SHIP_IN_PICTURES}
 
@@ -22,7 +22,7 @@ DETECTORS = {"MANV-like": configs.BOATS_IN_PICTURES, "DARC-like": configs.SHIP_I
 class MarinePicturesReproduction(Reproduction):
     """The study `marine` with returns that the picture chain finds in pictures of a simulated radar; a minute a run.
 
-    The CV-PDAF's process noise is chosen on drawn returns of other runs.
+    The process noises of CV-PDAF and CT-PDAF are chosen on drawn returns of other runs.
     """
 
     kind: ClassVar[str] = "marine_pictures"
@@ -35,8 +35,8 @@ class MarinePicturesReproduction(Reproduction):
         found: dict[tuple[str, str], dict[str, Record]] = {}
         times, centres = {}, {}
         for i, scene in enumerate(SCENES):
-            points = seen(scene, runs, seed, progress)
-            filters = tuned(scene, seed, i)
+            points = seen(scene, runs, seed, progress, keep)
+            filters = tuned(scene, seed, i, keep)
             for target, name in enumerate(points.names):
                 key = f"{scene} {name}"
                 found[key, "tuned"] = {each: record(scene, points, target, filters[each], SIGMA[scene]) for each in FILTERS}
@@ -46,12 +46,12 @@ class MarinePicturesReproduction(Reproduction):
             outcome.error_table("Table 4 from pictures, each filter tuned", "tuned", found, note),
             outcome.ratio_table(found),
         )
-        return Findings(
-            self.title, runs, seed, tables, outcome.claims(found, TUNING_RUNS), outcome.charts(times, centres, found)
-        )
+        claims = verdicts.claims(verdicts.figures(found, {}), runs)
+        charts = outcome.charts(times, centres, found, tables[0], claims)
+        return Findings(self.title, runs, seed, tables, claims, charts)
 
 
-def seen(scene: str, runs: int, seed: int, progress: Progress) -> Points:
+def seen(scene: str, runs: int, seed: int, progress: Progress, keep: Keep = afresh) -> Points:
     """Return what the chain finds in the scene's pictures; run i of 3 is also run i of 20."""
     rng = np.random.default_rng([seed, 2000 + list(SCENES).index(scene)])
-    return see(SCENES[scene](), DETECTORS[scene], runs, rng, progress, scene)
+    return see(SCENES[scene](), DETECTORS[scene], runs, rng, progress, scene, keep)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
 from attrs import evolve, frozen
 
 from vedette import Array, Detections, Gaussian, Mask, Progress, Scan, Space, load
-from vedette.reproduction import over_axes
+from vedette.reproduction import Keep, afresh, over_axes
 from vedette.tracking import preprocessed
 from vedette_marine import configs
 from vedette_marine.ais.reports import Reports
@@ -42,21 +43,60 @@ def draw(scene: dict[str, Any], runs: int, clutter_density: float, rng: np.rando
     return assembled(made.scene, drawn.times, drawn.ais, drawn.scans("radar"))
 
 
+@frozen(eq=False)
+class Returns:
+    """What a detector found in one run's s pictures: how many in each (s,), and z (n, 2), evidence (n,), noise (n, 2, 2)."""
+
+    counts: Array
+    z: Array
+    evidence: Array | None
+    noise: Array | None
+
+    def of_picture(self, k: int) -> Detections:
+        """Return those of the k-th picture."""
+        first = int(np.sum(self.counts[:k]))
+        part = slice(first, first + int(self.counts[k]))
+        rest = [None if each is None else each[part] for each in (self.evidence, self.noise)]
+        return Detections(self.z[part], np.ones(int(self.counts[k]), dtype=bool), *rest)
+
+
 def see(
-    scene: dict[str, Any], detector: dict[str, Any], runs: int, rng: np.random.Generator, progress: Progress, about: str
+    scene: dict[str, Any],
+    detector: dict[str, Any],
+    runs: int,
+    rng: np.random.Generator,
+    progress: Progress,
+    about: str,
+    keep: Keep = afresh,
 ) -> Points:
     """Return the same from pictures of a simulated radar, by the detector of a config; all runs lose the same frames."""
     made = source(scene | {"lost": 0})
     times = source(scene).times(int(rng.integers(2**63)))
     seeds = rng.integers(2**63, size=runs).tolist()
     experiment = load(_TRACKER | {"source": scene, "preprocessors": {"radar": detector}})
-    found: list[list[Detections]] = [[] for _ in times]
-    painters = [made.painter(seed) for seed in seeds]
-    for run, k in progress([(run, k) for run in range(runs) for k in range(len(times))], about):
-        (scan,) = preprocessed([painters[run].scan(float(times[k]), "screen")], experiment.preprocessors)
-        found[k].append(scan.detections)
-    scans = tuple(Scan(time, "radar", together(each)) for time, each in zip(times.tolist(), found, strict=True))
+
+    def look(run: int) -> Returns:
+        painter, found = made.painter(seeds[run]), []
+        for time in progress(times.tolist(), f"{about}, run {run + 1} of {runs}"):
+            (scan,) = preprocessed([painter.scan(time, "screen")], experiment.preprocessors)
+            found.append(scan.detections)
+        return gathered(found)
+
+    looked = [keep(f"{about}, pictures of run {run + 1}", Returns, partial(look, run)) for run in range(runs)]
+    scans = tuple(
+        Scan(time, "radar", together([each.of_picture(k) for each in looked])) for k, time in enumerate(times.tolist())
+    )
     return assembled(made, times, [made.ais(seed) for seed in seeds], scans)
+
+
+def gathered(found: Sequence[Detections]) -> Returns:
+    """Gather the returns of one run's pictures, all of them valid."""
+    rest = [
+        None if getattr(found[0], name) is None else np.concatenate([getattr(one, name) for one in found])
+        for name in ("evidence", "noise")
+    ]
+    counts = np.array([float(len(one.z)) for one in found])
+    return Returns(counts, np.concatenate([one.z for one in found]), *rest)
 
 
 _TRACKER = configs.tracker(configs.TABLE_6["CV-PDAF"], 10.0)

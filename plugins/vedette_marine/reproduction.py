@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from time import process_time
 from typing import Any, ClassVar, final
 
@@ -11,7 +12,7 @@ from attrs import frozen
 from vedette import Array, Mask, Progress, Reproduction, build
 from vedette.montecarlo import run_together
 from vedette.reproduction import Findings, Keep, afresh
-from vedette_marine import configs, outcome, scenes
+from vedette_marine import configs, outcome, scenes, verdicts
 from vedette_marine.outcome import FILTERS, Record
 from vedette_marine.points import Points, by_frame_number, draw, prior
 
@@ -20,6 +21,9 @@ CLUTTER = 1e-6
 
 GRID = (0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 1.4)
 """Values of the CV-PDAF's process noise in m/s^2 among which it is chosen."""
+
+TURN_GRID = ((0.05, 0.1, 0.2, 0.4, 0.8), (3e-3, 1e-2, 3e-2, 6e-2))
+"""The same for CT-PDAF: sigmas of its acceleration in m/s^2 and of its turn rate in rad/s^2."""
 
 TUNING_RUNS = 20
 
@@ -51,23 +55,25 @@ class MarineReproduction(Reproduction):
     full_runs: ClassVar[int] = 300
 
     def run(self, runs: int, seed: int, progress: Progress, keep: Keep = afresh) -> Findings:
-        """Run all filters on the same draws; the CV-PDAF's process noise is chosen on other draws."""
+        """Run all filters on the same draws; the process noises of CV-PDAF and CT-PDAF are chosen on other draws."""
         found: dict[tuple[str, str], dict[str, Record]] = {}
-        naive: dict[tuple[str, str], dict[str, Record]] = {}
+        numbered: dict[tuple[str, str], dict[str, Record]] = {}
         times, centres, seconds = {}, {}, {}
         for i, scene in enumerate(SCENES):
             points = draw(SCENES[scene](), runs, CLUTTER, np.random.default_rng([seed, i]))
-            sets = {"Table 6": (configs.TABLE_6, 10.0), "tuned": (tuned(scene, seed, i), SIGMA[scene])}
+            best = tuned(scene, seed, i, keep)
+            sets = {"Table 6": (configs.TABLE_6, 10.0), "tuned": (best, SIGMA[scene])}
             work = [(name, target, each) for name in sets for target in range(len(points.names)) for each in FILTERS]
             for name, target, each in progress(work, scene):
-                estimators, sigma = sets[name]
+                judge = partial(record, scene, points, target, sets[name][0][each], sets[name][1])
                 key = (f"{scene} {points.names[target]}", name)
-                found.setdefault(key, {})[each] = record(scene, points, target, estimators[each], sigma)
+                found.setdefault(key, {})[each] = keep(f"{key[0]}, {name}, {each}", Record, judge)
                 if name == "tuned":
-                    wrong = record(scene, by_frame_number(points), target, estimators[each], sigma, lost=np.inf)
-                    naive.setdefault((key[0], "by number"), {})[each] = wrong
+                    judge = partial(record, scene, by_frame_number(points), target, best[each], SIGMA[scene], lost=np.inf)
+                    by_number = keep(f"{key[0]}, by number, {each}", Record, judge)
+                    numbered.setdefault((key[0], "by number"), {})[each] = by_number
                 times[key[0]], centres[key[0]] = points.times, points.centres[target]
-            seconds[scene] = run_times(scene, points, sets["tuned"][0], SIGMA[scene])
+            seconds[scene] = run_times(scene, points, best, SIGMA[scene])
         notes = (
             "m; RMSE of the runs that were not lost, AIS: against interpolated reports, centre: against the hull's centre"
         )
@@ -76,31 +82,41 @@ class MarineReproduction(Reproduction):
             outcome.error_table("Table 4, each filter tuned", "tuned", found, notes),
             outcome.ratio_table(found),
             outcome.error_table(
-                "Table 4 with the frame's number taken for its time", "by number", naive, f"{notes}; each filter tuned"
+                "Table 4 with the frame's number taken for its time", "by number", numbered, f"{notes}; each filter tuned"
             ),
         )
-        return Findings(
-            self.title,
-            runs,
-            seed,
-            tables,
-            outcome.claims(found, TUNING_RUNS),
-            outcome.charts(times, centres, found),
-            (outcome.times_table(seconds),),
-        )
+        claims = verdicts.claims(verdicts.figures(found, numbered), runs)
+        charts = outcome.charts(times, centres, found, tables[1], claims)
+        return Findings(self.title, runs, seed, tables, claims, charts, (outcome.times_table(seconds),))
 
 
-def tuned(scene: str, seed: int, number: int) -> dict[str, Any]:
-    """Return the tuned filters; the CV-PDAF's process noise errs least against AIS in `TUNING_RUNS` runs of its own."""
+@frozen(eq=False)
+class Chosen:
+    """Process noises that err least: sigma of the CV-PDAF's acceleration, sigmas of the CT-PDAF's acceleration and rate."""
+
+    cv: Array
+    ct: Array
+
+
+def tuned(scene: str, seed: int, number: int, keep: Keep = afresh) -> dict[str, Any]:
+    """Return the tuned filters; those of one model err least against AIS in `TUNING_RUNS` runs of their own."""
+    best = keep(f"{scene}, tuning", Chosen, partial(chosen, scene, seed, number))
+    filters = {"CV-PDAF": configs.cv_pdaf(float(best.cv)), "CT-PDAF": configs.ct_pdaf(*best.ct.tolist())}
+    return TUNED[scene] | filters
+
+
+def chosen(scene: str, seed: int, number: int) -> Chosen:
+    """Search CV-PDAF's grid, and CT-PDAF's along one of its two axes after the other."""
     points = draw(SCENES[scene](), TUNING_RUNS, CLUTTER, np.random.default_rng([seed, 1000 + number]))
-    errors = []
-    for sigma in GRID:
-        records = [
-            record(scene, points, target, configs.cv_pdaf(sigma), SIGMA[scene]) for target in range(len(points.names))
-        ]
-        lost = sum(int(each.lost.sum()) for each in records)
-        errors.append((lost, sum(outcome.rms(each, "ais") ** 2 for each in records)))
-    return TUNED[scene] | {"CV-PDAF": configs.cv_pdaf(GRID[min(range(len(GRID)), key=errors.__getitem__)])}
+
+    def error(estimator: dict[str, Any]) -> tuple[int, float]:
+        records = [record(scene, points, target, estimator, SIGMA[scene]) for target in range(len(points.names))]
+        return sum(int(each.lost.sum()) for each in records), sum(outcome.rms(each, "ais") ** 2 for each in records)
+
+    cv = min(GRID, key=lambda sigma: error(configs.cv_pdaf(sigma)))
+    accel = min(TURN_GRID[0], key=lambda sigma: error(configs.ct_pdaf(sigma, TURN_GRID[1][1])))
+    rate = min(TURN_GRID[1], key=lambda sigma: error(configs.ct_pdaf(accel, sigma)))
+    return Chosen(np.array(cv), np.array([accel, rate]))
 
 
 def record(

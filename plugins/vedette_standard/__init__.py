@@ -36,12 +36,14 @@ from vedette_standard.motion.constant_velocity import ConstantVelocity
 from vedette_standard.motion.constant_velocity_piecewise import ConstantVelocityPiecewise
 from vedette_standard.motion.coordinated_turn import CoordinatedTurn
 from vedette_standard.motion.coordinated_turn_3d import CoordinatedTurn3d
+from vedette_standard.motion.coordinated_turn_piecewise import CoordinatedTurnPiecewise
 from vedette_standard.motion.curvilinear import Curvilinear
 from vedette_standard.motion.gauss_markov import GaussMarkov
 from vedette_standard.motion.known_turn import KnownTurn
 from vedette_standard.motion.ornstein_uhlenbeck import OrnsteinUhlenbeck
 from vedette_standard.motion.product import Product
 from vedette_standard.motion.random_walk import RandomWalk
+from vedette_standard.motion.random_walk_piecewise import RandomWalkPiecewise
 from vedette_standard.motion.singer import Singer
 from vedette_standard.motion.wiener_acceleration_piecewise import WienerAccelerationPiecewise
 from vedette_standard.preprocessors.debiased_conversion import DebiasedConversion
@@ -68,6 +70,7 @@ def vedette_components() -> Iterable[type[vedette.Component]]:
     return [
         *(ConstantVelocity, ConstantAcceleration, Singer, KnownTurn, CoordinatedTurn),
         *(ConstantVelocityPiecewise, ConstantAccelerationPiecewise, WienerAccelerationPiecewise),
+        *(CoordinatedTurnPiecewise, RandomWalkPiecewise),
         *(OrnsteinUhlenbeck, RandomWalk, GaussMarkov, CoordinatedTurn3d, Curvilinear, Product),
         *(CartesianPosition, RangeBearing, PolarPosition, PositionVelocity),
         *(BearingOnly, RangeOnly, RangeBearingRate, RangeBearingElevation, Biased, Partial),

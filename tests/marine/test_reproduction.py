@@ -27,7 +27,8 @@ def boats(pytestconfig):
     runs = 100 if pytestconfig.getoption("vedette_profile") == "nightly" else 20
     points = draw(scenes.manoeuvres(), runs, study.CLUTTER, np.random.default_rng([11, 0]))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(study, "GRID", (0.5, 0.7, 1.0))  # of the whole grid, what is near its best
+        patch.setattr(study, "GRID", (0.5, 0.7, 1.0))  # of the whole grids, what is near their best
+        patch.setattr(study, "TURN_GRID", ((0.2, 0.4), (1e-2, 3e-2)))
         filters = tuned("MANV-like", 11, 0)
     return {
         name: {each: record("MANV-like", points, target, filters[each], 6.0) for each in outcome.FILTERS}
@@ -68,7 +69,7 @@ def test_a_turn_rate_in_the_straight_mode_loses_boats():
 
 def test_the_large_ship_is_the_same_to_all_against_its_antenna():
     points = draw(scenes.large_ship(), 20, study.CLUTTER, np.random.default_rng([13, 0]))
-    filters = tuned("DARC-like", 13, 1)
+    filters = configs.TUNED_SHIP
     records = {each: record("DARC-like", points, 0, filters[each], 20.0) for each in outcome.FILTERS}
     assert outcome.ratio(records, "CV-PDAF", "ais").measured == pytest.approx(1.0, abs=0.02)
     assert 60 < outcome.rms(records["IMM-PDAF"], "ais") < 75  # the antenna stands 65 m aft
@@ -90,12 +91,13 @@ def test_the_study_says_all_and_its_seed_decides(monkeypatch):
     short = {name: lambda scene=scene: scene() | {"frames": 40, "lost": 2} for name, scene in study.SCENES.items()}
     monkeypatch.setattr(study, "SCENES", short)
     monkeypatch.setattr(study, "GRID", (0.3, 0.7))
+    monkeypatch.setattr(study, "TURN_GRID", ((0.2,), (1e-2, 2e-2)))
     monkeypatch.setattr(study, "TUNING_RUNS", 1)
     results = [MarineReproduction().run(2, seed, lambda items, about: items) for seed in (1, 1, 2)]
     assert results[0].tables == results[1].tables
     assert results[0].claims == results[1].claims
     assert results[0].tables != results[2].tables
-    assert len(results[0].claims) == 4
+    assert len(results[0].claims) == 8
     cell = results[0].tables[0].cell("DARC-like ship", "IMM AIS")
     assert cell.published == 422.94
     (times,) = results[0].machine

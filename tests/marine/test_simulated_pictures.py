@@ -98,10 +98,10 @@ def test_the_large_ship_is_tracked_from_simulated_pictures(pytestconfig, monkeyp
 def test_the_study_from_pictures_says_all_and_a_run_is_the_same_among_others(monkeypatch):
     scenes = short("MANV-like", 24) | short("DARC-like", 20)
     monkeypatch.setattr(picture_runs, "SCENES", scenes)
-    monkeypatch.setattr(picture_runs, "tuned", lambda scene, seed, number: study.TUNED[scene])
+    monkeypatch.setattr(picture_runs, "tuned", lambda scene, seed, number, keep: study.TUNED[scene])
     results = [picture_runs.MarinePicturesReproduction().run(runs, 3, quietly) for runs in (1, 2)]
     labels = {label for label, _ in results[0].tables[0].rows}
     assert labels == {"MANV-like boat 1", "MANV-like boat 2", "DARC-like ship"}
     alone, both = (result.charts[0].panels[0].curves[1] for result in results)
     np.testing.assert_array_equal(alone.x, both.x)  # the first run is the same however many follow
-    assert len(results[0].claims) == 4
+    assert len(results[0].claims) == 8

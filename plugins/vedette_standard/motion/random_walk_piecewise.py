@@ -1,0 +1,42 @@
+"""Axes that follow a random walk whose rate is held through each step."""
+
+from __future__ import annotations
+
+from typing import ClassVar, final
+
+import numpy as np
+from attrs import Factory, field, frozen
+
+from vedette import Array, MotionModel, Space, fields
+from vedette_standard.motion.drifting import UNITS, drifting
+
+
+@final
+@frozen
+class RandomWalkPiecewise(MotionModel):
+    """x' = x + w T, w ~ N(0, sigma^2) per axis: Q = sigma^2 T^2, as beside a piecewise-constant acceleration.
+
+    The rate is drawn at every step and held through it, so the meaning of `sigma` depends on the step length, and two steps
+    do not equal one: for scans at unequal intervals, use `random_walk`.
+    Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, section 6.3.
+    """
+
+    kind: ClassVar[str] = "random_walk_piecewise"
+    linear: ClassVar[bool] = True
+
+    sigma: float = fields.quantity("1", "standard deviation of the rate held in a step, in the axes' unit per s", at_least=0)
+    axes: tuple[str, ...] = fields.words("the axes that wander", default=("x", "y"))
+    unit: str = fields.choice("the axes' unit", UNITS, default="m")
+    state: Space = field(init=False, repr=False, eq=False, default=Factory(drifting, takes_self=True))
+
+    def move(self, x: Array, dt: float) -> Array:
+        """Return the state `dt` s later: (*b, n) -> (*b, n)."""
+        return x
+
+    def jacobian(self, x: Array, dt: float) -> Array:
+        """Return F (n, n)."""
+        return np.eye(len(self.state))
+
+    def noise(self, x: Array, dt: float) -> Array:
+        """Return Q (n, n)."""
+        return (self.sigma * dt) ** 2 * np.eye(len(self.state))
