@@ -89,13 +89,23 @@ def present_noise(R: Array, present: Mask) -> Array:
 
 
 def make_innovation(
-    sensor: Sensor, x: Array, p_gate: float, loglik: Array, distance: Array, log_volume: Array, detail: Any
+    sensor: Sensor,
+    x: Array,
+    p_gate: float,
+    loglik: Array,
+    distance: Array,
+    log_volume: Array,
+    detail: Any,
+    in_view: Mask | None = None,
 ) -> Innovation:
     """Return the innovation of tracks, with the detection probability at `x` (*b, t, n), the axes that the sensor observes.
 
     loglik (*b, t, k): log density of each detection; squared distance (*b, t, k); log_volume (*b, t, 1|k): log sqrt|S|.
+    `in_view` (*b, t): where the scan covers the track at all; elsewhere the detection probability is 0.
     """
     p_detect = np.asarray(sensor.detects(x))
+    if in_view is not None:
+        p_detect = np.where(in_view, p_detect, 0.0)
     columns = np.empty((*loglik.shape[:-1], 1 + loglik.shape[-1]))
     columns[..., 0] = kernels.safe_log(1.0 - p_detect * p_gate)
     columns[..., 1:] = loglik + kernels.safe_log(p_detect)[..., None]
