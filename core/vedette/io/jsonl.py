@@ -12,6 +12,7 @@ from attrs import frozen
 
 from vedette.errors import InputError, Problem
 from vedette.io.atomic import whole_file
+from vedette.io.frames import FrameFiles, read_frame
 from vedette.io.json_values import number, parse, short, vector
 from vedette.io.opening import lines, shown
 from vedette.io.reading import Sample, in_time_order, offer_sorting
@@ -21,7 +22,7 @@ from vedette.types import Detections, Pose, Recording, Rows, Scan, Trajectory
 FORMAT = "vedette"
 VERSION = 1
 HEADER_FIELDS = ("format", "version", "sensors", "truth", "notes")
-SCAN_FIELDS = ("time", "sensor", "z", "noise", "evidence", "pose")
+SCAN_FIELDS = ("time", "sensor", "z", "noise", "evidence", "pose", "frame")
 STATE_FIELDS = ("truth", "time", "state")
 POSE_FIELDS = ("position", "velocity", "heading")
 
@@ -38,13 +39,14 @@ class Header:
 def write_recording(path: Path, recording: Recording, sensors: Mapping[str, Space]) -> None:
     """Write a recording, whose scans are over the measurement spaces `sensors` by name; equal ones give equal bytes.
 
+    The frames of cameras are written beside it, unless they are read lazily from a file that holds them already.
     Floats are written so that they read back to the last bit. What was refused is not written. ValueError, and no file,
     for numbers that are not finite, batches of runs, true objects of one name, sensors that are not in `sensors`.
     """
-    head = recording_head(recording, sensors)
+    head, frames = recording_head(recording, sensors), FrameFiles.of(path, recording)
     with whole_file(path) as file:
         file.writelines(head)
-        file.writelines(scan_line(scan, sensors) for scan in recording.scans)
+        file.writelines(scan_line(scan, sensors, frames) for scan in recording.scans)
 
 
 def recording_head(recording: Recording, sensors: Mapping[str, Space]) -> Iterator[str]:
@@ -65,9 +67,12 @@ def recording_head(recording: Recording, sensors: Mapping[str, Space]) -> Iterat
             yield line({"truth": true.name, "time": time, "state": state})
 
 
-def scan_line(scan: Scan, sensors: Mapping[str, Space]) -> str:
-    """Return the line of one scan."""
-    return line(_scan_fields(scan, sensors))
+def scan_line(scan: Scan, sensors: Mapping[str, Space], frames: FrameFiles | None = None) -> str:
+    """Return the line of one scan; its frame, if it has one, goes to `frames`."""
+    found = _scan_fields(scan, sensors)
+    if scan.frame is not None and frames is not None:
+        found["frame"] = frames.keep(scan.frame)
+    return line(found)
 
 
 def read_recording(path: Path, *, sort: bool = False) -> tuple[Recording, dict[str, Space]]:
@@ -96,7 +101,7 @@ def read_recording(path: Path, *, sort: bool = False) -> tuple[Recording, dict[s
                 name, time, state = _state(entry, header.truth)
                 states[name].append(Sample(place, time, state))
             else:
-                scan, problems = _scan(entry, header.sensors)
+                scan, problems = _scan(entry, header.sensors, path.parent)
                 refused += [Problem(place, text, int(scan is None and i == 0)) for i, text in enumerate(problems)]
                 if scan is not None:
                     scans[scan.sensor].append(Sample(place, scan.time, (i, scan)))
@@ -188,7 +193,7 @@ def _state(given: Mapping[str, Any], truth: Mapping[str, Space]) -> tuple[str, f
     return name, number(given.get("time"), "time"), vector(given.get("state"), "state", len(truth[name]))
 
 
-def _scan(given: Any, sensors: Mapping[str, Space]) -> tuple[Scan | None, list[str]]:
+def _scan(given: Any, sensors: Mapping[str, Space], folder: Path) -> tuple[Scan | None, list[str]]:
     """Return a scan without its bad returns, and what is wrong with them; None if no return is good, as it was not empty."""
     if not isinstance(given, dict):
         raise ValueError(f"must be an object, got {short(given)}")
@@ -198,6 +203,7 @@ def _scan(given: Any, sensors: Mapping[str, Space]) -> tuple[Scan | None, list[s
         raise ValueError(f"sensor must be one of the header's, {', '.join(map(repr, sensors))}, got {short(name)}")
     m = len(sensors[name])
     time, pose = number(given.get("time"), "time"), _pose(given.get("pose"))
+    frame = read_frame(given["frame"], folder) if "frame" in given else None
     columns = {part: given[part] for part in ("z", "noise", "evidence") if part in given}
     k = len(columns["z"]) if isinstance(columns.get("z"), list) else -1
     for part, values in {"z": None, **columns}.items():
@@ -220,7 +226,7 @@ def _scan(given: Any, sensors: Mapping[str, Space]) -> tuple[Scan | None, list[s
         np.array([evidence for _, _, evidence in good]) if "evidence" in columns else None,
         np.array([noise for _, noise, _ in good]).reshape(-1, m, m) if "noise" in columns else None,
     )
-    return Scan(time, name, detections, pose), problems
+    return Scan(time, name, detections, pose, frame), problems
 
 
 def _matrix(value: Any, what: str, m: int) -> list[list[float]]:

@@ -13,6 +13,7 @@ from attrs import frozen
 from vedette.config import to_config
 from vedette.experiment import Experiment, Result
 from vedette.io.atomic import whole_file
+from vedette.io.frames import FrameFiles
 from vedette.io.jsonl import recording_head, scan_line
 from vedette.io.tracks import csv_head, csv_rows, jsonl_head, jsonl_rows
 from vedette.metrics import Score
@@ -82,6 +83,7 @@ def stream(experiment: Experiment, folder: Path, *, strict: bool = False, progre
     tracker, seen, interrupted = experiment.tracker, _Innovations(experiment), False
     spaces = {name: sensor.measurement for name, sensor in tracker.sensors.items()}
     history, waiting = History(tracker), 0
+    frames = FrameFiles.of(folder / "recording.jsonl", steps.recording)
     modes = tracker.estimator.mode_prob(steps.state.belief)
     with ExitStack() as stack:
         table, lines, recording = (
@@ -101,7 +103,7 @@ def stream(experiment: Experiment, folder: Path, *, strict: bool = False, progre
 
         try:
             for scan, state in steps:
-                recording.write(scan_line(scan, spaces))
+                recording.write(scan_line(scan, spaces, frames))
                 seen.add(scan, state)
                 history.add(state)
                 waiting += 1 + len(state.ids)
