@@ -10,7 +10,7 @@
 #include <optional>
 
 #include "arguments.hpp"
-#include "ranking.hpp"
+#include "joint.hpp"
 
 namespace vedette {
 
@@ -460,6 +460,39 @@ inline PyObject* k_best(Call& call, Args args) {
     }
     return pack(columns, costs);
 }
+
+// Arguments: scores (*b, t, 1+k), and how many tracks or returns may be open at once. The tracks (*b, t) of clusters that need
+// more, and before them, unless they alone are asked for, the weights.
+inline PyObject* joint(Call& call, Args args, bool weigh) {
+    PyArrayObject* given = call.as_doubles(args[0], 0);
+    const Py_ssize_t most = PyNumber_AsSsize_t(args[1], PyExc_OverflowError);
+    if (!call.ok || PyErr_Occurred() || most > kMostOpen) return nullptr;
+    const int dims = PyArray_NDIM(given);
+    if (dims < 2 || dims > kMostDims || !PyArray_IS_C_CONTIGUOUS(given)) return nullptr;
+    npy_intp* shape = PyArray_DIMS(given);
+    const npy_intp t = shape[dims - 2], columns = shape[dims - 1], size = PyArray_SIZE(given);
+    if (columns < 1 || size > INT_MAX) return nullptr;
+    PyObject *weights = weigh ? new_array(dims, shape) : nullptr, *wide = PyArray_SimpleNew(dims - 1, shape, NPY_BOOL);
+    if (wide == nullptr || (weigh && weights == nullptr)) return Py_XDECREF(weights), Py_XDECREF(wide), nullptr;
+    const auto* scores = static_cast<const double*>(PyArray_DATA(given));
+    auto* to = weigh ? static_cast<double*>(PyArray_DATA(reinterpret_cast<PyArrayObject*>(weights))) : nullptr;
+    auto* flags = static_cast<bool*>(PyArray_DATA(reinterpret_cast<PyArrayObject*>(wide)));
+    bool enough = true;
+    Py_BEGIN_ALLOW_THREADS;
+    try {
+        Joint one(static_cast<int>(t), static_cast<int>(columns - 1), static_cast<int>(most));
+        for (npy_intp done = 0; done < size; done += t * columns, scores += t * columns, flags += t)
+            one.run(scores, weigh ? to + done : nullptr, flags);
+    } catch (const std::bad_alloc&) {
+        enough = false;
+    }
+    Py_END_ALLOW_THREADS;
+    if (!enough) return Py_XDECREF(weights), Py_DECREF(wide), PyErr_NoMemory();
+    return weigh ? pack(weights, wide) : wide;
+}
+
+inline PyObject* joint_weights(Call& call, Args args) { return joint(call, args, true); }
+inline PyObject* wide_clusters(Call& call, Args args) { return joint(call, args, false); }
 
 }  // namespace entries
 }  // namespace vedette

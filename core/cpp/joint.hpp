@@ -1,123 +1,374 @@
-// Joint associations of many hypotheses: for each, the best ways for its leaves to share out a scan's returns.
+// Marginals of all joint associations, summed exactly. In each cluster one side, tracks or returns, is gone through row by row; what
+// counts of those before is which of the other side's columns, of those that later rows can still take, they took. So the sums are
+// over the sets of open columns, 2^open at most, and the order of rows keeps few open.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <limits>
+#include <vector>
 
-#include "entries.hpp"
+#include "ranking.hpp"
 
-namespace vedette::entries {
+namespace vedette {
 
-constexpr double kFarthest = 3000.0;  // as `FARTHEST` of the reference
+constexpr int kMostOpen = 16;          // columns open at once
+constexpr double kMostSets = 1 << 22;  // sets of open columns, over all rows of a cluster
 
-// What a hypothesis' tracks take, one row an association, and their scores.
-struct Joint {
-    std::vector<npy_int64> origin, choice;
-    std::vector<double> total;
+// One side of a cluster as rows, each with its columns; an edge is the number of a pair of track and return.
+struct Side {
+    std::vector<int> starts, columns, edges, degrees, order;
+    int rows = 0;
+
+    void build(int count, int others, const std::vector<int>& row, const std::vector<int>& column) {
+        rows = count;
+        starts.assign(count + 1, 0), degrees.assign(others, 0), columns.resize(row.size()), edges.resize(row.size());
+        for (int r : row) ++starts[r + 1];
+        for (int r = 0; r < count; ++r) starts[r + 1] += starts[r];
+        std::vector<int>& next = order;
+        next.assign(starts.begin(), starts.end() - 1);
+        for (int e = 0; e < static_cast<int>(row.size()); ++e) {
+            const int at = next[row[e]]++;
+            columns[at] = column[e], edges[at] = e;
+            ++degrees[column[e]];
+        }
+    }
+
+    // Orders the rows so that few columns are open at once: next is always the one after which fewest are, then the one during
+    // which fewest are, then the first. Returns the sum over rows of 2^open, or infinity if more than `most` would be open.
+    double plan(int most) {
+        std::vector<int> left(degrees);
+        std::vector<char> done(rows, 0);
+        int open = 0;
+        double states = 0.0;
+        order.clear();
+        for (int step = 0; step < rows; ++step) {
+            int best = -1, least = std::numeric_limits<int>::max(), lowest = least;
+            for (int r = 0; r < rows; ++r) {
+                if (done[r]) continue;
+                int opened = 0, closed = 0;
+                for (int i = starts[r]; i < starts[r + 1]; ++i) {
+                    opened += left[columns[i]] == degrees[columns[i]];
+                    closed += left[columns[i]] == 1;
+                }
+                const int during = open + opened, after = during - closed;
+                if (during <= most && (after < least || (after == least && during < lowest)))
+                    best = r, least = after, lowest = during;
+            }
+            if (best < 0) return std::numeric_limits<double>::infinity();
+            done[best] = 1, open = least;
+            order.push_back(best);
+            for (int i = starts[best]; i < starts[best + 1]; ++i) --left[columns[i]];
+            states += std::ldexp(1.0, lowest);
+        }
+        return states <= kMostSets ? states : std::numeric_limits<double>::infinity();
+    }
 };
 
-// Finds the best associations of each row of `leaves` (h, t) by `scores` (l, 1+k); false if memory does not suffice.
-inline bool associate(const double* scores, npy_intp columns, const std::vector<double>& missed, const std::vector<char>& contested,
-                      const npy_int64* leaves, npy_intp h, npy_intp t, const npy_int64* wanted, Joint& joint) try {
-    constexpr double kNone = std::numeric_limits<double>::infinity();
-    const npy_intp k = columns - 1;
-    std::vector<double> cost;
-    std::vector<npy_intp> open;
-    for (npy_intp row = 0; row < h; ++row, leaves += t) {
-        double rest = 0.0;
-        open.clear();
-        for (npy_intp i = 0; i < t; ++i) {
-            if (leaves[i] < 0) continue;
-            if (contested[leaves[i]])
-                open.push_back(i);
-            else
-                rest += missed[leaves[i]];
-        }
-        const auto n = static_cast<npy_intp>(open.size()), width = k + n;
-        cost.assign(static_cast<std::size_t>(n * width), kNone);
-        for (npy_intp i = 0; i < n; ++i) {
-            const npy_int64 leaf = leaves[open[i]];
-            for (npy_intp j = 0; j < k; ++j) cost[i * width + j] = -scores[leaf * columns + 1 + j];
-            cost[i * width + k + i] = -missed[leaf];
-        }
-        Ranking ranking(cost.data(), static_cast<int>(n), static_cast<int>(width));
-        ranking.find(wanted[row]);
-        for (const auto& [sum, node] : ranking.found) {
-            joint.origin.push_back(row);
-            joint.total.push_back(rest - sum);
-            const auto at = joint.choice.size();
-            joint.choice.resize(at + static_cast<std::size_t>(t), 0);
-            for (npy_intp i = 0; i < n; ++i) {
-                const int column = ranking.columns(node)[i];
-                joint.choice[at + static_cast<std::size_t>(open[i])] = column < k ? column + 1 : 0;
-            }
-        }
-    }
-    return true;
-} catch (const std::bad_alloc&) {
-    return false;
-}
-
-// Whole numbers of so many axes, in rows; null if they are not.
-class Integers {
+// Sums over all matchings of rows with columns: each row takes one column with the edge's weight, or none with weight `free_row`;
+// a column that no row takes has the weight `free_column`. Gives for each row and column the probability to stay free, and for
+// each edge that it is taken.
+class Sums {
   public:
-    Integers(PyObject* given, int dims) {
-        if (PyArray_CheckExact(given) && PyArray_TYPE(reinterpret_cast<PyArrayObject*>(given)) == NPY_INT64)
-            array_ = reinterpret_cast<PyArrayObject*>(PyArray_FROM_OTF(given, NPY_INT64, NPY_ARRAY_CARRAY_RO));
-        if (array_ != nullptr && PyArray_NDIM(array_) != dims) Py_CLEAR(array_);
-    }
-    ~Integers() { Py_XDECREF(array_); }
-    Integers(const Integers&) = delete;
+    std::vector<double> rows, columns, edges;
 
-    bool good() const { return array_ != nullptr; }
-    npy_intp size(int axis) const { return PyArray_DIM(array_, axis); }
-    const npy_int64* data() const { return static_cast<const npy_int64*>(PyArray_DATA(array_)); }
+    void run(const Side& side, const std::vector<double>& free_row, const std::vector<double>& free_column,
+             const std::vector<double>& weight, double sets) {
+        before_.reserve(static_cast<std::size_t>(3.0 * sets) + 1);
+        const int count = static_cast<int>(side.degrees.size());
+        rows.assign(side.rows, 0.0), columns.assign(count, 0.0), edges.assign(weight.size(), 0.0);
+        stages_.clear(), places_.clear(), place_.assign(count, -1), left_ = side.degrees;
+        before_.assign(1, 1.0);
+        std::ptrdiff_t at = 0;
+        for (int row : side.order) {
+            at = take(side, row, free_row[row], weight, at);
+            for (int i = side.starts[row]; i < side.starts[row + 1]; ++i)
+                if (--left_[side.columns[i]] == 0) at = close(side.columns[i], free_column[side.columns[i]], at);
+        }
+        const double total = before_[at];
+        after_.assign(1, 1.0 / total);
+        for (auto stage = stages_.rbegin(); stage != stages_.rend(); ++stage) {
+            if (stage->row < 0)
+                open_again(*stage, free_column[stage->column]);
+            else
+                give_back(*stage, side, free_row[stage->row], weight);
+        }
+    }
 
   private:
-    PyArrayObject* array_ = nullptr;
+    // A row that takes one of the open columns, `opened` of them new, or (row < 0) the end of the column in one place.
+    struct Stage {
+        int row, column, place, open, opened;
+        std::ptrdiff_t at;  // where the sums before it are
+        std::size_t taken;  // where the places of the row's columns are
+    };
+
+    std::vector<Stage> stages_;
+    std::vector<int> places_, place_, left_, taken_;
+    std::vector<double> before_, after_, next_;  // sums by sets of open columns: before each stage; from the last one backward
+
+    std::ptrdiff_t take(const Side& side, int row, double free, const std::vector<double>& weight, std::ptrdiff_t at) {
+        const int open = static_cast<int>(places_.size());
+        Stage stage{row, -1, -1, open, 0, at, taken_.size()};
+        for (int i = side.starts[row]; i < side.starts[row + 1]; ++i) {
+            int& place = place_[side.columns[i]];
+            if (place < 0) place = static_cast<int>(places_.size()), places_.push_back(side.columns[i]), ++stage.opened;
+            taken_.push_back(place);
+        }
+        const std::ptrdiff_t size = std::ptrdiff_t{1} << open, to = static_cast<std::ptrdiff_t>(before_.size());
+        before_.resize(before_.size() + (size << stage.opened), 0.0);
+        const double* from = before_.data() + at;
+        double* sums = before_.data() + to;
+        for (std::ptrdiff_t s = 0; s < size; ++s) sums[s] = free * from[s];
+        for (int i = side.starts[row]; i < side.starts[row + 1]; ++i) {
+            const double w = weight[side.edges[i]];
+            const std::ptrdiff_t bit = std::ptrdiff_t{1} << taken_[stage.taken + i - side.starts[row]];
+            if (bit >= size) {
+                for (std::ptrdiff_t s = 0; s < size; ++s) sums[bit + s] = w * from[s];
+            } else {
+                for (std::ptrdiff_t base = 0; base < size; base += 2 * bit)
+                    for (std::ptrdiff_t s = base; s < base + bit; ++s) sums[s + bit] += w * from[s];
+            }
+        }
+        stages_.push_back(stage);
+        return to;
+    }
+
+    std::ptrdiff_t close(int column, double free, std::ptrdiff_t at) {
+        const int open = static_cast<int>(places_.size()), place = place_[column];
+        stages_.push_back({-1, column, place, open, 0, at, 0});
+        places_.erase(places_.begin() + place);
+        for (int p = place; p < open - 1; ++p) place_[places_[p]] = p;
+        const std::ptrdiff_t size = std::ptrdiff_t{1} << open, bit = std::ptrdiff_t{1} << place;
+        const std::ptrdiff_t to = static_cast<std::ptrdiff_t>(before_.size());
+        before_.resize(before_.size() + size / 2);
+        const double* from = before_.data() + at;
+        double* sums = before_.data() + to;
+        for (std::ptrdiff_t base = 0; base < size; base += 2 * bit, sums += bit)
+            for (std::ptrdiff_t s = 0; s < bit; ++s) sums[s] = free * from[base + s] + from[base + bit + s];
+        return to;
+    }
+
+    void open_again(const Stage& stage, double free) {
+        const std::ptrdiff_t size = std::ptrdiff_t{1} << stage.open, bit = std::ptrdiff_t{1} << stage.place;
+        next_.resize(size);
+        const double *from = before_.data() + stage.at, *after = after_.data();
+        double sum = 0.0;
+        for (std::ptrdiff_t base = 0; base < size; base += 2 * bit, after += bit)
+            for (std::ptrdiff_t s = 0; s < bit; ++s) {
+                sum += from[base + s] * after[s];
+                next_[base + s] = free * after[s];
+                next_[base + bit + s] = after[s];
+            }
+        columns[stage.column] = free * sum;
+        after_.swap(next_);
+    }
+
+    void give_back(const Stage& stage, const Side& side, double free, const std::vector<double>& weight) {
+        const std::ptrdiff_t size = std::ptrdiff_t{1} << stage.open;
+        const double *from = before_.data() + stage.at, *after = after_.data();
+        next_.resize(size);
+        rows[stage.row] = free * dot(from, after, size);
+        for (std::ptrdiff_t s = 0; s < size; ++s) next_[s] = free * after[s];
+        for (int i = side.starts[stage.row]; i < side.starts[stage.row + 1]; ++i) {
+            const double w = weight[side.edges[i]];
+            const std::ptrdiff_t bit = std::ptrdiff_t{1} << taken_[stage.taken + i - side.starts[stage.row]];
+            double sum = 0.0;
+            if (bit >= size) {
+                sum = dot(from, after + bit, size);
+                for (std::ptrdiff_t s = 0; s < size; ++s) next_[s] += w * after[bit + s];
+            } else {
+                for (std::ptrdiff_t base = 0; base < size; base += 2 * bit) {
+                    sum += dot(from + base, after + base + bit, bit);
+                    for (std::ptrdiff_t s = base; s < base + bit; ++s) next_[s] += w * after[s + bit];
+                }
+            }
+            edges[side.edges[i]] = w * sum;
+        }
+        after_.swap(next_);
+    }
+
+    // Four sums side by side, as each addition waits for the one before.
+    static double dot(const double* a, const double* b, std::ptrdiff_t size) {
+        double sums[4] = {};
+        std::ptrdiff_t s = 0;
+        for (; s + 4 <= size; s += 4)
+            for (int lane = 0; lane < 4; ++lane) sums[lane] += a[s + lane] * b[s + lane];
+        for (; s < size; ++s) sums[0] += a[s] * b[s];
+        return (sums[0] + sums[1]) + (sums[2] + sums[3]);
+    }
 };
 
-template <class Number>
-PyObject* copied(const std::vector<Number>& numbers, int type, int dims, npy_intp* shape) {
-    PyObject* array = PyArray_SimpleNew(dims, shape, type);
-    if (array != nullptr && !numbers.empty())
-        std::memcpy(PyArray_DATA(reinterpret_cast<PyArrayObject*>(array)), numbers.data(), numbers.size() * sizeof(Number));
-    return array;
-}
+// The association weights of one scan.
+class Joint {
+  public:
+    Joint(int tracks, int returns, int most)
+        : t_(tracks), k_(returns), most_(most), users_(returns), one_user_(returns), group_(tracks), stay_(tracks) {}
 
-// Arguments: scores (l, 1+k), leaves (h, t) and wanted (h,).
-inline PyObject* best_joint(Call& call, Args args) {
-    PyArrayObject* scores = call.as_doubles(args[0], 2);
-    const Integers leaves(args[1], 2), wanted(args[2], 1);
-    if (!call.ok || !leaves.good() || !wanted.good() || PyArray_NDIM(scores) != 2 || PyArray_DIM(scores, 1) < 1 ||
-        wanted.size(0) != leaves.size(0))
-        return nullptr;
-    const npy_intp l = PyArray_DIM(scores, 0), columns = PyArray_DIM(scores, 1), h = leaves.size(0), t = leaves.size(1);
-    const auto* number = static_cast<const double*>(PyArray_DATA(scores));
-    const npy_int64 *leaf = leaves.data(), *most = wanted.data();
-    for (npy_intp i = 0; i < h * t; ++i)
-        if (leaf[i] < -1 || leaf[i] >= l) return nullptr;
-    std::vector<double> missed(static_cast<std::size_t>(l));
-    std::vector<char> contested(static_cast<std::size_t>(l));
-    for (npy_intp i = 0; i < l; ++i) {
-        const double* row = number + i * columns;
-        double largest = row[0];
-        for (npy_intp j = 1; j < columns; ++j) {
-            if (!(row[j] < std::numeric_limits<double>::infinity())) return nullptr;
-            if (row[j] > -std::numeric_limits<double>::infinity()) contested[i] = 1;
-            largest = row[j] > largest ? row[j] : largest;
+    // Scores (t, 1+k); weights (t, 1+k), or none if only the tracks of clusters that are too wide are asked for; wide (t).
+    // A track of such a cluster gets the weights that it would have alone.
+    void run(const double* scores, double* weights, bool* wide) {
+        std::fill_n(wide, t_, false);
+        link(scores);
+        if (weights != nullptr)
+            for (int i = 0; i < t_; ++i) alone(scores + row(i), weights + row(i));
+        // Clusters: tracks of a group, in the order of their first ones.
+        for (int first = 0; first < t_; ++first) {
+            if (root(first) != first || next_[first] < 0) continue;
+            tracks_.clear();
+            for (int i = first; i >= 0; i = next_[i]) tracks_.push_back(i);
+            sum(scores, weights, wide);
         }
-        missed[i] = columns > 1 && row[0] < largest - kFarthest ? largest - kFarthest : row[0];
-        if (contested[i] && !(std::fabs(missed[i]) < std::numeric_limits<double>::infinity())) return nullptr;
     }
-    Joint joint;
-    bool enough;
-    Py_BEGIN_ALLOW_THREADS;
-    enough = associate(number, columns, missed, contested, leaf, h, t, most, joint);
-    Py_END_ALLOW_THREADS;
-    if (!enough) return PyErr_NoMemory();
-    npy_intp shape[2] = {static_cast<npy_intp>(joint.total.size()), t};
-    return pack(copied(joint.origin, NPY_INT64, 1, shape), copied(joint.choice, NPY_INT64, 2, shape),
-                copied(joint.total, NPY_DOUBLE, 1, shape));
-}
 
-}  // namespace vedette::entries
+  private:
+    static constexpr double kLeastNormal = std::numeric_limits<double>::min();
+    static constexpr double kLeastMiss = -3000.0;  // a miss is that likely at least, beside the best, in case nothing else is left
+    static constexpr double kSafe = 500.0;         // in a sum whose largest term is above exp(-kSafe) nothing that counts is lost
+
+    int t_, k_, most_;
+    std::vector<int> users_, one_user_, group_, next_, last_;
+    std::vector<int> tracks_, track_, return_, number_;
+    std::vector<double> stay_, gain_, weight_, free_track_, free_return_, cost_;
+    Side by_track_, by_return_;
+    Sums sums_;
+
+    std::ptrdiff_t row(int i) const { return static_cast<std::ptrdiff_t>(i) * (1 + k_); }
+
+    int root(int i) {
+        while (group_[i] != i) i = group_[i] = group_[group_[i]];
+        return i;
+    }
+
+    // Groups tracks that share returns, directly or through others; the smallest number stands for each. Who shares one with
+    // nobody has no next.
+    void link(const double* scores) {
+        std::fill(users_.begin(), users_.end(), 0);
+        for (int i = 0; i < t_; ++i) group_[i] = i;
+        for (int i = 0; i < t_; ++i)
+            for (int j = 0; j < k_; ++j) {
+                if (!(scores[row(i) + 1 + j] > -std::numeric_limits<double>::infinity())) continue;
+                if (users_[j]++ == 0) {
+                    one_user_[j] = i;
+                    continue;
+                }
+                const int a = root(i), b = root(one_user_[j]);
+                group_[std::max(a, b)] = std::min(a, b);
+            }
+        next_.assign(t_, -1), last_.assign(t_, -1);
+        for (int i = 0; i < t_; ++i) {
+            const int first = root(i);
+            if (last_[first] >= 0) next_[last_[first]] = i;
+            last_[first] = i;
+        }
+    }
+
+    static double least_miss(const double* scores, int k) {
+        const double best = *std::max_element(scores, scores + 1 + k);
+        return std::max(scores[0], best + kLeastMiss);
+    }
+
+    void alone(const double* scores, double* weights) const {
+        const double miss = least_miss(scores, k_), best = std::max(miss, *std::max_element(scores, scores + 1 + k_));
+        double total = weights[0] = std::exp(miss - best);
+        for (int j = 1; j <= k_; ++j)
+            total += weights[j] = scores[j] > -std::numeric_limits<double>::infinity() ? std::exp(scores[j] - best) : 0.0;
+        for (int j = 0; j <= k_; ++j) weights[j] = weights[j] / total < kLeastNormal ? 0.0 : weights[j] / total;
+    }
+
+    void sum(const double* scores, double* weights, bool* wide) {
+        const int t = static_cast<int>(tracks_.size());
+        track_.clear(), return_.clear(), number_.assign(k_, -1);
+        for (int a = 0; a < t; ++a)
+            for (int j = 0; j < k_; ++j) {
+                if (users_[j] < 2 || !(scores[row(tracks_[a]) + 1 + j] > -std::numeric_limits<double>::infinity())) continue;
+                track_.push_back(a), return_.push_back(j);
+                number_[j] = 0;
+            }
+        int shared = 0;
+        for (int& number : number_)
+            if (number == 0) number = shared++;
+        for (int& j : return_) j = number_[j];
+        by_track_.build(t, shared, track_, return_), by_return_.build(shared, t, return_, track_);
+        const double through_tracks = by_track_.plan(most_), through_returns = by_return_.plan(most_);
+        if (std::min(through_tracks, through_returns) == std::numeric_limits<double>::infinity()) {
+            for (int i : tracks_) wide[i] = true;
+            return;
+        }
+        if (weights == nullptr) return;
+        scale(scores, t, shared);
+        const bool tracks_first = through_tracks <= through_returns;
+        if (tracks_first)
+            sums_.run(by_track_, free_track_, free_return_, weight_, through_tracks);
+        else
+            sums_.run(by_return_, free_return_, free_track_, weight_, through_returns);
+        share(scores, weights, tracks_first ? sums_.rows : sums_.columns);
+    }
+
+    // Weights of at most 1 for each part of an association. Staying off the shared returns is one thing, be it for a miss or for
+    // returns that no other track wants. Where a common scale might lose the sum's largest term, the dual numbers of the best
+    // association make that one's parts 1.
+    void scale(const double* scores, int t, int shared) {
+        gain_.clear(), free_track_.assign(t, 1.0), free_return_.assign(shared, 1.0);
+        double most = 0.0;
+        for (int a = 0, e = 0; a < t; ++a) {
+            const double* own = scores + row(tracks_[a]);
+            const double miss = least_miss(own, k_);
+            double best = miss, total = 0.0, top = 0.0;
+            for (int j = 0; j < k_; ++j)
+                if (users_[j] == 1 && own[1 + j] > best) best = own[1 + j];
+            total = std::exp(miss - best);
+            for (int j = 0; j < k_; ++j)
+                if (users_[j] == 1) total += std::exp(own[1 + j] - best);
+            stay_[tracks_[a]] = best + std::log(total);
+            for (int j = 0; j < k_; ++j) {
+                if (users_[j] < 2 || !(own[1 + j] > -std::numeric_limits<double>::infinity())) continue;
+                gain_.push_back(own[1 + j] - stay_[tracks_[a]]);
+                top = std::max(top, gain_.back());
+            }
+            most += top;
+            free_track_[a] = -top;
+            for (; e < static_cast<int>(gain_.size()); ++e) gain_[e] -= top;
+        }
+        if (most > kSafe) balance(t, shared);
+        for (double& log : gain_) log = std::exp(log);
+        weight_.swap(gain_);
+        for (double& log : free_track_) log = std::exp(log);
+    }
+
+    void balance(int t, int shared) {
+        const int columns = shared + t;
+        cost_.assign(static_cast<std::size_t>(t) * columns, std::numeric_limits<double>::infinity());
+        for (std::size_t e = 0; e < gain_.size(); ++e) cost_[static_cast<std::size_t>(track_[e]) * columns + return_[e]] = -gain_[e];
+        for (int a = 0; a < t; ++a) cost_[static_cast<std::size_t>(a) * columns + shared + a] = -free_track_[a];
+        Ranking best(cost_.data(), t, columns);
+        best.find(1);
+        const std::vector<double>&u = best.row_duals(), &v = best.column_duals();
+        for (std::size_t e = 0; e < gain_.size(); ++e)
+            gain_[e] = std::min(0.0, gain_[e] + u[track_[e]] + v[return_[e]]) + v[shared + track_[e]];
+        for (int a = 0; a < t; ++a) free_track_[a] = std::min(0.0, free_track_[a] + u[a] + v[shared + a]);
+        for (int b = 0; b < shared; ++b) free_return_[b] = std::exp(v[b]);
+    }
+
+    // Writes the weights: the shared returns' own, and what is left of each track to its miss and its own returns.
+    void share(const double* scores, double* weights, const std::vector<double>& free) {
+        std::size_t e = 0;
+        for (std::size_t a = 0; a < tracks_.size(); ++a) {
+            const double* own = scores + row(tracks_[a]);
+            double* to = weights + row(tracks_[a]);
+            double total = free[a];
+            for (std::size_t f = e; f < track_.size() && track_[f] == static_cast<int>(a); ++f) total += sums_.edges[f];
+            const double rest = free[a] / total, stay = stay_[tracks_[a]];
+            to[0] = rest * std::exp(least_miss(own, k_) - stay);
+            for (int j = 0; j < k_; ++j) {
+                if (!(own[1 + j] > -std::numeric_limits<double>::infinity())) continue;
+                to[1 + j] = users_[j] == 1 ? rest * std::exp(own[1 + j] - stay) : sums_.edges[e++] / total;
+            }
+            for (int j = 0; j <= k_; ++j)
+                if (to[j] < kLeastNormal) to[j] = 0.0;
+        }
+    }
+};
+
+}  // namespace vedette

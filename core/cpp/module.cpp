@@ -4,7 +4,7 @@
 #include <cstring>
 
 #include "entries.hpp"
-#include "joint.hpp"
+#include "hypotheses.hpp"
 #include "streams.hpp"
 
 namespace vedette {

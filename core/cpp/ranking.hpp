@@ -52,6 +52,9 @@ class Ranking {
 
     const int* columns(int node) const { return columns_.data() + static_cast<std::ptrdiff_t>(node) * n_; }
 
+    const std::vector<double>& row_duals() const { return u_; }  // of the problem at hand; after find(1) the best one's
+    const std::vector<double>& column_duals() const { return v_; }
+
     std::vector<std::pair<double, int>> found;  // cost and node
 
   private:

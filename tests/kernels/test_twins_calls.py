@@ -81,6 +81,8 @@ def an_example_of_each():
         "existence": (columns, weights, exists, columns, 0.99, True),
         "is_plain": (distance[..., None], valid | np.zeros((2, 1), bool), 1, 1e12),
         "best_joint": (np.zeros((3, 4)), np.array([[0, 1], [2, -1]]), np.array([3, 1])),
+        "joint_weights": (columns, 3),
+        "wide_clusters": (columns, 3),
         "k_best": (np.ones((2, 3)), 4),
         "normals": ([np.random.default_rng(1)], (3,)),
         "uniforms": ([np.random.default_rng(1)], (3,)),

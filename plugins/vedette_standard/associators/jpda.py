@@ -18,9 +18,9 @@ class Jpda(Associator):
     """Returns the marginal probabilities of all joint associations in which no two tracks share a return.
 
     P(a) ~ prod_t exp(score of t's part in a). Tracks that share returns, directly or through others, are a cluster; a track
-    that shares none is PDA. A cluster with at most `exact` tracks or at most `exact` returns is summed exactly, at a cost of
-    2^min(t, k) t k; a larger one by belief propagation at t k a sweep, which is exact only on trees and overconfident
-    where two targets are close (weights off by .05 on average there, by .35 at worst).
+    that shares none is PDA. A cluster is summed exactly, over sets of at most `exact` tracks or returns, however many it
+    has; where more would be kept apart at once, or some four million sets in all, by belief propagation, which is exact
+    only on trees and overconfident where two targets are close (weights off by .05 on average there, by .35 at worst).
     Fortmann, Bar-Shalom, Scheffe, Sonar Tracking of Multiple Targets Using JPDA, IEEE J. Oceanic Engineering 8, 1983.
     """
 
@@ -28,7 +28,9 @@ class Jpda(Associator):
     exclusive: ClassVar[bool] = True
 
     exact: int = fields.integer(
-        "most tracks, or else most returns, of a cluster that is summed exactly", default=8, at_most=16
+        "most tracks, or else most returns, that exact sums keep apart at once: each takes twice the time",
+        default=14,
+        at_most=16,
     )
     tolerance: float = fields.quantity("1", "largest relative change of a message at which to stop", default=1e-9, above=0)
     sweeps: int = fields.integer("most sweeps of belief propagation", default=1000, at_least=1)
@@ -39,39 +41,31 @@ class Jpda(Associator):
 
     @property
     def approximates(self) -> bool:
-        """Whether it approximates: large clusters are solved by belief propagation."""
+        """Whether it approximates: clusters that are too wide are solved by belief propagation."""
         return True
 
     def approximated(self, scores: Array) -> Mask:
-        """Return the tracks (*b, t) of clusters that are too large for exact sums."""
-        large = np.zeros(scores.shape[:-1], dtype=bool)
-        for run in np.ndindex(scores.shape[:-2]):
-            linked = np.isfinite(scores[run][:, 1:])
-            if min(linked.shape) <= self.exact:
-                continue
-            for tracks, returns in _clusters(linked):
-                large[run][tracks] = min(len(tracks), len(returns)) > self.exact
-        return large
+        """Return the tracks (*b, t) of clusters that are too wide for exact sums."""
+        if min(scores.shape[-2], scores.shape[-1] - 1) <= self.exact:
+            return np.zeros(scores.shape[:-1], dtype=bool)
+        return kernels.wide_clusters(scores, self.exact)
 
     def associate(self, scores: Array, evidence: Array | None) -> Array:
         """Return the association weights: (*b, t, 1+k) -> (*b, t, 1+k)."""
-        # An impossible miss is given a finite score: its weight is still 0, unless nothing else is left.
-        miss = np.maximum(scores[..., :1], np.max(scores, axis=-1, keepdims=True) - 3000.0)
-        gain = np.concatenate([np.zeros_like(miss), scores[..., 1:] - miss], axis=-1)
-        weights = np.exp(gain - kernels.log_sum(gain)[..., None])
-        for run in np.ndindex(scores.shape[:-2]):
-            for tracks, returns in _clusters(np.isfinite(gain[run][:, 1:])):
-                part = gain[run][np.ix_(tracks, 1 + returns)]
-                if min(part.shape) > self.exact:
-                    missed, claims = _propagated(part, self.tolerance, self.sweeps)
-                elif part.shape[0] <= part.shape[1]:
-                    missed, _, claims = _summed(part)
-                else:
-                    _, missed, claims = _summed(part.T)
-                    claims = claims.T
-                weights[run][tracks, 0] = missed
-                weights[run][np.ix_(tracks, 1 + returns)] = claims
+        weights, wide = kernels.joint_weights(scores, self.exact)
+        for run in {index[:-1] for index in zip(*np.nonzero(wide), strict=True)}:
+            _propagate(scores[run], wide[run], weights[run], self.tolerance, self.sweeps)
         return weights
+
+
+def _propagate(scores: Array, wide: Mask, weights: Array, tolerance: float, sweeps: int) -> None:
+    """Replace the weights (t, 1+k) of clusters that are too wide by those of belief propagation."""
+    # An impossible miss is given a finite score: its weight is still 0, unless nothing else is left.
+    miss = np.maximum(scores[:, :1], np.max(scores, axis=-1, keepdims=True) - 3000.0)
+    gain = np.concatenate([np.zeros_like(miss), scores[:, 1:] - miss], axis=-1)
+    for tracks, returns in _clusters(np.isfinite(scores[:, 1:]) & wide[:, None]):
+        weights[tracks, 0], claims = _propagated(gain[np.ix_(tracks, 1 + returns)], tolerance, sweeps)
+        weights[np.ix_(tracks, 1 + returns)] = claims
 
 
 def _clusters(linked: Mask) -> Iterator[tuple[NDArray[np.intp], NDArray[np.intp]]]:
@@ -84,29 +78,6 @@ def _clusters(linked: Mask) -> Iterator[tuple[NDArray[np.intp], NDArray[np.intp]
             grown = linked[:, linked[members].any(axis=0)].any(axis=1)
         yield np.flatnonzero(members), np.flatnonzero(linked[members].any(axis=0))
         left &= ~members
-
-
-def _summed(gain: Array) -> tuple[Array, Array, Array]:
-    """Return, for matchings of rows with columns of log odds `gain` (p, q), the probability of each row (p,) and column (q,)
-    to stay single, and of each pair (p, q), by sums over all 2^p sets of rows that columns before and after one can take.
-    """
-    p, q = gain.shape
-    taken = np.arange(2**p)[:, None] >> np.arange(p) & 1 == 1  # (2^p, p)
-    other = np.arange(2**p)[:, None] ^ 1 << np.arange(p)  # the set with one row toggled
-    before, after = np.full((q + 1, 2**p), -np.inf), np.zeros((q + 1, 2**p))
-    before[0, 0] = 0.0
-    for i in range(q):
-        steps = np.where(taken, before[i][other] + gain[:, i], -np.inf)
-        before[i + 1] = np.logaddexp(before[i], kernels.log_sum(steps))
-    for i in reversed(range(q)):
-        steps = np.where(taken, -np.inf, after[i + 1][other] + gain[:, i])
-        after[i] = np.logaddexp(after[i + 1], kernels.log_sum(steps))
-    total = after[0, 0]
-    rows = kernels.log_sum(np.where(taken, -np.inf, before[-1][:, None]), axis=0)
-    columns = kernels.log_sum(before[:-1] + after[1:])
-    steps = np.where(taken, -np.inf, before[:-1, :, None] + after[1:][:, other])  # (q, 2^p, p)
-    pairs = kernels.log_sum(steps, axis=1).T + gain
-    return np.exp(rows - total), np.exp(columns - total), np.exp(pairs - total)
 
 
 def _propagated(gain: Array, tolerance: float, sweeps: int) -> tuple[Array, Array]:

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from vedette import kernels
 from vedette_standard.associators import jpda
 from vedette_standard.associators.global_nearest import GlobalNearest
 from vedette_standard.associators.jpda import Jpda
@@ -248,35 +249,42 @@ def test_clusters_are_what_shares_returns():
     assert clusters == [([0, 1, 3], [0, 1, 3]), ([2, 4], [2])]
 
 
-REAL_SUMMED = jpda._summed
-
-
-def summed_without_exclusion(gain):
+def summed_without_exclusion(scores, most):
     """PDA: every track on its own."""
-    rows = 1.0 / (1.0 + np.exp(gain).sum(axis=1))
-    return rows, 1.0 / (1.0 + np.exp(gain).sum(axis=0)), np.exp(gain) * rows[:, None]
+    return kernels.softmax(scores), np.zeros(scores.shape[:-1], bool)
 
 
-def summed_but_propagated(gain):
-    missed, claims = jpda._propagated(gain, 1e-9, 1000)
-    return missed, 1 - claims.sum(axis=0), claims
+def summed_but_propagated(scores, most):
+    weights, wide = SUMMED(scores, most)
+    return weights, ~wide
 
 
-def nothing_linked(linked):
-    return iter(())
+SUMMED = kernels.joint_weights
 
 
-@pytest.mark.parametrize(
-    ("name", "mutant"),
-    [("_summed", summed_without_exclusion), ("_summed", summed_but_propagated), ("_clusters", nothing_linked)],
-    ids=lambda x: getattr(x, "__name__", x),
-)
-def test_the_enumeration_bites(monkeypatch, name, mutant):
+@pytest.mark.parametrize("mutant", [summed_without_exclusion, summed_but_propagated])
+def test_the_enumeration_bites(monkeypatch, mutant):
     scores = two_targets(np.random.default_rng(0), 1.0, 0.98, 0.02)
     check_exact(scores, Jpda())
-    monkeypatch.setattr(jpda, name, mutant)
+    monkeypatch.setattr(kernels, "joint_weights", mutant)
     with pytest.raises(AssertionError):
         check_exact(scores, Jpda())
+
+
+@pytest.mark.parametrize("shape", [(15, 15), (2, 15, 16)])
+def test_what_is_propagated_is_told(shape):
+    """Beside a cluster that all tracks are in, one of two tracks that is still summed exactly."""
+    scores = random_scores(np.random.default_rng(5), *shape[:-2], shape[-2] + 2, shape[-1] + 3, closed=0.0)
+    scores[..., -2:, 1:-2] = scores[..., :-2, -2:] = -np.inf
+    told = Jpda().approximated(scores)
+    assert told[..., :-2].all()
+    assert not told[..., -2:].any()
+    weights = Jpda().associate(scores, None)
+    together = Jpda(exact=0).associate(scores, None)
+    np.testing.assert_array_equal(weights[..., :-2, :], together[..., :-2, :])
+    exactly = np.concatenate([scores[..., -2:, :1], scores[..., -2:, -2:]], axis=-1)
+    for run in np.ndindex(shape[:-2]):
+        np.testing.assert_allclose(weights[run][-2:][:, [0, -2, -1]], enumerated(exactly[run]), atol=1e-12)
 
 
 def test_greedy_choice_is_not_the_global_one():
