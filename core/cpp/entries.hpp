@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "arguments.hpp"
+#include "boxes.hpp"
 #include "joint.hpp"
 
 namespace vedette {
@@ -493,6 +494,46 @@ inline PyObject* joint(Call& call, Args args, bool weigh) {
 
 inline PyObject* joint_weights(Call& call, Args args) { return joint(call, args, true); }
 inline PyObject* wide_clusters(Call& call, Args args) { return joint(call, args, false); }
+
+// Arguments: lower and upper edges (t, m), points (k, m), periods, and how many pairs are too many.
+inline PyObject* pairs_in_boxes(Call& call, Args args) {
+    Periods periods;
+    if (!read_periods(args[3], periods)) return nullptr;
+    PyArrayObject* arrays[3];
+    for (int i = 0; i < 3; ++i) {
+        arrays[i] = call.as_doubles(args[i], 2);
+        if (!call.ok || PyArray_NDIM(arrays[i]) != 2) return nullptr;
+    }
+    const Py_ssize_t most = PyNumber_AsSsize_t(args[4], PyExc_OverflowError);
+    const npy_intp t = PyArray_DIM(arrays[0], 0), m = PyArray_DIM(arrays[0], 1), k = PyArray_DIM(arrays[2], 0);
+    if (PyErr_Occurred() || m < 1 || k > INT_MAX || PyArray_DIM(arrays[1], 0) != t || PyArray_DIM(arrays[1], 1) != m ||
+        PyArray_DIM(arrays[2], 1) != m || !are_among(periods, m))
+        return nullptr;
+    const double* numbers[3];
+    for (int i = 0; i < 3; ++i) numbers[i] = static_cast<const double*>(PyArray_DATA(arrays[i]));
+    std::vector<std::int64_t> boxes, points;
+    bool enough = true;
+    Py_BEGIN_ALLOW_THREADS;
+    try {
+        const Grid grid(numbers[2], k, static_cast<int>(m), periods);
+        for (npy_intp i = 0; i < t && static_cast<Py_ssize_t>(points.size()) <= most; ++i) {
+            grid.find(numbers[0] + i * m, numbers[1] + i * m, points);
+            boxes.resize(points.size(), i);
+        }
+    } catch (const std::bad_alloc&) {
+        enough = false;
+    }
+    Py_END_ALLOW_THREADS;
+    if (!enough) return PyErr_NoMemory();
+    npy_intp size = static_cast<npy_intp>(points.size());
+    if (size > most) size = most + 1;
+    PyObject *first = PyArray_SimpleNew(1, &size, NPY_INT64), *second = PyArray_SimpleNew(1, &size, NPY_INT64);
+    if (first != nullptr && second != nullptr) {
+        std::copy_n(boxes.data(), size, static_cast<std::int64_t*>(PyArray_DATA(reinterpret_cast<PyArrayObject*>(first))));
+        std::copy_n(points.data(), size, static_cast<std::int64_t*>(PyArray_DATA(reinterpret_cast<PyArrayObject*>(second))));
+    }
+    return pack(first, second);
+}
 
 }  // namespace entries
 }  // namespace vedette

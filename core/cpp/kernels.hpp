@@ -144,8 +144,8 @@ struct Existence {
     kernel(existence, 6, Existence)
 
 // Those that are no loop over problems: the module does them itself.
-#define VEDETTE_FUNCTIONS(kernel) kernel(best_joint, 3) kernel(is_plain, 4) kernel(joint_weights, 2) kernel(wide_clusters, 2) kernel(k_best, 2) \
-    kernel(normals, 2) kernel(uniforms, 2)
+#define VEDETTE_FUNCTIONS(kernel) kernel(best_joint, 3) kernel(is_plain, 4) kernel(joint_weights, 2) kernel(k_best, 2) \
+    kernel(normals, 2) kernel(pairs_in_boxes, 5) kernel(uniforms, 2) kernel(wide_clusters, 2)
 
 // The kernels of one instruction set.
 struct Table {

@@ -83,6 +83,7 @@ def an_example_of_each():
         "best_joint": (np.zeros((3, 4)), np.array([[0, 1], [2, -1]]), np.array([3, 1])),
         "joint_weights": (columns, 3),
         "wide_clusters": (columns, 3),
+        "pairs_in_boxes": (x, x + 1, x, ((1, 6.0),), 100),
         "k_best": (np.ones((2, 3)), 4),
         "normals": ([np.random.default_rng(1)], (3,)),
         "uniforms": ([np.random.default_rng(1)], (3,)),

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import strategies as st
 
 from vedette import kernels
-from vedette.kernels import assignment, association, hypotheses, joint, modes, reference, streams
+from vedette.kernels import assignment, association, boxes, hypotheses, joint, modes, reference, streams
 
 if kernels.weighted_update is reference.weighted_update:
     pytest.skip(f"kernels: {kernels.RUNNING}", allow_module_level=True)
@@ -16,7 +16,7 @@ from vedette.kernels import _compiled
 
 REFERENCE = {
     name: getattr(home, name)
-    for home in (reference, modes, association, assignment, hypotheses, joint, streams)
+    for home in (reference, modes, association, assignment, boxes, hypotheses, joint, streams)
     for name in dir(kernels)
     if name[0] != "_" and hasattr(_compiled, name) and hasattr(home, name)
 }

@@ -6,6 +6,7 @@ of every scan have a compiled twin, which is called if it was built; `RUNNING` s
 
 from vedette.kernels import assignment as _assignment
 from vedette.kernels import association as _association
+from vedette.kernels import boxes as _boxes
 from vedette.kernels import hypotheses as _hypotheses
 from vedette.kernels import joint as _joint
 from vedette.kernels import modes as _modes
@@ -57,6 +58,7 @@ softmax = _fastest(_association.softmax)
 best_joint = _fastest(_hypotheses.best_joint)
 k_best = _fastest(_assignment.k_best)
 joint_weights = _fastest(_joint.joint_weights)
+pairs_in_boxes = _fastest(_boxes.pairs_in_boxes)
 wide_clusters = _fastest(_joint.wide_clusters)
 
 normals = _fastest(_streams.normals)

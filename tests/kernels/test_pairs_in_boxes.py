@@ -1,0 +1,65 @@
+"""Points in boxes: the grid finds what comparing every pair does."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from vedette import kernels
+from vedette.kernels import boxes
+
+seeds = st.integers(0, 2**32 - 1)
+
+
+def compared(low, high, points, periods):
+    pairs = []
+    for i in range(len(low)):
+        for j, point in enumerate(points):
+            inside = np.isfinite(point).all()
+            for axis, x in enumerate(point):
+                turn = dict(periods).get(axis)
+                x = x if turn is None else low[i, axis] + (x - low[i, axis]) % turn
+                inside = inside and low[i, axis] <= x <= high[i, axis]
+            if inside:
+                pairs.append([i, j])
+    return pairs
+
+
+@pytest.mark.parametrize("search", [kernels.pairs_in_boxes, boxes.pairs_in_boxes], ids=["running", "reference"])
+@given(seeds, st.integers(0, 12), st.integers(0, 40), st.integers(1, 3), st.sampled_from([(), ((0, 4.0),), ((1, 4.0),)]))
+def test_every_pair_is_found_once(search, seed, t, k, m, periods):
+    rng = np.random.default_rng(seed)
+    periods = tuple(one for one in periods if one[0] < m)
+    points = rng.integers(-6, 7, (k, m)) / 2.0
+    points[rng.random((k, m)) < 0.03] = np.nan
+    low = rng.integers(-6, 7, (t, m)) / 2.0
+    high = low + rng.integers(0, 6, (t, m)) / 2.0
+    expected = compared(low, high, points, periods)
+    found = search(low, high, points, periods, 10_000)
+    assert np.stack(found, axis=1).tolist() == expected
+    cut = search(low, high, points, periods, 3)
+    assert np.stack(cut, axis=1).tolist() == expected[:4]
+
+
+def test_boxes_without_end_and_boxes_of_nothing():
+    points = np.random.default_rng(1).normal(size=(50, 2))
+    low, high = (
+        np.array([[-np.inf, -np.inf], [1.0, 1.0], [np.nan, 0.0]]),
+        np.array([[np.inf, np.inf], [0.5, 2.0], [1.0, 1.0]]),
+    )
+    for search in (kernels.pairs_in_boxes, boxes.pairs_in_boxes):
+        tracks, returns = search(low, high, points, (), 1000)
+        assert tracks.tolist() == [0] * 50
+        assert returns.tolist() == list(range(50))
+
+
+def test_many_points_in_a_corner_and_one_far_away():
+    rng = np.random.default_rng(2)
+    points = np.concatenate([rng.normal(size=(300, 2)), [[1e9, -1e9]]])
+    low = rng.normal(size=(100, 2))
+    for one, other in zip(
+        kernels.pairs_in_boxes(low, low + 0.3, points, (), 10**6),
+        boxes.pairs_in_boxes(low, low + 0.3, points, (), 10**6),
+        strict=True,
+    ):
+        np.testing.assert_array_equal(one, other)
