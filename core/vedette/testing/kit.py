@@ -97,7 +97,7 @@ def examine(cls: type[Component], law: Law, drawn: st.SearchStrategy[Any], profi
         deadline=None,
         report_multiple_bugs=False,
         print_blob=False,
-        phases=[hypothesis.Phase.generate] + ([hypothesis.Phase.shrink] if law.effort == "exact" else []),
+        phases=[hypothesis.Phase.generate] + ([hypothesis.Phase.shrink] if law.effort == "exact" and profile.shrink else []),
         suppress_health_check=list(hypothesis.HealthCheck),
         verbosity=hypothesis.Verbosity.quiet,
     )

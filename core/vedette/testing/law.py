@@ -16,7 +16,7 @@ class Profile:
     """How thoroughly the kit tests.
 
     `examples` of an exact law, `trials` of a statistical one, each of `runs` runs; `steps` of the long run.
-    `alpha` is the probability that one statistical test fails a correct component.
+    `alpha` is the probability that one statistical test fails a correct component. `shrink`: look for a small counterexample.
     """
 
     name: str
@@ -26,6 +26,7 @@ class Profile:
     steps: int
     alpha: float = 1e-7
     seed: int = 0
+    shrink: bool = True
 
     @classmethod
     def named(cls, name: str, seed: int = 0) -> Profile:

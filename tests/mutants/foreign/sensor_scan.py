@@ -5,8 +5,8 @@ from functools import partial
 import attrs
 import numpy as np
 
-from mutants_foreign.base import Mutant, mutant
-from mutants_foreign.sensor import DOPPLER, POLAR
+from mutants.foreign.base import Mutant, mutant
+from mutants.foreign.sensor import DOPPLER, POLAR
 
 
 def _fourth_power(right, x):

@@ -7,7 +7,7 @@ import numpy as np
 
 import vedette
 import vedette_standard as standard
-from mutants_foreign.base import INHERITED, Mutant, mutant
+from mutants.foreign.base import INHERITED, Mutant, mutant
 
 POLAR = partial(
     standard.RangeBearing,

@@ -7,7 +7,7 @@ import numpy as np
 
 import vedette
 import vedette_standard as standard
-from mutants_foreign.base import Mutant, mutant
+from mutants.foreign.base import Mutant, mutant
 
 RETURNS = partial(standard.FromReturns, spread={"vx": 8.0, "vy": 8.0}, sensors=("radar",))
 PLACES = (

@@ -5,7 +5,7 @@ from functools import partial
 import numpy as np
 
 import vedette_standard as standard
-from mutants_foreign.base import INHERITED, Mutant, mutant
+from mutants.foreign.base import INHERITED, Mutant, mutant
 
 CV = partial(standard.ConstantVelocity, sigma_accel=0.5)
 CA = partial(standard.ConstantAcceleration, sigma_jerk=0.3)

@@ -7,7 +7,7 @@ import numpy as np
 
 import vedette_standard as standard
 import vedette_target_oriented as target_oriented
-from mutants_foreign.base import INHERITED, Mutant, mutant
+from mutants.foreign.base import INHERITED, Mutant, mutant
 
 KNOWN = partial(standard.KnownTurn, turn_rate=0.1, sigma_accel=0.5)
 TURN = partial(standard.CoordinatedTurn, sigma_accel=0.5, sigma_turn_rate=0.02)

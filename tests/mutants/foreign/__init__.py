@@ -4,7 +4,7 @@ The list is frozen: a law that is written after it does not change it. `base.mut
 right component in the same wrapping, which no law should refuse.
 """
 
-from mutants_foreign import (
+from mutants.foreign import (
     associator,
     birth,
     estimator,
@@ -19,7 +19,7 @@ from mutants_foreign import (
     sensor_scan,
     source,
 )
-from mutants_foreign.base import Mutant
+from mutants.foreign.base import Mutant
 
 MUTANTS: tuple[Mutant, ...] = (
     *motion.MUTANTS,

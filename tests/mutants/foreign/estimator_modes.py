@@ -7,7 +7,7 @@ import numpy as np
 
 import vedette
 import vedette_standard as standard
-from mutants_foreign.base import Mutant, mutant
+from mutants.foreign.base import Mutant, mutant
 
 CALM, LIVELY = (standard.Kalman(standard.ConstantVelocity(sigma)) for sigma in (0.2, 4.0))
 IMM = partial(standard.Imm, modes=(CALM, LIVELY), transition=[[0.95, 0.05], [0.3, 0.7]])

@@ -6,7 +6,7 @@ import attrs
 import numpy as np
 
 import vedette_flir as flir
-from mutants_foreign.base import Mutant, mutant
+from mutants.foreign.base import Mutant, mutant
 
 SPOT = partial(flir.GaussianSpot, gain_amplitude=0.2, gain_spread=0.1, gain_background=0.1)
 

@@ -8,7 +8,7 @@ import numpy as np
 import vedette
 import vedette_sim as sim
 import vedette_standard as standard
-from mutants_foreign.base import Mutant, mutant
+from mutants.foreign.base import Mutant, mutant
 
 BOAT = sim.Drawn(
     models=(standard.ConstantVelocity(0.3),),

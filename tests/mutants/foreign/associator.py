@@ -7,7 +7,7 @@ import numpy as np
 
 import vedette_bayes_risk as bayes_risk
 import vedette_standard as standard
-from mutants_foreign.base import Mutant, mutant
+from mutants.foreign.base import Mutant, mutant
 
 PDA = partial(standard.Pda)
 JPDA = partial(standard.Jpda)

@@ -7,7 +7,7 @@ import numpy as np
 
 import vedette
 import vedette_standard as standard
-from mutants_foreign.base import Mutant, mutant
+from mutants.foreign.base import Mutant, mutant
 
 SENSORS = {"raw": standard.RangeBearing(5.0, 0.05, x=100.0, y=-50.0)}
 NAIVE = partial(standard.NaiveConversion, sensors=SENSORS)

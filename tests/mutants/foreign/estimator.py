@@ -7,7 +7,7 @@ import numpy as np
 
 import vedette
 import vedette_standard as standard
-from mutants_foreign.base import Mutant, broken_class, mutant
+from mutants.foreign.base import Mutant, broken_class, mutant
 from vedette.filters import GaussianFilter, predict_linearised
 
 MOTION = standard.ConstantVelocity(0.5)

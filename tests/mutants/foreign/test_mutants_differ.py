@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import vedette
-from mutants_foreign import MUTANTS
-from mutants_foreign.base import ROLES, mutant
-from mutants_foreign.probes import PROBES, declarations
+from mutants.foreign import MUTANTS
+from mutants.foreign.base import ROLES, mutant
+from mutants.foreign.probes import PROBES, declarations
 
 
 def same(a, b):

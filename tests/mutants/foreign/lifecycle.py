@@ -6,7 +6,7 @@ import attrs
 import numpy as np
 
 import vedette_standard as standard
-from mutants_foreign.base import Mutant, mutant
+from mutants.foreign.base import Mutant, mutant
 
 COUNTS = partial(standard.MOfN, max_out_of_coverage=30.0, max_without_detection=20.0)
 WIDE = partial(standard.MOfN, max_spread=200.0)
