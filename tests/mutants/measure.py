@@ -86,7 +86,7 @@ def main(arguments=None):
     parser.add_argument("--into", type=Path, required=True)
     parser.add_argument("--profile", default="fast")
     parser.add_argument("--seeds", type=int, nargs="+", default=[0])
-    parser.add_argument("--role", default="")
+    parser.add_argument("--roles", nargs="*", default=[], help="in this order; default: all")
     parser.add_argument("--only", nargs="*", default=[], help="names")
     parser.add_argument("--missed-in", type=Path, help="a file of a fast run: those that it missed come first")
     parser.add_argument("--stop", action="store_true", help="at the first law that catches it")
@@ -98,11 +98,12 @@ def main(arguments=None):
         fast = {row["name"]: row["caught"] for row in map(json.loads, given.missed_in.read_text().splitlines())}
     warnings.simplefilter("ignore")
     np.seterr(all="ignore")
-    rows = sorted(SETS[given.set](), key=lambda row: len(fast.get(row[0], ())) > 0)
+    rows = [row for row in SETS[given.set]() if not given.roles or row[1] in given.roles]
+    rows.sort(key=lambda row: (len(fast.get(row[0], ())) > 0, given.roles.index(row[1]) if given.roles else 0))
     for seed in given.seeds:
         profile = evolve(Profile.named(given.profile, seed), shrink=False)
         for name, role, label, cls, drawn in rows:
-            if (name, seed) in done or given.role not in ("", role) or (given.only and name not in given.only):
+            if (name, seed) in done or (given.only and name not in given.only):
                 continue
             row = {"name": name, "role": role, "label": label, "profile": given.profile, "seed": seed}
             row |= measured(cls, drawn, profile, given.stop, tuple(fast.get(name, ())))

@@ -22,14 +22,14 @@ from vedette.filters import contradiction
 from vedette.roles import Component
 from vedette.testing.judging import Closed, Misuse
 from vedette.testing.law import Law, Profile
-from vedette.testing.laws import associator, birth, estimator, lifecycle, motion, preprocessor, scene, sensor, source
+from vedette.testing.laws import associator, birth, estimator, lifecycle, looks, motion, preprocessor, scene, sensor, source
 from vedette.testing.strategies import components
 
 Drawer = Callable[[Any, Profile], st.SearchStrategy[Any]]
 
 _ROLES: dict[str, tuple[tuple[Law, ...], Drawer]] = {
     "motion": (motion.LAWS, motion.drawn),
-    "sensor": (sensor.LAWS, sensor.drawn),
+    "sensor": (sensor.LAWS, looks.drawn),
     "associator": (associator.LAWS, associator.drawn),
     "estimator": (estimator.LAWS, scene.drawn),
     "birth": (birth.LAWS, birth.drawn),

@@ -35,7 +35,7 @@ def steps_of(space: Space) -> Array:
 def points(space: Space, rows: int = 1) -> st.SearchStrategy[Array]:
     """Return a strategy for canonical states (rows, n)."""
     each = [
-        st.one_of(st.floats(-size(axis), size(axis)), st.sampled_from([0.0, size(axis) / 3, -size(axis) / 5]))
+        st.one_of(st.floats(-size(axis), size(axis)), st.sampled_from(_marked(axis)))
         for axis in space.axes
     ]
     plain = Space(space.axes)  # a space that wraps wrongly must not affect the draws
@@ -46,6 +46,14 @@ def points(space: Space, rows: int = 1) -> st.SearchStrategy[Array]:
         return plain.canonical(np.where(np.abs(x) < least, 0.0, x))
 
     return st.tuples(*(each * rows)).map(state)
+
+
+def _marked(axis: Axis) -> list[float]:
+    """Return values where components often go wrong: 0, small, ordinary, far away, and on the wrap."""
+    usual = [0.0, size(axis) / 3, -size(axis) / 5, size(axis) / 100]
+    if axis.period is not None:
+        return [*usual, -axis.period / 2, 0.4999 * axis.period]
+    return [*usual, 4 * size(axis)] if axis.unit == "m" else usual
 
 
 def random_covariance(space: Space, rng: np.random.Generator, batch: tuple[int, ...] = (), scale: float = 0.02) -> Array:

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import combinations
 
 import numpy as np
-from attrs import frozen
-from hypothesis import strategies as st
 
 from vedette.filters import evaluate_linearised
 from vedette.metrics.consistency import nees
@@ -16,29 +15,12 @@ from vedette.sampling.trajectories import psd_root
 from vedette.space import Array, Axis, Space
 from vedette.testing.bands import judge_frequency, judge_standard_normal
 from vedette.testing.judging import Closed, covariance, demand, finite, frozen_copy, is_derivative, same
-from vedette.testing.law import Law, Profile
+from vedette.testing.law import Law
+from vedette.testing.laws import clutter, inverting, placing
 from vedette.testing.laws import space as spaces
-from vedette.testing.states import SEEDS, points, random_covariance, steps_of
+from vedette.testing.laws.looks import Looks, full, noise_of
+from vedette.testing.states import random_covariance, size, steps_of
 from vedette.types import Detections, Gaussian, Pose
-
-
-@frozen(eq=False)
-class Looks:
-    """States x (3, n), returns z (3, m), steps over the measured axes (3, m), and what statistical laws need."""
-
-    x: Array
-    z: Array
-    step: Array
-    seed: int
-    runs: int
-    alpha: float
-
-
-def drawn(sensor: Sensor, profile: Profile) -> st.SearchStrategy[Looks]:
-    """What every law of a sensor is given."""
-    x = points(sensor.observes, 3).map(frozen_copy)
-    z, step = points(sensor.measurement, 3).map(frozen_copy), points(sensor.measurement, 3).map(frozen_copy)
-    return st.builds(Looks, x, z, step, SEEDS, st.just(profile.runs), st.just(profile.alpha))
 
 
 Method = Callable[[Array], Array]
@@ -55,15 +37,6 @@ def _methods(sensor: Sensor) -> dict[str, tuple[Method, tuple[int, ...]]]:
     }
 
 
-def _full(result: Array, x: Array, shape: tuple[int, ...]) -> Array:
-    return np.broadcast_to(result, (*x.shape[:-1], *shape))
-
-
-def _noise(sensor: Sensor, x: Array) -> Array:
-    m = len(sensor.measurement)
-    return _full(sensor.noise(x), x, (m, m))
-
-
 def pure(sensor: Sensor, drawn: Looks) -> None:
     """Calls leave their arguments and the sensor as they were, and give the same again."""
     for name, (method, _) in _methods(sensor).items():
@@ -78,8 +51,8 @@ def batches_as_it_loops(sensor: Sensor, drawn: Looks) -> None:
     """A batch of states gives what each state gives alone, whatever the number of batch axes."""
     block = frozen_copy(np.stack([drawn.x, drawn.x[::-1]]))
     for name, (method, shape) in _methods(sensor).items():
-        alone = np.stack([_full(method(x), x, shape) for x in drawn.x])
-        same(name, _full(method(block), block, shape), np.stack([alone, alone[::-1]]))
+        alone = np.stack([full(method(x), x, shape) for x in drawn.x])
+        same(name, full(method(block), block, shape), np.stack([alone, alone[::-1]]))
         method(drawn.x[:0])
     clutter = np.broadcast_to(sensor.clutter(drawn.z), (3,))
     returns_twice = frozen_copy(np.stack([drawn.z, drawn.z[::-1]]))
@@ -95,7 +68,7 @@ def gives_finite_numbers(sensor: Sensor, drawn: Looks) -> None:
 
 def noise_is_positive_definite(sensor: Sensor, drawn: Looks) -> None:
     """The noise is symmetric and positive definite."""
-    covariance("noise", _noise(sensor, drawn.x), definite=True)
+    covariance("noise", noise_of(sensor, drawn.x), definite=True)
 
 
 def jacobian_is_the_derivative(sensor: Sensor, drawn: Looks) -> None:
@@ -107,7 +80,7 @@ def jacobian_is_the_derivative(sensor: Sensor, drawn: Looks) -> None:
 
 def linear_as_declared(sensor: Sensor, drawn: Looks) -> None:
     """If linear: measure(x) = H x with one H for all states. The noise may still depend on the state."""
-    H = _full(sensor.jacobian(drawn.x), drawn.x, (len(sensor.measurement), len(sensor.observes)))
+    H = full(sensor.jacobian(drawn.x), drawn.x, (len(sensor.measurement), len(sensor.observes)))
     same("jacobian elsewhere", H[1:], np.broadcast_to(H[0], H[1:].shape), 1e-9)
     same("measure", sensor.measure(drawn.x[0]), H[0] @ drawn.x[0], 1e-9, np.abs(H[0]) @ np.abs(drawn.x[0]) + 1e-12)
 
@@ -157,7 +130,7 @@ def returns_match_the_model(sensor: Sensor, drawn: Looks) -> None:
     runs = 20 * drawn.runs
     many = np.broadcast_to(x, (runs, *x.shape))
     z, seen = returns(sensor, many, rng.random((runs, 1)), rng.standard_normal((runs, 1, m)))
-    root = psd_root(_noise(sensor, x)[0])
+    root = psd_root(noise_of(sensor, x)[0])
     spread = np.sqrt(np.diagonal(root @ root.T))
     periods = np.array([np.inf if axis.period is None else axis.period for axis in sensor.measurement.axes])
     if np.all(spread < 0.07 * periods):  # else the noise itself wraps
@@ -184,7 +157,7 @@ def inverts_what_it_measures(sensor: Sensor, drawn: Looks) -> None:
 
 def takes_a_returns_own_noise(sensor: Sensor, drawn: Looks) -> None:
     """A return that brings its own noise is inverted with that, not with the sensor's."""
-    z, R = sensor.measure(drawn.x), _noise(sensor, drawn.x)
+    z, R = sensor.measure(drawn.x), noise_of(sensor, drawn.x)
     try:
         usual = sensor.invert(frozen_copy(z), frozen_copy(R))
         sharp = sensor.invert(frozen_copy(z), frozen_copy(R / 16))
@@ -214,14 +187,50 @@ def differences_undo_steps(sensor: Sensor, drawn: Looks) -> None:
     spaces.plain_axes_do_not_wrap(sensor.measurement, drawn.z, drawn.step)
 
 
+def names_mean_the_same(sensor: Sensor, drawn: Looks) -> None:
+    """What is measured under the name of an observed axis grows with that axis."""
+    both = [name for name in sensor.measurement.names if name in sensor.observes]
+    if not both:
+        raise Closed("it measures under names of its own")
+    H = full(sensor.jacobian(drawn.x), drawn.x, (len(sensor.measurement), len(sensor.observes)))
+    for name in both:
+        slope = H[:, sensor.measurement.names.index(name), sensor.observes.names.index(name)]
+        demand(np.all(slope > 0), f"jacobian: {name} must grow with {name}, its slope is {slope.tolist()}")
+
+
 def angles_wrap(sensor: Sensor, drawn: Looks) -> None:
-    """In the measurement space, angles in rad wrap, whole turns change nothing and wrapped axes are canonical."""
-    angles = [axis for axis in sensor.measurement.axes if axis.unit == "rad"]
+    """In the measurement space, angles that turn have a period, whole turns change nothing and wrapped axes are canonical."""
+    angles = [i for i, axis in enumerate(sensor.measurement.axes) if axis.unit == "rad" and axis.period is None]
     if not angles and all(axis.period is None for axis in sensor.measurement.axes):
         raise Closed("no axis wraps")
-    for axis in angles:
-        demand(axis.period is not None, f"{axis.name}: an angle in rad must have a period: 'rad mod 2pi'")
+    for i in angles:  # an elevation needs no period; what jumps on the way around the sensor does
+        for way in _ways_around(sensor.observes, drawn.x[0]):
+            with np.errstate(all="ignore"):
+                jumps = np.abs(np.diff(sensor.measure(way)[:, i]))
+            axis = sensor.measurement.axes[i]
+            demand(
+                np.nanmax(jumps, initial=0.0) < 4.0,
+                f"{axis.name}: jumps by {np.nanmax(jumps, initial=0.0):.3g} rad on the way around, so it must have a period: "
+                "'rad mod 2pi'",
+            )
     spaces.wraps_are_canonical(sensor.measurement, drawn.z, drawn.step)
+
+
+def _ways_around(space: Space, x: Array) -> list[Array]:
+    """Return closed ways (s, n): circles around the origin in every two positions, and whole turns of each angle."""
+    turn = np.linspace(-np.pi, np.pi, 121) + 0.01
+    places = [i for i, axis in enumerate(space.axes) if axis.unit == "m" and axis.period is None]
+    ways = []
+    for i, j in combinations(places, 2):
+        way = np.tile(x, (len(turn), 1))
+        way[:, i], way[:, j] = 5 * size(space.axes[i]) * np.cos(turn), 5 * size(space.axes[j]) * np.sin(turn)
+        ways.append(way)
+    for i, axis in enumerate(space.axes):
+        if axis.period is not None:
+            way = np.tile(x, (len(turn), 1))
+            way[:, i] = turn / (2 * np.pi) * axis.period
+            ways.append(space.canonical(way))
+    return ways
 
 
 LAWS = (
@@ -241,4 +250,8 @@ LAWS = (
     Law(standing_elsewhere_keeps_the_axes),
     Law(differences_undo_steps),
     Law(angles_wrap),
+    Law(names_mean_the_same),
+    *inverting.LAWS,
+    *placing.LAWS,
+    *clutter.LAWS,
 )

@@ -1,0 +1,82 @@
+"""Laws of sensors whose returns start tracks: what one return says about the state."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vedette.roles import Sensor
+from vedette.space import Array
+from vedette.testing.judging import Closed, demand, frozen_copy, same
+from vedette.testing.law import Law
+from vedette.testing.laws.looks import Looks, noise_of
+from vedette.types import Gaussian
+
+SHARP = 1e-4
+"""A sharp return's own noise, as a share of the sensor's variance."""
+
+
+def inverted(sensor: Sensor, z: Array, noise: Array | None = None) -> Gaussian:
+    """What one return gives; Closed if it gives no position."""
+    try:
+        return sensor.invert(frozen_copy(z), None if noise is None else frozen_copy(noise))
+    except NotImplementedError:
+        raise Closed("one return does not give a position") from None
+
+
+def a_sharp_return_inverts_exactly(sensor: Sensor, drawn: Looks) -> None:
+    """In the limit of a sharp return, the state that it stands for measures as it did, and with its noise: H C H' = R."""
+    z, R = sensor.measure(drawn.x), SHARP * noise_of(sensor, drawn.x)
+    found, wider = inverted(sensor, z, R), inverted(sensor, z, 2 * R)
+    with np.errstate(all="ignore"):
+        off = sensor.measurement.difference(z, sensor.measure(found.mean))
+        H, root = sensor.jacobian(found.mean), np.linalg.cholesky(R)
+        # What does not shrink with the return's noise, such as the doubt about a velocity that it says nothing of, cancels.
+        grown = H @ (wider.cov - found.cov) @ np.swapaxes(H, -1, -2)
+        white = np.linalg.solve(root, np.swapaxes(np.linalg.solve(root, grown), -1, -2))
+        apart = np.linalg.solve(root, off[..., None])[..., 0]
+    for i in np.flatnonzero(_nearly_linear(sensor, drawn.x, found, root)):
+        demand(
+            np.max(np.abs(apart[i])) <= 3.0,
+            f"invert: its mean must measure {z[i]}, it measures {z[i] - off[i]}, {np.max(np.abs(apart[i])):.3g} deviations off",
+        )
+        ratios = np.linalg.eigvalsh((white[i] + white[i].T) / 2)
+        demand(
+            ratios[0] > 0.7 and ratios[-1] < 1.4,
+            f"invert: the covariance, in measured axes, must be the return's noise; is {ratios[0]:.3g} to {ratios[-1]:.3g} "
+            "times that",
+        )
+
+
+def _nearly_linear(sensor: Sensor, x: Array, found: Gaussian, root: Array) -> Array:
+    """Whether (3,) the sensor is linear over what the return leaves open, and over the way back to the state."""
+    with np.errstate(all="ignore"):
+        H = np.broadcast_to(sensor.jacobian(found.mean), (len(x), len(sensor.measurement), x.shape[-1]))
+        good = np.all(np.isfinite(H), axis=(-1, -2))
+        back = np.swapaxes(np.linalg.pinv(np.where(good[:, None, None], H, 0.0)) @ root, -1, -2)  # (3, m, n): a deviation each
+        scale = np.maximum(np.max(np.abs(np.linalg.solve(root, H)), axis=(-1, -2)), 1e-300)
+        for sign in (-3.0, 3.0):
+            for shift in np.swapaxes(back, 0, 1):
+                other = sensor.jacobian(sensor.observes.displace(found.mean, sign * shift))
+                change = np.max(np.abs(np.linalg.solve(root, other - H)), axis=(-1, -2)) / scale
+                good &= np.isfinite(change) & (change < 0.02)
+        singular = np.linalg.svd(np.where(good[:, None, None], np.linalg.solve(root, H) / scale[:, None, None], 0.0))[1]
+        good &= singular[..., -1] > 1e-6
+    return good
+
+
+def the_usual_noise_is_the_sensors(sensor: Sensor, drawn: Looks) -> None:
+    """A return without a noise of its own is inverted with the sensor's."""
+    z = sensor.measure(drawn.x)
+    usual = inverted(sensor, z)
+    R, there = noise_of(sensor, drawn.x), noise_of(sensor, usual.mean)
+    constant = np.ptp(R, axis=0).max() <= 1e-12 * np.abs(R).max()
+    if not constant and np.abs(there - R).max() > 0.02 * np.abs(R).max():
+        raise Closed("its noise depends on the state, which one return does not tell well enough")
+    stated, near = inverted(sensor, z, R), 1e-6 if constant else 0.2
+    spread = np.sqrt(np.diagonal(usual.cov, axis1=-2, axis2=-1))
+    same("invert: covariance without a noise", usual.cov, stated.cov, near, spread[..., :, None] * spread[..., None, :])
+    apart = sensor.observes.difference(usual.mean, stated.mean) / spread
+    same("invert: mean without a noise", apart, np.zeros(apart.shape), near, 1.0)
+
+
+LAWS = (Law(a_sharp_return_inverts_exactly), Law(the_usual_noise_is_the_sensors))
