@@ -15,6 +15,8 @@ from vedette_standard.associators.variational import Variational
 from vedette_standard.births.from_returns import FromReturns
 from vedette_standard.births.given import Given
 from vedette_standard.births.poisson import Poisson
+from vedette_standard.births.two_point import TwoPoint
+from vedette_standard.births.uniform import Uniform
 from vedette_standard.estimators.auxiliary import AuxiliaryParticles
 from vedette_standard.estimators.bootstrap import BootstrapParticles
 from vedette_standard.estimators.cubature import CubatureKalman
@@ -80,6 +82,6 @@ def vedette_components() -> Iterable[type[vedette.Component]]:
         *(Nearest, GlobalNearest, Pda, Jpda, MBestJpda),
         *(KBest, NScan, LabelledMultiBernoulli, Variational),
         *(NaiveConversion, DebiasedConversion, UnbiasedConversion, ModifiedUnbiasedConversion),
-        *(FromReturns, Given, Poisson),
+        *(FromReturns, TwoPoint, Given, Poisson, Uniform),
         *(SingleTarget, MOfN, Existence, Score, CoastLimited),
     ]

@@ -11,6 +11,7 @@ from vedette.sampling.detections import (
     shuffled,
     thinned,
 )
+from vedette.sampling.generators import NO_DRAWS
 from vedette.sampling.recorded import Redraw
 from vedette.sampling.trajectories import (
     common_state,
@@ -25,6 +26,7 @@ from vedette.sampling.trajectories import (
 )
 
 __all__ = [
+    "NO_DRAWS",
     "Bounds",
     "Redraw",
     "ceiling",

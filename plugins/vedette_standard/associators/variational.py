@@ -20,8 +20,8 @@ class Variational(HypothesisAssociator):
     Kullback-Leibler divergence from it is sought, in which each association may call any target by any track's name: so two
     tracks that met part again as two targets, and not as two averages of both (coalescence). Leaves are merged by their
     moments, so the estimator's belief must be a Gaussian.
-    Williams, An Efficient, Variational Approximation of the Best Fitting Multi-Bernoulli Filter, IEEE T-SP 63, 2015; with
-    hypotheses in the place of the paper's marginals.
+    Williams, An Efficient, Variational Approximation of the Best Fitting Multi-Bernoulli Filter, IEEE T-SP 63, 2015.
+    Hypotheses take the place of the paper's marginals.
     """
 
     kind: ClassVar[str] = "variational"

@@ -7,7 +7,8 @@ from typing import Any, ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Birth, Detections, Estimator, Gaussian, Newborn, Sensor, fields
+from vedette import Array, Birth, Detections, Estimator, Newborn, Sensor, fields
+from vedette_standard.births.one_point import complete, one_point
 
 
 @final
@@ -39,18 +40,7 @@ class FromReturns(Birth):
         self, seen: Any, estimator: Estimator[Any], sensor: Sensor, name: str, detections: Detections, claimed: Array
     ) -> Newborn:
         """Return a track at each complete return that no track claims."""
-        start = (claimed < self.claimed) & detections.valid
-        if detections.missing is not None:
-            start &= ~detections.missing.any(axis=-1)
-        returns = np.flatnonzero(start)
-        noise = None if detections.noise is None else detections.noise[returns]
-        spot, state = sensor.invert(detections.z[returns], noise), estimator.state
-        lacking = [axis for axis in state.names if axis not in sensor.observes and axis not in self.spread]
-        if lacking:
-            raise ValueError(f"spread: must state the standard deviation of {', '.join(map(repr, lacking))} in new tracks")
-        count, n, own = len(returns), len(state), state.locate(sensor.observes)
-        mean, cov = np.zeros((count, n)), np.zeros((count, n, n))
-        cov[:, range(n), range(n)] = [self.spread.get(axis, 0.0) ** 2 for axis in state.names]
-        mean[:, own] = spot.mean
-        cov[:, np.array(own)[:, None], own] = spot.cov
-        return Newborn(returns, Gaussian(mean, cov), np.full(count, self.initial))
+        whole = complete(detections)
+        returns = whole[claimed[whole] < self.claimed]
+        prior = one_point(sensor, detections, returns, self.spread, estimator.state)
+        return Newborn(returns, prior, np.full(len(returns), self.initial))

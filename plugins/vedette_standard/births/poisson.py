@@ -8,26 +8,11 @@ from typing import Any, ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Birth, Detections, Estimator, Gaussian, Indices, Newborn, Sensor, Space, fields, kernels
+from vedette import Array, Birth, Detections, Estimator, Gaussian, Indices, Newborn, Sensor, fields, kernels
 from vedette.filters import mixed
+from vedette.sampling import NO_DRAWS
 from vedette.tracking import join, take
-
-
-@final
-@frozen
-class Appearance:
-    """Targets that appear around a state: how many there are before the first scan, and how many more come."""
-
-    at: dict[str, tuple[float, float]] = fields.table("state axis to [mean, standard deviation]", pairs=True)
-    initial: float = fields.quantity("1", "expected number before the first scan", default=0.0, at_least=0)
-    rate: float = fields.quantity("1/s", "expected number that appear per second", default=0.0, at_least=0)
-
-    def gaussian(self, state: Space) -> Gaussian:
-        """Return mean (1, n) and covariance (1, n, n); ValueError if an axis is not stated."""
-        if lacking := [name for name in state.names if name not in self.at]:
-            raise ValueError(f"at: must state [mean, standard deviation] of {', '.join(map(repr, lacking))}")
-        mean, deviation = np.array([self.at[name] for name in state.names]).T
-        return Gaussian(state.canonical(mean[None]), np.diag(deviation**2)[None])
+from vedette_standard.births.places import Appearance, Edge
 
 
 @frozen(eq=False)
@@ -52,34 +37,44 @@ class Poisson(Birth):
     kind: ClassVar[str] = "poisson"
     models_unseen: ClassVar[bool] = True
 
-    appear: tuple[Appearance, ...] = fields.part("where targets appear, and how many")
+    appear: tuple[Appearance, ...] = fields.part("where targets appear, and how many", default=())
+    enter: tuple[Edge, ...] = fields.part("lines across which targets come in, and how many", default=())
     lifetime: float = fields.quantity("s", "mean time for which an unseen target stays in view", default=600.0, above=0)
     sensors: tuple[str, ...] = fields.words("sensors whose returns may start tracks; default: all", default=())
     least: float = fields.probability("existence below which no track is started", default=1e-5)
     negligible: float = fields.quantity("1", "expected number below which a Gaussian is dropped", default=1e-5, at_least=0)
+    recycles: bool = fields.flag("count tracks that end as undetected targets, by what they had of existence", default=False)
 
     def __attrs_post_init__(self) -> None:
-        if not self.appear:
-            raise ValueError("appear: must hold at least one place where targets appear, got none")
+        if not self.appear and not self.enter:
+            raise ValueError("appear: must hold at least one place where targets appear, unless `enter` does, got none")
 
     def starts_from(self, sensor: str) -> bool:
         """Return whether it is one of `sensors`."""
         return not self.sensors or sensor in self.sensors
 
-    def _appearing(self, estimator: Estimator[Any], weights: Array, rng: np.random.Generator) -> Intensity:
-        """Return the intensity of targets that appear now, `weights` of them in each place."""
-        places = []
-        for i, place in enumerate(self.appear):
+    def _appearing(self, estimator: Estimator[Any], initial: bool, dt: float, rng: np.random.Generator) -> Intensity:
+        """Return the intensity of targets that are there before the first scan, or that appear within dt."""
+        weights, means, covs = [], [], []
+        named: list[tuple[str, Appearance | Edge]] = [(f"appear[{i}]", place) for i, place in enumerate(self.appear)]
+        named += [(f"enter[{i}]", edge) for i, edge in enumerate(self.enter)]
+        for name, place in named:
             try:
-                places.append(place.gaussian(estimator.state))
+                parts = place.gaussians(estimator.state)
             except ValueError as error:
-                raise ValueError(f"appear[{i}].{error}") from None
-        prior = Gaussian(np.concatenate([one.mean for one in places]), np.concatenate([one.cov for one in places]))
-        return Intensity(weights, estimator.start(prior, estimator.state, rng))
+                raise ValueError(f"{name}.{error}") from None
+            count = place.initial if initial else place.rate * dt
+            weights.append(np.full(len(parts.mean), count / len(parts.mean)))
+            means.append(parts.mean)
+            covs.append(parts.cov)
+        prior = Gaussian(np.concatenate(means), np.concatenate(covs))
+        return Intensity(np.concatenate(weights), estimator.start(prior, estimator.state, rng))
 
     def initial_memory(self, estimator: Estimator[Any], rng: np.random.Generator) -> Intensity:
         """Return the intensity before the first scan."""
-        return self._appearing(estimator, np.array([place.initial for place in self.appear]), rng)
+        if self.recycles and estimator.draws:
+            raise ValueError(f"recycles: must be false, as {estimator.kind!r} would have to draw what comes back")
+        return self._appearing(estimator, True, 0.0, rng)
 
     def predict(self, memory: Intensity, estimator: Estimator[Any], dt: float, rng: np.random.Generator) -> Intensity:
         """Return the intensity `dt` s later: what is left of it, moved, and what appeared."""
@@ -87,7 +82,7 @@ class Poisson(Birth):
             return memory
         kept = memory.weights > self.negligible
         old = estimator.predict(take(memory.belief, kept, 0), dt, rng)
-        new = self._appearing(estimator, np.array([place.rate * dt for place in self.appear]), rng)
+        new = self._appearing(estimator, False, dt, rng)
         weights = np.concatenate([memory.weights[kept] * math.exp(-dt / self.lifetime), new.weights])
         return Intensity(weights, join(old, new.belief, 0))
 
@@ -128,6 +123,13 @@ class Poisson(Birth):
             returns = np.flatnonzero((existence > 0) & (existence >= self.least))
         prior = self._given(found, estimator, returns) if len(returns) else Gaussian(np.zeros((0, n)), np.zeros((0, n, n)))
         return Newborn(returns, prior, existence[returns])
+
+    def recycle(self, memory: Intensity, estimator: Estimator[Any], ended: Gaussian, existence: Array) -> Intensity:
+        """Return the intensity; if it `recycles`, with a Gaussian for each track that ended, weighted by its existence."""
+        if not self.recycles or not len(existence):
+            return memory
+        back = estimator.start(ended, estimator.state, NO_DRAWS)
+        return Intensity(np.concatenate([memory.weights, existence]), join(memory.belief, back, 0))
 
     def _given(self, found: Any, estimator: Estimator[Any], returns: Indices) -> Gaussian:
         """Return the moments (j, n) of unseen targets given that they gave the returns (j,)."""

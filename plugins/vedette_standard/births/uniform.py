@@ -1,0 +1,111 @@
+"""Undetected targets that may be anywhere."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any, ClassVar, final
+
+import numpy as np
+from attrs import frozen
+
+from vedette import Array, Birth, Detections, Estimator, Newborn, Sensor, fields
+from vedette.sampling import Bounds
+from vedette_standard.births.one_point import complete, one_point
+
+PLACES = 16
+"""Points per axis at which the mean detection probability is taken."""
+
+
+@final
+@frozen
+class Uniform(Birth):
+    """Undetected targets are a Poisson process of even density over a box: a track may start anywhere, by one return.
+
+    Of n targets, a return z comes from one with the density e(z) = n P_D |dx/dz| / volume, against clutter lambda(z): a
+    track that starts there exists with probability e / (e + lambda), times that of coming from no track. |dx/dz| is the
+    ratio of the return's standard deviations in the state, by `Sensor.invert`, and in the measurement. The prior is that of
+    the return, and `spread` for the axes that no return gives.
+    Houssineau, Laneuville, PHD Filter with Diffuse Spatial Prior on the Birth Process, FUSION 2010.
+    """
+
+    kind: ClassVar[str] = "uniform"
+    models_unseen: ClassVar[bool] = True
+
+    view: Mapping[str, Bounds] = fields.part("axis that the sensors observe to low and high: the box")
+    spread: dict[str, float] = fields.table("state axis that the sensors do not observe to its standard deviation")
+    initial: float = fields.quantity("1", "expected number of targets before the first scan", default=0.0, at_least=0)
+    rate: float = fields.quantity("1/s", "expected number that appear per second", default=0.0, at_least=0)
+    lifetime: float = fields.quantity("s", "mean time for which an unseen target stays in view", default=600.0, above=0)
+    sensors: tuple[str, ...] = fields.words("sensors whose returns may start tracks; default: all", default=())
+    least: float = fields.probability("existence below which no track is started", default=1e-5)
+
+    def __attrs_post_init__(self) -> None:
+        if self.initial == 0 and self.rate == 0:
+            raise ValueError("rate: must be > 0 unless `initial` is, as no target would ever appear")
+        if not self.view:
+            raise ValueError("view: must hold the box in which targets appear, got none")
+
+    def starts_from(self, sensor: str) -> bool:
+        """Return whether it is one of `sensors`."""
+        return not self.sensors or sensor in self.sensors
+
+    def initial_memory(self, estimator: Estimator[Any], rng: np.random.Generator) -> Array:
+        """Return the expected number of undetected targets ()."""
+        return np.asarray(self.initial)
+
+    def predict(self, memory: Array, estimator: Estimator[Any], dt: float, rng: np.random.Generator) -> Array:
+        """Return their number `dt` later: some have left, others have come."""
+        return np.asarray(memory * math.exp(-dt / self.lifetime) + self.rate * dt)
+
+    def reveal(
+        self, memory: Array, estimator: Estimator[Any], sensor: Sensor, detections: Detections, p_gate: float
+    ) -> tuple[Array, Array]:
+        """Return the density (k,) of each return from an undetected target, 0 where it may start no track."""
+        rate, whole = np.zeros(detections.z.shape[0]), complete(detections)
+        low, high = self._box(sensor)
+        noise = None if detections.noise is None else detections.noise[whole]
+        spot = sensor.invert(detections.z[whole], noise)
+        own = np.broadcast_to(sensor.noise(spot.mean), spot.cov.shape) if noise is None else noise
+        stretch = np.sqrt(np.linalg.det(spot.cov) / np.linalg.det(own))
+        inside = np.all((spot.mean >= low) & (spot.mean <= high), axis=-1)
+        rate[whole] = np.where(inside, memory * sensor.detects(spot.mean) * stretch / np.prod(high - low), 0.0)
+        return rate, rate
+
+    def update(
+        self,
+        memory: Array,
+        estimator: Estimator[Any],
+        sensor: Sensor,
+        detections: Detections,
+        claimed: Array,
+        p_gate: float,
+    ) -> Array:
+        """Return the number of those that were not detected."""
+        low, high = self._box(sensor)
+        middles = (np.arange(PLACES) + 0.5) / PLACES
+        places = np.stack(np.meshgrid(*(low[:, None] + (high - low)[:, None] * middles), indexing="ij"), axis=-1)
+        return np.asarray(memory * (1.0 - p_gate * np.mean(sensor.detects(places))))
+
+    def begin(
+        self, found: Any, estimator: Estimator[Any], sensor: Sensor, name: str, detections: Detections, claimed: Array
+    ) -> Newborn:
+        """Return a track at each return that may be an undetected target's."""
+        self._box(sensor)
+        rate = np.zeros(len(claimed)) if found is None else found
+        total = rate + np.broadcast_to(sensor.clutter(detections.z), len(claimed))
+        existence = np.divide(rate, total, out=np.zeros_like(rate), where=total > 0) * (1.0 - claimed)
+        returns = np.flatnonzero((existence > 0) & (existence >= self.least))
+        prior = one_point(sensor, detections, returns, self.spread, estimator.state)
+        return Newborn(returns, prior, existence[returns])
+
+    def _box(self, sensor: Sensor) -> tuple[Array, Array]:
+        """Return the corners of the box over the axes that the sensor observes."""
+        names = sensor.observes.names
+        if set(self.view) != set(names) or len(sensor.measurement) != len(names):
+            raise ValueError(
+                f"view: must be over the axes that {sensor.kind!r} observes, {', '.join(names)}, as many as it measures; "
+                f"got {', '.join(self.view)}"
+            )
+        low, high = np.array([(self.view[name].low, self.view[name].high) for name in names]).T
+        return low, high
