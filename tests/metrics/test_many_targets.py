@@ -1,39 +1,15 @@
 """OSPA(2), SIAP, CLEAR and HOTA against their definitions, written anew, and against numbers of other tools."""
 
-from itertools import pairwise, permutations, product
+from itertools import pairwise, product
 
 import numpy as np
 import pytest
 
-from support.many import Problem, problem
+from support.many import Problem, hota_by_definition, ospa2_by_definition, problem, there
 from vedette.metrics import clear_mot, covering, hota, ospa2, siap
 from vedette.metrics.siap import assigned
 
 SEEDS = range(20)
-
-
-def there(given: Problem, k: int, i: int, j: int) -> tuple[bool, bool]:
-    return bool(given.alive[k, i]), not np.isnan(given.tracks[k, j, 0])
-
-
-def ospa2_by_definition(given: Problem, scans: range, cutoff: float, order: float) -> float:
-    """The mean over the scans of either's life, then the best of all permutations."""
-    truths = [i for i in range(given.truth.shape[1]) if given.alive[scans.start : scans.stop, i].any()]
-    tracks = [j for j in range(given.tracks.shape[1]) if not np.isnan(given.tracks[scans.start : scans.stop, j, 0]).all()]
-    if not truths and not tracks:
-        return 0.0
-
-    def base(i, j):
-        every = []
-        for k in scans:
-            both = there(given, k, i, j)
-            if any(both):
-                every.append(min(given.distance(k, i, j), cutoff) if all(both) else cutoff)
-        return np.mean(np.array(every) ** order)
-
-    few, many, of = (truths, tracks, base) if len(truths) <= len(tracks) else (tracks, truths, lambda i, j: base(j, i))
-    best = min(sum(of(a, b) for a, b in zip(few, picked, strict=True)) for picked in permutations(many, len(few)))
-    return ((best + cutoff**order * (len(many) - len(few))) / len(many)) ** (1 / order)
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -122,38 +98,6 @@ def test_clear_is_its_definition(seed):
     assert found.mota == pytest.approx(1 - (missed + false + changed) / given.alive.sum())
     assert found.motp == (pytest.approx(np.mean(errors)) if errors else None)
     assert clear_mot(given.apart, given.present, given.alive, cover, 0).mota > found.mota - 1e-12
-
-
-def hota_by_definition(given: Problem, cutoff: float):
-    """Its loops over thresholds, with every assignment tried."""
-    scans, truths, tracks = len(given.truth), given.truth.shape[1], given.tracks.shape[1]
-    like = np.zeros((scans, truths, tracks))
-    for k, i, j in product(range(scans), range(truths), range(tracks)):
-        if all(there(given, k, i, j)):
-            like[k, i, j] = max(0.0, 1 - given.distance(k, i, j) / cutoff)
-    lives, entries = given.alive.sum(0), (~np.isnan(given.tracks[..., 0])).sum(0)
-    shared = np.zeros((truths, tracks))
-    for k, i, j in product(range(scans), range(truths), range(tracks)):
-        if like[k, i, j] > 0:
-            shared[i, j] += like[k, i, j] / (like[k, i].sum() + like[k, :, j].sum() - like[k, i, j])
-    jaccard = shared / (lives[:, None] + entries - shared)
-    matches = []
-    for k in range(scans):
-        worth = jaccard * like[k]
-        best = max(
-            (tuple(zip(range(truths), picked, strict=True)) for picked in permutations(range(max(tracks, truths)), truths)),
-            key=lambda pairs: sum(worth[i, j] for i, j in pairs if j < tracks),
-        )
-        matches += [(k, i, j) for i, j in best if j < tracks and like[k, i, j] > 0]
-    rows = []
-    for threshold in [n / 20 for n in range(1, 20)]:
-        kept = [(i, j, like[k, i, j]) for k, i, j in matches if like[k, i, j] >= threshold]
-        pairs = [(i, j) for i, j, _ in kept]
-        det = len(kept) / (lives.sum() + entries.sum() - len(kept))
-        each = [pairs.count((i, j)) / (lives[i] + entries[j] - pairs.count((i, j))) for i, j in pairs]
-        ass = float(np.mean(each)) if each else 0.0
-        rows.append([np.sqrt(det * ass), det, ass, np.mean([s for *_, s in kept]) if kept else 1.0])
-    return np.mean(rows, axis=0)
 
 
 def hota_of(given: Problem, cutoff: float):

@@ -1,46 +1,12 @@
 """Trajectory GOSPA against the linear program of its definition, with dummies and all, and against all assignments."""
 
-from itertools import permutations, product
+from itertools import permutations
 
 import numpy as np
 import pytest
-from scipy.optimize import linprog
 
-from support.many import Problem, problem
+from support.many import Problem, as_published, problem
 from vedette.metrics import gospa, trajectory_gospa
-
-
-def as_published(given: Problem, cutoff: float, switch: float, order: float) -> float:
-    """The program over (n_X + 1) x (n_Y + 1) weights a scan, each change bounded from both sides: as the paper has it."""
-    scans, rows, columns = len(given.truth), given.truth.shape[1], given.tracks.shape[1]
-    cost = np.zeros((scans, rows + 1, columns + 1))
-    for k, i, j in product(range(scans), range(rows + 1), range(columns + 1)):
-        here = i < rows and given.alive[k, i], j < columns and not np.isnan(given.tracks[k, j, 0])
-        if all(here):
-            cost[k, i, j] = min(given.distance(k, i, j), cutoff) ** order
-        elif any(here):
-            cost[k, i, j] = cutoff**order / 2
-    weight = np.arange(cost.size).reshape(cost.shape)
-    change = cost.size + np.arange((scans - 1) * rows * columns).reshape(scans - 1, rows, columns)
-    every = cost.size + change.size
-    equal = np.zeros((scans * (rows + columns + 1), every))
-    right = np.ones(len(equal))
-    line = iter(range(len(equal)))
-    for k in range(scans):
-        for i in range(rows):
-            equal[next(line), weight[k, i]] = 1
-        for j in range(columns):
-            equal[next(line), weight[k, :, j]] = 1
-        at = next(line)
-        equal[at, weight[k, rows, columns]], right[at] = 1, 0
-    bounds = np.zeros((2 * change.size, every))
-    for at, (k, i, j) in enumerate(np.ndindex(change.shape)):
-        for side, sign in enumerate((1, -1)):
-            bounds[2 * at + side, [weight[k, i, j], weight[k + 1, i, j], change[k, i, j]]] = sign, -sign, -1
-    total = np.concatenate([cost.ravel(), np.full(change.size, switch**order / 2)])
-    found = linprog(total, A_ub=bounds, b_ub=np.zeros(len(bounds)), A_eq=equal, b_eq=right, method="highs")
-    assert found.status == 0
-    return max(found.fun, 0.0) ** (1 / order)
 
 
 def over_assignments(given: Problem, cutoff: float, switch: float, order: float) -> float:

@@ -114,25 +114,23 @@ def _assigned(part: _Part, penalty: float, limit: float) -> Array | None:
 
 
 def _star(gain: Array, penalty: float) -> Array:
-    """Solve a part of one object, or of one track: the best path through its pairs (k, q), or none, by dynamic programming.
+    """Solve a part of one object, or of one track: the best path through its pairs (k, q), by dynamic programming.
 
-    Its linear program has a solution of whole numbers: |W^k - W^(k+1)| is a distance in a tree, with `none` in the middle.
+    Its linear program has a solution of whole numbers: |W^k - W^(k+1)| is a distance in a tree, with no pair in the middle.
+    No gain is above 0, so staying with a pair is never worse than having none.
     """
     scans, pairs = gain.shape
-    best, idle = gain[0].copy(), 0.0
-    kept, entered = np.ones((scans, pairs), dtype=bool), np.full(scans, -1)
+    best = gain[0]
+    stays, from_pair = np.ones((scans, pairs), dtype=bool), np.zeros(scans, dtype=np.intp)
     for k in range(1, scans):
-        leaver = int(np.argmin(best))
-        entered[k], rest = (leaver, best[leaver] + penalty) if best[leaver] + penalty < idle else (-1, idle)
-        kept[k] = best <= rest + penalty
-        best, idle = gain[k] + np.minimum(best, rest + penalty), rest
-    weight = np.zeros(gain.shape)
-    at = int(np.argmin(best)) if np.min(best) < idle else -1
+        from_pair[k] = np.argmin(best)
+        switched = best[from_pair[k]] + 2 * penalty
+        stays[k] = best <= switched
+        best = gain[k] + np.minimum(best, switched)
+    weight, at = np.zeros(gain.shape), int(np.argmin(best))
     for k in range(scans - 1, -1, -1):
-        if at >= 0:
-            weight[k, at] = 1.0
-        if at < 0 or not kept[k, at]:
-            at = int(entered[k])
+        weight[k, at] = 1.0
+        at = at if stays[k, at] else int(from_pair[k])
     return weight
 
 
