@@ -90,8 +90,8 @@ def test_a_chunk_that_kills_its_workers_ends_the_study_and_keeps_the_others(clus
     monkeypatch.setattr(cluster.scheduler, "allowed_failures", 0)
     own = carry.attempt
 
-    def fatal(config, seed, runs, together):
-        return os._exit(1) if runs.start == 160 else own(config, seed, runs, together)
+    def fatal(config, seed, runs, *rest):
+        return os._exit(1) if runs.start == 160 else own(config, seed, runs, *rest)
 
     wait_for_workers(cluster)
     options = {"chunk": 20, "out": tmp_path / "out"}
