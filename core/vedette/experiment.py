@@ -76,7 +76,7 @@ class Steps:
         self._tracker, self._given, self._seeds, self._strict = experiment.tracker, given, seeds, strict
         self.places: dict[tuple[float, str], int] = {}
         scans = _noted(progress(recording.scans, "tracking"), self.places)
-        self._scans = preprocess(scans, experiment.preprocessors, self.intake.refused, strict=strict)
+        self._scans = preprocess(scans, _still_to_run(experiment, recording), self.intake.refused, strict=strict)
         self.state = self._tracker.start(given, -np.inf, seeds)
 
     def __iter__(self) -> Iterator[tuple[Scan, State]]:
@@ -106,6 +106,16 @@ class Steps:
             return self._tracker.step(state, kept), kept, problems
         except ScanRefused as error:
             return None, kept, [Problem("left out whole", str(error))]
+
+
+def _still_to_run(experiment: Experiment, recording: Recording) -> dict[str, Preprocessor]:
+    """Return the preprocessors whose scans the recording does not hold already; ConfigError if it holds others' scans."""
+    for name, space in recording.detected.items():
+        sensor = experiment.tracker.sensors.get(name)
+        if sensor is not None and space != sensor.measurement:
+            told = f"the recording's scans of it are over {space}, and the tracker's measure {sensor.measurement}"
+            raise ConfigError([Problem(f"sensors.{name}", told)])
+    return {name: each for name, each in experiment.preprocessors.items() if name not in recording.detected}
 
 
 @final

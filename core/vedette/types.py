@@ -285,7 +285,8 @@ class Recording:
     """What a source delivers: scans in time order, the truth if it is known, and what was refused on the way.
 
     `scans` may be lazy. `warnings`: a sentence for each thing that looks wrong and was read all the same. `rows` accounts
-    for all that was read, table by table.
+    for all that was read, table by table. `detected` holds the sensors whose scans are those of a preprocessor already, with
+    what they measure: a run takes such scans as they are.
     """
 
     scans: Sequence[Scan]
@@ -294,6 +295,7 @@ class Recording:
     notes: Mapping[str, str] = {}
     warnings: tuple[str, ...] = ()
     rows: Mapping[str, Rows] = {}
+    detected: Mapping[str, Space] = {}
 
 
 new_gaussian = maker(Gaussian)

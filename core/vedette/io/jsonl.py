@@ -21,7 +21,7 @@ from vedette.types import Detections, Pose, Recording, Rows, Scan, Trajectory
 
 FORMAT = "vedette"
 VERSION = 1
-HEADER_FIELDS = ("format", "version", "sensors", "truth", "notes")
+HEADER_FIELDS = ("format", "version", "sensors", "detected", "truth", "notes")
 SCAN_FIELDS = ("time", "sensor", "z", "noise", "evidence", "pose", "frame")
 STATE_FIELDS = ("truth", "time", "state")
 POSE_FIELDS = ("position", "velocity", "heading")
@@ -29,11 +29,15 @@ POSE_FIELDS = ("position", "velocity", "heading")
 
 @frozen
 class Header:
-    """The first line of a recording: the axes of each sensor and each true object, and notes."""
+    """The first line of a recording: the axes of each sensor and each true object, and notes.
+
+    `detected` are the sensors whose scans come from a preprocessor.
+    """
 
     sensors: dict[str, Space]
     truth: dict[str, Space]
     notes: dict[str, str]
+    detected: tuple[str, ...] = ()
 
 
 def write_recording(path: Path, recording: Recording, sensors: Mapping[str, Space]) -> None:
@@ -58,6 +62,7 @@ def recording_head(recording: Recording, sensors: Mapping[str, Space]) -> Iterat
         "format": FORMAT,
         "version": VERSION,
         "sensors": {name: units(space) for name, space in sensors.items()},
+        **({"detected": list(recording.detected)} if recording.detected else {}),
         "truth": truth,
         "notes": dict(recording.notes),
     }
@@ -117,7 +122,9 @@ def read_recording(path: Path, *, sort: bool = False) -> tuple[Recording, dict[s
     used = len(in_order) + sum(len(path.times) for path in truth)
     rows = {"lines": Rows(total, used, sum(problem.rows for problem in refused))}
     told = tuple(offer_sorting(refused, total))
-    recording = Recording(tuple(scan for _, scan in in_order), tuple(truth), told, header.notes, rows=rows)
+    detected = {name: header.sensors[name] for name in header.detected}
+    in_time = tuple(scan for _, scan in in_order)
+    recording = Recording(in_time, tuple(truth), told, header.notes, rows=rows, detected=detected)
     return recording, header.sensors
 
 
@@ -160,7 +167,10 @@ def _header(given: Any) -> Header:
     notes = given.get("notes", {})
     if not isinstance(notes, dict) or not all(isinstance(note, str) for note in notes.values()):
         raise ValueError(f"notes must be names to strings, got {short(notes)}")
-    return Header(_spaces(given["sensors"], "sensors"), _spaces(given.get("truth", {}), "truth"), notes)
+    sensors, detected = _spaces(given["sensors"], "sensors"), given.get("detected", [])
+    if not isinstance(detected, list) or not all(isinstance(name, str) and name in sensors for name in detected):
+        raise ValueError(f"detected must be names of the header's sensors, got {short(detected)}")
+    return Header(sensors, _spaces(given.get("truth", {}), "truth"), notes, tuple(detected))
 
 
 def _spaces(given: Any, what: str) -> dict[str, Space]:

@@ -24,7 +24,8 @@ from vedette.types import Recording, Scan
 class JsonLinesSource(Source):
     """A recording in Vedette's JSON-lines format: a header, true states, scans of several sensors, empty ones too.
 
-    Scans of sensors that the tracker lacks are left out and counted in the notes.
+    Scans of sensors that the tracker lacks are left out and counted in the notes. Those that a preprocessor has made, as the
+    header says of the recording of a run, are delivered as they are.
     """
 
     kind: ClassVar[str] = "jsonl"
@@ -42,16 +43,17 @@ class JsonLinesSource(Source):
         """
         path = find(self.path, f"{self.about or 'a recording'}. Format: Vedette's JSON lines")
         recording, spaces = read_recording(path, sort=self.sort)
+        made = recording.detected
         for name in spaces:
-            if name in sensors and set(spaces[name].axes) != set(sensors[name].measurement.axes):
+            if name in sensors and name not in made and set(spaces[name].axes) != set(sensors[name].measurement.axes):
                 measured = sensors[name].measurement
                 raise InputError(
                     f"{path}:1: sensor {shown(name)} gives {spaces[name]}, and the tracker's measures {measured}"
                 )
         kept = tuple(
-            _over(sensors[scan.sensor].measurement, scan, spaces[scan.sensor])
+            scan if scan.sensor in made else _over(sensors[scan.sensor].measurement, scan, spaces[scan.sensor])
             for scan in recording.scans
-            if scan.sensor in sensors
+            if scan.sensor in sensors or scan.sensor in made
         )
         if not kept:
             first = f"; the first problem: {recording.refused[0]}" if recording.refused else ""
@@ -59,7 +61,7 @@ class JsonLinesSource(Source):
             raise InputError(f"{path}: holds no usable scan of {', '.join(map(repr, sensors))}, but of {names}{first}")
         notes = dict(recording.notes)
         for name in spaces:
-            if name not in sensors:
+            if name not in sensors and name not in made:
                 count = sum(scan.sensor == name for scan in recording.scans)
                 notes[f"scans of {shown(name)}, which the tracker lacks"] = str(count)
         lines, left_out = recording.rows["lines"], len(recording.scans) - len(kept)

@@ -35,7 +35,8 @@ def write_files(folder: Path, experiment: Experiment, result: Result, figures: M
     space, sensors = experiment.tracker.state, experiment.tracker.sensors
     write_tracks_csv(folder / "tracks.csv", result.tracks, space)
     write_tracks_jsonl(folder / "tracks.jsonl", result.tracks, space)
-    taken = Recording(result.scans, result.recording.truth, (), result.recording.notes)
+    detected = {name: sensors[name].measurement for name in experiment.preprocessors}
+    taken = Recording(result.scans, result.recording.truth, (), result.recording.notes, detected=detected)
     write_recording(folder / "recording.jsonl", taken, {name: sensor.measurement for name, sensor in sensors.items()})
     for name, data in (("config.json", to_config(experiment)), ("summary.json", figures)):
         with whole_file(folder / name) as file:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, final
 
 import numpy as np
-from attrs import frozen
+from attrs import evolve, frozen
 
 from vedette.config import to_config
 from vedette.experiment import Experiment, Result
@@ -82,6 +82,7 @@ def stream(experiment: Experiment, folder: Path, *, strict: bool = False, progre
     steps = experiment.steps(strict=strict, progress=progress)
     tracker, seen, interrupted = experiment.tracker, _Innovations(experiment), False
     spaces = {name: sensor.measurement for name, sensor in tracker.sensors.items()}
+    detected = {name: spaces[name] for name in experiment.preprocessors}
     history, waiting = History(tracker), 0
     frames = FrameFiles.of(folder / "recording.jsonl", steps.recording)
     modes = tracker.estimator.mode_prob(steps.state.belief)
@@ -92,7 +93,7 @@ def stream(experiment: Experiment, folder: Path, *, strict: bool = False, progre
         )
         table.write(csv_head(tracker.state, 0 if modes is None else modes.shape[-1]))
         lines.write(jsonl_head(tracker.state))
-        recording.writelines(recording_head(steps.recording, spaces))
+        recording.writelines(recording_head(evolve(steps.recording, detected=detected), spaces))
 
         def write() -> None:
             for track in history.hand_out():
