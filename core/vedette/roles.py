@@ -29,6 +29,9 @@ class Component(ABC):
 
     kind: ClassVar[str]
 
+    misprint: ClassVar[str] = ""
+    """What a paper misprints, if the component exists only to show it; listings keep it apart from what users choose."""
+
 
 class MotionModel(Component):
     """How a state moves, x' = f(x, dt) + w, w ~ N(0, Q(x, dt)), over its own axes only.

@@ -22,6 +22,7 @@ class ParallelKalmanPrinted(GaussianFilter):
     """
 
     kind: ClassVar[str] = "parallel_kalman_printed"
+    misprint: ClassVar[str] = "equation 6: the covariance lacks the spread of the means"
     takes_frames: ClassVar[bool] = True
 
     motion: MotionModel = fields.part("how the target moves")

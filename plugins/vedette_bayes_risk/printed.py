@@ -23,6 +23,7 @@ class BayesRiskPrinted(DistributedDetection):
     """
 
     kind: ClassVar[str] = "bayes_risk_printed"
+    misprint: ClassVar[str] = "equations 2 and 4: summed from below, they decide for a target where few sensors confirm"
 
     costs: Costs = fields.part("what each decision costs", default=Costs())
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache, partial
 from typing import ClassVar, TypeVar, final
 
@@ -40,6 +40,16 @@ class BayesRiskReproduction(Reproduction):
     title: ClassVar[str] = "Detection over seven sensors by Bayes risk, and parallel Kalman filters, against IMM/MSPDA"
     default_runs: ClassVar[int] = 1000
     full_runs: ClassVar[int] = 10000
+    contributions: ClassVar[Mapping[str, tuple[str, ...]]] = {
+        "detection over several sensors by Bayes risk, equations 1 to 5": (
+            "preprocessor bayes_risk_detection",
+            "preprocessor bayes_risk_printed",
+        ),
+        "its likelihood L(k) as weight of a return, equation 5": ("associator bayes_risk",),
+        "parallel Kalman filters, equation 6": ("estimator kalman", "estimator parallel_kalman_printed"),
+        "the same counts as a likelihood ratio, not in the paper": ("preprocessor count_likelihood_detection",),
+        "IMM/MSPDA, what it is compared with": ("estimator imm", "associator pda"),
+    }
 
     def run(self, runs: int, seed: int, progress: Progress, keep: Keep = afresh) -> Findings:
         """Run all filters of a part on the same draws."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import partial
 from time import process_time
 from typing import Any, ClassVar, final
@@ -53,6 +54,16 @@ class MarineReproduction(Reproduction):
     title: ClassVar[str] = "Ships seen by a marine radar: IMM-PDAF against CV-PDAF and CT-PDAF, judged by AIS"
     default_runs: ClassVar[int] = 30
     full_runs: ClassVar[int] = 300
+    contributions: ClassVar[Mapping[str, tuple[str, ...]]] = {
+        "IMM-PDAF, equations 1 to 32": ("estimator imm", "associator pda"),
+        "the models of table 6": (
+            "motion constant_velocity_piecewise",
+            "motion random_walk_piecewise",
+            "motion coordinated_turn_piecewise",
+        ),
+        "tracks started by AIS, equations 5 to 9": ("birth announced", "lifecycle announced"),
+        "returns from radar pictures, figures 4 and 6": ("preprocessor radar_picture", "sensor radar_screen"),
+    }
 
     def run(self, runs: int, seed: int, progress: Progress, keep: Keep = afresh) -> Findings:
         """Run all filters on the same draws; the process noises of CV-PDAF and CT-PDAF are chosen on other draws."""

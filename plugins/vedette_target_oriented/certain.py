@@ -22,6 +22,7 @@ class TargetOrientedCertain(ResettingMotion):
     """
 
     kind: ClassVar[str] = "target_oriented_certain"
+    misprint: ClassVar[str] = "section 3.1: v_side is reset, its variance too, so the filter takes its heading for certain"
 
     def reset(self, cov: Array) -> Array:
         """Set the side speed's variance to 0: (*b, 7, 7) -> (*b, 7, 7)."""

@@ -20,6 +20,9 @@ class TargetOrientedLiteral(ResettingMotion):
     """
 
     kind: ClassVar[str] = "target_oriented_literal"
+    misprint: ClassVar[str] = (
+        "section 3.1: v_side is reset and the covariance stays, so the filter reckons with a side speed that it discarded"
+    )
 
     def reset(self, cov: Array) -> Array:
         """Return the covariance unchanged: (*b, 7, 7) -> (*b, 7, 7)."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import ClassVar, final
 
 import numpy as np
@@ -38,6 +39,15 @@ class TargetOrientedReproduction(Reproduction):
     title: ClassVar[str] = "Target-oriented velocity in an IMM-PDAF, against Singer models and known turn rates"
     default_runs: ClassVar[int] = 1500
     full_runs: ClassVar[int] = 10000
+    contributions: ClassVar[Mapping[str, tuple[str, ...]]] = {
+        "the target-oriented model, equations 2 to 7": ("motion target_oriented",),
+        "the same with heading and reset as printed, equation 8": (
+            "motion target_oriented_literal",
+            "motion target_oriented_certain",
+        ),
+        "three of them in an IMM-PDAF, section 3.2": ("estimator imm", "associator pda"),
+        "what it is compared with, section 4.3": ("motion singer", "motion known_turn"),
+    }
 
     def run(self, runs: int, seed: int, progress: Progress, keep: Keep = afresh) -> Findings:
         """Run all filters on the same draws."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import ClassVar, final
 
 import numpy as np
@@ -37,6 +38,18 @@ class VtsReproduction(Reproduction):
     title: ClassVar[str] = "Manoeuvring vessels seen by the radar of a vessel traffic service: IMM against single filters"
     default_runs: ClassVar[int] = 500
     full_runs: ClassVar[int] = 5000
+    contributions: ClassVar[Mapping[str, tuple[str, ...]]] = {
+        "models of constant velocity and acceleration, equations 1 to 6": (
+            "motion constant_velocity_piecewise",
+            "motion wiener_acceleration_piecewise",
+        ),
+        "returns converted with their covariance, equations 7 to 10": (
+            "preprocessor naive_conversion",
+            "sensor polar_position",
+        ),
+        "CVKF and CAKF, equations 14 to 19": ("estimator kalman",),
+        "IMMCV2 and IMMCVCA, equations 11 to 25": ("estimator imm",),
+    }
 
     def run(self, runs: int, seed: int, progress: Progress, keep: Keep = afresh) -> Findings:
         """Run all filters on the same draws."""

@@ -23,8 +23,15 @@ def run(arguments: Namespace) -> int:
         found = {"components": [_described(entry) for entry in entries], **_unused(registry)}
         print(json.dumps(found, indent=2))
         return 0
-    for line in _listing(entries):
+    for line in _listing([entry for entry in entries if not entry.cls.misprint]):
         print(line)
+    shown = [entry for entry in entries if entry.cls.misprint]
+    if shown:
+        print("\nnot to be chosen: they only show what a paper prints")
+        for entry in shown:
+            print(f"\n  {entry.role} {entry.kind}  ({entry.distribution} {entry.version})".rstrip())
+            for line in wrap(entry.cls.misprint, 110, initial_indent="    ", subsequent_indent="    "):
+                print(line)
     for reason in registry.reasons():
         print(f"\nbroken: {reason}")
     return 0
@@ -60,6 +67,8 @@ def _listing(entries: Sequence[Installed]) -> Iterator[str]:
         yield ""
         yield f"  {entry.kind}  ({entry.distribution} {entry.version})".rstrip()
         yield from wrap(entry.summary, 110, initial_indent="    ", subsequent_indent="    ")
+        for what, parts in entry.contributions.items():
+            yield from wrap(f"{what}: {', '.join(parts)}", 110, initial_indent="      ", subsequent_indent="        ")
         yield from _takes(entry.parameters, "      ")
         for cls in tables(entry.parameters):
             yield f"      table {cls.__name__}:"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+from collections.abc import Mapping
 from typing import Any
 
 from attrs import NOTHING, field, frozen
@@ -65,7 +66,19 @@ class Installed:
             "version": self.version,
             "summary": self.summary,
             "parameters": [parameter.describe() for parameter in self.parameters],
+            **_told(misprint=self.cls.misprint),
+            **_told(contributions={name: list(parts) for name, parts in self.contributions.items()}),
         }
+
+    @property
+    def contributions(self) -> Mapping[str, tuple[str, ...]]:
+        """What a reproduced paper contributes, and which components it is; empty for other roles."""
+        return getattr(self.cls, "contributions", {}) if self.role == "reproduction" else {}
+
+
+def _told(**given: Any) -> dict[str, Any]:
+    """Return what there is to tell."""
+    return {name: value for name, value in given.items() if value}
 
 
 def check_version(module: Any) -> None:

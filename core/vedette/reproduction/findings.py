@@ -6,6 +6,7 @@ Plain values; `vedette.report.reproduction` prints and draws them.
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Mapping
 from typing import ClassVar, Literal
 
 from attrs import frozen
@@ -104,6 +105,9 @@ class Reproduction(Component):
 
     full_runs: ClassVar[int]
     """Number of runs of `--full`, which may take as long as it needs."""
+
+    contributions: ClassVar[Mapping[str, tuple[str, ...]]] = {}
+    """What the paper contributes, section or equation, and the components that it is here, each as "role kind"."""
 
     @abstractmethod
     def run(self, runs: int, seed: int, progress: Progress, keep: Keep = afresh) -> Findings:
