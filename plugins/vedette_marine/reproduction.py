@@ -23,8 +23,8 @@ CLUTTER = 1e-6
 GRID = (0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 1.4)
 """Values of the CV-PDAF's process noise in m/s^2 among which it is chosen."""
 
-TURN_GRID = ((0.05, 0.1, 0.2, 0.4, 0.8), (3e-3, 1e-2, 3e-2, 6e-2))
-"""The same for CT-PDAF: sigmas of its acceleration in m/s^2 and of its turn rate in rad/s^2."""
+TURN_GRID = ((0.2, 0.05, 0.1, 0.4, 0.8), (1e-2, 1e-3, 3e-3, 3e-2))
+"""The same for CT-PDAF: sigmas of its acceleration in m/s^2 and of its turn rate in rad/s^2; the search starts at the first."""
 
 TUNING_RUNS = 20
 
@@ -125,7 +125,7 @@ def chosen(scene: str, seed: int, number: int) -> Chosen:
         return sum(int(each.lost.sum()) for each in records), sum(outcome.rms(each, "ais") ** 2 for each in records)
 
     cv = min(GRID, key=lambda sigma: error(configs.cv_pdaf(sigma)))
-    accel = min(TURN_GRID[0], key=lambda sigma: error(configs.ct_pdaf(sigma, TURN_GRID[1][1])))
+    accel = min(TURN_GRID[0], key=lambda sigma: error(configs.ct_pdaf(sigma, TURN_GRID[1][0])))
     rate = min(TURN_GRID[1], key=lambda sigma: error(configs.ct_pdaf(accel, sigma)))
     return Chosen(np.array(cv), np.array([accel, rate]))
 

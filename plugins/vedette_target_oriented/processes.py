@@ -152,5 +152,6 @@ def _histogram(name: str, values: Array, words: str) -> Panel:
         f"{name}: {words}",
         "acceleration [standard deviations]",
         "density",
-        (Curve(words, middle, density), Curve("Gaussian", middle, gauss, "dashed")),
+        (Curve(words, middle, np.where(density > 0, density, np.nan)), Curve("Gaussian", middle, gauss, "dashed")),
+        log=True,
     )

@@ -38,7 +38,7 @@ class TargetOrientedReproduction(Reproduction):
     kind: ClassVar[str] = "target_oriented"
     title: ClassVar[str] = "Target-oriented velocity in an IMM-PDAF, against Singer models and known turn rates"
     default_runs: ClassVar[int] = 1500
-    full_runs: ClassVar[int] = 10000
+    full_runs: ClassVar[int] = 15000
     contributions: ClassVar[Mapping[str, tuple[str, ...]]] = {
         "the target-oriented model, equations 2 to 7": ("motion target_oriented",),
         "the same with heading and reset as printed, equation 8": (
