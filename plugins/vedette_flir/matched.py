@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,7 @@ from vedette.montecarlo import run_together
 from vedette.sampling import draw_gaussian, draw_states
 from vedette_flir.motion.atmospheric_wander import AtmosphericWander
 from vedette_flir.motion.jittered_wander import JitteredWander
+from vedette_flir.sensors.fitted import FittedImage
 from vedette_flir.sensors.gaussian_spot import GaussianSpot
 from vedette_flir.spots import circular
 
@@ -29,7 +30,10 @@ LOST = 4.0
 
 @frozen(eq=False)
 class Record:
-    """One filter's runs: errors of dynamics, jitter and their sum (r, s, 2), NEES / 4 and NIS / 2 (r, s), lost (r,)."""
+    """One filter's runs: errors of dynamics, jitter and their sum (r, s, 2), NEES / 4 and NIS / 2 (r, s), lost (r,).
+
+    `sigma` (s, 4): what the first run's filter says are the standard deviations of x, y, jx, jy.
+    """
 
     dynamics: Array
     jitter: Array
@@ -37,22 +41,36 @@ class Record:
     nees: Array
     nis: Array
     lost: Mask
+    sigma: Array
 
 
-def config(passes: int, sigma_jitter: float) -> dict[str, Any]:
-    """Return a tracker: `passes` linearisations of an 8 x 8 window; each run's prior is given with it."""
-    motion = {"kind": "jittered_wander", "sigma_jitter": sigma_jitter}
+LOOKS = {"amplitude": "count", "spread": "px", "background": "count"}
+"""What the tracker's state holds of a circular spot."""
+
+SPREADS = {"x": 0.5, "y": 0.5, "vx": 20.0, "vy": 20.0, "ax": 200.0, "ay": 200.0}
+"""Standard deviations at the start, where a filter has these axes; that of the jitter is its own."""
+
+
+def config(
+    passes: int,
+    sigma_jitter: float,
+    motion: Mapping[str, Any] | None = None,
+    sensor: Mapping[str, Any] | None = None,
+    carries: Mapping[str, str] = LOOKS,
+) -> dict[str, Any]:
+    """Return a tracker: `passes` linearisations of a window, by default of 8 x 8 pixels; each run's prior is given with it.
+
+    `motion`: what moves, default the matched model; `sensor`: what the camera's model has beyond its axes.
+    """
+    moving = {"kind": "jittered_wander", "sigma_jitter": sigma_jitter} if motion is None else motion
+    model = {"kind": "gaussian_spot"} if sensor is None else sensor
     return {
         "estimator": {
             "kind": "iekf",
             "passes": passes,
-            "motion": {
-                "kind": "carrying",
-                "motion": motion,
-                "carries": {"amplitude": "count", "spread": "px", "background": "count"},
-            },
+            "motion": {"kind": "carrying", "motion": moving, "carries": carries},
         },
-        "sensors": {"camera": {"kind": "gaussian_spot", "across": ["x", "jx"], "down": ["y", "jy"]}},
+        "sensors": {"camera": {**model, "across": ["x", "jx"], "down": ["y", "jy"]}},
         "gate": "off",
         "associator": {"kind": "pda"},
         "lifecycle": {"kind": "single_target"},
@@ -61,38 +79,71 @@ def config(passes: int, sigma_jitter: float) -> dict[str, Any]:
 
 def record(passes: int, spread: float, snr: float, sigma_jitter: float, runs: int, rng: np.random.Generator) -> Record:
     """Draw truth from the third-order model and frames of unit noise, and run the filter on them."""
+    state, times = wander(sigma_jitter, runs, rng)
+    start = offset(sigma_jitter, runs, rng)
+    looks = np.array([snr, spread, 0.0])
+    scans = shown(times, state[..., :2] + state[..., 2:], GaussianSpot(), looks, _white(rng))
+    return follow(config(passes, sigma_jitter), state, start, sigma_jitter, looks, scans)
+
+
+def wander(sigma_jitter: float, runs: int, rng: np.random.Generator) -> tuple[Array, Array]:
+    """Draw the paper's truth: x, y, jx, jy (r, s, 4), and return it with its times (s,)."""
     truth, times = AtmosphericWander(sigma_jitter=sigma_jitter), np.arange(FRAMES) / RATE
     settled = draw_gaussian(np.zeros(8), truth.noise(np.zeros(8), 100.0), rng, (runs,))
     path = draw_states(truth, settled, times, rng)
-    state = np.concatenate([path[..., :2], path[..., 2:4] + path[..., 4:6]], axis=-1)
-    looks = np.broadcast_to([snr, spread, 0.0], (runs, 3))
-    variance = np.repeat([0.25, sigma_jitter**2], 2)
-    start = state[:, 0] + np.sqrt(variance) * rng.standard_normal((runs, 4))
-    cov = np.zeros((runs, 1, 7, 7))
-    cov[..., range(4), range(4)] = variance
-    prior = Gaussian(np.concatenate([start, looks], axis=1)[:, None], cov)
-    scans = _scans(times, state[..., :2] + state[..., 2:], looks, rng)
-    found = run_together(load(config(passes, sigma_jitter)).tracker, prior, 0.0, scans)
-    error = found.mean[..., :4] - state
+    return np.concatenate([path[..., :2], path[..., 2:4] + path[..., 4:6]], axis=-1), times
+
+
+def offset(sigma_jitter: float, runs: int, rng: np.random.Generator) -> Array:
+    """Draw the error of x, y, jx, jy that the filters start with (r, 4)."""
+    error: Array = np.repeat([SPREADS["x"], sigma_jitter], 2) * rng.standard_normal((runs, 4))
+    return error
+
+
+def follow(
+    built: Mapping[str, Any], state: Array, start: Array, sigma_jitter: float, looks: Array, scans: Iterable[Scan]
+) -> Record:
+    """Run a tracker on frames of the truth `state` (r, s, 4), from its first with the error `start`, and with `looks`."""
+    tracker = load(built).tracker
+    names, runs = tracker.state.names, len(state)
+    mean, cov = np.zeros((runs, 1, len(names))), np.zeros((runs, 1, len(names), len(names)))
+    own = [names.index(name) for name in ("x", "y", "jx", "jy")]
+    mean[:, 0, own] = state[:, 0] + start
+    mean[..., -len(looks) :] = looks
+    for name, deviation in {**SPREADS, "jx": sigma_jitter, "jy": sigma_jitter}.items():
+        if name in names:
+            cov[..., names.index(name), names.index(name)] = deviation**2
+    found = run_together(tracker, Gaussian(mean, cov), 0.0, scans)
+    error = found.mean[..., own] - state
     apparent = error[..., :2] + error[..., 2:]
     after = slice(SETTLED, None)
+    cov_own = found.cov[:, after][..., own, :][..., own]
     return Record(
         error[:, after, :2],
         error[:, after, 2:],
         apparent[:, after],
-        nees(error[:, after], found.cov[:, after, :4, :4]) / 4,
+        nees(error[:, after], cov_own) / 4,
         found.nis[:, after] / 2,
         np.any(np.linalg.norm(apparent, axis=-1) > LOST, axis=1),
+        np.sqrt(np.diagonal(cov_own[0], axis1=-2, axis2=-1)),
     )
 
 
-def _scans(times: Array, seen: Array, looks: Array, rng: np.random.Generator) -> Iterator[Scan]:
-    """Yield frames around the true place `seen` (r, s, 2), all runs at once."""
-    camera, size = GaussianSpot(), 2 * HALF + 1
+Noise = Callable[[int, tuple[int, ...], Array], Array]
+"""Noise of the k-th frame of a shape (r, h, w), whose first pixels are at corners (r, 2)."""
+
+
+def _white(rng: np.random.Generator) -> Noise:
+    return lambda k, shape, corner: rng.standard_normal(shape)
+
+
+def shown(times: Array, seen: Array, camera: FittedImage, looks: Array, noise: Noise, half: int = HALF) -> Iterator[Scan]:
+    """Yield frames around the true place `seen` (r, s, 2), all runs at once, of targets with `looks`."""
+    size, appearance = 2 * half + 1, np.broadcast_to(looks, (len(seen), len(looks)))
     for k, time in enumerate(times.tolist()):
-        corner = np.rint(seen[:, k]) - HALF
-        clean = camera.render(np.concatenate([seen[:, k] - corner, looks], axis=1), (size, size))
-        yield Scan.image(time, "camera", Frame(clean + rng.standard_normal(clean.shape), corner))
+        corner = np.rint(seen[:, k]) - half
+        clean = camera.render(np.concatenate([seen[:, k] - corner, appearance], axis=1), (size, size))
+        yield Scan.image(time, "camera", Frame(clean + noise(k, clean.shape, corner), corner))
 
 
 def information(spread: float, snr: float, window: int = 8) -> float:

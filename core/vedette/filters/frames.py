@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from vedette import kernels
@@ -12,6 +14,9 @@ from vedette.roles import Sensor
 from vedette.space import Array, Space
 from vedette.supporting import ImagingSensor
 from vedette.types import Frame, Gaussian, Innovation
+
+FURTHER = 10
+"""Passes beyond those of the update, where these have not found the target."""
 
 
 def evaluate_frame(
@@ -26,8 +31,9 @@ def evaluate_frame(
     statistic J^-1 q, whose covariance is J^-1 + S: it has as many degrees of freedom as there are apparent axes, not pixels.
     Passes end when no track's point moves by more than `least` standard deviations of the update.
 
-    The evidence is that of the last linearisation. Where it speaks against the target, because the passes began far from it
-    and have not arrived, Laplace's at x+ counts: llr(x+) - (x+ - x-)' P^-1 (x+ - x-) / 2 - log |I + J S| / 2.
+    The evidence is that of the last linearisation. Where that speaks against the target, the passes may have begun far from
+    it and not have arrived: the largest that further passes find by Laplace's formula counts,
+    llr(x+) - (x+ - x-)' P^-1 (x+ - x-) / 2 - log |I + J S| / 2.
     """
     assert isinstance(sensor, ImagingSensor)
     where = state.locate(sensor.observes)
@@ -49,10 +55,14 @@ def evaluate_frame(
         before, at = at, state.displace(belief.mean, shift)[..., where]
         if np.max(np.abs(at - before), initial=0.0) <= least:
             break
-    loglik = llr - np.sum((g + 0.5 * Je) * e, axis=-1) + 0.5 * np.sum(_times(S, pull) * q, axis=-1)
-    if np.any(loglik < 0.0):
-        loglik = np.where(loglik < 0.0, np.maximum(loglik, _arrived(sensor, x, frame, at, J, S, pull)), loglik)
     log_det = np.linalg.slogdet(np.eye(m) + J @ S)[1]
+    loglik = llr - np.sum((g + 0.5 * Je) * e, axis=-1) + 0.5 * np.sum(_times(S, pull) * q, axis=-1)
+    likely = loglik - 0.5 * log_det
+    if p_gate < 1 and np.any(likely < 0.0):
+        found = _arrived(
+            sensor, frame, x, at, pull, S, lambda step: state.displace(belief.mean, _times(cross, step))[..., where]
+        )
+        likely = np.where(likely < 0.0, np.maximum(likely, found), likely)
     distance = np.sum(_times(np.linalg.pinv(J, hermitian=True), q) * pull, axis=-1)
     gain = cross @ shrink
     keep = np.eye(len(state)) - gain @ J @ H
@@ -60,19 +70,31 @@ def evaluate_frame(
     shift[..., where] += sensor.learn(at, frame) - at
     log_volume = 0.5 * (log_det - kernels.safe_log(np.linalg.det(J)))
     detail = Hypotheses(shift[..., None, :], kernels.symmetric(post)[..., None, :, :])
-    likely = (loglik - 0.5 * log_det)[..., None]
     in_view = np.any(J != 0, axis=(-1, -2))
-    return make_innovation(sensor, x, p_gate, likely, distance[..., None], log_volume[..., None], detail, in_view)
+    return make_innovation(sensor, x, p_gate, likely[..., None], distance[..., None], log_volume[..., None], detail, in_view)
 
 
-def _arrived(sensor: ImagingSensor, x: Array, frame: Frame, at: Array, J: Array, S: Array, pull: Array) -> Array:
-    """Return llr(x+) - (x+ - x-)' P^-1 (x+ - x-) / 2 (*b, t); -inf where the image at x+ does not speak for the target.
+def _arrived(
+    sensor: ImagingSensor, frame: Frame, x: Array, at: Array, pull: Array, S: Array, displaced: Callable[[Array], Array]
+) -> Array:
+    """Return the largest evidence (*b, t) of further passes from `at`, which `pull` led to; -inf where none counts.
 
-    That is so where llr(x+) <= 0, and where x+ has left what the frame shows: the information there is under a quarter.
+    Those count where the image speaks for the target and still shows it: llr > 0, and the information is a quarter of the
+    largest or more.
     """
-    J_end, _, llr = sensor.information(x, frame, at)
-    known, before = (np.trace(matrix, axis1=-2, axis2=-1) for matrix in (J_end, J))
-    return np.where((llr > 0.0) & (known > 0.25 * before), llr - 0.5 * np.sum(_times(S, pull) * pull, axis=-1), -np.inf)
+    best, most = np.full(at.shape[:-1], -np.inf), np.zeros(at.shape[:-1])
+    expected, unit = sensor.measure(x), np.eye(S.shape[-1])
+    for _ in range(FURTHER):
+        J, g, llr = sensor.information(x, frame, at)
+        known = np.trace(J, axis1=-2, axis2=-1)
+        most = np.maximum(most, known)
+        evidence = llr - 0.5 * np.sum(_times(S, pull) * pull, axis=-1) - 0.5 * np.linalg.slogdet(unit + J @ S)[1]
+        best = np.where((llr > 0.0) & (known >= 0.25 * most), np.maximum(best, evidence), best)
+        pull = _times(
+            np.linalg.inv(unit + J @ S), g + _times(J, sensor.measurement.difference(sensor.measure(at), expected))
+        )
+        at = displaced(pull)
+    return best
 
 
 def _times(matrix: Array, vector: Array) -> Array:
