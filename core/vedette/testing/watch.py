@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import ClassVar, final
 
 import numpy as np
@@ -32,6 +33,10 @@ class Watch(Sensor):
     @property
     def measurement(self) -> Space:
         return self.observes if self.mix is None else Space.of(**{f"z{i}": "1" for i in range(len(self.mix))})
+
+    @property
+    def optional(self) -> Mapping[str, float]:
+        return {} if self.mix is None else dict.fromkeys(self.measurement.names, 50.0)
 
     @property
     def H(self) -> Array:

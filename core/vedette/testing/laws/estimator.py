@@ -12,7 +12,7 @@ from vedette.sampling.generators import NO_DRAWS
 from vedette.space import Axis, Space
 from vedette.testing.judging import Closed, demand, frozen_copy, same
 from vedette.testing.law import Law
-from vedette.testing.laws import credible, exact, mixture
+from vedette.testing.laws import credible, exact, limit, mixture
 from vedette.testing.laws.scene import (
     P_GATE,
     Scene,
@@ -220,4 +220,5 @@ LAWS = (
     *exact.LAWS,
     *credible.LAWS,
     *mixture.LAWS,
+    *limit.LAWS,
 )

@@ -95,7 +95,7 @@ def platforms_in_a_batch_stand_apart(sensor: Sensor, drawn: Looks) -> None:
     together = sensor.at(Pose(places, speeds, headings))
     for i, x in enumerate(drawn.x):
         alone = sensor.at(Pose(places[i], speeds[i], float(headings[i])))
-        same("measure of a batch of poses", together.measure(drawn.x)[i], alone.measure(x), 1e-9)
+        same("measure of a batch of poses", together.measure(drawn.x[:, None])[i], alone.measure(x[None]), 1e-9)
 
 
 LAWS = (Law(sees_from_where_it_stands), Law(inverts_where_it_stands), Law(platforms_in_a_batch_stand_apart))

@@ -1,0 +1,245 @@
+"""Laws of estimators in the limit of a sharp belief, where every filter equals the linearised update.
+
+There a bent sensor of three axes, one of them a bearing that wraps, with noise and detection that depend on the state, decides
+what the kit's linear sensor cannot see.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from attrs import frozen
+
+from vedette.filters import predicted
+from vedette.roles import Estimator
+from vedette.sampling.trajectories import psd_root
+from vedette.space import Array, Space
+from vedette.testing.judging import Closed, demand, frozen_copy, same
+from vedette.testing.law import Law
+from vedette.testing.laws.scene import P_GATE, Scene, alike, free_axes, not_if_it_draws, soft, started, sure
+from vedette.testing.states import random_covariance, sizes
+from vedette.testing.truth import modes_of, motion_of
+from vedette.testing.unlike import MEASURED, Tangent, Unlike
+from vedette.testing.watch import Watch
+from vedette.types import Detections, Gaussian, Innovation
+
+SHARP = 1e-5
+"""Deviations of a sharp belief, as a share of each axis' usual size."""
+
+
+@frozen(eq=False)
+class Sharp:
+    """Two runs of two tracks far apart with sharp beliefs (2, 2, n), an unlike sensor, and two returns (2, 2, 3) near them."""
+
+    prior: Gaussian
+    sensor: Unlike | Watch
+    z: Array
+
+    def scan(self, noise: Array | None = None, missing: Array | None = None) -> Detections:
+        """Return the scan, with own noises or missing components."""
+        return Detections(self.z, np.ones(self.z.shape[:-1], dtype=bool), None, noise, missing)
+
+
+def sharp(estimator: Estimator[Any], drawn: Scene) -> Sharp:
+    """Return what the laws of the limit are tried on: an unlike sensor, or a linear one if the estimator takes no other."""
+    rng, state, free = drawn.rng(), estimator.state, free_axes(estimator)
+    n = len(free)
+    size, where = sizes(free), state.locate(free)
+    mean = np.array(drawn.prior.mean)
+    for i, axis in enumerate(state.axes):
+        if axis.period is not None:  # on the wrap, where mistakes show
+            mean[..., i] = axis.period / 2 - 0.3 * SHARP * axis.period * rng.random((2, 2))
+    mean[:, 1] = state.displace(mean[:, 0], 0.1 * sizes(state) * rng.uniform(-1, 1, (2, len(state))))
+    mean = state.canonical(mean)
+    cov = np.zeros((2, 2, len(state), len(state)))
+    cov[..., np.array(where)[:, None], where] = random_covariance(free, rng, (2, 2), SHARP)
+    centre = state.canonical(mean[0, 0])[where]
+    A, B = rng.uniform(0.4, 1.2, (3, n)) * rng.choice([-1.0, 1.0], (3, n)), 0.3 * rng.standard_normal((3, n))
+    root = SHARP * (np.eye(3) + 0.3 * rng.standard_normal((3, 3)))
+    sensor = Unlike(free, centre, size, A, B, root @ root.T, float(np.pi - 0.5 * SHARP))
+    spread = SHARP * np.sqrt(np.sum(A**2, axis=-1) + 1.0)
+    prior = Gaussian(frozen_copy(mean), frozen_copy(cov))
+    if estimator.refuses(sensor) is None:
+        z = MEASURED.canonical(sensor.measure(mean[..., where]) + 0.7 * spread * rng.standard_normal((2, 2, 3)))
+        return Sharp(prior, sensor, frozen_copy(z))
+    plain = [i for i, axis in enumerate(free.axes) if axis.period is None]
+    flat = Watch(Space(tuple(free.axes[i] for i in plain)), sensor.C, 0.8, mix=(A / size)[:, plain])
+    if (reason := estimator.refuses(flat)) is not None or not plain:
+        raise Closed(f"it refuses the kit's sensors of three axes: {reason}")
+    z = flat.measure(mean[..., state.locate(flat.observes)]) + 0.7 * spread * rng.standard_normal((2, 2, 3))
+    return Sharp(prior, flat, frozen_copy(z))
+
+
+def _scans(drawn: Scene, given: Sharp) -> dict[str, Detections]:
+    """Plain returns; with noises of their own; that lack components."""
+    rng = drawn.rng()
+    own = np.asarray(given.sensor.noise(given.prior.mean[0, 0, : len(given.sensor.observes)])) * rng.uniform(0.3, 3.0, (2, 2, 1, 1))
+    lacks = np.zeros((2, 2, 3), dtype=bool)
+    lacks[:, 0, 1] = lacks[:, 1, 2] = True
+    return {"": given.scan(), ", own noise": given.scan(frozen_copy(own)), ", lacking components": given.scan(None, lacks)}
+
+
+def an_unlike_sensor_is_linearised(estimator: Estimator[Any], drawn: Scene) -> None:
+    """Where a belief is sharp, a bent sensor with a bearing on the wrap changes it as its tangent does."""
+    given = sharp(estimator, drawn)
+    if given.sensor.linear:
+        raise Closed("it refuses sensors that are not linear")
+    where = estimator.state.locate(given.sensor.observes)
+    start = estimator.start(given.prior, estimator.state, drawn.rng())
+    for what, scan in _scans(drawn, given).items():
+        found = estimator.evaluate(start, given.sensor, scan, P_GATE)
+        weights = soft(found.loglik, drawn.seed)
+        weights[:, 0, 2] = weights[:, 1, 1] = 0.0  # the other track's return lies where the sensor has bent
+        weights /= weights.sum(axis=-1, keepdims=True)
+        after = estimator.moments(estimator.update(start, found, weights))
+        for b, t in np.ndindex(2, 2):
+            tangent = Tangent(given.sensor, given.prior.mean[b, t, where])
+            wanted = estimator.evaluate(start, tangent, scan, P_GATE)
+            there = estimator.moments(estimator.update(start, wanted, weights))
+            _same_innovation(what, found, wanted, b, t, 2e-2)
+            alike(estimator, _one(after, b, t), _one(there, b, t), 2e-2, f"updated{what}: ")
+    canonical = estimator.state.canonical(after.mean)
+    same("mean, canonical", after.mean, canonical, 1e-9, np.abs(canonical) + 1.0)
+
+
+def _one(moments: Gaussian, b: int, t: int) -> Gaussian:
+    return Gaussian(moments.mean[b, t], moments.cov[b, t])
+
+
+def _same_innovation(what: str, found: Innovation, wanted: Innovation, b: int, t: int, near: float) -> None:
+    reach = 1.0 + np.minimum(np.abs(wanted.distance[b, t]), 1e6)
+    close = wanted.distance[b, t] < 50.0  # a return of another track is far away, where the sensor bends
+    for name in ("distance", "nis"):
+        got, goal = getattr(found, name)[b, t], getattr(wanted, name)[b, t]
+        same(f"{name}{what}", (got / reach)[close], (goal / reach)[close], near, 1.0)
+    same(f"log_volume{what}", found.log_volume[b, t], wanted.log_volume[b, t], near, 1.0)
+    same(f"loglik of a miss{what}", found.loglik[b, t, 0], wanted.loglik[b, t, 0], near, 1.0)
+    same(f"loglik{what}", (found.loglik[b, t, 1:] / reach)[close], (wanted.loglik[b, t, 1:] / reach)[close], near, 1.0)
+
+
+def innovations_are_a_gaussians(estimator: Estimator[Any], drawn: Scene) -> None:
+    """If exact when linear: distance, volume, likelihood and posterior are those of the linearised Gaussian update."""
+    given = sharp(estimator, drawn)
+    state, where = estimator.state, estimator.state.locate(given.sensor.observes)
+    start = estimator.start(given.prior, state, drawn.rng())
+    for what, scan in _scans(drawn, given).items():
+        found = estimator.evaluate(start, given.sensor, scan, P_GATE)
+        ends = [estimator.moments(estimator.update(start, found, sure(found.loglik, 1 + i))) for i in range(2)]
+        for b, t, i in np.ndindex(2, 2, 2):
+            x, P = given.prior.mean[b, t], given.prior.cov[b, t]
+            lacks = np.zeros(3, dtype=bool) if scan.missing is None else scan.missing[b, i]
+            H = np.zeros((3, len(state)))
+            H[:, where] = given.sensor.jacobian(x[where])
+            R = given.sensor.noise(x[where]) if scan.noise is None else scan.noise[b, i]
+            H, R = H[~lacks], R[np.ix_(~lacks, ~lacks)]
+            nu = given.sensor.measurement.difference(scan.z[b, i], given.sensor.measure(x[where]))[~lacks]
+            S = H @ P @ H.T + R
+            distance, volume = float(nu @ np.linalg.solve(S, nu)), 0.5 * np.linalg.slogdet(S)[1]
+            if distance > 50.0:
+                continue
+            p = float(given.sensor.detects(x[where]))
+            density = np.log(p) - distance / 2 - volume - len(nu) / 2 * np.log(2 * np.pi)
+            same(f"distance{what}", found.distance[b, t, i], np.asarray(distance), 2e-2, 1.0 + distance)
+            same(f"nis{what}", found.nis[b, t, i], np.asarray(distance), 2e-2, 1.0 + distance)
+            same(f"loglik{what}", found.loglik[b, t, 1 + i], np.asarray(density), 2e-2, 1.0 + distance)
+            same("loglik of a miss", found.loglik[b, t, 0], np.log(1.0 - p * np.asarray(P_GATE)), 2e-2, 1.0)
+            if not what:
+                same("log_volume", found.log_volume[b, t], np.asarray(volume), 2e-2, 1.0)
+            gain = np.linalg.solve(S, H @ P).T
+            wanted = Gaussian(state.displace(x, gain @ nu), P - gain @ H @ P)
+            alike(estimator, _one(ends[i], b, t), wanted, 2e-2 * (1.0 + np.sqrt(distance)), f"updated{what}: ")
+
+
+def predicts_as_its_motion_linearised(estimator: Estimator[Any], drawn: Scene) -> None:
+    """Where a belief is sharp, prediction moves its mean as the motion does, and its covariance is F P F' + Q."""
+    not_if_it_draws(estimator, "a sharp belief drowns in what each draw adds")
+    motion = motion_of(estimator)
+    if motion is None or motion.state != estimator.state or estimator.reframes or len(estimator.zero_variance):
+        raise Closed("it holds no `motion` over its own axes alone")
+    given = sharp(estimator, drawn)
+    state, dt = estimator.state, drawn.dt
+    ends = []
+    for scale in (1.0, 1e-6):
+        prior = Gaussian(given.prior.mean, frozen_copy(1e4 * scale * given.prior.cov))
+        start = estimator.start(prior, state, drawn.rng())
+        ends.append(estimator.moments(predicted(estimator, start, dt, drawn.rng())))
+    x, P = given.prior.mean, 1e4 * given.prior.cov
+    F = np.broadcast_to(motion.jacobian(x, dt), P.shape)
+    Q = np.broadcast_to(motion.noise(x, dt), P.shape)
+    wanted = F @ P @ np.swapaxes(F, -1, -2)
+    spread = np.sqrt(np.diagonal(wanted, axis1=-2, axis2=-1))
+    outer = spread[..., :, None] * spread[..., None, :]
+    added = np.sqrt(np.maximum(np.diagonal(Q, axis1=-2, axis2=-1), 1e-300))
+    if not estimator.exact_when_linear:  # it may be conservative
+        white = np.linalg.solve(psd_root(wanted), np.swapaxes(np.linalg.solve(psd_root(wanted), ends[0].cov - ends[1].cov), -1, -2))
+        least_share = float(np.min(np.linalg.eigvalsh((white + np.swapaxes(white, -1, -2)) / 2)))
+        demand(least_share > 0.9, f"predict: of F P F', {least_share:.3g} remains, must be at least all of it")
+        short = np.diagonal(Q - ends[1].cov, axis1=-2, axis2=-1) / np.maximum(added**2, 1e-300)
+        demand(np.max(short) < 0.01, f"predict: the noise Q is short by {np.max(short):.3g} of it")
+        return
+    same("covariance that F P F' adds", ends[0].cov - ends[1].cov, wanted, 0.05, outer)
+    least = outer * 1e-6 + added[..., :, None] * added[..., None, :]
+    same("covariance of a sure state, Q", ends[1].cov, Q + 1e-6 * wanted, 1e-3, np.maximum(least, 1e-300))
+    apart = state.difference(ends[1].mean, state.canonical(motion.move(x, dt)))
+    same("mean moved", apart / spread, np.zeros(apart.shape), 1e-2, 1.0)
+
+
+def modes_share_their_innovations(estimator: Estimator[Any], drawn: Scene) -> None:
+    """If a mixture: the distance is the least over modes, the volume the largest, the NIS the modes' given the return."""
+    modes = modes_of(estimator)
+    if not modes or any(mode.state != estimator.state for mode in modes):
+        raise Closed("it is no mixture of modes with like states")
+    belief = predicted(estimator, started(estimator, drawn, drawn.rng()), drawn.dt, drawn.rng())
+    found = estimator.evaluate(belief, drawn.watch, drawn.seen, P_GATE)
+    prob = estimator.mode_prob(belief)
+    demand(prob is not None, "mode_prob: must be the probabilities of the modes, got None")
+    parts = [predicted(mode, mode.start(drawn.prior, mode.state, drawn.rng()), drawn.dt, drawn.rng()) for mode in modes]
+    each = [mode.evaluate(part, drawn.watch, drawn.seen, P_GATE) for mode, part in zip(modes, parts, strict=True)]
+    distance = np.stack([one.distance for one in each])
+    log = np.stack([one.loglik[..., 1:] for one in each]) + np.log(np.moveaxis(np.asarray(prob), -1, 0))[..., None]
+    share = np.exp(log - log.max(axis=0))
+    nis = np.sum(share * distance, axis=0) / share.sum(axis=0)
+    least = distance.min(axis=0)
+    same("distance", found.distance, least, 1e-6, 1.0 + least)
+    same("log_volume", found.log_volume, np.max([one.log_volume for one in each], axis=0), 1e-6, 1.0)
+    same("nis", found.nis, nis, 1e-6, 1.0 + nis)
+
+
+def smooths_as_joint_conditioning(estimator: Estimator[Any], drawn: Scene) -> None:
+    """If exact when linear: smoothing equals conditioning the joint Gaussian of a moment and the next."""
+    motion = motion_of(estimator)
+    if motion is None or not motion.linear or motion.state != estimator.state or len(estimator.zero_variance):
+        raise Closed("it holds no linear `motion` over its own axes alone")
+    state, dt, rng = estimator.state, drawn.dt, drawn.rng()
+    now = started(estimator, drawn, rng)
+    ahead = predicted(estimator, now, dt, rng)
+    innovation = estimator.evaluate(ahead, drawn.watch, drawn.seen, P_GATE)
+    later = estimator.update(ahead, innovation, sure(innovation.loglik, 1))
+    try:
+        cross = estimator.cross_covariance(now, dt)
+        found = estimator.moments(estimator.smooth_step(now, later, dt, rng))
+        at_once = estimator.moments(estimator.smooth_step(now, later, 0.0, rng))
+    except NotImplementedError:
+        raise Closed("it does not smooth") from None
+    F = motion.jacobian(drawn.prior.mean, dt)
+    P, Q = drawn.prior.cov, motion.noise(drawn.prior.mean, dt)
+    wide = F @ P @ np.swapaxes(F, -1, -2) + Q
+    wanted = P @ np.swapaxes(F, -1, -2)
+    spread = np.sqrt(np.diagonal(P, axis1=-2, axis2=-1))[..., :, None]
+    same("cross_covariance", cross, wanted, 1e-6, spread * np.sqrt(np.diagonal(wide, axis1=-2, axis2=-1))[..., None, :])
+    gain = np.swapaxes(np.linalg.solve(wide, np.swapaxes(wanted, -1, -2)), -1, -2)
+    moved, end = estimator.moments(ahead), estimator.moments(later)
+    shift = (gain @ state.difference(end.mean, moved.mean)[..., None])[..., 0]
+    cov = P + gain @ (end.cov - wide) @ np.swapaxes(gain, -1, -2)
+    alike(estimator, found, Gaussian(state.displace(drawn.prior.mean, shift), cov), 1e-5, "smoothed ")
+    alike(estimator, at_once, end, 1e-9, "smoothed over no time: ")
+
+
+LAWS = (
+    Law(an_unlike_sensor_is_linearised),
+    Law(innovations_are_a_gaussians, needs="exact_when_linear"),
+    Law(predicts_as_its_motion_linearised),
+    Law(modes_share_their_innovations),
+    Law(smooths_as_joint_conditioning, needs="exact_when_linear"),
+)

@@ -1,0 +1,101 @@
+"""A sensor unlike the linear one, over any axes, and what it comes to where a belief is sharp."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar, final
+
+import numpy as np
+from attrs import frozen
+
+from vedette import fields
+from vedette.roles import Sensor
+from vedette.space import Array, Space
+
+MEASURED = Space.of(z0="rad mod 2pi", z1="m", z2="m")
+
+
+@final
+@frozen(eq=False)
+class Unlike(Sensor):
+    """z = (a bearing, two bent lengths) of u = (x - centre) / size, with noise and detection that depend on the state.
+
+    z0 = turn + A0 u + B0 u^2 modulo 2 pi, z1 and z2 = A u + B u^2. R = C (1 + tanh(g u) / 2), P_D = .7 + .2 tanh(d u).
+    """
+
+    kind: ClassVar[str] = "kit_unlike"
+
+    observes: Space = fields.part("state axes")
+    centre: Array = fields.array("1", "state around which it bends (n,)", ndim=1)
+    size: Array = fields.array("1", "length of each axis over which it bends (n,)", ndim=1)
+    A: Array = fields.array("1", "slopes (3, n)", ndim=2)
+    B: Array = fields.array("1", "bends (3, n)", ndim=2)
+    C: Array = fields.array("1", "noise (3, 3)", ndim=2)
+    turn: float = fields.quantity("rad", "bearing at the centre")
+
+    @property
+    def measurement(self) -> Space:
+        return MEASURED
+
+    @property
+    def optional(self) -> Mapping[str, float]:
+        return {"z1": 50.0, "z2": 50.0}
+
+    def _u(self, x: Array) -> Array:
+        return self.observes.difference(x, self.centre) / self.size
+
+    def measure(self, x: Array) -> Array:
+        u = self._u(x)
+        return MEASURED.canonical(u @ self.A.T + u**2 @ self.B.T + [self.turn, 0.0, 0.0])
+
+    def jacobian(self, x: Array) -> Array:
+        return (self.A + 2 * self.B * self._u(x)[..., None, :]) / self.size
+
+    def noise(self, x: Array) -> Array:
+        return self.C * (1.0 + 0.5 * np.tanh(self._u(x).sum(axis=-1)))[..., None, None]
+
+    def detects(self, x: Array) -> Array:
+        p: Array = 0.7 + 0.2 * np.tanh(2.0 * self._u(x)[..., 0])
+        return p
+
+    def clutter(self, z: Array) -> Array:
+        return np.zeros(())
+
+
+@final
+@frozen(eq=False)
+class Tangent(Sensor):
+    """What another sensor comes to near one state: h(x0) + H (x - x0), with the noise and detection of x0."""
+
+    kind: ClassVar[str] = "kit_tangent"
+
+    of: Sensor = fields.part("the sensor")
+    at_state: Array = fields.array("1", "x0 (n,)", ndim=1)
+
+    @property
+    def observes(self) -> Space:
+        return self.of.observes
+
+    @property
+    def measurement(self) -> Space:
+        return self.of.measurement
+
+    @property
+    def optional(self) -> Mapping[str, float]:
+        return self.of.optional
+
+    def measure(self, x: Array) -> Array:
+        apart = self.observes.difference(x, self.at_state)
+        return self.measurement.displace(self.of.measure(self.at_state), apart @ self.of.jacobian(self.at_state).T)
+
+    def jacobian(self, x: Array) -> Array:
+        return self.of.jacobian(self.at_state)
+
+    def noise(self, x: Array) -> Array:
+        return self.of.noise(self.at_state)
+
+    def detects(self, x: Array) -> Array:
+        return np.asarray(self.of.detects(self.at_state))
+
+    def clutter(self, z: Array) -> Array:
+        return np.zeros(())
