@@ -35,9 +35,9 @@ def foreign():
 
 
 def controls():
-    for i, m in enumerate({m.right.func: m for m in MUTANTS}.values()):
+    for i, m in enumerate({repr(m.right): m for m in MUTANTS}.values()):
         made = mutant(m.role, f"faultless_{i}", "None.", m.right).make()
-        yield f"{m.role} {m.right.func.__name__}", m.role, "right", type(made), st.just(made)
+        yield f"{i} {m.right.func.__name__}", m.role, "right", type(made), st.just(made)
 
 
 def right():

@@ -76,7 +76,7 @@ def forbidden_stays_forbidden(associator: Associator, drawn: Scores) -> None:
 def row_constants_change_nothing(associator: Associator, drawn: Scores) -> None:
     """A constant added to a track's scores changes nothing: only their differences count."""
     t = drawn.scores.shape[-2]
-    shifted = drawn.scores + np.linspace(-20.0, 45.0, t)[:, None]
+    shifted = drawn.scores + np.linspace(-900.0, 850.0, t)[:, None]
     weights = _weights(associator, drawn.scores, drawn.evidence)
     same("weights", _weights(associator, shifted, drawn.evidence), weights, 1e-7, 1.0)
 
@@ -127,6 +127,63 @@ def equals_brute_force(associator: Associator, drawn: Scores) -> None:
     same("weights", weights, wanted, 1e-7, 1.0)
 
 
+def settles_ties(associator: Associator, drawn: Scores) -> None:
+    """Where scores are equal, the rows still sum to one, and no exclusive return is claimed twice."""
+    for scores in (np.zeros_like(drawn.scores), np.round(drawn.scores.clip(-3.0, 3.0))):
+        weights = _weights(associator, scores, drawn.evidence)
+        same("sum of a row", weights.sum(axis=-1), np.ones(weights.shape[:-1]), 1e-9)
+        claimed = weights[..., 1:].sum(axis=-2).max(initial=0.0)
+        demand(not associator.exclusive or claimed <= 1 + 1e-9, f"weights: a return is claimed {claimed:.6g} times")
+
+
+def needs_no_evidence(associator: Associator, drawn: Scores) -> None:
+    """A scan without evidence is normal, and more evidence for a return never makes it weigh less."""
+    weights = np.asarray(associator.associate(drawn.scores, None))
+    same("sum of a row without evidence", weights.sum(axis=-1), np.ones(weights.shape[:-1]), 1e-9)
+    before = _weights(associator, drawn.scores, drawn.evidence)
+    for i in range(drawn.scores.shape[-1] - 1):
+        more = np.array(drawn.evidence)
+        more[..., i] += 3.0
+        raised = np.array(drawn.scores)
+        raised[..., 1 + i] += 3.0  # the scores hold the evidence
+        change = (_weights(associator, raised, more) - before)[..., 1 + i].sum(axis=-1)
+        demand(np.all(change >= -1e-7), f"weights: 3 nats more evidence for return {i} take {-change.min():.3g} off it")
+
+
+def surely_detected_tracks_are_held(associator: Associator, drawn: Scores) -> None:
+    """Where a miss is impossible and each track has a return, the weights are finite and sum to one."""
+    t = drawn.scores.shape[-2]
+    rng = np.random.default_rng(int(drawn.tracks.sum()) + t)
+    scores = rng.standard_normal((2, t, 1 + t))
+    scores[..., 0] = -np.inf
+    weights = _weights(associator, scores, np.zeros((2, 1, t)))
+    demand(np.all(np.isfinite(weights)), "weights: must be finite where the score of a miss is -inf")
+    same("sum of a row", weights.sum(axis=-1), np.ones(weights.shape[:-1]), 1e-6)
+
+
+def crowds_are_shared(associator: Associator, drawn: Scores) -> None:
+    """Of many tracks and returns rows sum to one, and no exclusive return is claimed twice."""
+    rng = np.random.default_rng(drawn.scores.shape[-1] + 7 * drawn.scores.shape[-2])
+    scores = 2.0 + 2.0 * rng.standard_normal((1, 8, 10))
+    scores[..., 1:][rng.random((1, 8, 9)) < 0.6] = -np.inf
+    weights = _weights(associator, scores, np.zeros((1, 1, 9)))
+    same("sum of a row", weights.sum(axis=-1), np.ones(weights.shape[:-1]), 1e-6)
+    demand(np.all(weights >= -1e-9), f"weights: must be >= 0, got {weights.min():.3g}")
+    claimed = float(weights[..., 1:].sum(axis=-2).max())
+    demand(not associator.exclusive or claimed <= 1 + 1e-4, f"weights: of 8 tracks, a return is claimed {claimed:.6g} times")
+
+
+def one_track_is_a_softmax(associator: Associator, drawn: Scores) -> None:
+    """If it solves marginals, or approximates them: one track alone has them exactly."""
+    if associator.solves != "marginals":
+        raise Closed("it does not say that it solves marginals")
+    rng = np.random.default_rng(drawn.scores.shape[-1])
+    scores = np.concatenate([drawn.scores[:1, :1], rng.standard_normal((1, 1, 5))], axis=-1)
+    share = np.exp(scores - scores.max(axis=-1, keepdims=True))
+    weights = _weights(associator, scores, np.zeros((1, 1, scores.shape[-1] - 1)))
+    same("weights of a track alone", weights, share / share.sum(axis=-1, keepdims=True), 1e-6, 1.0)
+
+
 def brute_force(scores: Array, exclusive: bool, best: bool) -> Array:
     """Weights (t, 1+k) from all associations of scores (t, 1+k): their marginals, or those of the best one alone."""
     t, columns = scores.shape
@@ -155,4 +212,9 @@ LAWS = (
     Law(no_returns_is_a_miss),
     Law(each_return_is_claimed_once, needs="exclusive"),
     Law(equals_brute_force),
+    Law(settles_ties),
+    Law(needs_no_evidence),
+    Law(surely_detected_tracks_are_held),
+    Law(crowds_are_shared),
+    Law(one_track_is_a_softmax),
 )

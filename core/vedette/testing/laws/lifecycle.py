@@ -5,71 +5,27 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from attrs import evolve, frozen
-from hypothesis import strategies as st
-from numpy.typing import NDArray
+from attrs import evolve
 
-from vedette.space import Array, Mask
+from vedette.space import Array
 from vedette.supporting import Lifecycle
-from vedette.testing.judging import Closed, demand, frozen_copy, same
-from vedette.testing.law import Law, Profile
-from vedette.testing.states import SEEDS, STEPS
+from vedette.testing.judging import Closed, demand, same
+from vedette.testing.law import Law
+from vedette.testing.laws import patience
+from vedette.testing.laws.lives import Lives, live
 from vedette.tracking import trees
 from vedette.types import Review
 
 
-@frozen(eq=False)
-class Lives:
-    """Existence at the start (t,); what s scans said: existence, hit, p_detect and spreads in m (s, t); time steps in s."""
-
-    initial: Array
-    existence: Array
-    hit: Array
-    p_detect: Array
-    spread: Array
-    order: NDArray[np.int64]
-    dt: float
-    later: float
-
-    def review(self, scan: int, tracks: Any = slice(None), runs: tuple[int, ...] | None = None) -> Review:
-        """Return what one scan said of some tracks; or what several did, as runs in a batch."""
-        at: Any = scan if runs is None else list(runs)
-        rows = [row[at][..., tracks] for row in (self.existence, self.hit, self.p_detect, self.spread)]
-        return Review(self.dt, *rows)
-
-
-def drawn(lifecycle: Lifecycle, profile: Profile) -> st.SearchStrategy[Lives]:
-    """What every law of a lifecycle is given: up to 4 tracks through up to 8 scans."""
-    return st.builds(_lives, st.integers(1, 4), st.integers(1, 8), STEPS, STEPS, SEEDS)
-
-
-def _lives(t: int, s: int, dt: float, later: float, seed: int) -> Lives:
-    rng = np.random.default_rng(seed)
-    existence, hit = rng.random((s, t)) ** 0.5, (rng.random((s, t)) < 0.6) * rng.choice([1.0, 0.7], (s, t))
-    p_detect, spread = rng.choice([0.0, 0.5, 0.9, 1.0], (s, t)), 10.0 ** rng.uniform(-1, 5, (s, t))
-    rows = [frozen_copy(array) for array in (existence, hit, p_detect, spread)]
-    return Lives(frozen_copy(rng.uniform(0.05, 1.0, t)), rows[0], rows[1], rows[2], rows[3], rng.permutation(t), dt, later)
-
-
-def _live(lifecycle: Lifecycle, lives: Lives, tracks: Any = slice(None)) -> list[tuple[Mask, Mask]]:
-    """Confirmed and alive (t,) after each scan, of some of the tracks."""
-    memory = trees.take(lifecycle.start(lives.initial), np.arange(lives.hit.shape[1])[tracks], 0)
-    verdicts = []
-    for scan in range(len(lives.hit)):
-        memory, confirmed, alive = lifecycle.review(memory, lives.review(scan, tracks))
-        verdicts.append((np.array(confirmed), np.array(alive)))
-    return verdicts
-
-
 def pure(lifecycle: Lifecycle, drawn: Lives) -> None:
     """The same history gives the same verdicts again; arguments stay as they were."""
-    for first, again in zip(_live(lifecycle, drawn), _live(lifecycle, drawn), strict=True):
+    for first, again in zip(live(lifecycle, drawn), live(lifecycle, drawn), strict=True):
         same("verdicts again", np.array(again), np.array(first), 0.0)
 
 
 def verdicts_are_one_a_track(lifecycle: Lifecycle, drawn: Lives) -> None:
     """Confirmed and alive are true or false for every track."""
-    for confirmed, alive in _live(lifecycle, drawn):
+    for confirmed, alive in live(lifecycle, drawn):
         for name, verdict in (("confirmed", confirmed), ("alive", alive)):
             shape = drawn.hit.shape[1:]
             demand(
@@ -80,9 +36,9 @@ def verdicts_are_one_a_track(lifecycle: Lifecycle, drawn: Lives) -> None:
 
 def tracks_are_judged_alone(lifecycle: Lifecycle, drawn: Lives) -> None:
     """Tracks in another order, or one alone, get their own verdicts."""
-    whole = _live(lifecycle, drawn)
+    whole = live(lifecycle, drawn)
     for tracks in (drawn.order, drawn.order[:1]):
-        for part, both in zip(_live(lifecycle, drawn, tracks), whole, strict=True):
+        for part, both in zip(live(lifecycle, drawn, tracks), whole, strict=True):
             same("verdicts", np.array(part), np.array(both)[:, tracks], 0.0)
 
 
@@ -139,7 +95,7 @@ def permanent_as_declared(lifecycle: Lifecycle, drawn: Lives) -> None:
     if not lifecycle.permanent:
         raise Closed("it does not say that its tracks go on")
     demand(lifecycle.certain, "certain: must be True, as its tracks are permanent")
-    for confirmed, alive in _live(lifecycle, drawn):
+    for confirmed, alive in live(lifecycle, drawn):
         demand(
             bool(confirmed.all() and alive.all()), "review: every track must be confirmed and go on, as they are permanent"
         )
@@ -150,7 +106,7 @@ def a_hit_never_harms(lifecycle: Lifecycle, drawn: Lives) -> None:
     ones = np.ones(drawn.hit.shape)
     detected = evolve(drawn, existence=ones, hit=ones)
     gone = np.zeros(drawn.hit.shape[1], dtype=bool)
-    for (confirmed, alive), (better, living) in zip(_live(lifecycle, drawn), _live(lifecycle, detected), strict=True):
+    for (confirmed, alive), (better, living) in zip(live(lifecycle, drawn), live(lifecycle, detected), strict=True):
         gone = gone | ~alive
         demand(np.all(better | ~confirmed | gone), "confirmed: a track with more hits must be confirmed no later")
         demand(np.all(living | gone), "alive: a track with more hits must live at least as long")
@@ -184,4 +140,5 @@ LAWS = (
     Law(permanent_as_declared),
     Law(a_hit_never_harms),
     Law(unseen_tracks_end),
+    *patience.LAWS,
 )

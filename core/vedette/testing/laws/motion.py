@@ -106,13 +106,14 @@ def jacobian_is_the_derivative(model: MotionModel, drawn: Moves) -> None:
 
 
 def linear_as_declared(model: MotionModel, drawn: Moves) -> None:
-    """If linear: move(x) = F x with one F and one noise for all states."""
+    """If linear: move(x) = F x, modulo the periods, with one F and one noise for all states."""
     F = _full(model.jacobian(drawn.x, drawn.dt), drawn.x, 2)
     Q = _full(model.noise(drawn.x, drawn.dt), drawn.x, 2)
     same("jacobian elsewhere", F[1:], np.broadcast_to(F[0], F[1:].shape), 1e-9)
     same("noise elsewhere", Q[1:], np.broadcast_to(Q[0], Q[1:].shape), 1e-9)
     scale = np.abs(F[0]) @ np.abs(drawn.x[0]) + 1e-12
-    same("move", model.move(drawn.x[0], drawn.dt), F[0] @ drawn.x[0], 1e-9, scale)
+    apart = model.state.difference(model.move(drawn.x[0], drawn.dt), model.state.canonical(F[0] @ drawn.x[0]))
+    same("move less F x", apart, np.zeros(apart.shape), 1e-9, scale)
 
 
 def two_steps_make_one(model: MotionModel, drawn: Moves) -> None:
@@ -132,16 +133,54 @@ def two_steps_make_one(model: MotionModel, drawn: Moves) -> None:
 def noise_matches_draws(model: MotionModel, drawn: Moves) -> None:
     """States drawn from the model, in two steps if it is divisible, spread around move(x) as noise says."""
     rng, x = np.random.default_rng(drawn.seed), drawn.x[0]
-    times = np.array([0.0, 0.5, 1.0] if model.divisible and model.linear else [0.0, 1.0]) * drawn.dt
+    dt, periods = drawn.dt, np.array([np.inf if axis.period is None else axis.period for axis in model.state.axes])
+    while np.any(10.0 * np.sqrt(np.diagonal(_full(model.noise(x, dt), x, 2))) > periods):  # the noise itself would wrap
+        dt /= 2
+        if dt < 1e-3:
+            raise Closed("its noise wraps around an axis within a ms")
+    times = np.array([0.0, 0.5, 1.0] if model.divisible and model.linear else [0.0, 1.0]) * dt
     there = draw_states(model, x, times, rng, (20 * drawn.runs,))[:, -1]
-    error = model.state.difference(there, model.state.canonical(model.move(x, drawn.dt)))
-    root = psd_root(_full(model.noise(x, drawn.dt), x, 2))
+    error = model.state.difference(there, model.state.canonical(model.move(x, dt)))
+    root = psd_root(_full(model.noise(x, dt), x, 2))
     free = np.diagonal(root) > 0
     within = np.linalg.lstsq(root[:, free], error.T, rcond=None)[0].T
     left = error - within @ root[:, free].T
     spread = np.sqrt(np.sum(root**2, axis=-1))
     same("what noise leaves out", left, np.zeros_like(left), 1e-5, np.where(spread > 0, spread, np.abs(x).max() + 1.0))
     judge_standard_normal("noise", within, drawn.alpha)
+
+
+def velocities_move_their_positions(model: MotionModel, drawn: Moves) -> None:
+    """An axis vx is the velocity of x: over a short time, x gains dt times what vx gains, and little of its noise."""
+    names, dt = model.state.names, 1e-3
+    pairs = [(i, names.index(f"v{name}")) for i, name in enumerate(names) if f"v{name}" in names]
+    if not pairs:
+        raise Closed("it has no velocity of a position")
+    F, Q = _full(model.jacobian(drawn.x, dt), drawn.x, 2), _full(model.noise(drawn.x, dt), drawn.x, 2)
+    for i, v in pairs:
+        rate = F[:, i, v] / dt
+        demand(np.all(np.abs(rate - 1.0) < 0.05), f"jacobian: {names[i]} must gain dt times v{names[i]}, gains {rate} dt times")
+        shared = np.abs(Q[:, i, v]) / np.maximum(Q[:, v, v], 1e-300)
+        demand(
+            np.all(shared < 10 * dt),
+            f"noise: {names[i]} gains {shared.max():.3g} s times the noise of v{names[i]} in {dt:g} s, it can gain no more than "
+            "that time",
+        )
+
+
+def parts_keep_their_own(model: MotionModel, drawn: Moves) -> None:
+    """If it holds `models`: over the axes of each, it moves and has noise as that model."""
+    parts = getattr(model, "models", ())
+    if not isinstance(parts, tuple) or not parts or not all(isinstance(part, MotionModel) for part in parts):
+        raise Closed("it holds no `models`")
+    if any(part.state.names == model.state.names for part in parts) or sum(len(p.state) for p in parts) != len(model.state):
+        raise Closed("its `models` share axes")
+    moved, Q = model.move(drawn.x, drawn.dt), _full(model.noise(drawn.x, drawn.dt), drawn.x, 2)
+    for part in parts:
+        own = model.state.locate(part.state)
+        x = frozen_copy(drawn.x[:, own])
+        same("move of a part", moved[:, own], part.move(x, drawn.dt), 1e-9)
+        same("noise of a part", Q[:, own, :][..., own], _full(part.noise(x, drawn.dt), x, 2), 1e-9)
 
 
 def reframing_keeps_a_belief(model: MotionModel, drawn: Moves) -> None:
@@ -183,6 +222,8 @@ LAWS = (
     Law(linear_as_declared, needs="linear"),
     Law(two_steps_make_one, needs="divisible"),
     Law(noise_matches_draws, effort="statistical"),
+    Law(velocities_move_their_positions),
+    Law(parts_keep_their_own),
     Law(reframing_keeps_a_belief),
     Law(differences_undo_steps),
     Law(angles_wrap),

@@ -1,0 +1,63 @@
+"""What the laws of lifecycles are tried on."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from attrs import frozen
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from vedette.space import Array, Mask
+from vedette.supporting import Lifecycle
+from vedette.testing.judging import frozen_copy
+from vedette.testing.law import Profile
+from vedette.testing.states import SEEDS, STEPS
+from vedette.tracking import trees
+from vedette.types import Review
+
+
+@frozen(eq=False)
+class Lives:
+    """Existence at the start (t,); what s scans said: existence, hit, p_detect and spreads in m (s, t); time steps in s."""
+
+    initial: Array
+    existence: Array
+    hit: Array
+    p_detect: Array
+    spread: Array
+    order: NDArray[np.int64]
+    dt: float
+    later: float
+
+    def review(self, scan: int, tracks: Any = slice(None), runs: tuple[int, ...] | None = None) -> Review:
+        """Return what one scan said of some tracks; or what several did, as runs in a batch."""
+        at: Any = scan if runs is None else list(runs)
+        rows = [row[at][..., tracks] for row in (self.existence, self.hit, self.p_detect, self.spread)]
+        return Review(self.dt, *rows)
+
+
+def drawn(lifecycle: Lifecycle, profile: Profile) -> st.SearchStrategy[Lives]:
+    """What every law of a lifecycle is given: up to 4 tracks through up to 16 scans."""
+    return st.builds(_lives, st.integers(1, 4), st.integers(1, 16), STEPS, STEPS, SEEDS)
+
+
+def _lives(t: int, s: int, dt: float, later: float, seed: int) -> Lives:
+    rng = np.random.default_rng(seed)
+    fate = rng.choice([0.0, 0.6, 0.6, 1.0], t)  # some are never detected, some always
+    dt = dt * float(rng.choice([1.0, 1.0, 6.0]))
+    existence, hit = rng.random((s, t)) ** 0.5, (rng.random((s, t)) < fate) * rng.choice([1.0, 0.7], (s, t))
+    p_detect, spread = rng.choice([0.0, 0.5, 0.9, 1.0], (s, t)), 10.0 ** rng.uniform(-1, 5, (s, t))
+    rows = [frozen_copy(array) for array in (existence, hit, p_detect, spread)]
+    return Lives(frozen_copy(rng.uniform(0.05, 1.0, t)), rows[0], rows[1], rows[2], rows[3], rng.permutation(t), dt, later)
+
+
+def live(lifecycle: Lifecycle, lives: Lives, tracks: Any = slice(None)) -> list[tuple[Mask, Mask]]:
+    """Confirmed and alive (t,) after each scan, of some of the tracks."""
+    memory = trees.take(lifecycle.start(lives.initial), np.arange(lives.hit.shape[1])[tracks], 0)
+    verdicts = []
+    for scan in range(len(lives.hit)):
+        memory, confirmed, alive = lifecycle.review(memory, lives.review(scan, tracks))
+        verdicts.append((np.array(confirmed), np.array(alive)))
+    return verdicts

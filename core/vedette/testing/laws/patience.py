@@ -1,0 +1,207 @@
+"""Laws of lifecycles over longer lives, and of parameters whose names promise something.
+
+`max_out_of_coverage`, `max_without_detection` and `lifetime` (s), `max_spread` (m), `hits` and `misses` are taken at their word.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from attrs import evolve
+
+from vedette.space import Array, Mask
+from vedette.supporting import Lifecycle
+from vedette.testing.judging import Closed, demand, same
+from vedette.testing.law import Law
+from vedette.testing.laws.lives import Lives, live
+from vedette.tracking import trees
+from vedette.types import Review
+
+ONES = np.ones(2)
+SHARP = np.array([1.0, 1.0])
+
+
+def scan(dt: float, hit: float, p_detect: float, existence: float = 1.0, spread: float = 1.0) -> Review:
+    """Return one scan of two tracks."""
+    return Review(dt, existence * ONES, hit * ONES, p_detect * ONES, spread * SHARP)
+
+
+def after(lifecycle: Lifecycle, scans: list[Review], memory: Any = None) -> tuple[Any, Mask, Mask]:
+    """Return memory and verdicts after some scans, of which a track survived all or not."""
+    memory = lifecycle.start(ONES) if memory is None else memory
+    lived = np.ones(2, dtype=bool)
+    confirmed = lived
+    for one in scans:
+        memory, confirmed, alive = lifecycle.review(memory, one)
+        lived = lived & alive
+    return memory, np.asarray(confirmed), lived
+
+
+def found_tracks_live(lifecycle: Lifecycle, drawn: Lives) -> None:
+    """A track that every scan detects, however many, lives; if it outlives one miss, it outlives misses far apart."""
+    often = [scan(drawn.dt, 1.0, 0.9)] * 60
+    demand(after(lifecycle, often)[2].all(), f"review: a track detected in each of 60 scans, {drawn.dt:g} s apart, ended")
+    cycle = [scan(0.1, 1.0, 0.9)] * 29 + [scan(0.1, 0.0, 0.9)]
+    if after(lifecycle, cycle)[2].all():
+        demand(after(lifecycle, cycle * 8)[2].all(), "review: misses far apart, one in 30 scans, add up and end a track")
+
+
+def next_to_no_hit_is_none(lifecycle: Lifecycle, drawn: Lives) -> None:
+    """A hit of probability 1e-9 counts as none."""
+    none = evolve(drawn, hit=np.where(drawn.hit < 0.5, 0.0, drawn.hit))
+    little = evolve(drawn, hit=np.where(drawn.hit < 0.5, 1e-9, drawn.hit))
+    for one, other in zip(live(lifecycle, little), live(lifecycle, none), strict=True):
+        same("verdicts", np.array(one), np.array(other), 0.0)
+
+
+def waiting_in_parts_is_waiting(lifecycle: Lifecycle, drawn: Lives) -> None:
+    """While nothing can be detected, it does not matter how many scans say so, but how long it lasts."""
+    found, _, _ = after(lifecycle, [scan(0.1, 1.0, 0.9)] * 20)
+    for wait in (2.0, 10.0, 40.0, 200.0, 1000.0, 5000.0):
+        ends = []
+        for parts in (1, 64):
+            existence, memory, lived = ONES, found, np.ones(2, dtype=bool)
+            for _ in range(parts):
+                existence = lifecycle.predict(existence, wait / parts)
+                memory, _, alive = lifecycle.review(memory, evolve(scan(wait / parts, 0.0, 0.0), existence=existence))
+                lived = lived & alive
+            ends.append(lived)
+        demand(
+            np.all(ends[0] == ends[1]),
+            f"review: after {wait:g} s without a look a track lives on: {ends[0][0]} if one scan says so, {ends[1][0]} if 64 do",
+        )
+
+
+def a_look_at_nothing_keeps_the_verdict(lifecycle: Lifecycle, drawn: Lives) -> None:
+    """A scan of no time that could not detect a sure track leaves it confirmed."""
+    memory, confirmed, alive = after(lifecycle, [scan(drawn.dt, 1.0, 0.9)] * 30)
+    _, still, _ = after(lifecycle, [scan(0.0, 0.0, 0.0)], memory)
+    demand(np.all(still | ~confirmed | ~alive), "confirmed: a track is no longer, after a scan that could not detect it")
+
+
+def memory_does_not_grow(lifecycle: Lifecycle, drawn: Lives) -> None:
+    """What is kept of a track does not grow with the scans."""
+    sizes = []
+    for scans in (3, 12):
+        memory, _, _ = after(lifecycle, [scan(drawn.dt, 1.0, 0.9)] * scans)
+        sizes.append(_size(memory))
+    demand(sizes[0] == sizes[1], f"memory: holds {sizes[0]} numbers after 3 scans and {sizes[1]} after 12")
+
+
+def _size(tree: Any) -> int:
+    return tree.size if isinstance(tree, np.ndarray) else 1 + sum(_size(part) for part in trees._parts(tree))
+
+
+def asks_for_what_it_uses(lifecycle: Lifecycle, drawn: Lives) -> None:
+    """Unless it `needs_spread`, its verdicts are the same without one."""
+    if lifecycle.needs_spread:
+        raise Closed("it needs the spread")
+    wide = [evolve(one, spread=1e7 * ONES) for one in [scan(drawn.dt, 1.0, 0.9)] * 4]
+    with_it, without = after(lifecycle, wide), after(lifecycle, [evolve(one, spread=None) for one in wide])
+    same("confirmed without a spread", without[1].astype(float), with_it[1].astype(float), 0.0)
+    same("alive without a spread", without[2].astype(float), with_it[2].astype(float), 0.0)
+
+
+def what_does_not_exist_is_not_confirmed(lifecycle: Lifecycle, drawn: Lives) -> None:
+    """Unless certain: a track that surely is no target is not both confirmed and alive, whatever is detected."""
+    if lifecycle.certain:
+        raise Closed("its tracks surely exist")
+    memory = lifecycle.start(1e-3 * ONES)
+    _, confirmed, alive = after(lifecycle, [scan(drawn.dt, 1.0, 0.9, 1e-9)] * 30, memory)
+    demand(not np.any(confirmed & alive), "review: a track is confirmed whose existence is 1e-9")
+
+
+def _limit(lifecycle: Lifecycle, name: str) -> float:
+    value = getattr(lifecycle, name, None)
+    if not isinstance(value, float | int) or isinstance(value, bool) or not 0 < value < np.inf:
+        raise Closed(f"it has no `{name}`")
+    return float(value)
+
+
+def _ends_at(lifecycle: Lifecycle, name: str, hidden: list[Review], limit: float, lives: bool) -> None:
+    found, _, alive = after(lifecycle, [scan(0.01 * limit, 1.0, 0.9)] * 40)
+    if not alive.all():
+        raise Closed("it ends tracks that are detected")
+    for share, wanted in ((0.9, True), (1.2, False)) if lives else ((1.2, False),):
+        _, _, lived = after(lifecycle, [evolve(one, dt=share * one.dt) for one in hidden], found)
+        demand(
+            not wanted or lived.all(), f"review: a track ended after {share} times {name}, {limit:g}: it should live on"
+        )
+        demand(wanted or not lived.any(), f"review: a track lives after {share} times {name}, {limit:g}: it should have ended")
+
+
+def waits_out_of_coverage(lifecycle: Lifecycle, drawn: Lives) -> None:
+    """If it has `max_out_of_coverage`: a track that no sensor covers lives for that long, and no longer."""
+    limit = _limit(lifecycle, "max_out_of_coverage")
+    other = getattr(lifecycle, "max_without_detection", None)
+    other = np.inf if other is None else other
+    lives = 0.9 * limit < other
+    _ends_at(lifecycle, "max_out_of_coverage", [scan(limit / 5, 0.0, 0.0)] * 5, limit, lives)
+    again = [scan(min(0.3 * limit, 0.5 * other), 0.0, 0.0), scan(0.01, 1.0, 0.9)] * 12
+    demand(after(lifecycle, again)[2].all(), "review: times out of coverage add up although the track was covered in between")
+
+
+def waits_without_detection(lifecycle: Lifecycle, drawn: Lives) -> None:
+    """If it has `max_without_detection`: a track that is covered and never detected ends by then."""
+    limit = _limit(lifecycle, "max_without_detection")
+    found, _, _ = after(lifecycle, [scan(0.01 * limit, 1.0, 0.9)] * 40)
+    _, _, lived = after(lifecycle, [scan(0.24 * limit, 0.0, 0.9)] * 5, found)
+    demand(not lived.any(), f"review: a track lives on after 1.2 times max_without_detection, {limit:g} s")
+
+
+def keeps_to_max_spread(lifecycle: Lifecycle, drawn: Lives) -> None:
+    """If it has `max_spread`: a track lives while its position is known that well, and ends when it is not."""
+    limit = _limit(lifecycle, "max_spread")
+    found, _, _ = after(lifecycle, [scan(0.1, 1.0, 0.9)] * 20)
+    demand(after(lifecycle, [scan(0.1, 1.0, 0.9, 1.0, 0.9 * limit)], found)[2].all(), "review: ended below max_spread")
+    demand(not after(lifecycle, [scan(0.1, 1.0, 0.9, 1.0, 1.1 * limit)], found)[2].any(), "review: lives above max_spread")
+
+
+def misses_in_a_row(lifecycle: Lifecycle, drawn: Lives) -> None:
+    """If it has `misses`: so many looks missed in a row end a track, and no fewer."""
+    limit = int(_limit(lifecycle, "misses"))
+    found, _, alive = after(lifecycle, [scan(0.001, 1.0, 1.0)] * 70)
+    if not alive.all():
+        raise Closed("it ends tracks that are detected")
+    _, _, lived = after(lifecycle, [scan(0.001, 0.0, 1.0)] * (limit - 1), found)
+    demand(lived.all(), f"review: a track ended after fewer than {limit} misses in a row")
+    _, _, lived = after(lifecycle, [scan(0.001, 0.0, 1.0)] * (limit + 1), found)
+    demand(not lived.any(), f"review: a track lives after {limit + 1} misses in a row")
+
+
+def confirms_after_hits(lifecycle: Lifecycle, drawn: Lives) -> None:
+    """If it has `hits`: so many detections in a row confirm a track, the one that started it included, and no fewer."""
+    wanted = getattr(lifecycle, "hits", None)
+    if not isinstance(wanted, int) or isinstance(wanted, bool) or wanted < 2:
+        raise Closed("it has no `hits` above 1")
+    _, confirmed, _ = after(lifecycle, [scan(0.001, 1.0, 0.9)] * (wanted - 1))
+    demand(confirmed.all(), f"review: {wanted} detections in a row, the first included, do not confirm a track")
+    if wanted > 2:
+        _, confirmed, _ = after(lifecycle, [scan(0.001, 1.0, 0.9)] * (wanted - 2))
+        demand(not confirmed.any(), f"review: fewer than {wanted} detections confirm a track")
+
+
+def survives_its_lifetime(lifecycle: Lifecycle, drawn: Lives) -> None:
+    """If it has `lifetime`: existence fades as exp(-dt / lifetime)."""
+    limit = _limit(lifecycle, "lifetime")
+    waits: Array = limit * np.array([0.1, 1.0, 3.0])
+    found = np.array([lifecycle.predict(ONES, float(wait))[0] for wait in waits])
+    same("predict", found, np.exp(-waits / limit), 1e-6, 1.0)
+
+
+LAWS = (
+    Law(found_tracks_live),
+    Law(next_to_no_hit_is_none),
+    Law(waiting_in_parts_is_waiting),
+    Law(a_look_at_nothing_keeps_the_verdict),
+    Law(memory_does_not_grow),
+    Law(asks_for_what_it_uses),
+    Law(what_does_not_exist_is_not_confirmed),
+    Law(waits_out_of_coverage),
+    Law(waits_without_detection),
+    Law(keeps_to_max_spread),
+    Law(misses_in_a_row),
+    Law(confirms_after_hits),
+    Law(survives_its_lifetime),
+)
