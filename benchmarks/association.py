@@ -1,6 +1,6 @@
 """All associators and kinds of hypotheses on scenes of boats that cross, go side by side and merge: one table with errors.
 
-    python -m benchmarks.association                 60 runs of each scene; some ten minutes
+    python -m benchmarks.association                 40 runs of each scene; half an hour
     python -m benchmarks.association --runs 5        a rough picture
     python -m benchmarks.association --write         puts the table into docs/metrics.md
 
@@ -27,17 +27,12 @@ FIGURES = ("gospa", "trajectory_gospa", "hota", "coverage", "id_switches", "fals
 COLUMNS = ("GOSPA [m]", "trajectory GOSPA [m]", "HOTA", "coverage", "switches", "false tracks")
 DIGITS = (1, 1, 3, 3, 2, 2)
 
-TRACKERS: dict[str, dict[str, Any]] = {
-    "nearest": {"associator.kind": "nearest"},
-    "gnn": {"associator.kind": "gnn"},
-    "pda": {"associator.kind": "pda"},
-    "jpda": {"associator.kind": "jpda"},
-    "jpda, Poisson births": {"associator.kind": "jpda", "birth": "poisson"},
-    "k_best": {"associator.kind": "jpda", "hypotheses.kind": "k_best"},
-    "n_scan": {"associator.kind": "jpda", "hypotheses.kind": "n_scan"},
-    "lmb": {"associator.kind": "jpda", "hypotheses.kind": "lmb"},
+KINDS = ("nearest", "gnn", "pda", "jpda", "m_best_jpda", "variational", "k_best", "n_scan", "lmb")
+JOINT = ("jpda", "variational", "k_best", "n_scan", "lmb")
+TRACKERS: dict[str, dict[str, Any]] = {kind: {"associator.kind": kind} for kind in KINDS} | {
+    f"{kind}, Poisson births": {"associator.kind": kind, "birth": "poisson"} for kind in JOINT
 }
-"""Name to changes in the tracker of examples/fleet.toml. With Poisson births it is a Poisson multi-Bernoulli filter."""
+"""Name to changes in the tracker of examples/fleet.toml. Poisson births make Poisson multi-Bernoulli filters and mixtures."""
 
 POISSON = {
     "kind": "poisson",
@@ -55,10 +50,10 @@ FERRIES = {
 }
 CELL = {"x": 25, "y": 25}
 SCENES: dict[str, dict[str, Any]] = {
-    "three cross at 20 deg": {"crossings": {"meeting": MEETING}},
-    "the same, cells of 25 m": {"crossings": {"meeting": MEETING}, "resolution": CELL},
+    "three cross": {"crossings": {"meeting": MEETING}},
+    "three cross, cells of 25 m": {"crossings": {"meeting": MEETING}, "resolution": CELL},
     "two 20 m apart": {"convoys": {"ferries": FERRIES}},
-    "the same, cells of 25 m ": {"convoys": {"ferries": FERRIES}, "resolution": CELL},
+    "two 20 m apart, cells of 25 m": {"convoys": {"ferries": FERRIES}, "resolution": CELL},
     "examples/fleet.toml": {},
 }
 
@@ -100,18 +95,22 @@ def rows(scene: str, outcome: Outcome) -> Iterator[str]:
             f"{means[name].value:.{digits}f} +- {means[name].error or 0:.{digits}f}"
             for name, digits in zip(FIGURES, DIGITS, strict=True)
         ]
-        yield f"| {scene.strip() if i == 0 else ''} | {point.labels['tracker']} | {' | '.join(cells)} |"
+        yield f"| {scene if i == 0 else ''} | {point.labels['tracker']} | {' | '.join(cells)} |"
 
 
 def main() -> None:
     """Run all scenes and print the table."""
     parser = argparse.ArgumentParser("python -m benchmarks.association", description=__doc__)
-    parser.add_argument("--runs", type=int, default=60)
+    parser.add_argument("--runs", type=int, default=40)
+    parser.add_argument("--scenes", default="", metavar="WORDS", help="scenes whose name has these words")
+    parser.add_argument("--trackers", nargs="*", default=list(TRACKERS), metavar="NAME", help="these only")
     parser.add_argument("--write", action="store_true")
     given = parser.parse_args()
     lines = [f"| scene | tracker | {' | '.join(COLUMNS)} |", "| --- " * (2 + len(COLUMNS)) + "|"]
-    chosen = trackers(config({}))
+    chosen = {name: changes for name, changes in trackers(config({})).items() if name in given.trackers}
     for name, scene in SCENES.items():
+        if given.scenes not in name:
+            continue
         outcome = monte_carlo(config(scene), given.runs, seed=1, trackers=chosen)
         for line in rows(name, outcome):
             print(line, flush=True)
