@@ -1,0 +1,33 @@
+"""The benchmark of association has every associator that is installed, and scenes that can be drawn."""
+
+import sys
+from importlib import import_module
+
+import numpy as np
+import pytest
+
+import vedette
+from support.paths import ROOT
+from vedette.config.registry import Registry
+
+
+@pytest.fixture(scope="module")
+def benchmark():
+    if str(ROOT) not in sys.path:
+        sys.path.insert(0, str(ROOT))
+    return import_module("benchmarks.association")
+
+
+def test_it_has_every_associator_of_the_standard_shelf(benchmark):
+    kinds = {each.kind for each in Registry.installed().of_role("associator")}
+    assert set(benchmark.KINDS) == kinds - {"bayes_risk"}  # of a paper, for two detections of one target
+    assert list(benchmark.trackers(benchmark.config({}))) == list(benchmark.TRACKERS)
+
+
+def test_its_scenes_have_the_groups_that_they_say(benchmark):
+    counts = {}
+    for name, scene in benchmark.SCENES.items():
+        experiment = vedette.load(benchmark.config(scene))
+        counts[name] = len(experiment.source.open(experiment.tracker.sensors, np.random.default_rng(0)).truth)
+    assert list(counts.values())[:4] == [3, 3, 2, 2]
+    assert counts["examples/fleet.toml"] > 10
