@@ -43,10 +43,12 @@ def clutter_takes_any_number_of_returns(sensor: Sensor, drawn: Looks) -> None:
 
 
 def false_returns_add_up(sensor: Sensor, drawn: Looks) -> None:
-    """If it has `clutter_per_scan`: over what the sensor covers, the density integrates to that number."""
+    """If it has `clutter_per_scan` and no `clutter_density` instead: over what it covers, the density integrates to that."""
     wanted = getattr(sensor, "clutter_per_scan", None)
     if not isinstance(wanted, float | int):
         raise Closed("it has no `clutter_per_scan`")
+    if getattr(sensor, "clutter_density", 0.0) and wanted == 0:
+        raise Closed("its clutter is stated by `clutter_density`")
     axes = sensor.measurement.axes
     if len(axes) not in CELLS:
         raise Closed("it measures too many axes for an integral")
