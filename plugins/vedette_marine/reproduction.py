@@ -24,7 +24,7 @@ GRID = (0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 1.0, 1.4)
 """Values of the CV-PDAF's process noise in m/s^2 among which it is chosen."""
 
 TURN_GRID = ((0.2, 0.05, 0.1, 0.4, 0.8), (1e-2, 1e-3, 3e-3, 3e-2))
-"""The same for CT-PDAF: sigmas of its acceleration in m/s^2 and of its turn rate in rad/s^2; the search starts at the first."""
+"""The same for CT-PDAF: sigmas of its acceleration in m/s^2, of its turn rate in rad/s^2; searched from the first."""
 
 TUNING_RUNS = 20
 
