@@ -2,10 +2,12 @@
 
 import json
 import math
+import re
 
 import numpy as np
 import pytest
 
+from support.paths import ROOT
 from vedette.report.reproduction import data, text
 from vedette.reproduction import Cell, Condition, Findings, judged, mean_cell, remark, share_cell
 
@@ -142,3 +144,11 @@ def test_what_is_printed_and_written():
         }
     ]
     assert second["needed"] == 810
+
+
+@pytest.mark.parametrize("plugin", ["vedette_vts", "vedette_target_oriented", "vedette_bayes_risk", "vedette_marine"])
+def test_no_study_makes_a_verdict_of_its_own(plugin):
+    """Claims come from `judged` and `remark` alone."""
+    sources = [path.read_text() for path in (ROOT / "plugins" / plugin).rglob("*.py")]
+    assert sum("judged(" in source for source in sources) >= 1
+    assert not any(re.search(r"\bClaim\(", source) for source in sources)
