@@ -146,7 +146,9 @@ def test_what_is_printed_and_written():
     assert second["needed"] == 810
 
 
-@pytest.mark.parametrize("plugin", ["vedette_vts", "vedette_target_oriented", "vedette_bayes_risk", "vedette_marine"])
+@pytest.mark.parametrize(
+    "plugin", ["vedette_vts", "vedette_target_oriented", "vedette_bayes_risk", "vedette_marine", "vedette_flir"]
+)
 def test_no_study_makes_a_verdict_of_its_own(plugin):
     """Claims come from `judged` and `remark` alone."""
     sources = [path.read_text() for path in (ROOT / "plugins" / plugin).rglob("*.py")]
