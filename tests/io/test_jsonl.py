@@ -223,7 +223,10 @@ BAD_HEADERS = {
     "not JSON": ("time,x,y", "r.jsonl:1: is not JSON, or cut short, at column 1"),
     "a list": ([], "r.jsonl:1: the first line must be a header"),
     "another version": (HEADER | {"version": 2}, "this Vedette reads version 1 of the format, the file is of 2"),
-    "unknown field": (HEADER | {"sensor": {}}, "unknown field 'sensor'; known are format, version, sensors, detected, truth, notes"),
+    "unknown field": (
+        HEADER | {"sensor": {}},
+        "unknown field 'sensor'; known are format, version, sensors, detected, truth, notes",
+    ),
     "no sensors": ({"format": "vedette", "version": 1}, "the header must name the sensors"),
     "sensors that are a list": (HEADER | {"sensors": ["radar"]}, 'sensors must be names to axes, got ["radar"]'),
     "axes without units": (HEADER | {"sensors": {"radar": ["x"]}}, 'sensors.radar must be axis names to units, got ["x"]'),
