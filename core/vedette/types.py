@@ -286,7 +286,8 @@ class Recording:
 
     `scans` may be lazy. `warnings`: a sentence for each thing that looks wrong and was read all the same. `rows` accounts
     for all that was read, table by table. `detected` holds the sensors whose scans are those of a preprocessor already, with
-    what they measure: a run takes such scans as they are.
+    what they measure: a run takes such scans as they are. `starts`: where targets are known to be at the first scan; nothing
+    is judged by them.
     """
 
     scans: Sequence[Scan]
@@ -296,6 +297,7 @@ class Recording:
     warnings: tuple[str, ...] = ()
     rows: Mapping[str, Rows] = {}
     detected: Mapping[str, Space] = {}
+    starts: tuple[Trajectory, ...] = ()
 
 
 new_gaussian = maker(Gaussian)

@@ -4,10 +4,11 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import vedette
-from vedette_flir.annotate import annotated
+from vedette_flir.annotate import annotated, episodes
 from vedette_flir.estimators.correlation import CorrelationFilter
 from vedette_flir.estimators.monitored import ResidualMonitored
 from vedette_flir.estimators.template import TemplateFilter
+from vedette_flir.lifecycles.reappearing import ReappearingTarget
 from vedette_flir.motion.atmospheric_wander import AtmosphericWander
 from vedette_flir.motion.carrying import Carrying
 from vedette_flir.motion.image_velocity import ImageVelocity
@@ -30,11 +31,11 @@ def vedette_components() -> Iterable[type[vedette.Component]]:
         *(JitteredAcceleration, JitteredWander, AtmosphericWander, ImageVelocity, Carrying),
         *(GaussianSpot, EllipticSpot, HotSpots, BoxCentroid),
         *(TemplateFilter, CorrelationFilter, ResidualMonitored),
-        *(VideoSource, FlirReproduction),
+        *(ReappearingTarget, VideoSource, FlirReproduction),
     ]
 
 
 @vedette.plugin
 def vedette_files(folder: Path, experiment: vedette.Experiment, result: vedette.Result) -> Iterable[str]:
-    """Write a video of a run through images."""
-    return annotated(folder, experiment, result)
+    """Write a video of a run through images, and when its tracks were lost and found again."""
+    return [*annotated(folder, experiment, result), *episodes(folder, result)]

@@ -1,25 +1,32 @@
-"""A run through images as a video: each frame with the tracks and the true boxes."""
+"""A run through images as a video: each frame with the tracks, held or lost, and the true boxes."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vedette import Array, Experiment, Result, Scan, Track
+from vedette import Array, Experiment, Mask, Result, Scan, Sensor, Track
 from vedette_flir.sources.images import Grey
 
-NAME = "annotated.avi"
+NAME, EPISODES = "annotated.avi", "episodes.csv"
 
 LEAST = 320
 """Least width of a video in px: smaller frames are enlarged by a whole number."""
 
-CROSS, BOX, TEXT = (0, 128, 255), (0, 200, 0), (200, 200, 200)
+HELD, LOST, BOX, TEXT = (0, 128, 255), (60, 60, 255), (0, 200, 0), (200, 200, 200)
 """Colours in OpenCV's order: blue, green, red."""
+
+TRAIL = 30
+"""Frames whose positions are drawn behind a track."""
+
+SMALL, ZOOM, ASIDE = 24.0, 3, 40
+"""Targets up to this size in px are shown enlarged so many times, this many px of the frame around them."""
 
 
 def annotated(folder: Path, experiment: Experiment, result: Result) -> list[str]:
@@ -76,7 +83,10 @@ def _eight_bit(scan: Scan, low: float, high: float) -> Grey:
 
 
 def _drawn(cv2: Any, grey: Grey, scan: Scan, experiment: Experiment, result: Result) -> NDArray[Any]:
-    """Draw the frame in colour, enlarged, with a cross where each track appears and the true boxes."""
+    """Draw the frame in colour, enlarged: each track's box, red and told if it is lost, its trail, and the true boxes.
+
+    Nothing is drawn inside a box, so that the target stays to be seen; a small one is shown enlarged in a corner.
+    """
     assert scan.frame is not None
     scale = max(1, -(-LEAST // grey.shape[1]))
     image = cv2.cvtColor(np.kron(grey, np.ones((scale, scale), np.uint8)), cv2.COLOR_GRAY2BGR)
@@ -93,19 +103,64 @@ def _drawn(cv2: Any, grey: Grey, scan: Scan, experiment: Experiment, result: Res
         at = dict(zip(truth.space.names, state, strict=True))
         middle, half = np.array([at["x"], at["y"]]), 0.5 * np.array([at["width"], at["height"]])
         cv2.rectangle(image, place(middle - half), place(middle + half), BOX, 1)
-    for track in result.tracks:
-        point = _appears(track, scan, experiment)
-        if point is not None:
-            cv2.drawMarker(image, place(point), CROSS, cv2.MARKER_CROSS, 12, 1)
+    for number, track in enumerate(result.tracks):
+        k = int(np.searchsorted(track.times, scan.time))
+        if k >= len(track.times) or track.times[k] != scan.time:
+            continue
+        points = _appears(track, slice(max(0, k - TRAIL), k + 1), experiment.tracker.sensors[scan.sensor])
+        colour, size = LOST if is_lost(track)[k] else HELD, _size(track, k)
+        if number == 0 and size.max() <= SMALL:
+            _enlarge(image, scale, points[-1] - corner)
+        outside = np.any(np.abs(points - points[-1]) > 0.5 * size + 1.0, axis=1)
+        for before, now in pairwise(points[outside]):
+            cv2.line(image, place(before), place(now), colour, 1)
+        cv2.rectangle(image, place(points[-1] - 0.5 * size - 1.0), place(points[-1] + 0.5 * size + 1.0), colour, 1)
+        if is_lost(track)[k]:
+            x, y = place(points[-1] + [-0.5, -0.5] * size - [0.0, 3.0])
+            cv2.putText(image, "lost", (x, y), cv2.FONT_HERSHEY_SIMPLEX, 0.4, colour, 1, cv2.LINE_AA)
     cv2.putText(image, f"{scan.time:.2f} s", (4, image.shape[0] - 6), cv2.FONT_HERSHEY_SIMPLEX, 0.4, TEXT, 1, cv2.LINE_AA)
     drawn: NDArray[Any] = image
     return drawn
 
 
-def _appears(track: Track, scan: Scan, experiment: Experiment) -> Array | None:
-    """Return where the scan's camera sees a track (2,), or None if it did not exist then."""
-    k = int(np.searchsorted(track.times, scan.time))
-    if k >= len(track.times) or track.times[k] != scan.time:
-        return None
-    sensor = experiment.tracker.sensors[scan.sensor]
-    return sensor.measure(track.mean[k, track.space.locate(sensor.observes)])[:2]
+def is_lost(track: Track) -> Mask:
+    """Return in which scans a track says that it has lost its target (s,): it exists with probability under one half."""
+    lost: Mask = track.existence < 0.5
+    return lost
+
+
+def episodes(folder: Path, result: Result) -> list[str]:
+    """Write when tracks lost their target and found it again, if any did; return the names of the files."""
+    rows = []
+    for track in result.tracks:
+        lost = is_lost(track)
+        rows += [
+            f"{track.id},{float(track.times[k])!r},{'lost' if lost[k] else 'found again'}\n"
+            for k in np.flatnonzero(np.diff(lost, prepend=False))
+        ]
+    if not rows or not len(result.framed):
+        return []
+    (folder / EPISODES).write_text("".join(["track,time,event\n", *rows]), encoding="utf-8", newline="\n")
+    return [EPISODES]
+
+
+def _appears(track: Track, part: slice, sensor: Sensor) -> Array:
+    """Return where a camera sees a track in some scans (s, 2)."""
+    return sensor.measure(track.mean[part][:, track.space.locate(sensor.observes)])[:, :2]
+
+
+def _size(track: Track, k: int) -> Array:
+    """Return width and height of a track's box in px; 12 where its state has none."""
+    names = track.space.names
+    return np.array([track.mean[k, names.index(name)] if name in names else 12.0 for name in ("width", "height")])
+
+
+def _enlarge(image: NDArray[Any], scale: int, at: Array) -> None:
+    """Show what is around a place, in px of the frame, enlarged in the corner that is farthest from it."""
+    height, width = image.shape[:2]
+    side = min(ASIDE * scale, height // (2 * ZOOM), width // (2 * ZOOM))
+    x, y = np.clip(np.rint(scale * (at + 0.5) - side / 2).astype(int), 0, [width - side, height - side])
+    part = np.kron(image[y : y + side, x : x + side], np.ones((ZOOM, ZOOM, 1), np.uint8))
+    down = slice(0, ZOOM * side) if y + side / 2 > height / 2 else slice(height - ZOOM * side, height)
+    across = slice(0, ZOOM * side) if x + side / 2 > width / 2 else slice(width - ZOOM * side, width)
+    image[down, across] = part

@@ -242,6 +242,8 @@ def test_a_run_leaves_an_annotated_video_and_speaks_of_px(tmp_path, capsys):
     assert read
     assert image.shape == (240, 320, 3)  # 80 x 60 enlarged four times
     at = 4 * (centred(hot_disc()[1][0], 1.0)[:2] + 0.5)
-    blue, _, red = (image[int(at[1]) - 3 : int(at[1]) + 4, int(at[0]) + 4, k].astype(int) for k in range(3))
-    assert np.max(red - blue) > 60  # an arm of the orange cross
+    x, y = at.astype(int)
+    apart = image[..., 2].astype(int) - image[..., 0]
+    assert np.max(apart[y, x + 18 : x + 28]) > 60  # a side of the orange box, 9 px wide and a pixel off
+    assert np.max(np.abs(apart[y - 12 : y + 13, x - 12 : x + 13])) < 30  # the target is not covered
     assert [file.name for file in (tmp_path / "out").iterdir() if file.name.startswith(".")] == []

@@ -5,21 +5,31 @@ from __future__ import annotations
 from typing import ClassVar, final
 
 import numpy as np
-from attrs import frozen
+from attrs import evolve, frozen
 
 from vedette import Array, fields
-from vedette_flir.estimators.appearance import Appearance, AppearanceFilter, Match, match_ratio
+from vedette_flir.estimators.appearance import MOST, Appearance, AppearanceFilter, Match, match_ratio
 from vedette_flir.finding import target_in
 from vedette_flir.patches import blurred, centroid, contrast, isolated, mask_of, peak, sample, similarity
 
 BRIGHTEST = 1.5
 """Contrast beyond this multiple of the target's own is clipped: a bright background matches no better than the target."""
 
+LESS, SLOWER = 0.9, 0.2
+"""Part of its usual contrast below which a dim target is doubted; how much slower that falls than it rises."""
+
+DOUBTING, DOUBTED = 0.15, 0.75
+"""Part by which each frame moves a target's doubt, and the doubt beyond which it counts: nine frames from none."""
+
+RING = (0.9, 3.0)
+"""What is around a target: from so many times its size to so many."""
+
 
 @frozen(eq=False)
 class TemplateAppearance(Appearance):
     """Patches (*b, t, p, p) as fractions of the signed amplitude (*b, t) in count; the target's offset from the box's
-    centre and its size (*b, t, 2) in px.
+    centre and its size (*b, t, 2) in px; how far it stands out as a rule, and the share of late
+    in which it did not (*b, t).
     """
 
     patch: Array
@@ -27,6 +37,8 @@ class TemplateAppearance(Appearance):
     amplitude: Array
     offset: Array
     size: Array
+    usual: Array
+    doubt: Array
 
 
 @final
@@ -41,6 +53,9 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
     where the same shape is much fainter, as a correlation coefficient would not. The log-likelihood ratio is (n / 2)
     log[(1 - limit^2) / (1 - s^2)] of n independent cells, at most 60, and 60 (s / limit - 1) below the limit: a weak match
     is a miss, and the track coasts while its covariance, and so the area searched, grows.
+    Where nothing stands out, likeness proves nothing: with c the contrast over the spread of what is around it, and k the
+    smaller of `clear` and .9 times what c is as a rule, the ratio is at most 60 (c / k - 1), once c has been below k for
+    nine frames: a codec may erase a target for a few.
     Rogers, Maybeck, Adaptive Tracking of Multiple Hot-Spot Target IR Images, IEEE T-AC 28, 1983, for the smoothed template.
     """
 
@@ -65,10 +80,19 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         "px", "targets up to this size have larger structures taken out", default=40.0, at_least=0
     )
 
+    clear: float = fields.quantity(
+        "1",
+        "contrast over the spread of what is around it, below which a target is doubted; 0: it never is",
+        default=0.0,
+        at_least=0,
+    )
+
     def unseen(self, tracks: tuple[int, ...]) -> TemplateAppearance:
         """Return no template, and NaN as the size."""
         patch, pair = np.zeros((*tracks, self.cells, self.cells)), np.zeros((*tracks, 2))
-        return TemplateAppearance(np.zeros(tracks), patch, patch, np.ones(tracks), pair, np.ones_like(pair))
+        return TemplateAppearance(
+            np.zeros(tracks), patch, patch, np.ones(tracks), pair, np.ones_like(pair), np.zeros(tracks), np.zeros(tracks)
+        )
 
     def first(self, pixels: Array, where: Array, box: Array) -> TemplateAppearance:
         """Find the target in its box, and cut the template around it."""
@@ -79,7 +103,10 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         amplitude = found.sign * max(contrast(found.sign * wide, inner), 1.0)
         cut = self.cells // 2
         patch = _kept(wide, amplitude)[cut : cut + self.cells, cut : cut + self.cells]
-        return TemplateAppearance(np.ones(()), patch, patch, np.asarray(amplitude), found.offset, found.size)
+        usual = self._outstanding(pixels, where + found.offset, found.size, step, found.sign) if self.clear > 0 else 0.0
+        return TemplateAppearance(
+            np.ones(()), patch, patch, np.asarray(amplitude), found.offset, found.size, np.asarray(usual), np.zeros(())
+        )
 
     def find(
         self, pixels: Array, where: Array, box: Array, S: Array, appearance: TemplateAppearance
@@ -110,10 +137,34 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         amplitude += self.brighten * (np.sign(amplitude) * now - amplitude)
         patch = appearance.patch + self.smoothing * (_kept(shown, amplitude) - appearance.patch)
         renewed = TemplateAppearance(
-            appearance.known, patch, appearance.first_patch, np.asarray(amplitude), appearance.offset, appearance.size
+            appearance.known,
+            patch,
+            appearance.first_patch,
+            np.asarray(amplitude),
+            appearance.offset,
+            appearance.size,
+            appearance.usual,
+            appearance.doubt,
         )
         ratio = match_ratio(max(float(likeness[j, i]), 0.0), self.limit, self.independent)
+        if self.clear > 0:
+            now = self._outstanding(pixels, centre + moved, appearance.size, step, float(np.sign(amplitude)))
+            usual, doubt = float(appearance.usual), float(appearance.doubt)
+            least = max(min(self.clear, LESS * usual), 1e-3)
+            doubt += DOUBTING * (float(now < least) - doubt)
+            usual += (self.brighten if now > usual else SLOWER * self.brighten) * (now - usual)
+            renewed = evolve(renewed, usual=np.asarray(usual), doubt=np.asarray(doubt))
+            if doubt > DOUBTED:
+                ratio = min(ratio, MOST * (now / least - 1.0))
         return Match(centre + moved - where, ratio, renewed)
+
+    def _outstanding(self, pixels: Array, at: Array, size: Array, step: float, sign: float) -> float:
+        """Return the contrast at a place over the spread of what is around it, no less than a count."""
+        cells, inner = 2 * self.cells, size / step
+        wide = sign * self._apart(pixels, np.clip(at, 0.0, np.array(pixels.shape[::-1]) - 1.0), size, step, cells, sign)
+        steps = np.arange(cells) - 0.5 * (cells - 1)
+        off = np.hypot(steps / max(inner[0], 1.0), steps[:, None] / max(inner[1], 1.0))
+        return contrast(wide, inner) / (float(np.std(wide[(off > RING[0]) & (off < RING[1])])) + 1.0)
 
     def _grid(self, size: Array) -> tuple[float, Array, Array]:
         """Return the step in px, the target's size in cells, and the template's mask."""

@@ -31,18 +31,28 @@ def opencv() -> Any:
     return cv2
 
 
-def grey_of(image: NDArray[Any]) -> Grey:
-    """Return the one channel of an 8 or 16 bit image; ValueError for others. Three equal channels count as one."""
+WEIGHTS = {"luminance": (0.114, 0.587, 0.299), "blue": (1.0, 0.0, 0.0), "green": (0.0, 1.0, 0.0), "red": (0.0, 0.0, 1.0)}
+"""How colours become grey levels: the weights of OpenCV's channels, blue, green and red."""
+
+
+def grey_of(image: NDArray[Any], grey: str = "equal") -> Grey:
+    """Return an 8 or 16 bit image in grey levels; ValueError for others.
+
+    `grey`: one of WEIGHTS, or "equal": three channels must be equal, but for a codec's rounding, and count as one.
+    """
     if image.dtype not in (np.uint8, np.uint16):
         raise ValueError(f"must have pixels of 8 or 16 bit, got {image.dtype}")
     if image.ndim == 2:
         return image
     if image.shape[2] not in (1, 3):
         raise ValueError(f"must have one channel, got {image.shape[2]}")
+    if grey != "equal" and image.shape[2] == 3:
+        levels: Grey = np.rint(image @ np.array(WEIGHTS[grey])).astype(image.dtype)
+        return levels
     middle = image[..., image.shape[2] // 2]
     apart = max(int(np.max(np.maximum(each, middle) - np.minimum(each, middle))) for each in np.moveaxis(image, 2, 0))
     if apart > ALIKE:
-        raise ValueError(f"is in colour: its channels differ by up to {apart} counts; convert it to grey levels first")
+        raise ValueError(f"is in colour: its channels differ by up to {apart} counts; say by `grey` how to convert it")
     return np.ascontiguousarray(middle)
 
 
@@ -61,6 +71,7 @@ class Clip:
     rate: float | None
     problems: tuple[Problem, ...]
     raw: Callable[[int], NDArray[Any] | None]
+    grey: str = "equal"
 
     def frame(self, number: int) -> Grey:
         """Return one of the good frames; InputError if the file is not any more what it was."""
@@ -68,7 +79,7 @@ class Clip:
         try:
             if image is None:
                 raise ValueError("cannot be read any more")
-            grey = grey_of(image)
+            grey = grey_of(image, self.grey)
             if grey.shape != self.shape or grey.dtype != self.dtype:
                 raise ValueError("is another one now")
         except ValueError as error:
@@ -76,7 +87,7 @@ class Clip:
         return grey
 
 
-def look_through(path: Path) -> Clip:
+def look_through(path: Path, how: str = "equal") -> Clip:
     """Return what a video or a folder of images holds; each frame is decoded once and let go.
 
     InputError if there is no such file or folder, no frame in it, or the first is in colour. A later frame that is in colour
@@ -95,7 +106,7 @@ def look_through(path: Path) -> Clip:
                 break
             continue
         try:
-            grey = grey_of(image)
+            grey = grey_of(image, how)
             if first is not None and grey.shape != first.shape:
                 rows, columns = first.shape
                 raise ValueError(f"must be {columns} x {rows} px as the first, got {grey.shape[1]} x {grey.shape[0]}")
@@ -113,7 +124,14 @@ def look_through(path: Path) -> Clip:
         raise InputError(f"{path}: holds no frame that can be read{told}")
     total, lacking = store.count()
     return Clip(
-        tuple(numbers), (first.shape[0], first.shape[1]), first.dtype, total, store.rate, (*problems, *lacking), store.raw
+        tuple(numbers),
+        (first.shape[0], first.shape[1]),
+        first.dtype,
+        total,
+        store.rate,
+        (*problems, *lacking),
+        store.raw,
+        how,
     )
 
 

@@ -28,13 +28,17 @@ from vedette import (
 )
 from vedette.io import inside, user_path
 from vedette_flir.sources.boxes import Segment, centred, read_boxes, read_segment
-from vedette_flir.sources.images import Grey, look_through
+from vedette_flir.sources.images import WEIGHTS, Grey, look_through
 
 BOX = Space.of(x="px", y="px", width="px", height="px")
 
 
 def _four(values: Array) -> str | None:
     return None if len(values) == 4 else f"must be [x, y, w, h], got {len(values)} numbers"
+
+
+def _fours(values: Array) -> str | None:
+    return None if values.shape[1] == 4 else f"must be rows of [x, y, w, h], got {values.shape[1]} numbers"
 
 
 @final
@@ -45,7 +49,8 @@ class VideoSource(Source):
     Frames are decoded when they are asked for: one is in memory, however long the video. Files of boxes and segments lie in
     the folder that holds the clip.
 
-    The first true box, or `box`, is where the target is: earlier frames are skipped. Boxes are x, y, w, h in px, the corner
+    The first true box is where the target is: earlier frames are skipped. `box`, or one of `boxes` for each target, says it
+    instead, in the first frame; without a file of true boxes nothing is judged. Boxes are x, y, w, h in px, the corner
     counted from `first_pixel`. A `segment` is a part of the clip without a cut, from a file segments.csv with the columns
     clip, label_offset, start, end_excl. Unreadable frames and those of another size are refused, one by one.
     """
@@ -60,10 +65,16 @@ class VideoSource(Source):
     box: Array | None = fields.array(
         "px", "[x, y, w, h] of the target in the first frame; default: the first true box", ndim=1, default=None, check=_four
     )
+    boxes: Array | None = fields.array(
+        "px", "a box for each of several targets in the first frame, [[x, y, w, h], ...]", ndim=2, default=None, check=_fours
+    )
     segment: int | None = fields.integer("which segment of the clip, counted from 0; default: the whole clip", default=None)
     segments: str = fields.text("file of segments; default: segments.csv beside the clip", default="")
     rate: float | None = fields.quantity("1/s", "frames per second; default: the file's, or 30", default=None, above=0)
     first_pixel: float = fields.quantity("px", "what a box calls the first pixel", default=1.0)
+    grey: str = fields.choice(
+        "how colours become grey levels; equal: the channels must be equal", ("equal", *WEIGHTS), default="equal"
+    )
     negative: bool = fields.flag("take the frames' negative: hot is dark", default=False)
 
     def open(self, sensors: Mapping[str, Sensor], rng: np.random.Generator) -> Recording:
@@ -79,13 +90,13 @@ class VideoSource(Source):
             path = user_path(self.path)
         except ValueError as error:
             raise ConfigError([Problem("path", str(error))]) from None
-        clip = look_through(path)
+        clip = look_through(path, self.grey)
         rate = self.rate or clip.rate or 30.0
         part = Segment(0, clip.numbers[-1] + 1, 0)
         if self.segment is not None:
             part = read_segment(self._beside(path, "segments", "segments.csv"), path.stem, self.segment)
-        boxes = self._boxes(path, part)
-        begin = min(boxes)
+        boxes, starts = self._boxes(path, part), self._starts(clip.shape)
+        begin = part.start if starts else min(boxes)
         kept = [number for number in clip.numbers if begin <= number < part.end]
         if not kept:
             raise InputError(f"{path}: has no frame from {begin} to {part.end - 1}; it has {len(clip.numbers)}")
@@ -93,13 +104,17 @@ class VideoSource(Source):
         def make(i: int) -> Scan:
             return Scan.image(kept[i] / rate, cameras[0], Frame(self._signed(clip.frame(kept[i]))))
 
-        times = np.array(sorted(boxes)) / rate
-        truth = Trajectory("target", BOX, times, np.array([boxes[number] for number in sorted(boxes)]))
+        truth = []
+        if boxes:
+            times = np.array(sorted(boxes)) / rate
+            truth = [Trajectory("target", BOX, times, np.array([boxes[number] for number in sorted(boxes)]))]
+        given = [Trajectory(f"box {i}", BOX, np.array([kept[0] / rate]), box[None]) for i, box in enumerate(starts)]
         size = f"{clip.shape[1]} x {clip.shape[0]} px, {clip.dtype}"
         notes = {"frames": f"{kept[0]} to {kept[-1]} of {path.name}, {size}"}
         lost = sum(problem.rows for problem in clip.problems)
         rows = {"frames": Rows(clip.total, len(kept), lost, len(clip.numbers) - len(kept))}
-        return Recording(LazyScans(len(kept), make), (truth,), clip.problems, notes, rows=rows)
+        frames = LazyScans(len(kept), make)
+        return Recording(frames, tuple(truth), clip.problems, notes, rows=rows, starts=tuple(given))
 
     def _beside(self, path: Path, parameter: str, name: str) -> Path:
         """Return the file that a parameter names, or else `name`, in the clip's folder; ConfigError if it lies elsewhere."""
@@ -110,28 +125,55 @@ class VideoSource(Source):
             raise ConfigError([Problem(parameter, str(error))]) from None
 
     def _boxes(self, path: Path, part: Segment) -> dict[int, Array]:
-        """Frame number to centre, width and height, of this part; at least one."""
+        """Frame number to the true centre, width and height, of this part; none only where boxes are given."""
         name = f"{path.stem}_truth.csv"
         file = self._beside(path, "truth", name)
         boxes = {}
         try:
-            if self.truth or (self.box is None and file.exists()):
+            if self.truth or (not self._given and file.exists()):
                 labels = read_boxes(file, self.first_pixel)
                 boxes = {number - part.label_offset: box for number, box in labels.items()}
-            elif self.box is None:
+            elif not self._given:
                 raise ConfigError([Problem("box", f"is missing: [x, y, w, h] in px, as there is no file {name}")])
             inside = {number: box for number, box in boxes.items() if part.start <= number < part.end}
-            if self.box is not None:
-                inside[part.start] = centred(self.box, self.first_pixel)
         except ValueError as error:
             if isinstance(error, ConfigError | InputError):
                 raise
             raise ConfigError([Problem("box", str(error))]) from None
-        if not inside:
+        if not inside and not self._given:
             raise InputError(f"{file}: has no box from frame {part.start} to {part.end - 1}")
         return inside
+
+    @property
+    def _given(self) -> bool:
+        return self.box is not None or self.boxes is not None
+
+    def _starts(self, shape: tuple[int, int]) -> list[Array]:
+        """Return centre, width and height of each target in the first frame, where they are given."""
+        given = [("box", self.box)] if self.box is not None else []
+        if self.boxes is not None:
+            given += [(f"boxes[{i}]", box) for i, box in enumerate(self.boxes)]
+        found, problems = [], []
+        for name, box in given:
+            try:
+                found.append(_within(centred(box, self.first_pixel), shape))
+            except ValueError as error:
+                problems.append(Problem(name, str(error)))
+        if problems:
+            raise ConfigError(problems)
+        return found
 
     def _signed(self, pixels: Grey) -> Array:
         """Return the frame, or its negative, in its own integer type."""
         signed: Any = np.iinfo(pixels.dtype).max - pixels if self.negative else pixels
         return cast(Array, signed)
+
+
+def _within(box: Array, shape: tuple[int, int]) -> Array:
+    """Return a box whose centre lies in an image of `shape` (height, width); ValueError for others."""
+    height, width = shape
+    if not (-0.5 <= box[0] <= width - 0.5 and -0.5 <= box[1] <= height - 0.5):
+        raise ValueError(
+            f"must lie in the image of {width} x {height} px, got one whose middle is at {box[0]:g}, {box[1]:g} px"
+        )
+    return box

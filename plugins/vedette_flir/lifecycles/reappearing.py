@@ -1,0 +1,43 @@
+"""One target that may leave the image and come back."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any, ClassVar, final
+
+import numpy as np
+from attrs import frozen
+
+from vedette import Array, Lifecycle, Mask, Review, fields
+
+
+@final
+@frozen
+class ReappearingTarget(Lifecycle):
+    """Keeps the given tracks to the end; their existence is the probability that the target is where the track says.
+
+    A target is in view or away, a Markov chain with mean stays `shown` and `away`: between scans
+    e <- s + (e - s) exp(-dt (1 / shown + 1 / away)), s = shown / (shown + away). After a scan e <- e L / (1 - e + e L), L
+    the scan's likelihood ratio. A target that was lost is found again as its evidence returns, since e never stays at 0.
+    Musicki, Evans, Integrated Probabilistic Data Association, IEEE T-AES 30, 1994 (two models of existence).
+    """
+
+    kind: ClassVar[str] = "reappearing_target"
+    usual_birth: ClassVar[Mapping[str, Any]] = {"kind": "given"}
+
+    shown: float = fields.quantity("s", "mean time for which the target stays in view", default=60.0, above=0)
+    away: float = fields.quantity("s", "mean time for which it stays away", default=3.0, above=0)
+
+    def start(self, existence: Array) -> None:
+        """Return no memory."""
+
+    def predict(self, existence: Array, dt: float) -> Array:
+        """Return the existence `dt` s later: (*b, t) -> (*b, t)."""
+        settled = self.shown / (self.shown + self.away)
+        return settled + (existence - settled) * math.exp(-dt * (1.0 / self.shown + 1.0 / self.away))
+
+    def review(self, memory: None, scan: Review) -> tuple[None, Mask, Mask]:
+        """Return that every track is confirmed and alive."""
+        always = np.ones(scan.existence.shape, dtype=bool)
+        return None, always, always
