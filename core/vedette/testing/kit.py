@@ -22,7 +22,7 @@ from vedette.filters import contradiction
 from vedette.roles import Component
 from vedette.testing.judging import Closed, Misuse
 from vedette.testing.law import Law, Profile
-from vedette.testing.laws import associator, birth, estimator, lifecycle, lives, looks, motion, preprocessor, scene, sensor, source
+from vedette.testing.laws import associator, birth, births, estimator, lifecycle, lives, looks, motion, preprocessor, scene, sensor, source
 from vedette.testing.strategies import components
 
 Drawer = Callable[[Any, Profile], st.SearchStrategy[Any]]
@@ -32,7 +32,7 @@ _ROLES: dict[str, tuple[tuple[Law, ...], Drawer]] = {
     "sensor": (sensor.LAWS, looks.drawn),
     "associator": (associator.LAWS, associator.drawn),
     "estimator": (estimator.LAWS, scene.drawn),
-    "birth": (birth.LAWS, birth.drawn),
+    "birth": (birth.LAWS, births.drawn),
     "lifecycle": (lifecycle.LAWS, lives.drawn),
     "preprocessor": (preprocessor.LAWS, preprocessor.drawn),
     "source": (source.LAWS, source.drawn),

@@ -2,75 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from attrs import frozen
-from hypothesis import strategies as st
 
-from vedette.config.registry import Registry
-from vedette.roles import Estimator, Sensor
-from vedette.space import Array
 from vedette.supporting import Birth
-from vedette.testing.judging import Closed, covariance, demand, frozen_copy, same
-from vedette.testing.law import Law, Profile
-from vedette.testing.states import SEEDS, STEPS
-from vedette.testing.strategies import SENSOR
-from vedette.types import Detections, Newborn
-
-P_GATE = 0.99
-
-
-@frozen(eq=False)
-class Returns:
-    """Returns (k, 2) of a sensor of positions, the probabilities (k,) that tracks claim them, time steps in s."""
-
-    estimator: Estimator[Any]
-    sensor: Sensor
-    detections: Detections
-    claimed: Array
-    dt: float
-    later: float
-    seed: int
-
-    def rng(self) -> np.random.Generator:
-        """A generator that always starts the same."""
-        return np.random.default_rng(self.seed)
-
-
-def drawn(birth: Birth, profile: Profile) -> st.SearchStrategy[Returns]:
-    """What every law of a birth is given: up to 4 returns, some of which tracks claim."""
-    return st.builds(_returns, st.integers(0, 4), STEPS, STEPS, SEEDS)
-
-
-def _returns(k: int, dt: float, later: float, seed: int) -> Returns:
-    registry, rng = Registry.installed(), np.random.default_rng(seed)
-    motion: Any = registry.get("motion", "constant_velocity").cls
-    kalman: Any = registry.get("estimator", "kalman").cls
-    position: Any = registry.get("sensor", "cartesian_position").cls
-    z = frozen_copy(200.0 * rng.standard_normal((k, 2)))
-    return Returns(
-        kalman(motion(0.5)), position(5.0, 0.9, 1e-5), Detections.of(z, 2), frozen_copy(rng.random(k)), dt, later, seed
-    )
-
-
-def _begun(birth: Birth, given: Returns, claimed: Array | None = None) -> Newborn:
-    """The tracks that start at the returns of the first scan."""
-    if not birth.starts_from(SENSOR):
-        raise Closed("no return starts a track")
-    found, chosen = None, given.claimed if claimed is None else claimed
-    if birth.models_unseen:
-        memory = birth.initial_memory(given.estimator, given.rng())
-        found = birth.reveal(memory, given.estimator, given.sensor, given.detections, P_GATE)[1]
-    try:
-        return birth.begin(found, given.estimator, given.sensor, SENSOR, given.detections, chosen)
-    except ValueError as refusal:
-        raise Closed(f"it starts no tracks there: {refusal}") from None
+from vedette.testing.judging import Closed, covariance, demand, same
+from vedette.testing.law import Law
+from vedette.testing.laws import begin
+from vedette.testing.laws.births import P_GATE, Returns, begun
+from vedette.types import Detections
 
 
 def pure(birth: Birth, drawn: Returns) -> None:
     """The same returns start the same tracks again; arguments stay as they were."""
-    first, again = _begun(birth, drawn), _begun(birth, drawn)
+    first, again = begun(birth, drawn), begun(birth, drawn)
     same("returns again", again.returns.astype(float), first.returns.astype(float), 0.0)
     same("mean again", again.prior.mean, first.prior.mean, 0.0)
     same("existence again", again.existence, first.existence, 0.0)
@@ -78,7 +22,7 @@ def pure(birth: Birth, drawn: Returns) -> None:
 
 def newborn_tracks_are_whole(birth: Birth, drawn: Returns) -> None:
     """Each new track has a return of the scan, a mean, a covariance, and an existence in (0, 1]."""
-    newborn, k, n = _begun(birth, drawn), len(drawn.claimed), len(drawn.estimator.state)
+    newborn, k, n = begun(birth, drawn), len(drawn.claimed), len(drawn.estimator.state)
     j = len(newborn.returns)
     demand(len(set(newborn.returns.tolist())) == j, f"returns: must differ from each other, got {newborn.returns}")
     demand(
@@ -93,9 +37,9 @@ def newborn_tracks_are_whole(birth: Birth, drawn: Returns) -> None:
 
 def claimed_returns_start_nothing(birth: Birth, drawn: Returns) -> None:
     """A return that a track surely claims starts none, and one that is claimed less is no less likely to start one."""
-    sure = _begun(birth, drawn, np.ones(len(drawn.claimed)))
+    sure = begun(birth, drawn, np.ones(len(drawn.claimed)))
     demand(not len(sure.returns), "begin: a return with claimed = 1 must start no track")
-    some, fewer = _begun(birth, drawn), _begun(birth, drawn, 0.5 * drawn.claimed)
+    some, fewer = begun(birth, drawn), begun(birth, drawn, 0.5 * drawn.claimed)
     demand(set(some.returns) <= set(fewer.returns), f"begin: half as much claimed must start {some.returns} too")
 
 
@@ -103,12 +47,12 @@ def padding_starts_nothing(birth: Birth, drawn: Returns) -> None:
     """A return that is not valid starts no track."""
     padded = Detections(drawn.detections.z, np.zeros(len(drawn.claimed), dtype=bool))
     given = Returns(drawn.estimator, drawn.sensor, padded, np.zeros(len(drawn.claimed)), drawn.dt, drawn.later, drawn.seed)
-    demand(not len(_begun(birth, given).returns), "begin: a return with valid = False must start no track")
+    demand(not len(begun(birth, given).returns), "begin: a return with valid = False must start no track")
 
 
 def tracks_start_near_their_returns(birth: Birth, drawn: Returns) -> None:
     """A new track's prior is one that its return fits: a squared distance below 30 for two measured axes."""
-    newborn = _begun(birth, drawn)
+    newborn = begun(birth, drawn)
     where = drawn.estimator.state.locate(drawn.sensor.observes)
     S = newborn.prior.cov[:, where, :][..., where] + drawn.sensor.noise(newborn.prior.mean[:, where])
     nu = drawn.detections.z[newborn.returns] - newborn.prior.mean[:, where]
@@ -144,4 +88,5 @@ LAWS = (
     Law(padding_starts_nothing),
     Law(tracks_start_near_their_returns),
     Law(rates_are_densities),
+    *begin.LAWS,
 )

@@ -1,0 +1,174 @@
+"""Laws of births: what a return's noise does, sensors that cannot start a track, targets that nobody has seen, and names.
+
+`spread` (standard deviations by axis), `initial` (existence) and `sensors` (whose returns start tracks) are taken at their word.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from attrs import evolve
+
+from vedette.config.registry import Registry
+from vedette.space import Array
+from vedette.supporting import Birth
+from vedette.testing.judging import Closed, demand, same
+from vedette.testing.law import Law
+from vedette.testing.laws.births import P_GATE, Returns, begun
+from vedette.testing.strategies import SENSOR
+from vedette.types import Detections, Newborn
+
+
+def a_sharper_return_starts_a_surer_track(birth: Birth, drawn: Returns) -> None:
+    """A return that brings a small noise of its own starts a track whose position is known better."""
+    k = len(drawn.claimed)
+    where = drawn.estimator.state.locate(drawn.sensor.observes)
+    traces = []
+    for scale in (1.0, 0.01):
+        own = np.broadcast_to(scale * drawn.sensor.noise(np.zeros(2)), (k, 2, 2))
+        scan = Detections(drawn.detections.z, drawn.detections.valid, None, own)
+        newborn = begun(birth, evolve(drawn, detections=scan), np.zeros(k))
+        cov = newborn.prior.cov[:, where, :][..., where]
+        traces.append(dict(zip(newborn.returns.tolist(), np.trace(cov, axis1=-2, axis2=-1), strict=True)))
+    for i in traces[0].keys() & traces[1].keys():
+        demand(traces[1][i] < traces[0][i], f"begin: return {i} with a hundredth of the noise starts no surer a track")
+
+
+def refuses_what_starts_no_track(birth: Birth, drawn: Returns) -> None:
+    """If single returns start its tracks: a sensor of which one return gives no position is refused, not ignored."""
+    k = len(drawn.claimed)
+    if birth.models_unseen or not len(begun(birth, drawn, np.zeros(k)).returns):
+        raise Closed("no single return starts a track")
+    bearing: Any = Registry.installed().get("sensor", "bearing_only").cls
+    scan = Detections.of(np.linspace(-1.0, 1.0, k)[:, None], 1)
+    try:
+        newborn = birth.begin(None, drawn.estimator, bearing(0.02), SENSOR, scan, np.zeros(k))
+    except (ValueError, NotImplementedError):
+        return
+    demand(len(newborn.returns), "begin: bearings alone start no track, and nothing says so: raise ValueError")
+
+
+def spread_as_stated(birth: Birth, drawn: Returns) -> None:
+    """If it has `spread`: new tracks have that standard deviation along each of its axes."""
+    spread = getattr(birth, "spread", None)
+    if not isinstance(spread, dict) or birth.models_unseen:
+        raise Closed("it has no `spread`")
+    newborn, state = begun(birth, drawn), drawn.estimator.state
+    for axis, deviation in spread.items():
+        if axis in state and axis not in drawn.sensor.observes:
+            i = state.names.index(axis)
+            found = np.sqrt(newborn.prior.cov[:, i, i])
+            same(f"deviation of {axis}", found, np.full(len(found), float(deviation)), 1e-6)
+
+
+def exists_as_stated(birth: Birth, drawn: Returns) -> None:
+    """If it has `initial`: new tracks exist with that probability at most."""
+    initial = getattr(birth, "initial", None)
+    if not isinstance(initial, float):
+        raise Closed("it has no `initial`")
+    newborn = begun(birth, drawn)
+    demand(np.all(newborn.existence <= initial + 1e-9), f"existence: must be `initial`, {initial:g}, got {newborn.existence}")
+
+
+def starts_from_its_sensors(birth: Birth, drawn: Returns) -> None:
+    """If it has `sensors`: returns of those start tracks, and of no others."""
+    sensors = getattr(birth, "sensors", None)
+    if not isinstance(sensors, tuple) or not sensors or not all(isinstance(name, str) for name in sensors):
+        raise Closed("it names no `sensors`")
+    for name in sensors:
+        demand(birth.starts_from(name), f"starts_from: must be true of {name!r}, one of its sensors")
+    demand(not birth.starts_from("kit_other"), "starts_from: must be false of a sensor that is none of its own")
+
+
+def _unseen(birth: Birth) -> None:
+    if not birth.models_unseen:
+        raise Closed("it does not say that it models targets without a track")
+
+
+def _rate(birth: Birth, memory: Any, drawn: Returns, z: Array | None = None) -> Array:
+    scan = drawn.detections if z is None else Detections.of(z, 2)
+    rate, _ = birth.reveal(memory, drawn.estimator, drawn.sensor, scan, P_GATE)
+    if rate is None:
+        raise Closed("it states no rate")
+    return np.asarray(rate)
+
+
+PLACES = np.stack(np.meshgrid(*[np.linspace(-400.0, 400.0, 9)] * 2), axis=-1).reshape(-1, 2)
+
+
+def a_look_thins_the_unseen(birth: Birth, drawn: Returns) -> None:
+    """If it models targets without a track: a scan that detects none leaves 1 - P_D P_G of them."""
+    _unseen(birth)
+    memory = birth.initial_memory(drawn.estimator, drawn.rng())
+    before = _rate(birth, memory, drawn, PLACES)
+    nothing = Detections.of([], 2)
+    after = birth.update(memory, drawn.estimator, drawn.sensor, nothing, np.zeros(0), P_GATE)
+    left = 1.0 - float(drawn.sensor.detects(np.zeros(2))) * P_GATE
+    same("density after a look at nothing", _rate(birth, after, drawn, PLACES), left * before, 1e-6)
+    same("density of the memory that was passed in", _rate(birth, memory, drawn, PLACES), before, 0.0)
+    known = birth.update(memory, drawn.estimator, drawn.sensor, drawn.detections, np.ones(len(drawn.claimed)), P_GATE)
+    same("density after returns of known tracks", _rate(birth, known, drawn, PLACES), left * before, 1e-6)
+
+
+def the_unseen_come_and_go_with_time(birth: Birth, drawn: Returns) -> None:
+    """If it models targets without a track: densities stay >= 0 over any time, and parts of a time do what it does."""
+    _unseen(birth)
+    begin = birth.initial_memory(drawn.estimator, drawn.rng())
+    before = _rate(birth, begin, drawn, PLACES)
+    for dt in (1.0, 100.0, 1e5):
+        rate = _rate(birth, birth.predict(begin, drawn.estimator, dt, drawn.rng()), drawn, PLACES)
+        demand(np.all(np.isfinite(rate) & (rate >= 0)), f"reveal: after {dt:g} s densities must be >= 0, got {rate.min():.3g}")
+    total, parts = 4.0, 32
+    memory = begin
+    for _ in range(parts):
+        memory = birth.predict(memory, drawn.estimator, total / parts, drawn.rng())
+    at_once = birth.predict(begin, drawn.estimator, total, drawn.rng())
+    grown = [float(np.sum(_rate(birth, one, drawn, PLACES) - before)) for one in (at_once, memory)]
+    scale = max(abs(grown[0]), 0.02 * float(before.sum()))
+    demand(
+        abs(grown[1] - grown[0]) <= 0.6 * scale,
+        f"predict: {total:g} s change the densities by {grown[0]:.3g} at once, by {grown[1]:.3g} in {parts} parts",
+    )
+
+
+def the_unseen_move(birth: Birth, drawn: Returns) -> None:
+    """If it models targets without a track: those that there are spread out as their velocities say."""
+    _unseen(birth)
+    begin = birth.initial_memory(drawn.estimator, drawn.rng())
+    before = _rate(birth, begin, drawn, PLACES)
+    if before.max() <= 0:
+        raise Closed("there are none where the kit looks")
+    far = np.concatenate([PLACES * 6.0, PLACES * 12.0])
+    later = _rate(birth, birth.predict(begin, drawn.estimator, 120.0, drawn.rng()), drawn, far)
+    demand(
+        later.max() > 1e-9 * before.max() or np.any(_rate(birth, begin, drawn, far) > 1e-9 * before.max()),
+        "predict: after 120 s no unseen target is farther away than at first",
+    )
+
+
+def a_track_of_the_unseen_exists_by_their_density(birth: Birth, drawn: Returns) -> None:
+    """If it models targets without a track: a new one exists with e / (e + clutter) at most, e their density there."""
+    _unseen(birth)
+    memory = birth.initial_memory(drawn.estimator, drawn.rng())
+    rate, found = birth.reveal(memory, drawn.estimator, drawn.sensor, drawn.detections, P_GATE)
+    if rate is None:
+        raise Closed("it states no rate")
+    newborn: Newborn = birth.begin(found, drawn.estimator, drawn.sensor, SENSOR, drawn.detections, drawn.claimed)
+    clutter = np.broadcast_to(drawn.sensor.clutter(drawn.detections.z), rate.shape)
+    most = rate / np.maximum(rate + clutter, 1e-300) * (1.0 - drawn.claimed)
+    over = newborn.existence - most[newborn.returns]
+    demand(np.all(over <= 1e-6), f"existence: must be at most e (1 - claimed) / (e + clutter), is {over.max(initial=0.0):.3g} more")
+
+
+LAWS = (
+    Law(a_sharper_return_starts_a_surer_track),
+    Law(refuses_what_starts_no_track),
+    Law(spread_as_stated),
+    Law(exists_as_stated),
+    Law(starts_from_its_sensors),
+    Law(a_look_thins_the_unseen),
+    Law(the_unseen_come_and_go_with_time),
+    Law(the_unseen_move),
+    Law(a_track_of_the_unseen_exists_by_their_density),
+)

@@ -1,0 +1,68 @@
+"""What the laws of births are tried on."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from attrs import frozen
+from hypothesis import strategies as st
+
+from vedette.config.registry import Registry
+from vedette.roles import Estimator, Sensor
+from vedette.space import Array
+from vedette.supporting import Birth
+from vedette.testing.judging import Closed, frozen_copy
+from vedette.testing.law import Profile
+from vedette.testing.states import SEEDS, STEPS
+from vedette.testing.strategies import SENSOR
+from vedette.types import Detections, Newborn
+
+P_GATE = 0.99
+
+
+@frozen(eq=False)
+class Returns:
+    """Returns (k, 2) of a sensor of positions, the probabilities (k,) that tracks claim them, time steps in s."""
+
+    estimator: Estimator[Any]
+    sensor: Sensor
+    detections: Detections
+    claimed: Array
+    dt: float
+    later: float
+    seed: int
+
+    def rng(self) -> np.random.Generator:
+        """A generator that always starts the same."""
+        return np.random.default_rng(self.seed)
+
+
+def drawn(birth: Birth, profile: Profile) -> st.SearchStrategy[Returns]:
+    """What every law of a birth is given: up to 4 returns, some of which tracks claim."""
+    return st.builds(_returns, st.integers(0, 4), STEPS, STEPS, SEEDS)
+
+
+def _returns(k: int, dt: float, later: float, seed: int) -> Returns:
+    registry, rng = Registry.installed(), np.random.default_rng(seed)
+    motion: Any = registry.get("motion", "constant_velocity").cls
+    kalman: Any = registry.get("estimator", "kalman").cls
+    position: Any = registry.get("sensor", "cartesian_position").cls
+    z = frozen_copy(200.0 * rng.standard_normal((k, 2)))
+    return Returns(
+        kalman(motion(0.5)), position(5.0, 0.9, 1e-5), Detections.of(z, 2), frozen_copy(rng.random(k)), dt, later, seed
+    )
+
+
+def begun(birth: Birth, given: Returns, claimed: Array | None = None) -> Newborn:
+    """The tracks that start at the returns of the first scan."""
+    if not birth.starts_from(SENSOR):
+        raise Closed("no return starts a track")
+    found, chosen = None, given.claimed if claimed is None else claimed
+    if birth.models_unseen:
+        memory = birth.initial_memory(given.estimator, given.rng())
+        found = birth.reveal(memory, given.estimator, given.sensor, given.detections, P_GATE)[1]
+    try:
+        return birth.begin(found, given.estimator, given.sensor, SENSOR, given.detections, chosen)
+    except ValueError as refusal:
+        raise Closed(f"it starts no tracks there: {refusal}") from None
