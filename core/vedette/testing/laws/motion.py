@@ -158,7 +158,8 @@ def velocities_move_their_positions(model: MotionModel, drawn: Moves) -> None:
         raise Closed("it has no velocity of a position")
     F, Q = _full(model.jacobian(drawn.x, dt), drawn.x, 2), _full(model.noise(drawn.x, dt), drawn.x, 2)
     for i, v in pairs:
-        rate = F[:, i, v] / dt
+        calm = np.abs(F[:, v, v] - 1.0) < 0.02  # a stiff model loses its velocity even in this time
+        rate = F[calm, i, v] / dt
         demand(np.all(np.abs(rate - 1.0) < 0.05), f"jacobian: {names[i]} must gain dt times v{names[i]}, gains {rate} dt times")
         shared = np.abs(Q[:, i, v]) / np.maximum(Q[:, v, v], 1e-300)
         demand(

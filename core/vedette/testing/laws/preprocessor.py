@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 from vedette.sampling.trajectories import psd_root
 from vedette.space import Array
 from vedette.supporting import Preprocessor
-from vedette.testing.judging import covariance, demand, finite, frozen_copy, same
+from vedette.testing.judging import Closed, covariance, demand, finite, frozen_copy, same
 from vedette.testing.law import Law, Profile
 from vedette.testing.states import SEEDS, sizes
-from vedette.types import Detections, Scan
+from vedette.types import Detections, Pose, Scan
 
 
 @frozen(eq=False)
@@ -66,8 +66,9 @@ def pure(preprocessor: Preprocessor, drawn: Raw) -> None:
 
 
 def makes_finite_returns(preprocessor: Preprocessor, drawn: Raw) -> None:
-    """What it makes is finite and canonical, over `measurement`."""
+    """What it makes is finite and canonical, over `measurement`, padding included."""
     made = _made(preprocessor, drawn.scans)
+    finite("z, padding included", preprocessor.process(drawn.padded).z)
     finite("z", made.z)
     same("z, canonical", made.z, preprocessor.measurement.canonical(made.z), 1e-9)
     if made.evidence is not None:
@@ -97,10 +98,86 @@ def nothing_comes_of_nothing(preprocessor: Preprocessor, drawn: Raw) -> None:
     demand(not len(made.z), f"returns: must be none where none were reported, got {len(made.z)}")
 
 
+def _exact(preprocessor: Preprocessor, drawn: Raw, scale: float | None = None) -> tuple[Array, Detections]:
+    """States (3, n) over `measurement`, as one sensor sees them without error, and what is made of them; Closed if the axes
+    of the output are not those of a state.
+    """
+    space, sensors = preprocessor.measurement, preprocessor.sensors
+    if len(sensors) != 1 or set(space.names) - set(next(iter(sensors.values())).observes.names):
+        raise Closed("what it makes are not axes of a state that one sensor observes")
+    ((name, sensor),) = sensors.items()
+    rng = np.random.default_rng(len(drawn.scans[name].detections.z))
+    x = sizes(sensor.observes) * rng.uniform(0.3, 1.0, (3, len(sensor.observes))) * rng.choice([-1.0, 1.0], (3, 1))
+    z, m = sensor.measure(x), len(sensor.measurement)
+    own = None if scale is None else np.broadcast_to(scale * sensor.noise(x), (3, m, m))
+    scan = Scan(5.0, name, Detections(frozen_copy(z), np.ones(3, dtype=bool), None, own))
+    where = [sensor.observes.names.index(axis) for axis in space.names]
+    return x[:, where], _made(preprocessor, {name: scan})
+
+
+def returns_lie_where_they_were_seen(preprocessor: Preprocessor, drawn: Raw) -> None:
+    """If it makes positions of one sensor's returns: each lies at its target, give or take the noise that it states."""
+    x, made = _exact(preprocessor, drawn)
+    if len(made.z) != 3 or made.noise is None:
+        raise Closed("it does not make one return of each")
+    apart = made.z - x
+    distance = np.sum(apart * np.linalg.solve(made.noise, apart[..., None])[..., 0], axis=-1)
+    demand(np.all(distance < 9.0), f"returns: are off by {np.sqrt(distance).tolist()} of their deviations, allowed 3")
+
+
+def sharper_returns_make_sharper_ones(preprocessor: Preprocessor, drawn: Raw) -> None:
+    """If it makes positions of one sensor's returns: their noise is the sensor's, carried over, and a return's own counts."""
+    _, usual = _exact(preprocessor, drawn)
+    x, sharp = _exact(preprocessor, drawn, 1e-4)
+    if usual.noise is None or sharp.noise is None or len(usual.z) != 3 or len(sharp.z) != 3:
+        raise Closed("it does not make one return with its noise of each")
+    ratio = np.trace(sharp.noise, axis1=-2, axis2=-1) / np.trace(usual.noise, axis1=-2, axis2=-1)
+    demand(np.all(ratio < 0.5), f"noise: of returns 100 times sharper must shrink, is {ratio.tolist()} of the usual")
+    ((_, sensor),) = preprocessor.sensors.items()
+    where = [sensor.observes.names.index(axis) for axis in preprocessor.measurement.names]
+    if len(where) != len(sensor.observes) or len(where) != len(sensor.measurement):
+        return
+    full = np.zeros((3, len(where)))
+    full[:, where] = x
+    H, R = sensor.jacobian(full)[..., where], 1e-4 * np.broadcast_to(sensor.noise(full), sharp.noise.shape)
+    carried = H @ sharp.noise @ np.swapaxes(H, -1, -2)
+    root = np.linalg.cholesky(R)
+    white = np.linalg.eigvalsh(np.linalg.solve(root, np.swapaxes(np.linalg.solve(root, carried), -1, -2)))
+    demand(
+        np.all((white > 0.5) & (white < 2.0)),
+        f"noise: in the sensor's own axes, it is {white.min():.3g} to {white.max():.3g} times the sensor's",
+    )
+
+
+def placed_scans_are_placed(preprocessor: Preprocessor, drawn: Raw) -> None:
+    """If its sensor can be placed: a scan from elsewhere makes the returns of elsewhere."""
+    x, _ = _exact(preprocessor, drawn)
+    ((name, sensor),) = preprocessor.sensors.items()
+    pose = Pose(np.array([700.0, -300.0]), heading=0.4)
+    try:
+        there = sensor.at(pose)
+    except NotImplementedError:
+        raise Closed("its sensor cannot be placed") from None
+    where = [sensor.observes.names.index(axis) for axis in preprocessor.measurement.names]
+    if len(where) != len(sensor.observes):
+        raise Closed("its sensor observes further axes")
+    full = np.zeros((3, len(where)))
+    full[:, where] = x
+    scan = Scan(5.0, name, Detections(frozen_copy(there.measure(full)), np.ones(3, dtype=bool)), pose)
+    made = _made(preprocessor, {name: scan})
+    if len(made.z) != 3 or made.noise is None:
+        raise Closed("it does not make one return of each")
+    distance = np.sum((made.z - x) * np.linalg.solve(made.noise, (made.z - x)[..., None])[..., 0], axis=-1)
+    demand(np.all(distance < 9.0), f"returns: of a placed scan are off by {np.sqrt(distance).tolist()} of their deviations")
+
+
 LAWS = (
     Law(pure),
     Law(makes_finite_returns),
     Law(noise_is_positive_definite),
     Law(padding_changes_nothing),
     Law(nothing_comes_of_nothing),
+    Law(returns_lie_where_they_were_seen),
+    Law(sharper_returns_make_sharper_ones),
+    Law(placed_scans_are_placed),
 )

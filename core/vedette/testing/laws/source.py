@@ -87,10 +87,71 @@ def truth_is_in_order(source: Source, drawn: Opened) -> None:
         same(f"{path.name}: states", path.states, path.space.canonical(path.states), 1e-12)
 
 
+def every_generator_its_own(source: Source, drawn: Opened) -> None:
+    """One that draws gives other scans from another generator."""
+    if not source.draws:
+        raise Closed("it says that it draws nothing")
+    one, other = drawn.open(source), Opened(drawn.sensor, drawn.seed + 1).open(source)
+    pairs = list(zip(one.scans, other.scans, strict=False))
+    if not any(np.any(scan.detections.valid) for scan, _ in pairs):
+        raise Closed("it gives no returns")
+    demand(
+        len(one.scans) != len(other.scans)
+        or any(a.time != b.time or not np.array_equal(a.detections.z, b.detections.z) for a, b in pairs),
+        "open: gives the same scans from another generator, and says that it draws",
+    )
+
+
+def scans_come_once(source: Source, drawn: Opened) -> None:
+    """No scan of a sensor comes twice."""
+    scans = drawn.open(source).scans
+    for one, other in zip(scans, list(scans)[1:], strict=False):
+        twice = one.sensor == other.sensor and one.time == other.time and len(one.detections.z) > 0
+        demand(
+            not (twice and np.array_equal(one.detections.z, other.detections.z)), f"scans: the one at {one.time:g} s comes twice"
+        )
+
+
+def returns_are_of_the_truth(source: Source, drawn: Opened) -> None:
+    """If it has truth: over a few openings, returns lie around it as often as the sensor detects, in no telling order."""
+    hits, chances, first, places = 0, 0.0, 0, []
+    for k in range(6):
+        recording = Opened(drawn.sensor, drawn.seed + k).open(source)
+        for scan in recording.scans:
+            z = scan.detections.z[scan.detections.valid]
+            for path in recording.truth:
+                state = path.at(scan.time)
+                if state is None or any(axis not in path.space for axis in drawn.sensor.observes.names):
+                    continue
+                x = state[path.space.locate(drawn.sensor.observes)]
+                root = np.linalg.cholesky(np.broadcast_to(drawn.sensor.noise(x), (z.shape[-1],) * 2))
+                off = np.linalg.solve(root, drawn.sensor.measurement.difference(z, drawn.sensor.measure(x)).T)
+                near = np.flatnonzero(np.sum(off**2, axis=0) < 20.0) if len(z) else np.zeros(0, dtype=int)
+                hits, chances = hits + min(len(near), 1), chances + float(drawn.sensor.detects(x))
+                if len(near) == 1 and len(z) > 2:
+                    places.append(len(z))
+                    first += int(near[0] == 0)
+    if chances < 20 or scan_is_placed(recording):
+        raise Closed("it has too little truth for that")
+    error = np.sqrt(chances)
+    demand(hits > 0.8 * chances - 6 * error / 2, f"returns: {hits} lie at the truth, {chances:.0f} should")
+    if len(places) > 40:
+        usual = float(np.sum(1.0 / np.array(places)))
+        demand(first < usual + 6 * np.sqrt(usual) + 2, f"returns: {first} of {len(places)} true ones come first, by chance {usual:.0f}")
+
+
+def scan_is_placed(recording: Recording) -> bool:
+    """Whether scans come from a moving platform."""
+    return any(scan.pose is not None for scan in recording.scans)
+
+
 LAWS = (
     Law(the_seed_decides),
     Law(draws_as_declared),
     Law(scans_come_in_time_order),
     Law(scans_are_the_sensors),
     Law(truth_is_in_order),
+    Law(every_generator_its_own),
+    Law(scans_come_once),
+    Law(returns_are_of_the_truth),
 )
