@@ -107,8 +107,9 @@ def _parser() -> ArgumentParser:
     run.add_argument(
         "--stream",
         action="store_true",
-        help="write results as the run goes and keep nothing, for runs of any length",
+        help="judge and write as the run goes and keep nothing; the default for more than 10,000 scans",
     )
+    run.add_argument("--keep", action="store_true", help="keep the history of a long run, for its pictures: it takes memory")
 
     reproduce = commands.add_parser("reproduce", help="reproduce a published study", description=_REPRODUCE)
     reproduce.add_argument("paper", metavar="PAPER", help="the study: vts, target-oriented, bayes-risk, or a plugin's")

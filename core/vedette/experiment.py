@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
 from time import process_time
 from typing import final
@@ -23,7 +24,7 @@ from vedette.tracking.tracker import Tracker
 from vedette.tracking.validation import with_axes, without_bad_returns
 from vedette.types import Gaussian, LazyScans, Recording, Scan, Track
 
-_NAMED = 100
+NAMED = 100
 """Number of refused parts that a run which keeps nothing names; all are counted."""
 
 
@@ -56,7 +57,8 @@ class Steps:
     """A run in progress: iterating over it gives each scan that was taken, without its bad returns, and the state after it.
 
     It does not grow with the number of scans. `recording` is what the source delivered, `intake` counts the input,
-    `seconds` is the CPU time of the tracker alone, `state` the last one.
+    `seconds` is the CPU time of the tracker alone, `state` the last one; `place`, if the scan that came last has a frame, is
+    where it stands in the recording.
     """
 
     def __init__(
@@ -74,8 +76,9 @@ class Steps:
         self.intake = Intake(experiment.tracker.sensors, Refused(named))
         self.intake.refused.extend(recording.refused)
         self._tracker, self._given, self._seeds, self._strict = experiment.tracker, given, seeds, strict
-        self.places: dict[tuple[float, str], int] = {}
-        scans = _noted(progress(recording.scans, "tracking"), self.places)
+        self.place: int | None = None
+        self._frames = deque[tuple[float, str, int]]()
+        scans = _noted(progress(recording.scans, "tracking"), self._frames)
         self._scans = preprocess(scans, _still_to_run(experiment, recording), self.intake.refused, strict=strict)
         self.state = self._tracker.start(given, -np.inf, seeds)
 
@@ -92,7 +95,16 @@ class Steps:
             if after is not None:
                 self.intake.add(kept, self.state, after)
                 self.state = after
+                self.place = self._place_of(scan)
                 yield kept, after
+
+    def _place_of(self, scan: Scan) -> int | None:
+        """Return where a scan with a frame stands in the recording, and forget the frames before its time."""
+        while self._frames and self._frames[0][0] < scan.time:
+            self._frames.popleft()
+        if scan.frame is None:
+            return None
+        return next(place for time, sensor, place in self._frames if (time, sensor) == (scan.time, scan.sensor))
 
     def _step(self, state: State, scan: Scan) -> tuple[State | None, Scan, list[Problem]]:
         """Return the next state (None if the scan is refused), the scan without bad returns, and what was left out."""
@@ -151,7 +163,7 @@ class Experiment:
         progress: Progress = silent,
         seeds: np.random.SeedSequence | None = None,
         redraw: Redraw | None = None,
-        named: float = _NAMED,
+        named: float = NAMED,
     ) -> Steps:
         """Open the source and return the run over it, scan by scan, for a run of any length: it keeps nothing.
 
@@ -201,14 +213,18 @@ class Experiment:
         Ctrl-C ends the run and keeps what is done.
         """
         steps = self.steps(strict=strict, progress=progress, seeds=seeds, redraw=redraw, named=np.inf)
+        return self.finish(steps, keep_states=keep_states)
+
+    def finish(self, steps: Steps, *, keep_states: bool = False) -> Result:
+        """Make all steps of a run that was opened, and keep them, as `run` does."""
         history, taken, interrupted = History(self.tracker), list[Scan](), False
         states: list[State] = []
         scans_given, framed = steps.recording.scans, list[int]()
         lazy = isinstance(scans_given, LazyScans)
         try:
             for scan, state in steps:
-                if scan.frame is not None:
-                    framed.append(steps.places[scan.time, scan.sensor])
+                if steps.place is not None:
+                    framed.append(steps.place)
                 taken.append(evolve(scan, frame=None) if lazy and scan.frame is not None else scan)
                 history.add(state)
                 if keep_states:
@@ -230,9 +246,9 @@ class Experiment:
         )
 
 
-def _noted(scans: Iterable[Scan], places: dict[tuple[float, str], int]) -> Iterator[Scan]:
-    """Yield the scans, and note where those with a frame stand."""
+def _noted(scans: Iterable[Scan], frames: deque[tuple[float, str, int]]) -> Iterator[Scan]:
+    """Yield the scans, and note time, sensor and place of those with a frame."""
     for i, scan in enumerate(scans):
         if scan.frame is not None:
-            places[scan.time, scan.sensor] = i
+            frames.append((scan.time, scan.sensor, i))
         yield scan

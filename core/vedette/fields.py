@@ -195,12 +195,15 @@ def _numeric(value: Any) -> bool:
     return np.asarray(value).dtype.kind in "iufO"  # O: an integer too large for numpy, judged next
 
 
-def table(doc: str, *, unit: str = "1", pairs: bool = False) -> Any:
+def table(doc: str, *, unit: str = "1", pairs: bool = False, at_least: float | None = None) -> Any:
     """Declare names to numbers in `unit`, empty by default; with `pairs`, names to [mean, standard deviation >= 0]."""
 
     def one(key: str, item: Any) -> Any:
         if not pairs:
-            return in_unit(item, unit, ABSURD, key)
+            number = in_unit(item, unit, ABSURD, key)
+            if at_least is not None and number < at_least:
+                raise ValueError(f"{key}: must be >= {say(at_least)}, got {say(number, unit)}")
+            return number
         if isinstance(item, str) or not isinstance(item, Sequence) or len(item) != 2:
             raise ValueError(f"{key}: must be [mean, standard deviation], got {item!r}")
         mean, deviation = (in_unit(number, "1", ABSURD, key) for number in item)

@@ -57,6 +57,11 @@ class Birth(Component):
     models_unseen: ClassVar[bool] = False
     """Whether it models targets without a track; otherwise only `given` and `begin` are called."""
 
+    @property
+    def initial_existence(self) -> float | None:
+        """The existence with which every track begins; None where it depends on the scan."""
+        return None
+
     def initial_memory(self, estimator: Estimator[Any], rng: np.random.Generator) -> Any:
         """Return the memory before the first scan."""
         return None
@@ -125,6 +130,11 @@ class Lifecycle(Component):
     def needs_spread(self) -> bool:
         """Whether `review` uses the uncertainty of the positions."""
         return False
+
+    @property
+    def least_existence(self) -> float:
+        """The existence below which a track ends."""
+        return 0.0
 
     @abstractmethod
     def start(self, existence: Array) -> Any:

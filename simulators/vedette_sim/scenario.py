@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from heapq import merge
 from typing import ClassVar, final
 
 import numpy as np
@@ -28,6 +29,7 @@ from vedette.sampling import common_state, corners, draw_clutter, returns, shuff
 from vedette_sim.convoy import Convoy
 from vedette_sim.crossing import Crossing
 from vedette_sim.drawn import Drawn, life
+from vedette_sim.lazy import BLOCK, LazyScene, Views
 from vedette_sim.look import Look
 from vedette_sim.merging import merged_returns
 from vedette_sim.population import Population
@@ -36,6 +38,8 @@ from vedette_sim.together import Gaze, drawn_states, look_together, ship_states
 
 _MOST_SCANS = 1_000_000
 """More scans of one sensor are taken for a wrong unit."""
+_WHOLE = 5_000
+"""More scans than this are drawn as they are asked for, and not kept."""
 
 
 @final
@@ -98,8 +102,17 @@ class Simulation(Source):
         times = {name: look.times(self.duration, _stream(root, "look", name)) for name, look in self.looks.items()}
         truth = tuple(self._truth(root, np.concatenate(list(times.values()))))
         self._check_axes(world, truth)
-        scans = [scan for name in self.looks for scan in self._scans(root, name, world[name], times[name], truth)]
-        return Recording(tuple(sorted(scans, key=lambda scan: scan.time)), truth)
+
+        def draw() -> Iterator[Scan]:
+            """Yield the scans in time order, those of one time in the order of the looks."""
+            each = (self._scans(root, name, world[name], times[name], truth) for name in self.looks)
+            return merge(*each, key=lambda scan: scan.time)
+
+        count = sum(map(len, times.values()))
+        if count <= _WHOLE:
+            return Recording(tuple(draw()), truth)
+        next(draw())  # what a sensor of this scene cannot do is an error now
+        return Recording(LazyScene(count, draw), truth)
 
     def open_together(self, sensors: Mapping[str, Sensor], rngs: Sequence[np.random.Generator]) -> Scenes | None:
         """Draw the scene of each generator in lock-step; None unless it has one permanent object and scans at fixed times.
@@ -191,27 +204,30 @@ class Simulation(Source):
     def _scans(self, root: int, name: str, sensor: Sensor, times: Array, truth: tuple[Trajectory, ...]) -> Iterator[Scan]:
         """Yield all scans of one sensor."""
         m, clutter = len(sensor.measurement), self.looks[name].clutter
-        views = [_stream(root, "view", name, each.name) for each in truth]
-        uniform = np.array([view.random(len(times)) for view in views]).reshape(len(truth), len(times))
-        standard = np.array([view.standard_normal((len(times), m)) for view in views]).reshape(len(truth), len(times), m)
+        views = Views(len(times), m, lambda object_name: _stream(root, "view", name, object_name))
         false, order = _stream(root, "clutter", name), _stream(root, "order", name)
-        alive, x = np.empty((len(times), len(truth)), dtype=bool), np.empty((len(times), len(truth), len(sensor.observes)))
-        for j, path in enumerate(truth):
-            alive[:, j], x[:, j] = _states(path, times, sensor.observes)
         cells = self.looks[name].cells(sensor.measurement)
         coarse = bool(np.any(np.isfinite(cells)))
-        for i, time in enumerate(times.tolist()):
-            pose, here = self._pose(time), np.flatnonzero(alive[i])
-            with _blamed_on(f"looks.{name}"):
-                placed = sensor if pose is None else sensor.at(pose)
-                if coarse:
-                    z, seen = merged_returns(placed, x[i, here], uniform[here, i], standard[here, i], cells)
-                else:
-                    z, seen = returns(placed, x[i, here], uniform[here, i], standard[here, i])
-                if clutter is not None:
-                    more, kept = draw_clutter(placed, clutter, false)
-                    z, seen = np.concatenate([z, more]), np.concatenate([seen, kept])
-            yield Scan(time, name, shuffled(z, seen, order), pose)
+        for begin in range(0, len(times), BLOCK):
+            block = times[begin : begin + BLOCK]
+            near = [each for each in truth if each.times[0] <= block[-1] and block[0] <= each.times[-1]]
+            uniform, standard = views.block([each.name for each in near], begin, begin + len(block))
+            alive = np.empty((len(block), len(near)), dtype=bool)
+            x = np.empty((len(block), len(near), len(sensor.observes)))
+            for j, path in enumerate(near):
+                alive[:, j], x[:, j] = _states(path, block, sensor.observes)
+            for i, time in enumerate(block.tolist()):
+                pose, here = self._pose(time), np.flatnonzero(alive[i])
+                with _blamed_on(f"looks.{name}"):
+                    placed = sensor if pose is None else sensor.at(pose)
+                    if coarse:
+                        z, seen = merged_returns(placed, x[i, here], uniform[here, i], standard[here, i], cells)
+                    else:
+                        z, seen = returns(placed, x[i, here], uniform[here, i], standard[here, i])
+                    if clutter is not None:
+                        more, kept = draw_clutter(placed, clutter, false)
+                        z, seen = np.concatenate([z, more]), np.concatenate([seen, kept])
+                yield Scan(time, name, shuffled(z, seen, order), pose)
 
     def _pose(self, time: float) -> Pose | None:
         if self.ownship is None:

@@ -16,7 +16,7 @@ import tempfile
 import time
 from pathlib import Path
 
-BUDGETS = {"configs": 20_000, "inputs": 20_000, "kernels": 50_000}
+BUDGETS = {"configs": 20_000, "inputs": 20_000, "kernels": 50_000, "plugins": 5_000}
 CRASH_SECONDS = 30.0
 """A case that cannot be stopped, in compiled code, ends its process after so long."""
 
@@ -84,9 +84,9 @@ def _one(name: str, seed: int, number: int) -> int:
 
 
 def _case(name: str):  # type: ignore[no-untyped-def]
-    from fuzz import configs, inputs, kernel_calls
+    from fuzz import configs, inputs, kernel_calls, plugins
 
-    return {"configs": configs.case, "inputs": inputs.case, "kernels": kernel_calls.case}[name]
+    return {"configs": configs.case, "inputs": inputs.case, "kernels": kernel_calls.case, "plugins": plugins.case}[name]
 
 
 if __name__ == "__main__":

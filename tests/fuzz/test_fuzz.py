@@ -10,14 +10,21 @@ import pytest
 pytest.importorskip("cv2")
 pytest.importorskip("pyais")
 
-from fuzz import cases, configs, inputs, kernel_calls, readers
+from fuzz import cases, configs, inputs, kernel_calls, plugins, readers
 from vedette import kernels
+from vedette.config import plugins as loading
+from vedette.config.contract import check_version, described
 from vedette.io.reading import in_time_order
 from vedette.kernels import reference
 from vedette.tracking.history import History
 from vedette.units import in_unit
 
-FUZZERS = {"configs": (configs.case, 150), "inputs": (inputs.case, 250), "kernels": (kernel_calls.case, 1500)}
+FUZZERS = {
+    "configs": (configs.case, 150),
+    "inputs": (inputs.case, 250),
+    "kernels": (kernel_calls.case, 1500),
+    "plugins": (plugins.case, 100),
+}
 
 
 @pytest.mark.parametrize("name", FUZZERS)
@@ -129,6 +136,22 @@ def test_the_fuzzer_of_inputs_bites(cure, monkeypatch, tmp_path):
 def test_the_fuzzer_of_configs_bites(monkeypatch, tmp_path):
     monkeypatch.setattr("vedette.fields.in_unit", unit_unchecked)
     assert "Error at test_fuzz.py" in (hunt(configs.case, tmp_path, 500) or "nothing found")
+
+
+def trusting(point, name, version):
+    """Load a plugin and let what goes wrong through, as it once stopped everybody."""
+    module = point.load()
+    check_version(module)
+    hooks = loading._hooks(module)
+    return loading.Loaded(
+        name, point.name, tuple(described(each, name, version) for each in loading._components(hooks)), hooks
+    )
+
+
+def test_the_fuzzer_of_plugins_bites(monkeypatch, tmp_path):
+    monkeypatch.setattr(loading, "_load", trusting)
+    found = hunt(plugins.case, tmp_path, 50) or "nothing found"
+    assert "one plugin stops all" in found or "Error at" in found
 
 
 def rude(scores):

@@ -24,7 +24,7 @@ def test_a_first_scan_is_matched_by_most_pairs_then_least_distance(a, b, radius)
     apart = distances(a, b)
     allowed = [pairs for pairs in pairings(len(a), len(b)) if all(apart[i, j] <= radius for i, j in pairs)]
     best = min((-len(pairs), sum(apart[i, j] for i, j in pairs)) for pairs in allowed)
-    cover = covering([apart], [np.arange(len(b))], len(b), radius)[0]
+    cover = covering([apart], [np.arange(len(b))], radius)[0]
     covered = np.flatnonzero(cover >= 0)
     assert len(set(cover[covered])) == len(covered)
     assert len(covered) == -best[0]
@@ -42,7 +42,7 @@ def test_a_matching_is_one_to_one_within_the_radius_and_keeps_what_it_can(scenes
         truth = np.zeros((2, 2)) + (spot[:2] if len(spot) >= 2 else [[1.0, 1.0], [3.0, 3.0]])
         apart.append(distances(truth, places[there]))
         present.append(there)
-    cover = covering(apart, present, 4, radius)
+    cover = covering(apart, present, radius)
     for s, row in enumerate(cover):
         used = row[row >= 0]
         assert len(set(used)) == len(used)
@@ -59,7 +59,7 @@ def test_a_matching_is_one_to_one_within_the_radius_and_keeps_what_it_can(scenes
 def test_a_truth_keeps_its_track_while_it_covers_and_takes_it_back_after_a_gap():
     """One truth; track 0 drifts off and returns while track 1 comes closer."""
     apart = [np.array([row]) for row in ([2.0, 9.0], [4.0, 1.0], [9.0, 9.0], [4.0, 1.0], [6.0, 1.0], [1.0, 4.0])]
-    cover = covering(apart, [np.arange(2)] * 6, 2, 5.0)[:, 0]
+    cover = covering(apart, [np.arange(2)] * 6, 5.0)[:, 0]
     assert cover.tolist() == [0, 0, -1, 0, 1, 1]
     assert switches(cover) == 1
 
@@ -67,7 +67,7 @@ def test_a_truth_keeps_its_track_while_it_covers_and_takes_it_back_after_a_gap()
 def test_a_track_belongs_to_the_truth_that_it_covered_last():
     """Track 0 covers the first truth, then the second; when both are near it stays with the second."""
     apart = [np.array([[1.0], [np.inf]]), np.array([[9.0], [1.0]]), np.array([[1.0], [3.0]])]
-    cover = covering(apart, [np.arange(1)] * 3, 1, 5.0)
+    cover = covering(apart, [np.arange(1)] * 3, 5.0)
     assert cover.tolist() == [[0, -1], [-1, 0], [-1, 0]]
 
 

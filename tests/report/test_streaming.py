@@ -75,15 +75,24 @@ def test_the_tracks_read_back_as_they_were(both):
         np.testing.assert_array_equal(found[number].confirmed, track.confirmed)
 
 
+def agree(found, wanted):
+    """Equal but for the rounding of sums in another order."""
+    if isinstance(wanted, dict | list):
+        assert len(found) == len(wanted)
+        for key in wanted if isinstance(wanted, dict) else range(len(wanted)):
+            agree(found[key], wanted[key])
+    else:
+        assert found == (pytest.approx(wanted, rel=1e-10, abs=1e-12) if isinstance(wanted, float) else wanted)
+
+
 def test_the_figures_are_those_of_a_run_that_keeps_all(both):
     wanted, found = (json.loads((folder / "summary.json").read_text()) for folder in both)
-    assert list(found) == [name for name in wanted if name in found]
-    for name in ("title", "seed", "interrupted", "scans_taken", "returns", "refused", "begun", "tracks"):
-        assert found[name] == wanted[name], name
-    assert found["nis"] == pytest.approx(wanted["nis"], rel=1e-12)
-    kept, streamed = ((folder / "summary.txt").read_text() for folder in both)
-    assert kept.splitlines()[:8] == streamed.splitlines()[:8]
-    assert "not judged" in streamed
+    assert list(found) == list(wanted)
+    whole = {name for name in wanted if name.startswith(("trajectory_gospa", "ospa2", "mota", "motp", "hota", "siap"))}
+    assert all(found[name] is None for name in whole)
+    agree({name: found[name] for name in found if name not in whole}, {n: wanted[n] for n in wanted if n not in whole})
+    kept, streamed = ((folder / "summary.txt").read_text().splitlines() for folder in both)
+    assert [line for line in streamed if "whole tracks" not in line] == [line for line in kept if "whole tracks" not in line]
 
 
 def test_steps_are_the_run(both):

@@ -8,18 +8,23 @@ from argparse import Namespace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from vedette.commands.ending import DONE, INTERRUPTED
 from vedette.commands.output import can_draw
 from vedette.config import load
 from vedette.errors import ConfigError, Problem
-from vedette.experiment import Experiment, Result
+from vedette.experiment import Experiment, Result, Steps
 from vedette.metrics import judge
 from vedette.progress import on_terminal
-from vedette.report.figures import figures, timings
+from vedette.report.figures import figures, length_unit, timings
 from vedette.report.files import check_folder, write_files, write_of_plugins, write_pictures
 from vedette.report.smoothed import read_lag, smooth_result, smoothed_figures, smoothed_summary, write_smoothed
 from vedette.report.summary import summary
 from vedette.tracking.smoothing import check_smoothing
+
+LONG = 10_000
+"""More scans than this are judged and written as they come, and not kept."""
 
 
 def run(arguments: Namespace) -> int:
@@ -28,20 +33,28 @@ def run(arguments: Namespace) -> int:
     experiment = load(arguments.config, overrides=overrides)
     folder = Path(arguments.out) if arguments.out else Path("out") / Path(arguments.config).stem
     check_folder(folder)
-    if arguments.stream:
-        return _stream(experiment, folder, arguments)
     lag = None if arguments.smooth is None else read_lag(arguments.smooth)
+    if arguments.stream and (arguments.keep or lag is not None):
+        keeps = "--keep keeps" if arguments.keep else "--smooth needs"
+        raise ConfigError([Problem("--stream", f"keeps nothing of the past, which {keeps}: give one of the two")])
     if lag is not None:
         check_smoothing(experiment.tracker)
+    keep = arguments.keep or arguments.strict or lag is not None
     with on_terminal() as progress:
-        result = experiment.run(strict=arguments.strict, progress=progress, keep_states=lag is not None)
+        steps = experiment.steps(strict=arguments.strict, progress=progress, named=np.inf)
+        if arguments.stream or (not keep and len(steps.recording.scans) > LONG):
+            return _stream(experiment, steps, folder, arguments)
+        result = experiment.finish(steps, keep_states=lag is not None)
     tracker, truth = experiment.tracker, result.recording.truth
     score = judge(result.tracks, truth, result.scans, experiment.judge, tracker.gate.probability, tracker.sensors)
     found = figures(experiment, result, score)
     text = summary(experiment, result, score)
     smoothed = None if lag is None else smooth_result(experiment, result, lag)
     if smoothed is not None:
-        found, text = found | {"smoothed": smoothed_figures(smoothed)}, text + smoothed_summary(score, smoothed)
+        found, text = (
+            found | {"smoothed": smoothed_figures(smoothed)},
+            text + smoothed_summary(score, smoothed, length_unit(experiment)),
+        )
     written = write_files(folder, experiment, result, found, text)
     if smoothed is not None:
         written += write_smoothed(folder, experiment, smoothed)
@@ -54,14 +67,14 @@ def run(arguments: Namespace) -> int:
     return _tell(arguments, result, text, found, f"{folder}: {', '.join(written)}")
 
 
-def _stream(experiment: Experiment, folder: Path, arguments: Namespace) -> int:
-    """Run, write during the run and keep nothing in memory."""
-    if arguments.smooth is not None:
-        raise ConfigError([Problem("--stream", "keeps nothing of the past, which --smooth needs: give one of the two")])
+def _stream(experiment: Experiment, steps: Steps, folder: Path, arguments: Namespace) -> int:
+    """Run, write and judge during the run, and keep nothing in memory."""
     from vedette.report.streaming import stream
 
-    with on_terminal() as progress:
-        done = stream(experiment, folder, strict=arguments.strict, progress=progress)
+    done = stream(experiment, folder, steps=steps)
+    if not arguments.stream:
+        why = f"a run of more than {LONG:,} scans keeps no history, so there are no pictures; --keep draws them"
+        print(f"vedette: {why}", file=sys.stderr)
     return _tell(arguments, done.result, done.text, done.figures, f"{folder}: {', '.join(done.files)}")
 
 

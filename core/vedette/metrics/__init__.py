@@ -10,6 +10,7 @@ from vedette.metrics.hota import Hota, hota
 from vedette.metrics.judgement import judge
 from vedette.metrics.matching import Match, match
 from vedette.metrics.ospa2 import ospa2
+from vedette.metrics.running import RunningJudge
 from vedette.metrics.score import Judge, Score, TruthScore
 from vedette.metrics.siap import Siap, siap
 from vedette.metrics.trajectory import TrajectoryGospa, trajectory_gospa
@@ -21,6 +22,7 @@ __all__ = [
     "Hota",
     "Judge",
     "Match",
+    "RunningJudge",
     "Score",
     "Siap",
     "TrajectoryGospa",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,29 +15,47 @@ NONE = -1
 """The covering track of a true object that none covers."""
 
 
-def covering(distance: Sequence[Array], present: Sequence[Indices], tracks: int, radius: float) -> Indices:
+@final
+class Held:
+    """What the matching of scans hands to that of later ones: who covered each true object last, and whom each track did."""
+
+    def __init__(self, truths: int) -> None:
+        self.last = np.full(truths, NONE)
+        self.owner: dict[int, int] = {}
+
+
+def covering(
+    distance: Sequence[Array],
+    present: Sequence[Indices],
+    radius: float,
+    held: Held | None = None,
+    which: Indices | None = None,
+) -> Indices:
     """Return the track that covers each true object at each scan, (s, j), NONE where none does.
 
-    Per scan: `distance` (j, t) in m, infinite for an object that does not exist then, and which of the `tracks` its columns
-    are, `present` (t,). A track covers at most one object. First, an object keeps the track that covered it last, if that
-    has covered no other since and is still within `radius` in m. Then as many as possible of the rest are paired within
-    `radius`, at the least sum of distances. This is the matching of the CLEAR measures:
+    Per scan: `distance` (j, t) in m, infinite for an object that does not exist then, and which tracks its columns are,
+    `present` (t,). Rows are the true objects `which` (j,) of all those in `held`, by default all. A track covers at most one
+    object. First, an object keeps the track that covered it last, if that has covered no other since and is still within
+    `radius` in m. Then as many as possible of the rest are paired within `radius`, at the least sum of distances. `held`
+    says what was before, by default nothing, and afterwards what is now. This is the matching of the CLEAR measures:
     Bernardin, Stiefelhagen, Evaluating Multiple Object Tracking Performance, EURASIP J. Image and Video Processing, 2008.
     """
-    truths = len(distance[0]) if distance else 0
-    cover = np.full((len(distance), truths), NONE)
-    last, owner = np.full(truths, NONE), np.full(tracks, NONE)
-    every = np.arange(truths)
+    held = Held(len(distance[0]) if distance else 0) if held is None else held
+    every = np.arange(len(held.last)) if which is None else which
+    last, owner = held.last[every], held.owner
+    cover = np.full((len(distance), len(every)), NONE)
     for s, (apart, columns) in enumerate(zip(distance, present, strict=True)):
-        if not columns.size or not truths:
+        if not columns.size or not every.size:
             continue
         within = apart <= radius
-        keeps = (columns[None, :] == last[:, None]) & (owner[columns] == every[:, None]) & within
+        owned = np.array([owner.get(column, NONE) for column in columns.tolist()])
+        keeps = (columns[None, :] == last[:, None]) & (owned == every[:, None]) & within
         free = ~(keeps.any(axis=1)[:, None] | keeps.any(axis=0))
         chosen = keeps | _nearest(apart, within & free)
         rows, picked = np.nonzero(chosen)
         cover[s, rows] = last[rows] = columns[picked]
-        owner[columns[picked]] = rows
+        owner.update(zip(columns[picked].tolist(), every[rows].tolist(), strict=True))
+    held.last[every] = last
     return cover
 
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from attrs import evolve, frozen
 
-from vedette.metrics.coverage import NONE, Indices, covering
+from vedette.metrics.coverage import NONE, Held, Indices, covering
 from vedette.metrics.gospa import distances
 from vedette.metrics.histories import Entries, Truth, confirmed_entries, positions, truth_at
 from vedette.metrics.kept import kept
@@ -49,13 +49,14 @@ class Match:
 
     def covered_within(self, radius: float) -> Indices:
         """Return `cover` with another radius in m."""
-        return covering(self.apart, self.present, len(self.tracks), radius)
+        return covering(self.apart, self.present, radius, Held(self.truth.alive.shape[1]))
 
     def pairs(self) -> Pairs:
         """Return the covered objects, by scan."""
         scan, truth = np.nonzero(self.cover != NONE)
-        key = self.entries.scan * len(self.tracks) + self.entries.track
-        entry = np.searchsorted(key, self.scans[scan] * len(self.tracks) + self.cover[scan, truth])
+        most = 1 + int(np.max(self.entries.track, initial=0))
+        key = self.entries.scan * most + self.entries.track
+        entry = np.searchsorted(key, self.scans[scan] * most + self.cover[scan, truth])
         error = self.truth.space.difference(self.entries.mean[entry], self.truth.states[scan, truth])
         return Pairs(scan, truth, entry, error)
 
@@ -71,18 +72,35 @@ def match(tracks: Sequence[Track], truth: Sequence[Trajectory], scans: Sequence[
     chosen = options.choose(scans)
     real = truth_at(truth, times[chosen], confirmed[0].space if confirmed else None, options.truth_gap)
     entries = confirmed_entries(confirmed, times, real.space)
-    offset = dict(zip("xy", options.offset.tolist(), strict=True))
-    entries = evolve(entries, mean=entries.mean - [offset.get(name, 0.0) for name in real.space.names])
     known = real.known
-    judged, real = chosen[known], Truth(real.space, real.states[known], real.alive[known], real.unsaid[known])
-    where = positions(real.space)
+    real = Truth(real.space, real.states[known], real.alive[known], real.unsaid[known])
+    return matched(confirmed, entries, real, chosen[known], options, Held(len(truth)))
+
+
+def matched(
+    tracks: tuple[Track, ...],
+    entries: Entries,
+    truth: Truth,
+    judged: Indices,
+    options: Judge,
+    held: Held,
+    which: Indices | None = None,
+) -> Match:
+    """Match the entries of confirmed tracks with the truth at the scans `judged`, the known offset removed.
+
+    `held` says which matches there were before; `which` of its true objects are those of `truth`, by default all.
+    """
+    offset = dict(zip("xy", options.offset.tolist(), strict=True))
+    entries = evolve(entries, mean=entries.mean - [offset.get(name, 0.0) for name in truth.space.names])
+    where = positions(truth.space)
     begin, end = np.searchsorted(entries.scan, judged, "left"), np.searchsorted(entries.scan, judged, "right")
     rows = tuple(slice(i, j) for i, j in zip(begin.tolist(), end.tolist(), strict=True))
-    place, spots = real.states[..., where], entries.mean[:, where]
+    place, spots = truth.states[..., where], entries.mean[:, where]
 
     def apart(i: int) -> Array:
-        return np.where(real.alive[i][:, None], distances(place[i], spots[rows[i]]), np.inf)
+        return np.where(truth.alive[i][:, None], distances(place[i], spots[rows[i]]), np.inf)
 
-    every = kept(len(judged), apart, len(truth) * sum(part.stop - part.start for part in rows))
-    found = Match(confirmed, entries, real, judged, rows, every, np.zeros((len(judged), len(truth)), dtype=np.intp))
-    return evolve(found, cover=found.covered_within(options.cover_radius)) if len(judged) else found
+    every = kept(len(judged), apart, truth.alive.shape[1] * sum(part.stop - part.start for part in rows))
+    present = tuple(entries.track[part] for part in rows)
+    cover = covering(every, present, options.cover_radius, held, which)
+    return Match(tracks, entries, truth, judged, rows, every, cover)

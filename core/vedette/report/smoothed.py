@@ -17,10 +17,10 @@ from vedette.types import Track
 from vedette.units import in_unit
 
 _COMPARED = (
-    ("position RMSE [m]", "position_rmse_m"),
-    ("velocity RMSE [m/s]", "velocity_rmse_mps"),
+    ("position RMSE [{unit}]", "position_rmse_m"),
+    ("velocity RMSE [{unit}/s]", "velocity_rmse_mps"),
     ("coverage", "coverage"),
-    ("GOSPA [m]", "gospa_m"),
+    ("GOSPA [{unit}]", "gospa_m"),
     ("NEES of the position", "anees"),
 )
 """Figures that smoothing changes; identities, existence and NIS stay the filter's."""
@@ -71,8 +71,8 @@ def smoothed_figures(smoothed: Smoothed) -> dict[str, Any]:
     return {"lag_s": lag, **{name: getattr(smoothed.score, name) for _, name in _COMPARED}}
 
 
-def smoothed_summary(filtered: Score, smoothed: Smoothed) -> str:
-    """Return lines of text that compare the filter and the smoother."""
+def smoothed_summary(filtered: Score, smoothed: Smoothed, unit: str) -> str:
+    """Return lines of text that compare the filter and the smoother; `unit` is that of positions."""
     later = "all later scans" if math.isinf(smoothed.lag) else f"the scans of up to {smoothed.lag:g} s later"
     lines = ["", f"Smoothed by {later}"]
     if filtered.coverage is None:
@@ -81,5 +81,5 @@ def smoothed_summary(filtered: Score, smoothed: Smoothed) -> str:
     for title, name in _COMPARED:
         values = (getattr(score, name) for score in (filtered, smoothed.score))
         told = "".join(f"{'-' if value is None else format(value, '.3g'):>10}" for value in values)
-        lines.append(f"  {title:<22}{told}")
+        lines.append(f"  {title.format(unit=unit):<22}{told}")
     return "\n".join(lines) + "\n"

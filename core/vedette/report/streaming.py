@@ -5,25 +5,22 @@ from __future__ import annotations
 import json
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any, final
+from typing import Any
 
-import numpy as np
 from attrs import evolve, frozen
 
 from vedette.config import to_config
-from vedette.experiment import Experiment, Result
+from vedette.experiment import NAMED, Experiment, Result, Steps
 from vedette.io.atomic import whole_file
 from vedette.io.frames import FrameFiles
 from vedette.io.jsonl import recording_head, scan_line
 from vedette.io.tracks import csv_head, csv_rows, jsonl_head, jsonl_rows
-from vedette.metrics import Score
-from vedette.metrics.consistency import gate_truncation
+from vedette.metrics import RunningJudge, Score
 from vedette.progress import Progress, silent
 from vedette.report.figures import figures
-from vedette.report.summary import head, innovation_rows, rows
+from vedette.report.summary import summary
+from vedette.report.traces import Bands
 from vedette.tracking.history import History
-from vedette.tracking.state import State
-from vedette.types import Scan
 
 _SCANS, _ENTRIES = 200, 5_000
 """After so many scans, or tracks times scans, the tracks' histories are written and dropped."""
@@ -31,7 +28,7 @@ _SCANS, _ENTRIES = 200, 5_000
 
 @frozen(eq=False)
 class Streamed:
-    """What remains of a run whose results were written: `result` without tracks and scans, `score` without the truth."""
+    """What remains of a run whose results were written: `result` without tracks and scans, its score and figures."""
 
     result: Result
     score: Score
@@ -40,47 +37,25 @@ class Streamed:
     files: tuple[str, ...]
 
 
-@final
-class _Innovations:
-    """Sums over confirmed tracks, as in `judge`: the NIS, its expectation, and the number of axes."""
-
-    def __init__(self, experiment: Experiment) -> None:
-        self._sensor, self._gate = experiment.judge.sensor, experiment.tracker.gate.probability
-        self._factor: dict[tuple[int, float], float] = {}
-        self.tracks = 0
-        self.total = self.expected = self.axes = 0.0
-        self._confirmed: set[int] = set()
-
-    def add(self, scan: Scan, state: State) -> None:
-        """Add one scan."""
-        alive = set(state.ids[state.confirmed].tolist())
-        self.tracks += len(alive - self._confirmed)
-        self._confirmed = alive | (self._confirmed & set(state.ids.tolist()))
-        m = scan.detections.z.shape[-1]
-        used = state.confirmed & (state.nis > 0)
-        if self._sensor in (None, scan.sensor) and used.any():
-            gate = self._gate if scan.frame is None else 1.0
-            if (m, gate) not in self._factor:
-                self._factor[m, gate] = float(gate_truncation(m, gate))
-            self.total += float(np.sum(state.nis[used]))
-            self.expected += float(np.sum(state.hit[used])) * m * self._factor[m, gate]
-            self.axes += m * int(np.count_nonzero(state.hit[used] > 0.5))
-
-    @property
-    def nis(self) -> float | None:
-        """The sum over what is expected; None if no confirmed track took a return."""
-        return self.total / self.expected if self.expected > 0 else None
-
-
-def stream(experiment: Experiment, folder: Path, *, strict: bool = False, progress: Progress = silent) -> Streamed:
-    """Run an experiment and write its tracks and its recording as it goes; only counts and sums stay in memory.
+def stream(
+    experiment: Experiment,
+    folder: Path,
+    *,
+    strict: bool = False,
+    progress: Progress = silent,
+    steps: Steps | None = None,
+) -> Streamed:
+    """Run an experiment, write its tracks and its recording and judge them as it goes; only counts and sums stay in memory.
 
     The lines are those of a run that keeps all, in the order in which they came: some scans, and within them track by track.
-    The files have their names from the beginning, so a run that is killed leaves what it had done.
+    The files have their names from the beginning, so a run that is killed leaves what it had done. `steps` is the run if it
+    is open already.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    steps = experiment.steps(strict=strict, progress=progress)
-    tracker, seen, interrupted = experiment.tracker, _Innovations(experiment), False
+    steps = experiment.steps(strict=strict, progress=progress) if steps is None else steps
+    steps.intake.refused.limit(NAMED)
+    tracker, interrupted, bands = experiment.tracker, False, Bands()
+    judge = RunningJudge(steps.recording.truth, tracker.state, experiment.judge, tracker.gate.probability)
     spaces = {name: sensor.measurement for name, sensor in tracker.sensors.items()}
     detected = {name: spaces[name] for name in experiment.preprocessors}
     history, waiting = History(tracker), 0
@@ -96,6 +71,9 @@ def stream(experiment: Experiment, folder: Path, *, strict: bool = False, progre
         recording.writelines(recording_head(evolve(steps.recording, detected=detected), spaces))
 
         def write() -> None:
+            block = judge.finish_block()
+            if block is not None:
+                bands.add(block)
             for track in history.hand_out():
                 table.writelines(csv_rows(track))
                 lines.writelines(jsonl_rows(track))
@@ -105,8 +83,8 @@ def stream(experiment: Experiment, folder: Path, *, strict: bool = False, progre
         try:
             for scan, state in steps:
                 recording.write(scan_line(scan, spaces, frames))
-                seen.add(scan, state)
-                history.add(state)
+                estimate, modes = history.add(state)
+                judge.add(scan, state.ids, state.confirmed, estimate, state.nis, state.hit, modes)
                 waiting += 1 + len(state.ids)
                 if waiting >= _ENTRIES or history.scans >= _SCANS:
                     write()
@@ -126,8 +104,8 @@ def stream(experiment: Experiment, folder: Path, *, strict: bool = False, progre
         approximated=steps.state.approximated,
         intake=intake,
     )
-    score = Score(scans=0, tracks=seen.tracks, nis=seen.nis)
-    found, text = figures(experiment, result, score), _summary(experiment, result, score, seen)
+    score = judge.score()
+    found, text = figures(experiment, result, score), summary(experiment, result, score, bands)
     for name, content in (
         ("config.json", json.dumps(to_config(experiment), indent=2) + "\n"),
         ("summary.json", json.dumps(found, indent=2) + "\n"),
@@ -137,12 +115,3 @@ def stream(experiment: Experiment, folder: Path, *, strict: bool = False, progre
             file.write(content)
     names = ("tracks.csv", "tracks.jsonl", "recording.jsonl", "config.json", "summary.json", "summary.txt")
     return Streamed(result, score, text, found, names)
-
-
-def _summary(experiment: Experiment, result: Result, score: Score, seen: _Innovations) -> str:
-    """Return the summary of a run that kept nothing."""
-    lines = head(experiment, result, score)
-    if result.recording.truth:
-        lines += rows([("not judged", "against the truth: that takes the tracks' histories, which --stream does not keep")])
-    lines += ["", "Are the covariances as large as the errors?", *rows(innovation_rows(score.nis, seen.axes))]
-    return "\n".join(lines) + "\n"

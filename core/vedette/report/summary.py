@@ -11,8 +11,8 @@ from vedette.experiment import Experiment, Result
 from vedette.metrics import Score
 from vedette.metrics.consistency import chi_square_band
 from vedette.report.figures import count, length_unit
-from vedette.report.traces import BAND, Normalised, band, innovations, mode_names, position_nees, traces
-from vedette.report.warnings import warnings
+from vedette.report.traces import BAND, Bands, Inside, band, mode_names
+from vedette.report.warnings import ENOUGH, warnings
 
 FIRST = 5
 """Number of refused parts that the summary names."""
@@ -31,19 +31,24 @@ _NOISE = 1e-9
 _NOTHING = ("", "nothing to judge by: no confirmed track")
 
 
-def summary(experiment: Experiment, result: Result, score: Score) -> str:
-    """Return lines of text, the same in every run of one config and seed."""
-    lines = head(experiment, result, score)
+def summary(experiment: Experiment, result: Result, score: Score, bands: Bands | None = None) -> str:
+    """Return lines of text, the same in every run of one config and seed.
+
+    `bands` are those of a run that kept nothing; default: they are counted in the result.
+    """
+    bands = Bands.of(experiment, result) if bands is None else bands
+    lines = _head(experiment, result, score)
     if score.coverage is not None:
         unit = length_unit(experiment)
+        few = ", too few for parts in % to say much" if score.scans < ENOUGH else ""
         radius = f"a track within {experiment.judge.cover_radius:g} {unit} covers an object"
-        lines += ["", f"Against the truth: {radius}; {count(score.scans, 'scan')} judged"]
+        lines += ["", f"Against the truth: {radius}; {count(score.scans, 'scan')} judged{few}"]
         lines += [*rows(_against_truth(experiment, score, unit)), "", *_objects(score, unit)]
-    lines += ["", "Are the covariances as large as the errors?", *rows(_consistency(experiment, result, score))]
+    lines += ["", "Are the covariances as large as the errors?", *rows(_consistency(experiment, score, bands))]
     return "\n".join(lines) + "\n"
 
 
-def head(experiment: Experiment, result: Result, score: Score) -> list[str]:
+def _head(experiment: Experiment, result: Result, score: Score) -> list[str]:
     """Return the lines on the input and the number of tracks."""
     title = experiment.title or "Run"
     lines = [title, "=" * len(title), "", *rows(("LOOKS WRONG", said) for said in warnings(experiment, result, score))]
@@ -150,16 +155,14 @@ def _objects(score: Score, unit: str) -> list[str]:
     return [*lines, f"  and {more:,} more, which summary.json has"] if more > 0 else lines
 
 
-def _consistency(experiment: Experiment, result: Result, score: Score) -> Iterator[tuple[str, str]]:
+def _consistency(experiment: Experiment, score: Score, bands: Bands) -> Iterator[tuple[str, str]]:
     if score.anees is not None:
-        followed = traces(experiment, result)
-        axes, seen = followed[0].axes, position_nees(followed)
-        yield "NEES", f"{score.anees:.3g} on average, {axes} expected for the position; {_inside(seen)}"
+        axes = len(score.bias_m or ())
+        yield "NEES", f"{score.anees:.3g} on average, {axes} expected for the position; {_inside(bands.nees)}"
         yield "", _nees_in_words(score.anees / axes)
-    seen = innovations(experiment, result)
-    if score.nis is not None and len(seen.value):
-        yield "NIS", f"{score.nis:.3g} of what is expected; {_inside(seen)}"
-        yield "", _nis_in_words(score.nis, float(np.sum(seen.axes)))
+    if score.nis is not None and bands.nis.count:
+        yield "NIS", f"{score.nis:.3g} of what is expected; {_inside(bands.nis)}"
+        yield "", _nis_in_words(score.nis, float(sum(axes * count for axes, count in bands.nis.axes.items())))
     if score.anees is None and score.nis is None:
         yield _NOTHING
     if score.mode_prob is not None:
@@ -167,21 +170,11 @@ def _consistency(experiment: Experiment, result: Result, score: Score) -> Iterat
         yield "modes", ", ".join(f"{name} {share:.2f}" for name, share in zip(names, score.mode_prob, strict=True))
 
 
-def innovation_rows(nis: float | None, axes: float) -> Iterator[tuple[str, str]]:
-    """Report the NIS of a whole run, over `axes` measured components, when single ones are no longer known."""
-    if nis is None or not axes:
-        yield _NOTHING
-    else:
-        yield "NIS", f"{nis:.3g} of what is expected"
-        yield "", _nis_in_words(nis, axes)
-
-
-def _inside(seen: Normalised) -> str:
-    part = seen.inside()
-    if part is None:
+def _inside(seen: Inside) -> str:
+    if seen.part is None:
         return "none at a single scan"
-    bands = ", ".join(f"{low:.3g} to {high:.3g}" for low, high in map(band, np.unique(seen.axes).tolist()))
-    return f"{_percent(part)} of {len(seen.value):,} within {bands}, {_percent(1 - BAND)} expected"
+    bands = ", ".join(f"{low:.3g} to {high:.3g}" for low, high in map(band, sorted(seen.axes)))
+    return f"{_percent(seen.part)} of {seen.count:,} within {bands}, {_percent(1 - BAND)} expected"
 
 
 def _nees_in_words(ratio: float) -> str:

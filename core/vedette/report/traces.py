@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import final
 
 import numpy as np
-from attrs import frozen
+from attrs import Factory, define, field, frozen
 
 from vedette.config.parameters import plain
 from vedette.experiment import Experiment, Result
 from vedette.metrics.consistency import chi_square_band, nees
 from vedette.metrics.coverage import NONE, Indices
-from vedette.metrics.histories import positions, velocities
+from vedette.metrics.histories import Entries, positions, velocities
 from vedette.metrics.matching import Match, Pairs, match
+from vedette.metrics.running import Block
 from vedette.space import Array, Mask
 
 BAND = 0.05
@@ -57,13 +59,57 @@ class Normalised:
 
     def inside(self) -> float | None:
         """Return the fraction of the values in the band of chi-square; None if there is none."""
-        if not len(self.value):
-            return None
-        within = np.zeros(len(self.value), dtype=bool)
-        for axes in np.unique(self.axes).tolist():
-            low, high = band(axes)
-            within |= (self.axes == axes) & (low <= self.value) & (self.value <= high)
-        return float(np.mean(within))
+        return Inside().add(self.value, self.axes).part
+
+
+@final
+@define
+class Inside:
+    """Counts the normalised squared errors that lie in the band of chi-square; `axes` says how many have so many axes."""
+
+    inside: int = 0
+    count: int = 0
+    axes: dict[int, int] = field(factory=dict)
+
+    def add(self, value: Array, axes: Indices) -> Inside:
+        """Count the values (e,) over so many axes (e,) each."""
+        self.count += len(value)
+        for each in np.unique(axes).tolist():
+            low, high = band(each)
+            own = value[axes == each]
+            self.inside += int(np.count_nonzero((low <= own) & (own <= high)))
+            self.axes[each] = self.axes.get(each, 0) + len(own)
+        return self
+
+    @property
+    def part(self) -> float | None:
+        """The fraction inside; None if there is none."""
+        return self.inside / self.count if self.count else None
+
+
+@frozen(eq=False)
+class Bands:
+    """How many squared errors of a run lie in their bands: the NEES of covered objects' positions, the tracks' NIS."""
+
+    nees: Inside = Factory(Inside)
+    nis: Inside = Factory(Inside)
+
+    @classmethod
+    def of(cls, experiment: Experiment, result: Result) -> Bands:
+        """Return those of a run that kept all."""
+        errors, seen = position_nees(traces(experiment, result)), innovations(experiment, result)
+        return cls(Inside().add(errors.value, errors.axes), Inside().add(seen.value, seen.axes))
+
+    def add(self, block: Block) -> None:
+        """Count a block of a run that is judged as it goes."""
+        found, spot = block.found, positions(block.found.truth.space)
+        pairs = found.pairs()
+        values = _nees(pairs.error[:, spot], found.entries.cov[pairs.entry][:, spot][:, :, spot])
+        values = values[np.isfinite(values)]
+        self.nees.add(values, np.full(len(values), len(spot)))
+        chosen = _with_innovation(found.entries, block.chosen)
+        scan = found.entries.scan[chosen]
+        self.nis.add(found.entries.nis[chosen] / found.entries.hit[chosen], block.axes[scan])
 
 
 def band(axes: int) -> tuple[float, float]:
@@ -141,9 +187,14 @@ def innovations(experiment: Experiment, result: Result) -> Normalised:
     found = match(result.tracks, (), result.scans, experiment.judge).entries
     measured = np.array([scan.detections.z.shape[-1] for scan in result.scans], dtype=np.intp)
     times = np.array([scan.time for scan in result.scans])
-    chosen = np.isin(found.scan, experiment.judge.choose(result.scans)) & (found.nis > 0) & (found.hit > 0.5)
+    chosen = _with_innovation(found, experiment.judge.choose(result.scans))
     scan = found.scan[chosen]
     return Normalised(times[scan], found.track[chosen], found.nis[chosen] / found.hit[chosen], measured[scan])
+
+
+def _with_innovation(entries: Entries, scans: Indices) -> Mask:
+    """Return the entries at some of the scans where a return was probably the track's."""
+    return np.isin(entries.scan, scans) & (entries.nis > 0) & (entries.hit > 0.5)
 
 
 def mode_names(experiment: Experiment, count: int) -> tuple[str, ...]:

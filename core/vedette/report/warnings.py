@@ -45,6 +45,11 @@ def warnings(experiment: Experiment, result: Result, score: Score) -> Iterator[s
             f"no track was confirmed in {intake.scans:,} scans with {intake.returns:,} returns: compare the lifecycle, the "
             "sensor's noise and its clutter with the data"
         )
+    if result.recording.truth and score.scans < ENOUGH <= intake.scans:
+        yield (
+            f"of {intake.scans:,} scans only {score.scans:,} lie between the first and the last time of the truth: do their "
+            "clocks agree?"
+        )
     if score.coverage == 0 and score.tracks:
         yield (
             f"of {score.tracks:,} confirmed tracks none was ever near a true object: compare axes, units and origin of "

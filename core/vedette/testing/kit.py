@@ -115,7 +115,9 @@ def examine(cls: type[Component], law: Law, drawn: st.SearchStrategy[Any], profi
     except HypothesisException:
         raise
     except Exception as error:
-        what = str(error) if isinstance(error, AssertionError) else f"{_method(error)}raised {type(error).__name__}: {error}"
+        what = str(error)
+        if not isinstance(error, AssertionError):
+            what = f"{_method(error)}raised {type(error).__name__}: {error}{_line(error)}"
         return Outcome(law, "failed", f"{what}\n  with {say(tried[0])}\n  and {say(tried[1])}", tried[2] + 1, alpha)
     if not tried[2]:
         return Outcome(law, "skipped", closed[0], 0, 0.0)
@@ -131,6 +133,17 @@ def _method(error: BaseException) -> str:
         if isinstance(owner, Component):
             return f"{owner.kind}.{frame.f_code.co_name} "
     return ""
+
+
+def _line(error: BaseException) -> str:
+    """Return the file and line of the innermost method of a component on an error's way, in brackets."""
+    from vedette.roles import Component
+
+    found = ""
+    for frame, line in walk_tb(error.__traceback__):
+        if isinstance(frame.f_locals.get("self"), Component):
+            found = f" ({frame.f_code.co_filename}:{line})"
+    return found
 
 
 def say(value: Any) -> str:

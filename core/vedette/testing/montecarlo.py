@@ -9,7 +9,7 @@ from attrs import evolve, field, frozen
 
 from vedette.config.registry import Registry
 from vedette.roles import Sensor
-from vedette.sampling.detections import returns
+from vedette.sampling.detections import returns, thinned
 from vedette.space import Array, Mask
 from vedette.supporting import Lifecycle
 from vedette.testing.judging import Misuse
@@ -182,7 +182,6 @@ def _cluttered(
     half = np.where(endless[:, None], 0.0, half)
     k = int(counts.max(initial=0))
     false = space.canonical(expected[:, None] + half[:, None] * rng.uniform(-1.0, 1.0, (len(z), k, m)))
-    density = np.broadcast_to(sensor.clutter(false), false.shape[:-1])
-    kept = (np.arange(k) < counts[:, None]) & (rng.random(false.shape[:-1]) * bound < density)
+    kept = thinned(sensor, false, rng.random(false.shape[:-1]), bound, np.arange(k) < counts[:, None])
     both = Detections(np.concatenate([z, false], 1), np.concatenate([seen, kept], 1))
     return Scan(scan.time, scan.sensor, both), endless

@@ -34,10 +34,7 @@ def steps_of(space: Space) -> Array:
 
 def points(space: Space, rows: int = 1) -> st.SearchStrategy[Array]:
     """Return a strategy for canonical states (rows, n)."""
-    each = [
-        st.one_of(st.floats(-size(axis), size(axis)), st.sampled_from(_marked(axis)))
-        for axis in space.axes
-    ]
+    each = [st.one_of(st.floats(-size(axis), size(axis)), st.sampled_from(_marked(axis))) for axis in space.axes]
     plain = Space(space.axes)  # a space that wraps wrongly must not affect the draws
     least = 1e-9 * sizes(space)  # smaller values cannot be told from 0 by differences
 

@@ -39,6 +39,17 @@ class Parts(Protocol):
     @property
     def state(self) -> Space: ...
 
+    @property
+    def starters(self) -> frozenset[str]: ...
+
+
+def check_existence(birth: Birth | None, lifecycle: Lifecycle) -> None:
+    """Raise ValueError if tracks begin with less existence than the lifecycle ends them with."""
+    first = None if birth is None or lifecycle.certain else birth.initial_existence
+    if first is not None and first < lifecycle.least_existence:
+        least = lifecycle.least_existence
+        raise ValueError(f"birth: must begin tracks with an existence of at least {least:g}, where they end, got {first:g}")
+
 
 def starters(birth: Birth | None, sensors: Mapping[str, Sensor], estimator: Estimator[Any]) -> Iterator[str]:
     """Yield the sensors whose returns may start tracks; ValueError, before any run, if one cannot."""
@@ -89,7 +100,7 @@ def begin(
     if birth.models_unseen:
         unseen = birth.update(state.unseen, estimator, sensor, observed, claims, tracker.gate.probability)
         state = evolve(state, unseen=unseen)
-    if not birth.starts_from(name):
+    if name not in tracker.starters:
         return state
     newborn = birth.begin(found, estimator, sensor, name, observed, claims)
     return _joined(tracker, state, newborn, rng) if len(newborn.returns) else state

@@ -10,7 +10,7 @@ import numpy as np
 from vedette.space import Array
 from vedette.tracking.state import State
 from vedette.tracking.tracker import Tracker
-from vedette.types import Track
+from vedette.types import Gaussian, Track
 
 _COLUMNS = ("ids", "times", "mean", "cov", "confirmed", "existence", "nis", "hit")
 
@@ -29,9 +29,10 @@ class History:
         """Number of scans that it holds."""
         return len(self._rows)
 
-    def add(self, state: State) -> None:
-        """Keep the state of every track (t,) after a scan."""
+    def add(self, state: State) -> tuple[Gaussian, Array | None]:
+        """Keep the state of every track (t,) after a scan; return the estimates, and the mode probabilities, if any."""
         estimate = self._tracker.estimate(state)
+        modes = self._tracker.estimator.mode_prob(state.belief)
         self._rows.append(
             {
                 "ids": state.ids,
@@ -40,12 +41,13 @@ class History:
                 "cov": estimate.cov,
                 "confirmed": state.confirmed,
                 "existence": state.existence,
-                "mode_prob": self._tracker.estimator.mode_prob(state.belief),
+                "mode_prob": modes,
                 "nis": state.nis,
                 "hit": state.hit,
                 "weights": list(state.weights),
             }
         )
+        return estimate, modes
 
     def tracks(self) -> tuple[Track, ...]:
         """Return the tracks that were ever confirmed, in the order of their ids."""

@@ -40,6 +40,11 @@ class Refused:
             if len(self.first) < self.most:
                 self.first.append(problem)
 
+    def limit(self, most: int) -> None:
+        """Name no more than this."""
+        self.most = most
+        del self.first[most:]
+
 
 @final
 @define

@@ -53,7 +53,7 @@ class Tracker:
     birth: Birth | None = fields.part("how tracks start; none: only those given to `start`", default=None)
     gate: Gate = fields.part("which returns a track considers", default=Gate())
     _sensor_gates: dict[str, SensorGate] = field(init=False, repr=False, eq=False)
-    _starters: frozenset[str] = field(init=False, repr=False, eq=False)
+    starters: frozenset[str] = field(init=False, repr=False, eq=False)
     _models_unseen: bool = field(init=False, repr=False, eq=False)
     _asks_birth: bool = field(init=False, repr=False, eq=False)
     _approximates: bool = field(init=False, repr=False, eq=False)
@@ -66,8 +66,9 @@ class Tracker:
         check_sensors(self.sensors, self.estimator, self.gate)
         return {name: self.gate.for_sensor(sensor) for name, sensor in self.sensors.items()}
 
-    @_starters.default
+    @starters.default
     def _sensors_that_start_tracks(self) -> frozenset[str]:
+        births.check_existence(self.birth, self.lifecycle)
         return frozenset(births.starters(self.birth, self.sensors, self.estimator))
 
     @_models_unseen.default
@@ -76,7 +77,7 @@ class Tracker:
 
     @_asks_birth.default
     def _birth_takes_part_in_scans(self) -> bool:
-        return bool(self._starters) or self._models_unseen
+        return bool(self.starters) or self._models_unseen
 
     @_approximates.default
     def _counts_approximate_weights(self) -> bool:
@@ -105,7 +106,7 @@ class Tracker:
     @property
     def starts_tracks(self) -> bool:
         """Whether returns may start tracks; otherwise the tracks given before the first scan are all."""
-        return bool(self._starters)
+        return bool(self.starters)
 
     def given(self, recording: Recording) -> Gaussian | None:
         """Return the tracks that the birth has before the first scan of a recording, or None; ValueError with its place."""

@@ -22,7 +22,7 @@ class Announced(GivenTracks):
 
     kind: ClassVar[str] = "announced"
 
-    spread: dict[str, float] = fields.table("state axis to standard deviation around the announced state")
+    spread: dict[str, float] = fields.table("state axis to standard deviation around the announced state", at_least=0)
 
     def given(self, state: Space, recording: Recording) -> Gaussian:
         """Return the announced tracks: mean (t, n), cov (t, n, n)."""

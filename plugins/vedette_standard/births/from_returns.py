@@ -24,13 +24,18 @@ class FromReturns(Birth):
     kind: ClassVar[str] = "from_returns"
 
     spread: dict[str, float] = fields.table(
-        "state axis that the sensors do not observe to its standard deviation in a new track"
+        "state axis that the sensors do not observe to its standard deviation in a new track", at_least=0
     )
     sensors: tuple[str, ...] = fields.words("sensors whose returns may start tracks; default: all", default=())
     claimed: float = fields.probability(
         "a return is left alone if it comes from a track with at least this probability", default=0.5, above=0
     )
     initial: float = fields.probability("probability that a new track is of a target", default=0.2, above=0)
+
+    @property
+    def initial_existence(self) -> float:
+        """Return `initial`."""
+        return self.initial
 
     def starts_from(self, sensor: str) -> bool:
         """Return whether `sensor` is one of `sensors`."""

@@ -23,7 +23,7 @@ class Given(GivenTracks):
     kind: ClassVar[str] = "given"
 
     start: dict[str, tuple[float, float]] = fields.table("state axis to [mean, standard deviation]", pairs=True)
-    spread: dict[str, float] = fields.table("state axis to standard deviation around the first true state")
+    spread: dict[str, float] = fields.table("state axis to standard deviation around the first true state", at_least=0)
     offset: dict[str, float] = fields.table("state axis to what is added to the first true state")
 
     def given(self, state: Space, recording: Recording) -> Gaussian:

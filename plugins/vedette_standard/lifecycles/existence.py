@@ -33,6 +33,11 @@ class Existence(Limited):
         if not self.delete < self.confirm:
             raise ValueError(f"confirm: must be > delete, {self.delete:g}, got {self.confirm:g}")
 
+    @property
+    def least_existence(self) -> float:
+        """Return `delete`."""
+        return self.delete
+
     def start_own(self, existence: Array) -> Mask:
         """Return whether each track is confirmed: none is yet."""
         return np.zeros(existence.shape, dtype=bool)

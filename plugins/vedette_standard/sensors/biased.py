@@ -45,7 +45,9 @@ class Biased(WrappedSensor):
     add: dict[str, str] = fields.names("measured axis to the state axis that is added to it")
     offset: dict[str, str] = fields.names("state axis that is seen, such as x, to the state axis by which it is displaced")
     lag: str = fields.text("state axis of the time by which the returns are late", default="")
-    spread: dict[str, float] = fields.table("bias to its standard deviation around 0 in a track that starts at a return")
+    spread: dict[str, float] = fields.table(
+        "bias to its standard deviation around 0 in a track that starts at a return", at_least=0
+    )
     observes: Space = field(init=False, repr=False, eq=False, default=Factory(_observed, takes_self=True))
 
     @property

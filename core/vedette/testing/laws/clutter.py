@@ -129,7 +129,9 @@ def detects_within_max_range(sensor: Sensor, drawn: Looks) -> None:
     for row, factor in enumerate((1.05, 3.0, 100.0)):
         far[row, places] = station + factor * limit * np.array([np.cos(drawn.seed), np.sin(drawn.seed)])
     p = full(sensor.detects(far), far, ())
-    demand(np.all(p == 0), f"detects: must be 0 beyond max_range, {limit:g} m, got {p.tolist()} at 1.05, 3 and 100 times that")
+    demand(
+        np.all(p == 0), f"detects: must be 0 beyond max_range, {limit:g} m, got {p.tolist()} at 1.05, 3 and 100 times that"
+    )
 
 
 LAWS = (Law(clutter_takes_any_number_of_returns), Law(false_returns_add_up), Law(detects_within_max_range))

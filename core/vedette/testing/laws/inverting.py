@@ -52,7 +52,9 @@ def _nearly_linear(sensor: Sensor, x: Array, found: Gaussian, root: Array) -> Ar
     with np.errstate(all="ignore"):
         H = np.broadcast_to(sensor.jacobian(found.mean), (len(x), len(sensor.measurement), x.shape[-1]))
         good = np.all(np.isfinite(H), axis=(-1, -2))
-        back = np.swapaxes(np.linalg.pinv(np.where(good[:, None, None], H, 0.0)) @ root, -1, -2)  # (3, m, n): a deviation each
+        back = np.swapaxes(
+            np.linalg.pinv(np.where(good[:, None, None], H, 0.0)) @ root, -1, -2
+        )  # (3, m, n): a deviation each
         scale = np.maximum(np.max(np.abs(np.linalg.solve(root, H)), axis=(-1, -2)), 1e-300)
         for sign in (-3.0, 3.0):
             for shift in np.swapaxes(back, 0, 1):
