@@ -1,9 +1,8 @@
 """Which law catches which mutant, and at what cost: `PYTHONPATH=tests python -m mutants.measure SET --into FILE`.
 
 SET is `foreign` (mutants by an outsider), `controls` (the same wrapping without a fault), `right` (right components by an
-outsider) or `own` (the mutants of `support.mutants`). Each component is tried on every law of its role; one line of JSON says
-what each law said and what it cost in s of CPU. What FILE holds already is not tried again. `python -m mutants.table` makes
-the table.
+outsider) or `own` (the mutants of `support.mutants`). Each component is tried on every law of its role; one line of JSON
+says what each law said and what it cost in s of CPU. What FILE holds already is not tried again.
 """
 
 from __future__ import annotations

@@ -22,7 +22,20 @@ from vedette.filters import contradiction
 from vedette.roles import Component
 from vedette.testing.judging import Closed, Misuse
 from vedette.testing.law import Law, Profile
-from vedette.testing.laws import associator, birth, births, estimator, lifecycle, lives, looks, motion, preprocessor, scene, sensor, source
+from vedette.testing.laws import (
+    associator,
+    birth,
+    births,
+    estimator,
+    lifecycle,
+    lives,
+    looks,
+    motion,
+    preprocessor,
+    scene,
+    sensor,
+    source,
+)
 from vedette.testing.strategies import components
 
 Drawer = Callable[[Any, Profile], st.SearchStrategy[Any]]

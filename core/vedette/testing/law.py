@@ -16,7 +16,8 @@ class Profile:
     """How thoroughly the kit tests.
 
     `examples` of an exact law, `trials` of a statistical one, each of `runs` runs; `steps` of the long run.
-    `alpha` is the probability that one statistical test fails a correct component. `shrink`: look for a small counterexample.
+    `alpha` is the probability that one statistical test fails a correct component. `shrink`: look for a small
+    counterexample.
     """
 
     name: str

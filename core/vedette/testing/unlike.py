@@ -46,10 +46,12 @@ class Unlike(Sensor):
 
     def measure(self, x: Array) -> Array:
         u = self._u(x)
-        return MEASURED.canonical(u @ self.A.T + u**2 @ self.B.T + [self.turn, 0.0, 0.0])
+        z: Array = MEASURED.canonical(u @ self.A.T + u**2 @ self.B.T + [self.turn, 0.0, 0.0])
+        return z
 
     def jacobian(self, x: Array) -> Array:
-        return (self.A + 2 * self.B * self._u(x)[..., None, :]) / self.size
+        slope: Array = (self.A + 2 * self.B * self._u(x)[..., None, :]) / self.size
+        return slope
 
     def noise(self, x: Array) -> Array:
         return self.C * (1.0 + 0.5 * np.tanh(self._u(x).sum(axis=-1)))[..., None, None]

@@ -1,6 +1,7 @@
 """Laws of births: what a return's noise does, sensors that cannot start a track, targets that nobody has seen, and names.
 
-`spread` (standard deviations by axis), `initial` (existence) and `sensors` (whose returns start tracks) are taken at their word.
+`spread` (standard deviations by axis), `initial` (existence) and `sensors` (whose returns start tracks) are taken at
+their word.
 """
 
 from __future__ import annotations
@@ -68,7 +69,9 @@ def exists_as_stated(birth: Birth, drawn: Returns) -> None:
     if not isinstance(initial, float):
         raise Closed("it has no `initial`")
     newborn = begun(birth, drawn)
-    demand(np.all(newborn.existence <= initial + 1e-9), f"existence: must be `initial`, {initial:g}, got {newborn.existence}")
+    demand(
+        np.all(newborn.existence <= initial + 1e-9), f"existence: must be `initial`, {initial:g}, got {newborn.existence}"
+    )
 
 
 def starts_from_its_sensors(birth: Birth, drawn: Returns) -> None:
@@ -118,7 +121,9 @@ def the_unseen_come_and_go_with_time(birth: Birth, drawn: Returns) -> None:
     before = _rate(birth, begin, drawn, PLACES)
     for dt in (1.0, 100.0, 1e5):
         rate = _rate(birth, birth.predict(begin, drawn.estimator, dt, drawn.rng()), drawn, PLACES)
-        demand(np.all(np.isfinite(rate) & (rate >= 0)), f"reveal: after {dt:g} s densities must be >= 0, got {rate.min():.3g}")
+        demand(
+            np.all(np.isfinite(rate) & (rate >= 0)), f"reveal: after {dt:g} s densities must be >= 0, got {rate.min():.3g}"
+        )
     total, parts = 4.0, 32
     memory = begin
     for _ in range(parts):
@@ -158,7 +163,10 @@ def a_track_of_the_unseen_exists_by_their_density(birth: Birth, drawn: Returns) 
     clutter = np.broadcast_to(drawn.sensor.clutter(drawn.detections.z), rate.shape)
     most = rate / np.maximum(rate + clutter, 1e-300) * (1.0 - drawn.claimed)
     over = newborn.existence - most[newborn.returns]
-    demand(np.all(over <= 1e-6), f"existence: must be at most e (1 - claimed) / (e + clutter), is {over.max(initial=0.0):.3g} more")
+    demand(
+        np.all(over <= 1e-6),
+        f"existence: must be at most e (1 - claimed) / (e + clutter), is {over.max(initial=0.0):.3g} more",
+    )
 
 
 LAWS = (

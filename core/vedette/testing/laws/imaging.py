@@ -40,11 +40,11 @@ def _states(camera: ImagingSensor, column: float, row: float) -> Array:
 
 
 def pictures_inform(sensor: Sensor, drawn: Looks) -> None:
-    """Of a frame, information is positive semi-definite, the score is the slope of the ratio, and dead pixels say nothing."""
+    """Information is positive semi-definite, the score is the slope of the ratio, and dead pixels say nothing."""
     camera, frame = _camera(sensor), _picture(drawn)
     x = _states(camera, COLUMN + 0.5, ROW - 0.3)
     at = frozen_copy(x + 0.0)
-    J, g, llr = camera.information(x, frame, at)
+    J, g, _ = camera.information(x, frame, at)
     same("information again", camera.information(x, frame, at)[0], J, 0.0)
     covariance("information", J, definite=False)
     where = [camera.observes.names.index(name) for name in ("x", "y")]
@@ -73,7 +73,7 @@ def pictures_inform(sensor: Sensor, drawn: Looks) -> None:
 
 
 def pictures_show_where(sensor: Sensor, drawn: Looks) -> None:
-    """The ratio is largest where the target is, column first; dead pixels beside it and the window's corner change nothing."""
+    """The ratio is largest where the target is, column first; dead pixels and the window's corner change nothing."""
     camera, frame = _camera(sensor), _picture(drawn)
 
     def ratio(of: Frame, column: float, row: float) -> float:
@@ -89,7 +89,7 @@ def pictures_show_where(sensor: Sensor, drawn: Looks) -> None:
     far = np.array(frame.pixels)
     x = _states(camera, COLUMN, ROW)
     live = camera.information(x, frame, x)[0]
-    far[int(ROW), :: 2] = np.nan
+    far[int(ROW), ::2] = np.nan
     dead = camera.information(x, evolve(frame, pixels=frozen_copy(far)), x)
     demand(np.trace(dead[0][0]) < np.trace(live[0]) + 1e-9, "information: dead pixels must not add any")
     lost = np.where(np.isnan(far), frame.pixels, 0.0).sum()

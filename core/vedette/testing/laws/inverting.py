@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from vedette.roles import Sensor
@@ -37,7 +39,7 @@ def a_sharp_return_inverts_exactly(sensor: Sensor, drawn: Looks) -> None:
     for i in np.flatnonzero(_nearly_linear(sensor, drawn.x, found, root)):
         demand(
             np.max(np.abs(apart[i])) <= 3.0,
-            f"invert: its mean must measure {z[i]}, it measures {z[i] - off[i]}, {np.max(np.abs(apart[i])):.3g} deviations off",
+            f"invert: its mean must measure {z[i]}, it measures {z[i] - off[i]}, deviations off: {apart[i]}",
         )
         ratios = np.linalg.eigvalsh((white[i] + white[i].T) / 2)
         demand(
@@ -47,7 +49,7 @@ def a_sharp_return_inverts_exactly(sensor: Sensor, drawn: Looks) -> None:
         )
 
 
-def _nearly_linear(sensor: Sensor, x: Array, found: Gaussian, root: Array) -> Array:
+def _nearly_linear(sensor: Sensor, x: Array, found: Gaussian, root: Array) -> Any:
     """Whether (3,) the sensor is linear over what the return leaves open, and over the way back to the state."""
     with np.errstate(all="ignore"):
         H = np.broadcast_to(sensor.jacobian(found.mean), (len(x), len(sensor.measurement), x.shape[-1]))

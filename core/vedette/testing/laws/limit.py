@@ -1,7 +1,7 @@
 """Laws of estimators in the limit of a sharp belief, where every filter equals the linearised update.
 
-There a bent sensor of three axes, one of them a bearing that wraps, with noise and detection that depend on the state, decides
-what the kit's linear sensor cannot see.
+There a bent sensor of three axes, one of them a bearing that wraps, with noise and detection that depend on the state,
+decides what the kit's linear sensor cannot see.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ SHARP = 1e-5
 
 @frozen(eq=False)
 class Sharp:
-    """Two runs of two tracks far apart with sharp beliefs (2, 2, n), an unlike sensor, and two returns (2, 2, 3) near them."""
+    """Two runs of two tracks far apart with sharp beliefs (2, 2, n), an unlike sensor, and returns (2, 2, 3)."""
 
     prior: Gaussian
     sensor: Unlike | Watch
@@ -74,7 +74,9 @@ def sharp(estimator: Estimator[Any], drawn: Scene) -> Sharp:
 def _scans(drawn: Scene, given: Sharp) -> dict[str, Detections]:
     """Plain returns; with noises of their own; that lack components."""
     rng = drawn.rng()
-    own = np.asarray(given.sensor.noise(given.prior.mean[0, 0, : len(given.sensor.observes)])) * rng.uniform(0.3, 3.0, (2, 2, 1, 1))
+    own = np.asarray(given.sensor.noise(given.prior.mean[0, 0, : len(given.sensor.observes)])) * rng.uniform(
+        0.3, 3.0, (2, 2, 1, 1)
+    )
     lacks = np.zeros((2, 2, 3), dtype=bool)
     lacks[:, 0, 1] = lacks[:, 1, 2] = True
     return {"": given.scan(), ", own noise": given.scan(frozen_copy(own)), ", lacking components": given.scan(None, lacks)}
@@ -172,7 +174,9 @@ def predicts_as_its_motion_linearised(estimator: Estimator[Any], drawn: Scene) -
     outer = spread[..., :, None] * spread[..., None, :]
     added = np.sqrt(np.maximum(np.diagonal(Q, axis1=-2, axis2=-1), 1e-300))
     if not estimator.exact_when_linear:  # it may be conservative
-        white = np.linalg.solve(psd_root(wanted), np.swapaxes(np.linalg.solve(psd_root(wanted), ends[0].cov - ends[1].cov), -1, -2))
+        white = np.linalg.solve(
+            psd_root(wanted), np.swapaxes(np.linalg.solve(psd_root(wanted), ends[0].cov - ends[1].cov), -1, -2)
+        )
         least_share = float(np.min(np.linalg.eigvalsh((white + np.swapaxes(white, -1, -2)) / 2)))
         demand(least_share > 0.9, f"predict: of F P F', {least_share:.3g} remains, must be at least all of it")
         short = np.diagonal(Q - ends[1].cov, axis1=-2, axis2=-1) / np.maximum(added**2, 1e-300)

@@ -160,12 +160,13 @@ def velocities_move_their_positions(model: MotionModel, drawn: Moves) -> None:
     for i, v in pairs:
         calm = np.abs(F[:, v, v] - 1.0) < 0.02  # a stiff model loses its velocity even in this time
         rate = F[calm, i, v] / dt
-        demand(np.all(np.abs(rate - 1.0) < 0.05), f"jacobian: {names[i]} must gain dt times v{names[i]}, gains {rate} dt times")
+        demand(
+            np.all(np.abs(rate - 1.0) < 0.05), f"jacobian: {names[i]} must gain dt times v{names[i]}, gains {rate} dt times"
+        )
         shared = np.abs(Q[:, i, v]) / np.maximum(Q[:, v, v], 1e-300)
         demand(
             np.all(shared < 10 * dt),
-            f"noise: {names[i]} gains {shared.max():.3g} s times the noise of v{names[i]} in {dt:g} s, it can gain no more than "
-            "that time",
+            f"noise: {names[i]} gains {shared.max():.3g} s times the noise of v{names[i]} in {dt:g} s, at most that time",
         )
 
 

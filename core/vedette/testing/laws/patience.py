@@ -1,6 +1,7 @@
 """Laws of lifecycles over longer lives, and of parameters whose names promise something.
 
-`max_out_of_coverage`, `max_without_detection` and `lifetime` (s), `max_spread` (m), `hits` and `misses` are taken at their word.
+`max_out_of_coverage`, `max_without_detection` and `lifetime` (s), `max_spread` (m), `hits` and `misses` are taken at
+their word.
 """
 
 from __future__ import annotations
@@ -61,7 +62,8 @@ def waiting_in_parts_is_waiting(lifecycle: Lifecycle, drawn: Lives) -> None:
     for wait in (2.0, 10.0, 40.0, 200.0, 1000.0, 5000.0):
         ends = []
         for parts in (1, 64):
-            existence, memory, lived = ONES, found, np.ones(2, dtype=bool)
+            existence: Array = ONES
+            memory, lived = found, np.ones(2, dtype=bool)
             for _ in range(parts):
                 existence = lifecycle.predict(existence, wait / parts)
                 memory, _, alive = lifecycle.review(memory, evolve(scan(wait / parts, 0.0, 0.0), existence=existence))
@@ -69,7 +71,7 @@ def waiting_in_parts_is_waiting(lifecycle: Lifecycle, drawn: Lives) -> None:
             ends.append(lived)
         demand(
             np.all(ends[0] == ends[1]),
-            f"review: after {wait:g} s without a look a track lives on: {ends[0][0]} if one scan says so, {ends[1][0]} if 64 do",
+            f"review: after {wait:g} s without a look a track lives on: {ends[0][0]} by one scan, {ends[1][0]} by 64",
         )
 
 
@@ -125,10 +127,10 @@ def _ends_at(lifecycle: Lifecycle, name: str, hidden: list[Review], limit: float
         raise Closed("it ends tracks that are detected")
     for share, wanted in ((0.9, True), (1.2, False)) if lives else ((1.2, False),):
         _, _, lived = after(lifecycle, [evolve(one, dt=share * one.dt) for one in hidden], found)
+        demand(not wanted or lived.all(), f"review: a track ended after {share} times {name}, {limit:g}: it should live on")
         demand(
-            not wanted or lived.all(), f"review: a track ended after {share} times {name}, {limit:g}: it should live on"
+            wanted or not lived.any(), f"review: a track lives after {share} times {name}, {limit:g}: it should have ended"
         )
-        demand(wanted or not lived.any(), f"review: a track lives after {share} times {name}, {limit:g}: it should have ended")
 
 
 def waits_out_of_coverage(lifecycle: Lifecycle, drawn: Lives) -> None:
@@ -139,7 +141,9 @@ def waits_out_of_coverage(lifecycle: Lifecycle, drawn: Lives) -> None:
     lives = 0.9 * limit < other
     _ends_at(lifecycle, "max_out_of_coverage", [scan(limit / 5, 0.0, 0.0)] * 5, limit, lives)
     again = [scan(min(0.3 * limit, 0.5 * other), 0.0, 0.0), scan(0.01, 1.0, 0.9)] * 12
-    demand(after(lifecycle, again)[2].all(), "review: times out of coverage add up although the track was covered in between")
+    demand(
+        after(lifecycle, again)[2].all(), "review: times out of coverage add up although the track was covered in between"
+    )
 
 
 def waits_without_detection(lifecycle: Lifecycle, drawn: Lives) -> None:

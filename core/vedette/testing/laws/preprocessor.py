@@ -126,7 +126,7 @@ def returns_lie_where_they_were_seen(preprocessor: Preprocessor, drawn: Raw) -> 
 
 
 def sharper_returns_make_sharper_ones(preprocessor: Preprocessor, drawn: Raw) -> None:
-    """If it makes positions of one sensor's returns: their noise is the sensor's, carried over, and a return's own counts."""
+    """If it makes positions of one sensor's returns: their noise is the sensor's, or a return's own, carried over."""
     _, usual = _exact(preprocessor, drawn)
     x, sharp = _exact(preprocessor, drawn, 1e-4)
     if usual.noise is None or sharp.noise is None or len(usual.z) != 3 or len(sharp.z) != 3:

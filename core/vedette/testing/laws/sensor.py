@@ -22,7 +22,6 @@ from vedette.testing.laws.looks import Looks, full, noise_of
 from vedette.testing.states import random_covariance, size, steps_of
 from vedette.types import Detections, Gaussian, Pose
 
-
 Method = Callable[[Array], Array]
 
 
@@ -199,7 +198,7 @@ def names_mean_the_same(sensor: Sensor, drawn: Looks) -> None:
 
 
 def angles_wrap(sensor: Sensor, drawn: Looks) -> None:
-    """In the measurement space, angles that turn have a period, whole turns change nothing and wrapped axes are canonical."""
+    """Angles that turn have a period; in the measured space, whole turns change nothing and wrapped axes are canonical."""
     angles = [i for i, axis in enumerate(sensor.measurement.axes) if axis.unit == "rad" and axis.period is None]
     if not angles and all(axis.period is None for axis in sensor.measurement.axes):
         raise Closed("no axis wraps")
@@ -210,7 +209,7 @@ def angles_wrap(sensor: Sensor, drawn: Looks) -> None:
             axis = sensor.measurement.axes[i]
             demand(
                 np.nanmax(jumps, initial=0.0) < 4.0,
-                f"{axis.name}: jumps by {np.nanmax(jumps, initial=0.0):.3g} rad on the way around, so it must have a period: "
+                f"{axis.name}: jumps by {np.nanmax(jumps, initial=0.0):.3g} rad on the way around: it needs a period, "
                 "'rad mod 2pi'",
             )
     spaces.wraps_are_canonical(sensor.measurement, drawn.z, drawn.step)

@@ -108,7 +108,8 @@ def scans_come_once(source: Source, drawn: Opened) -> None:
     for one, other in zip(scans, list(scans)[1:], strict=False):
         twice = one.sensor == other.sensor and one.time == other.time and len(one.detections.z) > 0
         demand(
-            not (twice and np.array_equal(one.detections.z, other.detections.z)), f"scans: the one at {one.time:g} s comes twice"
+            not (twice and np.array_equal(one.detections.z, other.detections.z)),
+            f"scans: the one at {one.time:g} s comes twice",
         )
 
 
@@ -137,7 +138,10 @@ def returns_are_of_the_truth(source: Source, drawn: Opened) -> None:
     demand(hits > 0.8 * chances - 6 * error / 2, f"returns: {hits} lie at the truth, {chances:.0f} should")
     if len(places) > 40:
         usual = float(np.sum(1.0 / np.array(places)))
-        demand(first < usual + 6 * np.sqrt(usual) + 2, f"returns: {first} of {len(places)} true ones come first, by chance {usual:.0f}")
+        demand(
+            first < usual + 6 * np.sqrt(usual) + 2,
+            f"returns: {first} of {len(places)} true ones come first, by chance {usual:.0f}",
+        )
 
 
 def scan_is_placed(recording: Recording) -> bool:
