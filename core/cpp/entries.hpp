@@ -535,5 +535,40 @@ inline PyObject* pairs_in_boxes(Call& call, Args args) {
     return pack(first, second);
 }
 
+// Arguments: tracks (p,) and returns (p,) that go together, and how many there are of each: the number of the cluster that each
+// track and each return is in, counted from the first track on.
+inline PyObject* linked_clusters(Call&, Args args) {
+    PyArrayObject* pairs[2];
+    for (int i = 0; i < 2; ++i) {
+        if (!PyArray_CheckExact(args[i])) return nullptr;
+        pairs[i] = reinterpret_cast<PyArrayObject*>(args[i]);
+        if (PyArray_TYPE(pairs[i]) != NPY_INT64 || PyArray_NDIM(pairs[i]) != 1 || !PyArray_ISCARRAY_RO(pairs[i])) return nullptr;
+    }
+    const Py_ssize_t t = PyNumber_AsSsize_t(args[2], PyExc_OverflowError), k = PyNumber_AsSsize_t(args[3], PyExc_OverflowError);
+    const npy_intp size = PyArray_DIM(pairs[0], 0);
+    if (PyErr_Occurred() || t < 0 || k < 0 || PyArray_DIM(pairs[1], 0) != size) return nullptr;
+    const auto *tracks = static_cast<const std::int64_t*>(PyArray_DATA(pairs[0])),
+               *returns = static_cast<const std::int64_t*>(PyArray_DATA(pairs[1]));
+    for (npy_intp p = 0; p < size; ++p)
+        if (tracks[p] < 0 || tracks[p] >= t || returns[p] < 0 || returns[p] >= k) return nullptr;
+    npy_intp nodes = t + k;
+    PyObject* labels = PyArray_SimpleNew(1, &nodes, NPY_INT64);
+    if (labels == nullptr) return nullptr;
+    auto* root = static_cast<std::int64_t*>(PyArray_DATA(reinterpret_cast<PyArrayObject*>(labels)));
+    for (npy_intp i = 0; i < nodes; ++i) root[i] = i;
+    const auto find = [root](std::int64_t i) {
+        while (root[i] != i) i = root[i] = root[root[i]];
+        return i;
+    };
+    for (npy_intp p = 0; p < size; ++p) {
+        const std::int64_t a = find(tracks[p]), b = find(t + returns[p]);
+        root[std::max(a, b)] = std::min(a, b);
+    }
+    std::int64_t count = 0;
+    for (npy_intp i = 0; i < nodes; ++i) root[i] = root[i] == i ? -1 - count++ : root[root[i]];  // roots come first
+    for (npy_intp i = 0; i < nodes; ++i) root[i] = -1 - root[i];
+    return labels;
+}
+
 }  // namespace entries
 }  // namespace vedette

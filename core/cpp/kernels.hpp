@@ -145,7 +145,7 @@ struct Existence {
 
 // Those that are no loop over problems: the module does them itself.
 #define VEDETTE_FUNCTIONS(kernel) kernel(best_joint, 3) kernel(is_plain, 4) kernel(joint_weights, 2) kernel(k_best, 2) \
-    kernel(normals, 2) kernel(pairs_in_boxes, 5) kernel(uniforms, 2) kernel(wide_clusters, 2)
+    kernel(linked_clusters, 4) kernel(normals, 2) kernel(pairs_in_boxes, 5) kernel(uniforms, 2) kernel(wide_clusters, 2)
 
 // The kernels of one instruction set.
 struct Table {

@@ -135,6 +135,8 @@ class Associator(Component):
     """
 
     exclusive: ClassVar[bool] = False
+    by_cluster: ClassVar[bool] = False
+    """Whether tracks count for each other only through returns they share: clusters may then be associated apart."""
 
     @property
     def solves(self) -> str:
@@ -164,7 +166,7 @@ class Estimator(Component, Generic[B]):
     Capabilities are declared, and a wrapper forwards what it wraps: `draws`, that it takes numbers from `rng` (any other is
     given one that refuses); `reframes`, that `reframe` is to be called before each prediction; `takes_frames`, that
     `evaluate` takes a camera's frame; `gaussian_belief`, that its belief is its moments, as `vedette.filters.GaussianFilter`
-    defines `start` and `moments`, which are then final.
+    defines `start` and `moments`, which are then final; `bounded`, that `extent` says where a track's returns can lie.
     """
 
     exact_when_linear: ClassVar[bool] = False
@@ -172,6 +174,7 @@ class Estimator(Component, Generic[B]):
     reframes: ClassVar[bool] = False
     takes_frames: ClassVar[bool] = False
     gaussian_belief: ClassVar[bool] = False
+    bounded: ClassVar[bool] = False
 
     @property
     @abstractmethod
@@ -206,6 +209,13 @@ class Estimator(Component, Generic[B]):
     @abstractmethod
     def evaluate(self, belief: B, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
         """Return the innovation of the predicted belief and a scan; a frame is one return. Does not gate; includes P_D."""
+
+    def extent(self, belief: B, sensor: Sensor, detections: Detections, limit: float) -> tuple[Array, Array]:
+        """Return the corners (*b, t, m) of a box that holds every return within the squared distance `limit`.
+
+        Asked of a `bounded` estimator where there are many tracks and returns; angles go up from the first corner.
+        """
+        raise NotImplementedError(f"{self.kind!r} does not state where a track's returns can lie")
 
     @abstractmethod
     def update(self, belief: B, innovation: Innovation, weights: Array) -> B:

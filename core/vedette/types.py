@@ -229,6 +229,7 @@ class Track:
 
     times (s,) s, mean (s, n), cov (s, n, n), confirmed (s,), existence (s,), mode_prob (s, r) or None,
     weights: per scan (1+k,), column 0 the miss; nis (s,) the weighted squared distance, hit (s,) = 1 - weights[0]
+    returns: per scan the return (k,) of each further column, or None where they are all of the scan's
     """
 
     id: int
@@ -242,6 +243,7 @@ class Track:
     weights: tuple[Array, ...]
     nis: Array
     hit: Array
+    returns: tuple[NDArray[np.int64] | None, ...] | None = None
 
 
 @frozen(eq=False)

@@ -63,3 +63,18 @@ def test_many_points_in_a_corner_and_one_far_away():
         strict=True,
     ):
         np.testing.assert_array_equal(one, other)
+
+
+@pytest.mark.parametrize("find", [kernels.linked_clusters, boxes.linked_clusters], ids=["running", "reference"])
+@given(seeds, st.integers(0, 12), st.integers(0, 12), st.integers(0, 20))
+def test_clusters_are_what_pairs_link(find, seed, t, k, pairs):
+    rng = np.random.default_rng(seed)
+    pairs = pairs if t and k else 0
+    tracks, returns = rng.integers(0, max(t, 1), pairs), rng.integers(0, max(k, 1), pairs)
+    reached = np.eye(t + k, dtype=int)
+    reached[tracks, t + returns] = reached[t + returns, tracks] = 1
+    for _ in range(t + k):
+        reached = (reached @ reached > 0).astype(int)
+    firsts = np.argmax(reached, axis=1) if t + k else np.zeros(0, int)
+    expected = [sorted(set(firsts.tolist())).index(first) for first in firsts.tolist()]
+    assert find(tracks, returns, t, k).tolist() == expected

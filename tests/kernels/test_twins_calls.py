@@ -84,6 +84,7 @@ def an_example_of_each():
         "joint_weights": (columns, 3),
         "wide_clusters": (columns, 3),
         "pairs_in_boxes": (x, x + 1, x, ((1, 6.0),), 100),
+        "linked_clusters": (np.array([0, 1]), np.array([0, 0]), 2, 3),
         "k_best": (np.ones((2, 3)), 4),
         "normals": ([np.random.default_rng(1)], (3,)),
         "uniforms": ([np.random.default_rng(1)], (3,)),

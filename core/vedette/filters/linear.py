@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from vedette import kernels
 from vedette.filters.detections import Prepared, make_innovation, prepare
 from vedette.filters.frames import evaluate_frame
@@ -49,6 +51,23 @@ def evaluate_linearised(
         belief.cov, observed.z, sensor.measure(x), H, R, p_detect, p_gate, constants.periods
     )
     return new_innovation(loglik, distance, log_volume, distance, new_hypotheses(shift, post))
+
+
+def extent_linearised(
+    belief: Gaussian, state: Space, sensor: Sensor, detections: Detections, limit: float, memo: Memo | None = None
+) -> tuple[Array, Array]:
+    """Return the corners (*b, t, m) of the box around each gate of `evaluate_linearised`: the mean +- sqrt(limit S_ii)."""
+    constants = (memo or Memo()).constants(state, sensor, belief.mean)
+    x = belief.mean[constants.where]
+    H = embedded(sensor.jacobian(x), constants.where[-1], len(state)) if constants.H is None else constants.H
+    if detections.noise is None:
+        R = sensor.noise(x)[..., range(H.shape[-2]), range(H.shape[-2])]
+    else:
+        own = np.diagonal(detections.noise, axis1=-2, axis2=-1)
+        R = np.max(own, axis=-2, keepdims=True, initial=0.0)
+    S = np.sum((H @ belief.cov) * H, axis=-1) + R
+    centre, half = sensor.measure(x), np.sqrt(limit * S) * (1.0 + 1e-9)
+    return centre - half, centre + half
 
 
 def evaluate_each(belief: Gaussian, detections: Prepared, H: Array, x: Array, p_gate: float) -> Innovation:

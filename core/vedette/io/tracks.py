@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vedette.errors import InputError
 from vedette.io.atomic import whole_file
@@ -87,7 +88,8 @@ def jsonl_rows(track: Track) -> Iterator[str]:
             "weights": _nulled(track.weights[i]),
         }
         modes = {} if track.mode_prob is None else {"mode_prob": _nulled(track.mode_prob[i])}
-        yield line(found | modes)
+        own = None if track.returns is None else track.returns[i]
+        yield line(found | modes | ({} if own is None else {"returns": own.tolist()}))
 
 
 def read_tracks(path: Path) -> tuple[Track, ...]:
@@ -146,14 +148,23 @@ def _fields(given: Any, n: int) -> dict[str, Any]:
         raise ValueError(f"must be an object, got {short(given)}")
     if type(given.get("track")) is not int or type(given.get("confirmed")) is not bool:
         raise ValueError(f"track must be a whole number, and confirmed true or false, got {short(given)}")
-    shapes = {"mean": (n,), "cov": (n, n), "existence": (), "hit": (), "nis": (), "weights": (None,), "mode_prob": (None,)}
+    shapes = {
+        "mean": (n,),
+        "cov": (n, n),
+        "existence": (),
+        "hit": (),
+        "nis": (),
+        "weights": (None,),
+        "mode_prob": (None,),
+        "returns": (None,),
+    }
     found = {"track": given["track"], "confirmed": given["confirmed"], "times": number(given.get("time"), "time")}
     known = ("track", "time", "confirmed", *shapes)
     for name in given:
         if name not in known:
             raise ValueError(f"unknown field {shown(name)}; known are {', '.join(known)}")
     for name, shape in shapes.items():
-        absent = name == "mode_prob" and name not in given
+        absent = name in ("mode_prob", "returns") and name not in given
         found[name] = None if absent else _array(given.get(name), shape, name)
     return found
 
@@ -178,12 +189,20 @@ def _numbers(value: Any) -> Any:
 
 
 def _track(identity: int, space: Space, rows: list[dict[str, Any]]) -> Track:
-    columns = {name: np.array([row[name] for row in rows]) for name in rows[0] if name not in ("weights", "mode_prob")}
+    columns = {
+        name: np.array([row[name] for row in rows]) for name in rows[0] if name not in ("weights", "mode_prob", "returns")
+    }
     modes = None if rows[0]["mode_prob"] is None else np.array([row["mode_prob"] for row in rows])
     return Track(
         id=identity,
         space=space,
         mode_prob=modes,
         weights=tuple(row["weights"] for row in rows),
+        returns=_returns([row["returns"] for row in rows]),
         **columns,
     )
+
+
+def _returns(rows: list[Array | None]) -> tuple[NDArray[np.int64] | None, ...] | None:
+    whole = [None if row is None else row.astype(np.int64) for row in rows]
+    return tuple(whole) if any(row is not None for row in whole) else None

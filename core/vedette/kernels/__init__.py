@@ -58,6 +58,7 @@ softmax = _fastest(_association.softmax)
 best_joint = _fastest(_hypotheses.best_joint)
 k_best = _fastest(_assignment.k_best)
 joint_weights = _fastest(_joint.joint_weights)
+linked_clusters = _fastest(_boxes.linked_clusters)
 pairs_in_boxes = _fastest(_boxes.pairs_in_boxes)
 wide_clusters = _fastest(_joint.wide_clusters)
 

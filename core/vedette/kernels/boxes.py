@@ -1,4 +1,4 @@
-"""Which points lie in which boxes."""
+"""Which points lie in which boxes, and which tracks and returns hang together."""
 
 from __future__ import annotations
 
@@ -41,3 +41,19 @@ def pairs_in_boxes(
         if found > most:
             break
     return np.concatenate(first)[: most + 1], np.concatenate(second)[: most + 1]
+
+
+def linked_clusters(tracks: NDArray[np.int64], returns: NDArray[np.int64], t: int, k: int) -> NDArray[np.int64]:
+    """Return the number (t+k,) of the cluster that each track, and each return, is in, in the order of their first members.
+
+    tracks and returns (p,): the pairs that link them. What is in no pair is a cluster of its own.
+    """
+    labels, before = np.arange(t + k), np.zeros(0, dtype=np.int64)
+    while not np.array_equal(labels, before):
+        before = labels.copy()
+        least = np.minimum(labels[tracks], labels[t + returns])
+        np.minimum.at(labels, tracks, least)
+        np.minimum.at(labels, t + returns, least)
+        labels = labels[labels]
+    numbers: NDArray[np.int64] = np.unique(labels, return_inverse=True)[1].reshape(t + k)
+    return numbers

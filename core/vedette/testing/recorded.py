@@ -110,14 +110,15 @@ def _whiteness(experiment: Experiment, result: Result) -> dict[int, tuple[float 
         predicted = tracker.estimator.moments(tracker.predict(state, scan.time))
         before = state.ids.tolist()
         state = tracker.step(state, scan)
-        for track, weights in zip(state.ids.tolist(), state.weights, strict=True):
+        for row, (track, weights) in enumerate(zip(state.ids.tolist(), state.weights, strict=True)):
             axes.setdefault(track, []).append(len(sensor.measurement))
             best = int(np.argmax(weights))
             entry = None
             if track in before and best and weights[best] > 0.5:
                 at = before.index(track)
                 prior = Gaussian(predicted.mean[at], predicted.cov[at])
-                entry = innovation(tracker, sensor, prior, scan.detections.z[best - 1])
+                own = best - 1 if state.returns is None else state.returns[row, best - 1]
+                entry = innovation(tracker, sensor, prior, scan.detections.z[own])
             seen.setdefault(track, {}).setdefault(scan.sensor, []).append(entry)
     return {track: (_correlation(looks), np.array(axes[track], dtype=float)) for track, looks in seen.items()}
 

@@ -12,9 +12,9 @@ from vedette.roles import Associator, Estimator, Sensor
 from vedette.space import Array, Mask, Space
 from vedette.supporting import Birth, Lifecycle
 from vedette.tracking import trees
-from vedette.tracking.ceiling import check_births
+from vedette.tracking.ceiling import LEAST_PAIRS, check_births
 from vedette.tracking.gate import Gate
-from vedette.tracking.state import State, kept
+from vedette.tracking.state import State, compact, kept
 from vedette.types import Detections, Frame, Newborn
 
 
@@ -93,10 +93,26 @@ def begin(
 
     `weights` (t, 1+k) are those of all tracks that met the scan, some of which may have ended with it.
     """
-    birth, estimator = tracker.birth, tracker.estimator
+    birth = tracker.birth
     if birth is None or isinstance(observed, Frame):
         return state
     claims = claimed(weights[..., 1:], tracker.associator.exclusive)
+    return begin_unclaimed(tracker, state, found, sensor, name, observed, claims, rng)
+
+
+def begin_unclaimed(
+    tracker: Parts,
+    state: State,
+    found: Any,
+    sensor: Sensor,
+    name: str,
+    observed: Detections,
+    claims: Array,
+    rng: np.random.Generator,
+) -> State:
+    """Return the state with the tracks that begin, by the probability (k,) that a return is from an existing track."""
+    birth, estimator = tracker.birth, tracker.estimator
+    assert birth is not None
     if birth.models_unseen:
         unseen = birth.update(state.unseen, estimator, sensor, observed, claims, tracker.gate.probability)
         state = evolve(state, unseen=unseen)
@@ -125,12 +141,19 @@ def claimed(weights: Array, exclusive: bool) -> Array:
 
 
 def _joined(tracker: Parts, state: State, newborn: Newborn, rng: np.random.Generator) -> State:
-    count, k = len(newborn.returns), state.weights.shape[-1] - 1
+    count = len(newborn.returns)
+    if state.returns is None and (len(state.ids) + count) * state.distances.shape[-1] >= LEAST_PAIRS:
+        state = compact(state)
+    k = state.distances.shape[-1]
     check_births(state, count, k)
     existence = np.ones(count) if tracker.lifecycle.certain else newborn.existence
     belief = tracker.estimator.start(newborn.prior, tracker.state, rng)
-    weights = np.zeros((count, 1 + k))
-    weights[range(count), 1 + newborn.returns] = 1.0
+    weights, returns = np.zeros((count, 1 + k)), state.returns
+    weights[range(count), 1 + newborn.returns if returns is None else 1] = 1.0
+    if returns is not None:
+        own = np.full((count, k), -1)
+        own[:, 0] = newborn.returns
+        returns = np.concatenate([returns, own])
     return evolve(
         state,
         belief=trees.join(state.belief, belief, 0),
@@ -141,4 +164,5 @@ def _joined(tracker: Parts, state: State, newborn: Newborn, rng: np.random.Gener
         weights=np.concatenate([state.weights, weights]),
         distances=np.concatenate([state.distances, np.zeros((count, k))]),
         born=state.born + count,
+        returns=returns,
     )

@@ -121,7 +121,7 @@ def grown(
     return new_state(
         scan.time, trees.take(leaves.belief, shown, 0), trees.take(leaves.memory, shown, 0), unseen, leaves.ids[shown],
         existence[shown], leaves.confirmed[shown], weights, distances, state.born + len(newborn.returns),
-        state.approximated, state.seed, state.steps + 1, after,
+        state.approximated, state.seed, state.steps + 1, after, None,
     )  # fmt: skip
 
 

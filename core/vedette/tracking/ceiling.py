@@ -1,8 +1,12 @@
-"""A limit on a tracker's memory: its arrays hold every pair of a track and a return, so it grows with the product."""
+"""A limit on a tracker's memory: its arrays hold every pair of a track and a return, or of those within the gates."""
 
 from __future__ import annotations
 
+from typing import Any, Protocol
+
 from vedette.errors import ScanRefused
+from vedette.roles import Associator, Estimator
+from vedette.space import Space
 from vedette.tracking import trees
 from vedette.tracking.state import State
 from vedette.types import Scan
@@ -11,8 +15,39 @@ MOST_PAIRS = 20_000_000
 """Pairs of a track, or a mode or particle of one, and a return; each takes some 100 bytes, so all of them some 2 GB."""
 FEW = 128
 """Scans with at most so many numbers are taken without a count."""
+LEAST_PAIRS = 30_000
+"""Pairs from which on a scan is taken by those within the gates, where all parts of the tracker can."""
 _MOST_PARTS = 1000
 """Number of modes or particles that a track may have without being counted."""
+
+
+class Parts(Protocol):
+    """The parts of a tracker that decide how a scan is taken."""
+
+    @property
+    def estimator(self) -> Estimator[Any]: ...
+
+    @property
+    def associator(self) -> Associator: ...
+
+    @property
+    def state(self) -> Space: ...
+
+
+def is_sparse(tracker: Parts, state: State, scan: Scan) -> bool:
+    """Return whether only the pairs within gates are to be worked on; ScanRefused if all have to be and are too many."""
+    tracks, detections = len(state.ids), scan.detections
+    if (
+        tracker.estimator.bounded
+        and tracker.associator.by_cluster
+        and detections.missing is None
+        and detections.z.ndim == 2
+        and state.existence.ndim == 1
+        and tracks * len(detections.z) >= LEAST_PAIRS
+    ):
+        return True
+    check_pairs(state, scan, len(tracker.state))
+    return False
 
 
 def check_pairs(state: State, scan: Scan, axes: int) -> None:
@@ -29,10 +64,23 @@ def check_pairs(state: State, scan: Scan, axes: int) -> None:
         raise ScanRefused(_told(f"{told} and {k:,} returns", pairs))
 
 
+def most_pairs(belief: Any, tracks: int, axes: int) -> int:
+    """Return the number of pairs that are allowed at once of tracks whose belief is over so many state axes."""
+    return MOST_PAIRS // max(1, round(trees.size(belief) / tracks / (axes + axes**2)))
+
+
 def check_births(state: State, count: int, returns: int) -> None:
     """Raise ScanRefused if so many tracks that begin at a scan of so many returns make more pairs than allowed at once."""
     if (len(state.ids) + count) * returns > MOST_PAIRS:
         raise ScanRefused(_told(f"{count:,} tracks that would begin at {returns:,} returns", count * returns))
+
+
+def refused(tracks: int, returns: int, most: int) -> ScanRefused:
+    """Return the error that more than `most` pairs are within gates."""
+    return ScanRefused(
+        f"{tracks:,} tracks and {returns:,} returns make more than {most:,} pairs within gates, and no more are taken at "
+        "once: a birth that begins fewer tracks (birth.sensors), a narrower gate, or more certain tracks"
+    )
 
 
 def _told(what: str, pairs: int) -> str:

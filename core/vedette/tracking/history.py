@@ -44,7 +44,7 @@ class History:
                 "mode_prob": modes,
                 "nis": state.nis,
                 "hit": state.hit,
-                "weights": list(state.weights),
+                **_associations(state),
             }
         )
         return estimate, modes
@@ -59,6 +59,7 @@ class History:
         columns: dict[str, Any] = {name: self._column(name)[order] for name in _COLUMNS[1:]}
         mode_prob = None if self._rows[0]["mode_prob"] is None else self._column("mode_prob")[order]
         weights = [row for rows in self._rows for row in rows["weights"]]
+        returns = [row for rows in self._rows for row in rows["returns"]]
         found = []
         for i, j in pairwise(edges):
             number = int(ids[order[i]])
@@ -69,6 +70,7 @@ class History:
                         space=self._tracker.state,
                         mode_prob=None if mode_prob is None else mode_prob[i:j],
                         weights=tuple(weights[row] for row in order[i:j]),
+                        returns=_any_of([returns[row] for row in order[i:j]]),
                         **{name: column[i:j] for name, column in columns.items()},
                     )
                 )
@@ -96,4 +98,19 @@ def _of(row: dict[str, Any], ids: list[int]) -> dict[str, Any]:
     own = np.isin(row["ids"], ids)
     kept = {name: row[name][own] for name in _COLUMNS}
     modes = None if row["mode_prob"] is None else row["mode_prob"][own]
-    return {**kept, "mode_prob": modes, "weights": [row["weights"][i].copy() for i in np.flatnonzero(own)]}
+    numbers = np.flatnonzero(own).tolist()
+    weights, returns = [row["weights"][i].copy() for i in numbers], [row["returns"][i] for i in numbers]
+    return {**kept, "mode_prob": modes, "weights": weights, "returns": returns}
+
+
+def _associations(state: State) -> dict[str, list[Any]]:
+    """Return each track's weights, and the returns that they are of, if those are not all of the scan's."""
+    if state.returns is None:
+        return {"weights": list(state.weights), "returns": [None] * len(state.ids)}
+    sizes = np.count_nonzero(state.returns >= 0, axis=-1).tolist()
+    weights = [row[: 1 + size].copy() for row, size in zip(state.weights, sizes, strict=True)]
+    return {"weights": weights, "returns": [row[:size].copy() for row, size in zip(state.returns, sizes, strict=True)]}
+
+
+def _any_of(rows: list[Any]) -> tuple[Any, ...] | None:
+    return None if all(row is None for row in rows) else tuple(rows)

@@ -20,9 +20,10 @@ class State:
 
     belief is the estimator's, memory the lifecycle's, unseen the birth's. ids (t,), confirmed (*b, t), existence (*b, t);
     weights (*b, t, 1+k), the association probabilities, and squared distances (*b, t, k) are those of the last
-    scan. born counts the tracks ever begun, approximated those whose weights were not exact, once a scan. The
-    seed and the number of steps say what the next step draws: the same, whenever it is taken. Where the associator keeps
-    hypotheses, `leaves` holds all that they need, and the tracks are those that are reported; else it is None.
+    scan. Of many tracks and returns only pairs within gates are kept: `returns` (t, k) then names the return of each column,
+    -1 if there is none; else it is None. born counts the tracks ever begun, approximated those whose weights were not exact,
+    once a scan. The seed and the number of steps say what the next step draws: the same, whenever it is taken. Where the
+    associator keeps hypotheses, `leaves` holds all that they need, and the tracks are those that are reported; else None.
     """
 
     time: float
@@ -39,6 +40,7 @@ class State:
     seed: Seed | Seeds
     steps: int
     leaves: Any
+    returns: NDArray[np.int64] | None = None
 
     @property
     def hit(self) -> Array:
@@ -59,5 +61,22 @@ def kept(state: State, alive: Mask) -> State:
     """Return the state without the tracks that ended."""
     if alive.ndim > 1:
         raise ValueError("lifecycle: runs in lock-step keep their tracks; use one that ends none, such as 'single_target'")
-    names = ("belief", "memory", "ids", "existence", "confirmed", "weights", "distances")
+    names = ("belief", "memory", "ids", "existence", "confirmed", "weights", "distances", "returns")
     return evolve(state, **{name: trees.take(getattr(state, name), alive, 0) for name in names})
+
+
+def compact(state: State) -> State:
+    """Return the state of one run with the columns of returns that have a weight, and one at least."""
+    tracks, returns = np.nonzero(state.weights[:, 1:])
+    number = np.bincount(tracks, minlength=len(state.ids))
+    width = max(1, int(number.max(initial=0)))
+    column = np.arange(len(tracks)) - np.repeat(np.cumsum(number) - number, number)
+    weights, distances = np.zeros((len(state.ids), 1 + width)), np.zeros((len(state.ids), width))
+    names = np.full((len(state.ids), width), -1)
+    weights[:, 0] = state.weights[:, 0]
+    weights[tracks, 1 + column], distances[tracks, column] = (
+        state.weights[tracks, 1 + returns],
+        state.distances[tracks, returns],
+    )
+    names[tracks, column] = returns
+    return evolve(state, weights=weights, distances=distances, returns=names)

@@ -15,8 +15,8 @@ from vedette.sampling.generators import NO_DRAWS
 from vedette.sampling.seeds import Seed, Seeds
 from vedette.space import Array, Space
 from vedette.supporting import Birth, Lifecycle
-from vedette.tracking import births, branching
-from vedette.tracking.ceiling import FEW, check_pairs
+from vedette.tracking import births, branching, sparse
+from vedette.tracking.ceiling import FEW, is_sparse
 from vedette.tracking.gate import Gate, SensorGate
 from vedette.tracking.spread import largest_deviation
 from vedette.tracking.state import State, new_state
@@ -159,8 +159,7 @@ class Tracker:
     def step(self, state: State, scan: Scan) -> State:
         """Return the state after one scan; ScanRefused, with the state as it was, if the scan cannot be taken."""
         observed = admitted(scan, self._sensor_gates, state.time)
-        if scan.detections.z.size > FEW:
-            check_pairs(state, scan, len(self.state))
+        many = scan.detections.z.size > FEW and is_sparse(self, state, scan)
         gate, estimator, lifecycle = self._sensor_gates[scan.sensor], self.estimator, self.lifecycle
         sensor = gate.sensor if scan.pose is None else gate.sensor.at(scan.pose)
         dt = scan.time - state.time if state.time != -np.inf else 0.0
@@ -174,6 +173,9 @@ class Tracker:
         existence = rows.existence if lifecycle.certain else lifecycle.predict(rows.existence, dt)
         unseen, rate, found = births.reveal(self, state, dt, sensor, observed, rng) if self._models_unseen else NOTHING
 
+        if many and isinstance(observed, Detections):
+            met = sparse.meet(self, belief, existence, sensor, gate, observed, rate)
+            return sparse.concluded(self, state, scan, sensor, dt, observed, met, existence, unseen, found, rng)
         innovation = estimator.evaluate(belief, sensor, observed, self.gate.probability)
         scores = self.gate.scores(innovation, sensor, observed, existence, gate, rate)
         if self._branches and isinstance(observed, Detections):
@@ -186,10 +188,14 @@ class Tracker:
         approximated = self._approximated(state, scores, observed) if self._approximates else state.approximated
         after = new_state(
             scan.time, estimator.update(belief, innovation, used), state.memory, unseen, state.ids, existence,
-            state.confirmed, weights, innovation.nis, state.born, approximated, state.seed, state.steps + 1, None,
+            state.confirmed, weights, innovation.nis, state.born, approximated, state.seed, state.steps + 1, None, None,
         )  # fmt: skip
         if not lifecycle.permanent:
-            after = self._reviewed(after, dt, scores, innovation.loglik, not gate.axes)
+            seen = kernels.existence(
+                scores, weights, existence, innovation.loglik, self.gate.probability,
+                self.associator.exclusive or not gate.axes,
+            )  # fmt: skip
+            after = self.reviewed(after, dt, *seen)
         if self._asks_birth:
             after = births.begin(self, after, found, sensor, scan.sensor, observed, weights, rng)
         return after
@@ -216,15 +222,12 @@ class Tracker:
         evidence = observed.evidence
         return self.associator.associate(scores, None if evidence is None else evidence[..., None, :])
 
-    def _reviewed(self, state: State, dt: float, scores: Array, loglik: Array, alone: bool) -> State:
-        """Return the state with its tracks judged, without those that ended."""
-        hit, existence, p_detect = kernels.existence(
-            scores, state.weights, state.existence, loglik, self.gate.probability, alone or self.associator.exclusive
-        )
+    def reviewed(self, state: State, dt: float, hit: Array, existence: Array, p_detect: Array) -> State:
+        """Return the state with its tracks judged by what a scan says of them, without those that ended."""
         spread = largest_deviation(self.estimate(state), self.state) if self.lifecycle.needs_spread else None
         memory, confirmed, alive = self.lifecycle.review(state.memory, Review(dt, existence, hit, p_detect, spread))
         after = new_state(
             state.time, state.belief, memory, state.unseen, state.ids, existence, confirmed, state.weights, state.distances,
-            state.born, state.approximated, state.seed, state.steps, None,
+            state.born, state.approximated, state.seed, state.steps, None, state.returns,
         )  # fmt: skip
         return after if np.count_nonzero(alive) == alive.size else births.ended(self, after, alive)

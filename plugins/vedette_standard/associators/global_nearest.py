@@ -7,7 +7,7 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Associator
+from vedette import Array, Associator, kernels
 
 
 @final
@@ -15,11 +15,13 @@ from vedette import Array, Associator
 class GlobalNearest(Associator):
     """Finds the joint assignment of returns to tracks with the largest total score; each return goes to at most one track.
 
-    Every track may be missed, so the problem is always feasible; scipy solves it as a linear assignment.
+    Every track may be missed, so the problem is always feasible. Where the tracks' best returns differ, they are
+    the solution; else it is a linear assignment.
     Blackman, Popoli, Design and Analysis of Modern Tracking Systems, 1999, section 6.4.
     """
 
     kind: ClassVar[str] = "gnn"
+    by_cluster: ClassVar[bool] = True
     exclusive: ClassVar[bool] = True
 
     @property
@@ -28,16 +30,22 @@ class GlobalNearest(Associator):
 
     def associate(self, scores: Array, evidence: Array | None) -> Array:
         """Return the association weights: (*b, t, 1+k) -> (*b, t, 1+k), one 1 in each row."""
-        from scipy.optimize import linear_sum_assignment
-
-        t, k = scores.shape[-2], scores.shape[-1] - 1
-        # An impossible miss is expensive but finite: two tracks that cannot be missed may share one return.
-        miss = np.maximum(scores[..., :1], np.max(scores, axis=-1, keepdims=True) - 1e6)
-        gain = np.full((*scores.shape[:-1], k + t), -np.inf)
-        gain[..., :k] = scores[..., 1:] - miss
-        gain[..., range(t), range(k, k + t)] = 0.0
-        weights = np.zeros_like(scores)
-        for run in np.ndindex(scores.shape[:-2]):
-            rows, columns = linear_sum_assignment(gain[run], maximize=True)
-            weights[run][rows, np.where(columns < k, columns + 1, 0)] = 1.0
+        weights = kernels.one_hot(scores)
+        contested = np.any(np.sum(weights[..., 1:], axis=-2) > 1.0, axis=-1)
+        for run in map(tuple, np.argwhere(contested)):
+            weights[run] = _assigned(scores[run])
         return weights
+
+
+def _assigned(scores: Array) -> Array:
+    """Return the weights (t, 1+k) of the best joint assignment."""
+    t, k = scores.shape[0], scores.shape[1] - 1
+    # An impossible miss is expensive but finite: two tracks that cannot be missed may share one return.
+    miss = np.maximum(scores[:, :1], np.max(scores, axis=-1, keepdims=True) - 1e6)
+    cost = np.full((t, k + t), np.inf)
+    cost[:, :k] = miss - scores[:, 1:]
+    cost[range(t), range(k, k + t)] = 0.0
+    columns = kernels.k_best(cost, 1)[0][0]
+    weights = np.zeros_like(scores)
+    weights[range(t), np.where(columns < k, columns + 1, 0)] = 1.0
+    return weights

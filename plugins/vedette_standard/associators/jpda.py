@@ -25,6 +25,7 @@ class Jpda(Associator):
     """
 
     kind: ClassVar[str] = "jpda"
+    by_cluster: ClassVar[bool] = True
     exclusive: ClassVar[bool] = True
 
     exact: int = fields.integer(

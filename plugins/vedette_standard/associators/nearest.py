@@ -18,6 +18,7 @@ class Nearest(Associator):
     """
 
     kind: ClassVar[str] = "nearest"
+    by_cluster: ClassVar[bool] = True
 
     @property
     def solves(self) -> str:

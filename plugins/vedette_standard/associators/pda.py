@@ -19,6 +19,7 @@ class Pda(Associator):
     """
 
     kind: ClassVar[str] = "pda"
+    by_cluster: ClassVar[bool] = True
 
     @property
     def solves(self) -> str:

@@ -7,8 +7,8 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, fields
-from vedette.filters import GaussianFilter, evaluate_linearised, predict_linearised
+from vedette import Array, Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, fields
+from vedette.filters import GaussianFilter, evaluate_linearised, extent_linearised, predict_linearised
 
 
 @final
@@ -23,6 +23,7 @@ class ExtendedKalman(GaussianFilter):
     kind: ClassVar[str] = "ekf"
     exact_when_linear: ClassVar[bool] = True
     takes_frames: ClassVar[bool] = True
+    bounded: ClassVar[bool] = True
 
     motion: MotionModel = fields.part("how the target moves")
 
@@ -33,3 +34,7 @@ class ExtendedKalman(GaussianFilter):
     def evaluate(self, belief: Gaussian, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
         """Return the innovation of each track, linearised at its mean."""
         return evaluate_linearised(belief, self.state, sensor, observed, p_gate, self._memo)
+
+    def extent(self, belief: Gaussian, sensor: Sensor, detections: Detections, limit: float) -> tuple[Array, Array]:
+        """Return the box around each track's gate."""
+        return extent_linearised(belief, self.state, sensor, detections, limit, self._memo)

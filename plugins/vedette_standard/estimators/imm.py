@@ -114,6 +114,11 @@ class Imm(Estimator[Modes]):
         """Whether all modes take frames."""
         return all(mode.takes_frames for mode in self.modes)
 
+    @property
+    def bounded(self) -> bool:  # type: ignore[override]
+        """Whether all modes are."""
+        return all(mode.bounded for mode in self.modes)
+
     @modes.validator
     def _keep_to_what_they_declare(self, attribute: Any, modes: tuple[Estimator[Any], ...]) -> None:
         for i, mode in enumerate(modes):
@@ -202,6 +207,11 @@ class Imm(Estimator[Modes]):
             said.append((part.loglik, part.distance, part.log_volume, part.nis))
         loglik, distance, log_volume, nis, share = kernels.weigh_modes(belief.log_prob, said)
         return new_innovation(loglik, distance, log_volume, nis, new_mode_hypotheses(tuple(parts), share))
+
+    def extent(self, belief: Modes, sensor: Sensor, detections: Detections, limit: float) -> tuple[Array, Array]:
+        """Return the box around the gates of all modes."""
+        each = [mode.extent(part, sensor, detections, limit) for mode, part in zip(self.modes, belief.beliefs, strict=True)]
+        return np.min([low for low, _ in each], axis=0), np.max([high for _, high in each], axis=0)
 
     def update(self, belief: Modes, innovation: Innovation, weights: Array) -> Modes:
         """Split the track's weights among the modes, and let each update its own."""

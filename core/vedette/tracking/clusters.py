@@ -1,0 +1,116 @@
+"""Clusters of tracks that share returns, associated as a batch: those of about one size at once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from attrs import frozen
+from numpy.typing import NDArray
+
+from vedette import kernels
+from vedette.roles import Associator
+from vedette.space import Array, Mask
+
+Numbers = NDArray[np.int64]
+
+
+@frozen(eq=False)
+class Pairs:
+    """Pairs (p,) of a track and a return within its gate, by tracks: their scores and squared distances.
+
+    miss and loglik (t,): each track's score and log likelihood of a miss; k: the scan's number of returns.
+    """
+
+    tracks: Numbers
+    returns: Numbers
+    scores: Array
+    distances: Array
+    miss: Array
+    loglik: Array
+    k: int
+
+    def column(self) -> Numbers:
+        """Return the place (p,) of each pair among those of its track."""
+        return _places(self.tracks, len(self.miss))
+
+
+@frozen(eq=False)
+class Group:
+    """Clusters that are padded to one size: which tracks and pairs are in them, and where they come to lie.
+
+    Track i is row `track_place[i]` of cluster `track_cluster[i]`; a pair lies in its cluster's row and column.
+    """
+
+    tracks: Mask
+    track_at: tuple[Numbers, Numbers]
+    pairs: Mask
+    pair_at: tuple[Numbers, Numbers, Numbers]
+    shape: tuple[int, int, int]
+
+
+def associate(
+    associator: Associator, pairs: Pairs, prior: Array, evidence: Array | None, p_gate: float, permanent: bool
+) -> tuple[Array, Array, tuple[Array, Array, Array], int]:
+    """Return the weights of pairs (p,) and misses (t,), and (t,) detection, existence and P_D, as they were if `permanent`.
+
+    Last is how many tracks' weights are not exact. `prior`: existence before the scan (t,).
+    """
+    weights, misses, approximated = np.zeros(len(pairs.tracks)), np.ones(len(prior)), 0
+    hit, existence, p_detect = np.zeros(len(prior)), np.array(prior), np.zeros(len(prior))
+    for group in _groups(pairs):
+        scores = np.full(group.shape, -np.inf)
+        scores[..., 0] = 0.0
+        scores[(*group.track_at, 0)] = pairs.miss[group.tracks]
+        scores[group.pair_at] = pairs.scores[group.pairs]
+        given = None
+        if evidence is not None:
+            given = np.zeros((group.shape[0], 1, group.shape[2] - 1))
+            given[group.pair_at[0], 0, group.pair_at[2] - 1] = evidence[pairs.returns[group.pairs]]
+        found = associator.associate(scores, given)
+        misses[group.tracks], weights[group.pairs] = found[(*group.track_at, 0)], found[group.pair_at]
+        if associator.approximates:
+            approximated += int(np.count_nonzero(associator.approximated(scores)))
+        if permanent:
+            continue
+        before, loglik = np.ones(group.shape[:2]), np.zeros(group.shape)
+        before[group.track_at], loglik[(*group.track_at, 0)] = prior[group.tracks], pairs.loglik[group.tracks]
+        seen = kernels.existence(scores, found, before, loglik, p_gate, associator.exclusive)
+        for to, values in zip((hit, existence, p_detect), seen, strict=True):
+            to[group.tracks] = values[group.track_at]
+    return weights, misses, (hit, existence, p_detect), approximated
+
+
+def _groups(pairs: Pairs) -> Iterator[Group]:
+    """Yield all clusters, lone tracks among them, in groups of about one size."""
+    t, k = len(pairs.miss), pairs.k
+    labels = kernels.linked_clusters(pairs.tracks, pairs.returns, t, k)
+    count, of_track, of_return = int(labels.max(initial=-1)) + 1, labels[:t], labels[t:]
+    row, column = _places(of_track, count), _places(of_return, count)
+    tracks, returns = _rounded(np.bincount(of_track, minlength=count)), _rounded(np.bincount(of_return, minlength=count))
+    size = tracks * (k + 1) * 2 + returns
+    size[tracks == 0] = -1
+    for value in np.unique(size[of_track]).tolist():
+        own = size == value
+        number = np.cumsum(own) - 1
+        some, among = own[of_track], own[of_track[pairs.tracks]]
+        cluster = of_track[pairs.tracks[among]]
+        shape = (int(np.count_nonzero(own)), int(tracks[own][0]), 1 + int(returns[own][0]))
+        track_at = number[of_track[some]], row[some]
+        pair_at = number[cluster], row[pairs.tracks[among]], 1 + column[pairs.returns[among]]
+        yield Group(some, track_at, among, pair_at, shape)
+
+
+def _places(groups: Numbers, count: int) -> Numbers:
+    """Return each entry's place among those of its group, in their order."""
+    order = np.argsort(groups, kind="stable")
+    number = np.bincount(groups, minlength=count)
+    places = np.empty_like(order)
+    places[order] = np.arange(len(groups)) - np.repeat(np.cumsum(number) - number, number)
+    return places
+
+
+def _rounded(counts: Numbers) -> Numbers:
+    """Return counts up to 4 as they are, larger ones rounded up to a power of two, so that there are few sizes."""
+    rounded = 2 ** np.ceil(np.log2(np.maximum(counts, 1))).astype(np.int64)
+    return np.where(counts <= 4, counts, rounded)
