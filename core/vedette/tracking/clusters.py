@@ -111,6 +111,6 @@ def _places(groups: Numbers, count: int) -> Numbers:
 
 
 def _rounded(counts: Numbers) -> Numbers:
-    """Return counts up to 4 as they are, larger ones rounded up to a power of two, so that there are few sizes."""
+    """Return counts between 4 and 32 rounded up to a power of two, so that there are few sizes; others as they are."""
     rounded = 2 ** np.ceil(np.log2(np.maximum(counts, 1))).astype(np.int64)
-    return np.where(counts <= 4, counts, rounded)
+    return np.where((counts <= 4) | (counts > 32), counts, rounded)

@@ -90,27 +90,39 @@ def _propagated(gain: Array, tolerance: float, sweeps: int) -> tuple[Array, Arra
     Williams, Lau, Approximate Evaluation of Marginal Association Probabilities with Belief Propagation,
     IEEE Trans. Aerospace and Electronic Systems 50, 2014.
     """
-    ratio = np.exp(np.minimum(gain, 700.0))
+    tracks, returns = np.nonzero(np.isfinite(gain))
+    ratio = np.exp(np.minimum(gain[tracks, returns], 700.0))
+    of_track, of_return = (tracks, _places(tracks)), (returns, _places(returns))
     # From the scarcer side: all returns free to take, or all tracks.
-    to_track = np.ones_like(ratio) if len(ratio) <= ratio.shape[1] else 1.0 / (1.0 + _others(ratio, -2))
+    first = gain.shape[0] <= gain.shape[1]
+    to_track = np.ones_like(ratio) if first else 1.0 / (1.0 + _others(ratio, of_return))
     for _ in range(sweeps):
         # Sum without the own term rather than subtract it: total - own would lose small terms to rounding.
-        to_return = ratio / (1.0 + _others(ratio * to_track, -1))
-        before, to_track = to_track, 1.0 / (1.0 + _others(to_return, -2))
+        to_return = ratio / (1.0 + _others(ratio * to_track, of_track))
+        before, to_track = to_track, 1.0 / (1.0 + _others(to_return, of_return))
         if np.max(np.abs(to_track / before - 1.0)) <= tolerance:
             break
-    likely = ratio * to_track
+    likely = np.zeros_like(gain)
+    likely[tracks, returns] = ratio * to_track
     missed = 1.0 / (1.0 + np.sum(likely, axis=-1))
     claims = likely * missed[:, None]
     shared = claims / np.maximum(1.0, np.sum(claims, axis=-2))
     return missed + np.sum(claims - shared, axis=-1), shared
 
 
-def _others(values: Array, axis: int) -> Array:
-    """Return the sum over `axis` of all values but each one's own: (*b, t, k) -> (*b, t, k)."""
-    rows = np.moveaxis(values, axis, -1)
-    before = np.zeros_like(rows)
-    after = np.zeros_like(rows)
-    before[..., 1:] = np.cumsum(rows[..., :-1], axis=-1)
-    after[..., :-1] = np.cumsum(rows[..., :0:-1], axis=-1)[..., ::-1]
-    return np.moveaxis(before + after, -1, axis)
+def _places(owners: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Return the place (p,) of each pair among those of its owner, in their order."""
+    order, number = np.argsort(owners, kind="stable"), np.bincount(owners)
+    places = np.empty_like(order)
+    places[order] = np.arange(len(owners)) - np.repeat(np.cumsum(number) - number, number)
+    return places
+
+
+def _others(values: Array, at: tuple[NDArray[np.intp], NDArray[np.intp]]) -> Array:
+    """Return for each pair (p,) the sum of the values of its owner's other ones; `at`: owner and place among the owner's."""
+    rows = np.zeros((int(at[0].max()) + 1, int(at[1].max()) + 2))
+    before, after = np.zeros_like(rows), np.zeros_like(rows)
+    rows[at] = values
+    before[:, 1:] = np.cumsum(rows[:, :-1], axis=-1)
+    after[:, :-1] = np.cumsum(rows[:, :0:-1], axis=-1)[:, ::-1]
+    return (before + after)[at]
