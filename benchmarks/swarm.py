@@ -3,9 +3,9 @@
     python -m benchmarks.swarm                          jpda and gnn, 1,000 targets
     python -m benchmarks.swarm --targets 100 1000 10000 --plot docs/many-targets.svg
 
-Each line is a process of its own: CPU time of `Tracker.step` over the scans (median, 95th percentile, worst), resident memory
-beyond the idle process that has built the tracker and drawn its scans, the least share of targets with a confirmed track within
-20 m from the tenth scan on, false confirmed tracks, and the share of weights that were not exact.
+Each line is a process of its own: CPU time of `Tracker.step` over the scans (median, 95th percentile, worst), resident
+memory beyond the idle process that has built the tracker and drawn its scans, the share of targets with a confirmed track
+within 20 m (the least from the tenth scan on, and the last), false confirmed tracks, and the share of inexact weights.
 """
 
 from __future__ import annotations
@@ -100,10 +100,10 @@ def alone(associator: str, targets: int, more: list[str]) -> dict[str, Any]:
 
 def plot(rows: list[dict[str, Any]], path: Path) -> None:
     """Draw how time and memory grow."""
-    import matplotlib
+    import matplotlib as mpl
 
-    matplotlib.use("svg")
-    matplotlib.rcParams["svg.hashsalt"] = "swarm"
+    mpl.use("svg")
+    mpl.rcParams["svg.hashsalt"] = "swarm"
     import matplotlib.pyplot as plt
 
     figure, panels = plt.subplots(1, 2, figsize=(9, 3.5), layout="constrained")
@@ -136,12 +136,14 @@ def main() -> None:
         for name in given.associators:
             row = alone(name, targets, given.set)
             rows.append(row)
-            print(
-                f"| {targets:,} | {row['returns']:,.0f} | {row['tracks']:,} | {name} | {row['median']:.1f} | {row['p95']:.1f} | "
-                f"{row['worst']:.1f} | {row['MB']:.0f} | {row['covered']:.3f} to {row['covered_last']:.3f} | {row['false']:.0f} | "
-                f"{row['approximated']:.1%} |",
-                flush=True,
-            )
+            told = [f"{targets:,}", f"{row['returns']:,.0f}", f"{row['tracks']:,}", name]
+            told += [f"{row[what]:.1f}" for what in ("median", "p95", "worst")] + [f"{row['MB']:.0f}"]
+            told += [
+                f"{row['covered']:.3f} to {row['covered_last']:.3f}",
+                f"{row['false']:.0f}",
+                f"{row['approximated']:.1%}",
+            ]
+            print(f"| {' | '.join(told)} |", flush=True)
     if given.plot:
         plot(rows, given.plot)
 
