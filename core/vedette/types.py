@@ -68,8 +68,7 @@ def _velocity(value: Any) -> Array | None:
 
 def short(value: Any) -> str:
     """Return a value in words, cut where it is long."""
-    text = repr(value)
-    return text if len(text) <= 80 else f"{text[:77]}..."
+    return text if len(text := repr(value)) <= 80 else f"{text[:77]}..."
 
 
 @frozen(eq=False)
@@ -228,7 +227,7 @@ class Track:
     """One track's history in one run: `id` is unique in its tracker. `s` is the number of scans it lived.
 
     times (s,) s, mean (s, n), cov (s, n, n), confirmed (s,), existence (s,), mode_prob (s, r) or None,
-    weights: per scan (1+k,), column 0 the miss; nis (s,) the weighted squared distance, hit (s,) = 1 - weights[0]
+    weights: per scan (1+k,), column 0 the miss; nis (s,) the weighted squared distance, hit (s,) = 1 - weights[0];
     returns: per scan the return (k,) of each further column, or None where they are all of the scan's
     """
 
@@ -287,9 +286,8 @@ class Recording:
     """What a source delivers: scans in time order, the truth if it is known, and what was refused on the way.
 
     `scans` may be lazy. `warnings`: a sentence for each thing that looks wrong and was read all the same. `rows` accounts
-    for all that was read, table by table. `detected` holds the sensors whose scans are those of a preprocessor already, with
-    what they measure: a run takes such scans as they are. `starts`: where targets are known to be at the first scan; nothing
-    is judged by them.
+    for all that was read. `detected`: sensors whose scans a preprocessor made already, and what they measure; a run takes
+    them as they are. `starts`: where targets are known to be at the first scan; nothing is judged by them.
     """
 
     scans: Sequence[Scan]

@@ -46,11 +46,11 @@ def best_marginals(scores: Array, most: int) -> Array:
 
     They are weighted by their scores, as if there were no others.
     """
-    weights = np.zeros(scores.shape)
-    wanted = np.array([most], dtype=np.int64)
+    weights, wanted, (t, columns) = np.zeros(scores.shape), np.array([most], dtype=np.int64), scores.shape[-2:]
+    tracks = np.arange(t)
     for run in np.ndindex(scores.shape[:-2]):
-        tracks = np.arange(scores.shape[-2])
         _, choice, total = best_joint(scores[run], tracks[None], wanted)
         likely = np.exp(total - total[0])
-        np.add.at(weights[run], (tracks, choice), (likely / np.sum(likely))[:, None])
+        share = np.repeat(likely / np.sum(likely), t)
+        weights[run] = np.bincount((tracks * columns + choice).ravel(), share, t * columns).reshape(t, columns)
     return weights

@@ -107,7 +107,7 @@ def grown(
         branching, leaves, hit = _merged(tracker, branching, leaves, hit, rng)
     existence = associator.judged(branching.hypotheses, leaves.existence)
     leaves, alive = _reviewed(tracker, leaves, it.innovation, existence, hit, dt)
-    unseen = _undetected(tracker, it, sensor, seen, claimed, leaves, ~alive, associator.probability(branching.hypotheses))
+    unseen = _undetected(tracker, it, sensor, seen, claimed, leaves, ~alive, branching.hypotheses)
 
     hypotheses, rows = associator.keep(branching.hypotheses, alive)
     kept = trees.take(leaves, rows, 0)
@@ -209,7 +209,7 @@ def _undetected(
     claimed: Any,
     leaves: Leaves,
     ended: Mask,
-    probability: Array,
+    hypotheses: Any,
 ) -> Any:
     """Return the birth's memory after the scan, with what is left of the leaves that `ended`."""
     birth, estimator = tracker.birth, tracker.estimator
@@ -218,8 +218,9 @@ def _undetected(
     unseen = birth.update(it.unseen, estimator, sensor, seen, claimed, tracker.gate.probability)
     if not ended.any():
         return unseen
-    lost = estimator.moments(trees.take(leaves.belief, ended, 0))
-    return birth.recycle(unseen, estimator, lost, (leaves.existence * probability)[ended])
+    assert isinstance(tracker.associator, HypothesisAssociator)
+    lost = leaves.existence * tracker.associator.probability(hypotheses)
+    return birth.recycle(unseen, estimator, estimator.moments(trees.take(leaves.belief, ended, 0)), lost[ended])
 
 
 def _of_the_scan(branching: Branching, innovation: Innovation, shown: Indices, k: int) -> tuple[Array, Array]:

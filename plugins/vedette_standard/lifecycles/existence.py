@@ -19,7 +19,7 @@ class Existence(Limited):
 
     Between scans e <- e exp(-dt / lifetime); after one, e <- e L / (1 - e + e L), L the scan's likelihood ratio with the
     track against without it (the tracker does this, for every associator). A track is confirmed once e passes `confirm`,
-    stays so, and ends when e falls below `delete`.
+    stays so as long as e is at least `show`, and ends when e falls below `delete`.
     Musicki, Evans, Stankovic, Integrated Probabilistic Data Association, IEEE Trans. Automatic Control 39, 1994.
     """
 
@@ -28,6 +28,9 @@ class Existence(Limited):
     lifetime: float = fields.quantity("s", "mean time for which a target stays in view", default=600.0, above=0)
     confirm: float = fields.probability("existence that confirms a track", default=0.95)
     delete: float = fields.probability("existence that ends a track", default=0.05)
+    show: float = fields.probability(
+        "existence below which a confirmed track is not, until it has as much again; default: it stays confirmed", default=0.0
+    )
 
     def __attrs_post_init__(self) -> None:
         if not self.delete < self.confirm:
@@ -49,4 +52,4 @@ class Existence(Limited):
     def judge(self, own: Mask, scan: Review) -> tuple[Mask, Mask, Mask]:
         """Compare the existence with the thresholds, and keep whether a track was ever confirmed."""
         confirmed = own | (scan.existence >= self.confirm)
-        return confirmed, confirmed, scan.existence >= self.delete
+        return confirmed, confirmed & (scan.existence >= self.show), scan.existence >= self.delete

@@ -66,6 +66,16 @@ def test_existence_follows_the_lifetime_and_the_thresholds():
     assert confirmed.tolist() == [True, False, False], "once confirmed, a track stays so"
 
 
+def test_a_confirmed_track_is_shown_only_as_long_as_it_likely_exists():
+    life = Existence(confirm=0.9, delete=0.1, show=0.5)
+    memory, told = life.start(np.ones(1)), []
+    for existence in (0.6, 0.95, 0.6, 0.4, 0.3, 0.6):
+        memory, confirmed, alive = life.review(memory, Review(1.0, np.array([existence]), np.ones(1), np.ones(1), None))
+        told.append(bool(confirmed[0]))
+        assert alive.all()
+    assert told == [False, True, True, False, False, True]
+
+
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [

@@ -1,0 +1,118 @@
+"""Every kind of association on a published benchmark: four targets meet half-way and part (examples/crossing.toml).
+
+    VEDETTE_DATA=FOLDER python -m benchmarks.crossing                 100 runs of seed 2018; some five minutes a core
+    VEDETTE_DATA=FOLDER python -m benchmarks.crossing --runs 10       a rough picture
+    VEDETTE_DATA=FOLDER python -m benchmarks.crossing --seed 1        other draws
+
+FOLDER holds `mtt/run0.jsonl`, of which the truth is taken; detections are drawn as the benchmark says. All trackers meet the
+same ones. GOSPA (c = 10 m, p = 2, alpha = 2) is that of the tracks of existence above .4, as the root of its mean square over
+scans and runs; differences from `k_best` with 200 hypotheses are paired by runs, in mean squares.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+from time import process_time
+
+import numpy as np
+
+import vedette
+from vedette import Detections, Scan
+from vedette.metrics.gospa import distances, gospa
+from vedette.space import Array
+
+EXAMPLE = Path(__file__).parents[1] / "examples" / "crossing.toml"
+SCANS, P_DETECT, SIGMA, FALSE, WIDTH = 81, 0.9, 1.0, 10.0, 300.0
+SHOWN = 0.4
+TRACKERS = {
+    "k_best, 200": "{kind='k_best', hypotheses=200}",
+    "k_best, 200, mean shown": "{kind='k_best', hypotheses=200, show='mean'}",
+    "k_best, 20": "{kind='k_best', hypotheses=20}",
+    "n_scan, 3 scans": "{kind='n_scan', scans=3, hypotheses=100}",
+    "variational": "{kind='variational'}",
+    "lmb": "{kind='lmb'}",
+    "m_best_jpda, 200": "{kind='m_best_jpda', m=200}",
+    "jpda": "{kind='jpda'}",
+    "gnn": "{kind='gnn'}",
+}
+"""Name to the associator that is put into the example; birth, lifecycle and gate stay."""
+
+
+def truth() -> dict[str, Mapping[float, Array]]:
+    """Return of each target its positions (2,) by time."""
+    folder = os.environ.get("VEDETTE_DATA")
+    if not folder:
+        raise SystemExit("VEDETTE_DATA: must name the folder that holds mtt/run0.jsonl")
+    found: dict[str, dict[float, Array]] = {}
+    for line in (Path(folder) / "mtt" / "run0.jsonl").read_text().splitlines():
+        row = json.loads(line)
+        if isinstance(row.get("truth"), str):
+            found.setdefault(row["truth"], {})[row["time"]] = np.array(row["state"][:2])
+    return {name: found[name] for name in sorted(found)}
+
+
+def drawn(targets: Mapping[str, Mapping[float, Array]], seed: int, run: int) -> list[Scan]:
+    """Return the detections of one run: each target's with its noise, then false ones, uniform over the square."""
+    rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(run,)))
+    scans = []
+    for time in map(float, range(SCANS)):
+        there = [time in track for track in targets.values()]
+        seen = np.array(there) & (rng.random(len(targets)) < P_DETECT)
+        own = np.array([track[time] for track, is_seen in zip(targets.values(), seen, strict=True) if is_seen]).reshape(
+            -1, 2
+        )
+        own = own + SIGMA * rng.standard_normal((len(own), 2))
+        false = WIDTH * rng.random((rng.poisson(FALSE), 2))
+        scans.append(Scan(time, "radar", Detections.of(np.concatenate([own, false]), 2)))
+    return scans
+
+
+def judged(seed: int, run: int) -> dict[str, tuple[float, float]]:
+    """Return of each tracker the mean square of GOSPA in m^2 over a run, and the mean CPU time of a step in ms."""
+    targets, found = truth(), {}
+    scans = drawn(targets, seed, run)
+    for name, associator in TRACKERS.items():
+        tracker = vedette.load(EXAMPLE, overrides=[f"associator={associator}"]).tracker
+        state, order = tracker.start(), [tracker.state.names.index(axis) for axis in ("x", "y")]
+        total, spent = 0.0, 0.0
+        for scan in scans:
+            begin = process_time()
+            state = tracker.step(state, scan)
+            spent += process_time() - begin
+            shown = tracker.estimate(state).mean[state.existence > SHOWN][:, order]
+            real = np.array([track[scan.time] for track in targets.values() if scan.time in track]).reshape(-1, 2)
+            total += gospa(distances(real, shown), 10.0).value ** 2
+        found[name] = (total / SCANS, 1000 * spent / SCANS)
+    return found
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.crossing", description=(__doc__ or "").split("\n")[0])
+    parser.add_argument("--runs", type=int, default=100)
+    parser.add_argument("--seed", type=int, default=2018)
+    parser.add_argument("--jobs", type=int, default=1)
+    given = parser.parse_args(arguments)
+    with ProcessPoolExecutor(given.jobs) as pool:
+        runs = list(pool.map(judged, [given.seed] * given.runs, range(given.runs)))
+    squares = {name: np.array([run[name][0] for run in runs]) for name in TRACKERS}
+    best, root = squares["k_best, 200"], np.sqrt(given.runs)
+    print(f"{given.runs} runs of seed {given.seed}\n")
+    print(
+        "| associator | RMS GOSPA [m] | paired difference of mean squares [m^2] | CPU a step [ms] |\n| --- | --- | --- | --- |"
+    )
+    for name, square in squares.items():
+        rms, apart = np.sqrt(np.mean(square)), square - best
+        print(
+            f"| {name} | {rms:.3f} +- {np.std(square) / root / (2 * rms):.3f} | {np.mean(apart):+.2f} +- "
+            f"{np.std(apart) / root:.2f} | {np.mean([run[name][1] for run in runs]):.2f} |"
+        )
+
+
+if __name__ == "__main__":
+    main()
