@@ -4,9 +4,9 @@
     VEDETTE_DATA=FOLDER python -m benchmarks.crossing --runs 10       a rough picture
     VEDETTE_DATA=FOLDER python -m benchmarks.crossing --seed 1        other draws
 
-FOLDER holds `mtt/run0.jsonl`, of which the truth is taken; detections are drawn as the benchmark says. All trackers meet the
-same ones. GOSPA (c = 10 m, p = 2, alpha = 2) is that of the tracks of existence above .4, as the root of its mean square over
-scans and runs; differences from `k_best` with 200 hypotheses are paired by runs, in mean squares.
+FOLDER holds `mtt/run0.jsonl`, of which the truth is taken; detections are drawn as the benchmark says. All trackers meet
+the same ones. GOSPA (c = 10 m, p = 2, alpha = 2) is that of the tracks of existence above .4, as the root of its mean square
+over scans and runs; differences from `k_best` with 200 hypotheses are paired by runs, in mean squares.
 """
 
 from __future__ import annotations
@@ -104,7 +104,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     best, root = squares["k_best, 200"], np.sqrt(given.runs)
     print(f"{given.runs} runs of seed {given.seed}\n")
     print(
-        "| associator | RMS GOSPA [m] | paired difference of mean squares [m^2] | CPU a step [ms] |\n| --- | --- | --- | --- |"
+        "| associator | RMS GOSPA [m] | paired difference of mean squares [m^2] | CPU a step [ms] |\n"
+        "| --- | --- | --- | --- |"
     )
     for name, square in squares.items():
         rms, apart = np.sqrt(np.mean(square)), square - best

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from vedette.errors import Problem
 from vedette.space import Array, Mask, Space
+from vedette.units import short
 from vedette.values import maker
 
 
@@ -64,11 +65,6 @@ def _position(value: Any) -> Array:
 
 def _velocity(value: Any) -> Array | None:
     return _array("velocity", value, _FLOAT)  # type: ignore[no-any-return]
-
-
-def short(value: Any) -> str:
-    """Return a value in words, cut where it is long."""
-    return text if len(text := repr(value)) <= 80 else f"{text[:77]}..."
 
 
 @frozen(eq=False)

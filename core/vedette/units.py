@@ -54,3 +54,9 @@ def in_unit(value: Any, unit: str, largest: float = math.inf, name: str = "") ->
     if not abs(number) <= largest:  # also False for NaN
         raise ValueError(f"{where}must be a finite number of at most {largest:g}, got {given!r}")
     return number
+
+
+def short(value: Any) -> str:
+    """Return a value in words, cut where it is long."""
+    text = repr(value)
+    return text if len(text) <= 80 else f"{text[:77]}..."

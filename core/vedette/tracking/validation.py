@@ -16,7 +16,8 @@ from vedette.roles import Estimator, Sensor
 from vedette.space import Array, Mask, SpaceError
 from vedette.supporting import ImagingSensor
 from vedette.tracking.gate import Gate, SensorGate
-from vedette.types import Detections, Frame, Gaussian, Pose, Scan, short
+from vedette.types import Detections, Frame, Gaussian, Pose, Scan
+from vedette.units import short
 
 
 def check_sensors(sensors: Mapping[str, Sensor], estimator: Estimator[Any], gate: Gate) -> None:

@@ -29,7 +29,7 @@ class Existence(Limited):
     confirm: float = fields.probability("existence that confirms a track", default=0.95)
     delete: float = fields.probability("existence that ends a track", default=0.05)
     show: float = fields.probability(
-        "existence below which a confirmed track is not, until it has as much again; default: it stays confirmed", default=0.0
+        "existence below which a confirmed track is not confirmed for now; default: it stays so", default=0.0
     )
 
     def __attrs_post_init__(self) -> None:
