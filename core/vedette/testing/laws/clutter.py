@@ -1,8 +1,8 @@
 """Laws of what a sensor reports of no target, and of the range beyond which it reports none.
 
-Two parameters have a meaning that the laws rely on: `clutter_per_scan`, the expected number of false returns in a
-scan, which is the integral of the density over what the sensor covers; and `max_range`, beyond which no target is detected. Where noise
-may put a return beyond what is covered, the density need not be 0.
+Two parameters have a meaning that the laws rely on: `clutter_per_scan`, the expected number of false returns, is the
+integral of the density over what the sensor covers; beyond `max_range` no target is detected. Where noise may put a return
+beyond what is covered, the density need not be 0.
 """
 
 from __future__ import annotations

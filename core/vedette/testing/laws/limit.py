@@ -162,11 +162,13 @@ def predicts_as_its_motion_linearised(estimator: Estimator[Any], drawn: Scene) -
     given = sharp(estimator, drawn)
     state, dt = estimator.state, drawn.dt
     ends = []
+    unlike = 10.0 ** drawn.rng().uniform(-1.0, 1.0, len(state))  # axes of which much or little is known
+    P = 1e4 * given.prior.cov * (unlike[:, None] * unlike)
     for scale in (1.0, 1e-6):
-        prior = Gaussian(given.prior.mean, frozen_copy(1e4 * scale * given.prior.cov))
+        prior = Gaussian(given.prior.mean, frozen_copy(scale * P))
         start = estimator.start(prior, state, drawn.rng())
         ends.append(estimator.moments(predicted(estimator, start, dt, drawn.rng())))
-    x, P = given.prior.mean, 1e4 * given.prior.cov
+    x = given.prior.mean
     F = np.broadcast_to(motion.jacobian(x, dt), P.shape)
     Q = np.broadcast_to(motion.noise(x, dt), P.shape)
     wanted = F @ P @ np.swapaxes(F, -1, -2)
@@ -182,7 +184,7 @@ def predicts_as_its_motion_linearised(estimator: Estimator[Any], drawn: Scene) -
         short = np.diagonal(Q - ends[1].cov, axis1=-2, axis2=-1) / np.maximum(added**2, 1e-300)
         demand(np.max(short) < 0.01, f"predict: the noise Q is short by {np.max(short):.3g} of it")
         return
-    same("covariance that F P F' adds", ends[0].cov - ends[1].cov, wanted, 0.05, outer)
+    same("covariance that F P F' adds", ends[0].cov - ends[1].cov, wanted, 0.02, outer)
     least = outer * 1e-6 + added[..., :, None] * added[..., None, :]
     same("covariance of a sure state, Q", ends[1].cov, Q + 1e-6 * wanted, 1e-3, np.maximum(least, 1e-300))
     apart = state.difference(ends[1].mean, state.canonical(motion.move(x, dt)))
