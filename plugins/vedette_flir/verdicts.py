@@ -116,7 +116,7 @@ def claims(figures: Mapping[str, Cell], runs: int) -> tuple[Claim, ...]:
             "A proper correlation of the measurement noise is very important",
             (Condition("NEES with the full R over that with a white one", figures["full R"], most=0.8),),
             runs,
-            "noise of which .8 is correlated over 2 px: the covariance becomes honest, the error hardly smaller",
+            "noise of which .8 is correlated over 2 px: the covariance becomes honest, the error no smaller",
         ),
         judged(
             "Adapting the state noise is very important for a target that manoeuvres",

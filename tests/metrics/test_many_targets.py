@@ -82,7 +82,7 @@ def test_siap_without_tracks_or_objects():
 @pytest.mark.parametrize("seed", SEEDS)
 def test_clear_is_its_definition(seed):
     given = problem(seed)
-    cover = covering(given.apart, given.present, 4, 2.5)
+    cover = covering(given.apart, given.present, 2.5)
     found = clear_mot(given.apart, given.present, given.alive, cover)
     missed = false = changed = 0
     errors, last = [], {}
@@ -149,7 +149,7 @@ def test_other_tools_say_the_same(seed):
         found = hota_of(given, 5.0)
         assert (found.value, found.detection, found.association, found.localisation) == pytest.approx(TRACKEVAL[seed])
     if seed in MOTMETRICS:
-        mot = clear_mot(given.apart, given.present, given.alive, covering(given.apart, given.present, 6, 2.5))
+        mot = clear_mot(given.apart, given.present, given.alive, covering(given.apart, given.present, 2.5))
         assert (mot.mota, mot.motp, mot.missed, mot.false, mot.switches) == pytest.approx(MOTMETRICS[seed])
     if seed in STONE_SOUP:
         air = siap_of(given, 2.5)

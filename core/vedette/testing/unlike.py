@@ -54,7 +54,8 @@ class Unlike(Sensor):
         return slope
 
     def noise(self, x: Array) -> Array:
-        return self.C * (1.0 + 0.5 * np.tanh(self._u(x).sum(axis=-1)))[..., None, None]
+        R: Array = self.C * (1.0 + 0.5 * np.tanh(self._u(x).sum(axis=-1)))[..., None, None]
+        return R
 
     def detects(self, x: Array) -> Array:
         p: Array = 0.7 + 0.2 * np.tanh(2.0 * self._u(x)[..., 0])

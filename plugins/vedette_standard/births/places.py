@@ -50,12 +50,14 @@ class Edge:
     initial: float = fields.quantity("1", "expected number before the first scan", default=0.0, at_least=0)
     rate: float = fields.quantity("1/s", "expected number that come in per second", default=0.0, at_least=0)
 
+    def __attrs_post_init__(self) -> None:
+        if np.array_equal(self.start, self.end):
+            raise ValueError("end: must differ from start")
+
     def gaussians(self, state: Space) -> Gaussian:
         """Return means (p, n) and covariances (p, n, n); ValueError if an axis is not stated."""
         line = np.subtract(self.end, self.start)
         length = float(np.hypot(*line))
-        if length == 0:
-            raise ValueError("end: must differ from start")
         along = line / length
         across = np.array([-along[1], along[0]])
         step = length / self.parts

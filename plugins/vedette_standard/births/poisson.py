@@ -15,6 +15,10 @@ from vedette.tracking import join, take
 from vedette_standard.births.places import Appearance, Edge
 
 
+FADED = 0.01
+"""A Gaussian is dropped only if it is also below this share of what appears anew in a place."""
+
+
 @frozen(eq=False)
 class Intensity:
     """Unseen targets: their expected number (c,) in each of c Gaussians, which are the beliefs of the tracker's filter."""
@@ -80,9 +84,11 @@ class Poisson(Birth):
         """Return the intensity `dt` s later: what is left of it, moved, and what appeared."""
         if dt == 0:
             return memory
-        kept = memory.weights > self.negligible
-        old = estimator.predict(take(memory.belief, kept, 0), dt, rng)
         new = self._appearing(estimator, False, dt, rng)
+        # However short a step is, what appears in it is not negligible at once: many such make up what appears in a long one.
+        least = np.min(FADED * new.weights[new.weights > 0], initial=self.negligible)
+        kept = memory.weights > least
+        old = estimator.predict(take(memory.belief, kept, 0), dt, rng)
         weights = np.concatenate([memory.weights[kept] * math.exp(-dt / self.lifetime), new.weights])
         return Intensity(weights, join(old, new.belief, 0))
 

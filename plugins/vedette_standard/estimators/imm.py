@@ -168,7 +168,10 @@ class Imm(Estimator[Modes]):
         return np.array([[mean for mean, _ in stated], [deviation**2 for _, deviation in stated]]).reshape(2, -1)
 
     def refuses(self, sensor: Sensor) -> str | None:
-        """Say why any mode refuses `sensor`, or return None."""
+        """Say why any mode refuses `sensor`, or lacks an axis that it observes, or return None."""
+        for i, mode in enumerate(self.modes):
+            if lacking := [name for name in sensor.observes.names if name not in mode.state]:
+                return f"modes[{i}] of the {self.kind!r} lacks the axis {lacking[0]!r}, which it observes"
         return next((reason for mode in self.modes if (reason := mode.refuses(sensor))), None)
 
     def start(self, prior: Gaussian, axes: Space, rng: np.random.Generator) -> Modes:

@@ -44,10 +44,13 @@ class IteratedExtendedKalman(GaussianFilter):
         R = ready.noise
         x = np.broadcast_to(prior, (*belief.mean.shape[:-1], observed.z.shape[-2], len(self.state)))
         H, nu = used = self._line(x, prior, ready, where)
-        price = np.full(x.shape[:-1], np.inf)
+        price, volume = np.full(x.shape[:-1], np.inf), None
         for _ in range(self.passes):
             cross = belief.cov[..., None, :, :] @ np.swapaxes(H, -1, -2)
-            pull = np.linalg.solve(H @ cross + R, nu[..., None])
+            S = H @ cross + R
+            if volume is None:  # that of the gate, around the prediction: no far return has a part in it
+                volume = np.max(0.5 * np.linalg.slogdet(S)[1], axis=-1, initial=-np.inf)
+            pull = np.linalg.solve(S, nu[..., None])
             step = (cross @ pull)[..., 0]
             ahead = self._line(self.state.displace(prior, step), prior, ready, where)
             # |x - x-|^2_P is pull' H P H' pull, and the residual at x what the new linearisation leaves there.
@@ -61,7 +64,7 @@ class IteratedExtendedKalman(GaussianFilter):
             used = _where(better, (H, nu), used)
             H, nu = _where(better, ahead, (H, nu))
         H, nu = used
-        return evaluate_each(belief, evolve(ready, residuals=nu), H, x0, p_gate)
+        return evolve(evaluate_each(belief, evolve(ready, residuals=nu), H, x0, p_gate), log_volume=volume)
 
     def _line(self, x: Array, prior: Array, ready: Prepared, where: list[int]) -> tuple[Array, Array]:
         """Return the derivative (*b, t, k, m, n) at `x` (*b, t, k, n), and the linearised residual of each detection at the

@@ -49,7 +49,7 @@ def test_targets_that_come_in_across_a_line_are_spread_evenly_along_it():
 @pytest.mark.parametrize(
     ("made", "said"),
     [
-        (lambda: Edge([0.0, 0.0], [0.0, 0.0], 1.0, [1.0, 1.0]).gaussians(FILTER.state), "end: must differ from start"),
+        (lambda: Edge([0.0, 0.0], [0.0, 0.0], 1.0, [1.0, 1.0]), "end: must differ from start"),
         (lambda: Edge([0.0, 0.0, 1.0], [0.0, 1.0], 1.0, [1.0, 1.0]), "start: must be two numbers, got 3"),
         (lambda: Poisson(), "appear: must hold at least one place"),
         (lambda: Uniform(BOX, SPREAD), "rate: must be > 0 unless `initial` is"),

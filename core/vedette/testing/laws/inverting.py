@@ -54,6 +54,10 @@ def _nearly_linear(sensor: Sensor, x: Array, found: Gaussian, root: Array) -> An
     with np.errstate(all="ignore"):
         H = np.broadcast_to(sensor.jacobian(found.mean), (len(x), len(sensor.measurement), x.shape[-1]))
         good = np.all(np.isfinite(H), axis=(-1, -2))
+        # Conversions allow for the noise of angles that the sensor states: where that is large, so is what they add.
+        usual = np.sqrt(np.diagonal(root @ np.swapaxes(root, -1, -2), axis1=-2, axis2=-1) / SHARP)
+        angles = [axis.unit == "rad" for axis in sensor.measurement.axes]
+        good &= np.all(usual[..., angles] < 0.2, axis=-1)
         back = np.swapaxes(
             np.linalg.pinv(np.where(good[:, None, None], H, 0.0)) @ root, -1, -2
         )  # (3, m, n): a deviation each
