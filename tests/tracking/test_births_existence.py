@@ -21,7 +21,7 @@ def built(lifecycle="existence", **birth):
 @pytest.mark.parametrize("axis", ["vx", "x"])
 def test_a_negative_spread_is_refused(axis):
     spread = {"vx": 10.0, "vy": 10.0, axis: -3.0}
-    with pytest.raises(ConfigError, match=rf"birth\.spread: {axis}: must be >= 0, got -3"):
+    with pytest.raises(ConfigError, match=rf"birth\.spread\.{axis}: must be >= 0, got -3"):
         built(spread=spread)
 
 

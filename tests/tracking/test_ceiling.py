@@ -13,6 +13,7 @@ from vedette.tracking import ceiling
 
 KALMAN = {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 1.0}}
 ESTIMATORS = {
+    0: {**KALMAN, "kind": "ukf"},
     1: KALMAN,
     3: {"kind": "imm", "modes": [KALMAN] * 3, "transition": (np.full((3, 3), 0.05) + 0.85 * np.eye(3)).tolist()},
 }
@@ -35,18 +36,25 @@ def scan(time, count):
 
 
 def test_a_hundred_thousand_returns_are_refused_and_nothing_is_lost():
-    built = tracker(1)
-    state = built.step(built.start(), scan(0, 3))
+    """By a filter that says nothing of where its gates lie: all its pairs are worked on."""
+    built = tracker(0)
+    state = built.step(built.start(), scan(0, 300))
     with pytest.raises(ScanRefused) as refused:
         built.step(state, scan(1, 100_000))
     told = str(refused.value)
-    assert "100,000 returns" in told
+    assert "300 tracks and 100,000 returns" in told
     assert "20,000,000 are taken" in told
     assert "birth" in told
-    assert built.step(state, scan(1, 3)).ids.tolist() == [0, 1, 2]
+    assert built.step(state, scan(1, 300)).ids.tolist() == list(range(300))
 
 
-@pytest.mark.parametrize("parts", ESTIMATORS)
+def test_a_hundred_thousand_returns_are_taken_by_pairs_within_gates():
+    built = tracker(1)
+    state = built.step(built.start(), scan(0, 3))
+    assert len(built.step(state, scan(1, 100_000)).ids) == 100_000
+
+
+@pytest.mark.parametrize("parts", [1, 3])
 def test_the_ceiling_counts_tracks_modes_and_returns(parts, monkeypatch):
     built = tracker(parts)
     state = built.step(built.start(), scan(0, 80))
@@ -66,8 +74,8 @@ def test_tracks_that_would_begin_count_too(monkeypatch):
 
 
 def test_a_run_goes_on_without_a_scan_that_is_too_much(monkeypatch):
-    monkeypatch.setattr(ceiling, "MOST_PAIRS", 10_000)
-    experiment = evolve(Experiment(tracker(1)), source=_Given())
+    monkeypatch.setattr(ceiling, "MOST_PAIRS", 2_000)
+    experiment = evolve(Experiment(tracker(0)), source=_Given())
     result = experiment.run()
     assert [scan.time for scan in result.scans] == [0.0, 1.0, 3.0, 4.0]
     (why,) = map(str, result.refused)

@@ -13,7 +13,7 @@ Traceback (most recent call last):
     ...
 vedette.errors.ConfigError: estimator.motion.sigma_accel: must be > 0, got -3 m/s^2
 sensors.radar.sigma: must be in m or km or NM or ft, got '5 kg'
-gate.probabilty: unknown; did you mean 'probability'? Gate takes probability, clutter
+gate.probabilty: unknown; did you mean 'probability'? Gate takes probability, clutter, largest_distance
 """
 
 from __future__ import annotations

@@ -14,7 +14,6 @@ from vedette.sampling import NO_DRAWS
 from vedette.tracking import join, take
 from vedette_standard.births.places import Appearance, Edge
 
-
 FADED = 0.01
 """A Gaussian is dropped only if it is also below this share of what appears anew in a place."""
 
@@ -85,7 +84,7 @@ class Poisson(Birth):
         if dt == 0:
             return memory
         new = self._appearing(estimator, False, dt, rng)
-        # However short a step is, what appears in it is not negligible at once: many such make up what appears in a long one.
+        # However short a step, what appears in it is not negligible at once: many such make up those of a long one.
         least = np.min(FADED * new.weights[new.weights > 0], initial=self.negligible)
         kept = memory.weights > least
         old = estimator.predict(take(memory.belief, kept, 0), dt, rng)

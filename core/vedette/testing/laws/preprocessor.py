@@ -139,7 +139,11 @@ def sharper_returns_make_sharper_ones(preprocessor: Preprocessor, drawn: Raw) ->
         return
     full = np.zeros((3, len(where)))
     full[:, where] = x
-    H, R = sensor.jacobian(full)[..., where], 1e-4 * np.broadcast_to(sensor.noise(full), sharp.noise.shape)
+    stated = np.broadcast_to(sensor.noise(full), sharp.noise.shape)
+    angles = [axis.unit == "rad" for axis in sensor.measurement.axes]
+    if np.any(np.diagonal(stated, axis1=-2, axis2=-1)[..., angles] > 0.2**2):
+        return  # conversions allow for the noise of angles that the sensor states, and where that is large, for much
+    H, R = sensor.jacobian(full)[..., where], 1e-4 * stated
     carried = H @ sharp.noise @ np.swapaxes(H, -1, -2)
     root = np.linalg.cholesky(R)
     white = np.linalg.eigvalsh(np.linalg.solve(root, np.swapaxes(np.linalg.solve(root, carried), -1, -2)))
