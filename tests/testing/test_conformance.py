@@ -93,7 +93,12 @@ GIVEN = {
         "drift": st.sampled_from([(0.0, 0.0), (3.0, -1.0)]),
     },
     ("source", "radar_pictures_scene"): PICTURES,
-    ("source", "radar_points_scene"): {"scene": components(RadarPicturesScene, PICTURES)},
+    ("source", "radar_points_scene"): {
+        "scene": components(RadarPicturesScene, PICTURES),
+        "detection_probability": st.floats(0.95, 1.0),  # it states what a radar sees, whatever the kit's sensor would
+        "sigma": st.floats(0.5, 1.5),
+        "extent": st.floats(0.0, 0.02),
+    },
     ("birth", "poisson"): {
         "appear": st.lists(
             st.builds(

@@ -82,7 +82,9 @@ def pictures_show_where(sensor: Sensor, drawn: Looks) -> None:
         x = _states(camera, column, row)
         return float(camera.information(x, of, x)[2][0])
 
-    there = ratio(frame, COLUMN, ROW)
+    there, x = ratio(frame, COLUMN, ROW), _states(camera, COLUMN, ROW)
+    if not np.any(camera.information(x, frame, x)[0]):
+        raise Closed("no pixel says anything of the spot that the kit draws")
     demand(there > 0, f"llr: must be > 0 on a bright target, got {there:.4g}")
     demand(there > ratio(frame, ROW, COLUMN), "llr: is larger at the target's row and column exchanged: x counts columns")
     corner = np.array([100.0, 50.0])
