@@ -60,6 +60,8 @@ class Population:
         ages = np.full(len(appears), np.inf) if self.lifetime is None else rng.exponential(self.lifetime, len(appears))
         ends = np.minimum(appears + ages, duration)
         space, common = union_state(self.models), common_state(self.models)
+        if not len(appears):
+            return []
         x0, grid = self._starts(len(appears), rng), np.unique([*scan_times, duration])
         first, end = np.searchsorted(grid, appears, "right"), np.searchsorted(grid, ends, "right")
         states: list[Array] = [x[None] for x in x0]

@@ -41,6 +41,10 @@ def test_births_and_deaths_are_poisson_at_their_rates():
         assert dispersion_p(there, 0.2 * 40 * (1 - np.exp(-time / 40))) > ALPHA
 
 
+def test_a_population_into_which_nobody_is_born_has_no_members():
+    assert any(not drawn(sim.Population((CV,), START, rate=0.01), seed) for seed in range(20))
+
+
 def test_those_of_the_beginning_die_out_at_their_rate():
     paths = drawn(sim.Population((CV,), SPEEDS, BOX, count=2000, lifetime=40.0), 3)
     assert len(paths) == 2000
