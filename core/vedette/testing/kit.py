@@ -36,6 +36,7 @@ from vedette.testing.laws import (
     sensor,
     source,
 )
+from vedette.testing.repeatable import constants_of_no_module
 from vedette.testing.strategies import components
 
 Drawer = Callable[[Any, Profile], st.SearchStrategy[Any]]
@@ -118,7 +119,8 @@ def examine(cls: type[Component], law: Law, drawn: st.SearchStrategy[Any], profi
     run = hypothesis.seed(profile.seed * 2**32 + zlib.crc32(name))(settings(hypothesis.given(pairs)(attempt)))
     alpha = profile.alpha * law.examples(profile) if law.effort == "statistical" else 0.0
     try:
-        run()
+        with constants_of_no_module():
+            run()
     except Unsatisfiable:
         raise Misuse(
             f"{cls.__name__}: none could be built from what was drawn; pass strategies for its parameters"

@@ -124,7 +124,7 @@ def the_unseen_come_and_go_with_time(birth: Birth, drawn: Returns) -> None:
         demand(
             np.all(np.isfinite(rate) & (rate >= 0)), f"reveal: after {dt:g} s densities must be >= 0, got {rate.min():.3g}"
         )
-    total, parts = 4.0, 32
+    total, parts = 0.25, 32  # short enough that those who appear hardly move meanwhile
     memory = begin
     for _ in range(parts):
         memory = birth.predict(memory, drawn.estimator, total / parts, drawn.rng())

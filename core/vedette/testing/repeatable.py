@@ -1,0 +1,26 @@
+"""Draws of Hypothesis that depend on the seed alone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from unittest.mock import patch
+
+from hypothesis.internal.conjecture import providers
+from hypothesis.internal.constants_ast import Constants
+
+
+@contextmanager
+def constants_of_no_module() -> Iterator[None]:
+    """Keep Hypothesis from drawing constants that it finds in the loaded modules.
+
+    It takes 5 % of its numbers from the sources of whatever local modules are loaded, so the same seed draws other
+    examples in a test run alone, in a whole session and on another machine. There is no setting for it; a version of
+    Hypothesis without these names is left as it is, and the test of repeatability tells.
+    """
+    with ExitStack() as patches:
+        if hasattr(providers, "_get_local_constants") and hasattr(providers, "CONSTANTS_CACHE"):
+            nothing = Constants()
+            patches.enter_context(patch.object(providers, "_get_local_constants", lambda: nothing))
+            patches.enter_context(patch.object(providers, "CONSTANTS_CACHE", type(providers.CONSTANTS_CACHE)(1024)))
+        yield
