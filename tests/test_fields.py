@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from vedette import fields
 from vedette.units import in_unit, say, spellings
 
-exactly = settings(derandomize=True, deadline=None, max_examples=100)
+exactly = settings(max_examples=100)
 
 
 @frozen

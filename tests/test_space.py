@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from vedette import Axis, Space, SpaceError
 
-exactly = settings(derandomize=True, deadline=None, max_examples=150)
+exactly = settings(max_examples=150)
 POLAR = Space.of(range="m", bearing="rad mod 2pi")
 CLOCK = Space((Axis("minute", "min", 60.0), Axis("length", "m")))
 SPACES = [POLAR, CLOCK, Space.of(x="m", y="m"), Space()]

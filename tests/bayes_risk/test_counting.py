@@ -11,7 +11,7 @@ from vedette_bayes_risk.counting import Confirmation, number_of
 from vedette_standard.sensors.cartesian_position import CartesianPosition
 
 SEVEN = {f"s{i}": CartesianPosition(SIGMA, 1.0, DENSE) for i in range(1, 8)}
-PROFILE = settings(max_examples=60, deadline=None, derandomize=True)
+PROFILE = settings(max_examples=60)
 
 
 # Probabilities.

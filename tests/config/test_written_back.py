@@ -124,7 +124,7 @@ def test_every_installed_component_is_written_back(entry: Installed) -> None:
     except Misuse as why:
         pytest.skip(str(why))
 
-    @settings(max_examples=20, deadline=None, suppress_health_check=list(HealthCheck))
+    @settings(max_examples=20, suppress_health_check=list(HealthCheck))
     @given(drawn)
     def written_back(first: Any) -> None:
         assert component(entry.role, json.loads(json.dumps(to_config(first))), INSTALLED) == first

@@ -55,7 +55,7 @@ def test_sensors_of_one_file_are_told_apart_and_merged_in_time(tmp_path):
     assert dict(recording.notes) == {"rows of 'other', which the tracker lacks": "1"}
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(rows=st.lists(st.tuples(st.integers(0, 8), NUMBERS, NUMBERS), min_size=1, max_size=12))
 def test_numbers_come_back_to_the_last_bit(tmp_path_factory, rows):
     rows.sort(key=lambda row: row[0])

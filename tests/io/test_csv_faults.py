@@ -29,7 +29,7 @@ def test_a_time_far_ahead_costs_one_row_not_the_rest(tmp_path):
     ]
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(st.lists(st.integers(0, 6), max_size=9))
 def test_as_few_times_as_possible_are_refused_and_the_later_ones(times):
     samples = [Sample(str(i), float(t), None) for i, t in enumerate(times)]

@@ -69,7 +69,7 @@ def bits(value):
     return value
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(recording=recordings())
 def test_what_is_written_reads_back_to_the_last_bit(tmp_path_factory, recording):
     folder = tmp_path_factory.mktemp("jsonl")

@@ -67,7 +67,7 @@ def example(modes=2):
     )
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=80)
 @given(given_tracks=many_tracks())
 def test_tracks_come_back_to_the_last_bit(tmp_path_factory, given_tracks):
     path = tmp_path_factory.mktemp("tracks") / "tracks.jsonl"
@@ -84,7 +84,7 @@ def test_tracks_come_back_to_the_last_bit(tmp_path_factory, given_tracks):
         assert again.read_bytes() == path.read_bytes()
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=80)
 @given(given_tracks=many_tracks())
 def test_csv_holds_the_estimates_to_the_last_bit(tmp_path_factory, given_tracks):
     path = tmp_path_factory.mktemp("tracks") / "tracks.csv"

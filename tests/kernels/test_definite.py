@@ -104,7 +104,7 @@ def covariances_of(kernel, p):
     yield "imm_combine", kernel("imm_combine")(log_half, log_half, xs, modes)[2]
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(
     st.integers(0, 2**32 - 1),
     st.integers(1, 7),

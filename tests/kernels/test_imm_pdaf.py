@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from vedette import kernels
 
-exactly = settings(derandomize=True, deadline=None, max_examples=60)
+exactly = settings(max_examples=60)
 P_DETECT, P_GATE, LOG_DENSITY = 0.8, 0.95, -3.0
 
 

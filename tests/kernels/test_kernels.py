@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from vedette import kernels
 
-exactly = settings(derandomize=True, deadline=None, max_examples=60)
+exactly = settings(max_examples=60)
 
 
 def covariance(rng, *shape, n):

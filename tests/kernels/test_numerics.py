@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from vedette import Space, kernels
 
-exactly = settings(derandomize=True, deadline=None, max_examples=60)
+exactly = settings(max_examples=60)
 
 
 def test_log_sum_and_safe_log_at_their_edges():

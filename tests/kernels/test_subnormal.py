@@ -42,7 +42,7 @@ def assert_normal(numbers, what):
 
 # Around the least exponent, and where a weight passes it only when it is divided by the sum.
 logs = st.floats(-760.0, -690.0) | st.floats(-708.5, -708.3) | st.floats(-3.0, 0.0) | st.just(-np.inf)
-many = settings(deadline=None, max_examples=60)
+many = settings(max_examples=60)
 
 
 @pytest.mark.parametrize("batch", [1, 11])

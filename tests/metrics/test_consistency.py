@@ -18,7 +18,7 @@ Z = 5.33
 
 # NEES
 @given(seeds, st.integers(1, 5))
-@settings(derandomize=True, max_examples=50, deadline=None)
+@settings(max_examples=50)
 def test_nees_is_the_quadratic_form_and_a_batch_is_a_loop(rng, n):
     cov = covariances(rng, 3, 2, n)
     error = rng.normal(size=(3, 2, n)) * np.sqrt(np.diagonal(cov, axis1=-2, axis2=-1))
@@ -29,7 +29,7 @@ def test_nees_is_the_quadratic_form_and_a_batch_is_a_loop(rng, n):
 
 
 @given(seeds)
-@settings(derandomize=True, max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_nees_does_not_depend_on_the_axes(rng):
     cov, turn = covariances(rng, 4, orders=0), rng.normal(size=(4, 4)) + 3 * np.eye(4)
     error = draw(rng, cov, 5)

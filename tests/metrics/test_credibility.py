@@ -73,7 +73,7 @@ def test_calibration_names_the_axis():
 
 
 @given(seeds)
-@settings(derandomize=True, max_examples=20, deadline=None)
+@settings(max_examples=20)
 def test_credibility_reads_in_decibels(rng):
     """With P the mean square error itself the indices vanish; a factor moves them by its decibels, whatever the axes."""
     error = draw(rng, covariances(rng, 3), 20)

@@ -165,7 +165,7 @@ def test_mode_probabilities_over_covered_scans():
 
 
 @given(st.permutations(range(3)), st.permutations(range(2)), st.integers(0, 2**32 - 1).map(np.random.default_rng))
-@settings(derandomize=True, max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_the_order_of_tracks_and_truths_and_the_origin_change_nothing(order, names, rng):
     truth = [path(f"t{i}", TEN, np.cumsum(rng.normal(size=(10, 2)), axis=0) + np.array([4.0 * i, 0.0])) for i in range(2)]
     tracks = []

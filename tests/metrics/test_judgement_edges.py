@@ -12,7 +12,7 @@ from vedette import InputError, Space, Trajectory
 from vedette.metrics import Judge, judge
 from vedette.metrics.histories import truth_at
 
-law = settings(derandomize=True, max_examples=150, deadline=None)
+law = settings(max_examples=150)
 
 
 # Where a figure does not exist

@@ -10,7 +10,7 @@ from support.histories import history, looks, path
 from support.pairings import pairings
 from vedette.metrics import Judge, covering, distances, is_lost, judge, switches
 
-law = settings(derandomize=True, max_examples=150, deadline=None)
+law = settings(max_examples=150)
 
 
 # A coarse grid makes ties, zeros and distances equal to the cutoff common.

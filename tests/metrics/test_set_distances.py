@@ -11,7 +11,7 @@ from hypothesis.extra.numpy import arrays
 from support.pairings import pairings
 from vedette.metrics import distances, gospa, ospa
 
-law = settings(derandomize=True, max_examples=150, deadline=None)
+law = settings(max_examples=150)
 
 
 # A coarse grid makes ties, zeros and distances equal to the cutoff common.

@@ -50,7 +50,7 @@ legs = st.one_of(
 )
 
 
-@settings(derandomize=True, deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(course=st.floats(-4, 4), speed=st.floats(8, 20), before=st.lists(legs, max_size=4), after=st.lists(legs, max_size=1))
 def test_a_ship_goes_where_integration_takes_it(course, speed, before, after):
     stop = sim.Leg("stop", decel=0.4)

@@ -15,7 +15,7 @@ from vedette_standard.motion.coordinated_turn import CoordinatedTurn
 from vedette_standard.motion.known_turn import KnownTurn
 from vedette_standard.motion.singer import Singer
 
-PROFILE = settings(max_examples=40, deadline=None, derandomize=True)
+PROFILE = settings(max_examples=40)
 
 
 def powers_of_ten(low: float, high: float) -> st.SearchStrategy[float]:

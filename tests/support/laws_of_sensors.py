@@ -10,7 +10,7 @@ from vedette_standard.sensors.cartesian_position import CartesianPosition
 from vedette_standard.sensors.polar_position import PolarPosition
 from vedette_standard.sensors.range_bearing import RangeBearing
 
-PROFILE = settings(max_examples=40, deadline=None, derandomize=True)
+PROFILE = settings(max_examples=40)
 
 
 def powers_of_ten(low: float, high: float) -> st.SearchStrategy[float]:

@@ -11,7 +11,7 @@ from vedette_target_oriented.certain import TargetOrientedCertain
 from vedette_target_oriented.consistent import TargetOriented
 from vedette_target_oriented.literal import TargetOrientedLiteral
 
-PROFILE = settings(max_examples=60, deadline=None, derandomize=True)
+PROFILE = settings(max_examples=60)
 HEADINGS = st.floats(-np.pi, np.pi)
 RESETTING = (TargetOrientedLiteral, TargetOrientedCertain)
 

@@ -55,7 +55,7 @@ def test_the_weights_that_are_kept_still_doubt_the_target():
     assert state.hit[0] < 0.5 < sure.hit[0]
 
 
-@settings(deadline=None, max_examples=200)
+@settings(max_examples=200)
 @given(st.integers(1, 4), st.integers(0, 4), st.integers(0, 2**32 - 1), st.sampled_from([Pda(), Jpda()]))
 def test_of_several_tracks_each_ones_weights_do_not_depend_on_its_own_existence(t, k, seed, associator):
     rng = np.random.default_rng(seed)

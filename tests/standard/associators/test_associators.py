@@ -18,7 +18,7 @@ PROPAGATED = Jpda(exact=0)
 """Belief propagation however small the cluster."""
 ALL = [Nearest(), GlobalNearest(), Pda(), Jpda(), PROPAGATED]
 named = pytest.mark.parametrize("associator", ALL, ids=["nearest", "gnn", "pda", "jpda", "jpda propagated"])
-exactly = settings(derandomize=True, deadline=None, max_examples=80)
+exactly = settings(max_examples=80)
 
 
 def random_scores(rng, *shape, closed=0.3, spread=3.0, sure=0.0):

@@ -79,7 +79,7 @@ def coasting_by_hand(scans, hits, tentative, confirmed):
         yield sure, due <= (confirmed if sure else tentative)
 
 
-@settings(max_examples=200, deadline=None, derandomize=True)
+@settings(max_examples=200)
 @given(
     st.lists(st.tuples(st.booleans(), st.sampled_from([0.0, 0.25, 0.5, 1.0])), max_size=25),
     st.integers(1, 4),

@@ -32,7 +32,7 @@ def m_of_n_by_hand(seen, hits, looks, misses):
             return
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(
     st.lists(st.booleans(), max_size=30),
     st.integers(1, 5).flatmap(lambda m: st.tuples(st.just(m), st.integers(m, 8))),
