@@ -1,4 +1,4 @@
-"""Sessions for developers: `nox` for the quick checks, `nox -s wheel lowest nightly` before a release."""
+"""Sessions for developers: `nox` for the quick checks, `nox -s wheel lowest instruction_sets nightly` before a release."""
 
 import os
 import tomllib
@@ -12,10 +12,13 @@ PYTHONS = ["3.11", "3.12", "3.13"]
 HERE = Path(__file__).parent
 
 
-def built(session: nox.Session, folder: Path) -> str:
+EVERY_PROCESSOR = "-Ccmake.define.VEDETTE_INSTRUCTION_SETS=all"
+
+
+def built(session: nox.Session, folder: Path, *options: str) -> str:
     """Build the distribution in `folder` afresh and return its wheel."""
     out = Path(session.create_tmp()) / folder.name
-    session.run("python", "-m", "build", "--wheel", "--outdir", str(out), str(folder))
+    session.run("python", "-m", "build", "--wheel", *options, "--outdir", str(out), str(folder))
     return str(max(out.glob("*.whl"), key=lambda wheel: wheel.stat().st_mtime))
 
 
@@ -58,11 +61,18 @@ def lowest(session: nox.Session) -> None:
 
 @nox.session(python=PYTHONS)
 def wheel(session: nox.Session) -> None:
-    """Build the wheel, install it with nothing else, and run the main job away from the checkout."""
+    """Build the wheel for every processor, install it with nothing else, and run the main job away from the checkout."""
     session.install("build")
-    session.install("--force-reinstall", built(session, HERE) + "[report]")
+    session.install("--force-reinstall", built(session, HERE, EVERY_PROCESSOR) + "[report]")
     session.chdir(session.create_tmp())
     session.run("vedette", "run", str(HERE / "examples" / "harbour.toml"), "--out", "harbour")
+
+
+@nox.session
+def instruction_sets(session: nox.Session) -> None:
+    """Test the kernels compiled for each instruction set that this processor has; other builds have the best alone."""
+    session.install(EVERY_PROCESSOR, "-e", ".[dev]")
+    session.run("python", "-m", "pytest", "-n", "auto", "tests/kernels", *session.posargs)
 
 
 @nox.session

@@ -12,10 +12,12 @@ namespace vedette {
 namespace baseline {
 extern const Table table;
 }
-#ifdef VEDETTE_X86
+#ifdef VEDETTE_AVX2
 namespace avx2 {
 extern const Table table;
 }
+#endif
+#ifdef VEDETTE_AVX512
 namespace avx512 {
 extern const Table table;
 }
@@ -65,36 +67,48 @@ PyObject* bind(PyObject*, Args args, Py_ssize_t count) {
     return PyErr_Occurred() ? nullptr : PyErr_Format(PyExc_KeyError, "bind takes the name of a kernel and a function");
 }
 
-bool is_supported(const char* name) {
-#ifdef VEDETTE_X86
-    if (std::strcmp(name, "avx512") == 0)
-        return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
-               __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512bw");
-    if (std::strcmp(name, "avx2") == 0) return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
+struct InstructionSet {
+    const char* name;
+    const Table* kernels;
+    bool (*runs)();
+};
+
+// What was built, best last.
+const InstructionSet kBuilt[] = {
+    {"baseline", &baseline::table, [] { return true; }},
+#ifdef VEDETTE_AVX2
+    {"avx2", &avx2::table, [] { return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"); }},
 #endif
-    return std::strcmp(name, "baseline") == 0;
-}
+#ifdef VEDETTE_AVX512
+    {"avx512", &avx512::table,
+     [] {
+         return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
+                __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512bw");
+     }},
+#endif
+};
+
+void take(const InstructionSet& set) { table = set.kernels, chosen = set.name; }
 
 // Takes the named instruction set; ValueError if this processor or this build has it not. For tests.
 PyObject* use(PyObject*, PyObject* given) {
     const char* name = PyUnicode_AsUTF8(given);
     if (name == nullptr) return nullptr;
-    if (!is_supported(name)) return PyErr_Format(PyExc_ValueError, "this processor or build has no kernels for %R", given);
-    if (std::strcmp(name, "baseline") == 0) table = &baseline::table, chosen = "baseline";
-#ifdef VEDETTE_X86
-    if (std::strcmp(name, "avx2") == 0) table = &avx2::table, chosen = "avx2";
-    if (std::strcmp(name, "avx512") == 0) table = &avx512::table, chosen = "avx512";
-#endif
-    Py_RETURN_NONE;
+    for (const InstructionSet& set : kBuilt)
+        if (std::strcmp(name, set.name) == 0 && set.runs()) {
+            take(set);
+            Py_RETURN_NONE;
+        }
+    return PyErr_Format(PyExc_ValueError, "this processor or build has no kernels for %R", given);
 }
 
 PyObject* instruction_set(PyObject*, PyObject*) { return PyUnicode_FromString(chosen); }
 
 PyObject* instruction_sets(PyObject*, PyObject*) {
     PyObject* all = PyList_New(0);
-    for (const char* name : {"baseline", "avx2", "avx512"}) {
-        if (all == nullptr || !is_supported(name)) continue;
-        PyObject* text = PyUnicode_FromString(name);
+    for (const InstructionSet& set : kBuilt) {
+        if (all == nullptr || !set.runs()) continue;
+        PyObject* text = PyUnicode_FromString(set.name);
         if (text == nullptr || PyList_Append(all, text) < 0) Py_CLEAR(all);
         Py_XDECREF(text);
     }
@@ -119,16 +133,7 @@ PyModuleDef module = {PyModuleDef_HEAD_INIT, "_compiled", nullptr, -1, methods, 
 
 PyMODINIT_FUNC PyInit__compiled() {
     import_array();
-    vedette::table = &vedette::baseline::table;
-#ifdef VEDETTE_X86
-    for (const char* name : {"avx2", "avx512"})
-        if (vedette::is_supported(name)) {
-            PyObject* text = PyUnicode_FromString(name);
-            PyObject* done = text == nullptr ? nullptr : vedette::use(nullptr, text);
-            Py_XDECREF(text);
-            if (done == nullptr) return nullptr;
-            Py_DECREF(done);
-        }
-#endif
+    for (const vedette::InstructionSet& set : vedette::kBuilt)
+        if (set.runs()) vedette::take(set);
     return PyModule_Create(&vedette::module);
 }
