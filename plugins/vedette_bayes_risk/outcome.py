@@ -18,6 +18,7 @@ from vedette.reproduction import (
     Table,
     comparison,
     mean_cell,
+    mode_panel,
     over_runs,
     rms_cell,
     share_cell,
@@ -121,18 +122,17 @@ def charts(
     """Return table 2 with the published marks, figures 3 and 4, the variants in dense clutter, mode probabilities."""
     times = np.arange(2.0, 2.0 + records["proposed"].squares.shape[1])
     path, track = truth[:, :2] / 1e3, records["proposed"].path / 1e3
-    flight = Curve("truth", path[:, 0], path[:, 1]), Curve("proposed", track[:, 0], track[:, 1], "dashed")
+    flight = (
+        Curve("truth", path[:, 0], path[:, 1]),
+        Curve("proposed", track[:, 0], track[:, 1], "dashed"),
+        Curve("", path[:1, 0], path[:1, 1], "points", 0, notes=("start",)),
+    )
     errors = []
     for name, record in records.items():
         root, doubt = over_runs(record.squares)
         errors.append(Curve(name, times, root, "dashed" if name == "proposed, printed" else "line", doubt=doubt))
     modes = tuple(
-        Panel(
-            name,
-            "time [s]",
-            "probability",
-            tuple(Curve(f"mode {j + 1}", times, row) for j, row in enumerate(record.modes.T)),
-        )
+        mode_panel(name, "time [s]", times, record.modes, ("constant velocity", "constant acceleration"))
         for name, record in records.items()
         if record.modes is not None
     )
@@ -143,7 +143,7 @@ def charts(
         Chart(
             "table",
             "Table 2, the paper's marks beside ours; bars: two standard errors",
-            (comparison(tables[0], tuple(WINDOWS), "RMS position error [m]", title=""),),
+            (comparison(tables[0], tuple(WINDOWS), "RMS position error [m]"),),
             claims[:2],
         ),
         Chart(
@@ -158,7 +158,7 @@ def charts(
             (evolve(dense, ticks=tuple(label for label, _ in tables[3].rows)),),
             claims[2:5],
         ),
-        Chart("modes", "Mode probabilities of the IMMs, mean over runs", modes),
+        Chart("modes", "Mode probabilities of the IMMs, mean over runs", modes, shared=True),
     )
 
 

@@ -26,7 +26,13 @@ def charts(found: Found, varied: Varied, claims: tuple[Claim, ...]) -> tuple[Cha
         Chart(
             "errors", "The paper's filter on its truth, three passes. The paper prints curves without scales", panels, claims
         ),
-        Chart("bounds", "Error of dynamics plus jitter, and the Riccati bound; bars: two standard errors", _bounds(found)),
+        Chart(
+            "bounds",
+            "Error of dynamics plus jitter, and the Riccati bound; bars: two standard errors",
+            _bounds(found),
+            claims[:2],
+            shared=True,
+        ),
     )
 
 

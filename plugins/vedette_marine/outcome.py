@@ -17,6 +17,7 @@ from vedette.reproduction import (
     Table,
     comparison,
     mean_cell,
+    mode_panel,
     over_runs,
     ratio_cell,
     rms_cell,
@@ -131,6 +132,7 @@ def charts(
         centre = centres[target]
         curves = [Curve("true centre", centre[:, 0], centre[:, 1])]
         curves.append(Curve("IMM-PDAF", records["IMM-PDAF"].path[:, 0], records["IMM-PDAF"].path[:, 1], "dashed"))
+        curves.append(Curve("", centre[:1, 0], centre[:1, 1], "points", 0, notes=("start",)))
         paths.append(Panel(target, "east [m]", "north [m]", tuple(curves), equal=True))
         error = []
         for name in FILTERS:
@@ -140,12 +142,12 @@ def charts(
         against.append(Panel(target, "time [s]", "RMS error against AIS [m]", tuple(error)))
         mode = records["IMM-PDAF"].modes
         if mode is not None:
-            modes.append(Panel(target, "time [s]", "probability", (Curve("coordinated turn", times[target], mode[:, 1]),)))
+            modes.append(mode_panel(target, "time [s]", times[target], mode, ("constant velocity", "coordinated turn")))
     columns = [column for column in errors.columns if column.endswith("AIS")]
     table = comparison(errors, columns, "RMS error [m]", title="Against AIS, each filter tuned", log=True)
     return (
         Chart("trajectory", "The targets, and a track of each (figure 7 c, d)", tuple(paths), claims[4:5]),
         Chart("table", "Table 4, the paper's marks beside ours; bars: two standard errors", (table,), claims[:6]),
         Chart("errors", "Errors against AIS; bands: two standard errors (figure 7 a, b)", tuple(against), claims[:4]),
-        Chart("modes", "Mode probability of IMM-PDAF, mean over runs", tuple(modes)),
+        Chart("modes", "Mode probabilities of IMM-PDAF, mean over runs", tuple(modes), shared=True),
     )

@@ -125,3 +125,6 @@ FILTERS: dict[str, dict[str, Any]] = {
     ),
 }
 """The paper gives turn rates, side speeds and the radar; the rest is chosen (docs/papers.md)."""
+
+MODES = {"Singer": ("straight", "Singer 20 m/s^2", "Singer 60 m/s^2")}
+"""What the modes are, where they are not straight flight and turns to the right and to the left."""

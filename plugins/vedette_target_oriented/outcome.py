@@ -17,12 +17,13 @@ from vedette.reproduction import (
     Table,
     comparison,
     mean_cell,
+    mode_panel,
     over_runs,
     ratio_cell,
     rms_cell,
     share_cell,
 )
-from vedette_target_oriented.configs import SCANS
+from vedette_target_oriented.configs import MODES, SCANS
 
 FIRST = 5
 """First scan that counts."""
@@ -114,33 +115,29 @@ def charts(scene: Scene, records: Mapping[str, Record], errors: Table, claims: t
     path = scene.truth[:, :2] / 1e3
     flight = [Curve("truth", path[:, 0], path[:, 1])]
     flight += [Curve(name, *_columns(records[name].path / 1e3), "dashed") for name in ("Singer", "TOM")]
+    flight.append(Curve("", path[:1, 0], path[:1, 1], "points", 0, notes=("start",)))
     against_time = []
     for name, record in records.items():
         root, doubt = over_runs(record.squares[_kept(record)])
         against_time.append(Curve(name, _TIMES, root, doubt=doubt))
     modes = [
-        Panel(
-            name,
-            "time [s]",
-            "probability",
-            tuple(Curve(f"mode {j + 1}", _TIMES, row) for j, row in enumerate(record.modes.T)),
-        )
+        mode_panel(name, "time [s]", _TIMES, record.modes, MODES.get(name, ("straight", "right", "left")))
         for name, record in records.items()
     ]
     table = (
         comparison(errors, tuple(PHASES), "RMS position error [m]", title="Errors"),
-        comparison(errors, ("fails %",), "failed runs [%]", title="Fails"),
+        comparison(errors, ("fails %",), "failed runs [%]", title="Fails", within=(0.0, 100.0)),
     )
     return (
         Chart("trajectory", "The aircraft's flight", (Panel("One run", "x [km]", "y [km]", tuple(flight), equal=True),)),
         Chart("table", "Table 1, the paper's marks beside ours; bars: two standard errors", table, claims),
         Chart(
             "errors",
-            "RMS position error in clutter; bands: two standard errors (figure 5)",
+            "RMS position error of the runs that do not fail; bands: two standard errors (figure 5)",
             (Panel("", "time [s]", "error [m]", tuple(against_time)),),
             claims[:4],
         ),
-        Chart("modes", "Mode probabilities, mean over runs", tuple(modes)),
+        Chart("modes", "Mode probabilities, mean over runs", tuple(modes), shared=True),
     )
 
 

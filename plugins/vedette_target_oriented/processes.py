@@ -131,20 +131,28 @@ def charts(found: Mapping[str, Measured], claims: tuple[Claim, ...]) -> tuple[Ch
                 usual = 2 * np.sqrt(np.mean(rho**2, axis=0))
                 curves = (
                     Curve("one trajectory", lags, rho[0]),
-                    Curve("two root mean squares over all", lags, np.zeros_like(lags), "dashed", doubt=usual),
+                    Curve(
+                        "band: two root mean squares over all trajectories", lags, np.zeros_like(lags), "dashed", doubt=usual
+                    ),
                 )
                 panels.append(Panel(f"{name}: {words}", "lag [s]", "correlation coefficient", curves))
     shapes = [_histogram(name, found[name].first[:, j], NAMES[j]) for name in STEPS for j in range(4)]
     title = "Cross-correlation of the acceleration's components (figure 3)"
     return (
-        Chart("correlation", title, tuple(panels), claims[:2]),
-        Chart("distribution", "Distribution of the acceleration in one trajectory (figure 4)", tuple(shapes), claims[2:6]),
+        Chart("correlation", title, tuple(panels), claims[:2], shared=True),
+        Chart(
+            "distribution",
+            "Distribution of the acceleration in one trajectory (figure 4)",
+            tuple(shapes),
+            claims[2:6],
+            shared=True,
+        ),
     )
 
 
 def _histogram(name: str, values: Array, words: str) -> Panel:
     """Return one component's density in units of its standard deviation, beside the Gaussian's."""
-    edges = np.linspace(-4.0, 4.0, 81)
+    edges = np.linspace(-4.05, 4.05, 82)  # rests, at 0, are in the middle of one
     middle = 0.5 * (edges[1:] + edges[:-1])
     density = np.histogram((values - values.mean()) / values.std(), edges)[0] / (len(values) * (edges[1] - edges[0]))
     gauss = np.exp(-0.5 * middle**2) / np.sqrt(2 * np.pi)
@@ -152,6 +160,9 @@ def _histogram(name: str, values: Array, words: str) -> Panel:
         f"{name}: {words}",
         "acceleration [standard deviations]",
         "density",
-        (Curve(words, middle, np.where(density > 0, density, np.nan)), Curve("Gaussian", middle, gauss, "dashed")),
+        (
+            Curve("one trajectory", middle, np.where(density > 0, density, np.nan)),
+            Curve("Gaussian", middle, gauss, "dashed"),
+        ),
         log=True,
     )

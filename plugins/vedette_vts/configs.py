@@ -72,3 +72,9 @@ FILTERS: dict[str, dict[str, Any]] = {
     "IMMCVCA": config("IMM of constant velocity and constant acceleration", _imm(_cv(0.03), _ca(0.6)), _SPEED | _ACCEL),
 }
 """The paper names four filters but no process noise: these values are chosen; two more show the effect of the choice."""
+
+MODES = {
+    "IMMCV2": ("constant velocity, q = 0.03 m/s^2", "q = 1 m/s^2"),
+    "IMMCVCA": ("constant velocity", "constant acceleration"),
+}
+"""What the modes of an IMM are."""

@@ -8,8 +8,20 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Mask, Scan
-from vedette.reproduction import Chart, Claim, Curve, Panel, Table, comparison, mean_cell, over_runs, rms_cell, share_cell
-from vedette_vts.configs import LEGS
+from vedette.reproduction import (
+    Chart,
+    Claim,
+    Curve,
+    Panel,
+    Table,
+    comparison,
+    mean_cell,
+    mode_panel,
+    over_runs,
+    rms_cell,
+    share_cell,
+)
+from vedette_vts.configs import LEGS, MODES
 
 SETTLED = 20
 """Scans at the start that no figure counts, while the filters settle."""
@@ -115,29 +127,36 @@ def charts(scene: Scene, records: Mapping[str, Record], errors: Table, claims: t
     against_time, gates = [], []
     for name, record in records.items():
         root, doubt = over_runs(record.squares)
-        curves = (returned, Curve(name, scans[2:], root, doubt=doubt))
+        curves = (returned, Curve("track", scans[2:], root, doubt=doubt))
         against_time.append(Panel(name, "scan (3 s each)", "RMS error [m]", curves, log=True))
         out = record.distance > GATE
         share = 100 * np.mean(out, axis=0)
         doubt = 200 * np.std(out, axis=0, ddof=1) / np.sqrt(len(out)) if len(out) > 1 else np.zeros_like(share)
-        gates.append(Panel(name, "scan (3 s each)", "outside the gate [%]", (Curve(name, scans[2:], share, doubt=doubt),)))
+        curve = Curve("", scans[2:], share, doubt=doubt)
+        gates.append(Panel(name, "scan (3 s each)", "outside the gate [%]", (curve,), within=(0.0, 100.0)))
     gated = tuple(claim for claim in claims if "gate" in claim.text)
     return (
         Chart("trajectory", "The vessel, and what the radar saw of it (figure 2)", (_plane(scene, records["IMMCVCA"]),)),
-        Chart("errors", "Error against time; bands: two standard errors (figures 3 to 6)", tuple(against_time), claims),
+        Chart(
+            "errors",
+            "Error against time; bands: two standard errors (figures 3 to 6)",
+            tuple(against_time),
+            claims,
+            shared=True,
+        ),
         Chart(
             "gates",
-            "Runs whose return is outside the gate; bands: two standard errors (figures 3 to 6)",
+            "Runs whose return is outside the gate, each on a scale of its own; bands: two standard errors (figures 3 to 6)",
             tuple(gates),
             gated,
         ),
         Chart(
             "legs",
             "Error by leg; bars: two standard errors. The paper prints no figures, only curves of one run",
-            (comparison(errors, tuple(LEGS), "RMS error [m]", title="", log=True),),
+            (comparison(errors, tuple(LEGS), "RMS error [m]", log=True),),
             claims[-1:],
         ),
-        Chart("modes", "Mode probabilities of the IMMs, mean over runs", _modes(scans, records)),
+        Chart("modes", "Mode probabilities of the IMMs, mean over runs", _modes(scans, records), shared=True),
     )
 
 
@@ -148,18 +167,15 @@ def _plane(scene: Scene, record: Record) -> Panel:
         Curve("radar returns", raw[:, 0], raw[:, 1], "dots"),
         Curve("truth", truth[:, 0], truth[:, 1]),
         Curve("IMMCVCA", track[:, 0], track[:, 1], "dashed"),
+        Curve("", truth[:1, 0], truth[:1, 1], "points", 1, notes=("start",)),
+        Curve("", np.zeros(1), np.zeros(1), "points", 0, notes=("radar",)),
     )
     return Panel("One run", "x [km]", "y [km]", curves, equal=True)
 
 
 def _modes(scans: Array, records: Mapping[str, Record]) -> tuple[Panel, ...]:
     return tuple(
-        Panel(
-            name,
-            "scan (3 s each)",
-            "probability",
-            tuple(Curve(f"mode {j + 1}", scans[2:], row) for j, row in enumerate(record.modes.T)),
-        )
+        mode_panel(name, "scan (3 s each)", scans[2:], record.modes, MODES[name])
         for name, record in records.items()
         if record.modes is not None
     )

@@ -30,13 +30,16 @@ _HEAD = 0.62
 """Inches for title and facts."""
 
 
-def figure(height: float = 9.0, foot: float = 0.0) -> Figure:
-    """Return an empty figure, 1200 px wide and 100 px for each of its inches high, with room for a head and a foot."""
+def figure(height: float = 9.0, foot: float = 0.0, more: float = 0.0) -> Figure:
+    """Return an empty figure, 1200 px wide and 100 px for each of its inches high, with room for a head and a foot.
+
+    `more`: inches beyond those of a title and one line of facts.
+    """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
     from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-    room = (0.0, foot / height, 1.0, 1.0 - (_HEAD + foot) / height)
+    room = (0.0, foot / height, 1.0, 1.0 - (_HEAD + more + foot) / height)
     layout = ConstrainedLayoutEngine(rect=room, w_pad=0.1, h_pad=0.06, hspace=0.03, wspace=0.03)
     made = Figure(figsize=(12.0, height), dpi=100, layout=layout, facecolor="white")
     FigureCanvasAgg(made)
@@ -56,7 +59,7 @@ def plain(axes: Axes) -> None:
     """Remove what carries no information."""
     axes.spines[["top", "right"]].set_visible(False)
     axes.spines[["left", "bottom"]].set_color(SOFT)
-    axes.tick_params(colors=SOFT, labelsize=9.5)
+    axes.tick_params(which="both", colors=SOFT, labelsize=9.5)
     axes.grid(visible=True, color=FAINT, linewidth=0.6)
     axes.set_axisbelow(True)
 

@@ -56,7 +56,8 @@ class Curve:
 class Panel:
     """One pair of axes. `equal` gives both one scale, as on a map; `log` makes the upright one logarithmic.
 
-    `ticks` name the places 0, 1, .. of the axis across, where there is a name and no number.
+    `ticks` name the places 0, 1, .. of the axis across, where there is a name and no number. `within`: the values that
+    there can be, such as 0 to 100 %: bands and bars end there.
     """
 
     title: str
@@ -66,16 +67,21 @@ class Panel:
     equal: bool = False
     log: bool = False
     ticks: tuple[str, ...] = ()
+    within: tuple[float, float] | None = None
 
 
 @frozen(eq=False)
 class Chart:
-    """A picture, stored under `name`: panels below one another, and under them the claims that it shows with verdicts."""
+    """A picture, stored under `name`: panels, and under them the claims that it shows with verdicts.
+
+    `shared` gives all panels one upright scale, so that they can be compared.
+    """
 
     name: str
     title: str
     panels: tuple[Panel, ...]
     claims: tuple[Claim, ...] = ()
+    shared: bool = False
 
 
 @frozen(eq=False)

@@ -11,20 +11,34 @@ from vedette.reproduction.findings import Curve, Panel, Table
 from vedette.space import Array
 
 
-def comparison(table: Table, columns: Sequence[str], upright: str, *, title: str = "", log: bool = False) -> Panel:
+def comparison(
+    table: Table,
+    columns: Sequence[str],
+    upright: str,
+    *,
+    title: str = "",
+    log: bool = False,
+    within: tuple[float, float] | None = None,
+) -> Panel:
     """Return the table's rows across, for each column a point with a bar of two standard errors, and the published mark."""
     ticks = tuple(label for label, _ in table.rows)
     step = 0.6 / max(1, len(columns))
-    curves = []
+    curves: list[Curve] = []
+    marks: list[Curve] = []
     for i, column in enumerate(columns):
         cells = [table.cell(label, column) for label in ticks]
         x = np.arange(len(cells)) + step * (i - (len(columns) - 1) / 2)
         curves.append(Curve(column, x, _values(cells, "measured"), "points", i, 2 * np.nan_to_num(_values(cells, "error"))))
         printed = _values(cells, "published")
         if np.any(np.isfinite(printed)):
-            first = not any(curve.style == "published" for curve in curves)
-            curves.append(Curve("published" if first else "", x, printed, "published"))
-    return Panel(title or table.title, "", upright, tuple(curves), log=log, ticks=ticks)
+            marks.append(Curve("" if marks else "published", x, printed, "published"))
+    return Panel(title, "", upright, (*curves, *marks), log=log, ticks=ticks, within=within)
+
+
+def mode_panel(title: str, across: str, x: Array, modes: Array, names: Sequence[str]) -> Panel:
+    """Return the mean probabilities (s, q) of the modes with these names at x (s,)."""
+    curves = tuple(Curve(name, x, part) for name, part in zip(names, modes.T, strict=True))
+    return Panel(title, across, "probability", curves, within=(0.0, 1.0))
 
 
 def over_runs(squares: Array) -> tuple[Array, Array]:

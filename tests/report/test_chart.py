@@ -1,0 +1,94 @@
+"""The pictures of a study: labels hide nothing, bands end where values end, scales are shared, logarithmic axes are read."""
+
+import numpy as np
+import pytest
+
+from vedette.report.reproduction import draw
+from vedette.reproduction import Cell, Chart, Curve, Panel, Table, comparison, mode_panel
+
+X = np.arange(40.0)
+
+
+def panel(title, *curves, **more):
+    return Panel(title, "time [s]", "error [m]", curves, **more)
+
+
+def line(label, level=1.0, **more):
+    return Curve(label, X, level + np.sin(X), **more)
+
+
+LONG = "the standard deviation that a filter states of its own errors"
+
+
+@pytest.mark.parametrize(
+    "labels",
+    [
+        [("one", "two"), ("one", "two"), ("one", "two")],  # one row for all
+        [(LONG, LONG + "!"), (LONG, LONG + "!")],  # two rows
+        [("one", "two"), ("three", "four")],  # above each panel
+        [("one",), ()],  # only the first says which is which
+        [("one", "two")],
+    ],
+)
+def test_labels_cover_no_curve_and_no_title(labels):
+    panels = tuple(panel(f"panel {i}", *(line(each, k) for k, each in enumerate(names))) for i, names in enumerate(labels))
+    made = draw(Chart("name", "A title", panels))
+    made.draw_without_rendering()
+    told = [*made.legends, *(axes.get_legend() for axes in made.axes if axes.get_legend())]
+    assert {text.get_text() for each in told for text in each.get_texts()} == {each for names in labels for each in names}
+    for each in told:
+        box = each.get_window_extent()
+        assert 0 <= box.x0 < box.x1 <= made.bbox.x1
+        assert box.y1 <= made.bbox.y1 - 30  # under the chart's title
+        for axes in made.axes:
+            assert not box.overlaps(axes.get_window_extent().padded(-1))
+            assert not box.overlaps(axes.title.get_window_extent())
+            assert not box.overlaps(axes._left_title.get_window_extent().padded(-1))
+
+
+def test_bands_and_bars_end_where_values_end():
+    share = np.array([0.0, 1.0, 100.0])
+    for style in ("line", "points"):
+        curve = Curve("", np.arange(3.0), share, style, doubt=np.full(3, 5.0))
+        for within, ends in ((None, (-5.0, 105.0)), ((0.0, 100.0), (0.0, 100.0))):
+            (axes,) = draw(Chart("name", "A title", (panel("", curve, within=within),))).axes
+            drawn = np.concatenate([path.vertices[:, 1] for part in axes.collections for path in part.get_paths()])
+            assert (drawn.min(), drawn.max()) == ends
+
+
+def test_shared_panels_have_one_scale():
+    panels = panel("low", line("", 1.0)), panel("high", line("", 100.0))
+    for shared in (False, True):
+        low, high = (axes.get_ylim() for axes in draw(Chart("name", "A title", panels, shared=shared)).axes)
+        assert (low == high) is shared
+        assert high[1] > 100
+
+
+@pytest.mark.parametrize(("low", "high"), [(3.0, 10.0), (2.0, 35.0), (5.0, 530.0), (1e-4, 5.0)])
+def test_a_logarithmic_axis_has_numbers_enough(low, high):
+    curve = Curve("", np.arange(2.0), np.array([low, high]))
+    made = draw(Chart("name", "A title", (panel("", curve, log=True), panel("", curve, log=True))))
+    made.draw_without_rendering()
+    for axes in made.axes:
+        below, above = axes.get_ylim()
+        told = [text.get_text() for text in axes.get_yticklabels() if below <= text.get_position()[1] <= above]
+        assert 3 <= len([each for each in told if each]) <= 8
+        assert all(float(each) > 0 for each in told if each)
+        assert not [text for text in axes.get_yticklabels(minor=True) if text.get_text()]
+
+
+def test_published_marks_are_named_once_and_last():
+    rows = tuple((name, (Cell(1.0, 0.1, 2.0), Cell(3.0, 0.1, 4.0))) for name in ("ours", "theirs"))
+    made = comparison(Table("Errors", ("total", "straight"), rows), ("total", "straight"), "m")
+    assert [curve.label for curve in made.curves] == ["total", "straight", "published", ""]
+    np.testing.assert_array_equal(made.curves[3].y, [4.0, 4.0])
+    np.testing.assert_array_equal(made.curves[3].x, made.curves[1].x)
+
+
+def test_modes_are_called_by_their_names():
+    modes = np.linspace([0.9, 0.1], [0.2, 0.8], len(X))
+    made = mode_panel("IMM", "time [s]", X, modes, ("straight", "turn"))
+    assert [curve.label for curve in made.curves] == ["straight", "turn"]
+    np.testing.assert_array_equal(made.curves[1].y, modes[:, 1])
+    with pytest.raises(ValueError, match="zip"):
+        mode_panel("IMM", "time [s]", X, modes, ("straight",))
