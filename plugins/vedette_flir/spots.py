@@ -17,14 +17,30 @@ def profile(offsets: Array, spread: Array) -> tuple[Array, Array, Array]:
     `offsets` (*b, w): pixel centres relative to the spot, in px; `spread` s (*b). With e+- the pixel's edges:
     s sqrt(pi/2) [erf(e+ / s sqrt2) - erf(e- / s sqrt2)], and -[E(e+) - E(e-)], E(e) = e^(-e^2 / 2 s^2).
     """
+    s = spread[..., None]
+    u = _edges(offsets, s)
+    bell, value = np.exp(-0.5 * u * u), _mean(u, s)
+    return value, -np.diff(bell, axis=-1), value / s - np.diff(u * bell, axis=-1)
+
+
+def _edges(offsets: Array, s: Array) -> Array:
+    """Return the pixels' edges in units of s: (*b, w) -> (*b, w + 1)."""
+    return np.concatenate([offsets - 0.5, offsets[..., -1:] + 0.5], axis=-1) / s
+
+
+def _mean(u: Array, s: Array) -> Array:
+    """Return the mean over each pixel between edges u (*b, w + 1): (*b, w)."""
     from scipy.special import erf
 
+    mean: Array = _ROOT_HALF_PI * s * np.diff(erf(u * np.sqrt(0.5)), axis=-1)
+    return mean
+
+
+def disc(x: Array, y: Array, spread: Array) -> Array:
+    """Return the image of a circular spot of peak 1 alone, as `circular` does: (*b, h, w)."""
     s = spread[..., None]
-    edges = np.concatenate([offsets - 0.5, offsets[..., -1:] + 0.5], axis=-1)
-    u = edges / s
-    tail, bell = erf(u * np.sqrt(0.5)), np.exp(-0.5 * u * u)
-    value = _ROOT_HALF_PI * s * np.diff(tail, axis=-1)
-    return value, -np.diff(bell, axis=-1), value / s - np.diff(u * bell, axis=-1)
+    across, down = (_mean(_edges(offsets, s), s) for offsets in (x, y))
+    return down[..., :, None] * across[..., None, :]
 
 
 def circular(x: Array, y: Array, spread: Array) -> tuple[Array, Array, Array]:

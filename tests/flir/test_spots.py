@@ -210,3 +210,13 @@ def test_spots_that_cannot_be_are_refused():
         HotSpots(spots=())
     with pytest.raises(ValueError, match=r"correlation: must be >= -0\.95 and <= 0\.95, got 1"):
         Spot(1.0, 1.0, 1.0)
+
+
+def test_an_image_alone_is_that_of_the_picture_to_the_last_bit():
+    rng = np.random.default_rng(5)
+    looks = rng.uniform(1.0, 9.0, (4, 2)), rng.uniform(0.4, 4.0, (4, 2)), np.zeros((4, 2))
+    x, y = rng.uniform(-9.0, 9.0, (2, 4, 2, 1)) + np.arange(12.0)
+    camera = GaussianSpot()
+    np.testing.assert_array_equal(camera.image(looks, x, y), camera.picture(looks, x, y).image)
+    state = np.array([5.2, 3.9, 7.0, 1.3, 0.0])
+    np.testing.assert_array_equal(camera.render(state, (6, 14)), camera.render(state, (14, 14))[:6])

@@ -33,6 +33,10 @@ class FittedImage(ApparentPosition):
     def picture(self, looks: tuple[Array, ...], x: Array, y: Array) -> Picture:
         """Return the target with `looks` (*b) each, in pixels with columns and rows at x, y (*b, w) from its position."""
 
+    def image(self, looks: tuple[Array, ...], x: Array, y: Array) -> Array:
+        """Return the image of `picture` alone; a sensor may have a shorter way to it."""
+        return self.picture(looks, x, y).image
+
     @abstractmethod
     def gains(self) -> Array:
         """Return the fraction of a step that each axis of the appearance takes, (q,)."""
@@ -50,8 +54,8 @@ class FittedImage(ApparentPosition):
     def render(self, x: Array, shape: tuple[int, int]) -> Array:
         """Return a frame of `shape` (height, width) without noise and background: (*b, n) -> (*b, h, w)."""
         spot, steps = self.measure(x), np.arange(max(shape))
-        made = self.picture(self.looks(x), steps - spot[..., 0, None], steps - spot[..., 1, None])
-        return made.image[..., : shape[0], : shape[1]]
+        image = self.image(self.looks(x), steps - spot[..., 0, None], steps - spot[..., 1, None])
+        return image[..., : shape[0], : shape[1]]
 
     def information(self, x: Array, frame: Frame, at: Array) -> tuple[Array, Array, Array]:
         """Return J (*b, t, 2, 2) in 1/px^2, g (*b, t, 2) in 1/px, llr (*b, t)."""

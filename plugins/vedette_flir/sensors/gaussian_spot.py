@@ -9,7 +9,7 @@ from attrs import frozen
 
 from vedette import Array, fields
 from vedette_flir.sensors.fitted import FittedImage, Picture
-from vedette_flir.spots import circular
+from vedette_flir.spots import circular, disc
 
 WIDTHS = (0.4, 6.0, 0.5)
 """In px; a learnt spread stays between the first two, and changes by at most the third per frame."""
@@ -39,6 +39,10 @@ class GaussianSpot(FittedImage):
         """Return the bounds (3, 3)."""
         free = (-np.inf, np.inf, np.inf)
         return np.array([free, WIDTHS, free])
+
+    def image(self, looks: tuple[Array, ...], x: Array, y: Array) -> Array:
+        """Return amplitude * spot."""
+        return looks[0][..., None, None] * disc(x, y, looks[1])
 
     def picture(self, looks: tuple[Array, ...], x: Array, y: Array) -> Picture:
         """Return amplitude * spot."""
