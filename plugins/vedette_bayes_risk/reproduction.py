@@ -41,12 +41,11 @@ class BayesRiskReproduction(Reproduction):
     default_runs: ClassVar[int] = 1000
     full_runs: ClassVar[int] = 10000
     contributions: ClassVar[Mapping[str, tuple[str, ...]]] = {
-        "detection over several sensors by Bayes risk, equations 1 to 5": (
-            "preprocessor bayes_risk_detection",
-            "preprocessor bayes_risk_printed",
-        ),
+        "detection over several sensors by Bayes risk, equations 1 to 5": ("preprocessor bayes_risk_detection",),
+        "the same as equations 2 and 4 are printed": ("preprocessor bayes_risk_printed",),
         "its likelihood L(k) as weight of a return, equation 5": ("associator bayes_risk",),
-        "parallel Kalman filters, equation 6": ("estimator kalman", "estimator parallel_kalman_printed"),
+        "parallel Kalman filters, equation 6": ("estimator kalman",),
+        "the same as equation 6 is printed": ("estimator parallel_kalman_printed",),
         "the same counts as a likelihood ratio, not in the paper": ("preprocessor count_likelihood_detection",),
         "IMM/MSPDA, what it is compared with": ("estimator imm", "associator pda"),
     }

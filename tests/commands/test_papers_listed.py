@@ -7,7 +7,7 @@ import pytest
 import vedette
 from vedette.cli import main
 
-PAPERS = ("vts", "target_oriented", "bayes_risk", "marine")
+PAPERS = ("vts", "target_oriented", "bayes_risk", "marine", "flir")
 MISPRINTS = {"bayes_risk_printed", "parallel_kalman_printed", "target_oriented_literal", "target_oriented_certain"}
 
 

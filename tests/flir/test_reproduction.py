@@ -5,7 +5,10 @@ import pytest
 from attrs import evolve
 
 from vedette_flir import variations as varied
+from vedette_flir.camera import Camera
 from vedette_flir.matched import bound, information, record
+from vedette_flir.sensors.fitted import FittedImage
+from vedette_flir.sensors.hot_spots import HotSpots
 from vedette_flir.verdicts import claims, figures
 
 
@@ -84,20 +87,58 @@ def test_verdicts_follow_the_figures(study):
     assert all(text.startswith(start) for text, start in zip(found, VERDICTS, strict=True))
 
 
+def never_learns(self, x, frame):
+    return x
+
+
+def knows_one_spot(information):
+    return lambda self, x, frame, at: information(evolve(self, spots=self.spots[:1]), x, frame, at)
+
+
+def takes_all_noise_for_white(self, images, seen):
+    return images * (seen / self.sigma**2)[..., None, :]
+
+
+def counts_pixels_twice(information):
+    def doubled(self, *given):
+        J, g, llr = information(self, *given)
+        return 2.0 * J, 2.0 * g, 2.0 * llr
+
+    return doubled
+
+
+BROKEN = {
+    "On-line adaptation": (FittedImage, "learn", never_learns),
+    "Targets with several": (HotSpots, "information", knows_one_spot(HotSpots.information)),
+    "A proper correlation": (Camera, "weigh", takes_all_noise_for_white),
+}
+
+
 @pytest.mark.parametrize(
-    ("label", "name", "broken", "text"),
+    ("label", "name", "text"),
     [
-        ("brightness and spread unknown", "adaptive", "fixed", "On-line adaptation"),
-        ("two hot spots", "two spots", "one spot, adaptive", "Targets with several"),
-        ("noise correlated over space, SNR 10", "full R", "white R", "A proper correlation"),
-        ("wander", "three passes", None, "An extended Kalman filter"),
+        ("brightness and spread unknown", "adaptive", "On-line adaptation"),
+        ("two hot spots", "two spots", "Targets with several"),
+        ("noise correlated over space, SNR 10", "full R", "A proper correlation"),
     ],
 )
-def test_a_broken_filter_flips_what_is_reproduced(study, label, name, broken, text):
-    """What the filter has beyond the one that it is compared with is taken from it; the paper's filter loses all runs."""
+def test_a_broken_component_flips_what_is_reproduced(study, label, name, text, monkeypatch):
     found, kept = study
-    other = evolve(kept[label][name], lost=np.ones(RUNS, dtype=bool)) if broken is None else kept[label][broken]
+    assert verdict(found, kept, text) == "reproduced"
+    monkeypatch.setattr(*BROKEN[text])
+    other = rows()[label].record(name, RUNS, (7,))
     assert verdict(found, {**kept, label: {**kept[label], name: other}}, text) == "not reproduced"
+
+
+def test_a_camera_that_counts_its_pixels_twice_flips_the_first(study, monkeypatch):
+    monkeypatch.setattr(Camera, "information", counts_pixels_twice(Camera.information))
+    assert verdict({STRONG: {"three passes": matched(3)}}, study[1], "An extended Kalman filter") == "not reproduced"
+
+
+def test_lost_runs_of_the_paper_s_filter_flip_the_first(study):
+    found, kept = study
+    lost = {"three passes": evolve(kept["wander"]["three passes"], lost=np.ones(RUNS, dtype=bool))}
+    assert verdict(found, {**kept, "wander": {**kept["wander"], **lost}}, "An extended Kalman filter") == "not reproduced"
 
 
 def test_one_pass_in_the_place_of_three_flips_the_first(study):
