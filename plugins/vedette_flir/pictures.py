@@ -24,11 +24,15 @@ def charts(found: Found, varied: Varied, claims: tuple[Claim, ...]) -> tuple[Cha
     )
     return (
         Chart(
-            "errors", "The paper's filter on its truth, three passes. The paper prints curves without scales", panels, claims
+            "errors",
+            "The paper's filter on its truth, three passes. The paper prints curves without scales",
+            panels,
+            claims,
+            shared=True,
         ),
         Chart(
             "bounds",
-            "Error of dynamics plus jitter, and the Riccati bound; bars: two standard errors",
+            "Error of the sum in the runs that are kept, and the Riccati bound; bars: two standard errors",
             _bounds(found),
             claims[:2],
             shared=True,

@@ -146,7 +146,7 @@ def charts(scene: Scene, records: Mapping[str, Record], errors: Table, claims: t
         ),
         Chart(
             "gates",
-            "Runs whose return is outside the gate, each on a scale of its own; bands: two standard errors (figures 3 to 6)",
+            "Runs whose return is outside the gate; scales differ; bands: two standard errors (figures 3 to 6)",
             tuple(gates),
             gated,
         ),

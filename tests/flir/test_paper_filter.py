@@ -9,8 +9,9 @@ from scipy.linalg import expm
 
 import vedette
 from support.paths import EXAMPLES
-from vedette import Frame, Scan
+from vedette import Frame, Gaussian, Scan
 from vedette.config.files import read_file
+from vedette.montecarlo import run_together
 
 SPREAD = {"x": 0.5, "y": 0.5, "vx": 20.0, "vy": 20.0, "ax": 200.0, "ay": 200.0, "jx": 0.2, "jy": 0.2}
 SIGMA_JITTER, TAU_JITTER, RATE, AMPLITUDE, WIDTH = 0.2, 0.076, 30.0, 10.0, 2.0
@@ -86,43 +87,75 @@ def runs_of(pytestconfig, few):
     return 60 if pytestconfig.getoption("vedette_profile") == "nightly" else few
 
 
+def recordings(built, runs):
+    """What `vedette run --seed 0`, 1, .. draws."""
+    parts = [np.random.SeedSequence(seed).spawn(2)[0] for seed in range(runs)]
+    return [built.source.open(built.tracker.sensors, np.random.default_rng(part)) for part in parts]
+
+
+def together(built, drawn, shown=lambda k, pixels: pixels):
+    """Run the tracker on all recordings in lock-step, each frame as `shown`."""
+    given = Gaussian(*(np.stack(part) for part in zip(*(start(built, each) for each in drawn), strict=True)))
+    scans = []
+    for k, (first, *rest) in enumerate(zip(*(each.scans for each in drawn), strict=True)):
+        pixels = np.stack([shown(k, scan.frame.pixels) for scan in (first, *rest)])
+        corners = np.stack([scan.frame.corner for scan in (first, *rest)])
+        scans.append(Scan.image(first.time, first.sensor, Frame(pixels, corners)))
+    return run_together(built.tracker, given, scans[0].time, scans)
+
+
+def start(built, recording):
+    given = built.tracker.given(recording)
+    return given.mean, given.cov
+
+
+def test_runs_in_lock_step_are_those_of_the_command():
+    built = experiment(1e6)
+    found = together(built, recordings(built, 2))
+    for seed in range(2):
+        track = evolve(built, seed=seed).run().tracks[0]
+        np.testing.assert_allclose(found.mean[seed], track.mean, rtol=1e-9, atol=1e-9)
+
+
 @pytest.mark.parametrize("density", [1e5, 1e6, 1e7])
 def test_the_default_gate_keeps_what_a_plain_iterated_filter_keeps(density, pytestconfig):
     built = experiment(density)
-    ours, theirs = [], []
-    for seed in range(runs_of(pytestconfig, 3)):
-        result = evolve(built, seed=seed).run()
-        truth = result.recording.truth[0].states
-        track = result.tracks[0]
-        start = built.tracker.given(result.recording).mean[0, :8]
-        frames = [scan.frame.pixels for scan in result.recording.scans]
-        ours.append(figures(track.mean[:, :8], track.cov[:, :8, :8], truth))
-        theirs.append(figures(*plain(frames, np.array([-24, -24]), density, start), truth))
+    drawn = recordings(built, runs_of(pytestconfig, 3))
+    found, ours, theirs = together(built, drawn), [], []
+    for i, recording in enumerate(drawn):
+        truth = recording.truth[0].states
+        frames = [scan.frame.pixels for scan in recording.scans]
+        ours.append(figures(found.mean[i, :, :8], found.cov[i, :, :8, :8], truth))
+        theirs.append(figures(*plain(frames, np.array([-24, -24]), density, start(built, recording)[0][0, :8]), truth))
     ours, theirs = np.array(ours), np.array(theirs)
-    assert not ours[theirs[:, 2] == 0, 2].any()
-    assert not theirs[:, 2].any()
-    apart = (ours - theirs)[:, :2]
+    kept = theirs[:, 2] == 0
+    assert np.mean(kept) >= 0.9
+    assert not ours[kept, 2].any()
+    apart = (ours - theirs)[kept, :2]
     error = np.std(apart, axis=0, ddof=1) / np.sqrt(len(apart))
+    told = f"density {density:g}, {len(drawn)} runs: lost {ours[:, 2].sum():g}, plain {theirs[:, 2].sum():g}"
+    for name, mine, its, off in zip(("position px", "NEES/2"), ours[kept].T, theirs[kept].T, error, strict=False):
+        told += f"; {name} {mine.mean():.5f}, plain {its.mean():.5f}, apart {np.mean(mine - its):.1e} +- {off:.1e}"
+    print(told)
     assert np.all(np.abs(np.mean(apart, axis=0)) <= 2.0 * error + 1e-9)  # rounding apart, they are the same filter
 
 
-@pytest.mark.parametrize("blank", ["noise", "nothing", "unknown"])
-def test_a_blanked_target_counts_as_missed(blank, pytestconfig):
+@pytest.mark.parametrize("density", [1e5, 1e6, 1e7])
+def test_a_blanked_target_counts_as_missed(density, pytestconfig):
+    """In the frames that are blanked, by noise, by an even image or by unknown pixels; and in no run before them."""
     rng = np.random.default_rng(0)
-    shown = {
-        "noise": lambda pixels: rng.standard_normal(pixels.shape),
-        "nothing": np.zeros_like,
-        "unknown": lambda pixels: np.full_like(pixels, np.nan),
-    }[blank]
-    for density in (1e5, 1e6, 1e7):
-        built = experiment(density)
-        tracker = built.tracker
-        for seed in range(runs_of(pytestconfig, 1)):
-            recording = built.source.open(tracker.sensors, np.random.default_rng(seed))
-            state, hits = tracker.start(tracker.given(recording), recording.scans[0].time), []
-            for k, scan in enumerate(recording.scans[: BLANK.stop]):
-                frame = scan.frame if k < BLANK.start else Frame(shown(scan.frame.pixels), scan.frame.corner)
-                state = tracker.step(state, Scan.image(scan.time, scan.sensor, frame))
-                hits.append(state.hit[0])
-            assert np.mean(np.array(hits[BLANK]) < 0.5) >= 0.9
-            assert np.min(hits[: BLANK.start]) > 0.5
+    built = experiment(density)
+    drawn = [evolve(each, scans=each.scans[: BLANK.stop]) for each in recordings(built, runs_of(pytestconfig, 2))]
+    for name, blank in (
+        ("noise", lambda pixels: rng.standard_normal(pixels.shape)),
+        ("nothing", np.zeros_like),
+        ("unknown", lambda pixels: np.full_like(pixels, np.nan)),
+    ):
+        hit = together(built, drawn, lambda k, pixels, blank=blank: pixels if k < BLANK.start else blank(pixels)).hit
+        missed = np.mean(hit[:, BLANK] < 0.5, axis=1)
+        before = np.mean(hit[:, : BLANK.start] > 0.5, axis=1)
+        print(
+            f"density {density:g}, {name}: missed {missed.min():.3f} at least, {missed.mean():.4f}; seen {before.min():.3f}"
+        )
+        assert np.all(missed >= 0.9)
+        assert np.all(before == 1.0)
