@@ -19,7 +19,7 @@ from scipy.linalg import solve_discrete_lyapunov
 import vedette
 from vedette import Array, Gaussian
 from vedette.metrics.consistency import chi_square_band, nees
-from vedette.testing.montecarlo import Looks, Runs, play, prior_of
+from vedette.testing.montecarlo import Runs, play, prior_of
 from vedette.testing.trackers import FAMILIES, judge
 from vedette.tracking.tracker import Tracker
 from vedette_standard.estimators.kalman import Kalman
@@ -59,7 +59,7 @@ class Scaled(Kalman):
 def group(played: Runs, i: int, size: int) -> Runs:
     """Return the i-th group of `size` runs."""
     part = slice(i * size, (i + 1) * size)
-    looks = {name: Looks(one.residual[part], one.cov[part], one.seen[part]) for name, one in played.looks.items()}
+    looks = {name: one.of(part) for name, one in played.looks.items()}
     error, cov, mean, drowned = played.error[part], played.cov[part], played.mean[part], played.drowned[part]
     return evolve(played, error=error, cov=cov, mean=mean, looks=looks, drowned=drowned)
 

@@ -27,9 +27,14 @@ def test_clutter_without_end_is_not_drawn(variance):
     scan = Scan(1.0, "radar", Detections(z, np.ones((3, 1), dtype=bool)))
     S = np.stack([np.diag([scale, scale]) for scale in (variance, 400.0, variance)])
     without = np.array([False, False, True])
-    both, endless = _cluttered(tracker, tracker.sensors["radar"], scan, z[:, 0], S, without, np.random.default_rng(1))
+    both, endless, counted = _cluttered(
+        tracker, tracker.sensors["radar"], scan, z[:, 0], S, without, np.random.default_rng(1)
+    )
     assert endless.tolist() == [True, False, False]
     counts = both.detections.valid.sum(axis=1)
+    assert np.array_equal(counted[0], counts - 1)
+    assert np.all(counted[1] >= counted[0])
+    assert np.allclose(counted[2], counted[1] / 1.3)  # the bound that candidates are thinned from
     assert counts[0] == counts[2] == 1
     assert 1 < counts[1] < MOST_FALSE
 

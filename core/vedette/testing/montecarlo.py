@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
-from attrs import evolve, field, frozen
+from attrs import evolve, field, fields_dict, frozen
 
 from vedette.config.registry import Registry
-from vedette.roles import Sensor
-from vedette.sampling.detections import returns, thinned
+from vedette.roles import Estimator, Sensor
+from vedette.sampling.detections import densities, returns, thinned
 from vedette.space import Array, Mask
 from vedette.supporting import Lifecycle
 from vedette.testing.judging import Misuse
@@ -24,12 +25,35 @@ MOST_FALSE = 2_000
 
 
 @frozen(eq=False)
+class World:
+    """What truth and returns are drawn from."""
+
+    estimator: Estimator[Any]
+    sensors: Mapping[str, Sensor]
+
+
+@frozen(eq=False)
 class Looks:
-    """One sensor's innovations in all runs: residual (r, s, m), its covariance (r, s, m, m), and whether detected (r, s)."""
+    """One sensor's looks in all runs.
+
+    The target's innovation: residual (r, s, m), its covariance (r, s, m, m), and whether it was detected (r, s). `pooled`
+    (r, s, m) is the innovation that the tracker used: that of all returns, weighted. `declared` (r, s) is the detection
+    probability that the tracker states; of `candidates` (r, s) for false returns `false` (r, s) became one, and `expected`
+    (r, s) should have by the density that the tracker states.
+    """
 
     residual: Array
     cov: Array
     seen: Mask
+    pooled: Array
+    declared: Array
+    false: Array
+    candidates: Array
+    expected: Array
+
+    def of(self, runs: Any) -> Looks:
+        """Return the looks of some runs."""
+        return Looks(*(getattr(self, name)[runs] for name in fields_dict(Looks)))
 
 
 @frozen(eq=False)
@@ -100,43 +124,46 @@ def play(
     times: Array,
     runs: int,
     rng: np.random.Generator,
-    world: Tracker | None = None,
+    world: Tracker | World | None = None,
 ) -> Runs:
     """Run the tracker on `runs` targets in lock-step: each starts at times[0] from the prior, scans follow from times[1] on.
 
     The target is given at the start and kept to the end, so that the figures are the filter's, not its lifecycle's.
-    `world` is the tracker from whose motion and sensors the truth and the returns are drawn: by default the same.
+    `world` is that from whose motion and sensors the truth and the returns are drawn: by default the tracker itself.
     """
     why = why_not_exact(tracker, prior)
+    world = tracker if world is None else world
     clutter = any(
         np.any(np.asarray(sensor.clutter(sensor.measure(_looked_at(tracker, sensor, prior.mean)))) > 0)
-        for sensor in tracker.sensors.values()
+        for sensor in (*tracker.sensors.values(), *world.sensors.values())
     )
     kept = Registry.installed().get("lifecycle", "single_target").cls()
     assert isinstance(kept, Lifecycle)
     gate = tracker.gate if clutter else evolve(tracker.gate, probability=OPEN_GATE, clutter="sensor")
     tracker = evolve(tracker, lifecycle=kept, birth=None, gate=gate)
-    world = tracker if world is None else world
     truth = draw_truth(world.estimator, prior, times, rng, runs)
     n = len(tracker.state)
     many = Gaussian(np.broadcast_to(prior.mean, (runs, 1, n)), np.broadcast_to(prior.cov, (runs, 1, n, n)))
     state = tracker.start(many, float(times[0]), rng.spawn(1)[0])
     means, covs = [], []
     drowned = np.zeros(runs, dtype=bool)
-    looks: dict[str, list[tuple[Array, Array, Mask]]] = {name: [] for name in tracker.sensors}
+    looks: dict[str, list[tuple[Array, ...]]] = {name: [] for name in tracker.sensors}
     for k, time in enumerate(times[1:].tolist(), 1):
         for name, sensor in tracker.sensors.items():
             moments = tracker.estimator.moments(tracker.predict(state, time))
             x = _looked_at(tracker, sensor, truth[:, k])
             z, seen = returns(world.sensors[name], x, rng.random(runs), rng.standard_normal((runs, len(sensor.measurement))))
             residual, S = innovation(tracker, sensor, Gaussian(moments.mean[:, 0], moments.cov[:, 0]), z)
-            looks[name].append((residual, S, seen))
             expected = sensor.measurement.displace(z, -residual)
-            scan = Scan(time, name, Detections(z[:, None], seen[:, None]))
+            scan, counts = Scan(time, name, Detections(z[:, None], seen[:, None])), np.zeros((3, runs))
             if clutter:
-                scan, grown = _cluttered(tracker, sensor, scan, expected, S, drowned, rng)
+                scan, grown, counts = _cluttered(tracker, world.sensors[name], scan, expected, S, drowned, rng)
                 drowned = drowned | grown
             state = tracker.step(state, scan)
+            apart = sensor.measurement.difference(scan.detections.z, expected[:, None])
+            pooled = np.sum(state.weights[:, 0, 1:, None] * apart, axis=-2)
+            declared = np.broadcast_to(sensor.detects(x), (runs,))
+            looks[name].append((residual, S, seen, pooled, declared, *counts))
         estimate = tracker.estimate(state)
         means.append(estimate.mean[:, 0])
         covs.append(estimate.cov[:, 0])
@@ -160,13 +187,15 @@ def innovation(tracker: Tracker, sensor: Sensor, predicted: Gaussian, z: Array) 
 
 
 def _cluttered(
-    tracker: Tracker, sensor: Sensor, scan: Scan, expected: Array, S: Array, without: Mask, rng: np.random.Generator
-) -> tuple[Scan, Mask]:
-    """Add the clutter that could fall into any gate to the scan of all runs; and those in which there is no end of it (r,).
+    tracker: Tracker, real: Sensor, scan: Scan, expected: Array, S: Array, without: Mask, rng: np.random.Generator
+) -> tuple[Scan, Mask, Array]:
+    """Add the clutter that could fall into any gate to the scan of all runs, drawn from the sensor that is `real`.
 
-    The runs `without` get none.
+    Also return the runs in which there is no end of it (r,), and of each run (3, r) how many false returns there are, of
+    how many candidates, and how many the tracker's own density expects of these. The runs `without` get none.
     """
     z, seen = scan.detections.z, scan.detections.valid
+    sensor = tracker.sensors[scan.sensor]
     m, space = len(sensor.measurement), sensor.measurement
     with np.errstate(over="ignore"):
         reach = 3.0 * np.sqrt(tracker.gate.threshold(m) * np.diagonal(S, axis1=-2, axis2=-1))
@@ -174,7 +203,8 @@ def _cluttered(
     reach = np.where((without | blind)[:, None], 0.0, reach)
     half = np.minimum(reach, [np.inf if axis.period is None else axis.period / 2 for axis in space.axes])
     grid = np.stack(np.meshgrid(*[np.linspace(-1.0, 1.0, 5 if m < 3 else 3)] * m), axis=-1).reshape(-1, m)
-    bound = 1.3 * float(np.max(sensor.clutter(expected[:, None] + half[:, None] * grid)))
+    there = expected[:, None] + half[:, None] * grid
+    bound = 1.3 * max(float(np.max(each.clutter(there))) for each in (sensor, real))
     with np.errstate(over="ignore"):
         mean = bound * np.prod(2 * half, axis=-1)
     endless = blind | (mean > MOST_FALSE)
@@ -182,6 +212,8 @@ def _cluttered(
     half = np.where(endless[:, None], 0.0, half)
     k = int(counts.max(initial=0))
     false = space.canonical(expected[:, None] + half[:, None] * rng.uniform(-1.0, 1.0, (len(z), k, m)))
-    kept = thinned(sensor, false, rng.random(false.shape[:-1]), bound, np.arange(k) < counts[:, None])
+    candidate = np.arange(k) < counts[:, None]
+    kept = thinned(real, false, rng.random(false.shape[:-1]), bound, candidate)
+    stated = np.where(candidate, np.minimum(densities(sensor, false) / max(bound, 1e-300), 1.0), 0.0)
     both = Detections(np.concatenate([z, false], 1), np.concatenate([seen, kept], 1))
-    return Scan(scan.time, scan.sensor, both), endless
+    return Scan(scan.time, scan.sensor, both), endless, np.stack([kept.sum(axis=1), counts, stated.sum(axis=1)])

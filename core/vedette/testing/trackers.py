@@ -20,6 +20,8 @@ from vedette.metrics.consistency import (
     nees,
 )
 from vedette.space import Array
+from vedette.testing.counted import hits_verdicts, returns_verdicts
+from vedette.testing.culprit import likely_cause
 from vedette.testing.judging import Misuse
 from vedette.testing.montecarlo import Runs, play, prior_of
 from vedette.testing.verdicts import (
@@ -37,8 +39,9 @@ from vedette.testing.verdicts import (
 )
 from vedette.tracking.tracker import Tracker
 
-FAMILIES = 6
-"""NEES, NIS, whiteness, bias, calibration and lost tracks share alpha equally, so that all together alarm no more often."""
+FAMILIES = 8
+"""NEES, NIS, whiteness, bias, calibration, hits, false returns and lost tracks share alpha equally, so that all together
+alarm no more often."""
 
 P = ParamSpec("P")
 Config = Mapping[str, Any] | str | Path
@@ -50,7 +53,8 @@ class Report:
 
     `nees` (s,) is the mean NEES over runs at each of `times`, and `calibration` (d, s) the mean squared error over the
     variance along each of `directions`, both scaled so that 1 is expected, with the bands of one point; `exact` says whether
-    the bands are chi-square's or those of run means, and `why`. `verdicts` are judged with `alpha` in all.
+    the bands are chi-square's or those of run means, and `why`. `verdicts` are judged with `alpha` in all. `cause` says
+    which parameter is likely wrong, and by how much.
     """
 
     runs: int
@@ -66,6 +70,7 @@ class Report:
     calibration_band: tuple[float, float]
     nis: Mapping[str, Array]
     verdicts: tuple[Verdict, ...]
+    cause: str = ""
 
     @property
     def consistent(self) -> bool:
@@ -79,7 +84,8 @@ class Report:
         kind = "consistent" if self.consistent else "NOT consistent"
         lines = [f"{kind}: {self.runs} runs, seed {self.seed}, false-alarm rate {self.alpha:g} in all, judged by {how}"]
         ordered = sorted(self.verdicts, key=lambda verdict: verdict.inside)
-        return "\n".join([*lines, *(f"{'  ok   ' if verdict.inside else '  WRONG'} {verdict.text}" for verdict in ordered)])
+        lines += [f"{'  ok   ' if verdict.inside else '  WRONG'} {verdict.text}" for verdict in ordered]
+        return "\n".join([*lines, *([f"  likely {self.cause}"] if self.cause else [])])
 
     def plot(self, path: str | Path) -> None:
         """Draw NEES, NIS and calibration over time with their bands; needs matplotlib."""
@@ -105,7 +111,6 @@ def consistency(
     A linear Gaussian tracker is judged by chi-square. Any other (a mixture, a nonlinear model, clutter) is known only to
     have a mean over runs near 1: it must not contradict `band`. `prior` gives each axis' [mean, standard deviation] at the
     start, unless the birth states it. `world`, a tracker over the same axes with sensors of the same names, draws truth and
-    start, unless the birth states it. `world`, a tracker over the same axes with sensors of the same names, draws truth and
     returns from its models instead, to see how far this tracker's may be off. Misuse if no truth can be drawn.
     """
     if runs < 30 or scans < 2 * LAGS:
@@ -114,9 +119,12 @@ def consistency(
         tracker = tracker.tracker
     elif not isinstance(tracker, Tracker):
         tracker = build(tracker)
-    times = interval * np.arange(scans + 1)
-    played = play(tracker, prior_of(tracker, prior), times, runs, np.random.default_rng(seed), world)
-    return judge(played, alpha, band, seed)
+    times, start = interval * np.arange(scans + 1), prior_of(tracker, prior)
+    played = play(tracker, start, times, runs, np.random.default_rng(seed), world)
+    report = judge(played, alpha, band, seed)
+    wrong = {verdict.name for verdict in report.verdicts if not verdict.inside}
+    cause = likely_cause(played, wrong, tracker, world or tracker, start, runs, seed) if wrong else ""
+    return attrs.evolve(report, cause=cause)
 
 
 def _asserted(judged: Callable[P, Report]) -> Callable[P, Report]:
@@ -138,7 +146,7 @@ assert_consistent = _asserted(consistency)
 def judge(played: Runs, alpha: float, band: tuple[float, float], seed: int) -> Report:
     """Return every verdict on some runs, with `alpha` shared among them all."""
     share, total, scans = alpha / FAMILIES, *played.error.shape[:2]
-    lost = lost_runs(played)
+    lost, whole = lost_runs(played), played
     if not played.exact and lost.mean() < 0.5:
         played = without(played, lost)
     runs = len(played.error)
@@ -152,6 +160,8 @@ def judge(played: Runs, alpha: float, band: tuple[float, float], seed: int) -> R
         *whiteness_verdicts(played, share),
         bias_of(played, share),
         calibration_verdict(played, directions, squares, share, band),
+        *hits_verdicts(whole, share),
+        *returns_verdicts(whole, share),
     ]
     if not played.exact:
         verdicts.append(lost_verdict(int(lost.sum()), total, share))

@@ -45,7 +45,7 @@ def lost_verdict(count: int, total: int, share: float) -> Verdict:
 
 def without(played: Runs, lost: Mask) -> Runs:
     keep = ~lost
-    looks = {name: Looks(one.residual[keep], one.cov[keep], one.seen[keep]) for name, one in played.looks.items()}
+    looks = {name: one.of(keep) for name, one in played.looks.items()}
     return evolve(
         played,
         error=played.error[keep],
@@ -107,17 +107,23 @@ def nis_verdicts(played: Runs, nis: Mapping[str, Array], share: float, band: tup
 
 
 def whiteness_verdicts(played: Runs, share: float) -> list[Verdict]:
-    """Judge exact filters' innovations white; those of others must autocorrelate within 0.1 per run on average."""
+    """Judge exact filters' innovations white; of others, each by the one before, within 0.1 per run on average.
+
+    Given all returns so far, a target's next innovation has mean 0. In clutter the one before is no function of these
+    returns, for nobody knows which is the target's: what the tracker used of them, `pooled`, is.
+    """
     verdicts = []
     for name, looks in played.looks.items():
         each = share / len(played.looks)
         if played.exact:
             verdicts.append(whiteness_verdict(looks.residual, looks.cov, LAGS, each, looks.seen))
             continue
-        pair = looks.seen[:, :-1] & looks.seen[:, 1:]
-        u = looks.residual / np.sqrt(np.diagonal(looks.cov, axis1=-2, axis2=-1))
-        products = np.where(pair, np.mean(u[:, :-1] * u[:, 1:], axis=-1), 0.0)
-        products = products.sum(axis=1) / np.maximum(pair.sum(axis=1), 1)
+        spread = np.sqrt(np.diagonal(looks.cov, axis1=-2, axis2=-1))
+        before, after = (looks.pooled / spread)[:, :-1], (looks.residual / spread)[:, 1:]
+        pair = looks.seen[:, 1:] & np.any(before != 0, axis=-1)
+        count = np.maximum(pair.sum(axis=1), 1)
+        power = np.sqrt(np.mean(before[pair] ** 2) * np.mean(after[pair] ** 2)) if pair.any() else 1.0
+        products = np.where(pair, np.mean(before * after, axis=-1), 0.0).sum(axis=1) / count / power
         one = run_mean_verdict(name, 1.0 + products, 0.9, 1.1, each)
         text = (
             f"whiteness of {name}: correlation {one.figure - 1:.3g} at lag 1, band {one.low - 1:.2g} to {one.high - 1:.2g}"
@@ -141,7 +147,8 @@ def bias_of(played: Runs, share: float) -> Verdict:
 def calibration(played: Runs) -> tuple[tuple[str, ...], Array]:
     """Return squared errors over variances (d, r, s) along each free axis, and along and across the estimated velocity.
 
-    The estimate is uncorrelated with its error, so a direction derived from it is as good as a fixed one.
+    The estimate is uncorrelated with its error, so a direction derived from it is as good as a fixed one. An estimate that
+    stands still, as before the first return, has no direction: then it is that of x.
     """
     space, variance = played.tracker.state, np.diagonal(played.cov, axis1=-2, axis2=-1)
     free = [i for i in range(len(space)) if variance[..., i].min() > 0]
@@ -150,7 +157,8 @@ def calibration(played: Runs) -> tuple[tuple[str, ...], Array]:
     if all(name in names for name in ("x", "y", "vx", "vy")):
         place, pace = ([space.names.index(name) for name in pair] for pair in (("x", "y"), ("vx", "vy")))
         v = played.mean[..., pace]
-        ahead = v / np.maximum(np.linalg.norm(v, axis=-1, keepdims=True), 1e-12)
+        speed = np.linalg.norm(v, axis=-1, keepdims=True)
+        ahead = np.where(speed > 0, v / np.where(speed > 0, speed, 1.0), [1.0, 0.0])
         P = played.cov[..., place, :][..., place]
         for name, u in (("along-track", ahead), ("cross-track", ahead[..., ::-1] * [-1.0, 1.0])):
             names.append(name)

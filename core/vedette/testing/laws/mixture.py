@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from attrs import evolve
+from attrs import evolve, fields
 
 from vedette.filters import predicted
 from vedette.roles import Estimator
@@ -69,12 +69,21 @@ def first_scan_is_the_exact_mixture(estimator: Estimator[Any], drawn: Scene) -> 
     alike(estimator, after, mixture_moments(estimator.state, share, ends), 1e-8, "updated ")
 
 
+def _twins(estimator: Estimator[Any], modes: tuple[Estimator[Any], ...]) -> Estimator[Any]:
+    """Return the mixture with its first mode in place of each."""
+    changed: dict[str, Any] = {"modes": (modes[0],) * len(modes)}
+    taken = {attribute.name for attribute in fields(type(estimator)) if attribute.init}  # type: ignore[arg-type]
+    if "modes" not in taken:
+        raise Closed("its `modes` are no parameter")
+    return evolve(estimator, **changed, **({"absent": {}} if "absent" in taken else {}))  # type: ignore[misc]
+
+
 def equal_modes_are_one(estimator: Estimator[Any], drawn: Scene) -> None:
     """If a mixture: were all modes the same, it would be that mode through any number of scans."""
     modes = modes_of(estimator)
     if not modes:
         raise Closed("it is no mixture of modes")
-    twins, one = evolve(estimator, modes=(modes[0],) * len(modes), absent={}), modes[0]  # type: ignore[misc]
+    twins, one = _twins(estimator, modes), modes[0]
     own = estimator.state.locate(one.state)
     prior = Gaussian(drawn.prior.mean[..., own], drawn.prior.cov[..., own, :][..., own])
     ends = []

@@ -134,7 +134,7 @@ def noise_matches_draws(model: MotionModel, drawn: Moves) -> None:
     """States drawn from the model, in two steps if it is divisible, spread around move(x) as noise says."""
     rng, x = np.random.default_rng(drawn.seed), drawn.x[0]
     dt, periods = drawn.dt, np.array([np.inf if axis.period is None else axis.period for axis in model.state.axes])
-    while np.any(10.0 * np.sqrt(np.diagonal(_full(model.noise(x, dt), x, 2))) > periods):  # the noise itself would wrap
+    while np.any(16.0 * np.sqrt(np.diagonal(_full(model.noise(x, dt), x, 2))) > periods):  # the noise itself would wrap
         dt /= 2
         if dt < 1e-3:
             raise Closed("its noise wraps around an axis within a ms")

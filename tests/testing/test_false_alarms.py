@@ -1,0 +1,119 @@
+"""What the kit once held against right trackers and components."""
+
+from __future__ import annotations
+
+import attrs
+import numpy as np
+import pytest
+from hypothesis import strategies as st
+
+import vedette
+from foreign.catalogue import COMPONENTS
+from vedette import Estimator, Gaussian
+from vedette.testing import FAST, consistency, examine, laws_of
+from vedette.testing.strategies import components
+from vedette_standard.estimators.imm import Imm
+from vedette_standard.estimators.kalman import Kalman
+from vedette_standard.motion.constant_velocity import ConstantVelocity
+
+AT_REST = {"x": [0, 20], "y": [0, 20], "vx": [0, 2], "vy": [0, 2]}
+
+
+def tracker(detects=1.0, clutter=0.0, start=AT_REST, sigma_accel=0.5, associator="pda"):
+    radar = {"kind": "cartesian_position", "sigma": 5.0, "detection_probability": detects, "clutter_density": clutter}
+    return vedette.build(
+        {
+            "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": sigma_accel}},
+            "sensors": {"radar": radar},
+            "associator": {"kind": associator},
+            "lifecycle": {"kind": "single_target", "start": start},
+        }
+    )
+
+
+@pytest.mark.statistical(alpha=3e-6)
+@pytest.mark.parametrize(("detects", "clutter"), [(0.7, 0.0), (0.7, 2e-5), (0.9, 1e-4)])
+def test_a_target_that_is_expected_at_rest_has_a_direction(detects, clutter):
+    report = consistency(tracker(detects, clutter), scans=40, alpha=1e-6)
+    assert report.consistent, report.text
+    assert np.all(np.isfinite(report.calibration))
+
+
+@pytest.mark.statistical(alpha=3e-6)
+@pytest.mark.parametrize("clutter", [3e-4, 1e-3])
+def test_what_pda_uses_of_dense_clutter_is_white(clutter):
+    report = consistency(tracker(0.9, clutter), scans=40, alpha=1e-6)
+    (white,) = (verdict for verdict in report.verdicts if verdict.name == "whiteness")
+    assert abs(white.figure) < 5 * white.error + 0.02  # far within the band of .1: theory says 0
+    assert {verdict.name for verdict in report.verdicts if not verdict.inside} <= {"lost"}
+
+
+def test_what_a_filter_with_too_small_a_q_uses_in_clutter_is_not_white():
+    right = tracker(0.9, 3e-5, sigma_accel=1.5)
+    report = consistency(tracker(0.9, 3e-5), world=right, scans=40)
+    (white,) = (verdict for verdict in report.verdicts if verdict.name == "whiteness")
+    assert white.figure > 10 * white.error
+
+
+@attrs.frozen
+class Plain(Estimator):
+    """A mixture whose modes have the same axes, so that it needs no `absent`; `of` does the work."""
+
+    kind = "test_plain_mixture"
+    modes: tuple = attrs.field(converter=tuple)
+    transition: np.ndarray = attrs.field(factory=lambda: np.array([[0.9, 0.1], [0.2, 0.8]]), eq=False)
+
+    @property
+    def of(self):
+        return Imm(self.modes, transition=self.transition)
+
+    @property
+    def state(self):
+        return self.of.state
+
+    def start(self, prior, axes, rng):
+        return self.of.start(prior, axes, rng)
+
+    def predict(self, belief, dt, rng):
+        return self.of.predict(belief, dt, rng)
+
+    def evaluate(self, belief, sensor, observed, p_gate):
+        return self.of.evaluate(belief, sensor, observed, p_gate)
+
+    def update(self, belief, innovation, weights):
+        return self.of.update(belief, innovation, weights)
+
+    def moments(self, belief):
+        return self.of.moments(belief)
+
+    def mode_prob(self, belief):
+        return self.of.mode_prob(belief)
+
+
+@attrs.frozen
+class Narrowed(Plain):
+    """Wrong: it leaves out the spread of the means."""
+
+    kind = "test_narrowed_mixture"
+
+    def moments(self, belief):
+        found = self.of.moments(belief)
+        return Gaussian(found.mean, 0.9 * found.cov)
+
+
+@pytest.mark.parametrize(("cls", "verdict"), [(Plain, "held"), (Narrowed, "failed")])
+def test_a_mixture_needs_no_parameter_named_absent(cls, verdict):
+    made = cls((Kalman(ConstantVelocity(0.1)), Kalman(ConstantVelocity(2.0))))
+    (law,) = (law for law in laws_of(cls) if law.name == "equal_modes_are_one")
+    outcome = examine(cls, law, st.just(made), FAST)
+    assert outcome.verdict == verdict, outcome.text
+
+
+@pytest.mark.statistical(alpha=2e-8)
+def test_noise_that_would_wrap_is_no_fault():
+    (right,) = (type(c.make()) for c in COMPONENTS if c.name == "pendulum")
+    (law,) = (law for law in laws_of(right) if law.name == "noise_matches_draws")
+    for seed in range(20):
+        profile = attrs.evolve(FAST, seed=seed, runs=20, trials=1, alpha=1e-9)
+        outcome = examine(right, law, components(right), profile)
+        assert outcome.verdict == "held", outcome.text
