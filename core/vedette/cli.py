@@ -54,6 +54,10 @@ def _command(parsed: Namespace) -> int:
         from vedette.commands import study
 
         return study.run(parsed)
+    if parsed.command == "consistency":
+        from vedette.commands import consistency
+
+        return consistency.run(parsed)
     if parsed.command == "info":
         from vedette.commands import info
 
@@ -149,6 +153,15 @@ def _parser() -> ArgumentParser:
     check.add_argument("--seed", metavar="N", type=int, default=0, help="of everything random; default: 0")
     check.add_argument("--json", action="store_true", help="end standard output with one line of JSON")
 
+    consistency = commands.add_parser(
+        "consistency", help="see whether a tracker's covariances fit a recording", description=_CONSISTENCY
+    )
+    consistency.add_argument("config", metavar="CONFIG", help="a TOML, YAML or JSON file that describes tracker and source")
+    _takes_overrides(consistency, "the config")
+    consistency.add_argument("--seed", metavar="N", help="of everything random; the same as --set seed=N")
+    consistency.add_argument("--out", metavar="DIR", help="folder for text, figures and picture; default: not written")
+    consistency.add_argument("--json", action="store_true", help="end standard output with one line of JSON")
+
     info = commands.add_parser("info", help="show which kernels, libraries and plugins are used", description=_INFO)
     info.add_argument("--json", action="store_true", help="as one JSON object")
 
@@ -174,6 +187,10 @@ _RUN = (
 _CHECK = (
     "Test a component against every law of its role, with parameters drawn by its fields, and print which laws held, which "
     "failed and on what, and which did not apply. Exit code 1 if one failed. Needs vedette[testing]."
+)
+_CONSISTENCY = (
+    "Run a tracker on its recording and print what its tracks say of their own covariances: size and whiteness of "
+    "innovations, how often they were detected, and with truth the errors. It reports and does not judge."
 )
 _REPRODUCE = (
     "Run the whole study of a paper and print its tables, published figures beside measured ones, with a verdict on each "

@@ -192,7 +192,7 @@ def test_a_recording_tells_a_filter_that_is_too_sure():
     assert told.whiteness > 0.2
 
 
-def test_a_recording_without_truth_is_misuse():
+def test_a_recording_without_a_track_is_misuse():
     scene = SCENE["source"] | {"drawn": {}}
-    with pytest.raises(Misuse, match="source: has no truth"):
+    with pytest.raises(Misuse, match="source: gives no track with enough scans"):
         recorded_consistency(vedette.load(LINEAR | {"source": scene}))

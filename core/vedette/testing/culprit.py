@@ -51,7 +51,8 @@ class Restless(MotionModel):
         return self.of.move(x, dt)
 
     def noise(self, x: Array, dt: float) -> Array:
-        return self.factor * self.of.noise(x, dt)
+        noisier: Array = self.factor * self.of.noise(x, dt)
+        return noisier
 
 
 @final
@@ -88,7 +89,8 @@ class Noisy(Sensor):
 
     def noise(self, x: Array) -> Array:
         root = np.sqrt(self.factors)
-        return self.of.noise(x) * (root[:, None] * root)
+        noisier: Array = self.of.noise(x) * (root[:, None] * root)
+        return noisier
 
     def detects(self, x: Array) -> Array:
         return self.of.detects(x)

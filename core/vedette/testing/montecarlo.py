@@ -147,7 +147,7 @@ def play(
     state = tracker.start(many, float(times[0]), rng.spawn(1)[0])
     means, covs = [], []
     drowned = np.zeros(runs, dtype=bool)
-    looks: dict[str, list[tuple[Array, ...]]] = {name: [] for name in tracker.sensors}
+    looks: dict[str, list[tuple[Any, ...]]] = {name: [] for name in tracker.sensors}
     for k, time in enumerate(times[1:].tolist(), 1):
         for name, sensor in tracker.sensors.items():
             moments = tracker.estimator.moments(tracker.predict(state, time))
@@ -155,7 +155,8 @@ def play(
             z, seen = returns(world.sensors[name], x, rng.random(runs), rng.standard_normal((runs, len(sensor.measurement))))
             residual, S = innovation(tracker, sensor, Gaussian(moments.mean[:, 0], moments.cov[:, 0]), z)
             expected = sensor.measurement.displace(z, -residual)
-            scan, counts = Scan(time, name, Detections(z[:, None], seen[:, None])), np.zeros((3, runs))
+            scan = Scan(time, name, Detections(z[:, None], seen[:, None]))
+            counts: Array = np.zeros((3, runs))
             if clutter:
                 scan, grown, counts = _cluttered(tracker, world.sensors[name], scan, expected, S, drowned, rng)
                 drowned = drowned | grown

@@ -1,62 +1,157 @@
-"""The same figures on a recording with truth: reported, not judged, as no recording is drawn from a filter's models."""
+"""The same figures on a recording: reported, not judged, as no recording is drawn from a filter's models.
+
+Without truth, innovations alone speak: how large they are, whether one tells of the next, and how often there is one.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
-from attrs import frozen
+from attrs import evolve, field, frozen
 
 from vedette.experiment import Experiment, Result
-from vedette.metrics.consistency import Credibility, autocorrelation, free_axes, nees, noncredibility, pooled_nis
+from vedette.metrics.consistency import (
+    Credibility,
+    autocorrelation,
+    chi_square_band,
+    free_axes,
+    nees,
+    noncredibility,
+    pooled_nis,
+)
+from vedette.progress import Progress, silent
+from vedette.roles import Sensor
 from vedette.space import Array, Mask, Space
+from vedette.supporting import ImagingSensor
 from vedette.testing.judging import Misuse
 from vedette.testing.montecarlo import innovation
-from vedette.types import Gaussian, Track, Trajectory
+from vedette.tracking.state import State
+from vedette.tracking.tracker import Tracker
+from vedette.types import Gaussian, Scan, Track, Trajectory
+
+LAGS = 10
+"""Number of scans over which innovations are correlated."""
+
+
+@frozen(eq=False)
+class Innovations:
+    """What a track used of each scan that it lived through.
+
+    nis (s,) weighted squared distances, hit (s,) the probability of having been detected and `declared` (s,) what it was to
+    be, axes (s,) that were measured; `correlation` (l,) of the innovations of its most used sensor at lag 1 ..., from
+    `pairs` (l,) of numbers: none if they are fewer than three scans.
+    """
+
+    times: Array
+    nis: Array
+    hit: Array
+    declared: Array
+    axes: Array
+    correlation: Array
+    pairs: Array
 
 
 @frozen(eq=False)
 class Recorded:
-    """What one track states about itself, compared with the truth that it followed.
+    """What one track states about itself, and how that compares with the truth that it followed, if that is known.
 
     `anees` and `nis` are scaled so that 1 is expected; `whiteness` is the correlation of innovations at lag 1 by the
-    sensors' own noise, None if no two successive scans have a return; `credibility` in dB, from the scans of this one run.
+    sensors' own noise, None if no two successive scans have a return; `hits` is how often it was detected over what its
+    sensors declare; `credibility` in dB, from the scans of this one run. `nees` (s,) at `times` (s,), 1
+    expected, is the mean of `axes` squares.
     """
 
-    truth: str
+    truth: str | None
     track: int
     scans: int
-    anees: float
-    nis: float
+    anees: float | None
+    nis: float | None
     whiteness: float | None
-    credibility: Credibility
+    hits: float | None
+    credibility: Credibility | None
+    times: Array = field(repr=False)
+    nees: Array | None = field(repr=False)
+    axes: int
+    innovations: Innovations = field(repr=False)
 
     @property
     def text(self) -> str:
-        """One line."""
+        """One line of figures, and one on what innovations say of Q and R if they say anything."""
         white = "unknown" if self.whiteness is None else f"{self.whiteness:.2f}"
-        return (
-            f"{self.truth}: track {self.track}, {self.scans} scans, ANEES {self.anees:.2f} and NIS {self.nis:.2f} of what "
-            f"is expected, innovations correlate by {white}, noncredibility {self.credibility.index:.1f} dB "
-            f"(inclination {self.credibility.inclination:+.1f} dB)"
-        )
+        parts = [f"track {self.track}, {self.scans} scans"]
+        parts += [] if self.anees is None else [f"ANEES {self.anees:.2f}"]
+        size = "unknown" if self.nis is None else f"{self.nis:.2f} of what is expected"
+        parts[-1] += f"{' and' if self.anees is not None else ','} NIS {size}"
+        parts += [f"innovations correlate by {white}"]
+        parts += [] if self.hits is None else [f"detected {self.hits:.2f} times as often as declared"]
+        if self.credibility is not None:
+            parts += [f"noncredibility {self.credibility.index:.1f} dB (inclination {self.credibility.inclination:+.1f} dB)"]
+        line = ", ".join(parts)
+        line = line if self.truth is None else f"{self.truth}: {line}"
+        return line + (f"\n  {self.hint}" if self.hint else "")
+
+    @property
+    def measured(self) -> int:
+        """How many axes most scans measure."""
+        return round(float(np.median(self.innovations.axes)))
+
+    @property
+    def hint(self) -> str:
+        """What the innovations' size and correlation say of Q and R; "" if they are about right, or too few."""
+        seen = self.innovations
+        dof = float(np.sum(seen.hit * seen.axes))
+        missing = float(np.sum(seen.declared)) - float(np.sum(seen.hit))
+        if self.hits is not None and self.hits < 0.85 and missing > 4.0 * float(np.sqrt(np.sum(seen.declared))):
+            return "returns are missed: likely P_D is lower, or Q or R so small that the gate shuts them out"
+        if self.whiteness is None or self.nis is None:
+            return ""
+        low, high = chi_square_band(dof, 1e-3)
+        reach = 3.3 / float(np.sqrt(seen.pairs[0]))
+        large, small = self.nis > max(high, 1.1), self.nis < min(low, 0.9)
+        lags, leaps = self.whiteness > max(reach, 0.1), self.whiteness < -max(reach, 0.1)
+        if lags or leaps:
+            slow = "each innovation goes on in the next" if lags else "each innovation is taken back by the next"
+            which = ("R is too large" if small else "Q is too small") if lags else ""
+            which = which or ("Q is too large" if small else "R is too small")
+            return f"{slow}: likely {which}"
+        if large or small:
+            factor = self.nis if large else 1.0 / max(self.nis, 1e-300)
+            size, way = ("large", "small") if large else ("small", "large")
+            return f"innovations are white but too {size}: likely Q and R are both {factor:.2g} times too {way}"
+        return ""
+
+    def data(self) -> dict[str, object]:
+        """Return the figures as plain data."""
+        figures: dict[str, object] = {
+            name: getattr(self, name) for name in ("truth", "track", "scans", "anees", "nis", "whiteness", "hits")
+        }
+        index = None if self.credibility is None else self.credibility.index
+        inclination = None if self.credibility is None else self.credibility.inclination
+        return figures | {"noncredibility_db": index, "inclination_db": inclination, "hint": self.hint}
 
 
-def recorded_consistency(experiment: Experiment) -> tuple[Recorded, ...]:
-    """Run an experiment whose source has truth, and report the track nearest to each object. Misuse without truth."""
-    result = experiment.run()
-    if not result.recording.truth:
-        raise Misuse("source: has no truth, so errors are not known; give a recording that has")
-    white = _whiteness(experiment, result)
+def recorded_consistency(experiment: Experiment, progress: Progress = silent) -> tuple[Recorded, ...]:
+    """Run an experiment and report the track nearest to each object; without truth, every track that was ever confirmed.
+
+    Misuse if no track can be compared: too few scans, or cameras alone, which give no returns.
+    """
+    result = experiment.run(progress=progress, keep_states=True)
+    innovations = _innovations(experiment.tracker, result)
+    known = {track.id: track for track in result.tracks if track.id in innovations}
     found = []
     for path in result.recording.truth:
-        tracks = [(i, track) for i, track in enumerate(result.tracks) if _shared(track, path).any()]
-        near = [(float(np.mean(_distance(track, path))), i) for i, track in tracks]
-        if not near:
-            continue
-        track = result.tracks[min(near)[1]]
-        told = _told(path, track, white.get(track.id))
-        if told is not None:
-            found.append(told)
-    return tuple(found)
+        tracks = [track for track in known.values() if _shared(track, path).any()]
+        near = [(float(np.mean(_distance(track, path))), track.id) for track in tracks]
+        if near:
+            _, best = min(near)
+            found.append(_told(experiment.tracker, known[best], innovations[best], path))
+    if not result.recording.truth:
+        found = [_told(experiment.tracker, track, innovations[track.id]) for track in known.values()]
+    told = tuple(one for one in found if one is not None)
+    if not told:
+        raise Misuse("source: gives no track with enough scans of returns to judge by; is any ever confirmed?")
+    return told
 
 
 def _shared(track: Track, path: Trajectory) -> Mask:
@@ -86,49 +181,73 @@ def _distance(track: Track, path: Trajectory) -> Array:
     return distance
 
 
-def _told(path: Trajectory, track: Track, white: tuple[float | None, Array] | None) -> Recorded | None:
+def _told(tracker: Tracker, track: Track, seen: Innovations, path: Trajectory | None = None) -> Recorded | None:
+    nis = float(pooled_nis(seen.nis, seen.hit, seen.axes, tracker.gate.probability)) if np.any(seen.hit > 0) else None
+    white = float(seen.correlation[0]) if len(seen.correlation) and seen.pairs[0] else None
+    hits = float(np.sum(seen.hit) / np.sum(seen.declared)) if np.sum(seen.declared) > 0 else None
+    told = Recorded(None, track.id, len(track.times), None, nis, white, hits, None, track.times, None, 0, seen)
+    if path is None:
+        return told if np.count_nonzero(seen.hit > 0) >= 3 else None
     error, cov = _errors(track, path)
     if len(error) <= error.shape[-1]:
         return None
-    anees = float(np.mean(nees(error, cov) / free_axes(cov)))
-    correlation, axes = white if white is not None else (None, np.full(len(track.times), 2.0))
-    nis = float(pooled_nis(track.nis, track.hit, axes))
-    return Recorded(path.name, track.id, len(error), anees, nis, correlation, noncredibility(error, cov))
+    each = nees(error, cov) / free_axes(cov)
+    return evolve(
+        told,
+        truth=path.name,
+        scans=len(error),
+        anees=float(np.mean(each)),
+        credibility=noncredibility(error, cov),
+        times=track.times[_shared(track, path)],
+        nees=each,
+        axes=round(float(np.median(free_axes(cov)))),
+    )
 
 
-def _whiteness(experiment: Experiment, result: Result) -> dict[int, tuple[float | None, Array]]:
-    """Return by track id the correlation at lag 1 of its most used sensor's innovations, and the axes measured per scan."""
-    tracker = experiment.tracker
-    _, seed = np.random.SeedSequence(experiment.seed).spawn(2)
-    given = tracker.given(result.recording)
-    begin = result.scans[0].time if given is not None and result.scans else -np.inf
-    state = tracker.start(given, begin, seed)
-    seen: dict[int, dict[str, list[tuple[Array, Array] | None]]] = {}
-    axes: dict[int, list[int]] = {}
-    for scan in result.scans:
+def _innovations(tracker: Tracker, result: Result) -> dict[int, Innovations]:
+    """Return by track id what it used of each scan of returns after the one in which it began."""
+    rows: dict[int, list[tuple[str, float, float, float, float, Array, Array]]] = {}
+    for before, state, scan in zip(result.states, result.states[1:], result.scans[1:], strict=False):
         sensor = tracker.sensors[scan.sensor] if scan.pose is None else tracker.sensors[scan.sensor].at(scan.pose)
-        predicted = tracker.estimator.moments(tracker.predict(state, scan.time))
-        before = state.ids.tolist()
-        state = tracker.step(state, scan)
-        for row, (track, weights) in enumerate(zip(state.ids.tolist(), state.weights, strict=True)):
-            axes.setdefault(track, []).append(len(sensor.measurement))
-            best = int(np.argmax(weights))
-            entry = None
-            if track in before and best and weights[best] > 0.5:
-                at = before.index(track)
-                prior = Gaussian(predicted.mean[at], predicted.cov[at])
-                own = best - 1 if state.returns is None else state.returns[row, best - 1]
-                entry = innovation(tracker, sensor, prior, scan.detections.z[own])
-            seen.setdefault(track, {}).setdefault(scan.sensor, []).append(entry)
-    return {track: (_correlation(looks), np.array(axes[track], dtype=float)) for track, looks in seen.items()}
+        if isinstance(sensor, ImagingSensor) or not len(before.ids):
+            continue
+        predicted = tracker.estimator.moments(tracker.predict(before, scan.time))
+        at = {track: row for row, track in enumerate(before.ids.tolist())}
+        for row, track in enumerate(state.ids.tolist()):
+            if track in at:
+                prior = Gaussian(predicted.mean[at[track]], predicted.cov[at[track]])
+                pooled, S, declared = _used(tracker, sensor, prior, scan, state, row)
+                entry = (scan.sensor, scan.time, float(state.nis[row]), float(state.hit[row]), declared, pooled, S)
+                rows.setdefault(track, []).append(entry)
+    return {track: _gathered(tracker, entries) for track, entries in rows.items()}
 
 
-def _correlation(looks: dict[str, list[tuple[Array, Array] | None]]) -> float | None:
-    entries = max(looks.values(), key=lambda rows: sum(row is not None for row in rows))
-    first = next((row for row in entries if row is not None), None)
-    if first is None or len(entries) < 3:
-        return None
-    rows = [first if row is None else row for row in entries]
-    valid = np.array([row is not None for row in entries])
-    rho, count = autocorrelation(np.array([row[0] for row in rows]), np.array([row[1] for row in rows]), 1, valid)
-    return float(rho[0]) if count[0] else None
+def _used(
+    tracker: Tracker, sensor: Sensor, prior: Gaussian, scan: Scan, state: State, row: int
+) -> tuple[Array, Array, float]:
+    """Return the weighted sum of a track's innovations (m,), the covariance of one (m, m), and its chance to be detected."""
+    weights = state.weights[row, 1:]
+    used = np.flatnonzero(weights)
+    own = used if state.returns is None else state.returns[row, used]
+    x, seen = prior.mean[tracker.state.locate(sensor.observes)], scan.detections
+    residual, S = innovation(tracker, sensor, prior, seen.z[own] if len(own) else sensor.measure(x)[None])
+    if len(own) and seen.missing is not None:
+        residual = np.where(seen.missing[own], 0.0, residual)
+    if len(own) and seen.noise is not None:
+        S = S - sensor.noise(x) + seen.noise[own[np.argmax(weights[used])]]
+    declared = float(sensor.detects(x)) * tracker.gate.probability
+    return np.sum(weights[used][:, None] * residual[: len(own)], axis=0), S, declared
+
+
+def _gathered(tracker: Tracker, entries: Sequence[tuple[str, float, float, float, float, Array, Array]]) -> Innovations:
+    names = [entry[0] for entry in entries]
+    most = max(set(names), key=lambda name: (sum(e[3] > 0 for e in entries if e[0] == name), name))
+    own = [entry for entry in entries if entry[0] == most]
+    lags, valid = min(LAGS, len(own) - 1), np.array([entry[3] > 0 for entry in own])
+    correlation: Array = np.zeros(0)
+    pairs: Array = np.zeros(0)
+    if lags > 0 and valid.sum() >= 3:
+        correlation, pairs = autocorrelation(np.array([e[5] for e in own]), np.array([e[6] for e in own]), lags, valid)
+    times, nis, hit, declared = (np.array([entry[i] for entry in entries], dtype=float) for i in range(1, 5))
+    axes = np.array([len(tracker.sensors[name].measurement) for name in names], dtype=float)
+    return Innovations(times, nis, hit, declared, axes, correlation, pairs)

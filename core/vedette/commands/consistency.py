@@ -1,0 +1,60 @@
+"""`vedette consistency`: whether a tracker's covariances fit a recording, with truth or without."""
+
+from __future__ import annotations
+
+import json
+from argparse import Namespace
+from collections.abc import Sequence
+from pathlib import Path
+
+from vedette.commands.ending import DONE
+from vedette.commands.output import can_draw
+from vedette.config import load
+from vedette.experiment import Experiment
+from vedette.io.atomic import whole_file
+from vedette.progress import on_terminal
+from vedette.report.files import check_folder
+from vedette.report.recorded import Lines, draw
+from vedette.testing.recorded import Recorded, recorded_consistency
+
+
+def run(arguments: Namespace) -> int:
+    """Run the tracker, print what each track says of itself, and write text, figures and picture if asked to."""
+    overrides = [*arguments.overrides, *([] if arguments.seed is None else [f"seed={arguments.seed}"])]
+    experiment = load(arguments.config, overrides=overrides)
+    folder = None if arguments.out is None else Path(arguments.out)
+    if folder is not None:
+        check_folder(folder)
+    with on_terminal() as progress:
+        told = recorded_consistency(experiment, progress)
+    text = "\n".join(one.text for one in told)
+    found = {"title": experiment.title, "seed": experiment.seed, "tracks": [one.data() for one in told]}
+    print(text)
+    if folder is not None:
+        print(f"{folder}: {', '.join(_write(folder, experiment, told, text, found))}")
+    if arguments.json:
+        print(json.dumps(found))
+    return DONE
+
+
+def _write(folder: Path, experiment: Experiment, told: Sequence[Recorded], text: str, found: dict[str, object]) -> list[str]:
+    folder.mkdir(parents=True, exist_ok=True)
+    written = []
+    for name, content in (("consistency.txt", text), ("consistency.json", json.dumps(found, indent=2))):
+        with whole_file(folder / name) as file:
+            file.write(content + "\n")
+        written.append(name)
+    if can_draw():
+        title = f"Consistency: {experiment.title}" if experiment.title else "Consistency"
+        path = folder / "consistency.png"
+        draw(title, [_lines(one) for one in told], told[0].axes, told[0].measured, path)
+        written.append("consistency.png")
+    return written
+
+
+def _lines(one: Recorded) -> Lines:
+    seen = one.innovations
+    hit = seen.hit > 0.5
+    name = f"track {one.track}" if one.truth is None else f"{one.truth}, track {one.track}"
+    nis = seen.nis[hit] / (seen.hit * seen.axes)[hit]
+    return Lines(name, one.times, one.nees, seen.times[hit], nis, seen.correlation, seen.pairs)

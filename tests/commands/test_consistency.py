@@ -1,0 +1,118 @@
+"""`vedette consistency`: what tracks of a recording say of their own covariances, with truth and without."""
+
+import json
+
+import pytest
+
+from vedette.cli import main
+from vedette.config import load
+from vedette.io import write_recording
+from vedette.testing import recorded_consistency
+from vedette.types import Recording
+
+SCENE = """
+title = "One boat"
+seed = 3
+
+[source]
+kind = "simulation"
+duration = 400
+looks.radar.interval = 1.0
+drawn.boat.models = [{ kind = "constant_velocity", sigma_accel = 1.0 }]
+drawn.boat.start = { x = [0, 20], y = [0, 20], vx = [12, 2], vy = [0, 2] }
+
+[sensors.radar]
+kind = "cartesian_position"
+sigma = 10.0
+detection_probability = 0.9
+
+[estimator]
+kind = "kalman"
+motion = { kind = "constant_velocity", sigma_accel = 1.0 }
+
+[associator]
+kind = "pda"
+
+[lifecycle]
+kind = "single_target"
+start = { x = [0, 20], y = [0, 20], vx = [12, 2], vy = [0, 2] }
+"""
+
+
+@pytest.fixture
+def scene(tmp_path):
+    path = tmp_path / "boat.toml"
+    path.write_text(SCENE)
+    return path
+
+
+@pytest.fixture
+def untold(scene, tmp_path):
+    """Settings that replay the scene without its truth."""
+    experiment = load(scene)
+    recording = experiment.run().recording
+    path = tmp_path / "boat.jsonl"
+    sensors = {name: sensor.measurement for name, sensor in experiment.tracker.sensors.items()}
+    write_recording(path, Recording(recording.scans), sensors)
+    return ["--set", "source.kind=jsonl", "--set", f"source.path={path}"]
+
+
+def test_it_prints_text_and_figures_and_writes_them_with_a_picture(scene, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert main(["consistency", str(scene), "--out", str(out), "--json"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].startswith("boat: track 0, 401 scans, ANEES ")
+    (track,) = json.loads(lines[-1])["tracks"]
+    assert track["truth"] == "boat"
+    assert track["nis"] == pytest.approx(1.0, abs=0.3)
+    assert track["hits"] == pytest.approx(1.0, abs=0.1)
+    assert (out / "consistency.txt").read_text().strip() in "\n".join(lines)
+    assert json.loads((out / "consistency.json").read_text())["tracks"] == [track]
+    assert (out / "consistency.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_without_truth_the_innovations_are_told_and_they_are_the_same(scene, untold, tmp_path, capsys):
+    assert main(["consistency", str(scene), "--json"]) == 0
+    (known,) = json.loads(capsys.readouterr().out.splitlines()[-1])["tracks"]
+    assert main(["consistency", str(scene), *untold, "--json", "--out", str(tmp_path / "out")]) == 0
+    out = capsys.readouterr().out.splitlines()
+    (track,) = json.loads(out[-1])["tracks"]
+    assert out[0].startswith("track 0, 4")
+    assert "ANEES" not in out[0]
+    assert (track["truth"], track["anees"], track["noncredibility_db"]) == (None, None, None)
+    for name in ("nis", "whiteness", "hits"):
+        assert track[name] == pytest.approx(known[name], rel=0.05)
+    assert (tmp_path / "out/consistency.png").exists()
+
+
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [
+        ([], ""),
+        (["estimator.motion.sigma_accel=0.2"], "Q is too small"),
+        (["estimator.motion.sigma_accel=8"], "Q is too large"),
+        (["sensors.radar.sigma=1"], "R is too small"),
+        (["sensors.radar.sigma=40"], "R is too large"),
+        (["sensors.radar.sigma=5", "estimator.motion.sigma_accel=0.5"], "Q and R are both"),
+    ],
+)
+def test_without_truth_the_innovations_tell_q_from_r(scene, untold, settings, words):
+    open_gate = "gate.probability=0.99999999"
+    (told,) = recorded_consistency(load(scene, overrides=[*untold[1::2], open_gate, *settings]))
+    assert (words in told.hint) if words else told.hint == ""
+
+
+def test_more_detections_than_declared_are_told(scene, untold):
+    (told,) = recorded_consistency(load(scene, overrides=[*untold[1::2], "sensors.radar.detection_probability=0.45"]))
+    assert told.hits == pytest.approx(2.0, abs=0.15)
+
+
+def test_returns_that_the_gate_shuts_out_are_told(scene, untold):
+    (told,) = recorded_consistency(load(scene, overrides=[*untold[1::2], "estimator.motion.sigma_accel=0.05"]))
+    assert told.hits < 0.8
+    assert told.hint.startswith("returns are missed")
+
+
+def test_a_recording_of_no_track_is_wrong_use(scene, capsys):
+    assert main(["consistency", str(scene), "--set", "source.duration=1"]) == 2
+    assert "gives no track with enough scans" in capsys.readouterr().err
