@@ -91,9 +91,10 @@ def test_without_truth_the_innovations_are_told_and_they_are_the_same(scene, unt
         ([], ""),
         (["estimator.motion.sigma_accel=0.2"], "Q is too small"),
         (["estimator.motion.sigma_accel=8"], "Q is too large"),
-        (["sensors.radar.sigma=1"], "R is too small"),
+        (["sensors.radar.sigma=1"], "returns are missed"),
+        (["sensors.radar.sigma=5"], "likely R, or R and Q alike, 3"),
         (["sensors.radar.sigma=40"], "R is too large"),
-        (["sensors.radar.sigma=5", "estimator.motion.sigma_accel=0.5"], "Q and R are both"),
+        (["sensors.radar.sigma=5", "estimator.motion.sigma_accel=0.5"], "likely R, or R and Q alike, 3"),
     ],
 )
 def test_without_truth_the_innovations_tell_q_from_r(scene, untold, settings, words):

@@ -118,7 +118,7 @@ class Recorded:
         if large or small:
             factor = self.nis if large else 1.0 / max(self.nis, 1e-300)
             size, way = ("large", "small") if large else ("small", "large")
-            return f"innovations are white but too {size}: likely Q and R are both {factor:.2g} times too {way}"
+            return f"innovations are white but too {size}: likely R, or R and Q alike, {factor:.2g} times too {way}"
         return ""
 
     def data(self) -> dict[str, object]:
