@@ -146,7 +146,8 @@ def _parser() -> ArgumentParser:
     components.add_argument("--json", action="store_true", help="as one JSON object")
 
     check = commands.add_parser("check", help="test a component against the laws of its role", description=_CHECK)
-    check.add_argument("subject", metavar="KIND_OR_MODULE", help="an installed kind, a module, or module:Class")
+    check.add_argument("subject", metavar="WHAT", help="an installed kind, a module, module:Class, or a config's file")
+    check.add_argument("--config", metavar="FILE", help="check the kind with the parameters that it has in this config")
     check.add_argument(
         "--profile", default="fast", choices=["fast", "nightly"], help="how thoroughly to test; default: fast"
     )

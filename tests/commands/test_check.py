@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from vedette.cli import main
+from vedette.commands import check
 from vedette.testing import laws_of
 from vedette_standard.associators.nearest import Nearest
 
@@ -40,3 +41,75 @@ def test_what_cannot_be_checked_is_told(
     monkeypatch.syspath_prepend(str(tmp_path))
     assert main(["check", name]) == 2
     assert told in capsys.readouterr().err
+
+
+CONFIG = """
+[sensors.radar]
+kind = "cartesian_position"
+sigma = 5.0
+[estimator]
+kind = "kalman"
+motion = { kind = "gauss_markov_free", sigma = 1.0 }
+[associator]
+kind = "nearest"
+[lifecycle]
+kind = "single_target"
+start = { x = [0, 1], y = [0, 1], vx = [0, 1], vy = [0, 1] }
+"""
+
+
+def test_a_config_is_checked_part_by_part(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "tracker.toml"
+    path.write_text(CONFIG.replace("gauss_markov_free", "constant_velocity").replace("sigma = 1.0", "sigma_accel = 1.0"))
+    assert main(["check", "nearest", "--config", str(path), "--json"]) == 0
+    (component,) = json.loads(capsys.readouterr().out.splitlines()[-1])["components"]
+    assert component["kind"] == "nearest"
+    assert [type(part).__name__ for part in check.parts_of(str(path))] == [
+        *("Kalman", "ConstantVelocity", "CartesianPosition", "Nearest", "SingleTarget", "Given")
+    ]
+    assert main(["check", "pda", "--config", str(path)]) == 2
+    assert "has none; it has cartesian_position, constant_velocity," in capsys.readouterr().err
+
+
+WRONG = """
+import numpy as np
+from attrs import frozen
+from vedette import MotionModel, Space
+
+@frozen
+class Noisy(MotionModel):
+    kind = "test_noisy_warnings"
+    @property
+    def state(self): return Space.of(x="m")
+    def move(self, x, dt):
+        np.log(np.zeros(3))
+        return x + 0.5
+    def noise(self, x, dt): return dt * np.eye(1)
+"""
+
+
+def test_a_counterexample_has_four_lines_and_warnings_are_counted(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "vedette_test_noisy.py").write_text(WRONG)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    assert main(["check", "vedette_test_noisy"]) == 1
+    told = capsys.readouterr()
+    lines = told.out.splitlines()
+    (row,) = (i for i, line in enumerate(lines) if "zero_step_changes_nothing" in line)
+    assert "failed  move(x, 0)[0, 0]: must be 0, got 0.5" in lines[row]
+    assert lines[row + 1].strip().startswith("after move(x [[0.], [0.], [0.]], dt 0) -> [[0.5]")
+    assert lines[row + 2].strip() == "with Noisy()"
+    assert lines[row + 3].strip().startswith("and Moves(x=")
+    assert lines[row + 4].startswith("  noise_is_a_covariance ")
+    assert "divide by zero encountered in log (vedette_test_noisy.py:12)" in lines[-1]
+    assert lines[-1].startswith("  warned ")
+    assert told.err == ""
+
+
+def test_what_cannot_be_drawn_is_told_with_its_cure(capsys: pytest.CaptureFixture[str]) -> None:
+    for kind in ("cfar", "template_filter"):
+        assert main(["check", kind]) == 1
+        told = capsys.readouterr().out
+        assert "cannot be drawn" in told
+        assert "vedette check KIND --config FILE" in told

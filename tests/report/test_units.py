@@ -7,7 +7,7 @@ from attrs import evolve
 import vedette
 from vedette.metrics import Score
 from vedette.report.summary import summary
-from vedette.testing.kit import _method
+from vedette.testing.telling import method_of
 
 CONFIG = {
     "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 1.0}},
@@ -45,6 +45,6 @@ def test_an_error_is_told_with_the_method_that_raised_it():
     sensor = vedette.load(CONFIG).tracker.sensors["radar"]
     with pytest.raises((ValueError, IndexError)) as raised:
         sensor.invert(np.zeros((2, 5)), np.zeros(3))
-    assert _method(raised.value) == "cartesian_position.invert "
-    assert _method(ValueError("of nobody")) == ""
+    assert method_of(raised.value) == "cartesian_position.invert "
+    assert method_of(ValueError("of nobody")) == ""
     assert evolve(sensor).kind == "cartesian_position"

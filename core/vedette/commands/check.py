@@ -1,21 +1,34 @@
-"""`vedette check`: test the laws of a component's role on an installed component or on those of a module."""
+"""`vedette check`: test the laws of a component's role on an installed kind, on those of a module, or on a config's."""
 
 from __future__ import annotations
 
 import inspect
 import json
+import warnings
 from argparse import Namespace
+from collections import Counter
+from collections.abc import Mapping
 from importlib import import_module
+from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+import attrs
+
 from vedette.commands.ending import DONE, FAILED, complain
+from vedette.config import load
 from vedette.config.contract import described
 from vedette.config.parameters import role_of
 from vedette.config.registry import Registry
 from vedette.config.suggestions import did_you_mean
 from vedette.errors import ConfigError, PluginError, Problem
 from vedette.roles import Component
+
+FORMATS = (".toml", ".yaml", ".yml", ".json")
+MOST_WARNINGS = 3
+"""Different warnings that are shown."""
+
+_CURE = "check it as it is configured, `vedette check KIND --config FILE`, or write a test with `conformance(...)`"
 
 
 def run(arguments: Namespace) -> int:
@@ -24,12 +37,42 @@ def run(arguments: Namespace) -> int:
         from vedette.testing.law import Profile
 
         profile = Profile.named(arguments.profile, arguments.seed)
-        found = [check(cls, profile) for cls in classes_of(arguments.subject, Registry.installed())]
+        if Path(arguments.subject).suffix in FORMATS:
+            found = [check(type(each), profile, each) for each in parts_of(arguments.subject)]
+        elif arguments.config is not None:
+            found = [check(type(each), profile, each) for each in parts_of(arguments.config, arguments.subject)]
+        else:
+            found = [check(cls, profile) for cls in classes_of(arguments.subject, Registry.installed())]
     except ModuleNotFoundError as missing:
         return complain(str(missing))
     if arguments.json:
         print(json.dumps({"components": found}))
     return FAILED if any(component["failed"] for component in found) else DONE
+
+
+def parts_of(config: str, kind: str | None = None) -> list[Component]:
+    """Return the components of a config, or those of one kind, each with its parameters; ConfigError if there are none."""
+    found: list[Component] = []
+
+    def gather(value: Any) -> None:
+        if isinstance(value, Component) and value not in found:
+            found.append(value)
+        if attrs.has(type(value)):
+            for field in attrs.fields(type(value)):
+                gather(getattr(value, field.name))
+        elif isinstance(value, Mapping):
+            for each in value.values():
+                gather(each)
+        elif isinstance(value, tuple | list):
+            for each in value:
+                gather(each)
+
+    gather(load(config))
+    parts = [each for each in found if role_of(type(each)) and kind in (None, each.kind)]
+    if not parts:
+        kinds = ", ".join(sorted({each.kind for each in found}))
+        raise ConfigError([Problem(str(kind), f"{config} has none; it has {kinds}")])
+    return parts
 
 
 def classes_of(subject: str, registry: Registry) -> list[type[Component]]:
@@ -73,8 +116,11 @@ def _components(module: ModuleType) -> list[type[Component]]:
     return [cls for cls in own if issubclass(cls, Component) and role_of(cls) and not inspect.isabstract(cls)]
 
 
-def check(cls: type[Component], profile: object) -> dict[str, Any]:
-    """Print the table of one component, and return it as plain data."""
+def check(cls: type[Component], profile: object, one: Component | None = None) -> dict[str, Any]:
+    """Print the table of a class of components, or of `one` with its parameters, and return it as plain data."""
+    from hypothesis import strategies
+
+    from vedette.testing.judging import Misuse
     from vedette.testing.kit import examine, laws_of
     from vedette.testing.law import Profile
     from vedette.testing.strategies import components
@@ -86,14 +132,26 @@ def check(cls: type[Component], profile: object) -> dict[str, Any]:
     told: list[dict[str, Any]] = []
     component = {"role": entry.role, "kind": entry.kind, "class": name, "failed": True, "laws": told}
     try:
-        drawn = components(cls)
+        drawn = components(cls) if one is None else strategies.just(one)
     except ValueError as lacking:
-        print(f"  cannot be drawn: {lacking}\n  write a test with `conformance({cls.__name__}, ...)` that gives it")
+        print(f"  cannot be drawn: {lacking}\n  {_CURE}")
         return component | {"reason": str(lacking)}
     width = max(len(law.name) for law in laws)
+    warned: Counter[str] = Counter()
     for law in laws:
-        outcome = examine(cls, law, drawn, profile)
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            try:
+                outcome = examine(cls, law, drawn, profile)
+            except Misuse as lacking:
+                print(f"  cannot be drawn: {lacking}\n  {_CURE}")
+                return component | {"reason": str(lacking)}
+        warned.update(f"{each.message} ({Path(each.filename).name}:{each.lineno})" for each in caught)
         told.append({"law": law.name, "verdict": outcome.verdict, "text": outcome.text, "examples": outcome.examples})
         note = law.sentence if outcome.verdict == "held" else outcome.text.replace("\n", "\n" + " " * (width + 12))
         print(f"  {law.name:{width}}  {outcome.verdict:7} {note}", flush=True)
-    return component | {"failed": any(law["verdict"] == "failed" for law in told)}
+    for text, count in warned.most_common(MOST_WARNINGS):
+        print(f"  warned {count} times: {text}")
+    if len(warned) > MOST_WARNINGS:
+        print(f"  and of {len(warned) - MOST_WARNINGS} other things")
+    return component | {"failed": any(law["verdict"] == "failed" for law in told), "warnings": dict(warned)}

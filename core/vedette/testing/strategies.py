@@ -7,6 +7,7 @@ combination with others (a minimum above its maximum) is drawn again.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -58,6 +59,12 @@ _MATRICES: dict[int, tuple[Any, ...]] = {
 }
 
 
+@cache
+def usual(role: str, kind: str) -> Any:
+    """Return the class of a built-in component with which the laws try others."""
+    return Registry.installed().get(role, kind).cls
+
+
 def components(cls: type, given: Given | None = None, registry: Registry | None = None) -> st.SearchStrategy[Any]:
     """Return components of a class, with the strategies `given` for some parameters and inferred ones for the rest.
 
@@ -79,10 +86,15 @@ def components(cls: type, given: Given | None = None, registry: Registry | None 
 @st.composite
 def _built(draw: st.DrawFn, cls: type, parts: Given) -> Any:
     values = {name: draw(strategy) for name, strategy in parts.items()}
-    try:
-        return cls(**values)
-    except ValueError:
-        return reject()
+    optional = {parameter.name for parameter in parameters(cls) if not parameter.required}
+    while True:
+        try:
+            return cls(**values)
+        except ValueError as refusal:  # of two parameters that exclude one another, the one that is named has its default
+            place = str(refusal).partition(":")[0]
+            if place not in values or place not in optional:
+                return reject()
+            del values[place]
 
 
 def _parameter(parameter: Parameter, cls: type, registry: Registry) -> st.SearchStrategy[Any]:

@@ -11,13 +11,12 @@ from typing import Any
 import numpy as np
 from attrs import evolve
 
-from vedette.config.registry import Registry
 from vedette.space import Array
 from vedette.supporting import Birth
 from vedette.testing.judging import Closed, demand, same
 from vedette.testing.law import Law
 from vedette.testing.laws.births import P_GATE, Returns, begun
-from vedette.testing.strategies import SENSOR
+from vedette.testing.strategies import SENSOR, usual
 from vedette.types import Detections, Newborn
 
 
@@ -41,7 +40,7 @@ def refuses_what_starts_no_track(birth: Birth, drawn: Returns) -> None:
     k = len(drawn.claimed)
     if birth.models_unseen or not len(begun(birth, drawn, np.zeros(k)).returns):
         raise Closed("no single return starts a track")
-    bearing: Any = Registry.installed().get("sensor", "bearing_only").cls
+    bearing = usual("sensor", "bearing_only")
     scan = Detections.of(np.linspace(-1.0, 1.0, k)[:, None], 1)
     try:
         newborn = birth.begin(None, drawn.estimator, bearing(0.02), SENSOR, scan, np.zeros(k))

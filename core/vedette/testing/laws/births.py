@@ -8,14 +8,13 @@ import numpy as np
 from attrs import frozen
 from hypothesis import strategies as st
 
-from vedette.config.registry import Registry
 from vedette.roles import Estimator, Sensor
 from vedette.space import Array
 from vedette.supporting import Birth
 from vedette.testing.judging import Closed, frozen_copy
 from vedette.testing.law import Profile
 from vedette.testing.states import SEEDS, STEPS
-from vedette.testing.strategies import SENSOR
+from vedette.testing.strategies import SENSOR, usual
 from vedette.types import Detections, Newborn
 
 P_GATE = 0.99
@@ -44,10 +43,8 @@ def drawn(birth: Birth, profile: Profile) -> st.SearchStrategy[Returns]:
 
 
 def _returns(k: int, dt: float, later: float, seed: int) -> Returns:
-    registry, rng = Registry.installed(), np.random.default_rng(seed)
-    motion: Any = registry.get("motion", "constant_velocity").cls
-    kalman: Any = registry.get("estimator", "kalman").cls
-    position: Any = registry.get("sensor", "cartesian_position").cls
+    rng, motion, kalman = np.random.default_rng(seed), usual("motion", "constant_velocity"), usual("estimator", "kalman")
+    position = usual("sensor", "cartesian_position")
     z = frozen_copy(200.0 * rng.standard_normal((k, 2)))
     return Returns(
         kalman(motion(0.5)), position(5.0, 0.9, 1e-5), Detections.of(z, 2), frozen_copy(rng.random(k)), dt, later, seed

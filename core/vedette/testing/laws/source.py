@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 from attrs import frozen
 from hypothesis import strategies as st
 
-from vedette.config.registry import Registry
 from vedette.errors import ConfigError, InputError
 from vedette.roles import Sensor
 from vedette.supporting import Source
 from vedette.testing.judging import Closed, demand, finite, same
 from vedette.testing.law import Law, Profile
 from vedette.testing.states import SEEDS
-from vedette.testing.strategies import SENSOR, components
+from vedette.testing.strategies import SENSOR, components, usual
 from vedette.types import Recording
 
 
@@ -34,8 +35,12 @@ class Opened:
 
 def drawn(source: Source, profile: Profile) -> st.SearchStrategy[Opened]:
     """What every law of a source is given: one sensor named `radar`."""
-    sensor = Registry.installed().get("sensor", "cartesian_position")
-    return st.builds(Opened, components(sensor.cls), SEEDS)
+    return st.builds(Opened, _sensors(), SEEDS)
+
+
+@cache
+def _sensors() -> st.SearchStrategy[Sensor]:
+    return components(usual("sensor", "cartesian_position"))
 
 
 def the_seed_decides(source: Source, drawn: Opened) -> None:
