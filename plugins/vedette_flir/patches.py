@@ -9,33 +9,37 @@ from vedette import Array
 
 def sample(pixels: Array, centre: Array, step: float, cells: int) -> Array:
     """Return (cells, cells) means of `pixels` (h, w) over squares of `step` px around `centre` (2,), bilinear."""
-    fine = int(np.ceil(step))
-    offsets = (np.arange(cells * fine) - 0.5 * (cells * fine - 1)) * (step / fine)
-    rows, columns = (_weights(centre[i] + offsets, pixels.shape[1 - i]) for i in (1, 0))
-    (i, a), (j, b) = rows, columns
-    block = pixels[i.min() : i.max() + 2, j.min() : j.max() + 2].astype(float)
-    i, j = i - i.min(), j - j.min()
-    a, b = a[:, None], b[None, :]
-    across = block[:, j] * (1.0 - b) + block[:, j + 1] * b
-    found = across[i] * (1.0 - a) + across[i + 1] * a
-    means: Array = found.reshape(cells, fine, cells, fine).mean(axis=(1, 3))
+    (top, down), (left, across) = (_means(float(centre[i]), step, cells, pixels.shape[1 - i]) for i in (1, 0))
+    block = pixels[top : top + down.shape[1], left : left + across.shape[1]].astype(float)
+    means: Array = down @ block @ across.T
     return means
 
 
-def _weights(at: Array, size: int) -> tuple[np.ndarray[tuple[int], np.dtype[np.intp]], Array]:
-    """Return the pixel below each coordinate, at most the last but one, and the fraction towards the next."""
-    inside = np.clip(at, 0.0, size - 1.0)
-    below = np.minimum(np.floor(inside).astype(np.intp), size - 2)
-    return below, inside - below
+def _means(centre: float, step: float, cells: int, size: int) -> tuple[int, Array]:
+    """Return the first of an axis' `size` pixels that count, and the weights (cells, pixels) of those from it on.
+
+    A coordinate beyond the edge is taken as the edge.
+    """
+    fine = int(np.ceil(step))
+    count = cells * fine
+    at = np.clip(centre + (np.arange(count) - 0.5 * (count - 1)) * (step / fine), 0.0, size - 1.0)
+    below = np.minimum(np.floor(at).astype(np.intp), size - 2)
+    first, last, part, row = int(below[0]), int(below[-1]) + 2, at - below, np.arange(count)
+    weights = np.zeros((count, last - first))
+    weights[row, below - first] = 1.0 - part
+    weights[row, below - first + 1] = part
+    return first, weights if fine == 1 else weights.reshape(cells, fine, -1).mean(axis=1)
 
 
 def isolated(image: Array, width: float) -> Array:
     """Return `image` (n, n) less its grey opening: what is brighter than around it and narrower than `width` cells."""
-    from scipy.ndimage import grey_opening
+    from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
-    size = 2 * int(np.ceil(0.5 * width)) + 1
-    found: Array = image - grey_opening(image, (size, size))
-    return found
+    size, opened = 2 * int(np.ceil(0.5 * width)) + 1, image
+    for limit in (minimum_filter1d, maximum_filter1d):
+        for axis in (0, 1):
+            opened = limit(opened, size, axis)
+    return image - opened
 
 
 def centroid(image: Array) -> Array:
@@ -48,9 +52,13 @@ def centroid(image: Array) -> Array:
 
 def blurred(image: Array) -> Array:
     """Return `image` (n, n) smoothed by [1 2 1]/4 along both axes, which reduces the noise of single pixels."""
-    for axis in (0, 1):
-        near = np.pad(image, [(1, 1) if i == axis else (0, 0) for i in (0, 1)], mode="edge")
-        image = 0.5 * image + 0.25 * (np.delete(near, [-1, -2], axis) + np.delete(near, [0, 1], axis))
+    for _ in (0, 1):
+        smooth = 0.5 * image
+        smooth[1:] += 0.25 * image[:-1]
+        smooth[:-1] += 0.25 * image[1:]
+        smooth[0] += 0.25 * image[0]
+        smooth[-1] += 0.25 * image[-1]
+        image = smooth.T
     return image
 
 
@@ -69,22 +77,22 @@ def contrast(image: Array, box: Array) -> float:
 
 
 def similarity(image: Array, patch: Array, mask: Array) -> Array:
-    """Return 2 cov / (var + var) of `patch` (p, p) and each place of `image` (n, n), weighted by `mask`: (n-p+1, n-p+1).
+    """Return 2 cov / (var + var) of patches (*b, p, p) and each place of `image` (n, n), weighted by `mask`: (*b, q, q).
 
-    It is the correlation coefficient times 2 a b / (a^2 + b^2), a and b the contrasts of patch and place.
+    It is the correlation coefficient times 2 a b / (a^2 + b^2), a and b the contrasts of patch and place; q = n - p + 1.
     """
-    n, p = len(image), len(patch)
-    count = mask.sum()
-    kernel = mask * (patch - (mask * patch).sum() / count)
-    spectrum = np.fft.rfft2(np.stack([kernel, mask]), (n, n)).conj()
-    seen = np.fft.rfft2(np.stack([image, image * image]))
-    product, total, square = np.fft.irfft2(
-        np.stack([spectrum[0] * seen[0], spectrum[1] * seen[0], spectrum[1] * seen[1]]), (n, n)
-    )
+    from scipy.fft import irfft2, next_fast_len, rfft2
+
+    n, p = len(image), patch.shape[-1]
+    count, size = mask.sum(), (next_fast_len(n, real=True),) * 2
+    kernel = mask * (patch - (mask * patch).sum(axis=(-1, -2), keepdims=True) / count)
+    near, seen = rfft2(mask, size).conj(), rfft2(np.stack([image, image * image]), size)
     part = slice(0, n - p + 1)
-    product, total, square = product[part, part], total[part, part], square[part, part]
+    total, square = irfft2(near * seen, size)[:, part, part]
+    product = irfft2(rfft2(kernel, size).conj() * seen[0], size)[..., part, part]
     energy = np.maximum(square - total * total / count, 0.0)
-    found: Array = 2.0 * product / np.maximum(energy + float((kernel * patch).sum()), 1e-12)
+    own = (kernel * patch).sum(axis=(-1, -2), keepdims=True)
+    found: Array = 2.0 * product / np.maximum(energy + own, 1e-12)
     return found.clip(-1.0, 1.0)
 
 

@@ -118,8 +118,8 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         reach = int(np.clip(np.ceil((3.5 * np.sqrt(np.max(np.diagonal(S))) + 2.0) / step), 3, self.search))
         plain = self._apart(pixels, centre, appearance.size, step, self.cells + 2 * reach, np.sign(amplitude))
         image = _kept(plain, amplitude)
-        likeness = similarity(image, appearance.patch, mask) + self.anchor * similarity(image, appearance.first_patch, mask)
-        likeness /= 1.0 + self.anchor
+        both = similarity(image, np.stack([appearance.patch, appearance.first_patch]), mask)
+        likeness = (both[0] + self.anchor * both[1]) / (1.0 + self.anchor)
         off = step * (np.arange(2 * reach + 1) - reach)
         W = np.linalg.inv(S + 0.3 * np.eye(2))
         dx, dy = (off + centre[0] - where[0])[None, :], (off + centre[1] - where[1])[:, None]
