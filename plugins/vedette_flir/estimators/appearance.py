@@ -26,7 +26,12 @@ MOST = 60.0
 
 @frozen(eq=False)
 class Appearance:
-    """The appearance of targets; `known` (*b, t) is 0 before their first frame, then 1. Every array leads with (*b, t)."""
+    """The appearance of targets; `known` (*b, t) is 0 before their first frame, then 1. Every array leads with (*b, t).
+
+    What `of_frame` names is renewed by each frame, whether or not it shows the target.
+    """
+
+    of_frame: ClassVar[tuple[str, ...]] = ()
 
     known: Array
 
@@ -178,11 +183,11 @@ def _each(appearance: L, change: Any) -> L:
 
 
 def _between(old: L, new: L, part: Array) -> L:
-    """Return every array moved by the fraction `part` (*b, t) from `old` to `new`."""
+    """Return every array moved by the fraction `part` (*b, t) from `old` to `new`; those `of_frame` are new."""
 
     def between(a: Array, b: Array) -> Array:
         share = part.reshape(part.shape + (1,) * (a.ndim - part.ndim))
         return np.asarray(a + share * (b - a))
 
-    names = [field.name for field in attrs.fields(type(old))]
-    return type(old)(**{name: between(getattr(old, name), getattr(new, name)) for name in names})
+    values = {field.name: (getattr(old, field.name), getattr(new, field.name)) for field in attrs.fields(type(old))}
+    return type(old)(**{name: each[1] if name in old.of_frame else between(*each) for name, each in values.items()})

@@ -11,6 +11,7 @@ from vedette import Array, fields
 from vedette_flir.estimators.appearance import MOST, Appearance, AppearanceFilter, Match, match_ratio
 from vedette_flir.finding import target_in
 from vedette_flir.patches import blurred, centroid, contrast, isolated, mask_of, peak, sample, similarity
+from vedette_flir.scenes import BLOCKS, FADING, change, is_cut, outline
 
 BRIGHTEST = 1.5
 """Contrast beyond this multiple of the target's own is clipped: a bright background matches no better than the target."""
@@ -21,6 +22,11 @@ LESS, SLOWER = 0.9, 0.2
 DOUBTING, DOUBTED = 0.15, 0.75
 """Part by which each frame moves a target's doubt, and the doubt beyond which it counts: nine frames from none."""
 
+SEARCHED = 0.5
+"""Doubt beyond which a target is sought in the whole frame, if that is asked for: below DOUBTED, so that one that is found
+far away settles first.
+"""
+
 RING = (0.9, 3.0)
 """What is around a target: from so many times its size to so many."""
 
@@ -29,8 +35,10 @@ RING = (0.9, 3.0)
 class TemplateAppearance(Appearance):
     """Patches (*b, t, p, p) as fractions of the signed amplitude (*b, t) in count; the target's offset from the box's
     centre and its size (*b, t, 2) in px; how far it stands out as a rule, and the share of late
-    in which it did not (*b, t).
+    in which it did not (*b, t); the outline of the last frame (*b, t, 16, 16) and its recent changes (*b, t) in count.
     """
+
+    of_frame = ("doubt", "scene", "recent")
 
     patch: Array
     first_patch: Array
@@ -39,6 +47,8 @@ class TemplateAppearance(Appearance):
     size: Array
     usual: Array
     doubt: Array
+    scene: Array
+    recent: Array
 
 
 @final
@@ -55,7 +65,8 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
     is a miss, and the track coasts while its covariance, and so the area searched, grows.
     Where nothing stands out, likeness proves nothing: with c the contrast over the spread of what is around it, and k the
     smaller of `clear` and .9 times what c is as a rule, the ratio is at most 60 (c / k - 1), once c has been below k for
-    nine frames: a codec may erase a target for a few.
+    nine frames, as a codec may erase a target for a few, or the whole frame shows another scene. From then on k is at
+    least `again` times what c was as a rule, until it is reached.
     Rogers, Maybeck, Adaptive Tracking of Multiple Hot-Spot Target IR Images, IEEE T-AC 28, 1983, for the smoothed template.
     """
 
@@ -86,13 +97,25 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         default=0.0,
         at_least=0,
     )
+    again: float = fields.quantity(
+        "1",
+        "part of what it was before, to which that must return until a lost target is found again",
+        default=0.5,
+        at_least=0,
+    )
+    everywhere: bool = fields.flag("search the whole frame for a target that is lost", default=False)
+    cut: float = fields.quantity(
+        "1",
+        "change of a frame over its spread, beyond which it shows another scene and the target is doubted",
+        default=0.3,
+        above=0,
+    )
 
     def unseen(self, tracks: tuple[int, ...]) -> TemplateAppearance:
         """Return no template, and NaN as the size."""
-        patch, pair = np.zeros((*tracks, self.cells, self.cells)), np.zeros((*tracks, 2))
-        return TemplateAppearance(
-            np.zeros(tracks), patch, patch, np.ones(tracks), pair, np.ones_like(pair), np.zeros(tracks), np.zeros(tracks)
-        )
+        patch, pair, one = np.zeros((*tracks, self.cells, self.cells)), np.zeros((*tracks, 2)), np.zeros(tracks)
+        scene = np.zeros((*tracks, BLOCKS, BLOCKS))
+        return TemplateAppearance(one, patch, patch, one + 1.0, pair, pair + 1.0, one, one, scene, one)
 
     def first(self, pixels: Array, where: Array, box: Array) -> TemplateAppearance:
         """Find the target in its box, and cut the template around it."""
@@ -104,9 +127,8 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         cut = self.cells // 2
         patch = _kept(wide, amplitude)[cut : cut + self.cells, cut : cut + self.cells]
         usual = self._outstanding(pixels, where + found.offset, found.size, step, found.sign) if self.clear > 0 else 0.0
-        return TemplateAppearance(
-            np.ones(()), patch, patch, np.asarray(amplitude), found.offset, found.size, np.asarray(usual), np.zeros(())
-        )
+        values = (np.ones(()), patch, patch, np.asarray(amplitude), found.offset, found.size, np.asarray(usual))
+        return TemplateAppearance(*values, np.zeros(()), outline(pixels), np.asarray(np.inf))
 
     def find(
         self, pixels: Array, where: Array, box: Array, S: Array, appearance: TemplateAppearance
@@ -114,8 +136,11 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         """Find the best place within 3.5 standard deviations and 2 px, and update the appearance there."""
         step, inner, mask = self._grid(appearance.size)
         amplitude, where = float(appearance.amplitude), where + appearance.offset
-        centre = np.clip(where, 0.0, np.array(pixels.shape[::-1]) - 1.0)
+        last = np.array(pixels.shape[::-1]) - 1.0
+        everywhere = self.everywhere and appearance.doubt > SEARCHED
+        centre = 0.5 * last if everywhere else np.clip(where, 0.0, last)
         reach = int(np.clip(np.ceil((3.5 * np.sqrt(np.max(np.diagonal(S))) + 2.0) / step), 3, self.search))
+        reach = int(np.ceil(0.5 * last.max() / step)) if everywhere else reach
         plain = self._apart(pixels, centre, appearance.size, step, self.cells + 2 * reach, np.sign(amplitude))
         image = _kept(plain, amplitude)
         both = similarity(image, np.stack([appearance.patch, appearance.first_patch]), mask)
@@ -123,40 +148,55 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         off = step * (np.arange(2 * reach + 1) - reach)
         W = np.linalg.inv(S + 0.3 * np.eye(2))
         dx, dy = (off + centre[0] - where[0])[None, :], (off + centre[1] - where[1])[:, None]
-        score = likeness - self.prior_weight * (W[0, 0] * dx * dx + 2.0 * W[0, 1] * dx * dy + W[1, 1] * dy * dy)
+        weight = 0.0 if everywhere else self.prior_weight
+        score = likeness - weight * (W[0, 0] * dx * dx + 2.0 * W[0, 1] * dx * dy + W[1, 1] * dy * dy)
         j, i, _ = peak(score)
         near = likeness[max(j - 1, 0) : j + 2, max(i - 1, 0) : i + 2]
         fine = peak(near)[2] if near.shape == (3, 3) and np.argmax(near) == 4 else np.zeros(2)
+        now, sign = 0.0, float(np.sign(amplitude))
+        if self.clear > 0:
+            now = self._outstanding(pixels, centre + step * (np.array([i, j]) - reach + fine), appearance.size, step, sign)
+            appearance = self._with_scene(appearance, pixels)
+        usual, doubt, least = self._doubted(appearance, now)
         shown = plain[j : j + self.cells, i : i + self.cells]
-        if self.recentre > 0:
+        if self.recentre > 0 and np.max(appearance.size) <= self.small and now >= least:
             drift = self.recentre * (centroid(_kept(shown, amplitude) * mask) - centroid(appearance.first_patch * mask))
             fine = fine + drift
             shown = sample(plain, np.array([i, j]) + drift + 0.5 * (self.cells - 1), 1.0, self.cells)
-        moved = step * (np.array([i, j]) - reach + fine)
-        now = np.clip(contrast(np.sign(amplitude) * shown, inner), 0.5 * abs(amplitude), 2.0 * abs(amplitude))
-        amplitude += self.brighten * (np.sign(amplitude) * now - amplitude)
-        patch = appearance.patch + self.smoothing * (_kept(shown, amplitude) - appearance.patch)
-        renewed = TemplateAppearance(
-            appearance.known,
-            patch,
-            appearance.first_patch,
-            np.asarray(amplitude),
-            appearance.offset,
-            appearance.size,
-            appearance.usual,
-            appearance.doubt,
-        )
+        bright = np.clip(contrast(sign * shown, inner), 0.5 * abs(amplitude), 2.0 * abs(amplitude))
+        amplitude += self.brighten * (sign * bright - amplitude)
         ratio = match_ratio(max(float(likeness[j, i]), 0.0), self.limit, self.independent)
-        if self.clear > 0:
-            now = self._outstanding(pixels, centre + moved, appearance.size, step, float(np.sign(amplitude)))
-            usual, doubt = float(appearance.usual), float(appearance.doubt)
-            least = max(min(self.clear, LESS * usual), 1e-3)
-            doubt += DOUBTING * (float(now < least) - doubt)
+        if doubt > DOUBTED:
+            ratio = min(ratio, MOST * (now / least - 1.0))
+        renewed = evolve(
+            appearance,
+            patch=appearance.patch + self.smoothing * (_kept(shown, amplitude) - appearance.patch),
+            amplitude=np.asarray(amplitude),
+            usual=np.asarray(usual),
+            doubt=np.asarray(doubt) if ratio > 0 else appearance.doubt,
+        )
+        return Match(centre + step * (np.array([i, j]) - reach + fine) - where, ratio, renewed)
+
+    def _with_scene(self, appearance: TemplateAppearance, pixels: Array) -> TemplateAppearance:
+        """Return the appearance with the outline of this frame, and full doubt if that shows another scene."""
+        scene, recent = outline(pixels), float(appearance.recent)
+        changed = change(appearance.scene, scene)
+        doubt = np.ones(()) if is_cut(appearance.scene, changed, recent, self.cut) else appearance.doubt
+        recent = changed if recent == np.inf else max(changed, FADING * recent)
+        return evolve(appearance, scene=scene, recent=np.asarray(recent), doubt=doubt)
+
+    def _doubted(self, appearance: TemplateAppearance, now: float) -> tuple[float, float, float]:
+        """Return how far a target stands out as a rule, its doubt, and the least contrast that lowers that.
+
+        A target that is lost must stand out as it did before.
+        """
+        usual, doubt = float(appearance.usual), float(appearance.doubt)
+        least = max(min(self.clear, LESS * usual), 1e-3 * (self.clear > 0))
+        if doubt > DOUBTED:
+            least = max(least, self.again * usual)
+        else:
             usual += (self.brighten if now > usual else SLOWER * self.brighten) * (now - usual)
-            renewed = evolve(renewed, usual=np.asarray(usual), doubt=np.asarray(doubt))
-            if doubt > DOUBTED:
-                ratio = min(ratio, MOST * (now / least - 1.0))
-        return Match(centre + moved - where, ratio, renewed)
+        return usual, doubt + DOUBTING * (float(now < least) - doubt), least
 
     def _outstanding(self, pixels: Array, at: Array, size: Array, step: float, sign: float) -> float:
         """Return the contrast at a place over the spread of what is around it, no less than a count."""
