@@ -36,7 +36,7 @@ class Result:
     scan; `scans` holds those taken, without their bad returns; `refused` holds
     what was not taken, and why; `seconds` is the CPU time of the tracker alone; `states` holds the state after each scan, if
     it was to be kept; `intake` counts what came in. `framed` holds those taken that brought a frame, with it: lazily, where
-    the recording is lazy, and `scans` then lacks the frames, as not all fit into memory.
+    the recording is lazy, and `scans` then lacks the frames, as not all fit into memory; none where they come once.
     """
 
     tracks: tuple[Track, ...]
@@ -221,6 +221,7 @@ class Experiment:
         states: list[State] = []
         scans_given, framed = steps.recording.scans, list[int]()
         lazy = isinstance(scans_given, LazyScans)
+        gone = isinstance(scans_given, LazyScans) and scans_given.once
         try:
             for scan, state in steps:
                 if steps.place is not None:
@@ -242,7 +243,7 @@ class Experiment:
             approximated=steps.state.approximated,
             states=tuple(states),
             intake=steps.intake,
-            framed=LazyScans(len(framed), lambda k: scans_given[framed[k]]),
+            framed=() if gone else LazyScans(len(framed), lambda k: scans_given[framed[k]]),
         )
 
 

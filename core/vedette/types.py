@@ -245,11 +245,13 @@ class Track:
 class LazyScans(Sequence[Scan]):
     """Scans that are made on demand, each time anew: `make(i)` gives the i-th of `length`.
 
-    For pictures, which do not all fit into memory.
+    For pictures, which do not all fit into memory. Those of a camera come `once`, in their order: then `length` is only how
+    many there are at most, and `make` raises IndexError after the last.
     """
 
     length: int
     make: Callable[[int], Scan]
+    once: bool = False
 
     def __len__(self) -> int:
         return self.length

@@ -19,6 +19,7 @@ from vedette_flir.sensors.box_centroid import BoxCentroid
 from vedette_flir.sensors.elliptic_spot import EllipticSpot
 from vedette_flir.sensors.gaussian_spot import GaussianSpot
 from vedette_flir.sensors.hot_spots import HotSpots
+from vedette_flir.sources.stream import VideoStream
 from vedette_flir.sources.video import VideoSource
 
 VEDETTE_CONTRACT = 2
@@ -31,7 +32,7 @@ def vedette_components() -> Iterable[type[vedette.Component]]:
         *(JitteredAcceleration, JitteredWander, AtmosphericWander, ImageVelocity, Carrying),
         *(GaussianSpot, EllipticSpot, HotSpots, BoxCentroid),
         *(TemplateFilter, CorrelationFilter, ResidualMonitored),
-        *(ReappearingTarget, VideoSource, FlirReproduction),
+        *(ReappearingTarget, VideoSource, VideoStream, FlirReproduction),
     ]
 
 

@@ -13,6 +13,7 @@ from vedette.metrics.consistency import chi_square_band
 from vedette.report.figures import count, length_unit
 from vedette.report.traces import BAND, Bands, Inside, band, mode_names
 from vedette.report.warnings import ENOUGH, warnings
+from vedette.types import LazyScans
 
 FIRST = 5
 """Number of refused parts that the summary names."""
@@ -86,7 +87,10 @@ def _read(result: Result) -> Iterator[tuple[str, str]]:
     for name, note in result.recording.notes.items():
         yield ("note", f"{name}: {note}")
     if result.interrupted:
-        yield "interrupted", f"after {count(intake.scans, 'scan')}; the recording has {len(result.recording.scans):,}"
+        scans = result.recording.scans
+        endless = isinstance(scans, LazyScans) and scans.once
+        has = "" if endless else f"; the recording has {len(scans):,}"
+        yield "interrupted", f"after {count(intake.scans, 'scan')}{has}"
 
 
 def _named(names: Sequence[str]) -> str:

@@ -38,7 +38,7 @@ class Redraw:
         scans = whole.scans
         if isinstance(scans, LazyScans):
             places = np.flatnonzero(_stream(seeds, _RETURNS).random(len(scans)) >= self.drop).tolist()
-            return evolve(whole, scans=LazyScans(len(places), lambda i: scans[places[i]]))
+            return evolve(whole, scans=LazyScans(len(places), lambda i: scans[places[i]], scans.once))
         return evolve(whole, scans=tuple(self._thinned(scans, seeds)))
 
     def _thinned(self, scans: Sequence[Scan], seeds: np.random.SeedSequence) -> list[Scan]:

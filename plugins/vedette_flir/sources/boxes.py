@@ -9,8 +9,10 @@ from pathlib import Path
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, InputError
+from vedette import Array, ConfigError, InputError, Problem, Space
 from vedette.io import UNCLOSED, cells_of, header_of, lines, shown
+
+BOX = Space.of(x="px", y="px", width="px", height="px")
 
 
 @frozen
@@ -48,6 +50,42 @@ def centred(box: Sequence[float] | Array, first_pixel: float) -> Array:
     if not all(math.isfinite(value) for value in (x, y, w, h)) or w <= 0 or h <= 0:
         raise ValueError(f"must be [x, y, w, h] with w and h > 0, got {[x, y, w, h]}")
     return np.array([x - first_pixel + 0.5 * (w - 1.0), y - first_pixel + 0.5 * (h - 1.0), w, h])
+
+
+def four(values: Array) -> str | None:
+    """Return what is wrong with one box of a config."""
+    return None if len(values) == 4 else f"must be [x, y, w, h], got {len(values)} numbers"
+
+
+def fours(values: Array) -> str | None:
+    """Return what is wrong with several boxes of a config."""
+    return None if values.shape[1] == 4 else f"must be rows of [x, y, w, h], got {values.shape[1]} numbers"
+
+
+def given_boxes(box: Array | None, boxes: Array | None, first_pixel: float, shape: tuple[int, ...]) -> list[Array]:
+    """Return centre, width and height of each given box in a frame of `shape`; ConfigError for those that are none in it."""
+    given = [("box", box)] if box is not None else []
+    if boxes is not None:
+        given += [(f"boxes[{i}]", each) for i, each in enumerate(boxes)]
+    found, problems = [], []
+    for name, each in given:
+        try:
+            found.append(_within(centred(each, first_pixel), shape))
+        except ValueError as error:
+            problems.append(Problem(name, str(error)))
+    if problems:
+        raise ConfigError(problems)
+    return found
+
+
+def _within(box: Array, shape: tuple[int, ...]) -> Array:
+    """Return a box whose centre lies in an image of `shape` (height, width); ValueError for others."""
+    height, width = shape
+    if not (-0.5 <= box[0] <= width - 0.5 and -0.5 <= box[1] <= height - 0.5):
+        raise ValueError(
+            f"must lie in the image of {width} x {height} px, got one whose middle is at {box[0]:g}, {box[1]:g} px"
+        )
+    return box
 
 
 def read_segment(path: Path, clip: str, number: int) -> Segment:

@@ -22,23 +22,12 @@ from vedette import (
     Scan,
     Sensor,
     Source,
-    Space,
     Trajectory,
     fields,
 )
 from vedette.io import inside, user_path
-from vedette_flir.sources.boxes import Segment, centred, read_boxes, read_segment
+from vedette_flir.sources.boxes import BOX, Segment, four, fours, given_boxes, read_boxes, read_segment
 from vedette_flir.sources.images import WEIGHTS, Grey, look_through
-
-BOX = Space.of(x="px", y="px", width="px", height="px")
-
-
-def _four(values: Array) -> str | None:
-    return None if len(values) == 4 else f"must be [x, y, w, h], got {len(values)} numbers"
-
-
-def _fours(values: Array) -> str | None:
-    return None if values.shape[1] == 4 else f"must be rows of [x, y, w, h], got {values.shape[1]} numbers"
 
 
 @final
@@ -63,10 +52,10 @@ class VideoSource(Source):
         "file of true boxes, frame,x,y,w,h; default: NAME_truth.csv beside NAME, if it is there", default=""
     )
     box: Array | None = fields.array(
-        "px", "[x, y, w, h] of the target in the first frame; default: the first true box", ndim=1, default=None, check=_four
+        "px", "[x, y, w, h] of the target in the first frame; default: the first true box", ndim=1, default=None, check=four
     )
     boxes: Array | None = fields.array(
-        "px", "a box for each of several targets in the first frame, [[x, y, w, h], ...]", ndim=2, default=None, check=_fours
+        "px", "a box for each of several targets in the first frame, [[x, y, w, h], ...]", ndim=2, default=None, check=fours
     )
     segment: int | None = fields.integer("which segment of the clip, counted from 0; default: the whole clip", default=None)
     segments: str = fields.text("file of segments; default: segments.csv beside the clip", default="")
@@ -79,11 +68,7 @@ class VideoSource(Source):
 
     def open(self, sensors: Mapping[str, Sensor], rng: np.random.Generator) -> Recording:
         """All frames from the first box on, and its trajectory as the truth: x, y, width, height."""
-        cameras = [name for name, sensor in sensors.items() if isinstance(sensor, ImagingSensor)]
-        if len(cameras) != 1 or len(sensors) != 1:
-            raise ConfigError(
-                [Problem("sensors", f"a video needs one sensor, a camera; got {', '.join(sensors) or 'none'}")]
-            )
+        camera = camera_of(sensors)
         if not self.path:
             raise ConfigError([Problem("path", "is missing: a video file, or a folder of images")])
         try:
@@ -95,14 +80,14 @@ class VideoSource(Source):
         part = Segment(0, clip.numbers[-1] + 1, 0)
         if self.segment is not None:
             part = read_segment(self._beside(path, "segments", "segments.csv"), path.stem, self.segment)
-        boxes, starts = self._boxes(path, part), self._starts(clip.shape)
+        boxes, starts = self._boxes(path, part), given_boxes(self.box, self.boxes, self.first_pixel, clip.shape)
         begin = part.start if starts else min(boxes)
         kept = [number for number in clip.numbers if begin <= number < part.end]
         if not kept:
             raise InputError(f"{path}: has no frame from {begin} to {part.end - 1}; it has {len(clip.numbers)}")
 
         def make(i: int) -> Scan:
-            return Scan.image(kept[i] / rate, cameras[0], Frame(self._signed(clip.frame(kept[i]))))
+            return Scan.image(kept[i] / rate, camera, Frame(self._signed(clip.frame(kept[i]))))
 
         truth = []
         if boxes:
@@ -148,32 +133,15 @@ class VideoSource(Source):
     def _given(self) -> bool:
         return self.box is not None or self.boxes is not None
 
-    def _starts(self, shape: tuple[int, int]) -> list[Array]:
-        """Return centre, width and height of each target in the first frame, where they are given."""
-        given = [("box", self.box)] if self.box is not None else []
-        if self.boxes is not None:
-            given += [(f"boxes[{i}]", box) for i, box in enumerate(self.boxes)]
-        found, problems = [], []
-        for name, box in given:
-            try:
-                found.append(_within(centred(box, self.first_pixel), shape))
-            except ValueError as error:
-                problems.append(Problem(name, str(error)))
-        if problems:
-            raise ConfigError(problems)
-        return found
-
     def _signed(self, pixels: Grey) -> Array:
         """Return the frame, or its negative, in its own integer type."""
         signed: Any = np.iinfo(pixels.dtype).max - pixels if self.negative else pixels
         return cast(Array, signed)
 
 
-def _within(box: Array, shape: tuple[int, int]) -> Array:
-    """Return a box whose centre lies in an image of `shape` (height, width); ValueError for others."""
-    height, width = shape
-    if not (-0.5 <= box[0] <= width - 0.5 and -0.5 <= box[1] <= height - 0.5):
-        raise ValueError(
-            f"must lie in the image of {width} x {height} px, got one whose middle is at {box[0]:g}, {box[1]:g} px"
-        )
-    return box
+def camera_of(sensors: Mapping[str, Sensor]) -> str:
+    """Return the name of the one sensor that a video needs, a camera; ConfigError if there are others."""
+    cameras = [name for name, sensor in sensors.items() if isinstance(sensor, ImagingSensor)]
+    if len(cameras) != 1 or len(sensors) != 1:
+        raise ConfigError([Problem("sensors", f"a video needs one sensor, a camera; got {', '.join(sensors) or 'none'}")])
+    return cameras[0]

@@ -1,0 +1,272 @@
+"""How well `template_filter` follows the recorded infrared clips, and how much that depends on its settings.
+
+    VEDETTE_DATA=FOLDER python -m benchmarks.flir_clips segments     20 segments, each from its first true box; ten seconds
+    VEDETTE_DATA=FOLDER python -m benchmarks.flir_clips starts       the same from eleven starts each; two minutes
+    VEDETTE_DATA=FOLDER python -m benchmarks.flir_clips settings     27 settings, and one clip left out; four minutes
+    VEDETTE_DATA=FOLDER python -m benchmarks.flir_clips whole        whole clips: doubt, one clip left out; two minutes
+
+`--set clear=3` and the like changes the estimator of examples/flir_clip.toml. FOLDER holds ir_clips: NAME.mp4,
+NAME_truth.csv, segments.csv. A target is lost in a frame if it is off by more than 15 px and than its box, and held within
+5 px or .35 of its box.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+from collections.abc import Callable, Iterator, Mapping
+from itertools import product
+from pathlib import Path
+from time import process_time
+from typing import Any
+
+import numpy as np
+from attrs import frozen
+
+import vedette
+from vedette import Array, Frame, Gaussian, Scan
+from vedette.metrics.pixels import LAST, NEAR
+from vedette_flir.sources.boxes import read_boxes
+from vedette_flir.sources.images import look_through
+
+EXAMPLE = Path(__file__).parents[1] / "examples" / "flir_clip.toml"
+
+SETTINGS = tuple(product((1.5, 2.0, 3.0), (1.3, 1.5, 1.7), (0.55, 0.65, 0.72)))
+"""Values of opening, margin and limit."""
+
+RULES = tuple(product((3.0, 4.0, 5.0), (0.0, 0.5), (0.3, 99.0)))
+"""Values of clear, again and cut; with 99 no change of scene is told."""
+
+SHIFT, STRETCH = 0.12, 0.2
+"""Parts of its side by which a start is moved, and by which it is made larger or smaller."""
+
+SKIPPED = 10
+"""Frames of a loss that are not asked for."""
+
+
+@frozen(eq=False)
+class Clip:
+    """Frames (k, h, w), true boxes by their frame, centre and size in px, and segments from a first to before a last."""
+
+    name: str
+    frames: Array
+    boxes: Mapping[int, Array]
+    segments: tuple[tuple[int, int], ...]
+
+
+@frozen(eq=False)
+class Followed:
+    """What became of one start: error (k,) in px, NaN without a target; true and estimated box (k, 4); doubt (k,)."""
+
+    clip: str
+    error: Array
+    true: Array
+    found: Array
+    doubted: Array
+
+    @property
+    def lost(self) -> bool:
+        """Whether all of the last frames are farther off than 10 px and than the box."""
+        known = np.isfinite(self.error)
+        far = self.error[known] > np.maximum(NEAR, self.true[known, 2:].max(axis=1))
+        return bool(far[-LAST:].all())
+
+
+def clips() -> list[Clip]:
+    """Read the clips that segments.csv names."""
+    given = os.environ.get("VEDETTE_DATA")
+    if given is None or not (folder := Path(given) / "ir_clips").is_dir():
+        raise SystemExit("VEDETTE_DATA: must name the folder that holds ir_clips")
+    rows = [row.split(",") for row in (folder / "segments.csv").read_text().split()[1:]]
+    found = []
+    for name, offset in {row[0]: int(row[1]) for row in rows}.items():
+        source = look_through(folder / f"{name}.mp4")
+        boxes = {k - offset: box for k, box in read_boxes(folder / f"{name}_truth.csv", 1.0).items()}
+        parts = tuple((int(row[2]), int(row[3])) for row in rows if row[0] == name)
+        found.append(Clip(name, np.array([source.frame(k) for k in source.numbers]), boxes, parts))
+    return found
+
+
+def exact(box: Array) -> Array:
+    """Return the box as it is."""
+    return box
+
+
+def starts() -> Iterator[Callable[[Array], Array]]:
+    """Yield eleven ways to draw a box: exact, moved along an axis, of another size, and both."""
+    for dx, dy, scale in (
+        *((0, 0, 0), (1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)),
+        *((1, 1, 1), (-1, -1, 1), (1, -1, -1), (-1, 1, -1)),
+    ):
+        yield (
+            lambda box, dx=dx, dy=dy, scale=scale: np.array(  # type: ignore[misc]
+                [*(box[:2] + SHIFT * np.array([dx, dy]) * box[2:]), *((1.0 + STRETCH * scale) * box[2:])]
+            )
+        )
+
+
+def follow(tracker: Any, clip: Clip, begin: int, end: int, start: Callable[[Array], Array] = exact) -> Followed:
+    """Follow the target of a clip from its first true box on."""
+    first = min(k for k in clip.boxes if k >= begin)
+    names, rows = tracker.state.names, []
+    prior, spread = np.zeros((1, len(names))), {"x": 1.0, "y": 1.0, "vx": 100.0, "vy": 100.0}
+    prior[0, [names.index(name) for name in ("x", "y", "width", "height")]] = start(clip.boxes[first])
+    cov = np.diag([spread.get(name, 0.0) ** 2 for name in names])
+    state, where = (
+        tracker.start(Gaussian(prior, cov[None]), first / 30.0),
+        [names.index(n) for n in ("x", "y", "width", "height")],
+    )
+    for k in range(first, min(end, len(clip.frames))):
+        state = tracker.step(state, Scan.image(k / 30.0, "camera", Frame(clip.frames[k])))
+        true = clip.boxes.get(k, np.full(4, np.nan))
+        rows.append([*tracker.estimate(state).mean[0, where], *true, state.existence[0]])
+    table = np.array(rows)
+    error = np.hypot(*(table[:, :2] - table[:, 4:6]).T)
+    return Followed(clip.name, error, table[:, 4:8], table[:, :4], table[:, 8] < 0.5)
+
+
+def tracker(**options: Any) -> Any:
+    """Return the tracker of the example with other settings of its estimator."""
+    return vedette.load(EXAMPLE, overrides=[f"estimator.{name}={value}" for name, value in options.items()]).tracker
+
+
+def overlap(one: Followed) -> Array:
+    """Return the intersection over the union of found and true box, in the frames with a target (k,)."""
+    a, b = (box[np.isfinite(one.error)] for box in (one.found, one.true))
+    low = np.maximum(a[:, :2] - 0.5 * a[:, 2:], b[:, :2] - 0.5 * b[:, 2:])
+    high = np.minimum(a[:, :2] + 0.5 * a[:, 2:], b[:, :2] + 0.5 * b[:, 2:])
+    both = np.prod(np.maximum(high - low, 0.0), axis=1)
+    share: Array = both / (np.prod(a[:, 2:], axis=1) + np.prod(b[:, 2:], axis=1) - both)
+    return share
+
+
+def told(found: list[Followed]) -> str:
+    """Return the figures of many runs in a line."""
+    error = np.concatenate([one.error[np.isfinite(one.error)] for one in found])
+    return (
+        f"within 10 px {np.mean(error <= NEAR):.4f}, lost {sum(one.lost for one in found)} of {len(found)}, "
+        f"median {np.median(error):.3f} px, 90 % {np.percentile(error, 90):.2f} px, "
+        f"overlap {np.mean(np.concatenate([overlap(one) for one in found])):.3f} of frames, "
+        f"{np.mean([np.mean(overlap(one)) for one in found]):.3f} of segments"
+    )
+
+
+def on_segments(recorded: list[Clip], options: Mapping[str, Any], start: Callable[[Array], Array] = exact) -> list[Followed]:
+    """Follow every segment."""
+    made = tracker(**options)
+    return [follow(made, clip, *part, start) for clip in recorded for part in clip.segments]
+
+
+def segments(recorded: list[Clip], options: Mapping[str, Any]) -> None:
+    """Print the figures of the segments, and the CPU time of a frame."""
+    before = process_time()
+    found = on_segments(recorded, options)
+    took = 1e3 * (process_time() - before) / sum(len(one.error) for one in found)
+    print(f"{told(found)}; {took:.2f} ms of CPU a frame")
+
+
+def from_starts(recorded: list[Clip], options: Mapping[str, Any]) -> None:
+    """Print the figures of each way to start, and of all."""
+    every = []
+    for number, start in enumerate(starts()):
+        found = on_segments(recorded, options, start)
+        print(f"start {number:2}: {told(found)}", flush=True)
+        every += found
+    print(f"all      : {told(every)}")
+
+
+def settings(recorded: list[Clip], options: Mapping[str, Any]) -> None:
+    """Print the figures of each setting, and what the best on the other clips gives on each; ties: nearest the middle."""
+    good, frames, lost = ({clip.name: [] for clip in recorded} for _ in range(3))
+    for opening, margin, limit in SETTINGS:
+        found = on_segments(recorded, {**options, "opening": opening, "margin": margin, "limit": limit})
+        print(f"opening {opening}, margin {margin}, limit {limit}: {told(found)}", flush=True)
+        for clip in recorded:
+            own = [one for one in found if one.clip == clip.name]
+            good[clip.name].append(sum(int(np.sum(one.error <= NEAR)) for one in own))
+            frames[clip.name].append(sum(int(np.isfinite(one.error).sum()) for one in own))
+            lost[clip.name].append(sum(one.lost for one in own))
+    for title, chosen in (("the first of equals", _best), ("the median of equals", _middle)):
+        left = {out: chosen(np.sum([good[name] for name in good if name != out], axis=0)) for out in good}
+        part = sum(good[out][k] for out, k in left.items()) / sum(frames[out][k] for out, k in left.items())
+        print(f"one clip left out, {title}: within 10 px {part:.4f}, lost {sum(lost[out][k] for out, k in left.items())}")
+
+
+def _best(count: Array) -> int:
+    return int(np.argmax(count))
+
+
+def _middle(count: Array) -> int:
+    """Return the setting nearest, in steps of the grid, to the mean of those within a thousandth of the best."""
+    steps = np.array(list(product(range(3), repeat=3)), dtype=float)
+    alike = count >= 0.999 * count.max()
+    off = np.sum((steps - steps[alike].mean(axis=0)) ** 2, axis=1)
+    return int(np.argmin(np.where(alike, off, np.inf)))
+
+
+def losses(one: Followed) -> list[Array]:
+    """Return of each loss or absence whether its frames beyond the first ten are doubted."""
+    gone = ~(one.error <= np.maximum(15.0, one.true[:, 2:].max(axis=1)))
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], gone.astype(int), [0]]))).reshape(-1, 2)
+    return [one.doubted[a + SKIPPED : b] for a, b in edges if b - a > SKIPPED]
+
+
+def held(one: Followed) -> Array:
+    """Return whether the frames in which the target is held well are doubted."""
+    return one.doubted[one.error <= np.maximum(5.0, 0.35 * one.true[:, 2:].max(axis=1))]
+
+
+def doubts(found: list[Followed]) -> tuple[float, float, float]:
+    """Return the part of lost frames that is doubted, the mean of that over episodes, and the part of good frames."""
+    gone = [each for one in found for each in losses(one)]
+    good = np.concatenate([held(one) for one in found])
+    return float(np.concatenate(gone).mean()), float(np.mean([np.mean(each) for each in gone])), float(good.mean())
+
+
+def whole(recorded: list[Clip], options: Mapping[str, Any]) -> None:
+    """Print the doubt of each clip run whole, and of the rule that is best on the others: most doubt, at most .03 false."""
+    runs = {}
+    for rule in (None, *RULES):
+        more = {} if rule is None else dict(zip(("clear", "again", "cut"), rule, strict=True))
+        made = tracker(**{**options, **more})
+        runs[rule] = [follow(made, clip, 0, len(clip.frames)) for clip in recorded]
+        if rule is None:
+            for one in runs[rule]:
+                parts = ", ".join(f"{each.mean():.2f} of {len(each)}" for each in losses(one)) or "none"
+                print(f"{one.clip}: lost frames doubted {parts}; good ones {held(one).sum()} of {len(held(one))}")
+        print(f"{more or 'as given'}: {_told(doubts(runs[rule]))}", flush=True)
+    for title, rules in (("all rules", RULES), ("rules that tell no change of scene", [r for r in RULES if r[2] > 1])):
+        left = [_chosen(runs, rules, i)[i] for i in range(len(recorded))]
+        print(f"one clip left out, {title}: {_told(doubts(left))}")
+
+
+def _chosen(runs: Mapping[Any, list[Followed]], rules: Any, out: int) -> list[Followed]:
+    """Return the runs of the rule that is best without one clip."""
+
+    def merit(rule: Any) -> tuple[bool, float]:
+        _, episodes, false = doubts([one for i, one in enumerate(runs[rule]) if i != out])
+        return false <= 0.03, episodes
+
+    return runs[max(rules, key=merit)]
+
+
+def _told(figures: tuple[float, float, float]) -> str:
+    return "lost frames doubted {:.3f}, mean of episodes {:.3f}, good ones {:.4f}".format(*figures)
+
+
+def main() -> None:
+    """Run what is asked for."""
+    known = {"segments": segments, "starts": from_starts, "settings": settings, "whole": whole}
+    parser = argparse.ArgumentParser(
+        "python -m benchmarks.flir_clips", description=__doc__, formatter_class=argparse.RawTextHelpFormatter
+    )
+    parser.add_argument("what", nargs="+", choices=known)
+    parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="a parameter of the estimator")
+    given = parser.parse_args()
+    recorded = clips()
+    for name in given.what:
+        known[name](recorded, dict(each.split("=", 1) for each in given.set))
+
+
+if __name__ == "__main__":
+    main()
