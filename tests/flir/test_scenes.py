@@ -1,5 +1,7 @@
 """Changes of scene, and a target that is sought in the whole frame."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -44,7 +46,7 @@ def test_an_outline_is_of_means_and_has_none_itself():
 @pytest.mark.parametrize("depth", [np.uint8, np.uint16])
 def test_a_cut_is_told_from_noise_and_from_a_camera_that_moves(depth):
     seen = [outline((np.roll(field(0), 2 * k, axis=1) + frame(k, (60, 40)) - field(0)).astype(depth)) for k in range(8)]
-    changes = [change(a, b) for a, b in zip(seen, seen[1:], strict=False)]
+    changes = [change(a, b) for a, b in pairwise(seen)]
     assert not any(is_cut(seen[i], changes[i], max(changes[:i]), 0.3) for i in range(1, 7))
     other = outline(frame(9, (60, 40), scene=1).astype(depth))
     assert is_cut(seen[-1], change(seen[-1], other), max(changes), 0.3)

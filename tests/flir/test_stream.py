@@ -30,7 +30,7 @@ class Camera:
     def __init__(self, address, frames=30, change=None):
         self.address, self.left, self.at, self.change, self.released = address, frames, 0, change or {}, False
 
-    def isOpened(self):  # noqa: N802  # OpenCV's name
+    def isOpened(self):  # OpenCV's name
         return True
 
     def get(self, what):

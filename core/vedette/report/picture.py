@@ -12,7 +12,7 @@ from vedette.report import canvas
 from vedette.report.figures import count
 from vedette.report.plane import Plane, returns, stands
 from vedette.space import Array
-from vedette.types import Track, Trajectory
+from vedette.types import Frame, Track, Trajectory
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -37,7 +37,7 @@ _MARKS = (("o", 2.6), ("+", 4.5), ("x", 3.5), ("^", 3.2), ("s", 2.4))
 
 
 def picture(experiment: Experiment, result: Result) -> Figure:
-    """Draw a run as a map: 1200 x 900 px, one scale for both axes."""
+    """Draw a run as a map: 1200 x 900 px, one scale for both axes; over its first frame, y down, where it is in an image."""
     tracker = experiment.tracker
     plane = Plane.of(tracker.state, result.recording)
     made = canvas.figure()
@@ -46,15 +46,18 @@ def picture(experiment: Experiment, result: Result) -> Figure:
     spots = returns(result.scans, tracker.sensors, plane)
     truth = [path for path in result.recording.truth if plane.within(path.space)]
     platforms = stands(result.scans, tracker.sensors, plane)
+    image = _first_frame(result, plane)
     _show_returns(axes, spots)
-    _show_tracks(axes, result.tracks, plane)
+    _show_tracks(axes, result.tracks, plane, in_image=image is not None)
     _show_truth(axes, truth, plane)
     _show_platforms(axes, platforms)
     paths = [plane.points(path.space, path.states) for path in truth] + platforms
     paths += [plane.points(track.space, track.mean[track.confirmed]) for track in result.tracks]
     outside = _frame(axes, paths, [spot for spot in spots.values() if spot is not None])
+    if image is not None:
+        _show_frame(axes, image)
     axes.set(xlabel=plane.labels[0], ylabel=plane.labels[1])
-    canvas.head(made, experiment.title or "Tracks", _facts(result, spots, outside))
+    canvas.head(made, experiment.title or "Tracks", _facts(result, {} if image else spots, outside))
     if axes.get_legend_handles_labels()[0]:
         made.legend(loc="outside lower center", ncols=3, frameon=False, fontsize=10, labelcolor=canvas.INK)
     return made
@@ -69,6 +72,28 @@ def _facts(result: Result, spots: dict[str, Array | None], outside: int) -> str:
         facts.append(f"{count(outside, 'return')} outside the picture")
     facts += [f"{name}: one return gives no position, not drawn" for name, spot in spots.items() if spot is None]
     return "   ·   ".join(facts)
+
+
+def _first_frame(result: Result, plane: Plane) -> Frame | None:
+    """Return the first frame of a run, if it is one image and the map shows its pixels."""
+    if not len(result.framed) or [(axis.name, axis.unit) for axis in plane.axes] != [("x", "px"), ("y", "px")]:
+        return None
+    frame = result.framed[0].frame
+    return frame if frame is not None and frame.pixels.ndim == 2 else None
+
+
+def _show_frame(axes: Axes, frame: Frame) -> None:
+    """Put an image behind the map, pale, so that dark lines are seen on it; the map has its limits and orientation."""
+    pixels = np.asarray(frame.pixels, dtype=float)
+    known = pixels[np.isfinite(pixels)]
+    low, high = np.percentile(known, [0.5, 99.5]) if known.size else (0.0, 1.0)
+    corner = np.zeros(2) if frame.corner is None else frame.corner
+    left, top, right, bottom = (float(side) - 0.5 for side in (*corner, *(corner + pixels.shape[::-1])))
+    dark, bright = low - 1.5 * (high - low), max(high, low + 1e-6)
+    extent = (left, right, bottom, top)
+    axes.imshow(pixels, cmap="gray", vmin=dark, vmax=bright, extent=extent, interpolation="nearest", zorder=0)
+    axes.set(xlim=(left, right), ylim=(bottom, top))
+    axes.grid(visible=False)
 
 
 def _show_returns(axes: Axes, spots: dict[str, Array | None]) -> None:
@@ -89,7 +114,8 @@ def _show_truth(axes: Axes, truth: Sequence[Trajectory], plane: Plane) -> None:
         _write(axes, path.name, (x[-1], y[-1]), (6, -11), color=canvas.INK, style="italic")
 
 
-def _show_tracks(axes: Axes, tracks: Sequence[Track], plane: Plane) -> None:
+def _show_tracks(axes: Axes, tracks: Sequence[Track], plane: Plane, *, in_image: bool) -> None:
+    """Draw paths and covariances; in an image what exists with probability under one half is lost, and drawn as such."""
     from matplotlib.collections import LineCollection
 
     every = max((track.times[-1] - track.times[0] for track in tracks), default=0.0) / _ELLIPSES
@@ -98,7 +124,8 @@ def _show_tracks(axes: Axes, tracks: Sequence[Track], plane: Plane) -> None:
     for i, track in enumerate(tracks):
         shade = canvas.colour(i)
         points = plane.points(track.space, track.mean)
-        sure = np.where(track.confirmed[:, None], points, np.nan)
+        held = track.confirmed & (track.existence >= 0.5) if in_image else track.confirmed
+        sure = np.where(held[:, None], points, np.nan)
         axes.plot(*points.T, color=shade, linewidth=0.8, linestyle=(0, (1, 2)), zorder=2)
         axes.plot(*sure.T, color=shade, linewidth=3.0, alpha=0.85, zorder=3, solid_capstyle="round")
         chosen = _spread(track, every)
@@ -109,7 +136,8 @@ def _show_tracks(axes: Axes, tracks: Sequence[Track], plane: Plane) -> None:
             _write(axes, str(track.id), (points[first, 0], points[first, 1]), (4, 5), color=shade, weight="bold")
     if tracks:
         axes.plot([], [], color=canvas.colour(0), linewidth=3.0, label="track, its number at the start")
-        axes.plot([], [], color=canvas.colour(0), linewidth=0.8, linestyle=(0, (1, 2)), label="not confirmed")
+        other = "lost" if in_image else "not confirmed"
+        axes.plot([], [], color=canvas.colour(0), linewidth=0.8, linestyle=(0, (1, 2)), label=other)
         axes.plot([], [], "o", color=canvas.colour(0), fillstyle="none", markersize=9, label="95 % of its covariance")
 
 
