@@ -1,10 +1,11 @@
 """All associators and kinds of hypotheses on scenes of boats that cross, go side by side and merge: one table with errors.
 
-    python -m benchmarks.association                 40 runs of each scene; half an hour
+    python -m benchmarks.association                 20 runs of each scene; some 8 minutes
     python -m benchmarks.association --runs 5        a rough picture
     python -m benchmarks.association --write         puts the table into docs/metrics.md
 
-Every tracker meets the same runs of a scene. A tracker whose kinds are not installed is left out, and said to be.
+Every tracker meets the same runs of a scene, so that differences are paired by run: to `jpda` with the same births, and of
+`jpda` with Poisson births to that without. A tracker whose kinds are not installed is left out, and said to be.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from typing import Any
 import vedette
 from vedette.config.files import read_file
 from vedette.montecarlo.outcome import Outcome
+from vedette.montecarlo.statistics import Mean
 from vedette.montecarlo.study import monte_carlo
 
 ROOT = Path(__file__).parents[1]
@@ -26,6 +28,8 @@ BEGIN, END = "<!-- association: begin -->", "<!-- association: end -->"
 FIGURES = ("gospa", "trajectory_gospa", "hota", "coverage", "id_switches", "false_tracks")
 COLUMNS = ("GOSPA [m]", "trajectory GOSPA [m]", "HOTA", "coverage", "switches", "false tracks")
 DIGITS = (1, 1, 3, 3, 2, 2)
+BIRTHS = ", Poisson births"
+PAIRED = {"gospa": ("GOSPA less jpda's", 2), "hota": ("HOTA less jpda's", 3), "id_switches": ("switches less jpda's", 2)}
 
 KINDS = ("nearest", "gnn", "pda", "jpda", "m_best_jpda", "variational", "k_best", "n_scan", "lmb")
 JOINT = ("jpda", "variational", "k_best", "n_scan", "lmb")
@@ -35,7 +39,7 @@ POISSON = {
     "appear": [{"at": {"x": [0, 700], "y": [0, 700], "vx": [0, 6], "vy": [0, 6]}, "initial": 8.0, "rate": 0.033}],
 }
 TRACKERS: dict[str, dict[str, Any]] = {kind: {"associator": {"kind": kind}} for kind in KINDS} | {
-    f"{kind}, Poisson births": {"associator": {"kind": kind}, "birth": POISSON} for kind in JOINT
+    f"{kind}{BIRTHS}": {"associator": {"kind": kind}, "birth": POISSON} for kind in JOINT
 }
 """Name to changes in the tracker of examples/fleet.toml. Poisson births make multi-Bernoulli filters and mixtures of it."""
 
@@ -88,25 +92,38 @@ def trackers(table: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
 
 def rows(scene: str, outcome: Outcome) -> Iterator[str]:
     """Yield a line of the table for each tracker."""
-    for i, point in enumerate(outcome.plan.points):
+    names = [str(point.labels["tracker"]) for point in outcome.plan.points]
+    for i, name in enumerate(names):
         means = outcome.means(i)
-        cells = [
-            f"{means[name].value:.{digits}f} +- {means[name].error or 0:.{digits}f}"
-            for name, digits in zip(FIGURES, DIGITS, strict=True)
-        ]
-        yield f"| {scene if i == 0 else ''} | {point.labels['tracker']} | {' | '.join(cells)} |"
+        cells = [_cell(means[figure], digits) for figure, digits in zip(FIGURES, DIGITS, strict=True)]
+        other = reference(name)
+        less = outcome.differences(i, names.index(other)) if other in names else {}
+        cells += [_cell(less[figure], digits) if less else "" for figure, (_, digits) in PAIRED.items()]
+        yield f"| {scene if i == 0 else ''} | {name} | {' | '.join(cells)} |"
+
+
+def reference(name: str) -> str | None:
+    """Return the tracker from which one of TRACKERS differs in one thing."""
+    if name.endswith(BIRTHS) and name != f"jpda{BIRTHS}":
+        return f"jpda{BIRTHS}"
+    return "jpda" if name != "jpda" else None
+
+
+def _cell(mean: Mean, digits: int) -> str:
+    return f"{mean.value:.{digits}f} +- {mean.error or 0:.{digits}f}"
 
 
 def main() -> None:
     """Run all scenes and print the table."""
     parser = argparse.ArgumentParser("python -m benchmarks.association", description=__doc__)
-    parser.add_argument("--runs", type=int, default=40)
+    parser.add_argument("--runs", type=int, default=20)
     parser.add_argument("--scenes", default="", metavar="WORDS", help="scenes whose name has these words")
     parser.add_argument("--trackers", nargs="*", default=list(TRACKERS), metavar="NAME", help="these only")
     parser.add_argument("--write", action="store_true")
     given = parser.parse_args()
-    lines = [f"| scene | tracker | {' | '.join(COLUMNS)} |", "| --- " * (2 + len(COLUMNS)) + "|"]
     chosen = {name: changes for name, changes in trackers(config({})).items() if name in given.trackers}
+    columns = ["scene", "tracker", *COLUMNS, *(said for said, _ in PAIRED.values())]
+    lines = [f"| {' | '.join(columns)} |", "| --- " * len(columns) + "|"]
     for name, scene in SCENES.items():
         if given.scenes not in name:
             continue

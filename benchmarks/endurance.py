@@ -109,16 +109,16 @@ def follow(config: dict[str, Any], samples: int = 20) -> dict[str, Any]:
 def main() -> int:
     """Measure both runs, each in its own process; 1 if one is not flat or an id comes twice."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--scans", type=int, default=DAY, help="of the harbour")
+    parser.add_argument("--scans", type=int, default=DAY, help="of the harbour; 0 leaves it out")
     parser.add_argument("--vessels", type=int, default=50, help="at a time in the harbour")
-    parser.add_argument("--long", type=int, default=LONG, help="scans of the one track")
+    parser.add_argument("--long", type=int, default=LONG, help="scans of the one track; 0 leaves it out")
     given = parser.parse_args()
     code = "import json, sys; from benchmarks.endurance import follow; print(json.dumps(follow(json.load(sys.stdin))))"
     failed = False
-    for name, config in (
-        (f"{given.vessels} vessels", harbour(given.scans, given.vessels)),
-        ("one track", harbour(given.long, 1, keeps=True)),
-    ):
+    for name, scans, vessels in ((f"{given.vessels} vessels", given.scans, given.vessels), ("one track", given.long, 0)):
+        if not scans:
+            continue
+        config = harbour(scans, vessels, keeps=not vessels)
         done = subprocess.run(
             [sys.executable, "-c", code], input=json.dumps(config), check=True, stdout=subprocess.PIPE, text=True
         )
