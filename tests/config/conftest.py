@@ -10,43 +10,8 @@ from pathlib import Path
 import pytest
 
 from vedette import Registry
-from vedette.roles import CONTRACT
 
 Distribution = Callable[[str, str, str], Path]
-
-PLUGIN = '''
-from typing import ClassVar
-import numpy as np
-from attrs import frozen
-import vedette
-from vedette import fields
-
-VEDETTE_CONTRACT = {contract}
-
-@frozen
-class {name}(vedette.MotionModel):
-    """Drifts with the current.
-
-    By a third party.
-    """
-
-    kind: ClassVar[str] = "{kind}"
-    current: float = fields.quantity("m/s", "speed of the water", at_least=0)
-
-    @property
-    def state(self) -> vedette.Space:
-        return vedette.Space.of(x="m", y="m")
-
-    def move(self, x, dt):
-        return x + self.current * dt
-
-    def noise(self, x, dt):
-        return dt * np.eye(2)
-
-@vedette.plugin
-def vedette_components():
-    return [{name}]
-'''
 
 
 @pytest.fixture(scope="module")
@@ -73,13 +38,3 @@ def distribution(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Distributio
         return tmp_path
 
     return install
-
-
-@pytest.fixture
-def drifting() -> Callable[..., str]:
-    """The source of a plugin that brings one motion model."""
-
-    def source(name: str = "Drift", kind: str = "drift", contract: int = CONTRACT) -> str:
-        return PLUGIN.format(name=name, kind=kind, contract=contract)
-
-    return source

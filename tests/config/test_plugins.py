@@ -13,13 +13,13 @@ from typing import Any
 import pytest
 
 import vedette
+from support.drift import drifting
 from vedette import ConfigError, Registry
 from vedette.cli import main
 from vedette.config.contract import OLD_NAMES
 from vedette.config.parameters import ROLES
 
 Distribution = Callable[[str, str, str], Path]
-Source = Callable[..., str]
 
 
 def config(kind: str = "constant_velocity", estimator: str = "kalman") -> dict[str, Any]:
@@ -64,7 +64,7 @@ FAULTS: dict[str, tuple[Callable[[str], str], str]] = {
 
 
 @pytest.mark.parametrize("fault", FAULTS)
-def test_a_faulty_plugin_is_set_aside_and_harms_no_other(fault: str, distribution: Distribution, drifting: Source) -> None:
+def test_a_faulty_plugin_is_set_aside_and_harms_no_other(fault: str, distribution: Distribution) -> None:
     change, reason = FAULTS[fault]
     distribution("bad-dist", "vedette_test_bad", change(drifting()))
     distribution("good-dist", "vedette_test_good", drifting("Tide", "tide"))
@@ -77,7 +77,7 @@ def test_a_faulty_plugin_is_set_aside_and_harms_no_other(fault: str, distributio
 
 
 def test_a_kind_whose_plugin_is_set_aside_is_told_where_a_config_asks_for_it(
-    distribution: Distribution, drifting: Source
+    distribution: Distribution,
 ) -> None:
     distribution("bad-dist", "vedette_test_bad", drifting().replace("def move(", "def moves("))
     with pytest.raises(ConfigError) as caught:
@@ -101,7 +101,7 @@ def test_the_cause_of_a_plugin_that_cannot_be_imported_is_told_whole_and_before_
     assert told.index("ends here") < told.index("installed: ")
 
 
-def test_a_kind_that_two_third_parties_bring_is_of_neither(distribution: Distribution, drifting: Source) -> None:
+def test_a_kind_that_two_third_parties_bring_is_of_neither(distribution: Distribution) -> None:
     distribution("one-dist", "vedette_test_one", drifting("One"))
     distribution("other-dist", "vedette_test_other", drifting("Other"))
     registry = Registry.installed()
@@ -113,7 +113,7 @@ def test_a_kind_that_two_third_parties_bring_is_of_neither(distribution: Distrib
     vedette.build(config(), registry)
 
 
-def test_a_stranger_does_not_replace_a_kind_of_vedettes(distribution: Distribution, drifting: Source) -> None:
+def test_a_stranger_does_not_replace_a_kind_of_vedettes(distribution: Distribution) -> None:
     distribution("one-dist", "vedette_test_one", drifting(kind="constant_velocity"))
     with pytest.raises(
         ConfigError, match=r"'constant_velocity' is brought by one-dist 1\.0 .* and by vedette .*, so neither"
@@ -122,7 +122,7 @@ def test_a_stranger_does_not_replace_a_kind_of_vedettes(distribution: Distributi
     assert Registry.installed().find("motion", "constant_acceleration") is not None
 
 
-def test_one_class_that_two_plugins_name_is_one_kind(distribution: Distribution, drifting: Source) -> None:
+def test_one_class_that_two_plugins_name_is_one_kind(distribution: Distribution) -> None:
     distribution("one-dist", "vedette_test_one", drifting("One"))
     distribution("other-dist", "vedette_test_other", "from vedette_test_one import *\n")
     registry = Registry.installed()
@@ -144,7 +144,7 @@ def test_a_name_of_contract_1_is_refused_in_its_role_alone(role: str, old: str) 
 
 
 @pytest.fixture
-def three(distribution: Distribution, drifting: Source) -> None:
+def three(distribution: Distribution) -> None:
     """Install a plugin of another contract, one that cannot be imported, and one that takes a name of Vedette's own."""
     distribution("old-dist", "vedette_test_old", drifting(contract=1))
     distribution("foo-dist", "vedette_test_broken", "import not_there\n")
@@ -197,7 +197,6 @@ def test_a_plugin_that_fails_to_write_its_files_does_not_take_the_others_with_it
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
     distribution: Distribution,
-    drifting: Source,
 ) -> None:
     monkeypatch.setattr("vedette.commands.run.can_draw", lambda: False)
     hook = "\n@vedette.plugin\ndef vedette_files(folder):\n    {}\n"
@@ -226,7 +225,7 @@ print(json.dumps([vedette.to_config(tracker), entry.describe()]))
 
 
 def test_a_third_partys_motion_model_works_in_a_config_of_another_process(
-    distribution: Distribution, drifting: Source
+    distribution: Distribution,
 ) -> None:
     folder = distribution("drift-dist", "vedette_test_drift", drifting())
     distribution("foo-dist", "vedette_test_broken", "raise RuntimeError('half installed')\n")

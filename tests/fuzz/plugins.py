@@ -13,39 +13,9 @@ import numpy as np
 from attrs import frozen
 
 from fuzz.cases import NASTY, pick
+from support.drift import SOURCE, drifting
 from vedette import ConfigError, PluginError, Registry
 
-SOURCE = '''
-from typing import ClassVar
-import numpy as np
-import attrs
-from attrs import frozen
-import vedette
-from vedette import fields
-
-VEDETTE_CONTRACT = 2
-
-@frozen
-class Drift(vedette.MotionModel):
-    """Drifts with the current. By a third party."""
-
-    kind: ClassVar[str] = "drift"
-    current: float = fields.quantity("m/s", "speed of the water", at_least=0)
-
-    @property
-    def state(self) -> vedette.Space:
-        return vedette.Space.of(x="m", y="m")
-
-    def move(self, x, dt):
-        return x + self.current * dt
-
-    def noise(self, x, dt):
-        return dt * np.eye(2)
-
-@vedette.plugin
-def vedette_components():
-    return [Drift]
-'''
 CHANGES = [
     ("CONTRACT = 2", "CONTRACT = VALUE"),
     ('"drift"', "VALUE"),
@@ -92,7 +62,7 @@ class Point:
 
 def case(rng: np.random.Generator, folder: Path) -> str:
     """Load one plugin beside one that is right, and ask for what it would bring."""
-    points = [Point("good", SOURCE.replace("drift", "tide").replace("Drift", "Tide")), Point("bad", drawn(rng))]
+    points = [Point("good", drifting("Tide", "tide")), Point("bad", drawn(rng))]
     with mock.patch.object(importlib.metadata, "entry_points", return_value=points), mock.patch.dict(sys.modules):
         try:
             registry = Registry.installed()

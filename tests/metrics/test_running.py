@@ -6,35 +6,26 @@ import pytest
 
 import vedette
 from support.histories import path
+from support.ships import AROUND, RADAR, radar_and_beacon
 from vedette import InputError, Space
 from vedette.metrics import Judge, RunningJudge, Score, judge
 from vedette.metrics.coverage import Held
 from vedette.metrics.tally import Tally
 from vedette.types import Gaussian
 
-CONFIG = {
-    "seed": 5,
-    "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 0.5}},
-    "sensors": {
-        "radar": {"kind": "cartesian_position", "sigma": 8.0, "detection_probability": 0.5, "clutter_density": 3e-6},
-        "beacon": {"kind": "cartesian_position", "sigma": 3.0},
-    },
-    "associator": {"kind": "gnn"},
-    "lifecycle": {"kind": "m_of_n", "spread": {"vx": 10.0, "vy": 10.0}},
-    "source": {
-        "kind": "simulation",
-        "duration": 150.0,
-        "looks": {
-            "radar": {"interval": 1.0, "clutter": {axis: {"low": -900, "high": 900} for axis in "xy"}},
-            "beacon": {"interval": 15.0},
-        },
-        "ships": {  # nothing before 10 s, between 60 and 80 s, and after 130 s; one overtakes two
-            "one": {"start": [0.0, 0.0], "speed": 6.0, "appears": 10.0, "disappears": 60.0},
-            "two": {"start": [40.0, 3.0], "course": 0.02, "speed": 5.5, "appears": 12.0, "disappears": 55.0},
-            "three": {"start": [-300.0, 200.0], "speed": 2.0, "appears": 80.0, "disappears": 130.0},
-        },
-    },
+SHIPS = {  # nothing before 10 s, between 60 and 80 s, and after 130 s; one overtakes two
+    "one": {"start": [0.0, 0.0], "speed": 6.0, "appears": 10.0, "disappears": 60.0},
+    "two": {"start": [40.0, 3.0], "course": 0.02, "speed": 5.5, "appears": 12.0, "disappears": 55.0},
+    "three": {"start": [-300.0, 200.0], "speed": 2.0, "appears": 80.0, "disappears": 130.0},
 }
+CONFIG = radar_and_beacon(
+    SHIPS,
+    duration=150.0,
+    radar=RADAR | {"sigma": 8.0, "detection_probability": 0.5, "clutter_density": 3e-6},
+    looks={"radar": AROUND, "beacon": {"interval": 15.0}},
+    seed=5,
+    estimator={"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 0.5}},
+)
 WHOLE_TRACKS = [
     field.name
     for field in attrs.fields(Score)

@@ -8,39 +8,26 @@ import pytest
 from attrs import evolve, frozen
 
 import vedette
+from support.ships import AROUND, RADAR, radar_and_beacon
 from vedette import Detections, LazyScans, Recording, Scan, Source
 from vedette.cli import main
 from vedette.io import read_recording, read_tracks
 from vedette.report import streaming
 from vedette.report.streaming import stream
 
-CONFIG = {
-    "title": "Ships that come and go",
-    "seed": 3,
-    "estimator": {
-        "kind": "imm",
-        "modes": [{"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": s}} for s in (0.1, 1.0)],
-        "transition": [[0.95, 0.05], [0.05, 0.95]],
+MODES = [{"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": s}} for s in (0.1, 1.0)]
+CONFIG = radar_and_beacon(
+    {
+        "one": {"start": [0.0, 0.0], "speed": 5.0},
+        "two": {"start": [300.0, -200.0], "speed": 8.0, "appears": 30.0, "disappears": 70.0},
     },
-    "sensors": {
-        "radar": {"kind": "cartesian_position", "sigma": 5.0, "detection_probability": 0.9, "clutter_density": 2e-6},
-        "beacon": {"kind": "cartesian_position", "sigma": 3.0},
-    },
-    "associator": {"kind": "gnn"},
-    "lifecycle": {"kind": "m_of_n", "spread": {"vx": 10.0, "vy": 10.0}},
-    "source": {
-        "kind": "simulation",
-        "duration": 120.0,
-        "looks": {
-            "radar": {"interval": 1.0, "clutter": {axis: {"low": -900, "high": 900} for axis in "xy"}},
-            "beacon": {"interval": 2.0},
-        },
-        "ships": {
-            "one": {"start": [0.0, 0.0], "speed": 5.0},
-            "two": {"start": [300.0, -200.0], "speed": 8.0, "appears": 30.0, "disappears": 70.0},
-        },
-    },
-}
+    duration=120.0,
+    radar=RADAR | {"detection_probability": 0.9},
+    looks={"radar": AROUND, "beacon": {"interval": 2.0}},
+    title="Ships that come and go",
+    seed=3,
+    estimator={"kind": "imm", "modes": MODES, "transition": [[0.95, 0.05], [0.05, 0.95]]},
+)
 
 
 @pytest.fixture(scope="module")

@@ -6,32 +6,21 @@ import numpy as np
 import pytest
 
 import vedette
+from support.ships import AROUND, RADAR, radar_and_beacon
 from vedette import ConfigError, Sensor
 from vedette_sim import lazy, scenario
 from vedette_standard.sensors.cartesian_position import CartesianPosition
 
-CONFIG = {
-    "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 0.1}},
-    "sensors": {
-        "radar": {"kind": "cartesian_position", "sigma": 5.0, "detection_probability": 0.8, "clutter_density": 2e-6},
-        "beacon": {"kind": "cartesian_position", "sigma": 3.0},
+CONFIG = radar_and_beacon(
+    {
+        "one": {"start": [0.0, 0.0], "speed": 5.0},
+        "two": {"start": [300.0, -200.0], "speed": 8.0, "appears": 30.0, "disappears": 70.0},
+        "three": {"start": [-300.0, 200.0], "speed": 2.0, "appears": 55.5},
     },
-    "associator": {"kind": "gnn"},
-    "lifecycle": {"kind": "m_of_n", "spread": {"vx": 10.0, "vy": 10.0}},
-    "source": {
-        "kind": "simulation",
-        "duration": 90.0,
-        "looks": {
-            "radar": {"interval": 1.0, "jitter": 0.3, "clutter": {axis: {"low": -900, "high": 900} for axis in "xy"}},
-            "beacon": {"interval": 2.0},
-        },
-        "ships": {
-            "one": {"start": [0.0, 0.0], "speed": 5.0},
-            "two": {"start": [300.0, -200.0], "speed": 8.0, "appears": 30.0, "disappears": 70.0},
-            "three": {"start": [-300.0, 200.0], "speed": 2.0, "appears": 55.5},
-        },
-    },
-}
+    duration=90.0,
+    radar=RADAR | {"detection_probability": 0.8},
+    looks={"radar": AROUND | {"jitter": 0.3}, "beacon": {"interval": 2.0}},
+)
 
 
 def scans(monkeypatch, whole, block=lazy.BLOCK, config=CONFIG):

@@ -3,6 +3,7 @@
 import numpy as np
 
 import vedette
+from support.ships import radar_and_beacon
 from vedette import Recording, Result, Scan, Space, Track, Trajectory
 from vedette.types import Detections
 
@@ -11,26 +12,18 @@ PLANE = Space.of(x="m", y="m", vx="m/s", vy="m/s")
 
 def config(**changes):
     modes = [{"kind": "ekf", "motion": {"kind": "constant_velocity", "sigma_accel": sigma}} for sigma in (0.1, 1.0)]
-    return {
+    ships = {
+        "near": {"start": [100.0, 200.0], "speed": 8.0},
+        "late": {"start": [-300.0, 0.0], "speed": 5.0, "course": 2.0, "appears": 31.0},
+    }
+    radar = {"kind": "range_bearing", "sigma_range": 5.0, "sigma_bearing": 0.01, "x": 40.0, "y": -30.0}
+    own = {
         "title": "A test",
         "estimator": {"kind": "imm", "modes": modes, "transition": [[0.9, 0.1], [0.1, 0.9]]},
-        "sensors": {
-            "radar": {"kind": "range_bearing", "sigma_range": 5.0, "sigma_bearing": 0.01, "x": 40.0, "y": -30.0},
-            "beacon": {"kind": "cartesian_position", "sigma": 3.0},
-        },
-        "associator": {"kind": "gnn"},
         "lifecycle": {"kind": "m_of_n", "spread": {"vx": 8.0, "vy": 8.0}},
-        "source": {
-            "kind": "simulation",
-            "duration": 60.0,
-            "looks": {"radar": {"interval": 2.0}, "beacon": {"interval": 5.0, "first": 1.0}},
-            "ships": {
-                "near": {"start": [100.0, 200.0], "speed": 8.0},
-                "late": {"start": [-300.0, 0.0], "speed": 5.0, "course": 2.0, "appears": 31.0},
-            },
-        },
-        **changes,
     }
+    looks = {"radar": {"interval": 2.0}, "beacon": {"interval": 5.0, "first": 1.0}}
+    return radar_and_beacon(ships, 60.0, radar, looks, **(own | changes))
 
 
 def run(**changes):

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from abc import abstractmethod
+from typing import ClassVar, Protocol
 
-from vedette import Space
+import numpy as np
+from attrs import frozen
+
+from vedette import Array, MotionModel, Space
 from vedette_standard.motion.blocks import check_names
 
 UNITS = ("m", "m/s", "rad", "rad/s", "s", "1")
@@ -23,3 +27,23 @@ def drifting(model: _Drifting) -> Space:
     """Return the state of a model with `axes` in one `unit`. An angle does not wrap: it is a small difference."""
     check_names("axes", model.axes)
     return Space.of(**dict.fromkeys(model.axes, model.unit))
+
+
+@frozen
+class Wandering(MotionModel):
+    """A model whose axes are expected to stay as they are; a subclass says by how much they do not."""
+
+    linear: ClassVar[bool] = True
+
+    @property
+    @abstractmethod
+    def state(self) -> Space:
+        """Return the axes."""
+
+    def move(self, x: Array, dt: float) -> Array:
+        """Return the state `dt` s later: (*b, n) -> (*b, n)."""
+        return x
+
+    def jacobian(self, x: Array, dt: float) -> Array:
+        """Return F (n, n)."""
+        return np.eye(len(self.state))

@@ -7,13 +7,13 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import Factory, field, frozen
 
-from vedette import Array, MotionModel, Space, fields
-from vedette_standard.motion.drifting import UNITS, drifting
+from vedette import Array, Space, fields
+from vedette_standard.motion.drifting import UNITS, Wandering, drifting
 
 
 @final
 @frozen
-class RandomWalk(MotionModel):
+class RandomWalk(Wandering):
     """x' = x + w, w ~ N(0, sigma^2 T) per axis: a target that stays in one area, or a bias that drifts without bound.
 
     With sigma = 0 the axes are constants that are estimated.
@@ -22,20 +22,11 @@ class RandomWalk(MotionModel):
 
     kind: ClassVar[str] = "random_walk"
     divisible: ClassVar[bool] = True
-    linear: ClassVar[bool] = True
 
     sigma: float = fields.quantity("1", "standard deviation gained in 1 s, per axis, in the axes' own unit", at_least=0)
     axes: tuple[str, ...] = fields.words("the axes that wander", default=("x", "y"))
     unit: str = fields.choice("the axes' unit", UNITS, default="m")
     state: Space = field(init=False, repr=False, eq=False, default=Factory(drifting, takes_self=True))
-
-    def move(self, x: Array, dt: float) -> Array:
-        """Return the state `dt` s later: (*b, n) -> (*b, n)."""
-        return x
-
-    def jacobian(self, x: Array, dt: float) -> Array:
-        """Return F (n, n)."""
-        return np.eye(len(self.state))
 
     def noise(self, x: Array, dt: float) -> Array:
         """Return Q (n, n)."""

@@ -7,13 +7,13 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import Factory, field, frozen
 
-from vedette import Array, MotionModel, Space, fields
-from vedette_standard.motion.drifting import UNITS, drifting
+from vedette import Array, Space, fields
+from vedette_standard.motion.drifting import UNITS, Wandering, drifting
 
 
 @final
 @frozen
-class RandomWalkPiecewise(MotionModel):
+class RandomWalkPiecewise(Wandering):
     """x' = x + w T, w ~ N(0, sigma^2) per axis: Q = sigma^2 T^2, as beside a piecewise-constant acceleration.
 
     The rate is drawn at every step and held through it, so the meaning of `sigma` depends on the step length, and two steps
@@ -22,20 +22,11 @@ class RandomWalkPiecewise(MotionModel):
     """
 
     kind: ClassVar[str] = "random_walk_piecewise"
-    linear: ClassVar[bool] = True
 
     sigma: float = fields.quantity("1", "standard deviation of the rate held in a step, in the axes' unit per s", at_least=0)
     axes: tuple[str, ...] = fields.words("the axes that wander", default=("x", "y"))
     unit: str = fields.choice("the axes' unit", UNITS, default="m")
     state: Space = field(init=False, repr=False, eq=False, default=Factory(drifting, takes_self=True))
-
-    def move(self, x: Array, dt: float) -> Array:
-        """Return the state `dt` s later: (*b, n) -> (*b, n)."""
-        return x
-
-    def jacobian(self, x: Array, dt: float) -> Array:
-        """Return F (n, n)."""
-        return np.eye(len(self.state))
 
     def noise(self, x: Array, dt: float) -> Array:
         """Return Q (n, n)."""
