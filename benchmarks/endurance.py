@@ -79,6 +79,7 @@ def follow(config: dict[str, Any], samples: int = 20) -> dict[str, Any]:
         for i, scan in enumerate(scans):
             if i % every == 0:
                 held.append(resident())
+                print(f"{i:,} of {len(scans):,} scans: {held[-1]:.1f} MB", file=sys.stderr, flush=True)
             yield scan
 
     with tempfile.TemporaryDirectory() as folder:

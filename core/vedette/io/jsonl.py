@@ -25,6 +25,7 @@ HEADER_FIELDS = ("format", "version", "sensors", "detected", "truth", "notes")
 SCAN_FIELDS = ("time", "sensor", "z", "noise", "evidence", "pose", "frame")
 STATE_FIELDS = ("truth", "time", "state")
 POSE_FIELDS = ("position", "velocity", "heading")
+_ENCODER = json.JSONEncoder(allow_nan=False)
 
 
 @frozen
@@ -138,7 +139,7 @@ def units(space: Space) -> dict[str, str]:
 
 def line(fields: Mapping[str, Any]) -> str:
     """Return one line of JSON; ValueError if a number is not finite."""
-    return json.dumps(fields, allow_nan=False) + "\n"
+    return _ENCODER.encode(fields) + "\n"
 
 
 def _scan_fields(scan: Scan, sensors: Mapping[str, Space]) -> dict[str, Any]:

@@ -75,21 +75,27 @@ def jsonl_head(space: Space) -> str:
 
 def jsonl_rows(track: Track) -> Iterator[str]:
     """Yield a track's lines in a file of tracks."""
-    for i, time in enumerate(track.times.tolist()):
+    columns = {name: _nulled(getattr(track, name)) for name in ("mean", "cov", "existence", "hit", "nis")}
+    times, confirmed = track.times.tolist(), track.confirmed.tolist()
+    modes = None if track.mode_prob is None else _nulled(track.mode_prob)
+    for i, time in enumerate(times):
         found = {
             "track": track.id,
             "time": time,
-            "mean": _nulled(track.mean[i]),
-            "cov": _nulled(track.cov[i]),
-            "confirmed": bool(track.confirmed[i]),
-            "existence": _nulled(track.existence[i]),
-            "hit": _nulled(track.hit[i]),
-            "nis": _nulled(track.nis[i]),
+            "mean": columns["mean"][i],
+            "cov": columns["cov"][i],
+            "confirmed": confirmed[i],
+            "existence": columns["existence"][i],
+            "hit": columns["hit"][i],
+            "nis": columns["nis"][i],
             "weights": _nulled(track.weights[i]),
         }
-        modes = {} if track.mode_prob is None else {"mode_prob": _nulled(track.mode_prob[i])}
+        if modes is not None:
+            found["mode_prob"] = modes[i]
         own = None if track.returns is None else track.returns[i]
-        yield line(found | modes | ({} if own is None else {"returns": own.tolist()}))
+        if own is not None:
+            found["returns"] = own.tolist()
+        yield line(found)
 
 
 def read_tracks(path: Path) -> tuple[Track, ...]:
@@ -132,14 +138,16 @@ def _modes(tracks: Sequence[Track], space: Space) -> int:
 
 
 def _cells(numbers: Array) -> list[list[str]]:
-    return [[repr(number) if np.isfinite(number) else "" for number in row] for row in numbers.tolist()]
+    cells = [list(map(repr, row)) for row in numbers.tolist()]
+    for i, j in np.argwhere(~np.isfinite(numbers)):
+        cells[i][j] = ""
+    return cells
 
 
-def _nulled(numbers: Any) -> Any:
-    """Return floats or lists of them, None where a number is not finite."""
-    if isinstance(numbers, float):
-        return float(numbers) if np.isfinite(numbers) else None
-    return [_nulled(part) for part in numbers]
+def _nulled(numbers: Array) -> Any:
+    """Return numbers as nested lists, None where one is not finite."""
+    finite = np.isfinite(numbers)
+    return (numbers if finite.all() else np.where(finite, numbers, None)).tolist()
 
 
 def _fields(given: Any, n: int) -> dict[str, Any]:
