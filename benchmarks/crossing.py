@@ -6,7 +6,8 @@
 
 FOLDER holds `mtt/run0.jsonl`, of which the truth is taken; detections are drawn as the benchmark says. All trackers meet
 the same ones. GOSPA (c = 10 m, p = 2, alpha = 2) is that of the tracks of existence above .4, as the root of its mean square
-over scans and runs; differences from `k_best` with 200 hypotheses are paired by runs, in mean squares.
+over scans and runs; differences from `k_best` with 200 hypotheses are paired by runs, in mean squares. Switches: how often
+another track than before covers a target, within 10 m, as in the CLEAR measures; all four targets of a run together.
 """
 
 from __future__ import annotations
@@ -23,12 +24,13 @@ import numpy as np
 
 import vedette
 from vedette import Detections, Scan
+from vedette.metrics import covering, switches
 from vedette.metrics.gospa import distances, gospa
 from vedette.space import Array
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "crossing.toml"
 SCANS, P_DETECT, SIGMA, FALSE, WIDTH = 81, 0.9, 1.0, 10.0, 300.0
-SHOWN = 0.4
+SHOWN, CUTOFF = 0.4, 10.0
 TRACKERS = {
     "k_best, 200": "{kind='k_best', hypotheses=200}",
     "k_best, 200, mean shown": "{kind='k_best', hypotheses=200, show='mean'}",
@@ -72,22 +74,29 @@ def drawn(targets: Mapping[str, Mapping[float, Array]], seed: int, run: int) -> 
     return scans
 
 
-def judged(seed: int, run: int) -> dict[str, tuple[float, float]]:
-    """Return of each tracker the mean square of GOSPA in m^2 over a run, and the mean CPU time of a step in ms."""
+def judged(seed: int, run: int) -> dict[str, tuple[float, float, int]]:
+    """Return of each tracker the mean square of GOSPA in m^2 over a run, the mean CPU time of a step in ms, and switches."""
     targets, found = truth(), {}
     scans = drawn(targets, seed, run)
     for name, associator in TRACKERS.items():
         tracker = vedette.load(EXAMPLE, overrides=[f"associator={associator}"]).tracker
         state, order = tracker.start(), [tracker.state.names.index(axis) for axis in ("x", "y")]
-        total, spent = 0.0, 0.0
+        total, spent, apart, present = 0.0, 0.0, [], []
         for scan in scans:
             begin = process_time()
             state = tracker.step(state, scan)
             spent += process_time() - begin
-            shown = tracker.estimate(state).mean[state.existence > SHOWN][:, order]
+            is_shown = state.existence > SHOWN
+            shown = tracker.estimate(state).mean[is_shown][:, order]
+            there = np.array([scan.time in track for track in targets.values()])
             real = np.array([track[scan.time] for track in targets.values() if scan.time in track]).reshape(-1, 2)
-            total += gospa(distances(real, shown), 10.0).value ** 2
-        found[name] = (total / SCANS, 1000 * spent / SCANS)
+            far = np.full((len(there), len(shown)), np.inf)
+            far[there] = distances(real, shown)
+            total += gospa(far[there], CUTOFF).value ** 2
+            apart.append(far)
+            present.append(state.ids[is_shown])
+        cover = covering(apart, present, CUTOFF)
+        found[name] = (total / SCANS, 1000 * spent / SCANS, sum(map(switches, cover.T)))
     return found
 
 
@@ -101,17 +110,19 @@ def main(arguments: Sequence[str] | None = None) -> None:
     with ProcessPoolExecutor(given.jobs) as pool:
         runs = list(pool.map(judged, [given.seed] * given.runs, range(given.runs)))
     squares = {name: np.array([run[name][0] for run in runs]) for name in TRACKERS}
+    changes = {name: np.array([run[name][2] for run in runs]) for name in TRACKERS}
     best, root = squares["k_best, 200"], np.sqrt(given.runs)
     print(f"{given.runs} runs of seed {given.seed}\n")
     print(
-        "| associator | RMS GOSPA [m] | paired difference of mean squares [m^2] | CPU a step [ms] |\n"
-        "| --- | --- | --- | --- |"
+        "| associator | RMS GOSPA [m] | paired difference of mean squares [m^2] | switches a run | CPU a step [ms] |\n"
+        "| --- | --- | --- | --- | --- |"
     )
     for name, square in squares.items():
-        rms, apart = np.sqrt(np.mean(square)), square - best
+        rms, apart, changed = np.sqrt(np.mean(square)), square - best, changes[name]
         print(
             f"| {name} | {rms:.3f} +- {np.std(square) / root / (2 * rms):.3f} | {np.mean(apart):+.2f} +- "
-            f"{np.std(apart) / root:.2f} | {np.mean([run[name][1] for run in runs]):.2f} |"
+            f"{np.std(apart) / root:.2f} | {np.mean(changed):.2f} +- {np.std(changed) / root:.2f} | "
+            f"{np.mean([run[name][1] for run in runs]):.2f} |"
         )
 
 

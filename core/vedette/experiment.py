@@ -16,7 +16,7 @@ from vedette.metrics import Judge
 from vedette.progress import Progress, silent
 from vedette.sampling.recorded import Redraw
 from vedette.supporting import Preprocessor, Source
-from vedette.tracking.history import History
+from vedette.tracking.history import History, from_the_start
 from vedette.tracking.intake import Intake, Refused
 from vedette.tracking.preprocessing import check_preprocessors, preprocess, raw_sensors
 from vedette.tracking.state import State
@@ -143,6 +143,10 @@ class Experiment:
     judge: Judge = fields.part("how tracks are judged against the truth", default=Judge())
     title: str = fields.text("one line that says what this is", default="")
     seed: int = fields.integer("of everything random", default=0)
+    retroactive: bool = fields.flag(
+        "whether a track counts as confirmed from its first scan on, once it is: its record says when that was",
+        default=False,
+    )
 
     def __attrs_post_init__(self) -> None:
         check_preprocessors(self.preprocessors, self.tracker.sensors)
@@ -232,8 +236,9 @@ class Experiment:
                     states.append(state)
         except KeyboardInterrupt:
             interrupted = True
+        tracks = history.tracks()
         return Result(
-            tracks=history.tracks(),
+            tracks=tuple(map(from_the_start, tracks)) if self.retroactive else tracks,
             recording=steps.recording,
             scans=tuple(taken),
             refused=tuple(steps.intake.refused.first),

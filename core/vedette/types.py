@@ -225,6 +225,8 @@ class Track:
     times (s,) s, mean (s, n), cov (s, n, n), confirmed (s,), existence (s,), mode_prob (s, r) or None,
     weights: per scan (1+k,), column 0 the miss; nis (s,) the weighted squared distance, hit (s,) = 1 - weights[0];
     returns: per scan the return (k,) of each further column, or None where they are all of the scan's
+    parents: confirmed tracks from which it may have split; merged: when it ended in s, and the track that took its returns
+    confirmed_at (s,) s: when it was known to be confirmed at the scan, NaN if never; None unless that may be later
     """
 
     id: int
@@ -239,6 +241,9 @@ class Track:
     nis: Array
     hit: Array
     returns: tuple[NDArray[np.int64] | None, ...] | None = None
+    parents: tuple[int, ...] = ()
+    merged: tuple[float, int] | None = None
+    confirmed_at: Array | None = None
 
 
 @frozen(eq=False)

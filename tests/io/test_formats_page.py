@@ -28,11 +28,11 @@ def test_the_configs_build(example, source):
 
 
 def test_the_recording_and_the_tracks_are_read(tmp_path):
-    header, lines, tracks = examples("json")
+    header, lines, tracks, end = examples("json")
     (tmp_path / "r.jsonl").write_text(header + lines)
     recording, _ = read_recording(tmp_path / "r.jsonl")
     assert recording.refused == ()
     assert [len(scan.detections.z) for scan in recording.scans] == [2, 0]
     assert [true.name for true in recording.truth] == ["ferry"]
-    (tmp_path / "t.jsonl").write_text(tracks)
-    assert [track.id for track in read_tracks(tmp_path / "t.jsonl")] == [1]
+    (tmp_path / "t.jsonl").write_text(tracks + end)
+    assert [(track.id, track.merged) for track in read_tracks(tmp_path / "t.jsonl")] == [(1, (5.0, 4))]

@@ -37,9 +37,12 @@ def run(arguments: Namespace) -> int:
     if arguments.stream and (arguments.keep or lag is not None):
         keeps = "--keep keeps" if arguments.keep else "--smooth needs"
         raise ConfigError([Problem("--stream", f"keeps nothing of the past, which {keeps}: give one of the two")])
+    if arguments.stream and experiment.retroactive:
+        told = "judges tracks as they go, but retroactive = true tells of a track's first scans later: give one of the two"
+        raise ConfigError([Problem("--stream", told)])
     if lag is not None:
         check_smoothing(experiment.tracker)
-    keep = arguments.keep or arguments.strict or lag is not None
+    keep = arguments.keep or arguments.strict or lag is not None or experiment.retroactive
     with on_terminal() as progress:
         steps = experiment.steps(strict=arguments.strict, progress=progress, named=np.inf)
         if arguments.stream or (not keep and len(steps.recording.scans) > LONG):

@@ -30,17 +30,18 @@ def write_tracks_csv(path: Path, tracks: Sequence[Track], space: Space) -> None:
     """
     modes = _modes(tracks, space)
     with whole_file(path) as file:
-        file.write(csv_head(space, modes))
+        file.write(csv_head(space, modes, later=any(track.confirmed_at is not None for track in tracks)))
         for track in tracks:
             file.writelines(csv_rows(track))
 
 
-def csv_head(space: Space, modes: int) -> str:
-    """Return the header of a CSV file of tracks over `space` with so many `modes`."""
+def csv_head(space: Space, modes: int, *, later: bool = False) -> str:
+    """Return the header of a CSV file of tracks over `space` with so many `modes`; `later`: some are confirmed later."""
     names = space.names
     header = ["track", "time", *names, *(f"sd_{name}" for name in names)]
     header += [f"cov_{names[i]}_{names[j]}" for i, j in combinations_with_replacement(range(len(space)), 2)]
     header += ["confirmed", "existence", "hit", "nis", *(f"mode_{i + 1}" for i in range(modes))]
+    header += ["confirmed_at"] if later else []
     return ",".join(header) + "\n"
 
 
@@ -51,6 +52,7 @@ def csv_rows(track: Track) -> Iterator[str]:
     triangle = track.cov[:, [i for i, _ in pairs], [j for _, j in pairs]]
     judged = np.column_stack([track.existence, track.hit, track.nis])
     judged = judged if track.mode_prob is None else np.hstack([judged, track.mode_prob])
+    judged = judged if track.confirmed_at is None else np.column_stack([judged, track.confirmed_at])
     estimates = np.column_stack([track.times, track.mean, deviations, triangle])
     for estimate, confirmed, rest in zip(_cells(estimates), track.confirmed, _cells(judged), strict=True):
         yield ",".join([str(track.id), *estimate, "1" if confirmed else "0", *rest]) + "\n"
@@ -74,10 +76,11 @@ def jsonl_head(space: Space) -> str:
 
 
 def jsonl_rows(track: Track) -> Iterator[str]:
-    """Yield a track's lines in a file of tracks."""
+    """Yield a track's lines in a file of tracks: one a scan, and one more if it merged into another."""
     columns = {name: _nulled(getattr(track, name)) for name in ("mean", "cov", "existence", "hit", "nis")}
     times, confirmed = track.times.tolist(), track.confirmed.tolist()
-    modes = None if track.mode_prob is None else _nulled(track.mode_prob)
+    optional = {name: getattr(track, name) for name in ("mode_prob", "confirmed_at")}
+    more = {name: _nulled(values) for name, values in optional.items() if values is not None}
     for i, time in enumerate(times):
         found = {
             "track": track.id,
@@ -90,12 +93,19 @@ def jsonl_rows(track: Track) -> Iterator[str]:
             "nis": columns["nis"][i],
             "weights": _nulled(track.weights[i]),
         }
-        if modes is not None:
-            found["mode_prob"] = modes[i]
+        if "mode_prob" in more:
+            found["mode_prob"] = more["mode_prob"][i]
         own = None if track.returns is None else track.returns[i]
         if own is not None:
             found["returns"] = own.tolist()
+        if "confirmed_at" in more:
+            found["confirmed_at"] = more["confirmed_at"][i]
+        if i == 0 and track.parents:
+            found["parents"] = list(track.parents)
         yield line(found)
+    if track.merged is not None:
+        time, other = track.merged
+        yield line({"track": track.id, "time": time, "merged_into": other})
 
 
 def read_tracks(path: Path) -> tuple[Track, ...]:
@@ -103,6 +113,7 @@ def read_tracks(path: Path) -> tuple[Track, ...]:
     given = lines(path)
     space = None
     told: dict[int, list[dict[str, Any]]] = {}
+    merged: dict[int, tuple[float, int]] = {}
     for place, text in given:
         if not text.strip():
             continue
@@ -110,16 +121,41 @@ def read_tracks(path: Path) -> tuple[Track, ...]:
             if space is None:
                 space = _header(parse(text))
                 continue
-            fields = _fields(parse(text), len(space))
-            rows = told.setdefault(fields.pop("track"), [])
-            if rows and np.shape(rows[0]["mode_prob"]) != np.shape(fields["mode_prob"]):
-                raise ValueError("mode_prob must have as many modes as in the lines before")
-            rows.append(fields)
+            given_line = parse(text)
+            if isinstance(given_line, dict) and "merged_into" in given_line:
+                track, end = _end(given_line, told)
+                merged[track] = end
+                continue
+            fields = _fields(given_line, len(space))
+            track = fields.pop("track")
+            merged.pop(track, None)
+            _append(told.setdefault(track, []), fields)
         except ValueError as error:
             raise InputError(f"{path}:{place}: {error}") from None
     if space is None:
         raise InputError(f"{path}: is empty")
-    return tuple(_track(identity, space, rows) for identity, rows in told.items())
+    return tuple(_track(identity, space, rows, merged.get(identity)) for identity, rows in told.items())
+
+
+def _append(rows: list[dict[str, Any]], fields: dict[str, Any]) -> None:
+    """Add a line to those of its track; ValueError if it does not go with them."""
+    if rows and np.shape(rows[0]["mode_prob"]) != np.shape(fields["mode_prob"]):
+        raise ValueError("mode_prob must have as many modes as in the lines before")
+    if rows and (rows[0]["confirmed_at"] is None) != (fields["confirmed_at"] is None):
+        raise ValueError("confirmed_at must be in all lines of a track or in none")
+    if rows and fields["parents"]:
+        raise ValueError("parents must be in the first line of their track")
+    rows.append(fields)
+
+
+def _end(given: dict[str, Any], told: dict[int, Any]) -> tuple[int, tuple[float, int]]:
+    """Return which track merged, when and into which, of a line that says so; ValueError if it does not."""
+    track, other = given.get("track"), given["merged_into"]
+    if set(given) != {"track", "time", "merged_into"} or type(track) is not int or type(other) is not int:
+        raise ValueError(f"must have track and merged_into, whole numbers, and time alone, got {short(given)}")
+    if track not in told:
+        raise ValueError(f"track {track} must have a line before the one that ends it")
+    return track, (number(given["time"], "time"), other)
 
 
 def _header(given: Any) -> Space:
@@ -165,15 +201,19 @@ def _fields(given: Any, n: int) -> dict[str, Any]:
         "weights": (None,),
         "mode_prob": (None,),
         "returns": (None,),
+        "confirmed_at": (),
     }
     found = {"track": given["track"], "confirmed": given["confirmed"], "times": number(given.get("time"), "time")}
-    known = ("track", "time", "confirmed", *shapes)
+    known = ("track", "time", "confirmed", *shapes, "parents")
     for name in given:
         if name not in known:
             raise ValueError(f"unknown field {shown(name)}; known are {', '.join(known)}")
     for name, shape in shapes.items():
-        absent = name in ("mode_prob", "returns") and name not in given
+        absent = name in ("mode_prob", "returns", "confirmed_at") and name not in given
         found[name] = None if absent else _array(given.get(name), shape, name)
+    found["parents"] = given.get("parents", [])
+    if not isinstance(found["parents"], list) or any(type(one) is not int for one in found["parents"]):
+        raise ValueError(f"parents must be a list of whole numbers, got {short(found['parents'])}")
     return found
 
 
@@ -196,17 +236,20 @@ def _numbers(value: Any) -> Any:
     return np.nan if value is None else value
 
 
-def _track(identity: int, space: Space, rows: list[dict[str, Any]]) -> Track:
-    columns = {
-        name: np.array([row[name] for row in rows]) for name in rows[0] if name not in ("weights", "mode_prob", "returns")
+def _track(identity: int, space: Space, rows: list[dict[str, Any]], merged: tuple[float, int] | None) -> Track:
+    ragged = ("weights", "returns", "parents")
+    columns: dict[str, Any] = {
+        name: None if first is None else np.array([row[name] for row in rows])
+        for name, first in rows[0].items()
+        if name not in ragged
     }
-    modes = None if rows[0]["mode_prob"] is None else np.array([row["mode_prob"] for row in rows])
     return Track(
         id=identity,
         space=space,
-        mode_prob=modes,
         weights=tuple(row["weights"] for row in rows),
         returns=_returns([row["returns"] for row in rows]),
+        parents=tuple(rows[0]["parents"]),
+        merged=merged,
         **columns,
     )
 

@@ -12,6 +12,7 @@ from vedette.errors import ConfigError, Problem
 from vedette.experiment import Experiment, Result
 from vedette.io import write_tracks_csv, write_tracks_jsonl
 from vedette.metrics import Score, judge
+from vedette.tracking.history import from_the_start
 from vedette.tracking.smoothing import smooth
 from vedette.types import Track
 from vedette.units import in_unit
@@ -51,6 +52,8 @@ def read_lag(text: str) -> float:
 def smooth_result(experiment: Experiment, result: Result, lag: float) -> Smoothed:
     """Smooth a result whose states were kept, and judge it as the filter is judged."""
     tracks = smooth(experiment.tracker, result.states, lag, experiment.seed)
+    if experiment.retroactive:
+        tracks = tuple(map(from_the_start, tracks))
     found = evolve(result, tracks=tracks)
     gate = experiment.tracker.gate.probability
     score = judge(found.tracks, found.recording.truth, found.scans, experiment.judge, gate)

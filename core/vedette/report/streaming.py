@@ -10,6 +10,7 @@ from typing import Any
 from attrs import evolve, frozen
 
 from vedette.config import to_config
+from vedette.errors import ConfigError, Problem
 from vedette.experiment import NAMED, Experiment, Result, Steps
 from vedette.io.atomic import whole_file
 from vedette.io.frames import FrameFiles
@@ -51,6 +52,8 @@ def stream(
     The files have their names from the beginning, so a run that is killed leaves what it had done. `steps` is the run if it
     is open already.
     """
+    if experiment.retroactive:
+        raise ConfigError([Problem("retroactive", "must be false where tracks are judged as they go, got true")])
     folder.mkdir(parents=True, exist_ok=True)
     steps = experiment.steps(strict=strict, progress=progress) if steps is None else steps
     steps.intake.refused.limit(NAMED)

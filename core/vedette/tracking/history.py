@@ -6,6 +6,7 @@ from itertools import pairwise
 from typing import Any, final
 
 import numpy as np
+from attrs import evolve
 
 from vedette.space import Array
 from vedette.tracking.state import State
@@ -23,6 +24,8 @@ class History:
         self._tracker = tracker
         self._rows: list[dict[str, Any]] = []
         self._handed_out: set[int] = set()
+        self._parents: dict[int, tuple[int, ...]] = {}
+        self._merged: dict[int, tuple[float, int]] = {}
 
     @property
     def scans(self) -> int:
@@ -47,6 +50,13 @@ class History:
                 **_associations(state),
             }
         )
+        for number in self._merged.keys() & set(state.ids.tolist()) if self._merged else ():
+            del self._merged[number]  # a hypothesis that has it became the best
+        if state.lineage is not None:
+            for child, parent in state.lineage.splits.tolist():
+                self._parents[child] = (*self._parents.get(child, ()), parent)
+            for ended, other in state.lineage.merges.tolist():
+                self._merged[ended] = state.time, other
         return estimate, modes
 
     def tracks(self) -> tuple[Track, ...]:
@@ -57,35 +67,47 @@ class History:
         order = np.argsort(ids, kind="stable")
         edges = [*np.flatnonzero(np.diff(ids[order], prepend=-1)), len(order)]
         columns: dict[str, Any] = {name: self._column(name)[order] for name in _COLUMNS[1:]}
-        mode_prob = None if self._rows[0]["mode_prob"] is None else self._column("mode_prob")[order]
+        if self._rows[0]["mode_prob"] is not None:
+            columns["mode_prob"] = self._column("mode_prob")[order]
         weights = [row for rows in self._rows for row in rows["weights"]]
         returns = [row for rows in self._rows for row in rows["returns"]]
         found = []
         for i, j in pairwise(edges):
-            number = int(ids[order[i]])
+            number, own = int(ids[order[i]]), order[i:j]
             if number in self._handed_out or columns["confirmed"][i:j].any():
-                found.append(
-                    Track(
-                        id=number,
-                        space=self._tracker.state,
-                        mode_prob=None if mode_prob is None else mode_prob[i:j],
-                        weights=tuple(weights[row] for row in order[i:j]),
-                        returns=_any_of([returns[row] for row in order[i:j]]),
-                        **{name: column[i:j] for name, column in columns.items()},
-                    )
-                )
+                associations = [weights[row] for row in own], [returns[row] for row in own]
+                found.append(self._piece(number, {name: column[i:j] for name, column in columns.items()}, *associations))
         return tuple(found)
+
+    def _piece(self, number: int, columns: dict[str, Any], weights: list[Array], returns: list[Any]) -> Track:
+        """Return a track over some scans; the first piece names its parents."""
+        return Track(
+            id=number,
+            space=self._tracker.state,
+            weights=tuple(weights),
+            returns=None if all(row is None for row in returns) else tuple(returns),
+            parents=() if number in self._handed_out else self._parents.get(number, ()),
+            merged=self._merged.get(number),
+            **{"mode_prob": None, **columns},
+        )
 
     def hand_out(self) -> tuple[Track, ...]:
         """Return the histories of the tracks that were ever confirmed, in pieces: nothing is returned twice.
 
-        What was returned is dropped, and so are tracks that ended unconfirmed. Those that may still be confirmed stay.
+        What was returned is dropped, and so are tracks that ended unconfirmed. Those that may still be confirmed stay. A
+        piece without a scan says only that its track merged.
         """
         found = self.tracks()
-        alive = self._rows[-1]["ids"] if self._rows else np.zeros(0, dtype=np.int64)
+        ended = self._merged.keys() & self._handed_out - {track.id for track in found}
+        if ended:
+            none = {name: rows[:0] for name, rows in self._rows[0].items() if isinstance(rows, np.ndarray) and name != "ids"}
+            found += tuple(self._piece(number, none, [], []) for number in sorted(ended))
+        alive = self._rows[-1]["ids"].tolist() if self._rows else []
         known = self._handed_out | {track.id for track in found}
-        self._handed_out = known & set(alive.tolist())
-        waiting = [number for number in alive.tolist() if number not in known]
+        self._handed_out = known & set(alive)
+        waiting = [number for number in alive if number not in known]
+        self._parents = {number: self._parents[number] for number in waiting if number in self._parents}
+        self._merged = {}
         self._rows = [row for row in (_of(row, waiting) for row in self._rows) if len(row["ids"])] if waiting else []
         return found
 
@@ -112,5 +134,9 @@ def _associations(state: State) -> dict[str, list[Any]]:
     return {"weights": weights, "returns": [row[:size].copy() for row, size in zip(state.returns, sizes, strict=True)]}
 
 
-def _any_of(rows: list[Any]) -> tuple[Any, ...] | None:
-    return None if all(row is None for row in rows) else tuple(rows)
+def from_the_start(track: Track) -> Track:
+    """Return a track that was confirmed once as confirmed from its first scan, with the time when each scan of it was so."""
+    first = int(np.argmax(track.confirmed))
+    at = np.where(track.confirmed, track.times, np.nan)
+    at[:first] = track.times[first]
+    return evolve(track, confirmed=track.confirmed | (np.arange(len(at)) < first), confirmed_at=at)

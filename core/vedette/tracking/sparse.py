@@ -17,7 +17,7 @@ from vedette import kernels
 from vedette.roles import Sensor
 from vedette.space import Array
 from vedette.supporting import Lifecycle
-from vedette.tracking import births, trees
+from vedette.tracking import births, lineage, trees
 from vedette.tracking.ceiling import most_pairs, refused
 from vedette.tracking.clusters import Pairs, associate
 from vedette.tracking.gate import SensorGate
@@ -119,13 +119,23 @@ def concluded(
     """Return the state after the scan: tracks judged, ended and begun."""
     after = new_state(
         scan.time, met.belief, state.memory, unseen, state.ids, existence, state.confirmed, met.weights, met.distances,
-        state.born, state.approximated + met.approximated, state.seed, state.steps + 1, None, met.returns,
+        state.born, state.approximated + met.approximated, state.seed, state.steps + 1, None, met.returns, None,
     )  # fmt: skip
     if not tracker.lifecycle.permanent:
         after = tracker.reviewed(after, dt, *met.seen)
-    if tracker.birth is None:
+    if tracker.birth is not None:
+        after = births.begin_unclaimed(tracker, after, found, sensor, scan.sensor, observed, met.claims, rng)
+    if after.ids is state.ids or not state.confirmed.any():
         return after
-    return births.begin_unclaimed(tracker, after, found, sensor, scan.sensor, observed, met.claims, rng)
+    return lineage.recorded(state, after, lineage.starts(state, after), _gated(state, met))
+
+
+def _gated(before: State, met: Met) -> lineage.Gated:
+    """Return the pairs of tracks that were confirmed and the returns in their gates."""
+    rows = np.flatnonzero(before.confirmed)
+    track, column = np.nonzero(met.returns[rows] >= 0)
+    track = rows[track]
+    return lineage.Gated(before.ids[track], met.returns[track, column], met.weights[track, 1 + column])
 
 
 def _candidates(

@@ -15,7 +15,7 @@ from vedette.sampling.generators import NO_DRAWS
 from vedette.sampling.seeds import Seed, Seeds
 from vedette.space import Array, Space
 from vedette.supporting import Birth, Lifecycle
-from vedette.tracking import births, branching, sparse
+from vedette.tracking import births, branching, lineage, sparse
 from vedette.tracking.ceiling import FEW, is_sparse
 from vedette.tracking.gate import Gate, SensorGate
 from vedette.tracking.spread import largest_deviation
@@ -188,7 +188,8 @@ class Tracker:
         approximated = self._approximated(state, scores, observed) if self._approximates else state.approximated
         after = new_state(
             scan.time, estimator.update(belief, innovation, used), state.memory, unseen, state.ids, existence,
-            state.confirmed, weights, innovation.nis, state.born, approximated, state.seed, state.steps + 1, None, None,
+            state.confirmed, weights, innovation.nis, state.born, approximated, state.seed, state.steps + 1,
+            None, None, None,
         )  # fmt: skip
         if not lifecycle.permanent:
             seen = kernels.existence(
@@ -198,6 +199,8 @@ class Tracker:
             after = self.reviewed(after, dt, *seen)
         if self._asks_birth:
             after = births.begin(self, after, found, sensor, scan.sensor, observed, weights, rng)
+        if after.ids is not state.ids and state.confirmed.any() and gate.axes:
+            after = lineage.recorded(state, after, lineage.starts(state, after), lineage.gated(state, scores, weights))
         return after
 
     def predict(self, state: State, time: float) -> Any:
@@ -228,6 +231,6 @@ class Tracker:
         memory, confirmed, alive = self.lifecycle.review(state.memory, Review(dt, existence, hit, p_detect, spread))
         after = new_state(
             state.time, state.belief, memory, state.unseen, state.ids, existence, confirmed, state.weights, state.distances,
-            state.born, state.approximated, state.seed, state.steps, None, state.returns,
+            state.born, state.approximated, state.seed, state.steps, None, state.returns, None,
         )  # fmt: skip
         return after if np.count_nonzero(alive) == alive.size else births.ended(self, after, alive)
