@@ -1,9 +1,11 @@
 """Splits and merges are recorded: which tracks began or ended at a return that another's gate holds, too."""
 
 import json
+from itertools import pairwise
 
 import numpy as np
 import pytest
+from attrs import evolve
 
 import vedette
 from support.paths import EXAMPLES
@@ -161,7 +163,7 @@ def test_a_quiet_tracker_records_nothing():
     states = [state for _, state in experiment.steps()]
     begun_beside = {child for state in states if state.lineage for child, _ in state.lineage.splits.tolist()}
     assert begun_beside <= set(range(states[-1].born))
-    for before, after in zip(states, states[1:], strict=False):
+    for before, after in pairwise(states):
         if after.lineage is not None:
             sure = set(before.ids[before.confirmed].tolist())
             assert set(after.lineage.splits[:, 1].tolist()) <= sure
@@ -171,11 +173,11 @@ def test_a_quiet_tracker_records_nothing():
 
 def test_gates_that_are_mixed_up_are_noticed(monkeypatch):
     """The mutant takes the wrong track's gate."""
-    real = lineage.gated
+    real = lineage._gated
 
-    def rolled(before, scores, weights):
-        return real(before, np.roll(scores, 1, axis=0), weights)
+    def rolled(gates, sure):
+        return real(evolve(gates, scores=np.roll(gates.scores, 1, axis=0)), sure)
 
-    monkeypatch.setattr(lineage, "gated", rolled)
+    monkeypatch.setattr(lineage, "_gated", rolled)
     with pytest.raises(AssertionError):
         test_a_track_that_splits_from_another_names_it("gnn")

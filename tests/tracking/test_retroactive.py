@@ -1,4 +1,4 @@
-"""A track's first scans count once it is confirmed, if the config says so: the estimates stay, and say since when they count."""
+"""A track's first scans count once it is confirmed, if the config says so; the estimates stay as they were."""
 
 import csv
 import json

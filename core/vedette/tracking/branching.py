@@ -14,7 +14,8 @@ from vedette.roles import Estimator, Sensor
 from vedette.sampling.generators import NotInLockStep
 from vedette.space import Array, Indices, Mask
 from vedette.supporting import ImagingSensor, Lifecycle
-from vedette.tracking import births, lineage, trees
+from vedette.tracking import births, trees
+from vedette.tracking.lineage import Gates
 from vedette.tracking.spread import largest_deviation
 from vedette.tracking.state import State, new_state
 from vedette.types import Detections, Gaussian, Innovation, Newborn, Review, Scan
@@ -118,28 +119,12 @@ def grown(
     shown = associator.reported(branching.hypotheses)
     shown = shown[alive[shown]]
     weights, distances = _of_the_scan(branching, it.innovation, shown, k)
-    found = new_state(
+    gates = Gates(state.ids, state.confirmed, state.born, state.leaves.ids, it.scores, None, newborn.returns)
+    return new_state(
         scan.time, trees.take(leaves.belief, shown, 0), trees.take(leaves.memory, shown, 0), unseen, leaves.ids[shown],
         existence[shown], leaves.confirmed[shown], weights, distances, state.born + len(newborn.returns),
-        state.approximated, state.seed, state.steps + 1, after, None, None,
+        state.approximated, state.seed, state.steps + 1, after, None, gates,
     )  # fmt: skip
-    if not state.confirmed.any():
-        return found
-    return lineage.recorded(state, found, newborn.returns, _gated(state, it.scores, found.ids, branching.choice[shown]))
-
-
-def _gated(before: State, scores: Array, ids: Indices, choice: Indices) -> lineage.Gated:
-    """Return the pairs of the tracks that were shown as confirmed and the returns in the gates of their leaves.
-
-    A return is the track's whose leaf is shown with it: ids (t,), choice (t,).
-    """
-    rows = np.flatnonzero(np.isin(before.leaves.ids, before.ids[before.confirmed]))
-    leaf, column = np.nonzero(np.isfinite(scores[rows, 1:]))
-    k = scores.shape[-1] - 1
-    tracks, column = np.divmod(np.unique(before.leaves.ids[rows[leaf]] * k + column), max(k, 1))
-    taken = np.zeros(1 + max(np.max(ids, initial=-1), np.max(tracks, initial=-1)), dtype=np.int64)
-    taken[ids] = choice
-    return lineage.Gated(tracks, column, (taken[tracks] == 1 + column).astype(float))
 
 
 def _newborn(tracker: births.Parts, name: str, seen: Detections, sensor: Sensor, found: Any) -> Newborn:

@@ -52,10 +52,10 @@ class History:
         )
         for number in self._merged.keys() & set(state.ids.tolist()) if self._merged else ():
             del self._merged[number]  # a hypothesis that has it became the best
-        if state.lineage is not None:
-            for child, parent in state.lineage.splits.tolist():
+        if (lineage := state.lineage) is not None:
+            for child, parent in lineage.splits.tolist():
                 self._parents[child] = (*self._parents.get(child, ()), parent)
-            for ended, other in state.lineage.merges.tolist():
+            for ended, other in lineage.merges.tolist():
                 self._merged[ended] = state.time, other
         return estimate, modes
 

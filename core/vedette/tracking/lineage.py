@@ -3,76 +3,94 @@
 from __future__ import annotations
 
 import numpy as np
-from attrs import evolve, frozen
+from attrs import frozen
 
-from vedette.space import Array, Indices
-from vedette.tracking.state import Lineage, State
+from vedette.space import Array, Indices, Mask
 
 MOST = 0.5
 """A return counts as a track's own if it is with a greater probability."""
 
 
 @frozen(eq=False)
-class Gated:
-    """Pairs (p,) of a track that was confirmed before a scan and a return in its gate: id, return, association weight."""
+class Gates:
+    """The tracks that met a scan and the returns in their gates: what `lineage` follows from.
+
+    ids (t,) and confirmed (t,): the tracks before the scan; born: how many had begun. rows (r,): the track of each row, one
+    or more of each; scores (r, 1+k): -inf outside a row's gate, or else returns (r, w): those in it, -1 for none. starts
+    (j,): the returns at which tracks began; None: those of the tracks that come last.
+    """
 
     ids: Indices
-    returns: Indices
-    weights: Array
+    confirmed: Mask
+    born: int
+    rows: Indices
+    scores: Array | None
+    returns: Indices | None
+    starts: Indices | None
 
 
-def gated(before: State, scores: Array, weights: Array) -> Gated:
-    """Return the pairs of a scan from the scores (t, 1+k), -inf outside the gates, and the weights (t, 1+k)."""
-    rows = np.flatnonzero(before.confirmed)
-    track, column = np.nonzero(np.isfinite(scores[rows, 1:]))
-    track = rows[track]
-    return Gated(before.ids[track], column, weights[track, 1 + column])
+@frozen(eq=False)
+class Lineage:
+    """Tracks that split and merged in a scan, by ids; docs/many-targets.md says when a track counts as either.
+
+    splits (j, 2): a track that began, and one that it may have split from; merges (j, 2): a track that ended, and the one
+    that it may have merged into.
+    """
+
+    splits: Indices
+    merges: Indices
 
 
-def recorded(before: State, after: State, starts: Indices, pairs: Gated) -> State:
-    """Return the state after a scan with what split and merged in it; starts (j,): the returns at which tracks began."""
-    splits, merges = _splits(before.born, starts, pairs), _merges(before, after, pairs)
-    if not len(splits) and not len(merges):
-        return after
-    return evolve(after, lineage=Lineage(splits, merges))
+def lineage(gates: Gates, ids: Indices, born: int, weights: Array, returns: Indices | None) -> Lineage | None:
+    """Return what split and merged in a scan after which tracks `ids` (t,) have the weights (t, 1+w) of their returns."""
+    sure = gates.ids[gates.confirmed]
+    if ids is gates.ids or not len(sure):
+        return None
+    tracks, held = _gated(gates, sure)
+    starts = gates.starts
+    if starts is None:
+        last = slice(len(ids) - (born - gates.born), None)
+        starts = np.argmax(weights[last, 1:], axis=-1) if returns is None else returns[last, 0]
+    child = np.full(1 + max(np.max(starts, initial=-1), np.max(held, initial=-1)), -1)
+    child[starts] = gates.born + np.arange(len(starts))
+    splits = np.column_stack([child[held], tracks])[child[held] >= 0]
+    merges = []
+    for gone in sure[~_among(sure, ids)].tolist():
+        taken = _taken_most(ids, weights, returns, held[tracks == gone], sure)
+        if taken is not None:
+            merges.append((gone, taken))
+    if not len(splits) and not merges:
+        return None
+    return Lineage(splits, np.array(merges, dtype=np.int64).reshape(-1, 2))
 
 
-def starts(before: State, after: State) -> Indices:
-    """Return the returns (j,) at which the tracks began that come last in the state after a scan."""
-    count = after.born - before.born
-    if count == 0:
-        return np.zeros(0, dtype=np.int64)
-    if after.returns is not None:
-        return after.returns[-count:, 0]
-    first: Indices = np.argmax(after.weights[-count:, 1:], axis=-1)
-    return first
+def _gated(gates: Gates, sure: Indices) -> tuple[Indices, Indices]:
+    """Return pairs (p,) of a confirmed track and a return in its gate, each once."""
+    rows = np.flatnonzero(_among(gates.rows, sure))
+    if gates.returns is not None:
+        row, column = np.nonzero(gates.returns[rows] >= 0)
+        return gates.rows[rows[row]], gates.returns[rows[row], column]
+    assert gates.scores is not None
+    k = max(1, gates.scores.shape[-1] - 1)
+    row, column = np.nonzero(np.isfinite(gates.scores[rows, 1:]))
+    tracks, held = np.divmod(np.unique(gates.rows[rows[row]] * k + column), k)
+    return tracks, held
 
 
-def _splits(born: int, starts: Indices, pairs: Gated) -> Indices:
-    """Return (j, 2): a track that began, and a confirmed one in whose gate its first return was."""
-    child = np.full(1 + max(np.max(starts, initial=-1), np.max(pairs.returns, initial=-1)), -1)
-    child[starts] = born + np.arange(len(starts))
-    child = child[pairs.returns]
-    own = child >= 0
-    return np.column_stack([child[own], pairs.ids[own]])
+def _taken_most(ids: Indices, weights: Array, returns: Indices | None, held: Indices, sure: Indices) -> int | None:
+    """Return the confirmed track that took most of the returns `held`, or None."""
+    row, column = np.nonzero(weights[:, 1:] > MOST)
+    taken = column if returns is None else returns[row, column]
+    others = ids[row][np.isin(taken, held) & _among(ids[row], sure)]
+    if not len(others):
+        return None
+    names, counts = np.unique(others, return_counts=True)
+    return int(names[np.argmax(counts)])
 
 
-def _merges(before: State, after: State, pairs: Gated) -> Indices:
-    """Return (j, 2): a confirmed track that is there no more, and the one that took most of the returns in its gate."""
-    ids = before.ids[before.confirmed]
-    found = []
-    for gone in ids[~_among(ids, after.ids)].tolist():
-        shared = np.isin(pairs.returns, pairs.returns[pairs.ids == gone])
-        takes = shared & (pairs.weights > MOST) & _among(pairs.ids, after.ids)
-        if takes.any():
-            others, which = np.unique(pairs.ids[takes], return_inverse=True)
-            found.append((gone, int(others[np.argmax(np.bincount(which, pairs.weights[takes]))])))
-    return np.array(found, dtype=np.int64).reshape(-1, 2)
-
-
-def _among(ids: Indices, some: Indices) -> Indices:
+def _among(ids: Indices, some: Indices) -> Mask:
     """Return which ids (j,) are among some others, which ascend."""
     if not len(some):
         return np.zeros(len(ids), dtype=bool)
-    there: Indices = some[np.minimum(np.searchsorted(some, ids), len(some) - 1)] == ids
+    there: Mask = some[np.minimum(np.searchsorted(some, ids), len(some) - 1)] == ids
     return there

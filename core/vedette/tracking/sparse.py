@@ -17,10 +17,11 @@ from vedette import kernels
 from vedette.roles import Sensor
 from vedette.space import Array
 from vedette.supporting import Lifecycle
-from vedette.tracking import births, lineage, trees
+from vedette.tracking import births, trees
 from vedette.tracking.ceiling import most_pairs, refused
 from vedette.tracking.clusters import Pairs, associate
 from vedette.tracking.gate import SensorGate
+from vedette.tracking.lineage import Gates
 from vedette.tracking.state import State, new_state
 from vedette.types import Detections, Innovation, Scan
 
@@ -33,7 +34,7 @@ class Parts(births.Parts, Protocol):
     @property
     def lifecycle(self) -> Lifecycle: ...
 
-    def reviewed(self, state: State, dt: float, hit: Array, existence: Array, p_detect: Array) -> State:
+    def reviewed(self, state: State, gates: Gates | None, dt: float, hit: Array, existence: Array, p_detect: Array) -> State:
         """Return the state with its tracks judged."""
 
 
@@ -122,20 +123,11 @@ def concluded(
         state.born, state.approximated + met.approximated, state.seed, state.steps + 1, None, met.returns, None,
     )  # fmt: skip
     if not tracker.lifecycle.permanent:
-        after = tracker.reviewed(after, dt, *met.seen)
-    if tracker.birth is not None:
-        after = births.begin_unclaimed(tracker, after, found, sensor, scan.sensor, observed, met.claims, rng)
-    if after.ids is state.ids or not state.confirmed.any():
+        gates = Gates(state.ids, state.confirmed, state.born, state.ids, None, met.returns, None)
+        after = tracker.reviewed(after, gates, dt, *met.seen)
+    if tracker.birth is None:
         return after
-    return lineage.recorded(state, after, lineage.starts(state, after), _gated(state, met))
-
-
-def _gated(before: State, met: Met) -> lineage.Gated:
-    """Return the pairs of tracks that were confirmed and the returns in their gates."""
-    rows = np.flatnonzero(before.confirmed)
-    track, column = np.nonzero(met.returns[rows] >= 0)
-    track = rows[track]
-    return lineage.Gated(before.ids[track], met.returns[track, column], met.weights[track, 1 + column])
+    return births.begin_unclaimed(tracker, after, found, sensor, scan.sensor, observed, met.claims, rng)
 
 
 def _candidates(

@@ -9,21 +9,10 @@ from attrs import evolve, frozen
 from numpy.typing import NDArray
 
 from vedette.sampling.seeds import Seed, Seeds
-from vedette.space import Array, Indices, Mask
+from vedette.space import Array, Mask
 from vedette.tracking import trees
+from vedette.tracking.lineage import Gates, Lineage, lineage
 from vedette.values import maker
-
-
-@frozen(eq=False)
-class Lineage:
-    """Tracks that split and merged in a scan, by ids; docs/many-targets.md says when a track counts as either.
-
-    splits (j, 2): a track that began, and one that it may have split from; merges (j, 2): a track that ended, and the one
-    that it may have merged into.
-    """
-
-    splits: Indices
-    merges: Indices
 
 
 @frozen(eq=False)
@@ -36,7 +25,7 @@ class State:
     -1 if there is none; else it is None. born counts the tracks ever begun, approximated those whose weights were not exact,
     once a scan. The seed and the number of steps say what the next step draws: the same, whenever it is taken. Where the
     associator keeps hypotheses, `leaves` holds all that they need, and the tracks are those that are reported; else None.
-    `lineage` says what split and merged in the last scan; None if nothing did.
+    `gates` keeps what `lineage` follows from; None where tracks are permanent.
     """
 
     time: float
@@ -54,7 +43,7 @@ class State:
     steps: int
     leaves: Any
     returns: NDArray[np.int64] | None = None
-    lineage: Lineage | None = None
+    gates: Gates | None = None
 
     @property
     def hit(self) -> Array:
@@ -66,6 +55,11 @@ class State:
         """The squared distance weighted over the last scan's returns (*b, t)."""
         total: Array = np.sum(self.weights[..., 1:] * self.distances, axis=-1)
         return total
+
+    @property
+    def lineage(self) -> Lineage | None:
+        """The tracks that split and merged in the last scan; None if none did."""
+        return None if self.gates is None else lineage(self.gates, self.ids, self.born, self.weights, self.returns)
 
 
 new_state = maker(State)

@@ -15,9 +15,10 @@ from vedette.sampling.generators import NO_DRAWS
 from vedette.sampling.seeds import Seed, Seeds
 from vedette.space import Array, Space
 from vedette.supporting import Birth, Lifecycle
-from vedette.tracking import births, branching, lineage, sparse
+from vedette.tracking import births, branching, sparse
 from vedette.tracking.ceiling import FEW, is_sparse
 from vedette.tracking.gate import Gate, SensorGate
+from vedette.tracking.lineage import Gates
 from vedette.tracking.spread import largest_deviation
 from vedette.tracking.state import State, new_state
 from vedette.tracking.validation import admitted, check_sensors, checked_prior
@@ -196,11 +197,10 @@ class Tracker:
                 scores, weights, existence, innovation.loglik, self.gate.probability,
                 self.associator.exclusive or not gate.axes,
             )  # fmt: skip
-            after = self.reviewed(after, dt, *seen)
+            gates = Gates(state.ids, state.confirmed, state.born, state.ids, scores, None, None) if gate.axes else None
+            after = self.reviewed(after, gates, dt, *seen)
         if self._asks_birth:
             after = births.begin(self, after, found, sensor, scan.sensor, observed, weights, rng)
-        if after.ids is not state.ids and state.confirmed.any() and gate.axes:
-            after = lineage.recorded(state, after, lineage.starts(state, after), lineage.gated(state, scores, weights))
         return after
 
     def predict(self, state: State, time: float) -> Any:
@@ -225,12 +225,12 @@ class Tracker:
         evidence = observed.evidence
         return self.associator.associate(scores, None if evidence is None else evidence[..., None, :])
 
-    def reviewed(self, state: State, dt: float, hit: Array, existence: Array, p_detect: Array) -> State:
+    def reviewed(self, state: State, gates: Gates | None, dt: float, hit: Array, existence: Array, p_detect: Array) -> State:
         """Return the state with its tracks judged by what a scan says of them, without those that ended."""
         spread = largest_deviation(self.estimate(state), self.state) if self.lifecycle.needs_spread else None
         memory, confirmed, alive = self.lifecycle.review(state.memory, Review(dt, existence, hit, p_detect, spread))
         after = new_state(
             state.time, state.belief, memory, state.unseen, state.ids, existence, confirmed, state.weights, state.distances,
-            state.born, state.approximated, state.seed, state.steps, None, state.returns, None,
+            state.born, state.approximated, state.seed, state.steps, None, state.returns, gates,
         )  # fmt: skip
         return after if np.count_nonzero(alive) == alive.size else births.ended(self, after, alive)
