@@ -6,7 +6,7 @@ Shapes: `*b` any batch axes (runs), `t` tracks, `k` returns, `n` state axes, `m`
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, ClassVar, overload
+from typing import Any, ClassVar
 
 import numpy as np
 from attrs import field, frozen
@@ -39,6 +39,34 @@ def _array(name: str, value: Any, dtype: np.dtype[Any]) -> Any:
         raise ValueError(f"{name}: must be numbers in rows of equal length, got {short(value)}") from None
 
 
+def _z(value: Any) -> Array:
+    return _array("z", value, _FLOAT)  # type: ignore[no-any-return]
+
+
+def _valid(value: Any) -> Mask:
+    return _array("valid", value, _BOOL)  # type: ignore[no-any-return]
+
+
+def _evidence(value: Any) -> Array | None:
+    return _array("evidence", value, _FLOAT)  # type: ignore[no-any-return]
+
+
+def _noise(value: Any) -> Array | None:
+    return _array("noise", value, _FLOAT)  # type: ignore[no-any-return]
+
+
+def _missing(value: Any) -> Mask | None:
+    return _array("missing", value, _BOOL)  # type: ignore[no-any-return]
+
+
+def _position(value: Any) -> Array:
+    return _array("position", value, _FLOAT)  # type: ignore[no-any-return]
+
+
+def _velocity(value: Any) -> Array | None:
+    return _array("velocity", value, _FLOAT)  # type: ignore[no-any-return]
+
+
 @frozen(eq=False)
 class Detections:
     """What one sensor reported in one scan.
@@ -50,16 +78,16 @@ class Detections:
     missing   (*b, k, m)   True where a return lacks a component: its z and noise are ignored
     """
 
-    z: Array = field(converter=lambda value: _array("z", value, _FLOAT))
-    valid: Mask = field(converter=lambda value: _array("valid", value, _BOOL))
-    evidence: Array | None = field(default=None, converter=lambda value: _array("evidence", value, _FLOAT))
-    noise: Array | None = field(default=None, converter=lambda value: _array("noise", value, _FLOAT))
-    missing: Mask | None = field(default=None, converter=lambda value: _array("missing", value, _BOOL))
+    z: Array = field(converter=_z)
+    valid: Mask = field(converter=_valid)
+    evidence: Array | None = field(default=None, converter=_evidence)
+    noise: Array | None = field(default=None, converter=_noise)
+    missing: Mask | None = field(default=None, converter=_missing)
 
     @classmethod
     def of(cls, z: Any, axes: int | None = None) -> Detections:
         """Return all returns of one scan, each valid: `z` (k, m); [] is none, of any number of axes unless that is given."""
-        values = _array("z", z, _FLOAT)
+        values = _z(z)
         if values.size == 0:
             values = values.reshape(0, axes or 0)
         return cls(values, np.ones(values.shape[:-1], dtype=bool))
@@ -101,8 +129,8 @@ class Pose:
     The heading turns the measured bearings: measured = true - heading. 0 for a north-stabilised sensor.
     """
 
-    position: Array = field(converter=lambda value: _array("position", value, _FLOAT))
-    velocity: Array | None = field(default=None, converter=lambda value: _array("velocity", value, _FLOAT))
+    position: Array = field(converter=_position)
+    velocity: Array | None = field(default=None, converter=_velocity)
     heading: float | Array = 0.0
 
 
@@ -233,11 +261,7 @@ class LazyScans(Sequence[Scan]):
     def __len__(self) -> int:
         return self.length
 
-    @overload
-    def __getitem__(self, index: int) -> Scan: ...
-    @overload
-    def __getitem__(self, index: slice) -> tuple[Scan, ...]: ...
-    def __getitem__(self, index: int | slice) -> Scan | tuple[Scan, ...]:
+    def __getitem__(self, index: Any) -> Any:
         if isinstance(index, slice):
             return tuple(self.make(i) for i in range(self.length)[index])
         return self.make(range(self.length)[index])
