@@ -248,10 +248,9 @@ class Track:
 
 @frozen(eq=False)
 class LazyScans(Sequence[Scan]):
-    """Scans that are made on demand, each time anew: `make(i)` gives the i-th of `length`.
+    """Scans made on demand, as pictures do not all fit into memory: `make(i)` gives the i-th of `length`, each time anew.
 
-    For pictures, which do not all fit into memory. Those of a camera come `once`, in their order: then `length` is only how
-    many there are at most, and `make` raises IndexError after the last.
+    Those of a camera come `once`, in order: `length` is then the most there can be, and `make` raises IndexError at the end.
     """
 
     length: int
