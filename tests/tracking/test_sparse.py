@@ -7,7 +7,7 @@ import vedette
 from vedette import Detections, Scan
 from vedette.errors import ScanRefused
 from vedette.io.tracks import read_tracks, write_tracks_jsonl
-from vedette.tracking import births, ceiling, sparse
+from vedette.tracking import births, ceiling, clusters, sparse
 from vedette.tracking.history import History
 
 RADAR = {"kind": "cartesian_position", "sigma": 5.0, "detection_probability": 0.9, "clutter_density": 4e-5}
@@ -149,6 +149,23 @@ def test_too_many_pairs_within_gates_are_refused_and_nothing_is_lost(monkeypatch
         tracker.step(states[-1], given[2])
     monkeypatch.undo()
     assert len(tracker.step(states[-1], given[2]).ids)
+
+
+def test_a_cluster_that_is_too_large_is_refused_and_nothing_is_lost(monkeypatch):
+    """Few pairs are within gates, but one cluster holds so many tracks and returns that its table is too large."""
+    given, sizes = list(scans(9, count=5, targets=250)), []
+    tracker, states, _ = run(monkeypatch, config("jpda"), given[:4], 1)
+    real = clusters.check_clusters
+    monkeypatch.setattr(clusters, "check_clusters", lambda *shape: sizes.append(int(np.prod(shape))))
+    pairs = np.count_nonzero(tracker.step(states[-1], given[4]).gates.returns >= 0)
+    assert max(sizes) > 3 * pairs
+    monkeypatch.setattr(clusters, "check_clusters", real)
+    monkeypatch.setattr(ceiling, "MOST_PAIRS", max(sizes) - 1)
+    with pytest.raises(ScanRefused, match=r"tracks hang together by the .* returns that they share") as caught:
+        tracker.step(states[-1], given[4])
+    assert "lifecycle.delete" in str(caught.value)
+    monkeypatch.undo()
+    assert len(tracker.step(states[-1], given[4]).ids)
 
 
 def smaller_boxes(real):

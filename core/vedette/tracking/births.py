@@ -9,7 +9,7 @@ import numpy as np
 from attrs import evolve
 
 from vedette.roles import Associator, Estimator, Sensor
-from vedette.space import Array, Mask, Space
+from vedette.space import Array, Indices, Mask, Space
 from vedette.supporting import Birth, Lifecycle
 from vedette.tracking import trees
 from vedette.tracking.ceiling import LEAST_PAIRS, check_births
@@ -138,6 +138,15 @@ def claimed(weights: Array, exclusive: bool) -> Array:
     """
     some: Array = np.minimum(np.sum(weights, axis=-2), 1.0) if exclusive else 1.0 - np.prod(1.0 - weights, axis=-2)
     return some
+
+
+def claimed_by_pairs(returns: Indices, weights: Array, k: int, exclusive: bool) -> Array:
+    """Return the same (k,) from the returns (p,) of pairs and their weights (p,)."""
+    if exclusive:
+        return np.minimum(np.bincount(returns, weights, minlength=k), 1.0)
+    free = np.ones(k)
+    np.multiply.at(free, returns, 1.0 - weights)
+    return 1.0 - free
 
 
 def _joined(tracker: Parts, state: State, newborn: Newborn, rng: np.random.Generator) -> State:

@@ -99,9 +99,8 @@ def grown(
     begins = np.zeros(k, dtype=bool)
     begins[newborn.returns] = True
     branching = associator.branch(state.leaves.hypotheses, it.scores, begins)
-    claimed = np.bincount(branching.choice, associator.probability(branching.hypotheses) * (branching.parent >= 0), 1 + k)[
-        1:
-    ]
+    continued = associator.probability(branching.hypotheses) * (branching.parent >= 0)
+    claimed = np.bincount(branching.choice, continued, 1 + k)[1:]
     leaves = _branched(tracker, state.leaves, it, branching, newborn, state.born, rng)
     hit = (branching.choice > 0).astype(float)
     if associator.merges == "kept":

@@ -51,14 +51,11 @@ def is_sparse(tracker: Parts, state: State, scan: Scan) -> bool:
 
 
 def check_pairs(state: State, scan: Scan, axes: int) -> None:
-    """Raise ScanRefused if the tracks, over so many state axes, and a scan's returns make more pairs than allowed at once.
-
-    The number of modes or particles of a track follows from the numbers in its belief, over those of one Gaussian.
-    """
+    """Raise ScanRefused if the tracks, over so many state axes, and a scan's returns make more pairs than are allowed."""
     k, tracks = scan.detections.z.shape[-2], state.existence.size
     if tracks * k < MOST_PAIRS / _MOST_PARTS:
         return
-    parts = max(1, round(trees.size(state.belief) / tracks / (axes + axes**2)))
+    parts = _parts(state.belief, tracks, axes)
     if (pairs := tracks * k * parts) > MOST_PAIRS:
         told = f"{tracks:,} tracks" if parts == 1 else f"{tracks:,} tracks of {parts:,} modes or particles"
         raise ScanRefused(_told(f"{told} and {k:,} returns", pairs))
@@ -66,7 +63,17 @@ def check_pairs(state: State, scan: Scan, axes: int) -> None:
 
 def most_pairs(belief: Any, tracks: int, axes: int) -> int:
     """Return the number of pairs that are allowed at once of tracks whose belief is over so many state axes."""
-    return MOST_PAIRS // max(1, round(trees.size(belief) / tracks / (axes + axes**2)))
+    return MOST_PAIRS // _parts(belief, tracks, axes)
+
+
+def check_clusters(count: int, tracks: int, returns: int) -> None:
+    """Raise ScanRefused if so many clusters of this size, each a table of all its pairs, are more than allowed at once."""
+    if count * tracks * returns > MOST_PAIRS:
+        raise ScanRefused(
+            f"{tracks:,} tracks hang together by the {returns:,} returns that they share, and make {tracks * returns:,} "
+            f"pairs; at most {MOST_PAIRS:,} are taken at once: a lifecycle that ends doubtful tracks sooner "
+            "(lifecycle.delete), a narrower gate, or a birth that begins fewer tracks (birth.sensors, birth.initial)"
+        )
 
 
 def check_births(state: State, count: int, returns: int) -> None:
@@ -81,6 +88,11 @@ def refused(tracks: int, returns: int, most: int) -> ScanRefused:
         f"{tracks:,} tracks and {returns:,} returns make more than {most:,} pairs within gates, and no more are taken at "
         "once: a birth that begins fewer tracks (birth.sensors), a narrower gate, or more certain tracks"
     )
+
+
+def _parts(belief: Any, tracks: int, axes: int) -> int:
+    """Return the number of modes or particles of a track: the numbers in its belief, over those of one Gaussian."""
+    return max(1, round(trees.size(belief) / tracks / (axes + axes**2)))
 
 
 def _told(what: str, pairs: int) -> str:

@@ -6,13 +6,12 @@ from collections.abc import Iterator
 
 import numpy as np
 from attrs import frozen
-from numpy.typing import NDArray
 
 from vedette import kernels
 from vedette.roles import Associator
-from vedette.space import Array, Mask
-
-Numbers = NDArray[np.int64]
+from vedette.space import Array, Indices, Mask
+from vedette.tracking.ceiling import check_clusters
+from vedette.tracking.places import places
 
 
 @frozen(eq=False)
@@ -22,17 +21,17 @@ class Pairs:
     miss and loglik (t,): each track's score and log likelihood of a miss; k: the scan's number of returns.
     """
 
-    tracks: Numbers
-    returns: Numbers
+    tracks: Indices
+    returns: Indices
     scores: Array
     distances: Array
     miss: Array
     loglik: Array
     k: int
 
-    def column(self) -> Numbers:
+    def column(self) -> Indices:
         """Return the place (p,) of each pair among those of its track."""
-        return _places(self.tracks, len(self.miss))
+        return places(self.tracks, len(self.miss))
 
 
 @frozen(eq=False)
@@ -43,9 +42,9 @@ class Group:
     """
 
     tracks: Mask
-    track_at: tuple[Numbers, Numbers]
+    track_at: tuple[Indices, Indices]
     pairs: Mask
-    pair_at: tuple[Numbers, Numbers, Numbers]
+    pair_at: tuple[Indices, Indices, Indices]
     shape: tuple[int, int, int]
 
 
@@ -59,6 +58,7 @@ def associate(
     weights, misses, approximated = np.zeros(len(pairs.tracks)), np.ones(len(prior)), 0
     hit, existence, p_detect = np.zeros(len(prior)), np.array(prior), np.zeros(len(prior))
     for group in _groups(pairs):
+        check_clusters(*group.shape[:2], group.shape[2] - 1)
         scores = np.full(group.shape, -np.inf)
         scores[..., 0] = 0.0
         scores[(*group.track_at, 0)] = pairs.miss[group.tracks]
@@ -86,7 +86,7 @@ def _groups(pairs: Pairs) -> Iterator[Group]:
     t, k = len(pairs.miss), pairs.k
     labels = kernels.linked_clusters(pairs.tracks, pairs.returns, t, k)
     count, of_track, of_return = int(labels.max(initial=-1)) + 1, labels[:t], labels[t:]
-    row, column = _places(of_track, count), _places(of_return, count)
+    row, column = places(of_track, count), places(of_return, count)
     tracks, returns = _rounded(np.bincount(of_track, minlength=count)), _rounded(np.bincount(of_return, minlength=count))
     size = tracks * (k + 1) * 2 + returns
     size[tracks == 0] = -1
@@ -101,16 +101,7 @@ def _groups(pairs: Pairs) -> Iterator[Group]:
         yield Group(some, track_at, among, pair_at, shape)
 
 
-def _places(groups: Numbers, count: int) -> Numbers:
-    """Return each entry's place among those of its group, in their order."""
-    order = np.argsort(groups, kind="stable")
-    number = np.bincount(groups, minlength=count)
-    places = np.empty_like(order)
-    places[order] = np.arange(len(groups)) - np.repeat(np.cumsum(number) - number, number)
-    return places
-
-
-def _rounded(counts: Numbers) -> Numbers:
+def _rounded(counts: Indices) -> Indices:
     """Return counts between 4 and 32 rounded up to a power of two, so that there are few sizes; others as they are."""
     rounded = 2 ** np.ceil(np.log2(np.maximum(counts, 1))).astype(np.int64)
     return np.where((counts <= 4) | (counts > 32), counts, rounded)

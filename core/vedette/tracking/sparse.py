@@ -11,11 +11,10 @@ from typing import Any, Protocol
 
 import numpy as np
 from attrs import frozen
-from numpy.typing import NDArray
 
 from vedette import kernels
 from vedette.roles import Sensor
-from vedette.space import Array
+from vedette.space import Array, Indices
 from vedette.supporting import Lifecycle
 from vedette.tracking import births, trees
 from vedette.tracking.ceiling import most_pairs, refused
@@ -24,8 +23,6 @@ from vedette.tracking.gate import SensorGate
 from vedette.tracking.lineage import Gates
 from vedette.tracking.state import State, new_state
 from vedette.types import Detections, Innovation, Scan
-
-Numbers = NDArray[np.int64]
 
 
 class Parts(births.Parts, Protocol):
@@ -39,11 +36,28 @@ class Parts(births.Parts, Protocol):
 
 
 @frozen(eq=False)
+class Predicted:
+    """The predicted belief of tracks that exist with the probabilities (t,), and the scan that they meet.
+
+    rate (k,), unseen and found are the birth's: the rate of each return, its memory, and what it found to begin tracks with.
+    """
+
+    belief: Any
+    existence: Array
+    sensor: Sensor
+    gate: SensorGate
+    observed: Detections
+    rate: Array | None
+    unseen: Any
+    found: Any
+
+
+@frozen(eq=False)
 class Part:
     """Tracks (g,) that are worked on with as many returns each: `index` (g, w) of them, -1 for none; scores (g, 1, 1+w)."""
 
-    tracks: Numbers
-    index: Numbers
+    tracks: Indices
+    index: Indices
     belief: Any
     innovation: Innovation
     scores: Array
@@ -59,33 +73,22 @@ class Met:
     belief: Any
     weights: Array
     distances: Array
-    returns: Numbers
+    returns: Indices
     seen: tuple[Array, Array, Array]
     claims: Array
     approximated: int
 
 
-def meet(
-    tracker: Parts,
-    belief: Any,
-    existence: Array,
-    sensor: Sensor,
-    gate: SensorGate,
-    observed: Detections,
-    rate: Array | None,
-) -> Met:
-    """Return what a scan makes of the predicted belief of tracks that exist with the probabilities (t,)."""
-    t, k = len(existence), len(observed.z)
-    parts = [
-        _evaluated(tracker, belief, existence, sensor, gate, observed, rate, tracks, index)
-        for tracks, index in _candidates(tracker, belief, sensor, gate, observed, t)
-    ]
+def meet(tracker: Parts, it: Predicted) -> Met:
+    """Return what a scan makes of the tracks that meet it."""
+    t, k = len(it.existence), len(it.observed.z)
+    parts = [_evaluated(tracker, it, tracks, index) for tracks, index in _candidates(tracker, it)]
     pairs, places = _within_gates(parts, t, k)
     weights, misses, seen, approximated = associate(
-        tracker.associator, pairs, existence, observed.evidence, tracker.gate.probability, tracker.lifecycle.permanent
+        tracker.associator, pairs, it.existence, it.observed.evidence, tracker.gate.probability, tracker.lifecycle.permanent
     )
     after = [
-        _updated(tracker, part, existence, weights[own], misses, place)
+        _updated(tracker, part, it.existence, weights[own], misses, place)
         for part, (own, place) in zip(parts, places, strict=True)
     ]
     joined = after[0]
@@ -94,49 +97,39 @@ def meet(
     back = np.argsort(np.concatenate([part.tracks for part in parts]), kind="stable")
     joined = trees.take(trees.take(joined, back, 0), 0, 1)
 
-    width = max(1, int(np.bincount(pairs.tracks, minlength=1).max(initial=0)))
+    column = pairs.column()
+    width = 1 + int(np.max(column, initial=0))
     table, distances, returns = np.zeros((t, 1 + width)), np.zeros((t, width)), np.full((t, width), -1)
     table[:, 0] = misses
-    column = pairs.column()
     table[pairs.tracks, 1 + column], distances[pairs.tracks, column] = weights, pairs.distances
     returns[pairs.tracks, column] = pairs.returns
-    claims = _claimed(pairs, weights, k, tracker.associator.exclusive)
+    claims = births.claimed_by_pairs(pairs.returns, weights, k, tracker.associator.exclusive)
     return Met(joined, table, distances, returns, seen, claims, approximated)
 
 
 def concluded(
-    tracker: Parts,
-    state: State,
-    scan: Scan,
-    sensor: Sensor,
-    dt: float,
-    observed: Detections,
-    met: Met,
-    existence: Array,
-    unseen: Any,
-    found: Any,
-    rng: np.random.Generator,
+    tracker: Parts, state: State, scan: Scan, dt: float, it: Predicted, met: Met, rng: np.random.Generator
 ) -> State:
     """Return the state after the scan: tracks judged, ended and begun."""
     after = new_state(
-        scan.time, met.belief, state.memory, unseen, state.ids, existence, state.confirmed, met.weights, met.distances,
-        state.born, state.approximated + met.approximated, state.seed, state.steps + 1, None, met.returns, None,
+        scan.time, met.belief, state.memory, it.unseen, state.ids, it.existence, state.confirmed, met.weights,
+        met.distances, state.born, state.approximated + met.approximated, state.seed, state.steps + 1, None, met.returns,
+        None,
     )  # fmt: skip
     if not tracker.lifecycle.permanent:
         gates = Gates(state.ids, state.confirmed, state.born, state.ids, None, met.returns, None)
         after = tracker.reviewed(after, gates, dt, *met.seen)
     if tracker.birth is None:
         return after
-    return births.begin_unclaimed(tracker, after, found, sensor, scan.sensor, observed, met.claims, rng)
+    return births.begin_unclaimed(tracker, after, it.found, it.sensor, scan.sensor, it.observed, met.claims, rng)
 
 
-def _candidates(
-    tracker: Parts, belief: Any, sensor: Sensor, gate: SensorGate, observed: Detections, t: int
-) -> list[tuple[Numbers, Numbers]]:
+def _candidates(tracker: Parts, it: Predicted) -> list[tuple[Indices, Indices]]:
     """Return groups of tracks (g,) with the returns (g, w) in the box around each one's gate, -1 where it has fewer."""
-    low, high = tracker.estimator.extent(belief, sensor, observed, gate.threshold)
-    most = most_pairs(belief, t, len(tracker.state))
-    tracks, returns = kernels.pairs_in_boxes(low, high, observed.z, sensor.measurement.periods, most)
+    t, observed = len(it.existence), it.observed
+    low, high = tracker.estimator.extent(it.belief, it.sensor, observed, it.gate.threshold)
+    most = most_pairs(it.belief, t, len(tracker.state))
+    tracks, returns = kernels.pairs_in_boxes(low, high, observed.z, it.sensor.measurement.periods, most)
     if len(tracks) > most:
         raise refused(t, len(observed.z), most)
     if not observed.valid.all():
@@ -155,29 +148,19 @@ def _candidates(
     return groups
 
 
-def _evaluated(
-    tracker: Parts,
-    belief: Any,
-    existence: Array,
-    sensor: Sensor,
-    gate: SensorGate,
-    observed: Detections,
-    rate: Array | None,
-    tracks: Numbers,
-    index: Numbers,
-) -> Part:
+def _evaluated(tracker: Parts, it: Predicted, tracks: Indices, index: Indices) -> Part:
     """Return tracks as runs of one track each, evaluated against returns of their own."""
-    own = trees.take(belief, tracks[:, None], 0)
+    own, observed = trees.take(it.belief, tracks[:, None], 0), it.observed
     evidence = None if observed.evidence is None else observed.evidence[index]
     noise = None if observed.noise is None else observed.noise[index]
     detections = Detections(observed.z[index], index >= 0, evidence, noise)
-    innovation = tracker.estimator.evaluate(own, sensor, detections, tracker.gate.probability)
-    rates = None if rate is None else rate[index][:, None, :]
-    scores = tracker.gate.scores(innovation, sensor, detections, existence[tracks, None], gate, rates)
+    innovation = tracker.estimator.evaluate(own, it.sensor, detections, tracker.gate.probability)
+    rates = None if it.rate is None else it.rate[index][:, None, :]
+    scores = tracker.gate.scores(innovation, it.sensor, detections, it.existence[tracks, None], it.gate, rates)
     return Part(tracks, index, own, innovation, scores)
 
 
-def _within_gates(parts: list[Part], t: int, k: int) -> tuple[Pairs, list[tuple[Numbers, tuple[Numbers, Numbers]]]]:
+def _within_gates(parts: list[Part], t: int, k: int) -> tuple[Pairs, list[tuple[Indices, tuple[Indices, Indices]]]]:
     """Return the pairs within gates by tracks, and where in `Pairs` and in each part those of the part are."""
     places: list[Any] = [np.nonzero(np.isfinite(part.scores[:, 0, 1:])) for part in parts]
     tracks = np.concatenate([part.tracks[row] for part, (row, _) in zip(parts, places, strict=True)])
@@ -205,7 +188,7 @@ def _within_gates(parts: list[Part], t: int, k: int) -> tuple[Pairs, list[tuple[
 
 
 def _updated(
-    tracker: Parts, part: Part, existence: Array, weights: Array, misses: Array, place: tuple[Numbers, Numbers]
+    tracker: Parts, part: Part, existence: Array, weights: Array, misses: Array, place: tuple[Indices, Indices]
 ) -> Any:
     """Return the belief of a part's tracks after the scan, by the weights of its pairs and of all tracks' misses."""
     used: Array = np.zeros(part.scores.shape)
@@ -214,12 +197,3 @@ def _updated(
     if not tracker.lifecycle.certain:
         used = kernels.given_existence(used, part.scores, part.innovation.loglik, existence[part.tracks, None])
     return tracker.estimator.update(part.belief, part.innovation, used)
-
-
-def _claimed(pairs: Pairs, weights: Array, k: int, exclusive: bool) -> Array:
-    """Return the probability (k,) that a return is some track's, as `births.claimed` does."""
-    if exclusive:
-        return np.minimum(np.bincount(pairs.returns, weights, minlength=k), 1.0)
-    free = np.ones(k)
-    np.multiply.at(free, pairs.returns, 1.0 - weights)
-    return 1.0 - free

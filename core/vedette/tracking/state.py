@@ -12,6 +12,7 @@ from vedette.sampling.seeds import Seed, Seeds
 from vedette.space import Array, Mask
 from vedette.tracking import trees
 from vedette.tracking.lineage import Gates, Lineage, lineage
+from vedette.tracking.places import places
 from vedette.values import maker
 
 
@@ -76,9 +77,8 @@ def kept(state: State, alive: Mask) -> State:
 def compact(state: State) -> State:
     """Return the state of one run with the columns of returns that have a weight, and one at least."""
     tracks, returns = np.nonzero(state.weights[:, 1:])
-    number = np.bincount(tracks, minlength=len(state.ids))
-    width = max(1, int(number.max(initial=0)))
-    column = np.arange(len(tracks)) - np.repeat(np.cumsum(number) - number, number)
+    column = places(tracks, len(state.ids))
+    width = 1 + int(np.max(column, initial=0))
     weights, distances = np.zeros((len(state.ids), 1 + width)), np.zeros((len(state.ids), width))
     names = np.full((len(state.ids), width), -1)
     weights[:, 0] = state.weights[:, 0]

@@ -175,8 +175,8 @@ class Tracker:
         unseen, rate, found = births.reveal(self, state, dt, sensor, observed, rng) if self._models_unseen else NOTHING
 
         if many and isinstance(observed, Detections):
-            met = sparse.meet(self, belief, existence, sensor, gate, observed, rate)
-            return sparse.concluded(self, state, scan, sensor, dt, observed, met, existence, unseen, found, rng)
+            it = sparse.Predicted(belief, existence, sensor, gate, observed, rate, unseen, found)
+            return sparse.concluded(self, state, scan, dt, it, sparse.meet(self, it), rng)
         innovation = estimator.evaluate(belief, sensor, observed, self.gate.probability)
         scores = self.gate.scores(innovation, sensor, observed, existence, gate, rate)
         if self._branches and isinstance(observed, Detections):

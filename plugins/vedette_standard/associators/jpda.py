@@ -71,14 +71,11 @@ def _propagate(scores: Array, wide: Mask, weights: Array, tolerance: float, swee
 
 def _clusters(linked: Mask) -> Iterator[tuple[NDArray[np.intp], NDArray[np.intp]]]:
     """Yield tracks and returns of each cluster of at least two tracks; linked (t, k)."""
-    left = (linked & (linked.sum(axis=0) > 1)).any(axis=1)
-    while left.any():
-        members, grown = np.zeros_like(left), np.arange(len(left)) == np.argmax(left)
-        while not np.array_equal(members, grown):
-            members = grown
-            grown = linked[:, linked[members].any(axis=0)].any(axis=1)
-        yield np.flatnonzero(members), np.flatnonzero(linked[members].any(axis=0))
-        left &= ~members
+    t, k = linked.shape
+    tracks, returns = np.nonzero(linked)
+    labels = kernels.linked_clusters(tracks, returns, t, k)
+    for label in np.flatnonzero(np.bincount(labels[:t]) > 1).tolist():
+        yield np.flatnonzero(labels[:t] == label), np.flatnonzero(labels[t:] == label)
 
 
 def _propagated(gain: Array, tolerance: float, sweeps: int) -> tuple[Array, Array]:
