@@ -170,6 +170,14 @@ def test_they_are_not_smoothed():
         check_smoothing(composed("n_scan"))
 
 
+@pytest.mark.parametrize("kind", KINDS)
+def test_nor_are_their_states_by_hand(kind):
+    """Whoever keeps the states and smooths them is told what to do, and gets no track that never was."""
+    tracker = composed(kind)
+    with pytest.raises(vedette.ConfigError, match="use 'jpda', which keeps one of each"):
+        vedette.smooth(tracker, states_of(tracker, scans(RADAR, 4)))
+
+
 def test_runs_of_a_study_go_one_by_one():
     with pytest.raises(NotInLockStep, match="'k_best' keeps hypotheses"):
         composed("k_best").start(Gaussian(np.zeros((3, 1, 4)), np.tile(np.eye(4), (3, 1, 1, 1))))

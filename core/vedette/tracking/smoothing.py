@@ -27,9 +27,7 @@ from vedette.types import Gaussian, Track
 
 def check_smoothing(tracker: Tracker) -> None:
     """Raise ConfigError if the tracker's estimator or associator cannot smooth, before a long run rather than after it."""
-    if isinstance(tracker.associator, HypothesisAssociator):
-        told = f"cannot smooth: {tracker.associator.kind!r} changes what it takes to be a track's past; use 'jpda'"
-        raise ConfigError([Problem("associator", told)])
+    _check_associator(tracker)
     n = len(tracker.state)
     rng = np.random.default_rng(0) if tracker.estimator.draws else NO_DRAWS
     none = tracker.estimator.start(Gaussian(np.zeros((0, n)), np.zeros((0, n, n))), tracker.state, rng)
@@ -58,8 +56,10 @@ def smoothed(
     """Yield the same states, in their order, with beliefs that use the scans of up to `lag` s later (fixed lag) or all.
 
     It may be fed while the tracker runs: a state is returned as soon as a later one is beyond its lag, or at the end.
-    Runs in lock-step are smoothed at once. ValueError: a lag that is negative or NaN, times that go backwards.
+    Runs in lock-step are smoothed at once. ValueError: a lag that is negative or NaN, times that go backwards. ConfigError:
+    an associator that keeps hypotheses.
     """
+    _check_associator(tracker)
     if not lag >= 0:
         raise ValueError(f"lag: must be >= 0 s, got {lag:g} s")
     source = Seed.of(seed)
@@ -73,6 +73,14 @@ def smoothed(
             del window[:due]
         window.append(state)
     yield from _backwards(tracker.estimator, window, source)
+
+
+def _check_associator(tracker: Tracker) -> None:
+    """Raise ConfigError if a track's past is not one, but changes with the hypothesis that is shown."""
+    if isinstance(tracker.associator, HypothesisAssociator):
+        kind = tracker.associator.kind
+        told = f"cannot smooth: {kind!r} changes what it takes to be a track's past; use 'jpda', which keeps one of each"
+        raise ConfigError([Problem("associator", told)])
 
 
 def _backwards(estimator: Estimator[Any], states: Sequence[State], seed: Seed | Seeds) -> list[State]:
