@@ -1,7 +1,8 @@
 """Time, memory and coverage of examples/swarm.toml, as it is or with as many targets as asked for at the same density.
 
     python -m benchmarks.swarm                          jpda and gnn, 1,000 targets
-    python -m benchmarks.swarm --targets 100 1000 10000 --plot docs/many-targets.svg
+    python -m benchmarks.swarm --seeds 1 2 3            the same of several scenes
+    python -m benchmarks.swarm --targets 100 300 1000 3000 10000 --plot docs/many-targets.svg
 
 Each line is a process of its own: CPU time of `Tracker.step` over the scans (median, 95th percentile, worst), resident
 memory beyond the idle process that has built the tracker and drawn its scans, the share of targets with a confirmed track
@@ -16,6 +17,7 @@ import math
 import os
 import subprocess
 import sys
+from itertools import product
 from pathlib import Path
 from time import process_time
 from typing import Any
@@ -29,6 +31,10 @@ ROOT = Path(__file__).parent.parent
 NEAR = 20.0
 OWN = {"gnn": ("birth.initial=0.4", "lifecycle.delete=0.15")}
 """What else a hard choice takes to cover as many targets as soon."""
+COLUMNS = (
+    *("targets", "seed", "returns", "tracks", "associator", "median ms", "p95 ms", "worst ms"),
+    *("MB", "covered", "false", "not exact"),
+)
 FIRST = 9
 """Scans after which coverage counts."""
 
@@ -86,15 +92,14 @@ def measure(associator: str, targets: int, more: list[str]) -> dict[str, Any]:
     }
 
 
-def alone(associator: str, targets: int, more: list[str]) -> dict[str, Any]:
+def alone(associator: str, targets: int, seed: int, more: list[str]) -> dict[str, Any]:
     """Return the figures of one run in a process of its own."""
     command = [sys.executable, "-m", "benchmarks.swarm", "--one", associator, "--targets", str(targets)]
-    for one in more:
+    for one in (f"seed={seed}", *more):
         command += ["--set", one]
     known = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
-    found: dict[str, Any] = json.loads(
-        subprocess.run(command, check=True, capture_output=True, text=True, cwd=ROOT, env=known).stdout
-    )
+    done = subprocess.run(command, check=True, capture_output=True, text=True, cwd=ROOT, env=known)
+    found: dict[str, Any] = json.loads(done.stdout) | {"seed": seed}
     return found
 
 
@@ -110,11 +115,21 @@ def plot(rows: list[dict[str, Any]], path: Path) -> None:
     for panel, (what, label) in zip(panels, (("p95", "95th percentile of a scan, ms"), ("MB", "memory, MB")), strict=True):
         for name in dict.fromkeys(row["associator"] for row in rows):
             own = [row for row in rows if row["associator"] == name]
-            panel.loglog([row["targets"] for row in own], [row[what] for row in own], "o-", label=name)
+            sizes = sorted({row["targets"] for row in own})
+            worst = [max(row[what] for row in own if row["targets"] == size) for size in sizes]
+            panel.loglog(sizes, worst, "o-", label=name)
         panel.set(xlabel="targets", ylabel=label)
         panel.grid(alpha=0.3)
         panel.legend()
     figure.savefig(path, metadata={"Date": None})
+
+
+def line(row: dict[str, Any]) -> str:
+    """Return a line of the table."""
+    cells = [f"{row['targets']:,}", f"{row['seed']}", f"{row['returns']:,.0f}", f"{row['tracks']:,}", row["associator"]]
+    cells += [f"{row[what]:.1f}" for what in ("median", "p95", "worst")] + [f"{row['MB']:.0f}"]
+    cells += [f"{row['covered']:.3f} to {row['covered_last']:.3f}", f"{row['false']:.0f}", f"{row['approximated']:.1%}"]
+    return f"| {' | '.join(cells)} |"
 
 
 def main() -> None:
@@ -122,6 +137,7 @@ def main() -> None:
     parser = argparse.ArgumentParser("python -m benchmarks.swarm", description=__doc__)
     parser.add_argument("--targets", type=int, nargs="+", default=[1000])
     parser.add_argument("--associators", nargs="+", default=["jpda", "gnn"])
+    parser.add_argument("--seeds", type=int, nargs="+", default=[1], help="of the scene; each is a run")
     parser.add_argument("--set", action="append", default=[], help="further overrides of the config")
     parser.add_argument("--plot", type=Path, help="an SVG file of how time and memory grow")
     parser.add_argument("--one", help=argparse.SUPPRESS)
@@ -130,20 +146,11 @@ def main() -> None:
         print(json.dumps(measure(given.one, given.targets[0], given.set)))
         return
     rows = []
-    print("| targets | returns | tracks | associator | median ms | p95 ms | worst ms | MB | covered | false | not exact |")
-    print("| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |")
-    for targets in given.targets:
-        for name in given.associators:
-            row = alone(name, targets, given.set)
-            rows.append(row)
-            told = [f"{targets:,}", f"{row['returns']:,.0f}", f"{row['tracks']:,}", name]
-            told += [f"{row[what]:.1f}" for what in ("median", "p95", "worst")] + [f"{row['MB']:.0f}"]
-            told += [
-                f"{row['covered']:.3f} to {row['covered_last']:.3f}",
-                f"{row['false']:.0f}",
-                f"{row['approximated']:.1%}",
-            ]
-            print(f"| {' | '.join(told)} |", flush=True)
+    print(f"| {' | '.join(COLUMNS)} |\n" + "| --- " * len(COLUMNS) + "|")
+    for targets, name, seed in product(given.targets, given.associators, given.seeds):
+        row = alone(name, targets, seed, given.set)
+        rows.append(row)
+        print(line(row), flush=True)
     if given.plot:
         plot(rows, given.plot)
 
