@@ -109,12 +109,13 @@ def read_ais_table(folder: Path, files: Files, more: bool) -> None:
 
 
 def read_sentences(folder: Path, files: Files, more: bool) -> None:
-    """Read AIS sentences; those of the sample are one message each."""
-    ships, refused = read_nmea(folder / "ais.txt", 1.0)
+    """Read AIS sentences."""
+    ships, _, rows = read_nmea(folder / "ais.txt", 1.0)
     text = files["ais.txt"].decode("utf-8-sig", errors="replace").replace("\r\n", "\n").replace("\r", "\n")
     total = sum(bool(line.strip()) and not line.lstrip().startswith("#") for line in text.split("\n"))
-    used = sum(len(reports.time) for reports in ships.values())
-    check_rows({"ais": Rows(total, used, len(refused))}, {})
+    check_rows({"sentences": rows}, {"sentences": total})
+    if sum(len(reports.time) for reports in ships.values()) > rows.used:
+        raise AssertionError("more reports than sentences")
     if not all(np.all(np.isfinite(reports.time)) for reports in ships.values()):
         raise AssertionError("a time is not finite")
 

@@ -66,6 +66,12 @@ def test_what_escapes_or_hangs_is_found(tmp_path, monkeypatch):
     assert "Hang" in cases.carry_out(slow, 0, range(1), tmp_path).found[0].text
 
 
+def test_a_busy_machine_makes_no_hang(tmp_path, monkeypatch):
+    """A case that waits for longer than its limit of CPU time is not stopped; nor does one limit outlast its case."""
+    monkeypatch.setattr(cases, "SECONDS", 0.1)
+    assert not cases.carry_out(lambda rng, folder: str(time.sleep(0.3)), 0, range(2), tmp_path).found
+
+
 def hunt(case, folder, budget):
     """Return the first fault of a fuzzer within a budget."""
     for seed in range(100, 103):
@@ -173,4 +179,5 @@ def rude(scores):
 def test_the_fuzzer_of_kernels_bites(name, wrong, text, monkeypatch, tmp_path):
     monkeypatch.setattr(kernels, name, wrong)
     monkeypatch.setattr(cases, "SECONDS", 0.2)
+    monkeypatch.setattr(cases, "ASLEEP", 2.0)
     assert text in (hunt(kernel_calls.case, tmp_path, 1000) or "nothing found")

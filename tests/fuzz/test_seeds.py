@@ -77,7 +77,7 @@ def test_a_sentence_that_is_cut_or_has_a_zero_in_it_is_refused(tmp_path, payload
     """A zero changes no checksum; a payload that ends early decodes to a message without a place."""
     body = f"AIVDM,1,1,,A,{payload},0"
     (tmp_path / "ais.txt").write_text(f"1 !{body}*{reduce(xor, body.encode()):02X}\n")
-    ships, (problem,) = read_nmea(tmp_path / "ais.txt")
+    ships, (problem,), _ = read_nmea(tmp_path / "ais.txt")
     assert not ships
     assert text in problem.text
 

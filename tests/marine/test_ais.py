@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from support.paths import recording
-from vedette import InputError
+from vedette import InputError, Rows
 from vedette_marine.ais.csv import read_csv
 from vedette_marine.ais.nmea import checked, read_nmea
 from vedette_marine.ais.reports import KNOT, Reports, east_north, outliers, turn_rate, velocity, without_outliers
@@ -182,6 +182,12 @@ def test_a_file_that_is_no_ais_is_told(tmp_path):
 TURNING = "!AIVDM,1,1,,A,33P;Tw0tjBQO22:E7dm66DrB20UP,0*2E"
 """Type 3, MMSI 235070716: 36.910433 N 20.760008 E, 14.6 knots, course 156.1, heading 157, turn -8 deg/min."""
 
+PARTS = (
+    "!AIVDO,2,1,4,A,53P;Tw0000000000001HD@EA@D0000000000000000000000004i@@000000,0*7D",
+    "!AIVDO,2,2,4,A,00000000000,2*22",
+)
+"""Type 5, in two sentences: the same ship's name and where it is bound."""
+
 
 def sentences(tmp_path, *lines):
     path = tmp_path / "ais.txt"
@@ -190,8 +196,9 @@ def sentences(tmp_path, *lines):
 
 
 def test_a_sentence_becomes_a_report(tmp_path):
-    ships, refused = read_nmea(sentences(tmp_path, f"12.5 {TURNING}"))
+    ships, refused, rows = read_nmea(sentences(tmp_path, f"12.5 {TURNING}"))
     assert not refused
+    assert rows == Rows(1, 1, 0)
     ship = ships[235070716]
     assert ship.time.tolist() == [12.5]
     assert (ship.latitude[0], ship.longitude[0]) == pytest.approx((36.910433, 20.760008), abs=1e-6)
@@ -215,11 +222,21 @@ def test_a_sentence_becomes_a_report(tmp_path):
     ],
 )
 def test_a_bad_sentence_is_told_and_costs_nothing_else(tmp_path, line, message):
-    ships, refused = read_nmea(sentences(tmp_path, TURNING, line, TURNING), interval=1.0)
+    ships, refused, rows = read_nmea(sentences(tmp_path, TURNING, line, TURNING), interval=1.0)
     assert ships[235070716].time.tolist() == [0, 2]
     assert len(refused) == 1
     assert message in refused[0].text
     assert refused[0].place == "ais.txt:2"
+    assert rows == Rows(3, 2, 1)
+
+
+def test_every_sentence_of_a_message_in_parts_is_accounted_for(tmp_path):
+    """A ship's name and particulars, whole and without its end; 3 sentences of 2 messages that report no position."""
+    first, second = PARTS
+    lines = (TURNING, first, second, first, TURNING)
+    _, refused, rows = read_nmea(sentences(tmp_path, "# a comment", *lines), interval=1.0)
+    assert [problem.place for problem in refused] == ["ais.txt:5"]
+    assert rows == Rows(5, 2, 1, 2)
 
 
 def test_no_single_wrong_character_passes(tmp_path):
@@ -247,11 +264,13 @@ def test_the_solent_s_outlier_is_found_and_nothing_is_lost():
 
 def test_recorded_sentences_are_all_accounted_for():
     path = recording("ais_nmea", "nmea_data_sample.txt")
-    ships, refused = read_nmea(path, interval=1.0)
+    ships, refused, rows = read_nmea(path, interval=1.0)
     text = path.read_text().splitlines()
     assert sum(len(ship.time) for ship in ships.values()) > 0.5 * len(text)
     empty = [problem for problem in refused if "holds no message" in problem.text]
     assert len(empty) == sum(line.split(",")[5] == "" for line in text)
+    assert rows.total == len(text) == rows.used + rows.refused + rows.left_out
+    assert rows.used == sum(len(ship.time) for ship in ships.values())
     told = {problem.place for problem in refused}
     assert len(told) == len(refused)
     assert all(place.startswith("nmea_data_sample.txt:") for place in told)

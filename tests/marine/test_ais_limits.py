@@ -23,7 +23,7 @@ def test_a_time_that_is_no_time_is_refused(tmp_path, time):
     assert ships[235070716].time.tolist() == [10.0]
     assert [problem.place for problem in refused] == ["ais.csv:3"]
     (tmp_path / "ais.txt").write_text(f"1 {SENTENCE}\n{time} {SENTENCE}\n")
-    ships, refused = read_nmea(tmp_path / "ais.txt")
+    ships, refused, _ = read_nmea(tmp_path / "ais.txt")
     assert ships[235070716].time.tolist() == [1.0]
     assert [problem.place for problem in refused] == ["ais.txt:2"]
 

@@ -183,7 +183,11 @@ def _cells(numbers: Array) -> list[list[str]]:
 def _nulled(numbers: Array) -> Any:
     """Return numbers as nested lists, None where one is not finite."""
     finite = np.isfinite(numbers)
-    return (numbers if finite.all() else np.where(finite, numbers, None)).tolist()
+    if finite.all():
+        return numbers.tolist()
+    found = numbers.astype(object)
+    found[~finite] = None
+    return found.tolist()
 
 
 def _fields(given: Any, n: int) -> dict[str, Any]:

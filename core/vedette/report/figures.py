@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from attrs import asdict
+
 from vedette.experiment import Experiment, Result
 from vedette.metrics import Score
 from vedette.metrics.pixels import pixel_figures
@@ -24,6 +26,7 @@ def figures(experiment: Experiment, result: Result, score: Score) -> dict[str, A
         "returns": intake.returns,
         "refused": intake.refused.count,
         "first_refused": [str(problem) for problem in result.refused[:FIRST]],
+        "rows": {name: asdict(part) for name, part in result.recording.rows.items()},
         "notes": dict(result.recording.notes),
         "begun": result.begun,
         **score.figures(),

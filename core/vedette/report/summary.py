@@ -77,6 +77,10 @@ def _read(result: Result) -> Iterator[tuple[str, str]]:
     intake = result.intake
     for name, came in intake.came.items():
         yield name, f"{count(came.scans, 'scan')}, {count(came.returns, 'return')}"
+    for name, part in result.recording.rows.items():
+        others = (part.refused, "refused"), (part.left_out, "left out")
+        rest = "".join(f", {number:,} {what}" for number, what in others if number)
+        yield "read", f"{name}: {part.used:,} of {count(part.total, 'row')} used{rest}"
     if intake.times is not None:
         first, last = intake.times
         yield "time", f"{first:.3f} s to {last:.3f} s: {last - first:.6g} s"

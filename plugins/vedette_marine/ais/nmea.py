@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from vedette import InputError, Problem
+from vedette import InputError, Problem, Rows
 from vedette.fields import ABSURD
 from vedette.io import lines, shown
 from vedette_marine.ais.reports import KNOT, ROT_STEP, Reports, by_ship, turn_rate
@@ -45,8 +45,8 @@ def checked(sentence: str) -> str:
     return whole
 
 
-def messages(sentences: Iterable[tuple[str, str]], refused: list[Problem]) -> Iterator[tuple[str, Any]]:
-    """Yield decoded messages and their places, from (place, sentence); add what cannot be used to `refused`.
+def messages(sentences: Iterable[tuple[str, str]], refused: list[Problem]) -> Iterator[tuple[str, Any, int]]:
+    """Yield the place of a message, the message, and of how many sentences it is; add what cannot be used to `refused`.
 
     The parts of a long message need not be adjacent: they are joined by their number and channel.
     """
@@ -56,6 +56,7 @@ def messages(sentences: Iterable[tuple[str, str]], refused: list[Problem]) -> It
         raise InputError("AIS sentences need pyais: pip install 'vedette[marine]'") from None
     waiting: dict[tuple[str, str, str], tuple[str, list[str]]] = {}
     for place, sentence in sentences:
+        parts = [sentence]
         try:
             whole = checked(sentence)
             fields = whole.split(",")
@@ -68,7 +69,7 @@ def messages(sentences: Iterable[tuple[str, str]], refused: list[Problem]) -> It
                 key = (fields[1], fields[3], fields[4])
                 if fields[2] == "1":
                     if key in waiting:
-                        refused.append(_lacking(waiting.pop(key)[0]))
+                        refused.append(_lacking(*waiting.pop(key)))
                     waiting[key] = (place, [])
                 elif key not in waiting or len(waiting[key][1]) != int(fields[2]) - 1:
                     raise ValueError(f"is part {fields[2]} of {fields[1]} without those before it")
@@ -76,31 +77,36 @@ def messages(sentences: Iterable[tuple[str, str]], refused: list[Problem]) -> It
                 if len(waiting[key][1]) < int(fields[1]):
                     continue
                 place, parts = waiting.pop(key)
-            yield place, pyais.decode(*(part.encode() for part in parts))
+            yield place, pyais.decode(*(part.encode() for part in parts)), len(parts)
         except ValueError as error:
-            refused.append(Problem(place, str(error)))
+            refused.append(Problem(place, str(error), len(parts)))
         except Exception as error:  # pyais raises its own errors, and passes on those of its libraries for odd payloads
-            refused.append(Problem(place, f"cannot be decoded: {type(error).__name__}: {error}"))
-    refused.extend(_lacking(place) for place, _ in waiting.values())
+            refused.append(Problem(place, f"cannot be decoded: {type(error).__name__}: {error}", len(parts)))
+    refused.extend(_lacking(place, parts) for place, parts in waiting.values())
 
 
-def _lacking(place: str) -> Problem:
-    return Problem(place, "is the first part of a message whose other parts are missing")
+def _lacking(place: str, parts: list[str]) -> Problem:
+    return Problem(place, "is the first part of a message whose other parts are missing", len(parts))
 
 
-def read_nmea(path: Path, interval: float = 0.0) -> tuple[dict[int, Reports], list[Problem]]:
-    """Read position reports by MMSI from a file of sentences, and the sentences that could not be used.
+def read_nmea(path: Path, interval: float = 0.0) -> tuple[dict[int, Reports], list[Problem], Rows]:
+    """Read position reports by MMSI from a file of sentences, the sentences that could not be used, and an account of all.
+
+    Left out are the sentences of messages without a position, such as a ship's name.
 
     A line may begin with its time in s and a space; otherwise line i has the time i `interval`, as sentences hold no time. A
     course, speed, heading or rate of turn that is "not available" is NaN; a report without a position is listed as unusable.
     """
     refused: list[Problem] = []
     times: dict[str, float] = {}
+    total = 0
 
     def stamped() -> Iterator[tuple[str, str]]:
+        nonlocal total
         for number, line in lines(path):
             if not line.strip() or line.lstrip().startswith("#"):
                 continue
+            total += 1
             place = f"{path.name}:{number}"
             head = line[: max(line.find("!"), 0)].strip()
             try:
@@ -112,16 +118,18 @@ def read_nmea(path: Path, interval: float = 0.0) -> tuple[dict[int, Reports], li
                 continue
             yield place, line
 
-    rows = []
-    for place, message in messages(stamped(), refused):
+    rows, used, left_out = [], 0, 0
+    for place, message, parts in messages(stamped(), refused):
         if message.msg_type not in POSITIONS:
+            left_out += parts
             continue
         row = row_of(message, times[place])
         if row is None:
-            refused.append(Problem(place, f"MMSI {message.mmsi} reports no position"))
+            refused.append(Problem(place, f"MMSI {message.mmsi} reports no position", parts))
         else:
             rows.append(row)
-    return by_ship(rows), refused
+            used += parts
+    return by_ship(rows), refused, Rows(total, used, sum(problem.rows for problem in refused), left_out)
 
 
 def row_of(message: Any, time: float) -> dict[str, float] | None:

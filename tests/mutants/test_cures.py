@@ -1,0 +1,110 @@
+"""Cures taken back, one at a time: of studies that run the same run, of memory, of wrong units, of what a hand gives.
+
+Each is caught by the test named for it, which passes with the cure.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import vedette
+from montecarlo import test_recordings as studies
+from report import test_warnings as units
+from tracking import test_ceiling as memory
+from tracking import test_live_loop as hand
+from vedette.montecarlo import plan as planning
+from vedette.report import warnings
+from vedette.sampling import recorded
+from vedette.tracking import births, ceiling, intake, validation
+from vedette.tracking import tracker as stepping
+
+Check = Callable[[Path, pytest.MonkeyPatch], None]
+WRONG = {words: scans for scans, words in units.test_what_looks_wrong_is_said.pytestmark[0].args[1]}
+
+
+def study(check: Callable[[Any], None]) -> Check:
+    return lambda folder, patch: check(studies.config(studies.recording(folder / "recording.jsonl")))
+
+
+def built(check: Callable[..., None], *given: Any) -> Check:
+    return lambda folder, patch: check(vedette.build(hand.CONFIG), *given)
+
+
+def plain(check: Callable[..., None], *given: Any) -> Check:
+    return lambda folder, patch: check(*given)
+
+
+def said(words: str) -> Check:
+    (found,) = [each for each in WRONG if words in each]
+    return lambda folder, patch: units.test_what_looks_wrong_is_said(WRONG[found], found)
+
+
+def counted(modes: int) -> Check:
+    return lambda folder, patch: memory.test_the_ceiling_counts_tracks_modes_and_returns(modes, patch)
+
+
+NOTHING: Callable[..., Any] = lambda *given: None
+CURES: dict[str, tuple[Any, str, Any, Check]] = {
+    # A study on a recording runs the same run N times.
+    "6: nothing is left out": (
+        recorded.Redraw, "recording", lambda self, whole, seeds: whole, study(studies.test_a_study_of_a_recording_has_errors)
+    ),
+    "6: every run draws the same": (
+        recorded, "_stream", lambda *given: np.random.default_rng(0), study(studies.test_a_study_of_a_recording_has_errors)
+    ),
+    "6: equal runs are not refused": (
+        planning, "_draws", lambda *given: True, study(studies.test_runs_that_would_all_be_the_same_are_refused)
+    ),
+    "6: no run is thought to draw": (
+        planning, "_draws", lambda *given: False, study(studies.test_a_study_of_a_recording_has_errors)
+    ),
+    # Memory grows as tracks x returns.
+    "10: pairs are not counted": (
+        ceiling, "check_pairs", NOTHING, counted(3)
+    ),
+    "10: modes are not counted": (
+        ceiling.trees, "size", lambda belief: 0, counted(3)
+    ),
+    "10: births are not counted": (
+        births, "check_births", NOTHING, lambda folder, patch: memory.test_tracks_that_would_begin_count_too(patch)
+    ),
+    # Forgotten units mislead.
+    "15: degrees": (warnings, "beyond_period", NOTHING, said("radar: bearing goes up to")),
+    "15: out of reach is not counted": (intake.Came, "_ask_for_reach", NOTHING, said("radar: all of the first 30 returns")),
+    "15: the sensor's silence": (warnings, "_of_sensor", lambda *given: iter(()), said("radar: none of 30 scans")),
+    "15: equal times": (warnings, "MOST", 1.0, said("beacon: 27 of 30 scans")),
+    "15: long steps": (warnings, "_LONG", np.inf, said("scans are 2.5e+03 s apart")),
+    "15: any step is long": (warnings, "_LONG", 0.0, plain(units.test_what_is_right_is_not_said)),
+    "15: what is right is odd": (warnings, "MOST", -1.0, plain(units.test_what_is_right_is_not_said)),
+    "15: refused input": (warnings, "_refused", NOTHING, plain(units.test_refused_input_is_said_first)),
+    # The live loop: what a hand gives.
+    "17: nothing has no axes": (
+        validation, "with_axes", lambda scan, sensors: scan,
+        built(hand.test_a_scan_without_returns_needs_no_number_of_axes, "radar"),
+    ),
+    "17: a prior is taken as it is": (
+        stepping, "checked_prior", lambda given, axes: given, built(hand.test_a_prior_of_lists_is_one)
+    ),
+    "17: a prior is not looked at": (
+        stepping, "checked_prior", lambda given, axes: given,
+        built(hand.test_a_prior_that_is_none_is_told, vedette.Gaussian(np.zeros(4), np.eye(4)), "given: must have mean"),
+    ),
+    "17: a pose is not looked at": (
+        validation, "_pose_flaws", lambda pose: [], built(hand.test_a_pose_that_is_no_place_is_refused, [0.0] * 4)
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", CURES)
+def test_without_its_cure_a_fault_is_caught(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    where, attribute, wrong, check = CURES[name]
+    with monkeypatch.context() as patch:
+        check(tmp_path, patch)
+    monkeypatch.setattr(where, attribute, wrong)
+    with pytest.raises((Exception, pytest.fail.Exception)):
+        check(tmp_path, monkeypatch)
