@@ -48,7 +48,10 @@ def counted(modes: int) -> Check:
     return lambda folder, patch: memory.test_the_ceiling_counts_tracks_modes_and_returns(modes, patch)
 
 
-NOTHING: Callable[..., Any] = lambda *given: None
+def nothing(*given: Any) -> None:
+    """Do nothing."""
+
+
 CURES: dict[str, tuple[Any, str, Any, Check]] = {
     # A study on a recording runs the same run N times.
     "6: nothing is left out": (
@@ -65,23 +68,23 @@ CURES: dict[str, tuple[Any, str, Any, Check]] = {
     ),
     # Memory grows as tracks x returns.
     "10: pairs are not counted": (
-        ceiling, "check_pairs", NOTHING, counted(3)
+        ceiling, "check_pairs", nothing, counted(3)
     ),
     "10: modes are not counted": (
         ceiling.trees, "size", lambda belief: 0, counted(3)
     ),
     "10: births are not counted": (
-        births, "check_births", NOTHING, lambda folder, patch: memory.test_tracks_that_would_begin_count_too(patch)
+        births, "check_births", nothing, lambda folder, patch: memory.test_tracks_that_would_begin_count_too(patch)
     ),
     # Forgotten units mislead.
-    "15: degrees": (warnings, "beyond_period", NOTHING, said("radar: bearing goes up to")),
-    "15: out of reach is not counted": (intake.Came, "_ask_for_reach", NOTHING, said("radar: all of the first 30 returns")),
+    "15: degrees": (warnings, "beyond_period", nothing, said("radar: bearing goes up to")),
+    "15: out of reach is not counted": (intake.Came, "_ask_for_reach", nothing, said("radar: all of the first 30 returns")),
     "15: the sensor's silence": (warnings, "_of_sensor", lambda *given: iter(()), said("radar: none of 30 scans")),
     "15: equal times": (warnings, "MOST", 1.0, said("beacon: 27 of 30 scans")),
     "15: long steps": (warnings, "_LONG", np.inf, said("scans are 2.5e+03 s apart")),
     "15: any step is long": (warnings, "_LONG", 0.0, plain(units.test_what_is_right_is_not_said)),
     "15: what is right is odd": (warnings, "MOST", -1.0, plain(units.test_what_is_right_is_not_said)),
-    "15: refused input": (warnings, "_refused", NOTHING, plain(units.test_refused_input_is_said_first)),
+    "15: refused input": (warnings, "_refused", nothing, plain(units.test_refused_input_is_said_first)),
     # The live loop: what a hand gives.
     "17: nothing has no axes": (
         validation, "with_axes", lambda scan, sensors: scan,

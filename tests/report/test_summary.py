@@ -60,15 +60,15 @@ def test_the_summary_counts_and_names_what_was_read_and_refused(scene):
     assert "recording: of 1999" in text
 
 
-def test_the_summary_and_the_figures_account_for_every_row(scene):
+def test_what_was_read_and_not_used_whole_is_accounted_for(scene):
     experiment, done = scene[0], result(times=range(3))
     rows = {"detections": vedette.Rows(1_010, 1_007, 2, 1), "truth": vedette.Rows(1, 1, 0)}
     done = evolve(done, recording=evolve(done.recording, rows=rows))
     text = told(experiment, done)
     assert "detections: 1,007 of 1,010 rows used, 2 refused, 1 left out\n" in text
-    assert "truth: 1 of 1 row used\n" in text
+    assert "truth: " not in text
     found = figures(experiment, done, metrics.judge(done.tracks, done.recording.truth, done.scans, experiment.judge))
-    assert found["rows"]["detections"] == {"total": 1_010, "used": 1_007, "refused": 2, "left_out": 1}
+    assert found["rows"] == {"detections": {"total": 1_010, "used": 1_007, "refused": 2, "left_out": 1}}
 
 
 def test_figures_hold_no_number_that_json_lacks(scene):

@@ -10,6 +10,7 @@ from attrs import asdict
 from vedette.experiment import Experiment, Result
 from vedette.metrics import Score
 from vedette.metrics.pixels import pixel_figures
+from vedette.types import Rows
 
 FIRST = 20
 """Number of refused parts that the figures name."""
@@ -26,13 +27,18 @@ def figures(experiment: Experiment, result: Result, score: Score) -> dict[str, A
         "returns": intake.returns,
         "refused": intake.refused.count,
         "first_refused": [str(problem) for problem in result.refused[:FIRST]],
-        "rows": {name: asdict(part) for name, part in result.recording.rows.items()},
+        "rows": {name: asdict(part) for name, part in unused(result).items()},
         "notes": dict(result.recording.notes),
         "begun": result.begun,
         **score.figures(),
         **pixel_figures(result.tracks, result.recording.truth),
     }
     return {name: _finite(value) for name, value in found.items()}
+
+
+def unused(result: Result) -> dict[str, Rows]:
+    """Return the account of what was read and not used whole, so that a run and its replay give the same figures."""
+    return {name: part for name, part in result.recording.rows.items() if part.used < part.total}
 
 
 def timings(result: Result) -> dict[str, Any]:

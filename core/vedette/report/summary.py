@@ -10,7 +10,7 @@ import numpy as np
 from vedette.experiment import Experiment, Result
 from vedette.metrics import Score
 from vedette.metrics.consistency import chi_square_band
-from vedette.report.figures import count, length_unit
+from vedette.report.figures import count, length_unit, unused
 from vedette.report.traces import BAND, Bands, Inside, band, mode_names
 from vedette.report.warnings import ENOUGH, warnings
 from vedette.types import LazyScans
@@ -77,7 +77,7 @@ def _read(result: Result) -> Iterator[tuple[str, str]]:
     intake = result.intake
     for name, came in intake.came.items():
         yield name, f"{count(came.scans, 'scan')}, {count(came.returns, 'return')}"
-    for name, part in result.recording.rows.items():
+    for name, part in unused(result).items():
         others = (part.refused, "refused"), (part.left_out, "left out")
         rest = "".join(f", {number:,} {what}" for number, what in others if number)
         yield "read", f"{name}: {part.used:,} of {count(part.total, 'row')} used{rest}"
