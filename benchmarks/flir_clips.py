@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import tomllib
 from collections.abc import Callable, Iterator, Mapping
 from itertools import product
 from pathlib import Path
@@ -29,12 +30,12 @@ from vedette.metrics.pixels import LAST, NEAR
 from vedette_flir.sources.boxes import read_boxes
 from vedette_flir.sources.images import look_through
 
-EXAMPLE = Path(__file__).parents[1] / "examples" / "flir_clip.toml"
+CONFIG = tomllib.loads((Path(__file__).parents[1] / "examples" / "flir_clip.toml").read_text(encoding="utf-8"))
 
 SETTINGS = tuple(product((1.5, 2.0, 3.0), (1.3, 1.5, 1.7), (0.55, 0.65, 0.72)))
 """Values of opening, margin and limit."""
 
-RULES = tuple(product((3.0, 4.0, 5.0), (0.0, 0.5), (0.3, 99.0)))
+RULES = tuple(product((3.0, 4.0, 5.0), (0.5,), (0.3, 99.0)))
 """Values of clear, again and cut; with 99 no change of scene is told."""
 
 SHIFT, STRETCH = 0.12, 0.2
@@ -127,7 +128,7 @@ def follow(tracker: Any, clip: Clip, begin: int, end: int, start: Callable[[Arra
 
 def tracker(**options: Any) -> Any:
     """Return the tracker of the example with other settings of its estimator."""
-    return vedette.load(EXAMPLE, overrides=[f"estimator.{name}={value}" for name, value in options.items()]).tracker
+    return vedette.load(CONFIG, overrides=[f"estimator.{name}={value}" for name, value in options.items()]).tracker
 
 
 def overlap(one: Followed) -> Array:

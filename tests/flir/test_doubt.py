@@ -90,8 +90,8 @@ def test_recorded_clips_run_whole(pytestconfig):
             if run > 10:
                 doubted.append(doubt[k])
         falsely += doubt[error <= np.maximum(5.0, 0.35 * size)].tolist()
-    assert np.mean(doubted) >= 0.75
-    assert np.mean(falsely) <= 0.03
+    assert np.mean(doubted) >= 0.9
+    assert np.mean(falsely) <= 0.01
 
 
 def test_a_run_says_when_its_target_was_lost_and_found_again(tmp_path):

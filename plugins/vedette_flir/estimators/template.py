@@ -7,11 +7,19 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import evolve, frozen
 
-from vedette import Array, fields
-from vedette_flir.estimators.appearance import MOST, Appearance, AppearanceFilter, Match, match_ratio
+from vedette import Array, Gaussian, fields
+from vedette_flir.estimators.appearance import (
+    MOST,
+    Appearance,
+    AppearanceBelief,
+    AppearanceFilter,
+    Match,
+    match_ratio,
+)
 from vedette_flir.finding import target_in
 from vedette_flir.patches import blurred, centroid, contrast, isolated, mask_of, peak, sample, similarity
 from vedette_flir.scenes import BLOCKS, FADING, change, is_cut, outline
+from vedette_flir.sizes import DOUBT, grown, spread_of
 
 BRIGHTEST = 1.5
 """Contrast beyond this multiple of the target's own is clipped: a bright background matches no better than the target."""
@@ -35,7 +43,8 @@ RING = (0.9, 3.0)
 class TemplateAppearance(Appearance):
     """Patches (*b, t, p, p) as fractions of the signed amplitude (*b, t) in count; the target's offset from the box's
     centre and its size (*b, t, 2) in px; how far it stands out as a rule, and the share of late
-    in which it did not (*b, t); the outline of the last frame (*b, t, 16, 16) and its recent changes (*b, t) in count.
+    in which it did not (*b, t); the outline of the last frame (*b, t, 16, 16) and its recent changes (*b, t) in count;
+    the spread that it had first (*b, t) in px, 0 before it is known, and the logarithm of its growth (*b, t).
     """
 
     of_frame = ("doubt", "scene", "recent")
@@ -49,6 +58,8 @@ class TemplateAppearance(Appearance):
     doubt: Array
     scene: Array
     recent: Array
+    first_spread: Array
+    growth: Array
 
 
 @final
@@ -103,6 +114,9 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         default=0.5,
         at_least=0,
     )
+    resize: float = fields.probability(
+        "part of the way that the box follows the target's spread each frame; 0: it stays as it was given", default=0.0
+    )
     everywhere: bool = fields.flag("search the whole frame for a target that is lost", default=False)
     cut: float = fields.quantity(
         "1",
@@ -115,7 +129,7 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         """Return no template, and NaN as the size."""
         patch, pair, one = np.zeros((*tracks, self.cells, self.cells)), np.zeros((*tracks, 2)), np.zeros(tracks)
         scene = np.zeros((*tracks, BLOCKS, BLOCKS))
-        return TemplateAppearance(one, patch, patch, one + 1.0, pair, pair + 1.0, one, one, scene, one)
+        return TemplateAppearance(one, patch, patch, one + 1.0, pair, pair + 1.0, one, one, scene, one, one, one)
 
     def first(self, pixels: Array, where: Array, box: Array) -> TemplateAppearance:
         """Find the target in its box, and cut the template around it."""
@@ -128,7 +142,7 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         patch = _kept(wide, amplitude)[cut : cut + self.cells, cut : cut + self.cells]
         usual = self._outstanding(pixels, where + found.offset, found.size, step, found.sign) if self.clear > 0 else 0.0
         values = (np.ones(()), patch, patch, np.asarray(amplitude), found.offset, found.size, np.asarray(usual))
-        return TemplateAppearance(*values, np.zeros(()), outline(pixels), np.asarray(np.inf))
+        return TemplateAppearance(*values, np.zeros(()), outline(pixels), np.asarray(np.inf), np.zeros(()), np.zeros(()))
 
     def find(
         self, pixels: Array, where: Array, box: Array, S: Array, appearance: TemplateAppearance
@@ -163,6 +177,9 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
             drift = self.recentre * (centroid(_kept(shown, amplitude) * mask) - centroid(appearance.first_patch * mask))
             fine = fine + drift
             shown = sample(plain, np.array([i, j]) + drift + 0.5 * (self.cells - 1), 1.0, self.cells)
+        place = centre + step * (np.array([i, j]) - reach + fine)
+        if self.resize > 0 and now >= least:
+            appearance = self._resized(appearance, pixels, place, box, sign)
         bright = np.clip(contrast(sign * shown, inner), 0.5 * abs(amplitude), 2.0 * abs(amplitude))
         amplitude += self.brighten * (sign * bright - amplitude)
         ratio = match_ratio(max(float(likeness[j, i]), 0.0), self.limit, self.independent)
@@ -175,7 +192,29 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
             usual=np.asarray(usual),
             doubt=np.asarray(doubt) if ratio > 0 else appearance.doubt,
         )
-        return Match(centre + step * (np.array([i, j]) - reach + fine) - where, ratio, renewed)
+        return Match(place - where, ratio, renewed)
+
+    def moments(self, belief: AppearanceBelief[TemplateAppearance]) -> Gaussian:
+        """Return the position, and the box as it has grown, whose sides are uncertain by a part of them."""
+        if self.resize == 0:
+            return belief.position
+        sides = [self.state.names.index(name) for name in ("width", "height")]
+        mean, cov = belief.position.mean.copy(), belief.position.cov.copy()
+        mean[..., sides] *= np.exp(belief.appearance.growth)[..., None]
+        cov[..., sides, sides] = (DOUBT * mean[..., sides]) ** 2
+        return Gaussian(mean, cov)
+
+    def _resized(
+        self, appearance: TemplateAppearance, pixels: Array, place: Array, box: Array, sign: float
+    ) -> TemplateAppearance:
+        """Return the appearance with the growth that the target's spread in this frame speaks for."""
+        growth, first = float(appearance.growth), float(appearance.first_spread)
+        spread = spread_of(pixels, place, box * np.exp(growth), sign)
+        if not spread > 0:
+            return appearance
+        first = first or spread
+        growth = grown(growth, spread, first, self.resize)
+        return evolve(appearance, first_spread=np.asarray(first), growth=np.asarray(growth))
 
     def _with_scene(self, appearance: TemplateAppearance, pixels: Array) -> TemplateAppearance:
         """Return the appearance with the outline of this frame, and full doubt if that shows another scene."""
