@@ -85,7 +85,9 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
 
     smoothing: float = fields.probability("part of the template that each frame renews", default=0.05)
     anchor: float = fields.quantity("1", "weight of the first template beside the smoothed one", default=0.3, at_least=0)
-    recentre: float = fields.probability("part of the template's drift, by its centroid, taken back each frame", default=0.0)
+    recentre: float = fields.probability(
+        "part of a small target's drift, by its centroid, taken back each frame", default=0.0
+    )
     brighten: float = fields.probability("part of the way that the amplitude follows each frame", default=0.1)
     limit: float = fields.probability("likeness below which a match is none", default=0.6, above=0, below=1)
     independent: float = fields.quantity("1", "independent cells of a template", default=20.0, above=0)
@@ -173,7 +175,7 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
             appearance = self._with_scene(appearance, pixels)
         usual, doubt, least = self._doubted(appearance, now)
         shown = plain[j : j + self.cells, i : i + self.cells]
-        if self.recentre > 0 and np.max(appearance.size) <= self.small and now >= least:
+        if self.recentre > 0 and np.max(appearance.size) <= self.small:
             drift = self.recentre * (centroid(_kept(shown, amplitude) * mask) - centroid(appearance.first_patch * mask))
             fine = fine + drift
             shown = sample(plain, np.array([i, j]) + drift + 0.5 * (self.cells - 1), 1.0, self.cells)
