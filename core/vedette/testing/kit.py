@@ -33,6 +33,7 @@ from vedette.testing.laws import (
     scene,
     sensor,
     source,
+    trials,
 )
 from vedette.testing.repeatable import constants_of_no_module
 from vedette.testing.strategies import components
@@ -43,7 +44,7 @@ Drawer = Callable[[Any, Profile], st.SearchStrategy[Any]]
 _ROLES: dict[str, tuple[tuple[Law, ...], Drawer]] = {
     "motion": (motion.LAWS, motion.drawn),
     "sensor": (sensor.LAWS, looks.drawn),
-    "associator": (associator.LAWS, associator.drawn),
+    "associator": (associator.LAWS, trials.drawn),
     "estimator": (estimator.LAWS, scene.drawn),
     "birth": (birth.LAWS, births.drawn),
     "lifecycle": (lifecycle.LAWS, lives.drawn),

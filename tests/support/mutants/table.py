@@ -6,10 +6,12 @@ from hypothesis import strategies as st
 from support.mutants.associators import ASSOCIATORS
 from support.mutants.births import BIRTHS
 from support.mutants.estimators import ESTIMATORS
+from support.mutants.hypotheses import HYPOTHESES
 from support.mutants.lifecycles import LIFECYCLES
 from support.mutants.mixtures import MIXTURES
 from support.mutants.motion import MOTION
 from support.mutants.preprocessors import DETECTORS
+from support.mutants.promises import PROMISES
 from support.mutants.sensors import SENSORS
 from support.mutants.sources import SOURCES
 from vedette.config.parameters import role_of
@@ -18,10 +20,10 @@ from vedette.testing.strategies import components
 
 SPREAD = {"spread": st.just({"vx": 5.0, "vy": 5.0})}
 MUTANTS = [
-    *((*row, {}) for row in (*MOTION, *SENSORS, *ASSOCIATORS, *DETECTORS)),
+    *((*row, {}) for row in (*MOTION, *SENSORS, *ASSOCIATORS, *HYPOTHESES, *DETECTORS)),
     *((*row, {}) for row in LIFECYCLES),
     *((*row, SPREAD) for row in BIRTHS),
-    *ESTIMATORS, *MIXTURES, *SOURCES,
+    *ESTIMATORS, *MIXTURES, *SOURCES, *PROMISES,
 ]  # fmt: skip
 
 

@@ -5,38 +5,13 @@ from __future__ import annotations
 from itertools import product
 
 import numpy as np
-from attrs import frozen
-from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from vedette.roles import Associator
 from vedette.space import Array
 from vedette.testing.judging import Closed, demand, frozen_copy, same
-from vedette.testing.law import Law, Profile
-from vedette.testing.states import SEEDS
-
-
-@frozen(eq=False)
-class Scores:
-    """Log scores (2, t, 1+k) without ties, evidence (2, 1, k), and permutations of the tracks and of the returns."""
-
-    scores: Array
-    evidence: Array
-    tracks: NDArray[np.int64]
-    returns: NDArray[np.int64]
-
-
-def drawn(associator: Associator, profile: Profile) -> st.SearchStrategy[Scores]:
-    """What every law of an associator is given: up to 4 tracks and 4 returns, some forbidden."""
-    return st.builds(_scores, st.integers(1, 4), st.integers(0, 4), st.sampled_from([0.5, 3.0, 30.0]), SEEDS)
-
-
-def _scores(t: int, k: int, spread: float, seed: int) -> Scores:
-    rng = np.random.default_rng(seed)
-    scores = spread * rng.standard_normal((2, t, 1 + k))
-    scores[..., 1:][rng.random((2, t, k)) < 0.3] = -np.inf
-    evidence = rng.standard_normal((2, 1, k))
-    return Scores(frozen_copy(scores), frozen_copy(evidence), rng.permutation(t), rng.permutation(k))
+from vedette.testing.law import Law
+from vedette.testing.laws import hypotheses
+from vedette.testing.laws.trials import Scores
 
 
 def _weights(associator: Associator, scores: Array, evidence: Array) -> Array:
@@ -217,4 +192,5 @@ LAWS = (
     Law(surely_detected_tracks_are_held),
     Law(crowds_are_shared),
     Law(one_track_is_a_softmax),
+    *hypotheses.LAWS,
 )

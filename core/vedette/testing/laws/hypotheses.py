@@ -1,0 +1,267 @@
+"""Laws of associators that keep hypotheses: on problems so small that every joint association can be written down.
+
+Where a component has `hypotheses`, `associations`, `leaves` or `scans` (most that are kept) or `least` (the weight at or
+below which one is dropped), the kit gives it room for all.
+"""
+
+from __future__ import annotations
+
+from itertools import product
+from typing import Any
+
+import numpy as np
+from attrs import evolve, frozen
+
+from vedette.hypotheses import Branching, HypothesisAssociator
+from vedette.roles import Associator
+from vedette.space import Array, Indices, Mask, Space
+from vedette.testing.judging import Closed, demand, frozen_copy, same
+from vedette.testing.law import Law
+from vedette.testing.laws.trials import Scores
+from vedette.types import Gaussian
+
+ROOM = {"hypotheses": 1000, "associations": 1000, "leaves": 1000, "scans": 10, "least": 0.0}
+"""Values of the parameters of these names under which nothing is dropped."""
+
+
+def keeping(associator: Associator) -> HypothesisAssociator:
+    """Return the associator; Closed if it keeps no hypotheses."""
+    if not isinstance(associator, HypothesisAssociator):
+        raise Closed("it keeps no hypotheses")
+    return associator
+
+
+def roomy(associator: Associator) -> HypothesisAssociator:
+    """Return the associator with room for all hypotheses of a small problem."""
+    kept = keeping(associator)
+    own = {name: value for name, value in ROOM.items() if hasattr(kept, name)}
+    return evolve(kept, **own)  # type: ignore[misc]
+
+
+@frozen(eq=False)
+class Scan:
+    """A scan's branching and what was asked: log scores (t, 1+k) of one leaf a track, and where tracks may begin (k,)."""
+
+    scores: Array
+    begins: Mask
+    branching: Branching
+    probability: Array
+
+    @property
+    def old(self) -> Mask:
+        return self.branching.parent >= 0
+
+
+def first_scan(associator: HypothesisAssociator, scores: Array, begins: Mask) -> Scan:
+    """Return what becomes of given tracks in their first scan."""
+    start = associator.initial_hypotheses(len(scores))
+    branching = associator.branch(start, frozen_copy(scores), np.array(begins))
+    count = len(branching.parent)
+    demand(len(branching.choice) == count, f"branch: {count} parents, but {len(branching.choice)} choices")
+    probability = np.asarray(associator.probability(branching.hypotheses))
+    demand(probability.shape == (count,), f"probability: must have shape {(count,)}, got {probability.shape}")
+    return Scan(scores, begins, branching, probability)
+
+
+def _begins(drawn: Scores) -> Mask:
+    begins: Mask = drawn.returns % 2 == 0
+    return begins
+
+
+def _table(scan: Scan) -> Array:
+    """Return the probability of each track and choice (t, 1+k), and in a last row that a track begins at a return."""
+    t, columns = scan.scores.shape
+    table = np.zeros((t + 1, columns))
+    row = np.where(scan.old, scan.branching.parent, t)
+    np.add.at(table, (row, scan.branching.choice), scan.probability)
+    return table
+
+
+def enumerated(scores: Array) -> list[tuple[tuple[int, ...], float]]:
+    """Return every joint association of scores (t, 1+k), what each track takes, with its probability."""
+    t, columns = scores.shape
+    joint = []
+    for choice in product(range(columns), repeat=t):
+        taken = [i for i in choice if i]
+        total = sum(scores[row, i] for row, i in enumerate(choice))
+        if len(set(taken)) == len(taken) and total > -np.inf:
+            joint.append((choice, float(total)))
+    best = max(total for _, total in joint)
+    weights = np.exp([total - best for _, total in joint])
+    return [(choice, float(weight)) for (choice, _), weight in zip(joint, weights / weights.sum(), strict=True)]
+
+
+def leaves_are_of_the_scan(associator: Associator, drawn: Scores) -> None:
+    """If it keeps hypotheses: leaves continue leaves, each in its own way, or begin where they may, and take what they may."""
+    kept = keeping(associator)
+    scan = first_scan(kept, drawn.scores[0], _begins(drawn))
+    parent, choice, (t, columns) = scan.branching.parent, scan.branching.choice, scan.scores.shape
+    demand(np.all((parent >= -1) & (parent < t)), f"branch: parents must be rows of {t} leaves or -1, got {parent}")
+    demand(np.all((choice >= 0) & (choice < columns)), f"branch: choices must be 0 to {columns - 1}, got {choice}")
+    demand(np.all(scan.old[:-1] >= scan.old[1:]), f"branch: leaves that continue others come first, parents are {parent}")
+    ways = list(zip(parent.tolist(), choice.tolist(), strict=True))
+    demand(len(set(ways)) == len(ways), f"branch: a leaf continues another twice in the same way: {ways}")
+    taken = scan.scores[parent[scan.old], choice[scan.old]]
+    demand(np.all(taken > -np.inf), "branch: a leaf takes a return that its score forbids")
+    new = choice[~scan.old]
+    demand(np.all(new > 0), "branch: a track begins at no return")
+    demand(np.all(scan.begins[new[new > 0] - 1]), f"branch: tracks begin at returns {new}, where none may")
+    demand(np.all((scan.probability > 0) & (scan.probability < 1 + 1e-9)), "probability: of a leaf must be > 0 and <= 1")
+
+
+def given_tracks_are_somewhere(associator: Associator, drawn: Scores) -> None:
+    """If it keeps hypotheses: leaves of a given track have at most the probability 1, with room 1; a return is taken once."""
+    for kept in (keeping(associator), roomy(associator)):
+        table = _table(first_scan(kept, drawn.scores[0], _begins(drawn)))
+        for what, total in (
+            ("a track's leaves are there", table[:-1].sum(axis=-1)),
+            ("a return is taken", table.sum(axis=0)[1:]),
+        ):
+            most = float(total.max(initial=0.0))
+            demand(most <= 1 + 1e-9, f"probability: {what} {most:.6g} times in total, allowed 1")
+    same("probability of a track's leaves, in sum", table[:-1].sum(axis=-1), np.ones(len(table) - 1), 1e-9)
+
+
+def first_scan_is_enumerated(associator: Associator, drawn: Scores) -> None:
+    """If it keeps hypotheses: with room for all, leaves have the probabilities of all joint associations, written down."""
+    scores, begins = drawn.scores[0], _begins(drawn)
+    table = _table(first_scan(roomy(associator), scores, begins))
+    wanted = np.zeros(table.shape)
+    for choice, weight in enumerated(scores):
+        wanted[range(len(choice)), choice] += weight
+        free = [i for i in range(1, scores.shape[1]) if begins[i - 1] and i not in choice]
+        wanted[-1, free] += weight
+    same("probability of (track, choice), beginning tracks last", table, wanted, 1e-6, 1.0)
+
+
+def histories_multiply(associator: Associator, drawn: Scores) -> None:
+    """If it keeps hypotheses: with room, a lone track's leaf weighs the product of its scores, and the heaviest is shown."""
+    kept = roomy(associator)
+    if kept.merges == "kept":
+        raise Closed("it merges leaves after each scan")
+    rng = np.random.default_rng(int(drawn.tracks.sum()) + 5 * drawn.scores.shape[-1])
+    hypotheses, logs = kept.initial_hypotheses(1), np.zeros(1)
+    paths: list[tuple[int, ...]] = [()]
+    for _ in range(3):
+        scores = 2.0 * rng.standard_normal((len(logs), 3))
+        scores[0, 1 + int(rng.integers(2))] = -np.inf
+        branching = kept.branch(hypotheses, frozen_copy(scores), np.zeros(2, dtype=bool))
+        logs = logs[branching.parent] + scores[branching.parent, branching.choice]
+        paths = [(*paths[i], j) for i, j in zip(branching.parent.tolist(), branching.choice.tolist(), strict=True)]
+        hypotheses, rows = kept.keep(branching.hypotheses, np.ones(len(logs), dtype=bool))
+        logs, paths = logs[rows], [paths[i] for i in rows.tolist()]
+        wanted = np.exp(logs - logs.max())
+        wanted /= wanted.sum()
+        same("probability of a lone track's leaves", np.asarray(kept.probability(hypotheses)), wanted, 1e-6, 1.0)
+        two = np.sort(wanted)[-2:]
+        shown = np.asarray(kept.reported(hypotheses)).tolist()
+        demand(len(shown) == 1, f"reported: a lone track is shown {len(shown)} times")
+        if two[-1] - two[0] > 1e-6:
+            best = int(np.argmax(wanted))
+            demand(shown == [best], f"reported: must be the leaf of history {paths[best]}, got that of {paths[shown[0]]}")
+
+
+def order_of_a_scan_is_free(associator: Associator, drawn: Scores) -> None:
+    """If it keeps hypotheses: another order of tracks or returns, or a constant added to a track's scores, changes nothing."""
+    kept, scores, begins = roomy(associator), drawn.scores[0], _begins(drawn)
+    table = _table(first_scan(kept, scores, begins))
+    columns = np.concatenate([[0], 1 + drawn.returns])
+    moved = _table(first_scan(kept, scores[drawn.tracks][:, columns], begins[drawn.returns]))
+    rows = np.concatenate([drawn.tracks, [len(scores)]])
+    same("probability in another order", moved, table[rows][:, columns], 1e-7, 1.0)
+    shifted = _table(first_scan(kept, scores + np.linspace(-400.0, 350.0, len(scores))[:, None], begins))
+    same("probability with constants added", shifted, table, 1e-7, 1.0)
+
+
+def keeping_all_changes_nothing(associator: Associator, drawn: Scores) -> None:
+    """If it keeps hypotheses: with room, only leaves that ended go, and none of the others becomes less probable."""
+    kept = roomy(associator)
+    scan = first_scan(kept, drawn.scores[0], _begins(drawn))
+    count = len(scan.probability)
+    hypotheses, rows = kept.keep(scan.branching.hypotheses, np.ones(count, dtype=bool))
+    same("rows kept of living leaves", np.asarray(rows, dtype=float), np.arange(count, dtype=float), 0.0)
+    same("probability kept", np.asarray(kept.probability(hypotheses)), scan.probability, 1e-9, 1.0)
+    alive = np.random.default_rng(int(drawn.tracks[0]) + count).random(count) < 0.6
+    hypotheses, rows = kept.keep(scan.branching.hypotheses, alive)
+    same("rows kept", np.asarray(rows, dtype=float), np.flatnonzero(alive).astype(float), 0.0)
+    left = np.asarray(kept.probability(hypotheses))
+    demand(left.shape == rows.shape, f"probability: of {len(rows)} leaves, got {left.shape}")
+    loss = float((scan.probability[alive] - left).max(initial=0.0))
+    demand(loss < 1e-9, f"probability: a leaf that goes on becomes less probable by {loss:.3g} when others end")
+
+
+def one_hypothesis_is_the_best(associator: Associator, drawn: Scores) -> None:
+    """If it has `hypotheses`: where one is kept, it is the best joint association, and it is certain."""
+    kept = roomy(associator)
+    if not hasattr(kept, "hypotheses"):
+        raise Closed("it has no `hypotheses`")
+    alone: HypothesisAssociator = evolve(kept, hypotheses=1)  # type: ignore[misc]
+    joint = sorted(enumerated(drawn.scores[0]), key=lambda each: -each[1])
+    if len(joint) > 1 and joint[0][1] < (1 + 1e-6) * joint[1][1]:
+        raise Closed("two joint associations are equally good")
+    scan = first_scan(alone, drawn.scores[0], _begins(drawn))
+    wanted = np.zeros(_table(scan).shape)
+    wanted[range(len(drawn.tracks)), joint[0][0]] = 1.0
+    free = [i for i in range(1, wanted.shape[1]) if scan.begins[i - 1] and i not in joint[0][0]]
+    wanted[-1, free] = 1.0
+    same("probability of (track, choice)", _table(scan), wanted, 1e-9, 1.0)
+
+
+def shown_once_oldest_first(associator: Associator, drawn: Scores) -> None:
+    """If it keeps hypotheses: at most one leaf of each track is shown, the oldest track first."""
+    kept = keeping(associator)
+    scan = first_scan(kept, drawn.scores[0], _begins(drawn))
+    shown: Indices = np.asarray(kept.reported(scan.branching.hypotheses))
+    demand(np.all((shown >= 0) & (shown < len(scan.probability))), f"reported: must be rows of leaves, got {shown}")
+    parent, choice = scan.branching.parent[shown], scan.branching.choice[shown]
+    track = np.where(parent >= 0, parent, len(scan.scores) + choice)
+    demand(np.all(np.diff(track) > 0), f"reported: tracks must come once each and oldest first, got {track}")
+
+
+def merging_keeps_every_weight(associator: Associator, drawn: Scores) -> None:
+    """If it merges leaves: what a leaf gives to all that it is merged into is its probability."""
+    kept = roomy(associator)
+    if not kept.merges:
+        raise Closed("it merges no leaves")
+    scan = first_scan(kept, drawn.scores[0], _begins(drawn))
+    hypotheses, count = scan.branching.hypotheses, len(scan.probability)
+    rng, state = np.random.default_rng(count), Space.of(x="m", y="m")
+    estimate = Gaussian(10.0 * rng.standard_normal((count, 2)), np.broadcast_to(4.0 * np.eye(2), (count, 2, 2)))
+    merging = kept.merge(hypotheses, estimate, np.where(scan.old, rng.uniform(0.5, 1.0, count), 0.3), state)
+    demand(merging.shares.shape == (len(merging.own), count), f"merge: shares must be (new, {count})")
+    demand(np.all(merging.shares >= -1e-12), "merge: shares must be >= 0")
+    same("what a leaf gives in all", merging.shares.sum(axis=0), scan.probability, 1e-6, 1.0)
+    sums = merging.shares.sum(axis=-1)
+    demand(np.all(sums <= 1 + 1e-6), f"merge: shares of a new leaf sum to {sums.max(initial=0.0):.6g}, at most 1")
+    after = np.asarray(kept.probability(merging.hypotheses))
+    demand(len(after) == len(merging.own), f"merge: hypotheses are over {len(after)} leaves, must be {len(merging.own)}")
+
+
+def branches_purely(associator: Associator, drawn: Scores) -> None:
+    """If it keeps hypotheses: branching again gives the same, and leaves the hypotheses as they were."""
+    kept = keeping(associator)
+    start, scores = kept.initial_hypotheses(drawn.scores.shape[-2]), drawn.scores[0]
+    before = np.array(kept.probability(start))
+    same("probability of given tracks", before, np.ones(len(scores)), 1e-12)
+    found: list[Any] = []
+    for _ in range(2):
+        branching = kept.branch(start, scores, _begins(drawn))
+        found.append(np.concatenate([branching.parent, branching.choice, kept.probability(branching.hypotheses)]))
+    same("branched again", found[1], found[0], 0.0)
+    same("probability before, afterwards", np.asarray(kept.probability(start)), before, 0.0)
+    none = first_scan(kept, scores[:, :1], np.zeros(0, dtype=bool))
+    same("probability after a scan without returns", _table(none)[:-1, 0], before, 1e-9)
+
+
+LAWS = (
+    Law(leaves_are_of_the_scan),
+    Law(given_tracks_are_somewhere),
+    Law(first_scan_is_enumerated),
+    Law(histories_multiply),
+    Law(order_of_a_scan_is_free),
+    Law(keeping_all_changes_nothing),
+    Law(one_hypothesis_is_the_best),
+    Law(shown_once_oldest_first),
+    Law(merging_keeps_every_weight),
+    Law(branches_purely),
+)
