@@ -18,12 +18,16 @@ from vedette_standard.associators.global_nearest import GlobalNearest
 from vedette_standard.associators.jpda import Jpda
 from vedette_standard.associators.pda import Pda
 from vedette_standard.births.from_returns import FromReturns
+from vedette_standard.births.places import Appearance
+from vedette_standard.births.poisson import Intensity, Poisson
 from vedette_standard.births.uniform import Uniform
+from vedette_standard.estimators.bootstrap import BootstrapParticles
 from vedette_standard.estimators.extended import ExtendedKalman
 from vedette_standard.estimators.imm import Imm
 from vedette_standard.estimators.kalman import Kalman
 from vedette_standard.lifecycles.existence import Existence
 from vedette_standard.lifecycles.m_of_n import MOfN
+from vedette_standard.lifecycles.score import Score
 from vedette_standard.motion.constant_velocity import ConstantVelocity
 from vedette_standard.motion.product import Product
 from vedette_standard.motion.random_walk import RandomWalk
@@ -88,6 +92,8 @@ SENSORS = [
      {"detects": lambda s, x: np.asarray(s.detection_probability)}, RANGED),
     ("score of the wrong sign", GaussianSpot, "pictures_inform", spot(lambda J, g, llr: (J, -g, llr)), {}),
     ("the ratio upside down", GaussianSpot, "pictures_show_where", spot(lambda J, g, llr: (J, g, -llr)), {}),
+    ("noise is the information", GaussianSpot, "a_brighter_target_is_seen_no_worse",
+     {"noise": lambda s, x: np.linalg.inv(GaussianSpot.noise(s, x))}, {}),
     ("learning moves the target", GaussianSpot, "learning_leaves_the_place",
      {"learn": lambda s, x, frame: GaussianSpot.learn(s, x, frame) + 0.1}, {}),
 ]  # fmt: skip
@@ -154,6 +160,15 @@ ESTIMATORS = [
     ("correlations fade", EKF, "predicts_as_its_motion_linearised", {"predict": spread_twice}, LINEAR),
     ("the distance of the first mode", Imm, "modes_share_their_innovations",
      {"evaluate": lambda s, b, z, d, g: evolve(i := Imm.evaluate(s, b, z, d, g), distance=2.0 * i.distance)}, TWO),
+    ("modes do not mix", Imm, "switching_moves_nothing",
+     {"predict": lambda s, b, dt, rng: b if dt == 0 else evolve(
+         Imm.predict(s, b, dt, rng), beliefs=tuple(m.predict(x, dt, rng) for m, x in zip(s.modes, b.beliefs, strict=True)))},
+     TWO),
+    ("the same numbers again", BootstrapParticles, "noise_of_steps_adds_up",
+     {"predict": lambda s, b, dt, rng: BootstrapParticles.predict(s, b, dt, np.random.default_rng(1))}, LINEAR),
+    ("numbers taken and not used", BootstrapParticles, "draws_from_its_generator",
+     {"predict": lambda s, b, dt, rng: BootstrapParticles.predict(s, b, dt, np.random.default_rng(0 * int(rng.integers(9))))},
+     LINEAR),
     ("smooths over half of the time", Kalman, "smooths_as_joint_conditioning",
      {"cross_covariance": lambda s, b, dt: Kalman.cross_covariance(s, b, 0.5 * dt)}, LINEAR),
 ]  # fmt: skip
@@ -165,6 +180,10 @@ BOX = {
     "spread": st.just({"vx": 5.0, "vy": 5.0}),
     "initial": st.just(2.0), "rate": st.just(0.1), "lifetime": st.just(100.0),
 }  # fmt: skip
+
+
+AROUND = Appearance({"x": (0.0, 100.0), "y": (0.0, 100.0), "vx": (0.0, 99.0), "vy": (0.0, 99.0)}, 2.0, 0.01)
+HERE = {"appear": st.just((AROUND,)), "enter": st.just(()), "sensors": st.just(())}
 
 
 def begun(base, change):
@@ -194,6 +213,10 @@ BIRTHS = [
     ("a look thins nothing", Uniform, "a_look_thins_the_unseen", {"update": lambda s, m, e, o, d, c, g: m}, BOX),
     ("comes once a scan", Uniform, "the_unseen_come_and_go_with_time",
      {"predict": lambda s, m, e, dt, rng: np.asarray(m + s.rate)}, BOX),
+    ("the unseen never leave", Poisson, "the_unseen_fade",
+     {"predict": lambda s, m, e, dt, rng: Poisson.predict(Poisson(s.appear, lifetime=1e9), m, e, dt, rng)}, HERE),
+    ("the unseen stand still", Poisson, "the_unseen_move",
+     {"predict": lambda s, m, e, dt, rng: Intensity(m.weights * np.exp(-dt / s.lifetime), m.belief)}, HERE),
     ("rates in another unit", Uniform, "rates_are_densities",
      {"reveal": lambda s, m, e, o, d, g: (lambda r: (-np.ones(len(d.z)), r[1]))(Uniform.reveal(s, m, e, o, d, g))}, BOX),
     ("clutter forgotten", Uniform, "a_track_of_the_unseen_exists_by_their_density",
@@ -250,6 +273,9 @@ LIFECYCLES = [
      {"review": lambda s, m, r: (lambda a: (a[0], a[1], a[2] | (a[0].own.hits & 64 > 0)))(MOfN.review(s, m, r))}, FEW),
     ("the first hit not counted", MOfN, "confirms_after_hits",
      {"start": lambda s, e: (lambda m: evolve(m, own=evolve(m.own, hits=0 * m.own.hits)))(MOfN.start(s, e))}, FEW),
+    ("the fall counted from 0", Score, "falls_by_its_drop",
+     reviewed(Score, lambda a, r: (evolve(a[0], own=evolve(a[0].own, best=0 * a[0].own.best)), a[1], a[2])),
+     {"drop": st.just(5.0)}),
     ("fades in half of its lifetime", Existence, "survives_its_lifetime",
      {"predict": lambda s, e, dt: Existence.predict(s, e, 2 * dt)}, {}),
 ]  # fmt: skip

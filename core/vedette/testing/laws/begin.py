@@ -137,17 +137,37 @@ def the_unseen_come_and_go_with_time(birth: Birth, drawn: Returns) -> None:
 
 
 def the_unseen_move(birth: Birth, drawn: Returns) -> None:
-    """If it models targets without a track: those that there are spread out as their velocities say."""
+    """If it models targets without a track: those that are somewhere do not stay there, as they have velocities."""
     _unseen(birth)
-    begin = birth.initial_memory(drawn.estimator, drawn.rng())
-    before = _rate(birth, begin, drawn, PLACES)
-    if before.max() <= 0:
+    many = birth.initial_memory(drawn.estimator, drawn.rng())
+    few = birth.update(many, drawn.estimator, drawn.sensor, Detections.of([], 2), np.zeros(0), P_GATE)
+    shapes = []
+    for dt in (0.0, 120.0):
+        ends = [birth.predict(memory, drawn.estimator, dt, drawn.rng()) for memory in (many, few)]
+        there = _rate(birth, ends[0], drawn, PLACES) - _rate(birth, ends[1], drawn, PLACES)  # no newcomers
+        if there.sum() <= 1e-9 * np.max(_rate(birth, many, drawn, PLACES), initial=1e-300):
+            raise Closed("there are none where the kit looks")
+        shapes.append(there / there.sum())
+    if np.ptp(shapes[0]) < 0.01 * shapes[0].max():
+        raise Closed("there are as many everywhere")
+    demand(np.abs(shapes[1] - shapes[0]).sum() > 0.01, "predict: after 120 s all unseen targets are where they were")
+
+
+def the_unseen_fade(birth: Birth, drawn: Returns) -> None:
+    """If it models targets without a track and has `lifetime`: they leave as exp(-dt / lifetime)."""
+    _unseen(birth)
+    if not isinstance(getattr(birth, "lifetime", None), float):
+        raise Closed("it has no `lifetime`")
+    brief: Birth = evolve(birth, lifetime=0.1)  # type: ignore[misc]  # so short that they hardly move meanwhile
+    many = brief.initial_memory(drawn.estimator, drawn.rng())
+    few = brief.update(many, drawn.estimator, drawn.sensor, Detections.of([], 2), np.zeros(0), P_GATE)
+    before = float(np.sum(_rate(brief, many, drawn, PLACES) - _rate(brief, few, drawn, PLACES)))
+    ends = [brief.predict(memory, drawn.estimator, 0.1, drawn.rng()) for memory in (many, few)]
+    left = float(np.sum(_rate(brief, ends[0], drawn, PLACES) - _rate(brief, ends[1], drawn, PLACES)))  # no newcomers
+    if before <= 1e-9:
         raise Closed("there are none where the kit looks")
-    far = np.concatenate([PLACES * 6.0, PLACES * 12.0])
-    later = _rate(birth, birth.predict(begin, drawn.estimator, 120.0, drawn.rng()), drawn, far)
     demand(
-        later.max() > 1e-9 * before.max() or np.any(_rate(birth, begin, drawn, far) > 1e-9 * before.max()),
-        "predict: after 120 s no unseen target is farther away than at first",
+        abs(left / before - np.exp(-1.0)) < 0.08, f"predict: after its lifetime, {left / before:.3g} are left, must be 0.368"
     )
 
 
@@ -177,5 +197,6 @@ LAWS = (
     Law(a_look_thins_the_unseen),
     Law(the_unseen_come_and_go_with_time),
     Law(the_unseen_move),
+    Law(the_unseen_fade),
     Law(a_track_of_the_unseen_exists_by_their_density),
 )

@@ -92,7 +92,7 @@ def enumerated(scores: Array) -> list[tuple[tuple[int, ...], float]]:
 
 
 def leaves_are_of_the_scan(associator: Associator, drawn: Scores) -> None:
-    """If it keeps hypotheses: leaves continue leaves, each in its own way, or begin where they may, and take what they may."""
+    """If it keeps hypotheses: leaves continue leaves, each in its own way, or begin, and take what they may."""
     kept = keeping(associator)
     scan = first_scan(kept, drawn.scores[0], _begins(drawn))
     parent, choice, (t, columns) = scan.branching.parent, scan.branching.choice, scan.scores.shape
@@ -110,7 +110,7 @@ def leaves_are_of_the_scan(associator: Associator, drawn: Scores) -> None:
 
 
 def given_tracks_are_somewhere(associator: Associator, drawn: Scores) -> None:
-    """If it keeps hypotheses: leaves of a given track have at most the probability 1, with room 1; a return is taken once."""
+    """If it keeps hypotheses: a given track's leaves have probability 1, or less without room; a return is taken once."""
     for kept in (keeping(associator), roomy(associator)):
         table = _table(first_scan(kept, drawn.scores[0], _begins(drawn)))
         for what, total in (
@@ -162,7 +162,7 @@ def histories_multiply(associator: Associator, drawn: Scores) -> None:
 
 
 def order_of_a_scan_is_free(associator: Associator, drawn: Scores) -> None:
-    """If it keeps hypotheses: another order of tracks or returns, or a constant added to a track's scores, changes nothing."""
+    """If it keeps hypotheses: another order of tracks or returns, or a constant on a track's scores, changes nothing."""
     kept, scores, begins = roomy(associator), drawn.scores[0], _begins(drawn)
     table = _table(first_scan(kept, scores, begins))
     columns = np.concatenate([[0], 1 + drawn.returns])
@@ -196,11 +196,11 @@ def one_hypothesis_is_the_best(associator: Associator, drawn: Scores) -> None:
     if not hasattr(kept, "hypotheses"):
         raise Closed("it has no `hypotheses`")
     alone: HypothesisAssociator = evolve(kept, hypotheses=1)  # type: ignore[misc]
-    joint = sorted(enumerated(drawn.scores[0]), key=lambda each: -each[1])
+    joint: list[tuple[tuple[int, ...], float]] = sorted(enumerated(drawn.scores[0]), key=lambda each: -each[1])
     if len(joint) > 1 and joint[0][1] < (1 + 1e-6) * joint[1][1]:
         raise Closed("two joint associations are equally good")
     scan = first_scan(alone, drawn.scores[0], _begins(drawn))
-    wanted = np.zeros(_table(scan).shape)
+    wanted: Array = np.zeros(_table(scan).shape)
     wanted[range(len(drawn.tracks)), joint[0][0]] = 1.0
     free = [i for i in range(1, wanted.shape[1]) if scan.begins[i - 1] and i not in joint[0][0]]
     wanted[-1, free] = 1.0

@@ -115,4 +115,24 @@ def learning_leaves_the_place(sensor: Sensor, drawn: Looks) -> None:
     same("place after learning", learnt[:, where], x[:, where], 0.0)
 
 
-LAWS = (Law(pictures_inform), Law(pictures_show_where), Law(learning_leaves_the_place))
+def a_brighter_target_is_seen_no_worse(sensor: Sensor, drawn: Looks) -> None:
+    """The noise of a frame does not grow with the amplitude of its target."""
+    camera = _camera(sensor)
+    x, i = _states(camera, COLUMN, ROW), camera.observes.names.index("amplitude")
+    traces = []
+    for amplitude in (10.0, 40.0):
+        lit = np.array(x)
+        lit[:, i] = amplitude
+        traces.append(float(np.trace(np.broadcast_to(camera.noise(frozen_copy(lit)), (2, 2, 2))[0])))
+    demand(
+        traces[1] <= traces[0] * (1 + 1e-9),
+        f"noise: grows from {traces[0]:.3g} to {traces[1]:.3g} with 4 times the amplitude",
+    )
+
+
+LAWS = (
+    Law(pictures_inform),
+    Law(pictures_show_where),
+    Law(learning_leaves_the_place),
+    Law(a_brighter_target_is_seen_no_worse),
+)

@@ -18,6 +18,7 @@ from vedette.testing.laws.scene import (
     alike,
     innovation_of,
     mixture_moments,
+    not_if_it_draws,
     soft,
     sure,
 )
@@ -97,4 +98,20 @@ def equal_modes_are_one(estimator: Estimator[Any], drawn: Scene) -> None:
     alike(one, ends[0], ends[1], 1e-7)
 
 
-LAWS = (Law(modes_follow_their_chain), Law(first_scan_is_the_exact_mixture), Law(equal_modes_are_one))
+def switching_moves_nothing(estimator: Estimator[Any], drawn: Scene) -> None:
+    """If a mixture: a mode that changes leaves its target where it is, so mixing keeps mean and covariance of all modes."""
+    _like_modes(estimator)
+    not_if_it_draws(estimator, "what it draws hides it")
+    belief = ahead(estimator, drawn, drawn.rng())
+    innovation = innovation_of(estimator, belief, drawn)
+    belief = estimator.update(belief, innovation, soft(innovation.loglik, drawn.seed))  # now the modes differ
+    wanted = estimator.moments(belief)
+    alike(estimator, predicted(estimator, belief, 1e-7, drawn.rng()), wanted, 1e-4, "after 0.1 us: ")
+
+
+LAWS = (
+    Law(modes_follow_their_chain),
+    Law(first_scan_is_the_exact_mixture),
+    Law(equal_modes_are_one),
+    Law(switching_moves_nothing),
+)

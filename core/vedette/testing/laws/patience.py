@@ -1,7 +1,7 @@
 """Laws of lifecycles over longer lives, and of parameters whose names promise something.
 
-`max_out_of_coverage`, `max_without_detection` and `lifetime` (s), `max_spread` (m), `hits` and `misses` are taken at
-their word.
+`max_out_of_coverage`, `max_without_detection` and `lifetime` (s), `max_spread` (m), `hits`, `misses` and `drop` (nats) are
+taken at their word.
 """
 
 from __future__ import annotations
@@ -194,6 +194,24 @@ def survives_its_lifetime(lifecycle: Lifecycle, drawn: Lives) -> None:
     same("predict", found, np.exp(-waits / limit), 1e-6, 1.0)
 
 
+def falls_by_its_drop(lifecycle: Lifecycle, drawn: Lives) -> None:
+    """If it has `drop`: a confirmed track ends when its log odds have fallen that far below their best, and not before."""
+    limit, best = _limit(lifecycle, "drop"), 24.0
+    if limit > 20.0:
+        raise Closed("its `drop` is more than log odds have room for")
+
+    def odds(values: Array, hit: float) -> list[Review]:
+        return [scan(1e-3, hit, 0.9, float(1.0 / (1.0 + np.exp(-value)))) for value in values]
+
+    memory, confirmed, _ = after(lifecycle, odds(np.arange(-1.0, best + 0.5), 1.0), lifecycle.start(0.1 * ONES))
+    if not confirmed.all():
+        raise Closed("log odds of 24 do not confirm a track")
+    _, _, lived = after(lifecycle, odds(best - limit * np.array([0.3, 0.6, 0.9]), 0.0), memory)
+    demand(lived.all(), f"review: a track ended whose log odds had fallen by 0.9 of its drop, {limit:g}")
+    _, _, lived = after(lifecycle, odds(best - limit * np.array([0.5, 1.1]), 0.0), memory)
+    demand(not lived.any(), f"review: a track lives whose log odds have fallen by 1.1 of its drop, {limit:g}")
+
+
 LAWS = (
     Law(found_tracks_live),
     Law(next_to_no_hit_is_none),
@@ -208,4 +226,5 @@ LAWS = (
     Law(misses_in_a_row),
     Law(confirms_after_hits),
     Law(survives_its_lifetime),
+    Law(falls_by_its_drop),
 )
