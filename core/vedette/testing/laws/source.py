@@ -83,6 +83,17 @@ def scans_are_the_sensors(source: Source, drawn: Opened) -> None:
         finite("returns", z[valid])
 
 
+def scans_last_as_stated(source: Source, drawn: Opened) -> None:
+    """If it has `duration`: between its first scan and its last no more s pass."""
+    limit = getattr(source, "duration", None)
+    if not isinstance(limit, float | int) or isinstance(limit, bool):
+        raise Closed("it has no `duration`")
+    times = [scan.time for scan in drawn.open(source).scans]
+    if len(times) < 2:
+        raise Closed("it gives one scan at most")
+    demand(times[-1] - times[0] <= limit * (1 + 1e-9), f"times: last {times[-1] - times[0]:g} s, `duration` is {limit:g} s")
+
+
 def truth_is_in_order(source: Source, drawn: Opened) -> None:
     """Every trajectory has rising times, and canonical states over its own space."""
     for path in drawn.open(source).truth:
@@ -159,6 +170,7 @@ LAWS = (
     Law(draws_as_declared),
     Law(scans_come_in_time_order),
     Law(scans_are_the_sensors),
+    Law(scans_last_as_stated),
     Law(truth_is_in_order),
     Law(every_generator_its_own),
     Law(scans_come_once),
