@@ -118,12 +118,10 @@ def _components(module: ModuleType) -> list[type[Component]]:
 
 def check(cls: type[Component], profile: object, one: Component | None = None) -> dict[str, Any]:
     """Print the table of a class of components, or of `one` with its parameters, and return it as plain data."""
-    from hypothesis import strategies
-
     from vedette.testing.judging import Misuse
     from vedette.testing.kit import examine, laws_of
     from vedette.testing.law import Profile
-    from vedette.testing.strategies import components
+    from vedette.testing.strategies import components, fixed
 
     assert isinstance(profile, Profile)
     entry, laws = described(cls, "", ""), laws_of(cls)
@@ -132,7 +130,7 @@ def check(cls: type[Component], profile: object, one: Component | None = None) -
     told: list[dict[str, Any]] = []
     component = {"role": entry.role, "kind": entry.kind, "class": name, "failed": True, "laws": told}
     try:
-        drawn = components(cls) if one is None else strategies.just(one)
+        drawn = components(cls) if one is None else fixed(one)
     except ValueError as lacking:
         print(f"  cannot be drawn: {lacking}\n  {_CURE}")
         return component | {"reason": str(lacking)}

@@ -65,6 +65,11 @@ def usual(role: str, kind: str) -> Any:
     return Registry.installed().get(role, kind).cls
 
 
+def fixed(component: Any) -> st.SearchStrategy[Any]:
+    """Return the strategy that draws one component."""
+    return st.just(component)
+
+
 def components(cls: type, given: Given | None = None, registry: Registry | None = None) -> st.SearchStrategy[Any]:
     """Return components of a class, with the strategies `given` for some parameters and inferred ones for the rest.
 
