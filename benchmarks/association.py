@@ -1,6 +1,6 @@
 """All associators and kinds of hypotheses on scenes of boats that cross, go side by side and merge: one table with errors.
 
-    python -m benchmarks.association                 20 runs of each scene; some 8 minutes
+    python -m benchmarks.association                 12 runs of each scene; some 5 minutes
     python -m benchmarks.association --runs 5        a rough picture
     python -m benchmarks.association --write         puts the table into docs/metrics.md
 
@@ -116,7 +116,7 @@ def _cell(mean: Mean, digits: int) -> str:
 def main() -> None:
     """Run all scenes and print the table."""
     parser = argparse.ArgumentParser("python -m benchmarks.association", description=__doc__)
-    parser.add_argument("--runs", type=int, default=20)
+    parser.add_argument("--runs", type=int, default=12)
     parser.add_argument("--scenes", default="", metavar="WORDS", help="scenes whose name has these words")
     parser.add_argument("--trackers", nargs="*", default=list(TRACKERS), metavar="NAME", help="these only")
     parser.add_argument("--write", action="store_true")

@@ -31,3 +31,11 @@ def test_its_scenes_have_the_groups_that_they_say(benchmark):
         counts[name] = len(experiment.source.open(experiment.tracker.sensors, np.random.default_rng(0)).truth)
     assert list(counts.values())[:4] == [3, 3, 2, 2]
     assert counts["examples/fleet.toml"] > 10
+
+
+def test_every_tracker_but_the_first_of_reference_is_compared_with_one_that_differs_in_one_thing(benchmark):
+    alone = [name for name in benchmark.TRACKERS if benchmark.reference(name) is None]
+    assert alone == ["jpda"]
+    for name in set(benchmark.TRACKERS) - {"jpda"}:
+        one, other = benchmark.TRACKERS[name], benchmark.TRACKERS[benchmark.reference(name)]
+        assert sum(one.get(part) != other.get(part) for part in ("associator", "birth")) == 1
