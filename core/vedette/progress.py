@@ -39,7 +39,8 @@ def on_terminal() -> Iterator[Progress]:
     ) as bar:
 
         def track(items: Sequence[T], about: str, /) -> Iterable[T]:
-            return bar.track(items, description=about)
+            endless = getattr(items, "once", False)  # what a camera gives: nobody knows how much
+            return bar.track(iter(items) if endless else items, description=about)
 
         yield track
 

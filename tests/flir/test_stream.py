@@ -1,5 +1,6 @@
 """Frames that come once: a file of any length, a URL, a camera."""
 
+import sys
 import tracemalloc
 
 import cv2
@@ -10,6 +11,7 @@ import vedette
 from support.paths import EXAMPLES
 from vedette import ConfigError, InputError, LazyScans, Scan
 from vedette.cli import main
+from vedette.progress import on_terminal
 from vedette.report.streaming import stream
 
 EXAMPLE = EXAMPLES / "flir_clip.toml"
@@ -172,9 +174,27 @@ def test_a_command_writes_the_track_as_it_goes(clip, tmp_path, capsys):
     capsys.readouterr()
 
 
+def test_a_bar_promises_no_end_of_a_stream(camera, monkeypatch):
+    bars = pytest.importorskip("rich.progress").Progress
+    totals, add = [], bars.add_task
+
+    def noted(bar, *args, **given):
+        totals.append(given["total"])
+        return add(bar, *args, **given)
+
+    camera()
+    monkeypatch.setattr(bars, "add_task", noted)
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    scans = experiment("0").steps().recording.scans
+    with on_terminal() as progress:
+        assert len(list(progress(scans, "tracking"))) == 30
+        assert len(list(progress([1, 2], "others"))) == 2
+    assert totals == [None, 2]
+
+
 def test_memory_does_not_grow_with_a_stream(camera, tmp_path, pytestconfig):
-    """Half as many frames leave as much: what is held after 200 (nightly 6,000) is that after half of them."""
-    many = 6_000 if pytestconfig.getoption("vedette_profile") == "nightly" else 200
+    """Half as many frames leave as much: what is held after 100 (nightly 6,000) is that after half of them."""
+    many = 6_000 if pytestconfig.getoption("vedette_profile") == "nightly" else 100
     held = []
 
     class Endless(Camera):
