@@ -2,24 +2,30 @@
 
 >>> in_unit("90 deg", "rad")
 1.5707963267948966
+>>> in_unit("90deg", "rad")
+1.5707963267948966
 """
 
 from __future__ import annotations
 
 import math
+import re
 from typing import Any
 
 import numpy as np
 
 _SI = {
     "m": {"m": 1.0, "km": 1e3, "NM": 1852.0, "ft": 0.3048},
-    "s": {"s": 1.0, "ms": 1e-3, "min": 60.0, "h": 3600.0},
+    "s": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0},
     "m/s": {"m/s": 1.0, "km/h": 1 / 3.6, "kn": 1852 / 3600},
     "m/s^2": {"m/s^2": 1.0, "g": 9.80665},
     "rad": {"rad": 1.0, "mrad": 1e-3, "deg": math.pi / 180},
     "rad/s": {"rad/s": 1.0, "deg/s": math.pi / 180},
     "rad/s^2": {"rad/s^2": 1.0, "deg/s^2": math.pi / 180},
+    "deg": {"deg": 1.0, "rad": 180 / math.pi},
 }
+
+_NUMBER = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\W\d_].*)?$")
 
 
 def spellings(unit: str) -> tuple[str, ...]:
@@ -40,7 +46,8 @@ def in_unit(value: Any, unit: str, largest: float = math.inf, name: str = "") ->
     factor = 1.0
     given = value
     if isinstance(value, str):
-        value, _, written = value.strip().partition(" ")
+        joined = _NUMBER.match(value.strip())  # "0.6deg" is read as "0.6 deg" is
+        value, written = joined.groups() if joined else value.strip().partition(" ")[::2]
         if written and written not in known:
             right = "a number without a unit" if unit == "1" else f"in {' or '.join(known)}"
             raise ValueError(f"{where}must be {right}, got {given!r}")

@@ -13,8 +13,9 @@ import vedette
 from fuzz.samples import Files
 from vedette import Experiment, Rows, Tracker
 from vedette.io import AutoferrySource, CsvSource, JsonLinesSource, read_tracks
+from vedette.io.csv_platform import PlatformColumns
 from vedette.io.csv_returns import DetectionColumns
-from vedette.io.csv_truth import PlatformColumns, TruthColumns
+from vedette.io.csv_truth import TruthColumns
 from vedette.metrics import judge
 from vedette.report.figures import figures
 from vedette.report.summary import summary

@@ -12,8 +12,9 @@ import vedette
 from support.csv_recordings import PLANE, XY, opened, shown, told
 from support.paths import recording
 from vedette.io import CsvSource
+from vedette.io.csv_platform import PlatformColumns
 from vedette.io.csv_returns import DetectionColumns
-from vedette.io.csv_truth import PlatformColumns, TruthColumns
+from vedette.io.csv_truth import TruthColumns
 from vedette.io.gaps import fill_gaps
 from vedette.types import Detections, Pose, Scan
 from vedette_standard.sensors.range_bearing import RangeBearing

@@ -10,8 +10,9 @@ from hypothesis import strategies as st
 from support.csv_recordings import PLANE, XY, opened, shown, told
 from vedette.errors import ConfigError, InputError
 from vedette.io import CsvSource
+from vedette.io.csv_platform import PlatformColumns
 from vedette.io.csv_returns import DetectionColumns
-from vedette.io.csv_truth import PlatformColumns, TruthColumns
+from vedette.io.csv_truth import TruthColumns
 from vedette.io.reading import Sample, in_time_order
 from vedette_standard.sensors.range_bearing import RangeBearing
 

@@ -8,8 +8,9 @@ import pytest
 import vedette
 from vedette import Recording
 from vedette.io import CsvSource, JsonLinesSource, write_recording
+from vedette.io.csv_platform import PlatformColumns
 from vedette.io.csv_returns import DetectionColumns
-from vedette.io.csv_truth import PlatformColumns, TruthColumns
+from vedette.io.csv_truth import TruthColumns
 from vedette.types import Detections, Rows, Scan
 from vedette_standard.sensors.cartesian_position import CartesianPosition
 

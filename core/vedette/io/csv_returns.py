@@ -8,11 +8,13 @@ from itertools import groupby
 from pathlib import Path
 from typing import final
 
-from attrs import frozen
+from attrs import evolve, frozen
 
 from vedette import fields
 from vedette.errors import ConfigError, Problem
-from vedette.io.csv_table import numbers, rows
+from vedette.io.csv_layout import Layout, with_altitude
+from vedette.io.csv_table import rows
+from vedette.io.geodesy import axes_read, complaint, into_plane, made
 from vedette.io.opening import shown
 from vedette.io.reading import Sample, in_time_order
 from vedette.roles import Sensor
@@ -25,20 +27,24 @@ PLACE = "detections"
 
 @frozen
 class Reading:
-    """How one sensor's returns are read: the axes that it measures, and those of the file that they come from."""
+    """How one sensor's returns are read: the axes that it measures, and those of the file that they come from.
+
+    `relative`: whether positions become range and bearing from the platform.
+    """
 
     measured: Space
     read: Space
+    relative: bool = False
 
     @property
-    def relative(self) -> bool:
-        """Whether positions become range and bearing from the platform."""
-        return self.read is not self.measured
+    def placed(self) -> Space:
+        """The axes of the file, with latitude and longitude as positions in the plane."""
+        return made(self.read)
 
 
 @frozen
 class Look:
-    """One scan as in the file: its id, empty if the file has none, and its returns over the axes that are read."""
+    """One scan: its id, empty if the file has none, and its returns over the axes of `Reading.placed`."""
 
     scan: str
     returns: tuple[tuple[float, ...], ...]
@@ -50,7 +56,10 @@ class DetectionColumns:
     """The columns of the returns: one row per return. Rows of one scan id, else successive rows of one time, form a scan."""
 
     time: str = fields.text("column of the time")
-    columns: dict[str, str] = fields.names("measured axis to its column: x = 'north_m', bearing = 'azimuth'")
+    columns: dict[str, str] = fields.names(
+        "measured axis to its column: x = 'north_m', bearing = 'azimuth'; latitude and longitude give x and y, with "
+        "altitude z, speed and course give vx and vy"
+    )
     units: dict[str, str] = fields.names(
         "measured axis, or time, to its column's unit where that is not SI: bearing = 'deg'"
     )
@@ -68,6 +77,8 @@ class DetectionColumns:
     def __attrs_post_init__(self) -> None:
         if self.sensor and self.sensor_column:
             raise ValueError("sensor: give either `sensor` or `sensor_column`")
+        if wrong := complaint(self.columns):
+            raise ValueError(f"columns: {wrong}")
         for name, period in self.periods.items():
             if period <= 0:
                 raise ValueError(f"periods.{name}: must be > 0, got {period:g} s")
@@ -94,11 +105,12 @@ class DetectionColumns:
         for name in names:
             if name in sensors:
                 measured = sensors[name].measurement
-                absent = [axis for axis in measured.names if axis not in self.columns]
+                read, absent = axes_read(measured, self.columns)
+                position, lacking = axes_read(POSITION, self.columns)
                 if not absent:
-                    found[name] = Reading(measured, measured)
-                elif with_platform and set(measured.names) <= set(POLAR) and set(POSITION.names) <= set(self.columns):
-                    found[name] = Reading(measured, POSITION)
+                    found[name] = Reading(measured, with_altitude(read, self.columns))
+                elif with_platform and set(measured.names) <= set(POLAR) and not lacking:
+                    found[name] = Reading(measured, with_altitude(position, self.columns), relative=True)
                 else:
                     text = f"sensor {name!r} measures {measured}: name a column for {', '.join(absent)}"
                     problems.append(Problem(f"{PLACE}.columns", text))
@@ -111,7 +123,7 @@ class DetectionColumns:
         return found
 
     def read(
-        self, path: Path, readings: Mapping[str, Reading], delimiter: str, refused: list[Problem], *, sort: bool
+        self, path: Path, readings: Mapping[str, Reading], layout: Layout, refused: list[Problem]
     ) -> tuple[dict[str, list[Sample[Look]]], Counter[str]]:
         """Return each sensor's scans in the order of time, and how many rows other sensors have, which are left out."""
         axes = Space()
@@ -120,11 +132,11 @@ class DetectionColumns:
                 axes = axes.union(reading.read)
         except SpaceError as error:
             raise ConfigError([Problem(f"{PLACE}.columns", str(error))]) from None
-        by_axis = numbers(axes, self.time, self.columns, self.units, PLACE)
+        by_axis = layout.columns(path, axes, self, PLACE)
         wanted = {column.name: column.title for column in by_axis.values()} | self.wanted()
         told: dict[str, list[Sample[_Cells]]] = {name: [] for name in readings}
         left_out: Counter[str] = Counter()
-        for row in rows(path, wanted, PLACE, delimiter, refused):
+        for row in rows(path, wanted, PLACE, layout.delimiter, refused):
             sensor = row.cells.get("sensor_column", next(iter(readings)))
             if sensor not in readings:
                 left_out[sensor] += 1
@@ -139,11 +151,21 @@ class DetectionColumns:
             else:
                 told[sensor].append(sample)
         group = _by_scan if self.scan else _by_time
-        return {name: group(samples, refused, sort) for name, samples in told.items()}, left_out
+        placed = {name: _placed(samples, readings[name], layout) for name, samples in told.items()}
+        return {name: group(samples, refused, layout.sort) for name, samples in placed.items()}, left_out
 
 
 _Cells = tuple[str, tuple[float, ...] | None]
 """A row's scan id and its values, None where all cells are empty."""
+
+
+def _placed(rows: list[Sample[_Cells]], reading: Reading, layout: Layout) -> list[Sample[_Cells]]:
+    """Return the rows over `reading.placed`."""
+    if reading.placed == reading.read:
+        return rows
+    values = [row.value[1] for row in rows if row.value[1] is not None]
+    made = iter(into_plane(reading.read, values, layout.origin, layout.frame).tolist())
+    return [row if row.value[1] is None else evolve(row, value=(row.value[0], tuple(next(made)))) for row in rows]
 
 
 def _by_time(rows: list[Sample[_Cells]], refused: list[Problem], sort: bool) -> list[Sample[Look]]:

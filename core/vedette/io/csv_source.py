@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from pathlib import Path
 from typing import ClassVar, final
 
 import numpy as np
-from attrs import frozen
+from attrs import evolve, frozen
 
 from vedette import fields
 from vedette.errors import InputError, Problem
-from vedette.io.csv_returns import DetectionColumns, Look, Reading
-from vedette.io.csv_truth import Platform, PlatformColumns, TruthColumns
+from vedette.io.csv_layout import Layout
+from vedette.io.csv_platform import PlatformColumns, Platforms
+from vedette.io.csv_returns import POSITION, DetectionColumns, Look, Reading
+from vedette.io.csv_times import DATED, UNZONED
+from vedette.io.csv_truth import TruthColumns
 from vedette.io.gaps import fill_gaps
+from vedette.io.geodesy import FAR, Origin
 from vedette.io.opening import shown
 from vedette.io.reading import (
     FRAMES,
@@ -37,7 +42,8 @@ class CsvSource(Source):
     """Detections from a CSV file with a header line, optionally with files of the truth and of the platform's positions.
 
     x and y become range and bearing if the tracker's sensor measures these and the platform is given. A row whose
-    measured cells are all empty says that its scan holds no return. Bad rows are refused, one by one.
+    measured cells are all empty says that its scan holds no return. Bad rows are refused, one by one. Times are numbers,
+    dates and times by ISO 8601, or times of day. Latitudes and longitudes on WGS 84 become x and y around the origin.
     """
 
     kind: ClassVar[str] = "csv"
@@ -47,8 +53,12 @@ class CsvSource(Source):
     path: str = fields.text("folder of the recording, or its one file", default="")
     about: str = fields.text("what the recording is and who published it, told to those who lack it", default="")
     truth: TruthColumns | None = fields.part("the true states, if they are known", default=None)
-    platform: PlatformColumns | None = fields.part("the sensors' platform, if it moves", default=None)
+    platform: PlatformColumns | None = fields.part("the sensors' platforms, if they move", default=None)
     frame: str = fields.choice("where the axes point", FRAMES, default=FRAMES[0])
+    origin: Origin | None = fields.part(
+        "where x and y are 0, for latitudes and longitudes; default: the middle of the platform's, else of the returns'",
+        default=None,
+    )
     delimiter: str = fields.choice("between columns", [",", ";", "\t", "|"], default=",")
     sort: bool = fields.flag("sort all rows by time; default: those that go back in time are refused", default=False)
 
@@ -72,16 +82,22 @@ class CsvSource(Source):
         notes = {"recording": self.about} if self.about else {}
         if self.frame == NORTH_EAST:
             notes["frame"] = self.frame
+        paths = {
+            place: folder / table.file if table.file and place != "detections" else path
+            for place, table in self._tables().items()
+        }
+        layout, told = self._layout(paths)
+        notes |= told
         platform = None
         if self.platform is not None:
-            file = folder / self.platform.file if self.platform.file else path
-            platform = self.platform.read(file, self.delimiter, refused["platform"], sort=self.sort)
-            rows["platform"] = _rows(platform.rows, refused["platform"])
-        looks, left_out = self.detections.read(path, readings, self.delimiter, refused["detections"], sort=self.sort)
+            platform = self.platform.read(paths["platform"], layout, refused["platform"])
+            platform.check(readings)
+            rows["platform"] = _rows(platform.used, refused["platform"], platform.left_out)
+        looks, left_out = self.detections.read(path, readings, layout, refused["detections"])
         notes |= {f"rows of {shown(sensor)}, which the tracker lacks": str(count) for sensor, count in left_out.items()}
         used, scans, odd = 0, [], list[str]()
         for name, reading in readings.items():
-            odd += _odd(name, reading, looks[name])
+            odd += [*_odd(name, reading, looks[name]), *_far(name, reading, looks[name], layout)]
             placed = []
             for look in looks[name]:
                 scan = _scan(name, look, reading, platform, refused["detections"])
@@ -94,17 +110,33 @@ class CsvSource(Source):
                 placed = filled
             scans += placed
         if not scans:
-            told = [problem for problems in refused.values() for problem in problems]
-            first = f"; the first problem: {told[0]}" if told else ""
+            lost = [problem for problems in refused.values() for problem in problems]
+            first = f"; the first problem: {lost[0]}" if lost else ""
             raise InputError(f"{path}: holds no usable scan of {', '.join(readings)}{first}")
         rows["detections"] = _rows(used, refused["detections"], left_out.total())
         truth: tuple[Trajectory, ...] = ()
         if self.truth is not None:
-            truth = self.truth.read(folder, self.delimiter, refused["truth"], sort=self.sort)
+            truth = self.truth.read(folder, layout, refused["truth"])
             rows["truth"] = _rows(sum(len(path.times) for path in truth), refused["truth"])
-        told = offers_first(offer_sorting(refused[name], part.total) for name, part in rows.items())
+        problems = offers_first(offer_sorting(refused[name], part.total) for name, part in rows.items())
         in_order = tuple(sorted(scans, key=lambda scan: scan.time))
-        return Recording(in_order, truth, tuple(dict.fromkeys(told)), notes, tuple(odd), rows=rows)
+        return Recording(in_order, truth, tuple(dict.fromkeys(problems)), notes, tuple(odd), rows=rows)
+
+    def _layout(self, paths: Mapping[str, Path]) -> tuple[Layout, dict[str, str]]:
+        """Return what holds of all tables, and notes about it: the origin on the earth, the dates that times are."""
+        layout, notes, tables = Layout(self.delimiter, self.sort, self.frame), dict[str, str](), self._tables()
+        form = layout.form(paths["detections"], self.detections, "detections")
+        if form.dated:
+            notes["time"] = DATED
+        if form.name == UNZONED:
+            notes["time zone"] = "the times state none: taken as UTC"
+        origin = self.origin
+        for place in ("platform", "detections", "truth"):
+            if origin is None and place in tables and "latitude" in tables[place].columns:
+                origin = layout.middle(paths[place], tables[place], place)
+        if origin is not None:
+            notes["origin"] = str(origin)
+        return evolve(layout, origin=origin, first=form.first), notes
 
     def _tables(self) -> dict[str, DetectionColumns | TruthColumns | PlatformColumns]:
         """Return the config's tables that name columns, by their names."""
@@ -128,26 +160,42 @@ def _rows(used: int, refused: list[Problem], left_out: int = 0) -> Rows:
 
 def _odd(name: str, reading: Reading, looks: list[Sample[Look]]) -> Iterator[str]:
     """Yield the angles that are larger than a whole turn, in words; the scans wrap them."""
-    values = [np.array(look.value.returns).reshape(-1, len(reading.read)) for look in looks]
-    for i, axis in enumerate(reading.read.axes):
+    values = [np.array(look.value.returns).reshape(-1, len(reading.placed)) for look in looks]
+    for i, axis in enumerate(reading.placed.axes):
         if axis.period is not None and values:
             said = beyond_period(name, axis, np.concatenate(values)[:, i])
             if said is not None:
                 yield said
 
 
-def _scan(name: str, look: Sample[Look], reading: Reading, platform: Platform | None, refused: list[Problem]) -> Scan | None:
+def _far(name: str, reading: Reading, looks: list[Sample[Look]], layout: Layout) -> Iterator[str]:
+    """Yield a sentence if latitudes and longitudes are too far from the origin for one plane."""
+    if layout.origin is None or "latitude" not in reading.read or not looks:
+        return
+    where = reading.placed.locate(POSITION)
+    values = np.concatenate([np.array(look.value.returns).reshape(-1, len(reading.placed))[:, where] for look in looks])
+    largest = float(np.max(np.hypot(*values.T), initial=0.0))
+    if largest > FAR:
+        yield (
+            f"{name}: positions are up to {largest / 1e3:,.0f} km from the origin {layout.origin}: distances in the "
+            f"plane are off by more than 0.02 % beyond {FAR / 1e3:.0f} km"
+        )
+
+
+def _scan(
+    name: str, look: Sample[Look], reading: Reading, platform: Platforms | None, refused: list[Problem]
+) -> Scan | None:
     """Return a scan with its pose; None, and refused, if the platform moves and its pose is unknown."""
     pose = None
-    if platform is not None:
-        pose = platform.pose(look.value.scan, look.time)
+    if platform is not None and platform.moves(name):
+        pose = platform.pose(name, look.value.scan, look.time)
         if pose is None:
             text = f"the recording does not say where the platform was at {look.time!r} s"
             refused.append(Problem(look.place, text, look.rows))
             return None
-    values = np.array(look.value.returns).reshape(-1, len(reading.read)).T
-    found = dict(zip(reading.read.names, values, strict=True))
+    values = np.array(look.value.returns).reshape(-1, len(reading.placed)).T
+    found = dict(zip(reading.placed.names, values, strict=True))
     if reading.relative and pose is not None:
-        x, y = pose.position
+        x, y = pose.position[:2]
         found = polar(found["x"] - x, found["y"] - y, float(pose.heading))
     return Scan(look.time, name, detections(found, reading.measured), pose)

@@ -17,6 +17,9 @@ from vedette.units import in_unit
 WIDEST = 131_072
 """Characters of a cell; what Python's csv module reads unless it is told otherwise, for the whole process."""
 
+LARGEST = {"latitude": 90.0, "longitude": 360.0}
+"""Limits of some columns, in deg."""
+
 UNCLOSED = f"a quotation mark is not closed, or a cell has more than {WIDEST:,} characters"
 
 
@@ -35,9 +38,10 @@ class Number:
     name: str
     title: str
     factor: float
+    largest: float | None = None
 
     def of(self, row: Row) -> float:
-        """Return the row's number; ValueError if it is not a number or is absurdly large."""
+        """Return the row's number; ValueError if it is not a number or is too large."""
         cell = row.cells[self.name]
         try:
             number = float(cell)
@@ -45,25 +49,17 @@ class Number:
             raise ValueError(f"{self.title} must be a number, got {shown(cell)}") from None
         if not abs(number) * self.factor <= ABSURD:  # also False for NaN
             raise ValueError(f"{self.title} must be a finite number of at most {ABSURD:g}, got {shown(cell)}")
+        if self.largest is not None and abs(number) * self.factor > self.largest:
+            bounds = f"from {-self.largest / self.factor:.6g} to {self.largest / self.factor:.6g}"
+            raise ValueError(f"{self.title} must be {bounds}, got {shown(cell)}")
         return number * self.factor
-
-
-def chosen(columns: Mapping[str, str], known: Space, place: str) -> Space:
-    """Return the axes of `known` that `columns` names, in their standard order; ConfigError at `place` for others."""
-    problems = [
-        Problem(f"{place}.columns.{name}", f"unknown axis; those are {', '.join(known.names)}")
-        for name in columns
-        if name not in known
-    ]
-    if problems:
-        raise ConfigError(problems)
-    return Space(tuple(axis for axis in known.axes if axis.name in columns))
 
 
 def numbers(axes: Space, time: str, columns: Mapping[str, str], units: Mapping[str, str], place: str) -> dict[str, Number]:
     """Return a column of numbers for each axis, and for the time unless its title is empty.
 
-    `units` may name the unit of a column. ConfigError if it is unknown, or for a column that is not read.
+    `units` may name the unit of a column, also a multiple of one, as "0.1 m". ConfigError if it is unknown, or for a
+    column that is not read.
     """
     named = [Axis("time", "s"), *axes.axes] if time else list(axes.axes)
     known = [axis.name for axis in named]
@@ -76,7 +72,12 @@ def numbers(axes: Space, time: str, columns: Mapping[str, str], units: Mapping[s
     for axis in named:
         name, title = ("time", time) if axis.name == "time" else (f"columns.{axis.name}", columns[axis.name])
         try:
-            found[axis.name] = Number(name, title, in_unit(f"1 {units.get(axis.name, axis.unit)}", axis.unit))
+            unit = units.get(axis.name, axis.unit)
+            multiple = unit[:1].isdigit() and unit != axis.unit
+            factor = in_unit(unit if multiple else f"1 {unit}", axis.unit)
+            if factor <= 0:
+                raise ValueError(f"must be a unit, or a multiple of one above 0, got {unit!r}")
+            found[axis.name] = Number(name, title, factor, LARGEST.get(axis.name))
         except ValueError as error:
             problems.append(Problem(f"{place}.units.{axis.name}", str(error)))
     if problems:
