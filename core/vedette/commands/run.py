@@ -60,7 +60,7 @@ def run(arguments: Namespace) -> int:
         )
     written = write_files(folder, experiment, result, found, text)
     if smoothed is not None:
-        written += write_smoothed(folder, experiment, smoothed)
+        written += write_smoothed(folder, experiment, smoothed, result.recording.notes)
     if can_draw():
         written += write_pictures(folder, experiment, result)
     further, problems = write_of_plugins(folder, experiment, result)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from pathlib import Path
 from typing import Protocol
 
 import numpy as np
 from attrs import frozen
 
 from vedette.errors import ConfigError, Problem
+from vedette.io.columnar import TablePath
 from vedette.io.csv_table import Number, Row, numbers, rows
 from vedette.io.csv_times import NUMBER, Form, Times, form_of
 from vedette.io.geodesy import COURSE, GEODETIC, Origin, axes_read
@@ -55,7 +55,7 @@ class Layout:
     origin: Origin | None = None
     first: float = 0.0
 
-    def columns(self, path: Path, read: Space, table: Named, place: str) -> dict[str, Column]:
+    def columns(self, path: TablePath, read: Space, table: Named, place: str) -> dict[str, Column]:
         """Return a column for each axis that is read, and for the time if the table has one."""
         found: dict[str, Column] = dict(numbers(read, table.time, table.columns, table.units, place))
         time = found.get("time")
@@ -63,13 +63,13 @@ class Layout:
             found["time"] = Times(time, self.form(path, table, place), self.first)
         return found
 
-    def form(self, path: Path, table: Named, place: str) -> Form:
+    def form(self, path: TablePath, table: Named, place: str) -> Form:
         """Return the form of a table's times: numbers if they have a unit, else what most of the first are."""
         if not table.time or "time" in table.units:
             return Form(NUMBER)
         return form_of(row.cells["time"] for row in rows(path, {"time": table.time}, place, self.delimiter, []))
 
-    def middle(self, path: Path, table: Named, place: str) -> Origin:
+    def middle(self, path: TablePath, table: Named, place: str) -> Origin:
         """Return the middle of the table's latitudes and longitudes."""
         pair = Space(GEODETIC.axes[:2])
         by_axis = numbers(pair, "", table.columns, {n: u for n, u in table.units.items() if n in pair}, place)

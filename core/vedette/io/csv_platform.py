@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from pathlib import Path
 from typing import final
 
 import numpy as np
@@ -11,6 +10,7 @@ from attrs import field, frozen
 
 from vedette import fields
 from vedette.errors import ConfigError, Problem
+from vedette.io.columnar import TablePath
 from vedette.io.csv_layout import Layout, chosen
 from vedette.io.csv_table import rows
 from vedette.io.csv_truth import trajectory
@@ -66,7 +66,7 @@ class PlatformColumns:
         named = {"time": self.time, "scan": self.scan, "object": self.object}
         return {name: title for name, title in named.items() if title}
 
-    def read(self, path: Path, layout: Layout, refused: list[Problem]) -> Platforms:
+    def read(self, path: TablePath, layout: Layout, refused: list[Problem]) -> Platforms:
         """Return the platforms' states; of two rows for one scan that disagree, the second is refused."""
         space = chosen(self.columns, POSE, PLACE)
         by_axis = layout.columns(path, space, self, PLACE)

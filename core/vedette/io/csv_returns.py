@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping
 from itertools import groupby
-from pathlib import Path
 from typing import final
 
 from attrs import evolve, frozen
 
 from vedette import fields
 from vedette.errors import ConfigError, Problem
+from vedette.io.columnar import TablePath
 from vedette.io.csv_layout import Layout, with_altitude
 from vedette.io.csv_table import rows
 from vedette.io.geodesy import axes_read, complaint, into_plane, made
@@ -123,7 +123,7 @@ class DetectionColumns:
         return found
 
     def read(
-        self, path: Path, readings: Mapping[str, Reading], layout: Layout, refused: list[Problem]
+        self, path: TablePath, readings: Mapping[str, Reading], layout: Layout, refused: list[Problem]
     ) -> tuple[dict[str, list[Sample[Look]]], Counter[str]]:
         """Return each sensor's scans in the order of time, and how many rows other sensors have, which are left out."""
         axes = Space()

@@ -1,16 +1,17 @@
-"""Recordings in CSV files with named columns."""
+"""Recordings in tables with named columns: CSV files, Parquet files, data frames."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import ClassVar, final
+from typing import Any, ClassVar, final
 
 import numpy as np
 from attrs import evolve, frozen
 
 from vedette import fields
 from vedette.errors import InputError, Problem
+from vedette.io.columnar import PARQUET, SUFFIX, FrameTable, TablePath, is_columnar
 from vedette.io.csv_layout import Layout
 from vedette.io.csv_platform import PlatformColumns, Platforms
 from vedette.io.csv_returns import POSITION, DetectionColumns, Look, Reading
@@ -18,7 +19,7 @@ from vedette.io.csv_times import DATED, UNZONED
 from vedette.io.csv_truth import TruthColumns
 from vedette.io.gaps import fill_gaps
 from vedette.io.geodesy import FAR, Origin
-from vedette.io.opening import shown
+from vedette.io.opening import shown, user_path
 from vedette.io.reading import (
     FRAMES,
     NORTH_EAST,
@@ -39,7 +40,8 @@ from vedette.types import Recording, Rows, Scan, Trajectory
 @final
 @frozen
 class CsvSource(Source):
-    """Detections from a CSV file with a header line, optionally with files of the truth and of the platform's positions.
+    """Detections from a CSV file with a header line, or a Parquet file, optionally with files of the truth and of the
+    platform's positions.
 
     x and y become range and bearing if the tracker's sensor measures these and the platform is given. A row whose
     measured cells are all empty says that its scan holds no return. Bad rows are refused, one by one. Times are numbers,
@@ -72,17 +74,31 @@ class CsvSource(Source):
         InputError for a file that is missing, empty, lacks a column or has no good row. ConfigError for columns that
         are not what the sensors measure.
         """
-        readings = self.detections.readings(sensors, self.platform is not None)
+        self.detections.readings(sensors, self.platform is not None)
         given = find(self.path, self._wanted())
         folder, path = (given, given / self.detections.file) if self.detections.file else (given.parent, given)
         named = [(f"{place}.file", table.file) for place, table in self._tables().items() if table.file]
         check_files(folder, named, self._wanted())
+        return self._read(folder, path, sensors)
+
+    def open_frame(self, frame: Any, sensors: Mapping[str, Sensor]) -> Recording:
+        """Return what `open` does, with a data frame of pandas in the place of the detections' file.
+
+        Other files, of the truth and of the platform, lie in the folder `path`, or in the current one.
+        """
+        folder = user_path(self.path) if self.path else Path()
+        return self._read(folder if folder.is_dir() else folder.parent, FrameTable(frame), sensors)
+
+    def _read(self, folder: Path, path: TablePath, sensors: Mapping[str, Sensor]) -> Recording:
+        readings = self.detections.readings(sensors, self.platform is not None)
         refused: dict[str, list[Problem]] = {"platform": [], "detections": [], "truth": []}
         rows: dict[str, Rows] = {}
         notes = {"recording": self.about} if self.about else {}
         if self.frame == NORTH_EAST:
             notes["frame"] = self.frame
-        paths = {
+        if is_columnar(path):
+            notes["table"] = PARQUET
+        paths: dict[str, TablePath] = {
             place: folder / table.file if table.file and place != "detections" else path
             for place, table in self._tables().items()
         }
@@ -122,7 +138,7 @@ class CsvSource(Source):
         in_order = tuple(sorted(scans, key=lambda scan: scan.time))
         return Recording(in_order, truth, tuple(dict.fromkeys(problems)), notes, tuple(odd), rows=rows)
 
-    def _layout(self, paths: Mapping[str, Path]) -> tuple[Layout, dict[str, str]]:
+    def _layout(self, paths: Mapping[str, TablePath]) -> tuple[Layout, dict[str, str]]:
         """Return what holds of all tables, and notes about it: the origin on the earth, the dates that times are."""
         layout, notes, tables = Layout(self.delimiter, self.sort, self.frame), dict[str, str](), self._tables()
         form = layout.form(paths["detections"], self.detections, "detections")
@@ -150,7 +166,8 @@ class CsvSource(Source):
             titles = [*table.wanted().values(), *table.columns.values()]
             files.setdefault(table.file or self.detections.file or "a file", []).extend(titles)
         listed = [f"{name} with columns {', '.join(dict.fromkeys(titles))}" for name, titles in files.items()]
-        return f"{self.about or 'a recording'}. Format: CSV, {'; '.join(listed)}"
+        form = PARQUET if (self.detections.file or self.path).endswith(SUFFIX) else "CSV"
+        return f"{self.about or 'a recording'}. Format: {form}, {'; '.join(listed)}"
 
 
 def _rows(used: int, refused: list[Problem], left_out: int = 0) -> Rows:

@@ -1,4 +1,4 @@
-"""Rows of a CSV file with a header line, by column name, one at a time."""
+"""Rows of a CSV file with a header line, or of a table in columns, by column name, one at a time."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from attrs import frozen
 
 from vedette.errors import ConfigError, InputError, Problem
 from vedette.fields import ABSURD
+from vedette.io.columnar import FrameTable, TablePath, header_and_rows, is_columnar
 from vedette.io.opening import lines, shown
 from vedette.space import Axis, Space
 from vedette.units import in_unit
@@ -85,23 +86,21 @@ def numbers(axes: Space, time: str, columns: Mapping[str, str], units: Mapping[s
     return found
 
 
-def rows(path: Path, wanted: Mapping[str, str], place: str, delimiter: str, refused: list[Problem]) -> Iterator[Row]:
-    """Yield the rows of a file without blank lines; rows of another length than the header's are added to `refused`.
+def rows(path: TablePath, wanted: Mapping[str, str], place: str, delimiter: str, refused: list[Problem]) -> Iterator[Row]:
+    """Yield the rows of a table without blank lines; rows of another length than the header's are added to `refused`.
 
     wanted: name in the config -> title of the column; `place` is the config's table that names them, for messages. Each
     line is a row by itself, so a stray quotation mark costs one row. InputError: no file, no rows, a header that lacks a
     column or has it twice.
     """
+    if isinstance(path, FrameTable) or is_columnar(path):
+        yield from _columnar(path, wanted, place)
+        return
     given = lines(path)
     header = cells_of(next(given)[1], delimiter)
     if header is None:
         raise InputError(f"{path}:1: the header has {UNCLOSED.replace(' is not', ' that is not')}")
-    for name, title in wanted.items():
-        if header.count(title) != 1:
-            there = "no column" if title not in header else "more than one column"
-            raise InputError(
-                f"{path}:1: there is {there} {title!r}, which {place}.{name} asks for; the columns are {_titles(header)}"
-            )
+    _check_titles(header, f"{path}:1", wanted, place)
     where = {name: header.index(title) for name, title in wanted.items()}
     empty = True
     for number, line in given:
@@ -118,6 +117,28 @@ def rows(path: Path, wanted: Mapping[str, str], place: str, delimiter: str, refu
             yield Row(line_place, {name: cells[i] for name, i in where.items()})
     if empty:
         raise InputError(f"{path}: has a header and no rows")
+
+
+def _columnar(path: TablePath, wanted: Mapping[str, str], place: str) -> Iterator[Row]:
+    """Yield the rows of a Parquet file or a data frame, the first of which is row 1."""
+    header, given = header_and_rows(path, wanted.values())
+    _check_titles(header, str(path), wanted, place)
+    read = [title for title in header if title in wanted.values()]
+    where = {name: read.index(title) for name, title in wanted.items()}
+    number = 0
+    for number, cells in enumerate(given, 1):
+        yield Row(f"{path.name}:row {number}", {name: cells[i] for name, i in where.items()})
+    if number == 0:
+        raise InputError(f"{path}: has a header and no rows")
+
+
+def _check_titles(header: Sequence[str], where: str, wanted: Mapping[str, str], place: str) -> None:
+    for name, title in wanted.items():
+        if header.count(title) != 1:
+            there = "no column" if title not in header else "more than one column"
+            raise InputError(
+                f"{where}: there is {there} {title!r}, which {place}.{name} asks for; the columns are {_titles(header)}"
+            )
 
 
 def _titles(header: Sequence[str]) -> str:

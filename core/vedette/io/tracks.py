@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import combinations_with_replacement
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,8 @@ from vedette.io.atomic import whole_file
 from vedette.io.json_values import number, parse, short
 from vedette.io.jsonl import line, space_of, units
 from vedette.io.opening import lines, shown
+from vedette.io.terms import PLAIN, Terms
+from vedette.io.track_table import columns_of, mode_count, numbers_of
 from vedette.space import Array, Space
 from vedette.types import Track
 
@@ -22,40 +24,33 @@ FORMAT = "vedette tracks"
 VERSION = 1
 
 
-def write_tracks_csv(path: Path, tracks: Sequence[Track], space: Space) -> None:
+def write_tracks_csv(path: Path, tracks: Sequence[Track], space: Space, terms: Terms = PLAIN) -> None:
     """Write one row per track and scan, tracks as given; docs/formats.md lists the columns. Equal tracks give equal bytes.
 
     `space` is the state space of all tracks; the header needs it if there are none. A number that is not finite is an
-    empty cell. ValueError, and no file, for a track over another space or with other modes than the first.
+    empty cell. `terms` add columns. ValueError, and no file, for a track over another space or with other modes than the
+    first.
     """
-    modes = _modes(tracks, space)
+    modes = mode_count(tracks, space)
     with whole_file(path) as file:
-        file.write(csv_head(space, modes, later=any(track.confirmed_at is not None for track in tracks)))
+        later = any(track.confirmed_at is not None for track in tracks)
+        file.write(csv_head(space, modes, terms, later=later))
         for track in tracks:
-            file.writelines(csv_rows(track))
+            file.writelines(csv_rows(track, terms))
 
 
-def csv_head(space: Space, modes: int, *, later: bool = False) -> str:
+def csv_head(space: Space, modes: int, terms: Terms = PLAIN, *, later: bool = False) -> str:
     """Return the header of a CSV file of tracks over `space` with so many `modes`; `later`: some are confirmed later."""
-    names = space.names
-    header = ["track", "time", *names, *(f"sd_{name}" for name in names)]
-    header += [f"cov_{names[i]}_{names[j]}" for i, j in combinations_with_replacement(range(len(space)), 2)]
-    header += ["confirmed", "existence", "hit", "nis", *(f"mode_{i + 1}" for i in range(modes))]
-    header += ["confirmed_at"] if later else []
-    return ",".join(header) + "\n"
+    return ",".join(columns_of(space, modes, terms, later=later)) + "\n"
 
 
-def csv_rows(track: Track) -> Iterator[str]:
+def csv_rows(track: Track, terms: Terms = PLAIN) -> Iterator[str]:
     """Yield a track's lines in a CSV file."""
-    pairs = list(combinations_with_replacement(range(len(track.space)), 2))
-    deviations = np.sqrt(np.maximum(np.diagonal(track.cov, axis1=-2, axis2=-1), 0.0))
-    triangle = track.cov[:, [i for i, _ in pairs], [j for _, j in pairs]]
-    judged = np.column_stack([track.existence, track.hit, track.nis])
-    judged = judged if track.mode_prob is None else np.hstack([judged, track.mode_prob])
-    judged = judged if track.confirmed_at is None else np.column_stack([judged, track.confirmed_at])
-    estimates = np.column_stack([track.times, track.mean, deviations, triangle])
-    for estimate, confirmed, rest in zip(_cells(estimates), track.confirmed, _cells(judged), strict=True):
-        yield ",".join([str(track.id), *estimate, "1" if confirmed else "0", *rest]) + "\n"
+    before, after = numbers_of(track)
+    own = [np.asarray(values).tolist() for values in terms.values(track).values()]
+    further = list(zip(*own, strict=True)) if own else [()] * len(track.times)
+    for estimate, confirmed, rest, more in zip(_cells(before), track.confirmed, _cells(after), further, strict=True):
+        yield ",".join([str(track.id), *estimate, "1" if confirmed else "0", *rest, *map(_cell, more)]) + "\n"
 
 
 def write_tracks_jsonl(path: Path, tracks: Sequence[Track], space: Space) -> None:
@@ -63,7 +58,7 @@ def write_tracks_jsonl(path: Path, tracks: Sequence[Track], space: Space) -> Non
 
     A number that is not finite is null. ValueError, and no file, as in `write_tracks_csv`.
     """
-    _modes(tracks, space)
+    mode_count(tracks, space)
     with whole_file(path) as file:
         file.write(jsonl_head(space))
         for track in tracks:
@@ -165,19 +160,17 @@ def _header(given: Any) -> Space:
     return space_of(given.get("axes"), "axes")
 
 
-def _modes(tracks: Sequence[Track], space: Space) -> int:
-    counts = [0 if track.mode_prob is None else track.mode_prob.shape[1] for track in tracks]
-    for track, count in zip(tracks, counts, strict=True):
-        if track.space != space or count != counts[0]:
-            raise ValueError(f"track {track.id} is over {track.space} with {count} modes, not {space} with {counts[0]}")
-    return counts[0] if counts else 0
-
-
 def _cells(numbers: Array) -> list[list[str]]:
     cells = [list(map(repr, row)) for row in numbers.tolist()]
     for i, j in np.argwhere(~np.isfinite(numbers)):
         cells[i][j] = ""
     return cells
+
+
+def _cell(value: float | str) -> str:
+    if isinstance(value, str):
+        return value
+    return repr(value) if isfinite(value) else ""
 
 
 def _nulled(numbers: Array) -> Any:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,10 @@ from vedette.errors import ConfigError, Problem, VedetteError
 from vedette.experiment import Experiment, Result
 from vedette.io import write_recording, write_tracks_csv, write_tracks_jsonl
 from vedette.io.atomic import whole_file
+from vedette.io.columnar import PARQUET
+from vedette.io.terms import Terms, write_geojson
+from vedette.io.track_table import write_tracks_parquet
+from vedette.space import Space
 from vedette.types import Recording
 
 
@@ -33,7 +38,8 @@ def write_files(folder: Path, experiment: Experiment, result: Result, figures: M
     """Write all but pictures; return the names of the files."""
     folder.mkdir(parents=True, exist_ok=True)
     space, sensors = experiment.tracker.state, experiment.tracker.sensors
-    write_tracks_csv(folder / "tracks.csv", result.tracks, space)
+    terms = Terms.of(result.recording.notes)
+    write_tracks_csv(folder / "tracks.csv", result.tracks, space, terms)
     write_tracks_jsonl(folder / "tracks.jsonl", result.tracks, space)
     detected = {name: sensors[name].measurement for name in experiment.preprocessors}
     taken = Recording(result.scans, result.recording.truth, (), result.recording.notes, detected=detected)
@@ -43,7 +49,20 @@ def write_files(folder: Path, experiment: Experiment, result: Result, figures: M
             file.write(json.dumps(data, indent=2) + "\n")
     with whole_file(folder / "summary.txt") as file:
         file.write(text)
-    return ["tracks.csv", "tracks.jsonl", "recording.jsonl", "config.json", "summary.json", "summary.txt"]
+    written = ["tracks.csv", "tracks.jsonl", "recording.jsonl", "config.json", "summary.json", "summary.txt"]
+    return [*written, *_in_its_terms(folder, result, space, terms)]
+
+
+def _in_its_terms(folder: Path, result: Result, space: Space, terms: Terms) -> list[str]:
+    """Write the tracks as their recording came: as a map if it has latitudes, as Parquet if it is; return the names."""
+    written = []
+    if "latitude" in terms.columns(space):
+        write_geojson(folder / "tracks.geojson", result.tracks, terms)
+        written.append("tracks.geojson")
+    if result.recording.notes.get("table") == PARQUET and find_spec("pyarrow"):
+        write_tracks_parquet(folder / "tracks.parquet", result.tracks, space, terms)
+        written.append("tracks.parquet")
+    return written
 
 
 def write_of_plugins(folder: Path, experiment: Experiment, result: Result) -> tuple[list[str], list[Problem]]:

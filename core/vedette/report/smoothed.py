@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ from attrs import evolve, frozen
 from vedette.errors import ConfigError, Problem
 from vedette.experiment import Experiment, Result
 from vedette.io import write_tracks_csv, write_tracks_jsonl
+from vedette.io.terms import Terms
 from vedette.metrics import Score, judge
 from vedette.tracking.history import from_the_start
 from vedette.tracking.smoothing import smooth
@@ -60,10 +62,10 @@ def smooth_result(experiment: Experiment, result: Result, lag: float) -> Smoothe
     return Smoothed(lag, tracks, score)
 
 
-def write_smoothed(folder: Path, experiment: Experiment, smoothed: Smoothed) -> list[str]:
-    """Write the tracks beside the filter's; return the names of the files."""
+def write_smoothed(folder: Path, experiment: Experiment, smoothed: Smoothed, notes: Mapping[str, str]) -> list[str]:
+    """Write the tracks beside the filter's, in the terms of the recording's notes; return the names of the files."""
     folder.mkdir(parents=True, exist_ok=True)
-    write_tracks_csv(folder / "smoothed.csv", smoothed.tracks, experiment.tracker.state)
+    write_tracks_csv(folder / "smoothed.csv", smoothed.tracks, experiment.tracker.state, Terms.of(notes))
     write_tracks_jsonl(folder / "smoothed.jsonl", smoothed.tracks, experiment.tracker.state)
     return ["smoothed.csv", "smoothed.jsonl"]
 

@@ -15,6 +15,7 @@ from vedette.experiment import NAMED, Experiment, Result, Steps
 from vedette.io.atomic import whole_file
 from vedette.io.frames import FrameFiles
 from vedette.io.jsonl import recording_head, scan_line
+from vedette.io.terms import Terms
 from vedette.io.tracks import csv_head, csv_rows, jsonl_head, jsonl_rows
 from vedette.metrics import RunningJudge, Score
 from vedette.progress import Progress, silent
@@ -63,13 +64,13 @@ def stream(
     detected = {name: spaces[name] for name in experiment.preprocessors}
     history, waiting = History(tracker), 0
     frames = FrameFiles.of(folder / "recording.jsonl", steps.recording)
-    modes = tracker.estimator.mode_prob(steps.state.belief)
+    modes, terms = tracker.estimator.mode_prob(steps.state.belief), Terms.of(steps.recording.notes)
     with ExitStack() as stack:
         table, lines, recording = (
             stack.enter_context((folder / name).open("w", encoding="utf-8", newline="\n"))
             for name in ("tracks.csv", "tracks.jsonl", "recording.jsonl")
         )
-        table.write(csv_head(tracker.state, 0 if modes is None else modes.shape[-1]))
+        table.write(csv_head(tracker.state, 0 if modes is None else modes.shape[-1], terms))
         lines.write(jsonl_head(tracker.state))
         recording.writelines(recording_head(evolve(steps.recording, detected=detected), spaces))
 
@@ -78,7 +79,7 @@ def stream(
             if block is not None:
                 bands.add(block)
             for track in history.hand_out():
-                table.writelines(csv_rows(track))
+                table.writelines(csv_rows(track, terms))
                 lines.writelines(jsonl_rows(track))
             for file in (table, lines, recording):
                 file.flush()
