@@ -142,7 +142,9 @@ def _parser() -> ArgumentParser:
     study.add_argument("--json", action="store_true", help="end standard output with one line of JSON: the tables")
 
     components = commands.add_parser("components", help="list what is installed", description=_COMPONENTS)
-    components.add_argument("role", nargs="?", metavar="ROLE", help="only this role: motion, sensor, ...")
+    components.add_argument(
+        "wanted", nargs="?", metavar="ROLE_OR_KIND", help="all of this role, kind or table: motion, ekf, gate, ..."
+    )
     components.add_argument("--json", action="store_true", help="as one JSON object")
 
     check = commands.add_parser("check", help="test a component against the laws of its role", description=_CHECK)
@@ -201,6 +203,9 @@ _STUDY = (
     "Run every point of a grid of trackers many times on the same drawn scenes, and print means with their standard errors "
     "and paired differences. With --out, finished chunks are kept, and --resume continues from them."
 )
-_COMPONENTS = "List installed components with their distributions, parameters, units, bounds and defaults."
+_COMPONENTS = (
+    "List what is installed, a line for each kind; of a role, a kind or a table all: distribution, parameters with units, "
+    "bounds and defaults."
+)
 _INFO = "Say which versions run here, whether the kernels are the compiled ones and why, and which plugins are installed."
 _SCHEMA = "Print the JSON Schema of all that is installed, for editors that complete and check a config."

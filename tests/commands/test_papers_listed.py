@@ -40,9 +40,21 @@ def test_the_listing_keeps_misprints_apart(capsys):
     assert main(["components"]) == 0
     chosen, apart = capsys.readouterr().out.split("not to be chosen: they only show what a paper prints")
     for kind in MISPRINTS:
-        assert f"  {kind}  (" not in chosen
-        assert f" {kind}  (" in apart
-    assert "returns converted with their covariance, equations 7 to 10: preprocessor naive_conversion, sensor" in chosen
+        assert f"  {kind} " not in chosen
+        assert f" {kind}" in apart
+
+
+def test_what_a_role_lists_of_misprints_stands_apart(capsys):
+    assert main(["components", "motion"]) == 0
+    chosen, apart = capsys.readouterr().out.split("not to be chosen: they only show what a paper prints")
+    assert "target_oriented_literal" not in chosen
+    assert "target_oriented_literal  (" in apart
+
+
+def test_a_study_names_what_each_contribution_is_made_of(capsys):
+    assert main(["components", "vts"]) == 0
+    told = "returns converted with their covariance, equations 7 to 10: preprocessor naive_conversion, sensor"
+    assert told in capsys.readouterr().out
 
 
 def test_a_role_without_misprints_says_nothing_of_them(capsys):

@@ -4,37 +4,103 @@ from __future__ import annotations
 
 import json
 from argparse import Namespace
-from collections.abc import Iterator, Sequence
-from textwrap import wrap
+from collections.abc import Iterator, Mapping, Sequence
+from textwrap import shorten, wrap
 from typing import Any
 
 from vedette.config.contract import Installed
-from vedette.config.parameters import Parameter, parameters, tables
+from vedette.config.parameters import ROLES, Parameter, Table, parameters, tables
 from vedette.config.registry import Registry
+from vedette.config.suggestions import did_you_mean, which_kind
+from vedette.errors import ConfigError, Problem
+from vedette.experiment import Experiment
+from vedette.tracking.tracker import Tracker
 
+_WIDTH = 120
+_NOT_CHOSEN = "not to be chosen: they only show what a paper prints"
 _SIGNS = {"above": ">", "at_least": ">=", "below": "<", "at_most": "<="}
 
 
 def run(arguments: Namespace) -> int:
-    """Print them by role, as text or as JSON."""
-    registry = Registry.installed()
-    entries = registry.entries if arguments.role is None else registry.of_role(arguments.role)
+    """Print them by role, as text or as JSON: a line for each kind, or all of a role or of a kind."""
+    registry, wanted = Registry.installed(), arguments.wanted
     if arguments.json:
-        found = {"components": [_described(entry) for entry in entries], **_unused(registry)}
+        found = {"components": [_described(entry) for entry in _chosen(registry, wanted)], **_unused(registry)}
         print(json.dumps(found, indent=2))
         return 0
-    for line in _listing([entry for entry in entries if not entry.cls.misprint]):
+    plain = _top_tables()
+    if wanted is None:
+        shown = list(_overview(registry.entries, plain))
+    elif wanted in plain:
+        shown = [f"{wanted}: {_summary(plain[wanted])}", "", *_takes(parameters(plain[wanted]), "  ")]
+    else:
+        entries = _chosen(registry, wanted)
+        shown = [*_listing([entry for entry in entries if not entry.cls.misprint]), *_misprints(entries)]
+    for line in (*shown, *(f"\nbroken: {reason}" for reason in registry.reasons())):
         print(line)
+    return 0
+
+
+def _chosen(registry: Registry, wanted: str | None) -> tuple[Installed, ...]:
+    """Return all components, those of a role, or those of a kind; ConfigError if `wanted` is neither."""
+    if wanted is None:
+        return registry.entries
+    if wanted in ROLES:
+        return registry.of_role(wanted)
+    if found := tuple(entry for entry in registry.entries if entry.kind == wanted):
+        return found
+    kinds = [entry.kind for entry in registry.entries]
+    question = did_you_mean(wanted, [*ROLES, *_top_tables()]) or which_kind(wanted, kinds)
+    text = f"is no role and no kind;{question} the roles are {', '.join(ROLES)}; `vedette components` lists the kinds"
+    raise ConfigError([Problem(wanted, text)])
+
+
+def _top_tables() -> dict[str, type]:
+    """Return the tables without a kind at the top of a config: gate, judge."""
+    own = (*parameters(Tracker), *parameters(Experiment))
+    return {p.name: p.shape.cls for p in own if isinstance(p.shape, Table) and p.shape.cls is not Tracker}
+
+
+def _summary(cls: type) -> str:
+    return (cls.__doc__ or "").strip().partition("\n")[0]
+
+
+def _overview(entries: Sequence[Installed], plain: Mapping[str, type]) -> Iterator[str]:
+    """Yield a line for each kind, those apart that studies need; then the tables without kinds."""
+    usual = [entry for entry in entries if not entry.cls.misprint and entry.role != "reproduction"]
+    for role in dict.fromkeys(entry.role for entry in usual):
+        yield role
+        yield from (_line(entry.kind, _titled(entry)) for entry in usual if entry.role == role)
+        yield ""
+    yield "tables"
+    yield from (_line(name, _summary(cls)) for name, cls in plain.items())
+    studies = [entry.kind for entry in entries if entry.role == "reproduction"]
+    if studies:
+        yield ""
+        yield from wrap(f"studies to reproduce: {', '.join(studies)}", _WIDTH, subsequent_indent="  ")
+    apart = [f"{entry.role} {entry.kind}" for entry in entries if entry.cls.misprint]
+    if apart:
+        yield from wrap(f"{_NOT_CHOSEN}: {', '.join(apart)}", _WIDTH, subsequent_indent="  ")
+    yield ""
+    yield "more: vedette components ROLE, KIND, gate or judge"
+
+
+def _titled(entry: Installed) -> str:
+    foreign = "" if entry.distribution == "vedette" else f" ({entry.distribution} {entry.version})"
+    return entry.summary + foreign
+
+
+def _line(name: str, text: str) -> str:
+    return f"  {name:<31} " + shorten(text, _WIDTH - 34, placeholder=" ...")
+
+
+def _misprints(entries: Sequence[Installed]) -> Iterator[str]:
     shown = [entry for entry in entries if entry.cls.misprint]
     if shown:
-        print("\nnot to be chosen: they only show what a paper prints")
+        yield f"\n{_NOT_CHOSEN}"
         for entry in shown:
-            print(f"\n  {entry.role} {entry.kind}  ({entry.distribution} {entry.version})".rstrip())
-            for line in wrap(entry.cls.misprint, 110, initial_indent="    ", subsequent_indent="    "):
-                print(line)
-    for reason in registry.reasons():
-        print(f"\nbroken: {reason}")
-    return 0
+            yield f"\n  {entry.role} {entry.kind}  ({entry.distribution} {entry.version})".rstrip()
+            yield from wrap(entry.cls.misprint, 110, initial_indent="    ", subsequent_indent="    ")
 
 
 def _unused(registry: Registry) -> dict[str, Any]:

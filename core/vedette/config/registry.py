@@ -11,7 +11,7 @@ from attrs import Factory, field, frozen
 from vedette.config.contract import Installed, described
 from vedette.config.parameters import ROLES
 from vedette.config.plugins import SetAside, load_plugins
-from vedette.config.suggestions import did_you_mean
+from vedette.config.suggestions import did_you_mean, which_kind
 from vedette.errors import ConfigError, PluginError, Problem
 from vedette.roles import Component
 
@@ -129,7 +129,7 @@ class Registry:
             return "; ".join(unused)
         kinds = [entry.kind for entry in candidates]
         elsewhere = [entry.role for entry in self.entries if entry.kind == kind]
-        hint = f" it is a kind of {' and '.join(elsewhere)};" if elsewhere else did_you_mean(kind, kinds)
+        hint = f" it is a kind of {' and '.join(elsewhere)};" if elsewhere else which_kind(kind, kinds)
         known = f"installed: {', '.join(kinds)}" if kinds else "none is installed"
         causes = "".join(f" {cause};" for cause in self.unreadable())
         return f"unknown kind {kind!r};{hint}{causes} {known}"
