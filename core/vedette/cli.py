@@ -42,6 +42,10 @@ def _command(parsed: Namespace) -> int:
         from vedette.commands import run
 
         return run.run(parsed)
+    if parsed.command == "new":
+        from vedette.commands import new
+
+        return new.run(parsed)
     if parsed.command == "components":
         from vedette.commands import components
 
@@ -115,6 +119,15 @@ def _parser() -> ArgumentParser:
     )
     run.add_argument("--keep", action="store_true", help="keep the history of a long run, for its pictures: it takes memory")
 
+    new = commands.add_parser("new", help="draft a config for your data, or a plugin", description=_NEW)
+    drafts = new.add_subparsers(dest="what", required=True, metavar="WHAT")
+    draft = drafts.add_parser("config", help="a config that tracks the targets of a file", description=_NEW_CONFIG)
+    draft.add_argument("data", metavar="DATA", help="a CSV or Parquet file with a header: a row a return")
+    draft.add_argument("--out", metavar="FILE", help="the config; default: the data's name with .toml, in this folder")
+    package = drafts.add_parser("plugin", help="a package with a component that keeps its laws", description=_NEW_PLUGIN)
+    package.add_argument("name", metavar="NAME", help="of the plugin: a word")
+    package.add_argument("--out", metavar="DIR", help="folder for the package; default: vedette-NAME")
+
     reproduce = commands.add_parser("reproduce", help="reproduce a published study", description=_REPRODUCE)
     reproduce.add_argument("paper", metavar="PAPER", help="the study: vts, target-oriented, bayes-risk, or a plugin's")
     reproduce.add_argument("--runs", metavar="N", help="Monte-Carlo runs; default: the study's")
@@ -187,6 +200,12 @@ _RUN = (
     "Run a tracker over all scans of its source, judge the tracks where the truth is known, and write tracks, recording, "
     "config, summary and pictures into a folder. Ctrl-C ends the run and keeps what is done."
 )
+_NEW = "Write a first version of what you need to begin: a config for your own data, a package for your own plugin."
+_NEW_CONFIG = (
+    "Read the header and the rows of a file of detections; guess its columns, units, rates and noise; write a config that "
+    "tracks its targets, with a comment on each guess."
+)
+_NEW_PLUGIN = "Write a Python package with a motion model, its test against all laws of its role, and its entry point."
 _CHECK = (
     "Test a component against every law of its role, with parameters drawn by its fields, and print which laws held, which "
     "failed and on what, and which did not apply. Exit code 1 if one failed. Needs vedette[testing]."

@@ -1,0 +1,39 @@
+"""`vedette new`: a config for one's own data, a package for one's own plugin."""
+
+from __future__ import annotations
+
+from argparse import Namespace
+from pathlib import Path
+
+from vedette.commands.ending import DONE
+from vedette.config import load
+from vedette.drafting import draft_config, draft_package
+from vedette.errors import ConfigError, Problem
+
+
+def run(arguments: Namespace) -> int:
+    """Write what is asked for, and say what to do with it."""
+    return _config(arguments) if arguments.what == "config" else _plugin(arguments)
+
+
+def _config(arguments: Namespace) -> int:
+    data = Path(arguments.data)
+    path = Path(arguments.out) if arguments.out else Path(data.stem).with_suffix(".toml")
+    if path.exists():
+        raise ConfigError([Problem("--out", f"{str(path)!r} exists already: delete it, or name another file")])
+    text = draft_config(data)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text, encoding="utf-8", newline="\n")
+    load(path)
+    print(text)
+    print(f"written to {path}; run it: vedette run {path}")
+    return DONE
+
+
+def _plugin(arguments: Namespace) -> int:
+    short = arguments.name.strip().lower().replace(" ", "-").replace("_", "-").removeprefix("vedette-")
+    folder = Path(arguments.out) if arguments.out else Path(f"vedette-{short}")
+    for path in draft_package(arguments.name, folder):
+        print(path)
+    print(f"install and test it: cd {folder}; pip install -e '.[test]'; python -m pytest")
+    return DONE

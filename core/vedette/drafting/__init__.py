@@ -1,0 +1,6 @@
+"""What Vedette writes for a newcomer: a config for a table of detections, a package for a plugin."""
+
+from vedette.drafting.config import draft_config
+from vedette.drafting.package import draft_package
+
+__all__ = ["draft_config", "draft_package"]

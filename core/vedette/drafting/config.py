@@ -1,0 +1,213 @@
+"""A config for a table of detections: columns and units by its header, noise and rates by its rows."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from attrs import evolve, frozen
+
+from vedette.config import load
+from vedette.drafting.chains import Chain, chains, spacing
+from vedette.drafting.noise import Noise, Windows, estimated
+from vedette.drafting.table import FLAT, Table, read_table
+from vedette.drafting.text import written
+from vedette.drafting.titles import meaning
+from vedette.experiment import Experiment
+from vedette.io.reading import NORTH_EAST
+from vedette.space import Array
+from vedette.types import Recording, Scan
+
+MOST_SCANS = 1500
+"""So many scans of a sensor tell its noise."""
+
+SURE = 10.0
+"""Another reading must be likelier by this, in logarithms, than the one that the titles suggest."""
+
+TRACKER: dict[str, Any] = {
+    "estimator": {"kind": "ekf", "motion": {"kind": "constant_velocity", "sigma_accel": 1.0}},
+    "associator": {"kind": "jpda"},
+    "birth": {"spread": {"vx": 10.0, "vy": 10.0}},
+    "lifecycle": {"kind": "m_of_n"},
+}
+
+
+@frozen(eq=False)
+class Seen:
+    """What one sensor's returns show: its scans' times, the positions of its returns, where it stood, and the chains."""
+
+    times: Array
+    spots: tuple[Array, ...]
+    stands: Array
+    found: tuple[Chain, ...]
+
+    @property
+    def rough(self) -> float:
+        """The usual second difference along the chains, in m; inf without any."""
+        each = [np.linalg.norm(np.diff(chain.spots, 2, axis=0), axis=-1) for chain in self.found]
+        return float(np.median(np.concatenate(each))) if each else np.inf
+
+
+@frozen
+class Facts:
+    """What a config says of one sensor."""
+
+    sigmas: tuple[float, ...]
+    probability: float
+    clutter: float
+    reach: float
+    area: float
+    period: float
+    scans: int
+    chains: int
+
+
+def draft_config(path: Path) -> str:
+    """Return a commented config, as TOML, that tracks the targets of a CSV or Parquet file.
+
+    InputError if the file has no header, or no column that looks like a time or a position.
+    """
+    table = read_table(path)
+    recording = _opened(table)
+    if any("is out of order" in problem.text for problem in recording.refused):
+        table = evolve(table, sort=True)
+        recording = _opened(table)
+    best = _best(Reading.of(table, recording))
+    facts = {name: _facts(each, best.noise[name].sensor) for name, each in best.seen.items()}
+    accels = [best.noise[name].accel for name, each in best.seen.items() for _ in each.found]
+    speed = _speed([chain for each in best.seen.values() for chain in each.found])
+    return written(best.table, facts, float(np.median(accels)) if accels else 0.1, speed, best.recording.notes)
+
+
+def _opened(table: Table) -> Recording:
+    experiment = _experiment(table)
+    assert experiment.source is not None
+    return experiment.source.open(experiment.tracker.sensors, np.random.default_rng(0))
+
+
+def _experiment(table: Table) -> Experiment:
+    kind = {"kind": "range_bearing", "sigma_range": 1.0, "sigma_bearing": 1e-3}
+    sensor = kind if table.polar else {"kind": "cartesian_position", "sigma": 1.0}
+    return load(TRACKER | {"sensors": dict.fromkeys(table.sensors, sensor), "source": table.source()})
+
+
+@frozen(eq=False)
+class Reading:
+    """One way to read a table: what it gives, what each sensor's returns show, and their noise."""
+
+    table: Table
+    recording: Recording
+    seen: dict[str, Seen]
+    noise: dict[str, Noise]
+
+    @classmethod
+    def of(cls, table: Table, recording: Recording) -> Reading:
+        """Read it."""
+        seen = _seen(table, recording)
+        return cls(table, recording, seen, {name: _noise(table, each) for name, each in seen.items()})
+
+    @property
+    def evidence(self) -> float:
+        """How likely the returns are so."""
+        return sum(each.evidence for each in self.noise.values())
+
+
+def _best(first: Reading) -> Reading:
+    """Return the reading of the platform's columns by which the returns are likeliest: targets hardly accelerate."""
+    best = first
+    for other in _readings(first.table):
+        found = Reading.of(other, _opened(other))
+        if found.evidence > best.evidence + SURE:
+            best = found
+    return best
+
+
+def _readings(table: Table) -> Iterator[Table]:
+    """Yield the other ways to read a platform: bearings from north instead of the bow, x and y the other way round."""
+    if not table.platform:
+        return
+    swapped = dict(table.platform)
+    plainly = set(FLAT) <= set(swapped) and all(meaning(swapped[axis]).axis in FLAT for axis in FLAT)
+    if plainly:  # else the titles say which is which: north, latitude
+        swapped["x"], swapped["y"] = swapped["y"], swapped["x"]
+        yield evolve(table, platform=swapped, frame=NORTH_EAST)
+    if "heading" in table.platform:
+        for each in (table.platform, swapped) if plainly else (table.platform,):
+            plain = {axis: title for axis, title in each.items() if axis != "heading"}
+            frame = table.frame if each is table.platform else NORTH_EAST
+            yield evolve(table, platform=plain, frame=frame, left_out=(*table.left_out, table.platform["heading"]))
+
+
+def _seen(table: Table, recording: Recording) -> dict[str, Seen]:
+    sensors = _experiment(table).tracker.sensors
+    found = {}
+    for name, sensor in sensors.items():
+        scans = [scan for scan in recording.scans if scan.sensor == name][:MOST_SCANS]
+
+        def spots(scan: Scan) -> Array:
+            placed = sensor if scan.pose is None else sensor.at(scan.pose)  # noqa: B023
+            return placed.invert(scan.detections.z).mean
+
+        if scans:
+            stands = np.array([np.zeros(2) if scan.pose is None else scan.pose.position[:2] for scan in scans])
+            found[name] = _followed(np.array([scan.time for scan in scans]), tuple(map(spots, scans)), stands)
+    return found
+
+
+def _followed(times: Array, spots: tuple[Array, ...], stands: Array) -> Seen:
+    """Follow the returns twice: first within what their spacing allows, then within what the first time showed."""
+    width = spacing(spots)
+    seen = Seen(times, spots, stands, tuple(chains(times, spots, width)))
+    if not seen.found:
+        return seen
+    return evolve(seen, found=tuple(chains(times, spots, min(width, 4.0 * max(seen.rough, 1e-6)))) or seen.found)
+
+
+def _speed(found: Sequence[Chain]) -> float:
+    """Return the usual speed along an axis, in m/s; a guess without any chain."""
+    paces = [(chain.spots[-1] - chain.spots[0]) / (chain.times[-1] - chain.times[0]) for chain in found]
+    return max(float(np.sqrt(np.mean(np.square(paces)))), 1e-3) if paces else 10.0
+
+
+def _noise(table: Table, seen: Seen) -> Noise:
+    """Return the noise of one sensor and the targets that it saw; a guess by the extent if it shows none."""
+    speed = _speed(seen.found)
+    apart = [own - stand for own, stand in zip(seen.spots, seen.stands, strict=True)]
+    far = float(np.median(np.linalg.norm(np.concatenate(apart), axis=-1))) if len(np.concatenate(apart)) else 1e3
+    sigma = max(seen.rough / 2.9 if seen.found else far / 100, 1e-6)  # the median of a second difference is 2.9 sigma
+    period = float(np.median(np.diff(np.unique(seen.times)))) if len(seen.times) > 1 else 1.0
+    guess = (sigma, sigma / max(far, 1e-6)) if table.polar else (sigma,)
+    if not seen.found:
+        return Noise(guess, 0.05 * speed / period)
+    lines = []
+    for chain in seen.found:
+        line = np.tile(np.eye(2), (len(chain.times), 1, 1))
+        if table.polar:
+            along = chain.spots - seen.stands[chain.scans]
+            r = np.maximum(np.linalg.norm(along, axis=-1), 1e-9)
+            line[..., 0] = along / r[:, None]
+            line[..., 1] = np.stack([-along[:, 1], along[:, 0]], axis=-1)
+        lines.append(line)
+    windows = Windows.of(seen.found, lines)
+    return estimated(windows, (*guess, 0.05 * speed / period), speed, lambda own: own if table.polar else np.repeat(own, 2))
+
+
+def _facts(seen: Seen, sigmas: tuple[float, ...]) -> Facts:
+    hits, looks = sum(len(chain.times) for chain in seen.found), sum(chain.looks for chain in seen.found)
+    every, ranges = (
+        np.concatenate(seen.spots),
+        [np.linalg.norm(own - stand, axis=-1) for own, stand in zip(seen.spots, seen.stands, strict=True)],
+    )
+    low, high = np.percentile(every, [1, 99], axis=0) if len(every) else (np.zeros(2), np.ones(2))
+    return Facts(
+        sigmas=sigmas,
+        probability=float(np.clip(hits / looks, 0.3, 0.99)) if looks else 0.9,
+        clutter=max((len(every) - hits) / max(len(seen.times), 1), 0.05),
+        reach=float(np.max(np.concatenate(ranges), initial=1.0)),
+        area=float(np.prod(np.maximum(high - low, 10 * sigmas[0]))),
+        period=float(np.median(np.diff(np.unique(seen.times)))) if len(seen.times) > 1 else 1.0,
+        scans=len(seen.times),
+        chains=len(seen.found),
+    )

@@ -1,0 +1,192 @@
+"""What a table of detections holds, by its header and its first rows: how a `csv` source reads it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from attrs import field, frozen
+
+from vedette.drafting.titles import Meaning, chosen
+from vedette.errors import InputError
+from vedette.io import cells_of, lines
+from vedette.io.columnar import header_and_rows, is_columnar
+from vedette.io.reading import FRAMES, NORTH_EAST
+from vedette.space import Array
+
+LOOKED_AT = 2000
+"""So many rows say what the columns hold."""
+
+ANGLES = ("bearing", "heading")
+COMPASS = ("bearing", "brg", "azimuth", "az", "azi")
+POLAR, GEODETIC, FLAT = ("range", "bearing"), ("latitude", "longitude"), ("x", "y")
+
+
+@frozen
+class Table:
+    """How a table is read: its columns by the config's tables, what was assumed, and what is left out."""
+
+    path: str
+    delimiter: str
+    time: Meaning
+    time_unit: str
+    scan: str
+    sensor_column: str
+    sensors: tuple[str, ...]
+    measured: Mapping[str, str]
+    platform: Mapping[str, str]
+    units: Mapping[str, str]
+    frame: str
+    assumed: tuple[str, ...] = ()
+    left_out: tuple[str, ...] = ()
+    sort: bool = field(default=False)
+
+    @property
+    def polar(self) -> bool:
+        """Whether returns are ranges and bearings."""
+        return "range" in self.measured
+
+    def source(self) -> dict[str, Any]:
+        """Return the config of the source."""
+        detections: dict[str, Any] = {"time": self.time.title, "columns": dict(self.measured)}
+        units = {axis: self.units[axis] for axis in self.measured if axis in self.units}
+        timed = {"time": self.time_unit} if self.time_unit else {}
+        detections |= {"units": units | timed} if units or timed else {}
+        detections |= {"scan": self.scan} if self.scan else {}
+        if len(self.sensors) > 1:
+            detections |= {"sensor_column": self.sensor_column}
+        found: dict[str, Any] = {"kind": "csv", "path": self.path, "frame": self.frame, "detections": detections}
+        found |= {"delimiter": self.delimiter} if self.delimiter != "," else {}
+        found |= {"sort": True} if self.sort else {}
+        if self.platform:
+            own = {axis: self.units[f"own {axis}"] for axis in self.platform if f"own {axis}" in self.units}
+            units = own | timed
+            found["platform"] = {"time": self.time.title, "columns": dict(self.platform)} | (
+                {"units": units} if units else {}
+            )
+        return found
+
+
+def read_table(path: Path) -> Table:
+    """Return what a CSV or Parquet file holds; InputError if no time or no position can be found among its titles."""
+    titles, rows, delimiter = _first_rows(path)
+    columns = {title: [row[i] for row in rows] for i, title in enumerate(titles)}
+    measured, own = chosen(titles)
+    listed = ", ".join(titles)
+    if "time" not in measured:
+        raise InputError(f"{path}: no column looks like a time among {listed}; name it `time` or `t`")
+    axes = next((pair for pair in (POLAR, GEODETIC, FLAT, ("east", "north")) if set(pair) <= set(measured)), None)
+    if axes is None:
+        wanted = "range and bearing, latitude and longitude, or x and y"
+        raise InputError(f"{path}: no columns look like {wanted} among {listed}")
+    names = dict(zip(FLAT, axes, strict=True)) if axes[0] == "east" else {axis: axis for axis in axes}
+    units: dict[str, str] = {}
+    assumed: list[str] = []
+    for axis, name in names.items():
+        _unit(axis, axis, measured[name], columns, units, assumed)
+    platform = _platform(own) if axes == POLAR else {}
+    for axis, given in platform.items():
+        _unit(f"own {axis}", axis, given, columns, units, assumed)
+    time = measured["time"]
+    unit = _time_unit(time, _numbers(columns[time.title]), assumed)
+    who = measured["sensor"].title if "sensor" in measured else ""
+    sensors = tuple(sorted({cell for cell in columns.get(who, []) if cell}))[:20] or ("sensor",)
+    read = {time.title, *(measured[name].title for name in names.values()), *(each.title for each in platform.values())}
+    read |= {who, measured["scan"].title if "scan" in measured else ""}
+    compass = axes == GEODETIC or any(word in measured["bearing"].title.lower() for word in COMPASS if axes == POLAR)
+    return Table(
+        path=str(path),
+        delimiter=delimiter,
+        time=time,
+        time_unit=unit,
+        scan=measured["scan"].title if "scan" in measured else "",
+        sensor_column=who,
+        sensors=sensors if len(sensors) > 1 else ("sensor",),
+        measured={axis: measured[name].title for axis, name in names.items()},
+        platform={axis: each.title for axis, each in platform.items()},
+        units=units,
+        frame=NORTH_EAST if compass else FRAMES[0],
+        assumed=tuple(assumed),
+        left_out=tuple(title for title in titles if title not in read),
+    )
+
+
+def _first_rows(path: Path) -> tuple[list[str], list[list[str]], str]:
+    if is_columnar(path):
+        titles, _ = header_and_rows(path, ())
+        titles, given = header_and_rows(path, titles)
+        return titles, list(islice(given, LOOKED_AT)), ","
+    text = [line for _, line in islice(lines(path), LOOKED_AT)]
+    delimiter = max((",", ";", "\t", "|"), key=text[0].count)
+    header = cells_of(text[0], delimiter)
+    if not header or all(_is_number(cell) for cell in header):
+        raise InputError(f"{path}:1: must be a header line with the titles of the columns, got {text[0][:80]!r}")
+    rows = [cells for line in text[1:] if (cells := cells_of(line, delimiter)) and len(cells) == len(header)]
+    return header, rows, delimiter
+
+
+def _platform(own: Mapping[str, Meaning]) -> dict[str, Meaning]:
+    """Return the platform's columns: its position, and its heading if there is one."""
+    if set(GEODETIC) <= set(own):
+        pair = {axis: own[axis] for axis in GEODETIC}
+    elif {"east", "north"} <= set(own):
+        pair = {"x": own["north"], "y": own["east"]}
+    elif set(FLAT) <= set(own):
+        pair = {axis: own[axis] for axis in FLAT}
+    else:
+        return {}
+    return pair | ({"heading": own["heading"]} if "heading" in own else {})
+
+
+def _unit(
+    place: str, axis: str, given: Meaning, columns: Mapping[str, list[str]], units: dict[str, str], assumed: list[str]
+) -> None:
+    """Add a column's unit unless it is the usual one, and what had to be assumed."""
+    if axis in GEODETIC:
+        if given.unit == "rad":
+            units[place] = "rad"
+        return
+    usual = "rad" if axis in ANGLES else "m"
+    unit = given.unit
+    if not unit and axis in ANGLES:
+        largest = float(np.max(np.abs(_numbers(columns[given.title])), initial=0.0))
+        unit = "deg" if largest > 2.0001 * math.pi else "rad"
+        assumed.append(f"{given.title} is in {unit}: it goes up to {largest:.4g}")
+    elif not unit:
+        assumed.append(f"{given.title} is in m")
+    if unit and unit != usual:
+        units[place] = unit
+
+
+def _time_unit(time: Meaning, values: Array, assumed: list[str]) -> str:
+    """Return the unit of times unless it is s or they are dates."""
+    if not len(values):
+        return ""
+    if time.unit:
+        return "" if time.unit == "s" else time.unit
+    size = float(np.median(np.abs(values)))
+    for least, unit in ((1e17, "ns"), (1e14, "us"), (1e11, "ms")):
+        if size > least:
+            assumed.append(f"{time.title} counts {unit} since 1970")
+            return unit
+    whole, apart = bool(np.all(values == np.rint(values))), np.diff(np.unique(values))
+    if whole and len(apart) and float(np.median(apart)) >= 100:
+        assumed.append(f"{time.title} counts ms: whole numbers {np.median(apart):.0f} apart")
+        return "ms"
+    assumed.append(f"{time.title} is in s")
+    return ""
+
+
+def _numbers(cells: Sequence[str]) -> Array:
+    return np.array([float(cell) for cell in cells if _is_number(cell)])
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        return math.isfinite(float(cell))
+    except ValueError:
+        return False

@@ -1,0 +1,102 @@
+"""The text of a drafted config: TOML with a comment on everything that was guessed."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+from vedette.drafting.table import Table
+
+if TYPE_CHECKING:
+    from vedette.drafting.config import Facts
+
+_GUESS = "a guess: no track was found in the data"
+
+
+def written(table: Table, facts: Mapping[str, Facts], accel: float, speed: float, notes: Mapping[str, str]) -> str:
+    """Return the config."""
+    return "\n".join(_lines(table, facts, accel, speed, notes)) + "\n"
+
+
+def rounded(value: float) -> float:
+    """Return a number to two significant digits."""
+    return float(f"{value:.2g}")
+
+
+def _lines(table: Table, facts: Mapping[str, Facts], accel: float, speed: float, notes: Mapping[str, str]) -> Iterator[str]:
+    yield f"# Drafted by `vedette new config` from {_plain(table.path)}. Comments say what was found or assumed."
+    yield f"title = {_toml(table.path)}"
+    yield ""
+    yield "[source]"
+    source = table.source()
+    for name in ("kind", "path", "delimiter"):
+        if name in source:
+            yield f"{name} = {_toml(source[name])}"
+    yield f"frame = {_toml(table.frame)}  # where x and y point, and from which of them bearings run"
+    if table.sort:
+        yield "sort = true  # the rows are not in the order of time"
+    if "origin" in notes:
+        latitude, longitude, _ = notes["origin"].split(",")
+        yield f"origin = {{ latitude = {latitude.strip()}, longitude = {longitude.strip()} }}  # the middle of the positions"
+    for text in table.assumed:
+        yield f"# assumed: {_plain(text)}"
+    if table.left_out:
+        yield f"# not read: {', '.join(map(_plain, table.left_out))}"
+    for place in ("detections", "platform"):
+        if place in source:
+            yield ""
+            yield f"[source.{place}]"
+            for name, value in source[place].items():
+                yield f"{name} = {_toml(value)}"
+    for name, own in facts.items():
+        yield ""
+        yield from _sensor(table, name, own)
+    yield ""
+    yield "[estimator]"
+    yield f'kind = "{"ekf" if table.polar else "kalman"}"'
+    fitted = sum(own.chains for own in facts.values())
+    told = (
+        f"of greatest likelihood over {fitted} stretches of tracks" if fitted else "a guess: no track was found in the data"
+    )
+    yield f'motion = {{ kind = "constant_velocity", sigma_accel = {rounded(accel)!r} }}  # {told}'
+    yield ""
+    yield "[associator]"
+    yield 'kind = "jpda"'
+    yield ""
+    yield "[birth]"
+    pace = rounded(max(1.5 * speed, 1e-3))
+    yield f"spread = {{ vx = {pace!r}, vy = {pace!r} }}  # m/s: the targets move at some {rounded(speed):g} along an axis"
+    yield ""
+    yield "[lifecycle]"
+    yield 'kind = "m_of_n"'
+
+
+def _sensor(table: Table, name: str, own: Facts) -> Iterator[str]:
+    yield f"[sensors.{_toml(name) if not name.isidentifier() else name}]"
+    yield f"# {own.scans} scans, usually {own.period:.3g} s apart; {own.chains} stretches of tracks found"
+    doubt = "" if own.chains else f"  # {_GUESS}"
+    if table.polar:
+        yield 'kind = "range_bearing"'
+        yield f"sigma_range = {rounded(own.sigmas[0])!r}{doubt}"
+        yield f'sigma_bearing = "{rounded(math.degrees(own.sigmas[1])):g} deg"{doubt}'
+        yield f"max_range = {rounded(1.1 * own.reach)!r}"
+        clutter = f"clutter_per_scan = {rounded(own.clutter)!r}  # returns that belong to no track"
+    else:
+        yield 'kind = "cartesian_position"'
+        yield f"sigma = {rounded(own.sigmas[0])!r}{doubt}"
+        density = rounded(own.clutter / own.area)
+        clutter = f"clutter_density = {density!r}  # {own.clutter:.2g} returns a scan that belong to no track"
+    yield f"detection_probability = {rounded(own.probability)!r}"
+    yield clutter
+
+
+def _toml(value: Any) -> str:
+    if isinstance(value, Mapping):
+        return "{ " + ", ".join(f"{name} = {_toml(item)}" for name, item in value.items()) + " }"
+    return json.dumps(value, ensure_ascii=False)
+
+
+def _plain(text: str) -> str:
+    return "".join(letter if letter.isprintable() else "?" for letter in text)
