@@ -24,6 +24,7 @@ FRONT = ("__main__", "cli", "commands")
 PLACES: dict[str, tuple[float, float, str]] = {
     "commands": (3.4, 12.0, "vedette run, study, check, ..."),
     "testing": (0.45, 11.0, "laws, consistency of trackers"),
+    "drafting": (5.3, 10.0, "first configs and packages"),
     "report": (1.9, 10.0, "pictures, summaries"),
     "montecarlo": (3.5, 9.0, "studies of many runs"),
     "io": (5.1, 8.0, "recordings, track files"),

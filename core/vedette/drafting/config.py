@@ -13,7 +13,7 @@ from vedette.config import load
 from vedette.drafting.chains import Chain, chains, spacing
 from vedette.drafting.noise import Noise, Windows, estimated
 from vedette.drafting.table import FLAT, Table, read_table
-from vedette.drafting.text import written
+from vedette.drafting.text import Facts, written
 from vedette.drafting.titles import meaning
 from vedette.experiment import Experiment
 from vedette.io.reading import NORTH_EAST
@@ -48,20 +48,6 @@ class Seen:
         """The usual second difference along the chains, in m; inf without any."""
         each = [np.linalg.norm(np.diff(chain.spots, 2, axis=0), axis=-1) for chain in self.found]
         return float(np.median(np.concatenate(each))) if each else np.inf
-
-
-@frozen
-class Facts:
-    """What a config says of one sensor."""
-
-    sigmas: tuple[float, ...]
-    probability: float
-    clutter: float
-    reach: float
-    area: float
-    period: float
-    scans: int
-    chains: int
 
 
 def draft_config(path: Path) -> str:

@@ -5,14 +5,27 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+from attrs import frozen
 
 from vedette.drafting.table import Table
 
-if TYPE_CHECKING:
-    from vedette.drafting.config import Facts
-
 _GUESS = "a guess: no track was found in the data"
+
+
+@frozen
+class Facts:
+    """What a config says of one sensor."""
+
+    sigmas: tuple[float, ...]
+    probability: float
+    clutter: float
+    reach: float
+    area: float
+    period: float
+    scans: int
+    chains: int
 
 
 def written(table: Table, facts: Mapping[str, Facts], accel: float, speed: float, notes: Mapping[str, str]) -> str:
