@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from vedette.config import to_config as to_config
     from vedette.config.hooks import plugin as plugin
     from vedette.config.registry import Registry as Registry
+    from vedette.drafting import track as track
     from vedette.errors import ConfigError as ConfigError
     from vedette.errors import InputError as InputError
     from vedette.errors import PluginError as PluginError
@@ -85,6 +86,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "config": ("build", "load", "to_config"),
     "montecarlo.study": ("monte_carlo",),
+    "drafting": ("track",),
     "errors": ("ConfigError", "InputError", "PluginError", "Problem", "ScanRefused", "VedetteError"),
     "experiment": ("Experiment", "Result"),
     "tracking.gate": ("Gate",),

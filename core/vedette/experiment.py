@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
+from importlib import import_module
 from time import process_time
-from typing import final
+from typing import Any, final
 
 import numpy as np
 from attrs import Factory, evolve, frozen
 
 from vedette import fields
+from vedette.display import parameters_html
 from vedette.errors import ConfigError, Problem, ScanRefused
-from vedette.metrics import Judge
+from vedette.metrics import Judge, Score
 from vedette.progress import Progress, silent
 from vedette.sampling.recorded import Redraw
 from vedette.supporting import Preprocessor, Source
@@ -28,7 +30,7 @@ NAMED = 100
 """Number of refused parts that a run which keeps nothing names; all are counted."""
 
 
-@frozen(eq=False)
+@frozen(eq=False, repr=False)
 class Result:
     """The result of a run: tracks that were ever confirmed, in the order of their ids.
 
@@ -50,6 +52,34 @@ class Result:
     states: tuple[State, ...] = ()
     framed: Sequence[Scan] = ()
     intake: Intake = Factory(lambda self: Intake.of({}, self.scans, self.refused), takes_self=True)
+    experiment: Experiment | None = None
+
+    def to_dataframe(self, what: str = "tracks") -> Any:
+        """Return a data frame of pandas: "tracks" as in tracks.csv, "detections", "truth", or "metrics" in one row."""
+        return _shown_by("frames").to_dataframe(self, what)
+
+    def plot(self, axes: Any = None) -> Any:
+        """Draw the map of the run on axes of matplotlib, by default new ones; return them."""
+        return _shown_by("picture").plot(self, axes)
+
+    def score(self) -> Score:
+        """Judge the tracks against the truth, as the config says; figures that do not exist are None."""
+        found: Score = _shown_by("frames").score_of(self)
+        return found
+
+    def __repr__(self) -> str:
+        refused = self.intake.refused.count
+        return (
+            f"Result({len(self.tracks)} tracks, {self.intake.scans} scans, {self.intake.returns} returns, {refused} refused)"
+        )
+
+    def _repr_html_(self) -> str:
+        return str(_shown_by("frames").to_html(self))
+
+
+def _shown_by(room: str) -> Any:
+    """Return a module that shows results: by name, as reports stand on experiments and a run needs none of them."""
+    return import_module(f"vedette.report.{room}")
 
 
 @final
@@ -131,7 +161,7 @@ def _still_to_run(experiment: Experiment, recording: Recording) -> dict[str, Pre
 
 
 @final
-@frozen
+@frozen(repr=False)
 class Experiment:
     """One config: a tracker, its source, and the judge of its result against the truth."""
 
@@ -147,6 +177,13 @@ class Experiment:
         "whether a track counts as confirmed from its first scan on, once it is: its record says when that was",
         default=False,
     )
+
+    def __repr__(self) -> str:
+        source = "none" if self.source is None else self.source.kind
+        return f"Experiment({self.title!r}, {self.tracker!r}, source {source})"
+
+    def _repr_html_(self) -> str:
+        return parameters_html(self)
 
     def __attrs_post_init__(self) -> None:
         check_preprocessors(self.preprocessors, self.tracker.sensors)
@@ -248,6 +285,7 @@ class Experiment:
             approximated=steps.state.approximated,
             states=tuple(states),
             intake=steps.intake,
+            experiment=self,
             framed=() if gone else LazyScans(len(framed), lambda k: scans_given[framed[k]]),
         )
 

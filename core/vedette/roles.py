@@ -13,6 +13,7 @@ from typing import ClassVar, Generic, TypeVar
 
 import numpy as np
 
+from vedette.display import parameters_html
 from vedette.kernels.derivative import numerical_jacobian
 from vedette.space import NO_AXES, Array, Mask, Space
 from vedette.types import Detections, Frame, Gaussian, Innovation, Pose
@@ -31,6 +32,9 @@ class Component(ABC):
 
     misprint: ClassVar[str] = ""
     """What a paper misprints, if the component exists only to show it; listings keep it apart from what users choose."""
+
+    def _repr_html_(self) -> str:
+        return parameters_html(self)
 
 
 class MotionModel(Component):

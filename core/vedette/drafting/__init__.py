@@ -2,5 +2,6 @@
 
 from vedette.drafting.config import draft_config
 from vedette.drafting.package import draft_package
+from vedette.drafting.run import track
 
-__all__ = ["draft_config", "draft_package"]
+__all__ = ["draft_config", "draft_package", "track"]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,6 +15,8 @@ from vedette.drafting.table import FLAT, Table, read_table
 from vedette.drafting.text import Facts, written
 from vedette.drafting.titles import meaning
 from vedette.experiment import Experiment
+from vedette.io import CsvSource
+from vedette.io.columnar import TablePath
 from vedette.io.reading import NORTH_EAST
 from vedette.space import Array
 from vedette.types import Recording, Scan
@@ -50,8 +51,8 @@ class Seen:
         return float(np.median(np.concatenate(each))) if each else np.inf
 
 
-def draft_config(path: Path) -> str:
-    """Return a commented config, as TOML, that tracks the targets of a CSV or Parquet file.
+def draft_config(path: TablePath) -> str:
+    """Return a commented config, as TOML, that tracks the targets of a CSV or Parquet file, or of a data frame.
 
     InputError if the file has no header, or no column that looks like a time or a position.
     """
@@ -69,8 +70,11 @@ def draft_config(path: Path) -> str:
 
 def _opened(table: Table) -> Recording:
     experiment = _experiment(table)
-    assert experiment.source is not None
-    return experiment.source.open(experiment.tracker.sensors, np.random.default_rng(0))
+    sensors, source = experiment.tracker.sensors, experiment.source
+    assert isinstance(source, CsvSource)
+    if table.frame_table is not None:
+        return source.open_frame(table.frame_table.frame, sensors)
+    return source.open(sensors, np.random.default_rng(0))
 
 
 def _experiment(table: Table) -> Experiment:

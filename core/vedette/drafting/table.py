@@ -5,16 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from itertools import islice
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-from attrs import field, frozen
+from attrs import frozen
 
 from vedette.drafting.titles import Meaning, chosen
 from vedette.errors import InputError
 from vedette.io import cells_of, lines
-from vedette.io.columnar import header_and_rows, is_columnar
+from vedette.io.columnar import FrameTable, TablePath, header_and_rows, is_columnar
 from vedette.io.reading import FRAMES, NORTH_EAST
 from vedette.space import Array
 
@@ -43,7 +42,8 @@ class Table:
     frame: str
     assumed: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()
-    sort: bool = field(default=False)
+    sort: bool = False
+    frame_table: FrameTable | None = None
 
     @property
     def polar(self) -> bool:
@@ -71,7 +71,7 @@ class Table:
         return found
 
 
-def read_table(path: Path) -> Table:
+def read_table(path: TablePath) -> Table:
     """Return what a CSV or Parquet file holds; InputError if no time or no position can be found among its titles."""
     titles, rows, delimiter = _first_rows(path)
     columns = {title: [row[i] for row in rows] for i, title in enumerate(titles)}
@@ -99,7 +99,8 @@ def read_table(path: Path) -> Table:
     read |= {who, measured["scan"].title if "scan" in measured else ""}
     compass = axes == GEODETIC or any(word in measured["bearing"].title.lower() for word in COMPASS if axes == POLAR)
     return Table(
-        path=str(path),
+        path="" if isinstance(path, FrameTable) else str(path),
+        frame_table=path if isinstance(path, FrameTable) else None,
         delimiter=delimiter,
         time=time,
         time_unit=unit,
@@ -115,8 +116,8 @@ def read_table(path: Path) -> Table:
     )
 
 
-def _first_rows(path: Path) -> tuple[list[str], list[list[str]], str]:
-    if is_columnar(path):
+def _first_rows(path: TablePath) -> tuple[list[str], list[list[str]], str]:
+    if isinstance(path, FrameTable) or is_columnar(path):
         titles, _ = header_and_rows(path, ())
         titles, given = header_and_rows(path, titles)
         return titles, list(islice(given, LOOKED_AT)), ","

@@ -39,8 +39,9 @@ def rounded(value: float) -> float:
 
 
 def _lines(table: Table, facts: Mapping[str, Facts], accel: float, speed: float, notes: Mapping[str, str]) -> Iterator[str]:
-    yield f"# Drafted by `vedette new config` from {_plain(table.path)}. Comments say what was found or assumed."
-    yield f"title = {_toml(table.path)}"
+    name = table.path or "a data frame"
+    yield f"# Drafted by `vedette new config` from {_plain(name)}. Comments say what was found or assumed."
+    yield f"title = {_toml(name)}"
     yield ""
     yield "[source]"
     source = table.source()

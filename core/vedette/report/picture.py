@@ -10,6 +10,7 @@ import numpy as np
 from vedette.experiment import Experiment, Result
 from vedette.report import canvas
 from vedette.report.figures import count
+from vedette.report.frames import experiment_of
 from vedette.report.plane import Plane, returns, stands
 from vedette.space import Array
 from vedette.types import Frame, Track, Trajectory
@@ -38,10 +39,30 @@ _MARKS = (("o", 2.6), ("+", 4.5), ("x", 3.5), ("^", 3.2), ("s", 2.4))
 
 def picture(experiment: Experiment, result: Result) -> Figure:
     """Draw a run as a map: 1200 x 900 px, one scale for both axes; over its first frame, y down, where it is in an image."""
-    tracker = experiment.tracker
-    plane = Plane.of(tracker.state, result.recording)
     made = canvas.figure()
     axes = made.add_subplot()
+    spots, outside = show(axes, experiment, result)
+    canvas.head(made, experiment.title or "Tracks", _facts(result, spots, outside))
+    if axes.get_legend_handles_labels()[0]:
+        made.legend(loc="outside lower center", ncols=3, frameon=False, fontsize=10, labelcolor=canvas.INK)
+    return made
+
+
+def plot(result: Result, axes: Axes | None = None) -> Axes:
+    """Draw the map of a run on given axes, or on new ones; return them."""
+    if axes is None:
+        from matplotlib import pyplot as plt
+
+        axes = plt.subplots(figsize=(9.0, 6.5))[1]
+    show(axes, experiment_of(result), result)
+    axes.legend(fontsize=8, frameon=False)
+    return axes
+
+
+def show(axes: Axes, experiment: Experiment, result: Result) -> tuple[dict[str, Array | None], int]:
+    """Draw the map on axes; return the returns' positions by sensor, and how many of them lie outside."""
+    tracker = experiment.tracker
+    plane = Plane.of(tracker.state, result.recording)
     canvas.plain(axes)
     spots = returns(result.scans, tracker.sensors, plane)
     truth = [path for path in result.recording.truth if plane.within(path.space)]
@@ -57,10 +78,7 @@ def picture(experiment: Experiment, result: Result) -> Figure:
     if image is not None:
         _show_frame(axes, image)
     axes.set(xlabel=plane.labels[0], ylabel=plane.labels[1])
-    canvas.head(made, experiment.title or "Tracks", _facts(result, {} if image else spots, outside))
-    if axes.get_legend_handles_labels()[0]:
-        made.legend(loc="outside lower center", ncols=3, frameon=False, fontsize=10, labelcolor=canvas.INK)
-    return made
+    return {} if image else spots, outside
 
 
 def _facts(result: Result, spots: dict[str, Array | None], outside: int) -> str:

@@ -107,6 +107,7 @@ def stream(
         interrupted=interrupted,
         approximated=steps.state.approximated,
         intake=intake,
+        experiment=experiment,
     )
     score = judge.score()
     found, text = figures(experiment, result, score), summary(experiment, result, score, bands)

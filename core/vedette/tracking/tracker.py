@@ -8,6 +8,7 @@ import numpy as np
 from attrs import field, frozen
 
 from vedette import fields, kernels
+from vedette.display import named, parameters_html
 from vedette.filters.motion import predicted
 from vedette.hypotheses import HypothesisAssociator
 from vedette.roles import Associator, Estimator, Sensor
@@ -29,7 +30,7 @@ NOTHING = None, None, None
 
 
 @final
-@frozen
+@frozen(repr=False)
 class Tracker:
     """A tracker composed of parts. It is immutable: `start` returns a state, `step` takes one scan and returns the next.
 
@@ -98,6 +99,13 @@ class Tracker:
             return False
         branching.check_parts(self.associator, self.estimator, self.lifecycle, self.sensors)
         return True
+
+    def __repr__(self) -> str:
+        parts = (self.estimator, self.associator, self.birth, self.lifecycle)
+        return f"Tracker({', '.join(map(named, parts))}; sensors {named(self.sensors)})"
+
+    def _repr_html_(self) -> str:
+        return parameters_html(self)
 
     @property
     def state(self) -> Space:

@@ -1,0 +1,105 @@
+"""A run's result as data frames of pandas, and in short."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from vedette.config.suggestions import did_you_mean
+from vedette.display import html_table
+from vedette.errors import ConfigError, InputError, Problem
+from vedette.experiment import Experiment, Result
+from vedette.io.terms import Terms
+from vedette.io.track_table import table_of
+from vedette.metrics import Score, judge
+from vedette.report.figures import figures
+
+
+def to_dataframe(result: Result, what: str) -> Any:
+    """Return one of the tables of a result; ConfigError for a name that is none, InputError without pandas."""
+    try:
+        import pandas as pd
+    except ImportError:
+        raise InputError("data frames need pandas: pip install 'vedette[data]'") from None
+    if what not in TABLES:
+        text = f"there is no such table;{did_you_mean(what, TABLES)} those are {', '.join(TABLES)}"
+        raise ConfigError([Problem(str(what), text)])
+    return pd.DataFrame(TABLES[what](result))
+
+
+def score_of(result: Result) -> Score:
+    """Judge a result against its truth, as its config says."""
+    experiment = experiment_of(result)
+    tracker = experiment.tracker
+    truth = result.recording.truth
+    return judge(result.tracks, truth, result.scans, experiment.judge, tracker.gate.probability, tracker.sensors)
+
+
+def experiment_of(result: Result) -> Experiment:
+    """Return the experiment that a result is of; ConfigError if it does not know."""
+    if result.experiment is None:
+        raise ConfigError([Problem("experiment", "the result was not made by a run, so its tracker is not known")])
+    return result.experiment
+
+
+def to_html(result: Result) -> str:
+    """Return what a notebook shows of a result."""
+    found = [(name.replace("_", " "), f"{value:.4g}") for name, value in _metrics(result).items() if _is_number(value)]
+    return html_table(repr(result), found)
+
+
+def _tracks(result: Result) -> dict[str, Any]:
+    return table_of(result.tracks, experiment_of(result).tracker.state, Terms.of(result.recording.notes))
+
+
+def _detections(result: Result) -> dict[str, Any]:
+    """Return a row for each return: the scan's number, time and sensor, and what was measured, by axis."""
+    axes = dict.fromkeys(name for each in experiment_of(result).tracker.sensors.values() for name in each.measurement.names)
+    columns: dict[str, list[Any]] = {name: [] for name in ("scan", "time", "sensor", *axes)}
+    for i, scan in enumerate(result.scans):
+        own = experiment_of(result).tracker.sensors[scan.sensor].measurement.names
+        for z in scan.detections.z[scan.detections.valid].tolist():
+            measured = dict(zip(own, z, strict=True))
+            for name, value in (("scan", i), ("time", scan.time), ("sensor", scan.sensor)):
+                columns[name].append(value)
+            for name in axes:
+                columns[name].append(measured.get(name, np.nan))
+    return columns
+
+
+def _truth(result: Result) -> dict[str, Any]:
+    paths = result.recording.truth
+    axes = dict.fromkeys(name for path in paths for name in path.space.names)
+    columns: dict[str, list[Any]] = {name: [] for name in ("object", "time", *axes)}
+    for path in paths:
+        for time, state in zip(path.times.tolist(), path.states.tolist(), strict=True):
+            known = dict(zip(path.space.names, state, strict=True))
+            columns["object"].append(path.name)
+            columns["time"].append(time)
+            for name in axes:
+                columns[name].append(known.get(name, np.nan))
+    return columns
+
+
+def _metrics(result: Result) -> dict[str, Any]:
+    found = figures(experiment_of(result), result, score_of(result))
+    return {name: value for name, value in found.items() if _is_number(value) or value is None}
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _metrics_row(result: Result) -> dict[str, Any]:
+    return {name: [np.nan if value is None else value] for name, value in _metrics(result).items()}
+
+
+TABLES: dict[str, Callable[[Result], dict[str, Any]]] = {
+    "tracks": _tracks,
+    "detections": _detections,
+    "truth": _truth,
+    "metrics": _metrics_row,
+}
+"""The tables of a result, by name."""
