@@ -42,6 +42,7 @@ from vedette_standard.motion.coordinated_turn_piecewise import CoordinatedTurnPi
 from vedette_standard.motion.curvilinear import Curvilinear
 from vedette_standard.motion.gauss_markov import GaussMarkov
 from vedette_standard.motion.known_turn import KnownTurn
+from vedette_standard.motion.linear import Linear
 from vedette_standard.motion.ornstein_uhlenbeck import OrnsteinUhlenbeck
 from vedette_standard.motion.product import Product
 from vedette_standard.motion.random_walk import RandomWalk
@@ -55,6 +56,7 @@ from vedette_standard.preprocessors.unbiased_conversion import UnbiasedConversio
 from vedette_standard.sensors.bearing_only import BearingOnly
 from vedette_standard.sensors.biased import Biased
 from vedette_standard.sensors.cartesian_position import CartesianPosition
+from vedette_standard.sensors.linear import LinearSensor
 from vedette_standard.sensors.partial import Partial
 from vedette_standard.sensors.polar_position import PolarPosition
 from vedette_standard.sensors.position_velocity import PositionVelocity
@@ -73,9 +75,9 @@ def vedette_components() -> Iterable[type[vedette.Component]]:
         *(ConstantVelocity, ConstantAcceleration, Singer, KnownTurn, CoordinatedTurn),
         *(ConstantVelocityPiecewise, ConstantAccelerationPiecewise, WienerAccelerationPiecewise),
         *(CoordinatedTurnPiecewise, RandomWalkPiecewise),
-        *(OrnsteinUhlenbeck, RandomWalk, GaussMarkov, CoordinatedTurn3d, Curvilinear, Product),
+        *(OrnsteinUhlenbeck, RandomWalk, GaussMarkov, CoordinatedTurn3d, Curvilinear, Product, Linear),
         *(CartesianPosition, RangeBearing, PolarPosition, PositionVelocity),
-        *(BearingOnly, RangeOnly, RangeBearingRate, RangeBearingElevation, Biased, Partial),
+        *(BearingOnly, RangeOnly, RangeBearingRate, RangeBearingElevation, Biased, Partial, LinearSensor),
         *(Kalman, ExtendedKalman, UnscentedKalman, Imm),
         *(IteratedExtendedKalman, CubatureKalman, SquareRootKalman),
         *(BootstrapParticles, AuxiliaryParticles, GaussianSum),

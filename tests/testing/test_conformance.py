@@ -119,7 +119,23 @@ GIVEN = {
     },
     ("lifecycle", "m_of_n"): {"worth": st.floats(0.01, 0.9)},  # at 0, scans that can detect nothing count as looks
     ("motion", "gauss_markov"): {"axes": st.sampled_from([("b",), ("b", "c")])},
+    ("motion", "linear"): {
+        "axes": st.just(("p", "q")),
+        "F": st.sampled_from([np.array([[1.0, 0.5], [0.0, 0.9]]), np.array([[0.0, 1.0], [-0.5, 0.2]])]),
+        "Q": st.sampled_from([np.array([[0.2, 0.1], [0.1, 0.3]]), np.diag([0.0, 1.0])]),
+        "B": st.just(np.array([[0.5], [1.0]])),
+        "control": st.just(np.array([2.0])),
+        "step": st.sampled_from([0.5, 2.0]),
+        "units": st.just({}),
+    },
     ("motion", "product"): {"models": SIDE_BY_SIDE},
+    ("sensor", "linear"): {
+        "axes": st.just(("x", "vx", "y")),
+        "R": st.sampled_from([np.array([[4.0, 1.0], [1.0, 9.0]]), np.diag([1.0, 25.0])]),
+        "H": st.sampled_from([np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]), np.array([[1.0, 0.0, 1.0], [1.0, 0.0, -1.0]])]),
+        "measures": st.just(()),
+        "units": st.just({}),
+    },
     ("sensor", "hot_spots"): {"spots": st.just((Spot(1.0, 1.0), Spot(0.8, 1.5, 0.5, x=3.0)))},
     ("sensor", "range_bearing_rate"): {"crossing_speed": st.floats(200.0, 1000.0)},  # the kit draws any velocity
     ("sensor", "biased"): {
