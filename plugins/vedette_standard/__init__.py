@@ -21,6 +21,7 @@ from vedette_standard.estimators.auxiliary import AuxiliaryParticles
 from vedette_standard.estimators.bootstrap import BootstrapParticles
 from vedette_standard.estimators.cubature import CubatureKalman
 from vedette_standard.estimators.extended import ExtendedKalman
+from vedette_standard.estimators.fading_memory import FadingMemory
 from vedette_standard.estimators.gaussian_sum import GaussianSum
 from vedette_standard.estimators.imm import Imm
 from vedette_standard.estimators.iterated import IteratedExtendedKalman
@@ -79,7 +80,7 @@ def vedette_components() -> Iterable[type[vedette.Component]]:
         *(CartesianPosition, RangeBearing, PolarPosition, PositionVelocity),
         *(BearingOnly, RangeOnly, RangeBearingRate, RangeBearingElevation, Biased, Partial, LinearSensor),
         *(Kalman, ExtendedKalman, UnscentedKalman, Imm),
-        *(IteratedExtendedKalman, CubatureKalman, SquareRootKalman),
+        *(IteratedExtendedKalman, CubatureKalman, SquareRootKalman, FadingMemory),
         *(BootstrapParticles, AuxiliaryParticles, GaussianSum),
         *(Nearest, GlobalNearest, Pda, Jpda, MBestJpda),
         *(KBest, NScan, LabelledMultiBernoulli, Variational),

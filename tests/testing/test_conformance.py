@@ -73,6 +73,7 @@ PICTURES = {
 PLANE = ("x", "y", "vx", "vy")
 
 GIVEN = {
+    ("estimator", "fading_memory"): {"alpha": st.floats(1.0, 1.1), "step": st.sampled_from([1.0, 10.0])},
     ("estimator", "template_filter"): {"motion": BOXED, "cells": st.just(8)},
     ("estimator", "correlation_filter"): {"motion": BOXED, "cells": st.just(8)},
     ("estimator", "residual_monitored"): {"of": st.builds(Kalman, st.builds(ConstantVelocity, st.floats(0.1, 1.0)))},

@@ -1,0 +1,49 @@
+"""A Kalman filter that forgets old returns."""
+
+from __future__ import annotations
+
+from typing import ClassVar, final
+
+import numpy as np
+from attrs import frozen
+
+from vedette import Array, Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, fields, new_gaussian
+from vedette.filters import GaussianFilter, evaluate_linearised, extent_linearised, predict_linearised
+
+
+@final
+@frozen
+class FadingMemory(GaussianFilter):
+    """The extended Kalman filter that trusts its past less: P- = a^2 F P F' + Q, with a = alpha^(T / step).
+
+    For motion that the model does not know: a return that is T old weighs a^-2 of what it would. With alpha = 1 it is `ekf`.
+    Simon, Optimal State Estimation, 2006, section 7.4.
+    """
+
+    kind: ClassVar[str] = "fading_memory"
+    takes_frames: ClassVar[bool] = True
+    bounded: ClassVar[bool] = True
+
+    motion: MotionModel = fields.part("how the target moves")
+    alpha: float = fields.quantity("1", "growth of the standard deviations in a step beside that of the motion", at_least=1)
+    step: float = fields.quantity("s", "time in which they grow by alpha", default=1.0, above=0)
+
+    def predict(self, belief: Gaussian, dt: float, rng: np.random.Generator) -> Gaussian:
+        """Return the belief `dt` s later."""
+        if dt == 0:
+            return belief
+        faded = new_gaussian(belief.mean, self.alpha ** (2 * dt / self.step) * belief.cov)
+        return predict_linearised(faded, self.motion, dt, self._memo)
+
+    def evaluate(self, belief: Gaussian, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
+        """Return the innovation of each track, linearised at its mean."""
+        return evaluate_linearised(belief, self.state, sensor, observed, p_gate, self._memo)
+
+    def extent(self, belief: Gaussian, sensor: Sensor, detections: Detections, limit: float) -> tuple[Array, Array]:
+        """Return the box around each track's gate."""
+        return extent_linearised(belief, self.state, sensor, detections, limit, self._memo)
+
+    def cross_covariance(self, belief: Gaussian, dt: float) -> Array:
+        """Return a^2 P F', F the derivative of the motion at the mean."""
+        faded: Array = self.alpha ** (2 * dt / self.step) * belief.cov
+        return faded @ np.swapaxes(self.motion.jacobian(belief.mean, dt), -1, -2)
