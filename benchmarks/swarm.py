@@ -29,7 +29,7 @@ import vedette
 
 ROOT = Path(__file__).parent.parent
 NEAR = 20.0
-OWN = {"gnn": ("birth.initial=0.4", "lifecycle.delete=0.15")}
+OWN = {"gnn": ("birth.initial=0.45", "lifecycle.delete=0.15")}
 """What else a hard choice takes to cover as many targets as soon."""
 COLUMNS = (
     *("targets", "seed", "returns", "tracks", "associator", "median ms", "p95 ms", "worst ms"),
