@@ -268,10 +268,7 @@ class LazyScans(Sequence[Scan]):
 
 @frozen
 class Rows:
-    """What became of the rows of a table, the lines of a file or the frames of a clip: total = used + refused + left out.
-
-    Left out is what the tracker does not ask for, such as the rows of a sensor that it lacks.
-    """
+    """Rows of a table, lines of a file or frames of a clip: total = used + refused + left out, as no sensor asks for them."""
 
     total: int
     used: int
