@@ -268,7 +268,7 @@ class LazyScans(Sequence[Scan]):
 
 @frozen
 class Rows:
-    """Rows of a table, lines of a file or frames of a clip: total = used + refused + left out, as no sensor asks for them."""
+    """Rows of a table, lines of a file or frames of a clip: used, refused, or left out as no sensor asks for them."""
 
     total: int
     used: int
