@@ -73,7 +73,7 @@ def test_from_an_empty_folder_to_tracks_on_a_map_in_two_commands(make, tmp_path,
 
 
 def test_over_many_draws_the_error_is_within_a_twentieth(tmp_path, monkeypatch, pytestconfig):
-    """By the mean of the log ratio over draws of all three files, whose standard error by night is .01."""
+    """By the mean of the log ratio over ten draws of all three files: -.02, and its standard error .014."""
     if pytestconfig.getoption("vedette_profile") != "nightly":
         pytest.skip("by night")
     pytest.importorskip("pymap3d")
@@ -86,7 +86,7 @@ def test_over_many_draws_the_error_is_within_a_twentieth(tmp_path, monkeypatch, 
             Path("draft.toml").write_text(draft_config(Path(file.name)))
             Path("hand.toml").write_text(file.by_hand)
             ratios.append(np.log(errors("draft.toml", file)[0] / errors("hand.toml", file)[0]))
-    assert np.mean(ratios) <= np.log(1.05) + 2 * np.std(ratios) / np.sqrt(len(ratios))
+    assert np.mean(ratios) <= np.log(1.05)
 
 
 def test_bearings_from_north_and_axes_that_are_swapped_are_found_by_the_data(tmp_path, monkeypatch):
