@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from importlib import import_module
 from time import process_time
 from typing import Any, final
@@ -17,6 +17,7 @@ from vedette.errors import ConfigError, Problem, ScanRefused
 from vedette.metrics import Judge, Score
 from vedette.progress import Progress, silent
 from vedette.sampling.recorded import Redraw
+from vedette.space import Array
 from vedette.supporting import Preprocessor, Source
 from vedette.tracking.history import History, from_the_start
 from vedette.tracking.intake import Intake, Refused
@@ -25,6 +26,9 @@ from vedette.tracking.state import State
 from vedette.tracking.tracker import Tracker
 from vedette.tracking.validation import with_axes, without_bad_returns
 from vedette.types import Gaussian, LazyScans, Recording, Scan, Track
+
+Watch = Callable[[Scan, State, State, Gaussian, Array | None], None]
+"""Is told of a scan, the states before and after it, and that one's estimates (t,) and mode probabilities (t, r), if any."""
 
 NAMED = 100
 """Number of refused parts that a run which keeps nothing names; all are counted."""
@@ -87,8 +91,8 @@ class Steps:
     """A run in progress: iterating over it gives each scan that was taken, without its bad returns, and the state after it.
 
     It does not grow with the number of scans. `recording` is what the source delivered, `intake` counts the input,
-    `seconds` is the CPU time of the tracker alone, `state` the last one; `place`, if the scan that came last has a frame, is
-    where it stands in the recording.
+    `seconds` is the CPU time of the tracker alone, `state` the last one and `before` the one before it; `place`, if the scan
+    that came last has a frame, is where it stands in the recording.
     """
 
     def __init__(
@@ -110,7 +114,7 @@ class Steps:
         self._frames = deque[tuple[float, str, int]]()
         scans = _noted(progress(recording.scans, "tracking"), self._frames)
         self._scans = preprocess(scans, _still_to_run(experiment, recording), self.intake.refused, strict=strict)
-        self.state = self._tracker.start(given, -np.inf, seeds)
+        self.state = self.before = self._tracker.start(given, -np.inf, seeds)
 
     def __iter__(self) -> Iterator[tuple[Scan, State]]:
         for i, scan in enumerate(self._scans):
@@ -124,7 +128,7 @@ class Steps:
                 self.intake.refused.extend(Problem(f"scan {i}, {each.place}", each.text) for each in problems)
             if after is not None:
                 self.intake.add(kept, self.state, after)
-                self.state = after
+                self.before, self.state = self.state, after
                 self.place = self._place_of(scan)
                 yield kept, after
 
@@ -256,8 +260,8 @@ class Experiment:
         steps = self.steps(strict=strict, progress=progress, seeds=seeds, redraw=redraw, named=np.inf)
         return self.finish(steps, keep_states=keep_states)
 
-    def finish(self, steps: Steps, *, keep_states: bool = False) -> Result:
-        """Make all steps of a run that was opened, and keep them, as `run` does."""
+    def finish(self, steps: Steps, *, keep_states: bool = False, watch: Watch | None = None) -> Result:
+        """Make all steps of a run that was opened, and keep them, as `run` does. `watch` is called after each."""
         history, taken, interrupted = History(self.tracker), list[Scan](), False
         states: list[State] = []
         scans_given, framed = steps.recording.scans, list[int]()
@@ -268,7 +272,9 @@ class Experiment:
                 if steps.place is not None:
                     framed.append(steps.place)
                 taken.append(evolve(scan, frame=None) if lazy and scan.frame is not None else scan)
-                history.add(state)
+                estimate, modes = history.add(state)
+                if watch is not None:
+                    watch(scan, steps.before, state, estimate, modes)
                 if keep_states:
                     states.append(state)
         except KeyboardInterrupt:

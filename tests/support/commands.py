@@ -6,7 +6,7 @@ import sys
 
 from vedette.cli import main
 
-FILES = ["config.json", "recording.jsonl", "summary.json", "summary.txt", "tracks.csv", "tracks.jsonl"]
+FILES = ["config.json", "recording.jsonl", "series.npz", "summary.json", "summary.txt", "tracks.csv", "tracks.jsonl"]
 
 
 def files(folder):

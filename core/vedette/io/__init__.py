@@ -13,6 +13,7 @@ from vedette.io.jsonl_source import JsonLinesSource
 from vedette.io.opening import check_regular, inside, lines, shown, user_path, whole_text
 from vedette.io.png import check_png, is_png
 from vedette.io.reading import Sample, find, in_time_order
+from vedette.io.series import Series, read_series
 from vedette.io.tracks import read_tracks, write_tracks_csv, write_tracks_jsonl
 from vedette.roles import Component
 
@@ -24,6 +25,7 @@ __all__ = [
     "CsvSource",
     "JsonLinesSource",
     "Sample",
+    "Series",
     "cells_of",
     "check_pixels",
     "check_png",
@@ -37,6 +39,7 @@ __all__ = [
     "parse",
     "picture_size",
     "read_recording",
+    "read_series",
     "read_tracks",
     "short",
     "shown",

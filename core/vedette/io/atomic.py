@@ -6,20 +6,32 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TextIO
+from typing import BinaryIO, TextIO
 
 
 @contextmanager
 def whole_file(path: Path) -> Iterator[TextIO]:
-    """Open a file for text, UTF-8 with `\
-    ` line ends, that takes its name only once all is written.
+    """Open a file for text, UTF-8 with line ends of Unix, that takes its name only once all is written.
 
     After an error or an interrupt, what was at `path` before is untouched and no other file is left.
     """
-    unfinished = path.with_name(f".{path.name}.{os.getpid()}.part")
+    with _unfinished(path) as place, place.open("w", encoding="utf-8", newline="\n") as file:
+        yield file
+
+
+@contextmanager
+def whole_bytes(path: Path) -> Iterator[BinaryIO]:
+    """Open a file for bytes, as `whole_file` does for text."""
+    with _unfinished(path) as place, place.open("wb") as file:
+        yield file
+
+
+@contextmanager
+def _unfinished(path: Path) -> Iterator[Path]:
+    """Give the place beside `path` where a file is written until it is whole."""
+    place = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
-        with unfinished.open("w", encoding="utf-8", newline="\n") as file:
-            yield file
-        unfinished.replace(path)
+        yield place
+        place.replace(path)
     finally:
-        unfinished.unlink(missing_ok=True)
+        place.unlink(missing_ok=True)

@@ -19,11 +19,15 @@ from vedette.types import Gaussian, Scan, Trajectory
 
 @frozen(eq=False)
 class Block:
-    """Some scans of a run: their match with the truth, which are judged, `chosen`, and how many axes (s,) each measures."""
+    """Some scans of a run: their match with the truth, which are judged, `chosen`, and how many axes (s,) each measures.
+
+    `which`: the true objects of the match, among those of the run.
+    """
 
     found: Match
     chosen: Indices
     axes: Indices
+    which: Indices
 
 
 @final
@@ -91,7 +95,7 @@ class RunningJudge:
         self._tally.add_innovations(entries, chosen, axes, np.array([row["gate"] for row in rows]))
         self._tally.add(found, times[judged], which)
         self._tally.forget(self._alive)
-        return Block(found, chosen, axes)
+        return Block(found, chosen, axes, which)
 
     def score(self) -> Score:
         """Return the figures of all blocks that are finished."""

@@ -13,7 +13,7 @@ from vedette.config.plugins import load_plugins
 from vedette.errors import ConfigError, Problem, VedetteError
 from vedette.experiment import Experiment, Result
 from vedette.io import write_recording, write_tracks_csv, write_tracks_jsonl
-from vedette.io.atomic import whole_file
+from vedette.io.atomic import whole_bytes, whole_file
 from vedette.io.columnar import PARQUET
 from vedette.io.terms import Terms, write_geojson
 from vedette.io.track_table import write_tracks_parquet
@@ -63,6 +63,13 @@ def _in_its_terms(folder: Path, result: Result, space: Space, terms: Terms) -> l
         write_tracks_parquet(folder / "tracks.parquet", result.tracks, space, terms)
         written.append("tracks.parquet")
     return written
+
+
+def write_series(folder: Path, packed: bytes) -> list[str]:
+    """Write the series that a run has collected; return the name of the file."""
+    with whole_bytes(folder / "series.npz") as file:
+        file.write(packed)
+    return ["series.npz"]
 
 
 def write_of_plugins(folder: Path, experiment: Experiment, result: Result) -> tuple[list[str], list[Problem]]:

@@ -70,6 +70,18 @@ def returns(scans: Sequence[Scan], sensors: Mapping[str, Sensor], plane: Plane) 
     return found
 
 
+def positions_of(scan: Scan, sensor: Sensor, plane: Plane | None) -> Array:
+    """Return where the returns of a scan are on the map (k, 2); NaN if one return gives no position."""
+    unknown = np.full((len(scan.detections.z), 2), np.nan)
+    if scan.frame is not None or plane is None or not plane.within(sensor.observes):
+        return unknown
+    try:
+        with np.errstate(all="ignore"):
+            return _spots(scan, sensor, plane)
+    except NotImplementedError:
+        return unknown
+
+
 def _spots(scan: Scan, sensor: Sensor, plane: Plane) -> Array:
     placed = sensor if scan.pose is None else sensor.at(scan.pose)
     seen, valid = scan.detections, scan.detections.valid

@@ -20,6 +20,7 @@ from vedette.io.tracks import csv_head, csv_rows, jsonl_head, jsonl_rows
 from vedette.metrics import RunningJudge, Score
 from vedette.progress import Progress, silent
 from vedette.report.figures import figures
+from vedette.report.series import SeriesWriter
 from vedette.report.summary import summary
 from vedette.report.traces import Bands
 from vedette.tracking.history import History
@@ -73,11 +74,13 @@ def stream(
         table.write(csv_head(tracker.state, 0 if modes is None else modes.shape[-1], terms))
         lines.write(jsonl_head(tracker.state))
         recording.writelines(recording_head(evolve(steps.recording, detected=detected), spaces))
+        series = SeriesWriter(folder / "series.npz", experiment, steps.recording, 0 if modes is None else modes.shape[-1])
 
         def write() -> None:
             block = judge.finish_block()
             if block is not None:
                 bands.add(block)
+            series.finish_block(block)
             for track in history.hand_out():
                 table.writelines(csv_rows(track, terms))
                 lines.writelines(jsonl_rows(track))
@@ -88,6 +91,7 @@ def stream(
             for scan, state in steps:
                 recording.write(scan_line(scan, spaces, frames))
                 estimate, modes = history.add(state)
+                series.add(scan, steps.before, state, estimate, modes)
                 judge.add(scan, state.ids, state.confirmed, estimate, state.nis, state.hit, modes)
                 waiting += 1 + len(state.ids)
                 if waiting >= _ENTRIES or history.scans >= _SCANS:
@@ -96,6 +100,7 @@ def stream(
         except KeyboardInterrupt:
             interrupted = True
         write()
+        series.close()
     intake = steps.intake
     result = Result(
         tracks=(),
@@ -118,5 +123,5 @@ def stream(
     ):
         with whole_file(folder / name) as file:
             file.write(content)
-    names = ("tracks.csv", "tracks.jsonl", "recording.jsonl", "config.json", "summary.json", "summary.txt")
+    names = ("tracks.csv", "tracks.jsonl", "recording.jsonl", "series.npz", "config.json", "summary.json", "summary.txt")
     return Streamed(result, score, text, found, names)

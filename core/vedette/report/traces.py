@@ -104,10 +104,10 @@ class Bands:
         """Count a block of a run that is judged as it goes."""
         found, spot = block.found, positions(block.found.truth.space)
         pairs = found.pairs()
-        values = _nees(pairs.error[:, spot], found.entries.cov[pairs.entry][:, spot][:, :, spot])
+        values = nees_of(pairs.error[:, spot], found.entries.cov[pairs.entry][:, spot][:, :, spot])
         values = values[np.isfinite(values)]
         self.nees.add(values, np.full(len(values), len(spot)))
-        chosen = _with_innovation(found.entries, block.chosen)
+        chosen = with_innovation(found.entries, block.chosen)
         scan = found.entries.scan[chosen]
         self.nis.add(found.entries.nis[chosen] / found.entries.hit[chosen], block.axes[scan])
 
@@ -147,22 +147,23 @@ def _trace(found: Match, pairs: Pairs, j: int, name: str, times: Array) -> Trace
         times=times[alive],
         track=found.cover[alive, j],
         error=spread(np.linalg.norm(error[:, spot], axis=-1)),
-        sigma=spread(_sigma(cov, spot)),
+        sigma=spread(sigma_of(cov, spot)),
         speed_error=spread(np.linalg.norm(error[:, speed], axis=-1) if speed else unknown),
-        speed_sigma=spread(_sigma(cov, speed) if speed else unknown),
-        nees=spread(_nees(error[:, spot], cov[:, spot][:, :, spot])),
+        speed_sigma=spread(sigma_of(cov, speed) if speed else unknown),
+        nees=spread(nees_of(error[:, spot], cov[:, spot][:, :, spot])),
         axes=len(spot),
         modes=None if modes is None else spread(modes[pairs.entry[own]]),
     )
 
 
-def _sigma(cov: Array, part: list[int]) -> Array:
+def sigma_of(cov: Array, part: list[int]) -> Array:
     """Return the root of the trace over some axes: (q, n, n) -> (q,)."""
     sigma: Array = np.sqrt(np.sum(np.diagonal(cov, axis1=-2, axis2=-1)[:, part], axis=-1))
     return sigma
 
 
-def _nees(error: Array, cov: Array) -> Array:
+def nees_of(error: Array, cov: Array) -> Array:
+    """Return the normalised squared errors (q,), NaN if a covariance is singular."""
     try:
         return nees(error, cov)
     except ValueError:  # a covariance is singular: then there is none
@@ -187,12 +188,12 @@ def innovations(experiment: Experiment, result: Result) -> Normalised:
     found = match(result.tracks, (), result.scans, experiment.judge).entries
     measured = np.array([scan.detections.z.shape[-1] for scan in result.scans], dtype=np.intp)
     times = np.array([scan.time for scan in result.scans])
-    chosen = _with_innovation(found, experiment.judge.choose(result.scans))
+    chosen = with_innovation(found, experiment.judge.choose(result.scans))
     scan = found.scan[chosen]
     return Normalised(times[scan], found.track[chosen], found.nis[chosen] / found.hit[chosen], measured[scan])
 
 
-def _with_innovation(entries: Entries, scans: Indices) -> Mask:
+def with_innovation(entries: Entries, scans: Indices) -> Mask:
     """Return the entries at some of the scans where a return was probably the track's."""
     return np.isin(entries.scan, scans) & (entries.nis > 0) & (entries.hit > 0.5)
 
