@@ -46,6 +46,10 @@ def _command(parsed: Namespace) -> int:
         from vedette.commands import new
 
         return new.run(parsed)
+    if parsed.command == "report":
+        from vedette.commands import report
+
+        return report.run(parsed)
     if parsed.command == "components":
         from vedette.commands import components
 
@@ -117,6 +121,7 @@ def _parser() -> ArgumentParser:
         action="store_true",
         help="judge and write as the run goes and keep nothing; the default for more than 10,000 scans",
     )
+    run.add_argument("--report", action="store_true", help="also write report.html, the page of the run")
     run.add_argument("--keep", action="store_true", help="keep the history of a long run, for its pictures: it takes memory")
 
     new = commands.add_parser("new", help="draft a config for your data, or a plugin", description=_NEW)
@@ -127,6 +132,12 @@ def _parser() -> ArgumentParser:
     package = drafts.add_parser("plugin", help="a package with a component that keeps its laws", description=_NEW_PLUGIN)
     package.add_argument("name", metavar="NAME", help="of the plugin: a word")
     package.add_argument("--out", metavar="DIR", help="folder for the package; default: vedette-NAME")
+
+    report = commands.add_parser("report", help="write the page of a run", description=_REPORT)
+    report.add_argument("run", metavar="RUN_DIR", help="the folder that `vedette run` wrote")
+    report.add_argument("--out", metavar="FILE", help="the page; default: report.html in RUN_DIR")
+    report.add_argument("--underlay", metavar="FILE", help="GeoJSON to lie under the map: in deg with --origin, else in m")
+    report.add_argument("--origin", metavar="LAT,LON", help="where the map's origin is, in deg: draws a graticule")
 
     reproduce = commands.add_parser("reproduce", help="reproduce a published study", description=_REPRODUCE)
     reproduce.add_argument("paper", metavar="PAPER", help="the study: vts, target-oriented, bayes-risk, or a plugin's")
@@ -206,6 +217,10 @@ _NEW_CONFIG = (
     "tracks its targets, with a comment on each guess."
 )
 _NEW_PLUGIN = "Write a Python package with a motion model, its test against all laws of its role, and its entry point."
+_REPORT = (
+    "Write one HTML file that shows a run scan by scan: map, errors, NEES, NIS, modes and the life of its tracks. It needs "
+    "no network and no other file."
+)
 _CHECK = (
     "Test a component against every law of its role, with parameters drawn by its fields, and print which laws held, which "
     "failed and on what, and which did not apply. Exit code 1 if one failed. Needs vedette[testing]."

@@ -68,6 +68,8 @@ def run(arguments: Namespace) -> int:
         written += write_smoothed(folder, experiment, smoothed, result.recording.notes)
     if can_draw():
         written += write_pictures(folder, experiment, result)
+    if arguments.report:
+        written += [_page(folder)]
     further, problems = write_of_plugins(folder, experiment, result)
     written += further
     for problem in problems:
@@ -83,7 +85,16 @@ def _stream(experiment: Experiment, steps: Steps, folder: Path, arguments: Names
     if not arguments.stream:
         why = f"a run of more than {LONG:,} scans keeps no history, so there are no pictures; --keep draws them"
         print(f"vedette: {why}", file=sys.stderr)
-    return _tell(arguments, done.result, done.text, done.figures, f"{folder}: {', '.join(done.files)}")
+    written = [*done.files, *([_page(folder)] if arguments.report else [])]
+    return _tell(arguments, done.result, done.text, done.figures, f"{folder}: {', '.join(written)}")
+
+
+def _page(folder: Path) -> str:
+    """Write the page of the run; return its name."""
+    from vedette.report.page.build import write_page
+
+    write_page(folder, folder / "report.html")
+    return "report.html"
 
 
 def _tell(arguments: Namespace, result: Result, text: str, found: dict[str, Any], written: str) -> int:

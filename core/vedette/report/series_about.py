@@ -9,9 +9,10 @@ import numpy as np
 from vedette.experiment import Experiment
 from vedette.io.jsonl import units
 from vedette.io.series import Tables
+from vedette.metrics.histories import positions, truth_at
 from vedette.report.figures import length_unit
 from vedette.report.plane import Plane
-from vedette.report.traces import BAND, mode_names
+from vedette.report.traces import BAND, band, mode_names
 from vedette.types import Recording
 
 
@@ -25,9 +26,11 @@ def about(experiment: Experiment, recording: Recording, plane: Plane | None, mod
         stands = plane is not None and plane.is_ground and all(isinstance(each, float) for each in place)
         sensors[name] = {
             "axes": units(sensor.measurement),
+            "band": list(band(len(sensor.measurement))),
             "gate": threshold if np.isfinite(threshold) else None,
             "place": plane.platform(np.array(place)).tolist() if plane is not None and stands else None,
         }
+    spot = len(positions(truth_at(recording.truth, np.zeros(0), tracker.state).space))
     return {
         "title": experiment.title,
         "axes": units(tracker.state),
@@ -37,6 +40,7 @@ def about(experiment: Experiment, recording: Recording, plane: Plane | None, mod
         "objects": [true.name for true in recording.truth],
         "modes": list(mode_names(experiment, modes)),
         "band": 1.0 - BAND,
+        "nees_band": list(band(spot)) if spot else None,
         "notes": dict(recording.notes),
     }
 

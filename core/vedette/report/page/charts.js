@@ -1,0 +1,186 @@
+"use strict";
+// Charts against time by uPlot. They are drawn when the choice changes; a move of the slider moves a line over them only.
+
+const BAND = "rgba(0, 114, 178, 0.13)";
+
+class Charts {
+  constructor(data, state, host, onTime) {
+    Object.assign(this, { data, state, host, onTime });
+    this.begin = data.scans.count ? data.scans.time[0] : 0;
+    this.plots = [];
+  }
+
+  // Draws the charts of the track that is chosen, else those of all.
+  rebuild() {
+    for (const plot of this.plots) plot.chart.destroy();
+    this.host.replaceChildren();
+    const specs = this.state.track >= 0 ? this.ofTrack(this.state.track) : this.ofAll();
+    this.plots = specs.filter((spec) => spec.lines.some((line) => line.values.some(Number.isFinite))).map((spec) => this.plot(spec));
+    this.moveTo(this.state.scan);
+  }
+
+  ofAll() {
+    const { scans } = this.data, keep = [];
+    for (let s = 0; s < scans.count; s++) if (this.state.sensors[scans.sensor[s]]) keep.push(s);
+    const of = (values) => keep.map((s) => values[s]);
+    const unit = this.data.facts.unit, percent = `${Math.round(100 * this.data.facts.band)} % band`;
+    const common = { scans: keep, log: false };
+    return [
+      { ...common, title: `Position error, RMS over the covered objects [${unit}]`,
+        lines: [{ name: "error", values: of(scans.position_rmse), colour: "#0072b2" }] },
+      { ...common, title: "NEES of the position, mean over the objects", log: true, band: percent,
+        lines: [{ name: "NEES", values: of(scans.nees), colour: "#0072b2" }], low: of(scans.nees_low), high: of(scans.nees_high) },
+      { ...common, title: "NIS, mean over the tracks with a return", log: true, band: percent,
+        lines: [{ name: "NIS", values: of(scans.nis), colour: "#0072b2" }], low: of(scans.nis_low), high: of(scans.nis_high) },
+      { ...common, title: "Objects that a track covers",
+        lines: [{ name: "covered", values: this.data.facts.objects.length ? of(scans.covered) : [], colour: "#0072b2" }] },
+    ];
+  }
+
+  ofTrack(track) {
+    const { entries, tracks, scans, facts } = this.data, rows = [];
+    for (let e = tracks.first[track]; e < tracks.first[track + 1]; e++) if (this.state.sensors[scans.sensor[entries.scan[e]]]) rows.push(e);
+    const of = (values) => rows.map((e) => values[e]), colour = tracks.colour[track], unit = facts.unit;
+    const common = { scans: rows.map((e) => entries.scan[e]), log: false }, id = tracks.id[track];
+    const percent = `${Math.round(100 * facts.band)} % band of one value`;
+    const sigma = of(entries.position_sigma);
+    const two = (bands) => rows.map((e) => bands(entries.scan[e]));
+    const bands = Object.values(facts.sensors).map((sensor) => sensor.band);
+    return [
+      { ...common, title: `Track ${id}: position error [${unit}]`, band: "2 standard deviations by its own covariance",
+        lines: [{ name: "error", values: of(entries.position_error), colour }], low: sigma.map(() => 0), high: sigma.map((v) => 2 * v) },
+      { ...common, title: `Track ${id}: NEES of the position`, log: true, band: percent,
+        lines: [{ name: "NEES", values: of(entries.nees), colour, dots: true }], low: two(() => facts.nees_band ? facts.nees_band[0] : NaN), high: two(() => facts.nees_band ? facts.nees_band[1] : NaN) },
+      { ...common, title: `Track ${id}: NIS where a return was probably its own`, log: true, band: percent,
+        lines: [{ name: "NIS", values: of(entries.nis_given_hit), colour, dots: true }],
+        low: two((s) => bands[scans.sensor[s]][0]), high: two((s) => bands[scans.sensor[s]][1]) },
+      { ...common, title: `Track ${id}: mode probabilities`, unit: true,
+        lines: facts.modes.map((name, i) => ({ name, values: of(entries[`mode${i}`]), colour: facts.colours.tracks[(i * 7) % 12] })) },
+      { ...common, title: `Track ${id}: existence, and hit`, unit: true,
+        lines: [{ name: "existence", values: of(entries.existence), colour }, { name: "hit", values: of(entries.hit), colour: "#9a9a9a" }] },
+    ];
+  }
+
+  plot(spec) {
+    const frame = document.createElement("div");
+    frame.className = "chart";
+    const head = document.createElement("h2"), values = document.createElement("span");
+    head.textContent = spec.title;
+    values.className = "values";
+    frame.append(head, values);
+    this.host.append(frame);
+    const time = spec.scans.map((s) => this.data.scans.time[s] - this.begin);
+    const clean = (list) => list.map((v) => Number.isFinite(v) && !(spec.log && v <= 0) ? v : null);
+    const series = [{}], columns = [time], bands = [];
+    if (spec.low) {
+      series.push({ stroke: "transparent", points: { show: false } }, { stroke: "transparent", points: { show: false } });
+      columns.push(clean(spec.high), clean(spec.low));
+      bands.push({ series: [1, 2], fill: BAND });
+    }
+    for (const line of spec.lines) {
+      series.push({ stroke: line.colour, width: line.dots ? 0.6 : 1.4, points: { show: Boolean(line.dots), size: 4, width: 0, fill: line.colour } });
+      columns.push(clean(line.values));
+    }
+    const axis = { stroke: SOFT, grid: { stroke: FAINT, width: 1 }, ticks: { show: false }, font: "11px system-ui, sans-serif" };
+    const chart = new uPlot({
+      width: Math.max(200, frame.clientWidth), height: 150, series, bands, legend: { show: false },
+      cursor: { x: true, y: false, points: { show: false }, drag: { x: false, y: false } },
+      scales: { x: { time: false, range: () => [0, Math.max(this.length(), 1e-9)] }, y: spec.unit ? { range: [0, 1.02] } : spec.log ? { distr: 3 } : { range: (_, low, high) => [Math.min(0, low), (high || 1) * 1.05] } },
+      padding: [8, 18, 0, 0],
+      axes: [
+        { ...axis, size: 24, values: (_, ticks) => ticks.map((v) => `${v} s`) },
+        { ...axis, size: 44, ...(spec.log ? { grid: { ...axis.grid, filter: (_, ticks) => ticks.map(powerOfTen) }, filter: (_, ticks) => ticks.map(powerOfTen), values: (_, ticks) => ticks.map((v) => v === null ? "" : String(Number(v.toPrecision(3)))) } : {}) },
+      ],
+    }, columns, frame);
+    const now = document.createElement("div");
+    now.className = "now";
+    chart.over.append(now);
+    chart.over.addEventListener("click", () => { if (chart.cursor.idx !== null) this.onTime(spec.scans[chart.cursor.idx]); });
+    return { chart, spec, now, values, frame };
+  }
+
+  length() { return this.data.scans.count ? this.data.scans.time[this.data.scans.count - 1] - this.begin : 1; }
+
+  moveTo(scan) {
+    const time = this.data.scans.time[scan] - this.begin;
+    for (const { chart, spec, now, values } of this.plots) {
+      now.style.transform = `translateX(${chart.valToPos(time, "x")}px)`;
+      const i = lastAtOrBefore(spec.scans, scan);
+      const parts = i >= 0 && spec.scans[i] === scan ? spec.lines.map((line) => `${spec.lines.length > 1 ? line.name + " " : ""}${shown(line.values[i])}`) : ["–"];
+      const band = spec.band && i >= 0 && spec.scans[i] === scan && Number.isFinite(spec.low[i]) ? ` (${spec.band}: ${shown(spec.low[i])} to ${shown(spec.high[i])})` : "";
+      values.textContent = parts.join(", ") + band;
+    }
+  }
+
+  resize() {
+    for (const { chart, frame } of this.plots) chart.setSize({ width: Math.max(200, frame.clientWidth), height: 150 });
+    this.moveTo(this.state.scan);
+  }
+}
+
+// A tick of a logarithmic axis that is to be seen, or null.
+function powerOfTen(value) {
+  return value && Math.abs(Math.log10(value) - Math.round(Math.log10(value))) < 1e-9 ? value : null;
+}
+
+// Where the last of sorted numbers is that is at most `value`; -1 if there is none.
+function lastAtOrBefore(sorted, value) {
+  let low = 0, high = sorted.length - 1;
+  while (low <= high) {
+    const middle = (low + high) >> 1;
+    if (sorted[middle] <= value) low = middle + 1;
+    else high = middle - 1;
+  }
+  return high;
+}
+
+// The life of each track: a bar from its first scan to its last, grey while tentative. A click chooses the track.
+class Timeline {
+  constructor(data, state, canvas, onTrack) {
+    Object.assign(this, { data, state, canvas, onTrack });
+    this.left = 44;
+    canvas.addEventListener("click", (event) => {
+      const row = Math.floor(event.offsetY / this.step);
+      if (row >= 0 && row < this.rows.length) onTrack(this.rows[row]);
+    });
+  }
+
+  draw() {
+    const { data, state, canvas } = this, { tracks, entries, scans } = data;
+    this.rows = [];
+    for (let t = 0; t < tracks.id.length; t++) if (tracks.confirmed[t]) this.rows.push(t);
+    this.step = this.rows.length > 60 ? 6 : 14;
+    const ratio = window.devicePixelRatio || 1, width = canvas.parentElement.clientWidth, height = Math.max(20, this.rows.length * this.step + 4);
+    canvas.style.height = `${height}px`;
+    canvas.width = Math.round(width * ratio);
+    canvas.height = Math.round(height * ratio);
+    const context = canvas.getContext("2d");
+    context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    context.font = "11px system-ui, sans-serif";
+    this.width = width;
+    this.rows.forEach((t, row) => {
+      const y = row * this.step, every = this.step > 10 ? 1 : 5;
+      context.fillStyle = t === state.track ? INK : SOFT;
+      if (row % every === 0 || t === state.track) context.fillText(String(tracks.id[t]), 4, y + Math.min(this.step - 3, 11));
+      for (let from = tracks.first[t]; from < tracks.first[t + 1];) {
+        let to = from;
+        while (to + 1 < tracks.first[t + 1] && entries.confirmed[to + 1] === entries.confirmed[from] && entries.scan[to + 1] === entries.scan[to] + 1) to++;
+        const begin = this.at(scans.time[entries.scan[from]]), end = this.at(scans.time[Math.min(entries.scan[to] + 1, scans.count - 1)]);
+        context.fillStyle = entries.confirmed[from] ? tracks.colour[t] : "#c4c4c4";
+        const thin = t === state.track ? 0 : 2;
+        context.fillRect(begin, y + 1 + thin / 2, Math.max(end - begin, 1.5), this.step - 2 - thin);
+        from = to + 1;
+      }
+    });
+    this.moveTo(state.scan);
+  }
+
+  at(time) {
+    const { scans } = this.data, begin = scans.time[0], length = scans.time[scans.count - 1] - begin || 1;
+    return this.left + (this.width - this.left - 8) * (time - begin) / length;
+  }
+
+  moveTo(scan) {
+    this.canvas.nextElementSibling.style.transform = `translateX(${this.at(this.data.scans.time[scan])}px)`;
+  }
+}

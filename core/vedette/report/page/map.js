@@ -1,0 +1,368 @@
+"use strict";
+// The map: a layer of what does not move, drawn when the view changes, and what belongs to the scan on top of it.
+
+const INK = "#1a1a1a", SOFT = "#6e6e6e", FAINT = "#e4e4e4", RETURN = "#7a7a7a";
+const ELLIPSE = -2 * Math.log(0.05);  // squared distance that holds 95 % in the plane
+const TAIL = 40;                      // scans of a track's history that are drawn strongly
+const FADE = 12;                      // scans whose returns are still to be seen
+
+class SceneMap {
+  constructor(data, state, canvas) {
+    Object.assign(this, { data, state, canvas });
+    this.context = canvas.getContext("2d");
+    this.still = document.createElement("canvas");
+    this.view = { x: 0, y: 0, scale: 1 };
+    this.stale = true;
+    this.box = this.bounds();
+  }
+
+  // Whatever tracks that were confirmed, truth and platforms reach; returns where there is nothing else.
+  bounds() {
+    const { entries, truth, returns, scans, tracks, facts } = this.data;
+    const box = [Infinity, Infinity, -Infinity, -Infinity];
+    const add = (x, y) => {
+      if (!Number.isFinite(x) || !Number.isFinite(y)) return;
+      box[0] = Math.min(box[0], x); box[1] = Math.min(box[1], y);
+      box[2] = Math.max(box[2], x); box[3] = Math.max(box[3], y);
+    };
+    for (let i = 0; i < truth.x.length; i++) add(truth.x[i], truth.y[i]);
+    for (let i = 0; i < scans.count; i++) add(scans.platform[2 * i], scans.platform[2 * i + 1]);
+    for (const { place } of Object.values(facts.sensors)) if (place) add(place[0] - facts.centre[0], place[1] - facts.centre[1]);
+    const lost = truth.x.length ? 0.25 * Math.max(box[2] - box[0], box[3] - box[1], 1) : Infinity;
+    const wide = [box[0] - lost, box[1] - lost, box[2] + lost, box[3] + lost];
+    for (let i = 0; entries.x && i < entries.x.length; i++) {
+      const x = entries.x[i], y = entries.y[i], near = x > wide[0] && y > wide[1] && x < wide[2] && y < wide[3];
+      if (entries.confirmed[i] && tracks.confirmed[entries.track[i]] && (near || !truth.x.length)) add(x, y);
+    }
+    if (!(box[2] > box[0] || box[3] > box[1])) for (let i = 0; i < returns.x.length; i++) add(returns.x[i], returns.y[i]);
+    return box[2] >= box[0] ? box : [-1, -1, 1, 1];
+  }
+
+  resize() {
+    const ratio = window.devicePixelRatio || 1;
+    this.width = this.canvas.clientWidth;
+    this.height = this.canvas.clientHeight;
+    for (const each of [this.canvas, this.still]) {
+      each.width = Math.round(this.width * ratio);
+      each.height = Math.round(this.height * ratio);
+      each.getContext("2d").setTransform(ratio, 0, 0, ratio, 0, 0);
+    }
+    this.stale = true;
+  }
+
+  fit() {
+    const [left, low, right, high] = this.box;
+    this.view.scale = 0.9 * Math.min(this.width / Math.max(right - left, 1e-9), this.height / Math.max(high - low, 1e-9));
+    if (!Number.isFinite(this.view.scale) || this.view.scale > 1e6) this.view.scale = 1;
+    this.view.x = 0.5 * (left + right);
+    this.view.y = 0.5 * (low + high);
+    this.stale = true;
+  }
+
+  zoom(factor, px = this.width / 2, py = this.height / 2) {
+    const [x, y] = this.placeAt(px, py);
+    this.view.scale *= factor;
+    const [newX, newY] = this.placeAt(px, py);
+    this.view.x += x - newX;
+    this.view.y += y - newY;
+    this.stale = true;
+  }
+
+  pan(dx, dy) {
+    this.view.x -= dx / this.view.scale;
+    this.view.y -= this.up() * dy / this.view.scale;
+    this.stale = true;
+  }
+
+  // -1 on the ground, where the second axis points up; 1 in images, where it points down.
+  up() { return this.data.facts.unit === "px" ? 1 : -1; }
+  px(x) { return this.width / 2 + (x - this.view.x) * this.view.scale; }
+  py(y) { return this.height / 2 + this.up() * (y - this.view.y) * this.view.scale; }
+  placeAt(px, py) {
+    return [this.view.x + (px - this.width / 2) / this.view.scale, this.view.y + this.up() * (py - this.height / 2) / this.view.scale];
+  }
+
+  draw() {
+    if (this.stale) this.drawStill();
+    const { context, state, width, height } = this;
+    context.clearRect(0, 0, width, height);
+    context.drawImage(this.still, 0, 0, width, height);
+    if (state.layers.returns) this.drawReturns();
+    if (state.layers.truth) this.drawTruthNow();
+    this.drawPlatforms();
+    this.drawTracks();
+    this.drawChosen();
+  }
+
+  drawStill() {
+    const context = this.still.getContext("2d"), { data, state } = this;
+    context.clearRect(0, 0, this.width, this.height);
+    this.drawUnderlay(context);
+    this.drawGrid(context);
+    this.drawGraticule(context);
+    if (state.layers.truth) this.drawPaths(context, data.truth, () => INK, () => true, 1, 0.55);
+    if (state.layers.paths && data.entries.x) {
+      const wanted = (t) => data.tracks.confirmed[t] || state.layers.tentative;
+      this.drawPaths(context, { ...data.entries, first: data.tracks.first }, (t) => data.tracks.colour[t], wanted, 1.2, 0.3);
+    }
+    this.stale = false;
+  }
+
+  drawPaths(context, table, colour, wanted, width, alpha) {
+    context.lineWidth = width;
+    context.globalAlpha = alpha;
+    context.lineJoin = "round";
+    for (let g = 0; g + 1 < table.first.length; g++) {
+      if (!wanted(g)) continue;
+      context.strokeStyle = colour(g);
+      context.beginPath();
+      let lastX = NaN, lastY = NaN;
+      for (let i = table.first[g]; i < table.first[g + 1]; i++) {
+        const x = this.px(table.x[i]), y = this.py(table.y[i]);
+        if (Math.abs(x - lastX) + Math.abs(y - lastY) < 0.7) continue;  // less than a pixel is not seen
+        if (i === table.first[g]) context.moveTo(x, y);
+        else context.lineTo(x, y);
+        lastX = x; lastY = y;
+      }
+      context.stroke();
+    }
+    context.globalAlpha = 1;
+  }
+
+  drawUnderlay(context) {
+    const lines = this.data.facts.underlay;
+    context.strokeStyle = "#b9a98a";
+    context.fillStyle = "#f3eee2";
+    context.lineWidth = 1;
+    for (const { points, closed } of lines) {
+      context.beginPath();
+      points.forEach(([x, y], i) => {
+        const at = [this.px(x - this.data.facts.centre[0]), this.py(y - this.data.facts.centre[1])];
+        if (i) context.lineTo(...at);
+        else context.moveTo(...at);
+      });
+      if (closed) { context.closePath(); context.fill(); }
+      context.stroke();
+    }
+  }
+
+  // Meridians and parallels, each named where it enters the map.
+  drawGraticule(context) {
+    context.strokeStyle = "#c9d8e4";
+    context.fillStyle = "#47708f";
+    context.lineWidth = 1;
+    context.font = "11px system-ui, sans-serif";
+    for (const { points, label } of this.data.facts.graticule) {
+      let named = false;
+      context.beginPath();
+      for (const [x, y] of points) {
+        const px = this.px(x - this.data.facts.centre[0]), py = this.py(y - this.data.facts.centre[1]);
+        context.lineTo(px, py);
+        if (!named && px > 6 && py > 14 && px < this.width - 90 && py < this.height - 24) {
+          context.fillText(label, px + 3, py - 3);
+          named = true;
+        }
+      }
+      context.stroke();
+    }
+  }
+
+  drawGrid(context) {
+    const rough = 90 / this.view.scale, power = 10 ** Math.floor(Math.log10(rough));
+    const step = power * [1, 2, 5, 10].find((m) => m * power >= rough), centre = this.data.facts.centre;
+    const unit = this.data.facts.unit, [left, top] = this.placeAt(0, 0), [right, bottom] = this.placeAt(this.width, this.height);
+    const label = (value) => unit === "m" && step >= 1000 ? `${Number((value / 1000).toFixed(3))} km` : `${Number(value.toFixed(6))} ${unit}`;
+    context.strokeStyle = FAINT;
+    context.fillStyle = SOFT;
+    context.lineWidth = 1;
+    context.font = "11px system-ui, sans-serif";
+    context.beginPath();
+    const words = [];
+    for (let x = Math.ceil((left + centre[0]) / step) * step; x <= right + centre[0]; x += step) {
+      const at = Math.round(this.px(x - centre[0])) + 0.5;
+      context.moveTo(at, 0); context.lineTo(at, this.height);
+      if (at > 60 && at < this.width - 30) words.push([label(x), at + 3, this.height - 5]);
+    }
+    const [low, high] = [Math.min(top, bottom) + centre[1], Math.max(top, bottom) + centre[1]];
+    for (let y = Math.ceil(low / step) * step; y <= high; y += step) {
+      const at = Math.round(this.py(y - centre[1])) + 0.5;
+      context.moveTo(0, at); context.lineTo(this.width, at);
+      if (at > 16 && at < this.height - 22) words.push([label(y), 4, at - 3]);
+    }
+    context.stroke();
+    for (const [text, x, y] of words) context.fillText(text, x, y);
+  }
+
+  drawReturns() {
+    const { data, state, context } = this, { returns, scans } = data;
+    for (let s = Math.max(0, state.scan - FADE); s <= state.scan; s++) {
+      if (!state.sensors[scans.sensor[s]]) continue;
+      const now = s === state.scan, size = now ? 4 : 2.2;
+      context.globalAlpha = now ? 0.95 : 0.14 + 0.3 * (1 - (state.scan - s) / FADE);
+      context.fillStyle = now ? INK : RETURN;
+      for (let r = scans.firstReturn[s]; r < scans.firstReturn[s + 1]; r++) {
+        const x = this.px(returns.x[r]), y = this.py(returns.y[r]);
+        if (x >= -5 && y >= -5 && x <= this.width + 5 && y <= this.height + 5) context.fillRect(x - size / 2, y - size / 2, size, size);
+        else if (now && returns.ray && Number.isFinite(returns.ray[2 * r])) this.drawRay(r, s);
+      }
+    }
+    context.globalAlpha = 1;
+  }
+
+  drawRay(r, s) {
+    const [x, y] = this.standing(s), { context, data } = this, far = 2 * (this.width + this.height);
+    if (!Number.isFinite(x)) return;
+    context.strokeStyle = SOFT;
+    context.lineWidth = 0.7;
+    context.beginPath();
+    context.moveTo(this.px(x), this.py(y));
+    context.lineTo(this.px(x) + far * data.returns.ray[2 * r], this.py(y) + this.up() * far * data.returns.ray[2 * r + 1]);
+    context.stroke();
+  }
+
+  // Where the sensor of a scan stands.
+  standing(s) {
+    const { scans, facts } = this.data, place = Object.values(facts.sensors)[scans.sensor[s]].place;
+    if (Number.isFinite(scans.platform[2 * s])) return [scans.platform[2 * s], scans.platform[2 * s + 1]];
+    return place ? [place[0] - facts.centre[0], place[1] - facts.centre[1]] : [NaN, NaN];
+  }
+
+  drawPlatforms() {
+    const { data, state, context } = this;
+    const [x, y] = this.standing(state.scan), name = Object.keys(data.facts.sensors)[data.scans.sensor[state.scan]];
+    if (!Number.isFinite(x)) return;
+    if (state.layers.views) {
+      context.strokeStyle = SOFT;
+      context.lineWidth = 1;
+      context.setLineDash([5, 4]);
+      for (const range of Object.values(data.facts.views[name] || {})) {
+        context.beginPath();
+        context.arc(this.px(x), this.py(y), range * this.view.scale, 0, 2 * Math.PI);
+        context.stroke();
+      }
+      context.setLineDash([]);
+    }
+    context.fillStyle = "#ffd23f";
+    context.strokeStyle = INK;
+    context.lineWidth = 1;
+    context.beginPath();
+    context.moveTo(this.px(x), this.py(y) - 8);
+    context.lineTo(this.px(x) + 7, this.py(y) + 5);
+    context.lineTo(this.px(x) - 7, this.py(y) + 5);
+    context.closePath();
+    context.fill();
+    context.stroke();
+  }
+
+  drawTruthNow() {
+    const { data, state, context } = this, { truth } = data;
+    context.fillStyle = INK;
+    context.font = "italic 12px system-ui, sans-serif";
+    const few = truth.atScan.first[state.scan + 1] - truth.atScan.first[state.scan] <= 40;
+    for (let k = truth.atScan.first[state.scan]; k < truth.atScan.first[state.scan + 1]; k++) {
+      const i = truth.atScan.row[k], x = this.px(truth.x[i]), y = this.py(truth.y[i]);
+      context.strokeStyle = INK;
+      context.lineWidth = 1.4;
+      context.strokeRect(x - 4, y - 4, 8, 8);
+      if (few) this.write(data.facts.objects[truth.object[i]], x + 8, y + 15, INK);
+    }
+  }
+
+  write(text, x, y, colour) {
+    const { context } = this;
+    context.lineWidth = 3;
+    context.strokeStyle = "rgba(255, 255, 255, 0.85)";
+    context.strokeText(text, x, y);
+    context.fillStyle = colour;
+    context.fillText(text, x, y);
+  }
+
+  drawTracks() {
+    const { data, state, context } = this, { entries, tracks } = data;
+    if (!entries.x || !state.layers.tracks) return;
+    const from = entries.atScan.first[state.scan], to = entries.atScan.first[state.scan + 1], few = to - from <= 120;
+    const sensor = Object.values(data.facts.sensors)[data.scans.sensor[state.scan]];
+    context.font = "bold 12px system-ui, sans-serif";
+    for (let k = from; k < to; k++) {
+      const e = entries.atScan.row[k], t = entries.track[e], confirmed = entries.confirmed[e];
+      if (!confirmed && !state.layers.tentative && t !== state.track) continue;
+      const x = this.px(entries.x[e]), y = this.py(entries.y[e]), colour = tracks.colour[t], chosen = t === state.track;
+      if (x < -200 || y < -200 || x > this.width + 200 || y > this.height + 200) continue;
+      context.strokeStyle = colour;
+      context.lineWidth = chosen ? 3.5 : 2;
+      context.globalAlpha = confirmed ? 1 : 0.6;
+      context.beginPath();
+      for (let i = Math.max(tracks.first[t], e - TAIL); i <= e; i++) context.lineTo(this.px(entries.x[i]), this.py(entries.y[i]));
+      context.stroke();
+      context.lineWidth = chosen ? 2 : 1;
+      if (state.layers.ellipses) this.ellipse(x, y, entries.covXX[e], entries.covXY[e], entries.covYY[e], ELLIPSE);
+      if ((state.layers.gates || chosen) && sensor.gate && Number.isFinite(entries.gateXX[e])) {
+        context.setLineDash([3, 3]);
+        const gx = this.px(entries.x[e] + entries.gateX[e]), gy = this.py(entries.y[e] + entries.gateY[e]);
+        this.ellipse(gx, gy, entries.gateXX[e], entries.gateXY[e], entries.gateYY[e], sensor.gate);
+        context.setLineDash([]);
+      }
+      context.fillStyle = colour;
+      context.beginPath();
+      context.arc(x, y, chosen ? 5 : 3, 0, 2 * Math.PI);
+      context.fill();
+      if ((few && confirmed) || chosen) this.write(String(tracks.id[t]), x + 7, y - 7, colour);
+    }
+    context.globalAlpha = 1;
+  }
+
+  // The ellipse of a covariance around a place in px, where the squared distance is `limit`.
+  ellipse(x, y, xx, xy, yy, limit) {
+    const middle = (xx + yy) / 2, half = Math.hypot((xx - yy) / 2, xy);
+    const long = Math.sqrt(limit * (middle + half)) * this.view.scale;
+    const short = Math.sqrt(limit * Math.max(0, middle - half)) * this.view.scale;
+    if (!Number.isFinite(long) || long < 1.5) return;
+    this.context.beginPath();
+    this.context.ellipse(x, y, long, short, this.up() * 0.5 * Math.atan2(2 * xy, xx - yy), 0, 2 * Math.PI);
+    this.context.stroke();
+  }
+
+  // The return that was picked, or lines from the track that was picked to its returns, as wide as their weights.
+  drawChosen() {
+    const { data, state, context } = this, { returns, entries } = data;
+    const ring = (r, colour) => {
+      context.strokeStyle = colour;
+      context.lineWidth = 2;
+      context.beginPath();
+      context.arc(this.px(returns.x[r]), this.py(returns.y[r]), 7, 0, 2 * Math.PI);
+      context.stroke();
+    };
+    if (state.track >= 0) {
+      const e = entryAt(data, state.track, state.scan);
+      for (const { row, weight } of e < 0 ? [] : weightsOf(data, e)) {
+        if (!Number.isFinite(returns.x[row])) continue;
+        context.strokeStyle = data.tracks.colour[state.track];
+        context.lineWidth = 0.5 + 3 * weight;
+        context.beginPath();
+        context.moveTo(this.px(entries.x[e]), this.py(entries.y[e]));
+        context.lineTo(this.px(returns.x[row]), this.py(returns.y[row]));
+        context.stroke();
+        ring(row, data.tracks.colour[state.track]);
+      }
+    }
+    if (state.return >= 0) ring(state.return, "#d55e00");
+  }
+
+  // What lies under a place in px: {track}, or where there is none {return}, or nothing.
+  pick(px, py) {
+    const { data, state } = this, { entries, returns, scans } = data;
+    let best = 16, found = null;
+    const near = (x, y, reach, what) => {
+      const away = Math.hypot(this.px(x) - px, this.py(y) - py);
+      if (away < Math.min(best, reach)) { best = away; found = what; }
+    };
+    for (let k = entries.atScan.first[state.scan]; entries.x && k < entries.atScan.first[state.scan + 1]; k++) {
+      const e = entries.atScan.row[k];
+      if (entries.confirmed[e] || state.layers.tentative) near(entries.x[e], entries.y[e], 16, { track: entries.track[e] });
+    }
+    if (!found && state.layers.returns && state.sensors[scans.sensor[state.scan]])
+      for (let r = scans.firstReturn[state.scan]; r < scans.firstReturn[state.scan + 1]; r++)
+        near(returns.x[r], returns.y[r], 10, { return: r });
+    return found;
+  }
+}

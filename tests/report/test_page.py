@@ -1,0 +1,167 @@
+"""The page of a run as a file: whole, without a request, its columns as exact as they are said to be."""
+
+import hashlib
+import json
+import re
+import zlib
+from base64 import b64decode
+from importlib.resources import files
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from support.results import config
+from vedette.cli import main
+from vedette.errors import InputError
+from vedette.io import read_series
+from vedette.report.page.build import write_page
+from vedette.report.page.geography import east_north, graticule, read_origin, read_underlay
+from vedette.report.page.packing import pack, single
+
+UPLOT = {
+    "uPlot.iife.min.js": "19c8d4c6ad88929a79f4ae49d6f7161566dfd0ba3d15cc495e974f787eb78f1f",
+    "uPlot.min.css": "df630c6a8d6f8eeaff264b50f73ce5b114f646ffd9a0bb74f049b0a00135fa04",
+}
+"""Of uplot 1.6.32 in the npm registry."""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("run")
+    (folder / "config.json").write_text(json.dumps(config(title="A </script> & <b>test</b>")))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("vedette.commands.run.can_draw", lambda: False)
+        assert main(["run", str(folder / "config.json"), "--out", str(folder / "out"), "--report"]) == 0
+    return folder / "out"
+
+
+def unpacked(text, kind):
+    raw = np.frombuffer(zlib.decompress(b64decode(text)), np.uint8)
+    dtype = np.dtype("<" + kind)
+    return raw.reshape(dtype.itemsize, -1).T.copy().view(dtype)[:, 0]
+
+
+def page_columns(page):
+    found = re.findall(r'<script type="text/plain" class="column" data-name="(.*?)" data-type="(.*?)">(.*?)</script>', page)
+    return {name: unpacked(text, kind) for name, kind, text in found}
+
+
+@pytest.mark.parametrize("dtype", ["f8", "f4", "u4", "i2", "u1"])
+def test_a_packed_column_reads_back_to_the_last_bit(dtype):
+    values = (np.random.default_rng(1).normal(size=100) * 50).astype(dtype)
+    packed = pack("table.column", values)
+    assert packed.type == dtype
+    np.testing.assert_array_equal(unpacked(packed.text, dtype), values)
+    assert not len(unpacked(pack("table.none", values[:0]).text, dtype))
+
+
+def test_rounding_keeps_what_is_promised_and_what_is_no_number():
+    values = np.random.default_rng(2).normal(size=10_000) * 10.0 ** np.random.default_rng(3).integers(-8, 8, 10_000)
+    assert np.max(np.abs(single(values) / values - 1)) < 2**-17 * 1.01
+    special = np.array([0.0, -0.0, np.nan, np.inf, -np.inf, 3.4e38])
+    np.testing.assert_array_equal(np.isnan(single(special)), np.isnan(special))
+    np.testing.assert_allclose(single(special)[3:], special[3:], rtol=1e-5)
+
+
+def test_the_page_holds_the_series(folder):
+    series, columns = read_series(folder / "series.npz"), page_columns((folder / "report.html").read_text(encoding="utf-8"))
+    order = np.lexsort((series["entries"]["scan"], series["entries"]["track"]))
+    for name in ("nees", "nis_given_hit", "position_error", "existence", "hit"):
+        np.testing.assert_allclose(columns[f"entries.{name}"], series["entries"][name][order], rtol=2**-17 * 1.01)
+    np.testing.assert_array_equal(columns["scans.time"], series["scans"]["time"])
+    np.testing.assert_array_equal(columns["entries.object"], series["entries"]["object"][order])
+    start = np.concatenate([[0], np.cumsum(columns["tracks.count"], dtype=int)])
+    scans = np.concatenate([np.cumsum(columns["entries.gap"][i:j]) for i, j in pairwise(start)])
+    np.testing.assert_array_equal(scans, series["entries"]["scan"][order])
+
+
+def test_the_page_holds_the_four_largest_weights_above_a_hundredth(folder):
+    series, columns = read_series(folder / "series.npz"), page_columns((folder / "report.html").read_text(encoding="utf-8"))
+    order = np.lexsort((series["entries"]["scan"], series["entries"]["track"]))
+    first = np.concatenate([[0], np.cumsum(columns["weights.count"], dtype=int)])
+    weights = series["weights"]
+    for place in range(0, len(order), 7):
+        own = np.flatnonzero(weights["entry"] == order[place])
+        own = own[weights["weight"][own] > 0.01]
+        wanted = own[np.argsort(-weights["weight"][own], kind="stable")][:4]
+        found = slice(first[place], first[place + 1])
+        np.testing.assert_array_equal(columns["weights.return"][found], weights["return"][wanted])
+        np.testing.assert_allclose(columns["weights.weight"][found], weights["weight"][wanted], rtol=1e-5)
+
+
+def test_it_asks_for_nothing_and_no_title_can_break_out(folder):
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    assert not re.findall(r"""(?:src|href)\s*=\s*["']?\s*(?:https?:)?//""", page)
+    assert "default-src 'none'" in page
+    assert "<b>test</b>" not in page
+    assert page.count("</script>") == page.count("<script")
+
+
+def test_equal_runs_give_equal_pages(folder, tmp_path):
+    write_page(folder, tmp_path / "again.html")
+    assert (tmp_path / "again.html").read_bytes() == (folder / "report.html").read_bytes()
+
+
+def test_the_vendored_script_is_the_registry_s_and_has_its_licence():
+    vendored = files("vedette.report.page") / "uplot"
+    for name, wanted in UPLOT.items():
+        assert hashlib.sha256((vendored / name).read_bytes()).hexdigest() == wanted
+    assert "MIT License" in (vendored / "LICENSE").read_text()
+
+
+def test_a_folder_that_no_run_wrote_is_told(tmp_path, capsys):
+    assert main(["report", str(tmp_path)]) == 2
+    assert "series.npz: there is no such file; `vedette run` writes it" in capsys.readouterr().err
+    assert not (tmp_path / "report.html").exists()
+
+
+def test_places_on_the_tangent_plane_agree_with_an_independent_library():
+    convert = pytest.importorskip("pymap3d").geodetic2enu
+    rng = np.random.default_rng(4)
+    latitude, longitude = 63.4 + rng.normal(size=50) * 0.3, 10.4 + rng.normal(size=50) * 0.5
+    east, north, _ = convert(latitude, longitude, 0.0, 63.4, 10.4, 0.0)
+    np.testing.assert_allclose(east_north(latitude, longitude, (63.4, 10.4)), np.stack([east, north], axis=-1), atol=1e-6)
+
+
+@pytest.mark.parametrize("origin", [(63.4, 10.4), (-33.9, 151.2), (0.0, 0.0)])
+def test_the_graticule_crosses_the_map_with_few_lines(origin):
+    lines = graticule(origin, np.array([-4e3, -3e3]), np.array([4e3, 3e3]))
+    assert 2 <= len(lines) <= 24
+    through = [line for line in lines if np.any(np.all(np.abs(np.array(line["points"])) < [4e3, 3e3], axis=1))]
+    assert len(through) >= 2
+    assert any(line["label"][-1] in "NS" for line in through)
+    assert any(line["label"][-1] in "EW" for line in through)
+
+
+@pytest.mark.parametrize(
+    ("content", "piece"),
+    [
+        ("no json", "must be GeoJSON"),
+        ("[]", "must be GeoJSON"),
+        ('{"type": "Circle"}', "unknown type 'Circle'"),
+        ('{"type": "LineString", "coordinates": [[1, "a"]]}', "must be GeoJSON"),
+        ('{"type": "LineString", "coordinates": [[1, NaN]]}', "a coordinate is not finite"),
+    ],
+)
+def test_a_bad_underlay_is_refused_with_its_name(tmp_path, content, piece):
+    (tmp_path / "coast.geojson").write_text(content)
+    with pytest.raises(InputError, match=rf"coast\.geojson: .*{re.escape(piece)}"):
+        read_underlay(tmp_path / "coast.geojson", None)
+
+
+def test_an_underlay_in_metres_stays_where_it_is_and_one_in_degrees_goes_round_the_origin(tmp_path):
+    ring = {"type": "Polygon", "coordinates": [[[10.4, 63.4], [10.5, 63.4], [10.4, 63.5], [10.4, 63.4]]]}
+    data = {"type": "FeatureCollection", "features": [{"type": "Feature", "properties": {}, "geometry": ring}]}
+    (tmp_path / "coast.geojson").write_text(json.dumps(data))
+    (plain,) = read_underlay(tmp_path / "coast.geojson", None)
+    assert plain == {"points": [[10.4, 63.4], [10.5, 63.4], [10.4, 63.5], [10.4, 63.4]], "closed": True}
+    (turned,) = read_underlay(tmp_path / "coast.geojson", (63.4, 10.4))
+    np.testing.assert_allclose(turned["points"][0], [0.0, 0.0])
+    np.testing.assert_allclose(turned["points"][2], [0.0, 11_145.0], atol=20.0)
+
+
+@pytest.mark.parametrize("text", ["63.4", "north,east", "91,10", "10,181"])
+def test_a_bad_origin_is_refused(text):
+    with pytest.raises(ValueError, match="latitude"):
+        read_origin(text)
