@@ -108,6 +108,21 @@ def test_a_click_on_a_track_shows_that_track_and_a_click_beside_lets_it_go(folde
     assert tab.locator("#chosen").count() == 0
 
 
+def test_each_chart_is_as_wide_as_its_place_and_its_line_is_at_the_scan(opened):
+    tab = opened.tab
+    for choice in ("{}", "{ track: page.data.tracks.confirmed.indexOf(1) }"):
+        tab.evaluate(f"page.choose({choice}); page.goTo(60)")
+        widths = tab.evaluate("page.charts.plots.map(({ chart, frame }) => [chart.width, frame.clientWidth])")
+        assert len(widths) >= 4
+        assert all(chart == frame for chart, frame in widths)
+        left = "(element) => element.getBoundingClientRect().x"
+        lines = (
+            f"page.charts.plots.map(({{ chart, now }}) => [chart.over.clientWidth, ({left})(now) - ({left})(chart.over)])"
+        )
+        for width, at in tab.evaluate(lines):
+            assert at == pytest.approx(width / 2, abs=2), "150 s of 300 s"
+
+
 def test_every_value_of_a_track_is_the_file_s(folder, opened):
     series, tab = read_series(folder / "series.npz"), opened.tab
     entries = series["entries"]

@@ -15,7 +15,9 @@ class Charts {
     for (const plot of this.plots) plot.chart.destroy();
     this.host.replaceChildren();
     const specs = this.state.track >= 0 ? this.ofTrack(this.state.track) : this.ofAll();
-    this.plots = specs.filter((spec) => spec.lines.some((line) => line.values.some(Number.isFinite))).map((spec) => this.plot(spec));
+    const filled = specs.filter((spec) => spec.lines.some((line) => line.values.some(Number.isFinite)));
+    const frames = filled.map((spec) => this.frame(spec));  // all of them first: together they have their widths
+    this.plots = filled.map((spec, i) => this.plot(spec, frames[i]));
     this.moveTo(this.state.scan);
   }
 
@@ -61,7 +63,7 @@ class Charts {
     ];
   }
 
-  plot(spec) {
+  frame(spec) {
     const frame = document.createElement("div");
     frame.className = "chart";
     const head = document.createElement("h2"), values = document.createElement("span");
@@ -69,6 +71,10 @@ class Charts {
     values.className = "values";
     frame.append(head, values);
     this.host.append(frame);
+    return { frame, values };
+  }
+
+  plot(spec, { frame, values }) {
     const time = spec.scans.map((s) => this.data.scans.time[s] - this.begin);
     const clean = (list) => list.map((v) => Number.isFinite(v) && !(spec.log && v <= 0) ? v : null);
     const series = [{}], columns = [time], bands = [];

@@ -8,6 +8,8 @@ function element(name, text = "", className = "") {
   return made;
 }
 
+const LISTED = 40;  // confirmed tracks of a scan that are listed; the map has all
+
 class Details {
   constructor(data, state, host, choose) {
     Object.assign(this, { data, state, host, choose });
@@ -49,8 +51,11 @@ class Details {
     const rows = [];
     for (let k = entries.atScan.first[s]; k < entries.atScan.first[s + 1]; k++) {
       const e = entries.atScan.row[k], t = entries.track[e];
-      if (entries.confirmed[e])
-        rows.push({ cells: [String(tracks.id[t]), this.objectOf(e), shown(entries.position_error[e]), shown(entries.existence[e])], pick: () => this.choose({ track: t }) });
+      if (entries.confirmed[e]) rows.push({ entry: e, pick: () => this.choose({ track: t }) });
+    }
+    for (const row of rows.slice(0, LISTED)) {
+      const e = row.entry;
+      row.cells = [String(tracks.id[entries.track[e]]), this.objectOf(e), shown(entries.position_error[e]), shown(entries.existence[e])];
     }
     host.replaceChildren(
       element("h2", `Scan ${s + 1} of ${scans.count}`),
@@ -65,7 +70,8 @@ class Details {
       ]),
       element("h3", rows.length ? "Confirmed tracks" : "No confirmed track"),
     );
-    if (rows.length) host.append(this.list(["track", "object", "error", "existence"], rows.slice(0, 300)));
+    if (rows.length) host.append(this.list(["track", "object", "error", "existence"], rows.slice(0, LISTED)));
+    if (rows.length > LISTED) host.append(element("p", `and ${rows.length - LISTED} more on the map`, "hint"));
     host.append(element("p", "Click a track or a return on the map.", "hint"));
   }
 
