@@ -12,12 +12,15 @@ import numpy as np
 import pytest
 
 from support.results import config
+from vedette import Recording, Scan, Space
 from vedette.cli import main
 from vedette.errors import InputError
-from vedette.io import read_series
+from vedette.io import read_series, write_recording
 from vedette.report.page.build import write_page
+from vedette.report.page.frames import frames
 from vedette.report.page.geography import east_north, graticule, read_origin, read_underlay
 from vedette.report.page.packing import pack, single
+from vedette.types import Frame
 
 UPLOT = {
     "uPlot.iife.min.js": "19c8d4c6ad88929a79f4ae49d6f7161566dfd0ba3d15cc495e974f787eb78f1f",
@@ -67,7 +70,7 @@ def test_rounding_keeps_what_is_promised_and_what_is_no_number():
 def test_the_page_holds_the_series(folder):
     series, columns = read_series(folder / "series.npz"), page_columns((folder / "report.html").read_text(encoding="utf-8"))
     order = np.lexsort((series["entries"]["scan"], series["entries"]["track"]))
-    for name in ("nees", "nis_given_hit", "position_error", "existence", "hit"):
+    for name in ("nees", "nis_given_hit", "position_error", "existence"):
         np.testing.assert_allclose(columns[f"entries.{name}"], series["entries"][name][order], rtol=2**-17 * 1.01)
     np.testing.assert_array_equal(columns["scans.time"], series["scans"]["time"])
     np.testing.assert_array_equal(columns["entries.object"], series["entries"]["object"][order])
@@ -165,3 +168,44 @@ def test_an_underlay_in_metres_stays_where_it_is_and_one_in_degrees_goes_round_t
 def test_a_bad_origin_is_refused(text):
     with pytest.raises(ValueError, match="latitude"):
         read_origin(text)
+
+
+def decoded(data):
+    """The shades of a PNG that holds each row as differences from left to right."""
+    assert data[:8] == b"\x89PNG\r\n\x1a\n"
+    at, body = 8, b""
+    while at < len(data):
+        length, kind = int.from_bytes(data[at : at + 4], "big"), data[at + 4 : at + 8]
+        part = data[at + 8 : at + 8 + length]
+        assert zlib.crc32(kind + part) == int.from_bytes(data[at + 8 + length : at + 12 + length], "big")
+        if kind == b"IHDR":
+            width, height = int.from_bytes(part[:4], "big"), int.from_bytes(part[4:8], "big")
+            assert part[8:] == bytes([8, 0, 0, 0, 0])
+        body += part if kind == b"IDAT" else b""
+        at += 12 + length
+    rows = np.frombuffer(zlib.decompress(body), np.uint8).reshape(height, 1 + width)
+    assert (rows[:, 0] == 1).all()
+    return np.cumsum(rows[:, 1:], axis=1, dtype=np.uint8)
+
+
+def test_frames_are_pictures_with_their_scan_and_place(tmp_path, monkeypatch):
+    rng = np.random.default_rng(5)
+    pixels = [rng.normal(size=(5, 7)) for _ in range(4)]
+    pixels[1][2, 3] = np.nan
+    corner = np.array([3.0, -2.0])
+    images = [Scan.image(float(i), "camera", Frame(each, corner if i else None)) for i, each in enumerate(pixels)]
+    seen = Scan(0.5, "radar", [[1.0, 2.0]])
+    spaces = {"camera": Space.of(x="px", y="px"), "radar": Space.of(x="m", y="m")}
+    write_recording(tmp_path / "recording.jsonl", Recording((images[0], seen, *images[1:])), spaces)
+    found = frames(tmp_path / "recording.jsonl")
+    assert [each["scan"] for each in found] == [0, 2, 3, 4]
+    assert [each["corner"] for each in found] == [[0.0, 0.0]] + [[3.0, -2.0]] * 3
+    assert found[0]["size"] == [7, 5]
+    low, high = np.percentile(pixels[0], [1.0, 99.8])
+    for each, wanted in zip(found, pixels, strict=True):
+        shade = np.nan_to_num(255 * np.clip((wanted - low) / (high - low), 0, 1))
+        np.testing.assert_allclose(decoded(b64decode(each["png"])), shade, atol=0.51)
+    monkeypatch.setattr("vedette.report.page.frames.MOST", 2)
+    assert [each["scan"] for each in frames(tmp_path / "recording.jsonl")] == [0, 3]
+    monkeypatch.setattr("vedette.report.page.frames.BYTES", 100)
+    assert frames(tmp_path / "recording.jsonl") == []

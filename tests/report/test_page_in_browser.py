@@ -150,8 +150,7 @@ def test_every_value_of_a_track_is_the_file_s(folder, opened):
         shown = tab.locator("#weights tbody td:last-child").all_inner_texts()
         assert len(shown) == 1 + min(4, np.count_nonzero(largest > 0.01))
         assert all(agrees(text, value) for text, value in zip(shown[:-1], largest, strict=False))
-        if entries["hit"][row] < 0.99:
-            assert agrees(shown[-1], 1 - entries["hit"][row])
+        assert agrees(shown[-1], 1 - entries["hit"][row])
 
 
 def test_every_value_of_a_scan_is_the_file_s(folder, opened):
@@ -217,3 +216,19 @@ def test_sensors_can_be_filtered(tmp_path, running):
     assert count == len(sensors)
     assert both.tab.evaluate(points) == np.count_nonzero(sensors == 1)
     assert both.said == []
+
+
+def test_a_frame_lies_under_what_was_seen_in_it(tmp_path, running):
+    line = ["run", str(EXAMPLES / "flir.toml"), "--set", "source.frames=12", "--out", str(tmp_path), "--stream", "--report"]
+    assert main(line) == 0
+    seen = Opened(running, tmp_path / "report.html")
+    seen.tab.evaluate("page.goTo(7)")
+    seen.wait("page.map.frameAt(7).image.complete && page.map.frameAt(7).scan === 7")
+    seen.tab.evaluate("page.map.draw()")
+    assert seen.said == []
+    middle = "() => [...page.map.context.getImageData(page.map.px({0}), page.map.py({0}), 1, 1).data].slice(0, 3)"
+    for place in (-20, 15):
+        red, green, blue = seen.tab.evaluate(middle.replace("{0}", str(place + 0.3)))
+        assert red == green == blue < 255, "a shade of grey"
+    seen.tab.locator("#layers label", has_text="frames").click()
+    assert seen.tab.evaluate(middle.replace("{0}", "-20.3")) == [0, 0, 0], "nothing is drawn there: clear"

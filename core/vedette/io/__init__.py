@@ -6,6 +6,7 @@ from vedette.config.hooks import plugin
 from vedette.io.autoferry import AutoferrySource
 from vedette.io.csv_source import CsvSource
 from vedette.io.csv_table import UNCLOSED, cells_of, header_of
+from vedette.io.frames import read_frame
 from vedette.io.image_header import check_pixels, picture_size
 from vedette.io.json_values import parse, short
 from vedette.io.jsonl import read_recording, write_recording
@@ -38,6 +39,7 @@ __all__ = [
     "lines",
     "parse",
     "picture_size",
+    "read_frame",
     "read_recording",
     "read_series",
     "read_tracks",

@@ -16,6 +16,7 @@ from vedette.io import Series, read_series
 from vedette.io.atomic import whole_file
 from vedette.report import canvas
 from vedette.report.page.columns import columns
+from vedette.report.page.frames import frames
 from vedette.report.page.geography import Origin, graticule, read_underlay
 from vedette.report.page.packing import Packed
 from vedette.space import Array
@@ -40,6 +41,7 @@ def write_page(folder: Path, target: Path, underlay: Path | None = None, origin:
         "config": config,
         "views": _views(json.loads(config)),
         "colours": {"tracks": canvas.TRACKS, "modes": canvas.MODES},
+        "frames": frames(folder / "recording.jsonl"),
         "underlay": [] if underlay is None else read_underlay(underlay, origin),
         "graticule": [] if origin is None else graticule(origin, *_box(series)),
     }

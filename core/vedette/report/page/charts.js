@@ -59,7 +59,7 @@ class Charts {
       { ...common, title: `Track ${id}: mode probabilities`, unit: true,
         lines: facts.modes.map((name, i) => ({ name, values: of(entries[`mode${i}`]), colour: facts.colours.tracks[(i * 7) % 12] })) },
       { ...common, title: `Track ${id}: existence, and hit`, unit: true,
-        lines: [{ name: "existence", values: of(entries.existence), colour }, { name: "hit", values: of(entries.hit), colour: "#9a9a9a" }] },
+        lines: [{ name: "existence", values: of(entries.existence), colour }, { name: "hit", values: of(entries.miss).map((miss) => 1 - miss), colour: "#9a9a9a" }] },
     ];
   }
 
@@ -91,7 +91,7 @@ class Charts {
     const chart = new uPlot({
       width: Math.max(200, frame.clientWidth), height: 150, series, bands, legend: { show: false },
       cursor: { x: true, y: false, points: { show: false }, drag: { x: false, y: false } },
-      scales: { x: { time: false, range: () => [0, Math.max(this.length(), 1e-9)] }, y: spec.unit ? { range: [0, 1.02] } : spec.log ? { distr: 3 } : { range: (_, low, high) => [Math.min(0, low), (high || 1) * 1.05] } },
+      scales: { x: { time: false, range: () => [0, this.length()] }, y: spec.unit ? { range: [0, 1.02] } : spec.log ? { distr: 3 } : { range: (_, low, high) => [Math.min(0, low), (high || 1) * 1.05] } },
       padding: [8, 18, 0, 0],
       axes: [
         { ...axis, size: 24, values: (_, ticks) => ticks.map((v) => `${v} s`) },
@@ -105,12 +105,12 @@ class Charts {
     return { chart, spec, now, values, frame };
   }
 
-  length() { return this.data.scans.count ? this.data.scans.time[this.data.scans.count - 1] - this.begin : 1; }
+  length() { return this.data.scans.time[this.data.scans.count - 1] - this.begin || 1; }
 
   moveTo(scan) {
     const time = this.data.scans.time[scan] - this.begin;
-    for (const { chart, spec, now, values } of this.plots) {
-      now.style.transform = `translateX(${chart.valToPos(time, "x")}px)`;
+    for (const { spec, now, values } of this.plots) {
+      now.style.left = `${100 * time / this.length()}%`;
       const i = lastAtOrBefore(spec.scans, scan);
       const parts = i >= 0 && spec.scans[i] === scan ? spec.lines.map((line) => `${spec.lines.length > 1 ? line.name + " " : ""}${shown(line.values[i])}`) : ["–"];
       const band = spec.band && i >= 0 && spec.scans[i] === scan && Number.isFinite(spec.low[i]) ? ` (${spec.band}: ${shown(spec.low[i])} to ${shown(spec.high[i])})` : "";

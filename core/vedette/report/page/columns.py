@@ -104,7 +104,8 @@ def _entries(series: Series, order: Rows, centre: Array) -> list[Packed]:
     if rate:
         speed = single(entries["mean"][:, rate])
         packed += [pack("entries.vx", speed[:, 0]), pack("entries.vy", speed[:, 1])]
-    judged = ("existence", "hit", "position_error", "position_sigma", "nees", "nis_given_hit")
+    packed.append(pack("entries.miss", single(1.0 - entries["hit"])))  # small ones are told in their own digits
+    judged = ("existence", "position_error", "position_sigma", "nees", "nis_given_hit")
     packed += [pack(f"entries.{name}", single(entries[name])) for name in judged]
     return packed + [pack(f"entries.mode{i}", single(values)) for i, values in enumerate(entries["modes"].T)]
 

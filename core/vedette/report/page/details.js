@@ -122,7 +122,7 @@ class Details {
       cells: [`return ${row - data.scans.firstReturn[data.entries.scan[e]]}`, shown(weight)],
       pick: () => this.choose({ return: row }),
     }));
-    rows.push({ cells: ["none: a miss", shown(1 - data.entries.hit[e])], pick: () => {} });
+    rows.push({ cells: ["none: a miss", shown(data.entries.miss[e])], pick: () => {} });
     const table = this.list(["of this scan", "probability"], rows);
     table.id = "weights";
     return table;

@@ -14,6 +14,28 @@ class SceneMap {
     this.view = { x: 0, y: 0, scale: 1 };
     this.stale = true;
     this.box = this.bounds();
+    this.frames = data.facts.frames.map((frame) => ({ ...frame, image: new Image() }));
+    this.frameScans = this.frames.map((frame) => frame.scan);
+  }
+
+  // The last frame up to a scan; the first time it is asked for, its picture is decoded and the map drawn again.
+  frameAt(scan) {
+    const frame = this.frames[lastAtOrBefore(this.frameScans, scan)];
+    if (frame && !frame.image.src) {
+      frame.image.onload = () => this.draw();
+      frame.image.src = `data:image/png;base64,${frame.png}`;
+    }
+    return frame;
+  }
+
+  // Pixel i covers the square around i.
+  drawFrame() {
+    const frame = this.frameAt(this.state.scan), { context } = this;
+    if (!frame || !frame.image.complete) return;
+    context.imageSmoothingEnabled = false;
+    const [x, y] = frame.corner.map((value, i) => value - 0.5 - this.data.facts.centre[i]), [width, height] = frame.size;
+    context.drawImage(frame.image, this.px(x), this.py(y), width * this.view.scale, height * this.view.scale);
+    context.imageSmoothingEnabled = true;
   }
 
   // Whatever tracks that were confirmed, truth and platforms reach; returns where there is nothing else.
@@ -35,6 +57,10 @@ class SceneMap {
       if (entries.confirmed[i] && tracks.confirmed[entries.track[i]] && (near || !truth.x.length)) add(x, y);
     }
     if (!(box[2] > box[0] || box[3] > box[1])) for (let i = 0; i < returns.x.length; i++) add(returns.x[i], returns.y[i]);
+    for (const { corner, size } of facts.frames.slice(0, 1)) {
+      add(corner[0] - facts.centre[0], corner[1] - facts.centre[1]);
+      add(corner[0] + size[0] - facts.centre[0], corner[1] + size[1] - facts.centre[1]);
+    }
     return box[2] >= box[0] ? box : [-1, -1, 1, 1];
   }
 
@@ -83,9 +109,11 @@ class SceneMap {
   }
 
   draw() {
+    if (!this.width || !this.height) return;  // not laid out yet
     if (this.stale) this.drawStill();
     const { context, state, width, height } = this;
     context.clearRect(0, 0, width, height);
+    if (state.layers.frames) this.drawFrame();
     context.drawImage(this.still, 0, 0, width, height);
     if (state.layers.returns) this.drawReturns();
     if (state.layers.truth) this.drawTruthNow();

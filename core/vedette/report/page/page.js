@@ -2,7 +2,7 @@
 // Puts the parts of the page together: what is chosen, the slider and its playback, and what each input does.
 
 const LAYERS = {
-  returns: ["returns", true], truth: ["truth", true], tracks: ["tracks", true], paths: ["whole paths", true],
+  frames: ["frames", true], returns: ["returns", true], truth: ["truth", true], tracks: ["tracks", true], paths: ["whole paths", true],
   tentative: ["tentative", false], ellipses: ["95 % ellipses", true], gates: ["gates", false], views: ["sensor's view", false],
 };
 const SPEEDS = [0.25, 0.5, 1, 2, 5, 10, 20, 50, 100];
@@ -47,7 +47,8 @@ class Page {
     const speed = byId("speed");
     for (const value of SPEEDS) speed.append(new Option(`${value}×`, value, value === this.state.speed, value === this.state.speed));
     speed.addEventListener("change", () => { this.state.speed = Number(speed.value); });
-    for (const [name, [label]] of Object.entries(LAYERS)) byId("layers").append(this.switch(label, this.state.layers, name));
+    const none = { frames: !this.data.facts.frames.length };
+    for (const [name, [label]] of Object.entries(LAYERS)) if (!none[name]) byId("layers").append(this.switch(label, this.state.layers, name));
     const sensors = Object.keys(this.data.facts.sensors);
     if (sensors.length > 1) sensors.forEach((name, i) => byId("sensors").append(this.switch(name, this.state.sensors, i)));
     byId("fit").addEventListener("click", () => { this.map.fit(); this.map.draw(); });
