@@ -1,6 +1,7 @@
 """Pictures of a run: what the picture holds."""
 
 import json
+import re
 import struct
 from types import SimpleNamespace
 
@@ -15,7 +16,9 @@ import vedette
 from support.results import PLANE, config, drawn_lines, result, still, track, words
 from vedette import Gaussian, Recording, Scan, Space, metrics
 from vedette.io.reading import NORTH_EAST
+from vedette.metrics import judge
 from vedette.report import canvas
+from vedette.report.errors import errors
 from vedette.report.figures import figures
 from vedette.report.files import write_pictures
 from vedette.report.picture import ellipses, picture
@@ -146,6 +149,29 @@ def size_of(path):
     return struct.unpack(">II", data[16:24])
 
 
+def test_a_track_that_was_lost_does_not_stretch_the_map(scene):
+    experiment, done = scene
+    limits = picture(experiment, done).axes[0].get_xlim()
+    path = np.zeros((30, 4))
+    path[:, 0] = 100.0 + 1_000.0 * np.arange(30)
+    hit = np.where(np.arange(30) < 1, 1.0, 0.0)
+    lost = track(np.arange(30.0), path, np.eye(4), number=99)
+    coasting = picture(experiment, evolve(done, tracks=(*done.tracks, evolve(lost, hit=hit)))).axes[0].get_xlim()
+    assert coasting == pytest.approx(limits)
+    assert picture(experiment, evolve(done, tracks=(*done.tracks, lost))).axes[0].get_xlim()[1] > 20_000, "it had returns"
+
+
+def test_the_titles_say_what_the_summary_says(scene):
+    experiment, done = scene
+    options, gate = experiment.judge, experiment.tracker.gate.probability
+    text = " ".join(summary(experiment, done, judge(done.tracks, done.recording.truth, done.scans, options, gate)).split())
+    for name, axes in zip(("NEES", "NIS"), errors(experiment, done).axes[-2:], strict=True):
+        told, inside = axes.get_title("left").split("; ")
+        part, count = re.fullmatch(r"(\S+) % of (\S+) in the 95 % band", inside).groups()
+        assert f"{name} {told}" in text
+        assert f"{part} % of {count} within" in text
+
+
 def test_the_pictures_are_png_of_a_readable_size(scene, tmp_path):
     assert write_pictures(tmp_path, *scene) == ["picture.png", "errors.png"]
     assert size_of(tmp_path / "picture.png") == (1200, 900)
@@ -183,7 +209,7 @@ def test_whatever_a_run_lacks_it_can_be_drawn_and_told(case, scene, tmp_path):
 
 
 def test_one_axis_makes_no_map(tmp_path):
-    tracker = SimpleNamespace(state=Space.of(x="m"), sensors={}, estimator=None)
+    tracker = SimpleNamespace(state=Space.of(x="m"), sensors={}, estimator=None, gate=SimpleNamespace(probability=1.0))
     experiment = SimpleNamespace(tracker=tracker, title="", judge=metrics.Judge(), preprocessors={})
     assert write_pictures(tmp_path, experiment, result()) == ["errors.png"]
 

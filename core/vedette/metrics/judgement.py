@@ -37,7 +37,7 @@ def judge(
     """
     found = match(tracks, truth, scans, options)
     chosen = options.choose(scans)
-    nis = _nis(found.entries, scans, chosen, gate_probability)
+    nis = nis_ratio(found.entries, scans, chosen, gate_probability)
     if not found.scans.size:
         return Score(scans=0 if truth else len(chosen), tracks=len(found.tracks), nis=nis)
     held = found.cover
@@ -62,7 +62,7 @@ def judge(
     )
 
 
-def _nis(entries: Entries, scans: Sequence[Scan], chosen: Indices, gate_probability: float) -> float | None:
+def nis_ratio(entries: Entries, scans: Sequence[Scan], chosen: Indices, gate_probability: float) -> float | None:
     """Return NIS over confirmed tracks; the scan that starts a track has no innovation, and the tracker reports 0 there."""
     axes, gates = np.array([scan.detections.z.shape[-1] for scan in scans]), gates_of(scans, gate_probability)
     used = (entries.nis > 0) & np.isin(entries.scan, chosen)

@@ -10,7 +10,7 @@ import numpy as np
 from vedette.experiment import Experiment, Result
 from vedette.report import canvas
 from vedette.report.figures import length_unit
-from vedette.report.traces import Normalised, Trace, band, innovations, mode_names, position_nees, traces
+from vedette.report.traces import Normalised, Trace, band, innovations, mode_names, nis_of_expected, position_nees, traces
 from vedette.space import Array, Mask
 
 if TYPE_CHECKING:
@@ -35,8 +35,11 @@ def errors(experiment: Experiment, result: Result) -> Figure:
         places = [made.add_subplot(grid[i, k : k + width]) for k in range(0, 6, width)]
         _show_object(places, trace, begin, length_unit(experiment))
     if followed:
-        _show_normalised(made.add_subplot(grid[-1, :3]), position_nees(followed), begin, "NEES of the position")
-    _show_normalised(made.add_subplot(grid[-1, 3 if followed else 0 :]), seen, begin, "NIS")
+        nees = position_nees(followed)
+        told = f"{np.mean(nees.value):.3g} on average, {np.mean(nees.axes):.3g} expected" if len(nees.value) else ""
+        _show_normalised(made.add_subplot(grid[-1, :3]), nees, begin, "NEES of the position", told)
+    told = f"{nis_of_expected(experiment, result) or 0.0:.3g} of what is expected"
+    _show_normalised(made.add_subplot(grid[-1, 3 if followed else 0 :]), seen, begin, "NIS", told)
     end = (result.scans[-1].time - begin if result.scans else 0.0) or 1.0
     for each in made.axes:
         canvas.plain(each)
@@ -95,8 +98,8 @@ def _show_modes(axes: Axes, times: Array, modes: Array | None) -> None:
     axes.set_ylabel("mode probability")
 
 
-def _show_normalised(axes: Axes, seen: Normalised, begin: float, name: str) -> None:
-    """Draw normalised squared errors on a logarithmic scale, over the band of chi-square."""
+def _show_normalised(axes: Axes, seen: Normalised, begin: float, name: str, told: str) -> None:
+    """Draw normalised squared errors on a logarithmic scale, over the band of chi-square, and `told` as in the summary."""
     if not len(seen.value):
         axes.text(0.5, 0.5, f"no {name}", transform=axes.transAxes, ha="center")
         axes.set(xticks=[], yticks=[])
@@ -110,7 +113,7 @@ def _show_normalised(axes: Axes, seen: Normalised, begin: float, name: str) -> N
     axes.set_yscale("log")
     axes.set_ylabel(name)
     inside = seen.inside() or 0.0
-    words = f"mean {np.mean(seen.value):.3g}, expected {np.mean(seen.axes):.3g}; {100 * inside:.0f} % in the 95 % band"
+    words = f"{told}; {100 * inside:.3g} % of {len(seen.value):,} in the 95 % band"
     axes.set_title(words, loc="left", fontsize=10, color=canvas.SOFT, pad=4)
 
 

@@ -12,7 +12,7 @@ from vedette.report import canvas
 from vedette.report.figures import count
 from vedette.report.frames import experiment_of
 from vedette.report.plane import Plane, returns, stands
-from vedette.space import Array
+from vedette.space import Array, Mask
 from vedette.types import Frame, Track, Trajectory
 
 if TYPE_CHECKING:
@@ -73,7 +73,7 @@ def show(axes: Axes, experiment: Experiment, result: Result) -> tuple[dict[str, 
     _show_truth(axes, truth, plane)
     _show_platforms(axes, platforms)
     paths = [plane.points(path.space, path.states) for path in truth] + platforms
-    paths += [plane.points(track.space, track.mean[track.confirmed]) for track in result.tracks]
+    paths += [plane.points(track.space, track.mean[_seen(track)]) for track in result.tracks]
     outside = _frame(axes, paths, [spot for spot in spots.values() if spot is not None])
     if image is not None:
         _show_frame(axes, image)
@@ -157,6 +157,12 @@ def _show_tracks(axes: Axes, tracks: Sequence[Track], plane: Plane, *, in_image:
         other = "lost" if in_image else "not confirmed"
         axes.plot([], [], color=canvas.colour(0), linewidth=0.8, linestyle=(0, (1, 2)), label=other)
         axes.plot([], [], "o", color=canvas.colour(0), fillstyle="none", markersize=9, label="95 % of its covariance")
+
+
+def _seen(track: Track) -> Mask:
+    """Return where a confirmed track had a return (s,), or all if it had none: a lost track must not stretch the map."""
+    seen: Mask = track.confirmed & (track.hit > 0.5)
+    return seen if seen.any() else track.confirmed
 
 
 def _spread(track: Track, every: float) -> list[int]:

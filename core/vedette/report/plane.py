@@ -77,9 +77,10 @@ def positions_of(scan: Scan, sensor: Sensor, plane: Plane | None) -> Array:
         return unknown
     try:
         with np.errstate(all="ignore"):
-            return _spots(scan, sensor, plane)
+            unknown[scan.detections.valid] = _spots(scan, sensor, plane)
     except NotImplementedError:
-        return unknown
+        pass
+    return unknown
 
 
 def _spots(scan: Scan, sensor: Sensor, plane: Plane) -> Array:

@@ -13,6 +13,7 @@ from vedette.experiment import Experiment, Result
 from vedette.metrics.consistency import chi_square_band, nees
 from vedette.metrics.coverage import NONE, Indices
 from vedette.metrics.histories import Entries, positions, velocities
+from vedette.metrics.judgement import nis_ratio
 from vedette.metrics.matching import Match, Pairs, match
 from vedette.metrics.running import Block
 from vedette.space import Array, Mask
@@ -191,6 +192,13 @@ def innovations(experiment: Experiment, result: Result) -> Normalised:
     chosen = with_innovation(found, experiment.judge.choose(result.scans))
     scan = found.scan[chosen]
     return Normalised(times[scan], found.track[chosen], found.nis[chosen] / found.hit[chosen], measured[scan])
+
+
+def nis_of_expected(experiment: Experiment, result: Result) -> float | None:
+    """Return the NIS over what is expected, as the summary tells it."""
+    found = match(result.tracks, (), result.scans, experiment.judge).entries
+    chosen = experiment.judge.choose(result.scans)
+    return nis_ratio(found, result.scans, chosen, experiment.tracker.gate.probability)
 
 
 def with_innovation(entries: Entries, scans: Indices) -> Mask:

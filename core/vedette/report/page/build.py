@@ -22,7 +22,7 @@ from vedette.report.page.packing import Packed
 from vedette.space import Array
 
 STYLES = ("uplot/uPlot.min.css", "page.css")
-SCRIPTS = ("uplot/uPlot.iife.min.js", "data.js", "map.js", "charts.js", "details.js", "page.js")
+SCRIPTS = ("uplot/uPlot.iife.min.js", "data.js", "ground.js", "map.js", "charts.js", "details.js", "page.js")
 _COLUMN = '<script type="text/plain" class="column" data-name="{each.name}" data-type="{each.type}">{each.text}</script>'
 
 

@@ -1,7 +1,7 @@
 "use strict";
 // The map: a layer of what does not move, drawn when the view changes, and what belongs to the scan on top of it.
 
-const INK = "#1a1a1a", SOFT = "#6e6e6e", FAINT = "#e4e4e4", RETURN = "#7a7a7a";
+const RETURN = "#7a7a7a";
 const ELLIPSE = -2 * Math.log(0.05);  // squared distance that holds 95 % in the plane
 const TAIL = 40;                      // scans of a track's history that are drawn strongly
 const FADE = 12;                      // scans whose returns are still to be seen
@@ -38,9 +38,9 @@ class SceneMap {
     context.imageSmoothingEnabled = true;
   }
 
-  // Whatever tracks that were confirmed, truth and platforms reach; returns where there is nothing else.
+  // Truth, platforms, and confirmed tracks where they had a return: one that is lost must not stretch the map.
   bounds() {
-    const { entries, truth, returns, scans, tracks, facts } = this.data;
+    const { entries, truth, returns, scans, facts } = this.data;
     const box = [Infinity, Infinity, -Infinity, -Infinity];
     const add = (x, y) => {
       if (!Number.isFinite(x) || !Number.isFinite(y)) return;
@@ -50,12 +50,8 @@ class SceneMap {
     for (let i = 0; i < truth.x.length; i++) add(truth.x[i], truth.y[i]);
     for (let i = 0; i < scans.count; i++) add(scans.platform[2 * i], scans.platform[2 * i + 1]);
     for (const { place } of Object.values(facts.sensors)) if (place) add(place[0] - facts.centre[0], place[1] - facts.centre[1]);
-    const lost = truth.x.length ? 0.25 * Math.max(box[2] - box[0], box[3] - box[1], 1) : Infinity;
-    const wide = [box[0] - lost, box[1] - lost, box[2] + lost, box[3] + lost];
-    for (let i = 0; entries.x && i < entries.x.length; i++) {
-      const x = entries.x[i], y = entries.y[i], near = x > wide[0] && y > wide[1] && x < wide[2] && y < wide[3];
-      if (entries.confirmed[i] && tracks.confirmed[entries.track[i]] && (near || !truth.x.length)) add(x, y);
-    }
+    for (let i = 0; entries.x && i < entries.x.length; i++)
+      if (entries.confirmed[i] && entries.miss[i] < 0.5) add(entries.x[i], entries.y[i]);
     if (!(box[2] > box[0] || box[3] > box[1])) for (let i = 0; i < returns.x.length; i++) add(returns.x[i], returns.y[i]);
     for (const { corner, size } of facts.frames.slice(0, 1)) {
       add(corner[0] - facts.centre[0], corner[1] - facts.centre[1]);
@@ -125,9 +121,9 @@ class SceneMap {
   drawStill() {
     const context = this.still.getContext("2d"), { data, state } = this;
     context.clearRect(0, 0, this.width, this.height);
-    this.drawUnderlay(context);
-    this.drawGrid(context);
-    this.drawGraticule(context);
+    drawUnderlay(this, context);
+    drawGrid(this, context);
+    drawGraticule(this, context);
     if (state.layers.truth) this.drawPaths(context, data.truth, () => INK, () => true, 1, 0.55);
     if (state.layers.paths && data.entries.x) {
       const wanted = (t) => data.tracks.confirmed[t] || state.layers.tentative;
@@ -155,70 +151,6 @@ class SceneMap {
       context.stroke();
     }
     context.globalAlpha = 1;
-  }
-
-  drawUnderlay(context) {
-    const lines = this.data.facts.underlay;
-    context.strokeStyle = "#b9a98a";
-    context.fillStyle = "#f3eee2";
-    context.lineWidth = 1;
-    for (const { points, closed } of lines) {
-      context.beginPath();
-      points.forEach(([x, y], i) => {
-        const at = [this.px(x - this.data.facts.centre[0]), this.py(y - this.data.facts.centre[1])];
-        if (i) context.lineTo(...at);
-        else context.moveTo(...at);
-      });
-      if (closed) { context.closePath(); context.fill(); }
-      context.stroke();
-    }
-  }
-
-  // Meridians and parallels, each named where it enters the map.
-  drawGraticule(context) {
-    context.strokeStyle = "#c9d8e4";
-    context.fillStyle = "#47708f";
-    context.lineWidth = 1;
-    context.font = "11px system-ui, sans-serif";
-    for (const { points, label } of this.data.facts.graticule) {
-      let named = false;
-      context.beginPath();
-      for (const [x, y] of points) {
-        const px = this.px(x - this.data.facts.centre[0]), py = this.py(y - this.data.facts.centre[1]);
-        context.lineTo(px, py);
-        if (!named && px > 6 && py > 14 && px < this.width - 90 && py < this.height - 24) {
-          context.fillText(label, px + 3, py - 3);
-          named = true;
-        }
-      }
-      context.stroke();
-    }
-  }
-
-  drawGrid(context) {
-    const rough = 90 / this.view.scale, power = 10 ** Math.floor(Math.log10(rough));
-    const step = power * [1, 2, 5, 10].find((m) => m * power >= rough), centre = this.data.facts.centre;
-    const unit = this.data.facts.unit, [left, top] = this.placeAt(0, 0), [right, bottom] = this.placeAt(this.width, this.height);
-    const label = (value) => unit === "m" && step >= 1000 ? `${Number((value / 1000).toFixed(3))} km` : `${Number(value.toFixed(6))} ${unit}`;
-    context.strokeStyle = FAINT;
-    context.fillStyle = SOFT;
-    context.lineWidth = 1;
-    context.font = "11px system-ui, sans-serif";
-    context.beginPath();
-    const words = [];
-    for (let x = Math.ceil((left + centre[0]) / step) * step; x <= right + centre[0]; x += step) {
-      const at = Math.round(this.px(x - centre[0])) + 0.5;
-      context.moveTo(at, 0); context.lineTo(at, this.height);
-      if (at > 60 && at < this.width - 30) words.push([label(x), at + 3, this.height - 5]);
-    }
-    const [low, high] = [Math.min(top, bottom) + centre[1], Math.max(top, bottom) + centre[1]];
-    for (let y = Math.ceil(low / step) * step; y <= high; y += step) {
-      const at = Math.round(this.py(y - centre[1])) + 0.5;
-      context.moveTo(0, at); context.lineTo(this.width, at);
-      if (at > 16 && at < this.height - 22) words.push([label(y), 4, at - 3]);
-    }
-    context.stroke();
-    for (const [text, x, y] of words) context.fillText(text, x, y);
   }
 
   drawReturns() {
