@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import BinaryIO, final
 
@@ -18,6 +19,9 @@ from vedette.report.series_judged import judged
 from vedette.space import Array
 from vedette.tracking.state import State
 from vedette.types import Gaussian, Recording, Scan
+
+_FEW = 10
+"""Scans whose rows are held apart."""
 
 SCANS, ENTRIES = 200, 5_000
 """After so many scans, or tracks times scans, a block is judged."""
@@ -39,7 +43,8 @@ class SeriesWriter:
         self._triangle, self._measured = np.triu_indices(len(space)), np.triu_indices(self._axes)
         self._gap = experiment.judge.truth_gap
         self._scans = self._entries = 0
-        self._rows: list[Tables] = [no_rows(len(space), self._axes, modes)]
+        self._joined: list[Tables] = [no_rows(len(space), self._axes, modes)]
+        self._rows: list[Tables] = []
         self._file = SeriesFile(target, about(experiment, recording, plane, modes))
 
     def add(self, scan: Scan, before: State, state: State, estimate: Gaussian, modes: Array | None) -> None:
@@ -97,16 +102,16 @@ class SeriesWriter:
         )
         self._scans += 1
         self._entries += tracks
+        if len(self._rows) >= _FEW:
+            self._join()
 
     def finish_block(self, block: Block | None) -> None:
         """Write the scans since the last block, with what the judge says of them."""
-        rows, self._rows = self._rows, []
-        if not rows:
+        self._join()
+        if not self._joined:
             return
-        tables = {
-            table: {name: np.concatenate([row[table][name] for row in rows]) for name in columns}
-            for table, columns in rows[0].items()
-        }
+        (joined,), self._joined = self._joined, []
+        tables: dict[str, dict[str, Column]] = {table: {**columns} for table, columns in joined.items()}
         first = self._scans - len(tables["scans"]["time"])
         more = judged(block, len(tables["scans"]["time"]), tables["entries"]["confirmed"])
         tables["scans"] |= more["scans"]
@@ -117,6 +122,12 @@ class SeriesWriter:
     def close(self) -> None:
         """Write what waits."""
         self._file.flush()
+
+    def _join(self) -> None:
+        """Put the rows of some scans together: many small arrays take several times the memory of what is in them."""
+        if self._rows:
+            self._joined = [_together([*self._joined, *self._rows])]
+        self._rows = []
 
     def _true(self, times: Array, first: int) -> dict[str, Column]:
         """Return where the true objects are at each scan."""
@@ -134,6 +145,14 @@ class SeriesWriter:
             "object": np.array([number for number, _ in near], dtype=np.int32)[j],
             "position": self._plane.points(found.space, found.states[scan, j]),
         }
+
+
+def _together(parts: Sequence[Tables]) -> Tables:
+    """Return tables with the rows of all parts."""
+    return {
+        table: {name: np.concatenate([part[table][name] for part in parts]) for name in columns}
+        for table, columns in parts[0].items()
+    }
 
 
 @final
