@@ -136,8 +136,8 @@ def _parser() -> ArgumentParser:
     report = commands.add_parser("report", help="write the page of a run", description=_REPORT)
     report.add_argument("run", metavar="RUN_DIR", help="the folder that `vedette run` wrote")
     report.add_argument("--out", metavar="FILE", help="the page; default: report.html in RUN_DIR")
-    report.add_argument("--underlay", metavar="FILE", help="GeoJSON to lie under the map: in deg with --origin, else in m")
-    report.add_argument("--origin", metavar="LAT,LON", help="where the map's origin is, in deg: draws a graticule")
+    report.add_argument("--underlay", metavar="FILE", help="GeoJSON under the map: in deg if the origin is known, else in m")
+    report.add_argument("--origin", metavar="LAT,LON", help="where the map's origin is, in deg; default: as recorded")
 
     reproduce = commands.add_parser("reproduce", help="reproduce a published study", description=_REPRODUCE)
     reproduce.add_argument("paper", metavar="PAPER", help="the study: vts, target-oriented, bayes-risk, or a plugin's")

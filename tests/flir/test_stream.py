@@ -193,12 +193,12 @@ def test_a_bar_promises_no_end_of_a_stream(camera, monkeypatch):
 
 
 def test_memory_does_not_grow_with_a_stream(camera, tmp_path, pytestconfig, monkeypatch):
-    """Half as many frames leave as much: what is held after 200 (nightly 6,000) is that after half of them.
+    """Half as many frames leave as much: what is held after 100 (nightly 6,000) is that after half of them.
 
     The series wait in blocks of some MB, however long the run: here in small ones, so that they hide nothing.
     """
     monkeypatch.setattr("vedette.io.series._BLOCK", 2**16)
-    many = 6_000 if pytestconfig.getoption("vedette_profile") == "nightly" else 200
+    many = 6_000 if pytestconfig.getoption("vedette_profile") == "nightly" else 100
     held = []
 
     class Endless(Camera):

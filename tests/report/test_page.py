@@ -16,6 +16,7 @@ from vedette import Recording, Scan, Space
 from vedette.cli import main
 from vedette.errors import InputError
 from vedette.io import read_series, write_recording
+from vedette.io.series import SeriesFile
 from vedette.report.page.build import write_page
 from vedette.report.page.frames import frames
 from vedette.report.page.geography import east_north, graticule, read_origin, read_underlay
@@ -135,6 +136,26 @@ def test_the_graticule_crosses_the_map_with_few_lines(origin):
     assert len(through) >= 2
     assert any(line["label"][-1] in "NS" for line in through)
     assert any(line["label"][-1] in "EW" for line in through)
+
+
+def test_the_origin_is_the_recording_s_unless_it_is_given(folder, tmp_path):
+    def labels(**given):
+        write_page(folder, tmp_path / "page.html", **given)
+        facts = (tmp_path / "page.html").read_text(encoding="utf-8").split('id="facts">')[1].split("</script>")[0]
+        return " ".join(line["label"] for line in json.loads(facts)["graticule"])
+
+    assert labels() == ""
+    assert "63\N{DEGREE SIGN}" in labels(origin=(63.4, 10.4))
+    series = read_series(folder / "series.npz")
+    (tmp_path / "run").mkdir()
+    for name in ("config.json", "summary.txt", "recording.jsonl"):
+        (tmp_path / "run" / name).write_bytes((folder / name).read_bytes())
+    file = SeriesFile(tmp_path / "run" / "series.npz", series.about | {"notes": {"origin": "-33.9, 151.2, 0.0"}})
+    file.add(series.tables)
+    file.flush()
+    write_page(tmp_path / "run", tmp_path / "placed.html")
+    placed = (tmp_path / "placed.html").read_text(encoding="utf-8")
+    assert "33\\u00b054\\u2032" in placed
 
 
 @pytest.mark.parametrize(

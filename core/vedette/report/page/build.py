@@ -14,6 +14,7 @@ import numpy as np
 from vedette.errors import InputError
 from vedette.io import Series, read_series
 from vedette.io.atomic import whole_file
+from vedette.io.terms import Terms
 from vedette.report import canvas
 from vedette.report.page.columns import columns
 from vedette.report.page.frames import frames
@@ -29,9 +30,13 @@ _COLUMN = '<script type="text/plain" class="column" data-name="{each.name}" data
 def write_page(folder: Path, target: Path, underlay: Path | None = None, origin: Origin | None = None) -> None:
     """Write the page of the run in `folder` as one HTML file, from its files alone.
 
-    `underlay`: a GeoJSON file to lie under the map; `origin`: latitude and longitude in deg of the map's origin.
+    `underlay`: a GeoJSON file to lie under the map; `origin`: latitude and longitude in deg of the map's origin, by default
+    those that the recording states, if it does.
     """
     series = read_series(folder / "series.npz")
+    stated = Terms.of(series.about["notes"]).origin
+    if origin is None and stated is not None:
+        origin = stated.latitude, stated.longitude
     packed, placed = columns(series)
     config = _text(folder / "config.json")
     facts = {
