@@ -39,9 +39,10 @@ from vedette.testing.verdicts import (
 )
 from vedette.tracking.tracker import Tracker
 
-FAMILIES = 8
-"""NEES, NIS, whiteness, bias, calibration, hits, false returns and lost tracks share alpha equally, so that all together
-alarm no more often."""
+FAMILIES = 6
+"""NEES, NIS, whiteness, bias, calibration and hits share alpha equally, so that all together alarm no more often. So do
+lost tracks and false returns, where they are judged.
+"""
 
 P = ParamSpec("P")
 Config = Mapping[str, Any] | str | Path
@@ -145,7 +146,9 @@ assert_consistent = _asserted(consistency)
 
 def judge(played: Runs, alpha: float, band: tuple[float, float], seed: int) -> Report:
     """Return every verdict on some runs, with `alpha` shared among them all."""
-    share, total, scans = alpha / FAMILIES, *played.error.shape[:2]
+    total, scans = played.error.shape[:2]
+    clutter = any(looks.candidates.any() for looks in played.looks.values())
+    share = alpha / (FAMILIES + (not played.exact) + clutter)
     lost, whole = lost_runs(played), played
     if not played.exact and lost.mean() < 0.5:
         played = without(played, lost)
