@@ -137,8 +137,10 @@ def the_unseen_come_and_go_with_time(birth: Birth, drawn: Returns) -> None:
 
 
 def the_unseen_move(birth: Birth, drawn: Returns) -> None:
-    """If it models targets without a track: those that are somewhere do not stay there, as they have velocities."""
+    """If it models targets without a track and has `lifetime`: as long as they live they move, as they have velocities."""
     _unseen(birth)
+    if not isinstance(getattr(birth, "lifetime", None), float):
+        raise Closed("it has no `lifetime`")
     many = birth.initial_memory(drawn.estimator, drawn.rng())
     few = birth.update(many, drawn.estimator, drawn.sensor, Detections.of([], 2), np.zeros(0), P_GATE)
     shapes = []
