@@ -12,6 +12,7 @@ from support.mutants.mixtures import MIXTURES
 from support.mutants.motion import MOTION
 from support.mutants.preprocessors import DETECTORS
 from support.mutants.promises import PROMISES
+from support.mutants.promises_supporting import PROMISES_SUPPORTING
 from support.mutants.sensors import SENSORS
 from support.mutants.sources import SOURCES
 from vedette.config.parameters import role_of
@@ -23,7 +24,7 @@ MUTANTS = [
     *((*row, {}) for row in (*MOTION, *SENSORS, *ASSOCIATORS, *HYPOTHESES, *DETECTORS)),
     *((*row, {}) for row in LIFECYCLES),
     *((*row, SPREAD) for row in BIRTHS),
-    *ESTIMATORS, *MIXTURES, *SOURCES, *PROMISES,
+    *ESTIMATORS, *MIXTURES, *SOURCES, *PROMISES, *PROMISES_SUPPORTING,
 ]  # fmt: skip
 
 
