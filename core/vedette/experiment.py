@@ -39,10 +39,10 @@ class Result:
     """The result of a run: tracks that were ever confirmed, in the order of their ids.
 
     `begun` counts all tracks, tentative ones included; `approximated` those whose association weights were not exact, once a
-    scan; `scans` holds those taken, without their bad returns; `refused` holds
-    what was not taken, and why; `seconds` is the CPU time of the tracker alone; `states` holds the state after each scan, if
-    it was to be kept; `intake` counts what came in. `framed` holds those taken that brought a frame, with it: lazily, where
-    the recording is lazy, and `scans` then lacks the frames, as not all fit into memory; none where they come once.
+    scan; `scans` holds those taken, without their bad returns; `refused` holds what was not taken, and why; `seconds` is the
+    CPU time of the tracker alone; `states` holds the state after each scan, if it was to be kept; `intake` counts what came
+    in. `framed` holds the scans taken that brought a frame, with it: lazily where the recording is lazy, and `scans` then
+    lacks the frames, as not all fit into memory; it is empty where frames come once.
     """
 
     tracks: tuple[Track, ...]
@@ -60,7 +60,7 @@ class Result:
 
     def to_dataframe(self, what: str = "tracks") -> Any:
         """Return a data frame of pandas: "tracks" as in tracks.csv, "detections", "truth", or "metrics" in one row."""
-        return _shown_by("frames").to_dataframe(self, what)
+        return _shown_by("tables").to_dataframe(self, what)
 
     def plot(self, axes: Any = None) -> Any:
         """Draw the map of the run on axes of matplotlib, by default new ones; return them."""
@@ -68,22 +68,20 @@ class Result:
 
     def score(self) -> Score:
         """Judge the tracks against the truth, as the config says; figures that do not exist are None."""
-        found: Score = _shown_by("frames").score_of(self)
+        found: Score = _shown_by("tables").score_of(self)
         return found
 
     def __repr__(self) -> str:
-        refused = self.intake.refused.count
-        return (
-            f"Result({len(self.tracks)} tracks, {self.intake.scans} scans, {self.intake.returns} returns, {refused} refused)"
-        )
+        came = self.intake
+        return f"Result({len(self.tracks)} tracks, {came.scans} scans, {came.returns} returns, {came.refused.count} refused)"
 
     def _repr_html_(self) -> str:
-        return str(_shown_by("frames").to_html(self))
+        return str(_shown_by("tables").to_html(self))
 
 
-def _shown_by(room: str) -> Any:
-    """Return a module that shows results: by name, as reports stand on experiments and a run needs none of them."""
-    return import_module(f"vedette.report.{room}")
+def _shown_by(name: str) -> Any:
+    """Import a module of `vedette.report` when it is asked for: it imports this one, and a run needs none of it."""
+    return import_module(f"vedette.report.{name}")
 
 
 @final
@@ -224,9 +222,8 @@ class Experiment:
         seeds = np.random.SeedSequence(self.seed) if seeds is None else seeds
         for_source, for_tracker = seeds.spawn(2)
         try:
-            recording = self.source.open(
-                raw_sensors(self.preprocessors, self.tracker.sensors), np.random.default_rng(for_source)
-            )
+            sensors = raw_sensors(self.preprocessors, self.tracker.sensors)
+            recording = self.source.open(sensors, np.random.default_rng(for_source))
         except ConfigError as error:
             raise error.within("source") from None
         if strict and recording.refused:
@@ -262,11 +259,10 @@ class Experiment:
 
     def finish(self, steps: Steps, *, keep_states: bool = False, watch: Watch | None = None) -> Result:
         """Make all steps of a run that was opened, and keep them, as `run` does. `watch` is called after each."""
-        history, taken, interrupted = History(self.tracker), list[Scan](), False
-        states: list[State] = []
+        history, taken, states, interrupted = History(self.tracker), list[Scan](), list[State](), False
         scans_given, framed = steps.recording.scans, list[int]()
         lazy = isinstance(scans_given, LazyScans)
-        gone = isinstance(scans_given, LazyScans) and scans_given.once
+        once = isinstance(scans_given, LazyScans) and scans_given.once
         try:
             for scan, state in steps:
                 if steps.place is not None:
@@ -292,7 +288,7 @@ class Experiment:
             states=tuple(states),
             intake=steps.intake,
             experiment=self,
-            framed=() if gone else LazyScans(len(framed), lambda k: scans_given[framed[k]]),
+            framed=() if once else LazyScans(len(framed), lambda k: scans_given[framed[k]]),
         )
 
 

@@ -226,7 +226,7 @@ class Track:
     weights: per scan (1+k,), column 0 the miss; nis (s,) the weighted squared distance, hit (s,) = 1 - weights[0];
     returns: per scan the return (k,) of each further column, or None where they are all of the scan's
     parents: confirmed tracks from which it may have split; merged: when it ended in s, and the track that took its returns
-    confirmed_at (s,) s: when it was known to be confirmed at the scan, NaN if never; None unless that may be later
+    confirmed_at (s,) s: when it was known that it is confirmed at the scan, NaN if never; None if always at the scan
     """
 
     id: int

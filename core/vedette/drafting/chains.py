@@ -84,9 +84,9 @@ def chains(times: Array, spots: Sequence[Array], width: float) -> list[Chain]:
             else:
                 each.missed += 1
             (kept if each.missed <= COAST and (each.missed == 0 or len(each.members) > 2) else done).append(each)
-        growing = kept
-        growing += _pairs(before, [(i, int(j)) for j in np.flatnonzero(free)], times, spots, START * width)
-        before = [(i, int(j)) for j in np.flatnonzero(free)]
+        left = [(i, int(j)) for j in np.flatnonzero(free)]
+        growing = [*kept, *_pairs(before, left, times, spots, START * width)]
+        before = left
     return _whole([*done, *growing], times, spots)
 
 

@@ -50,6 +50,11 @@ class Seen:
         each = [np.linalg.norm(np.diff(chain.spots, 2, axis=0), axis=-1) for chain in self.found]
         return float(np.median(np.concatenate(each))) if each else np.inf
 
+    @property
+    def period(self) -> float:
+        """The usual time between scans, in s; 1 for a single one."""
+        return float(np.median(np.diff(np.unique(self.times)))) if len(self.times) > 1 else 1.0
+
 
 def draft_config(path: TablePath) -> str:
     """Return a commented config, as TOML, that tracks the targets of a CSV or Parquet file, or of a data frame.
@@ -167,10 +172,9 @@ def _noise(table: Table, seen: Seen) -> Noise:
     apart = [own - stand for own, stand in zip(seen.spots, seen.stands, strict=True)]
     far = float(np.median(np.linalg.norm(np.concatenate(apart), axis=-1))) if len(np.concatenate(apart)) else 1e3
     sigma = max(seen.rough / 2.9 if seen.found else far / 100, 1e-6)  # the median of a second difference is 2.9 sigma
-    period = float(np.median(np.diff(np.unique(seen.times)))) if len(seen.times) > 1 else 1.0
     guess = (sigma, sigma / max(far, 1e-6)) if table.polar else (sigma,)
     if not seen.found:
-        return Noise(guess, 0.05 * speed / period)
+        return Noise(guess, 0.05 * speed / seen.period)
     lines = []
     for chain in seen.found:
         line = np.tile(np.eye(2), (len(chain.times), 1, 1))
@@ -180,16 +184,14 @@ def _noise(table: Table, seen: Seen) -> Noise:
             line[..., 0] = along / r[:, None]
             line[..., 1] = np.stack([-along[:, 1], along[:, 0]], axis=-1)
         lines.append(line)
-    windows = Windows.of(seen.found, lines)
-    return estimated(windows, (*guess, 0.05 * speed / period), speed, lambda own: own if table.polar else np.repeat(own, 2))
+    start = (*guess, 0.05 * speed / seen.period)
+    return estimated(Windows.of(seen.found, lines), start, speed, lambda own: own if table.polar else np.repeat(own, 2))
 
 
 def _facts(seen: Seen, sigmas: tuple[float, ...]) -> Facts:
     hits, looks = sum(len(chain.times) for chain in seen.found), sum(chain.looks for chain in seen.found)
-    every, ranges = (
-        np.concatenate(seen.spots),
-        [np.linalg.norm(own - stand, axis=-1) for own, stand in zip(seen.spots, seen.stands, strict=True)],
-    )
+    every = np.concatenate(seen.spots)
+    ranges = [np.linalg.norm(own - stand, axis=-1) for own, stand in zip(seen.spots, seen.stands, strict=True)]
     low, high = np.percentile(every, [1, 99], axis=0) if len(every) else (np.zeros(2), np.ones(2))
     return Facts(
         sigmas=sigmas,
@@ -197,7 +199,7 @@ def _facts(seen: Seen, sigmas: tuple[float, ...]) -> Facts:
         clutter=max((len(every) - hits) / max(len(seen.times), 1), 0.05),
         reach=float(np.max(np.concatenate(ranges), initial=1.0)),
         area=float(np.prod(np.maximum(high - low, 10 * sigmas[0]))),
-        period=float(np.median(np.diff(np.unique(seen.times)))) if len(seen.times) > 1 else 1.0,
+        period=seen.period,
         scans=len(seen.times),
         chains=len(seen.found),
     )

@@ -71,9 +71,7 @@ def _lines(table: Table, facts: Mapping[str, Facts], accel: float, speed: float,
     yield "[estimator]"
     yield f'kind = "{"ekf" if table.polar else "kalman"}"'
     fitted = sum(own.chains for own in facts.values())
-    told = (
-        f"of greatest likelihood over {fitted} stretches of tracks" if fitted else "a guess: no track was found in the data"
-    )
+    told = f"of greatest likelihood over {fitted} stretches of tracks" if fitted else _GUESS
     yield f'motion = {{ kind = "constant_velocity", sigma_accel = {rounded(accel)!r} }}  # {told}'
     yield ""
     yield "[associator]"

@@ -10,8 +10,8 @@ import numpy as np
 from vedette.experiment import Experiment, Result
 from vedette.report import canvas
 from vedette.report.figures import count
-from vedette.report.frames import experiment_of
 from vedette.report.plane import Plane, returns, stands
+from vedette.report.tables import experiment_of
 from vedette.space import Array, Mask
 from vedette.types import Frame, Track, Trajectory
 

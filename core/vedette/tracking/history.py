@@ -50,8 +50,9 @@ class History:
                 **_associations(state),
             }
         )
-        for number in self._merged.keys() & set(state.ids.tolist()) if self._merged else ():
-            del self._merged[number]  # a hypothesis that has it became the best
+        if self._merged:
+            for number in self._merged.keys() & set(state.ids.tolist()):
+                del self._merged[number]  # a hypothesis that has it became the best
         if (lineage := state.lineage) is not None:
             for child, parent in lineage.splits.tolist():
                 self._parents[child] = (*self._parents.get(child, ()), parent)
@@ -135,7 +136,7 @@ def _associations(state: State) -> dict[str, list[Any]]:
 
 
 def from_the_start(track: Track) -> Track:
-    """Return a track that was confirmed once as confirmed from its first scan, with the time when each scan of it was so."""
+    """Return a track that was ever confirmed as confirmed from its first scan on, and when that was known of each scan."""
     first = int(np.argmax(track.confirmed))
     at = np.where(track.confirmed, track.times, np.nan)
     at[:first] = track.times[first]
