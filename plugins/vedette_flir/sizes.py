@@ -16,10 +16,9 @@ CELLS, REACH = 32, 1.6
 FAR, NEAR = 0.7, 0.3
 """Parts of the box's sides: farther from its middle is background; nearer is the target's brightest place."""
 
-
 FOLLOWED, FASTEST = 0.7, 0.3
-"""Part of the change of its spread by which a target's size is taken to change, as noise adds to small spreads; how far the
-logarithm of the spread may be from that of the size to count in full.
+"""How much of a change of the spread counts as one of the size, in logarithms, as noise adds to small spreads; and the
+largest difference of both that counts in full.
 """
 
 DOUBT = 0.17

@@ -31,7 +31,7 @@ def placed(path, notes):
 
 
 def errors(config, file):
-    """The squared errors' sum and number, and the coverage, of a run over the file in the current folder."""
+    """The RMS error of the position in m, and the coverage, of a run over the file in the current folder."""
     experiment = vedette.load(config)
     result = experiment.run()
     truth = tuple(placed(path, result.recording.notes) for path in file.truth)
@@ -75,7 +75,7 @@ def test_from_an_empty_folder_to_tracks_on_a_map_in_two_commands(make, tmp_path,
 def test_over_many_draws_the_error_is_within_a_twentieth(tmp_path, monkeypatch, pytestconfig):
     """By the mean of the log ratio over ten draws of all three files: -.02, and its standard error .014."""
     if pytestconfig.getoption("vedette_profile") != "nightly":
-        pytest.skip("by night")
+        pytest.skip("runs in the nightly profile")
     pytest.importorskip("pymap3d")
     monkeypatch.chdir(tmp_path)
     ratios = []
@@ -135,8 +135,8 @@ REST = {
 }
 
 
-def assert_equal_to_the_shelf(motion, wanted):
-    """The template is the constant velocity of the standard shelf, whose laws are tested."""
+def assert_moves_alike(motion, wanted):
+    """Compare the template with the standard plugin's constant velocity, whose laws are tested."""
     x = np.random.default_rng(0).standard_normal((3, 4))
     for dt in (0.0, 0.5, 7.0):
         for found, known in (("move", (x, dt)), ("jacobian", (x, dt)), ("noise", (x, dt))):
@@ -144,7 +144,7 @@ def assert_equal_to_the_shelf(motion, wanted):
 
 
 def test_a_new_plugin_keeps_its_laws(tmp_path, monkeypatch, capsys, pytestconfig):
-    """By day by its likeness: its laws take seconds."""
+    """Its laws are run in the nightly profile, as they take seconds; else it is compared with `constant_velocity`."""
     monkeypatch.chdir(tmp_path)
     assert main(["new", "plugin", "My Lake"]) == 0
     folder = tmp_path / "vedette-my-lake"
@@ -165,7 +165,7 @@ def test_a_new_plugin_keeps_its_laws(tmp_path, monkeypatch, capsys, pytestconfig
         done = subprocess.run(run, cwd=folder, capture_output=True, text=True, timeout=300)
         assert done.returncode == 0, done.stdout
     else:
-        assert_equal_to_the_shelf(motion(0.5), ConstantVelocity(0.5))
+        assert_moves_alike(motion(0.5), ConstantVelocity(0.5))
     assert main(["new", "plugin", "my-lake"]) == 2
     assert "exists already and is not an empty folder" in capsys.readouterr().err
 

@@ -99,3 +99,11 @@ def test_several_sensors_are_told_apart(tmp_path):
 def test_what_cannot_be_understood_is_said(tmp_path, text, told):
     with pytest.raises(InputError, match=told.replace("(", r"\(")):
         table(tmp_path, text)
+
+
+def test_a_column_of_very_many_names_names_no_sensors(tmp_path):
+    rows = "".join(f"{i},s{i},1,2\n" for i in range(25))
+    found = table(tmp_path, f"t,sensor,east,north\n{rows}")
+    assert found.sensors == ("sensor",)
+    assert "sensor" in found.left_out
+    assert "sensor has more than 20 names, so all returns are of one sensor" in found.assumed

@@ -66,7 +66,7 @@ def _summary(cls: type) -> str:
 
 
 def _overview(entries: Sequence[Installed], plain: Mapping[str, type]) -> Iterator[str]:
-    """Yield a line for each kind, those apart that studies need; then the tables without kinds."""
+    """Yield a line for each kind, then the tables without kinds; kinds that only studies need come last."""
     usual = [entry for entry in entries if not entry.cls.misprint and entry.role != "reproduction"]
     for role in dict.fromkeys(entry.role for entry in usual):
         yield role

@@ -7,8 +7,9 @@ from pathlib import Path
 
 from vedette.commands.ending import DONE
 from vedette.config import load
-from vedette.drafting import draft_config, draft_package
+from vedette.drafting import distribution_name, draft_config, draft_package
 from vedette.errors import ConfigError, Problem
+from vedette.io.atomic import whole_file
 
 
 def run(arguments: Namespace) -> int:
@@ -23,7 +24,8 @@ def _config(arguments: Namespace) -> int:
         raise ConfigError([Problem("--out", f"{str(path)!r} exists already: delete it, or name another file")])
     text = draft_config(data)
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(text, encoding="utf-8", newline="\n")
+    with whole_file(path) as file:
+        file.write(text)
     load(path)
     print(text)
     print(f"written to {path}; run it: vedette run {path}")
@@ -31,8 +33,7 @@ def _config(arguments: Namespace) -> int:
 
 
 def _plugin(arguments: Namespace) -> int:
-    short = arguments.name.strip().lower().replace(" ", "-").replace("_", "-").removeprefix("vedette-")
-    folder = Path(arguments.out) if arguments.out else Path(f"vedette-{short}")
+    folder = Path(arguments.out or distribution_name(arguments.name))
     for path in draft_package(arguments.name, folder):
         print(path)
     print(f"install and test it: cd {folder}; pip install -e '.[test]'; python -m pytest")

@@ -86,18 +86,21 @@ Test{title}Motion = conformance({title}Motion)
 """The files of a package, their names and texts with the plugin's own names left open."""
 
 
+def distribution_name(name: str) -> str:
+    """Return what the package of a plugin called `name` is installed as; ConfigError for a name that is none."""
+    return f"vedette-{_short(name).replace('_', '-')}"
+
+
 def draft_package(name: str, folder: Path) -> list[Path]:
     """Write the package of a plugin called `name` into `folder`, which must not exist or be empty; return its files.
 
     ConfigError for a name that is none, or a folder that holds anything.
     """
-    short = re.sub(r"[-\s]+", "_", name.strip().lower()).removeprefix("vedette_")
-    if not re.fullmatch(r"[a-z][a-z0-9_]*", short) or keyword.iskeyword(short):
-        raise ConfigError([Problem("NAME", f"must be a word of letters, digits and hyphens, got {name!r}")])
+    short = _short(name)
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise ConfigError([Problem("--out", f"{str(folder)!r} exists already and is not an empty folder")])
     title = "".join(word.capitalize() for word in short.split("_"))
-    names = {"short": short, "module": f"vedette_{short}", "dashed": f"vedette-{short.replace('_', '-')}", "title": title}
+    names = {"short": short, "module": f"vedette_{short}", "dashed": distribution_name(name), "title": title}
     written = []
     for place, text in FILES.items():
         path = folder / place.format(**names)
@@ -105,3 +108,11 @@ def draft_package(name: str, folder: Path) -> list[Path]:
         path.write_text(text.format(**names), encoding="utf-8", newline="\n")
         written.append(path)
     return written
+
+
+def _short(name: str) -> str:
+    """Return a plugin's name as a Python word; ConfigError for a name that is none."""
+    short = re.sub(r"[-\s]+", "_", name.strip().lower()).removeprefix("vedette_")
+    if not re.fullmatch(r"[a-z][a-z0-9_]*", short) or keyword.iskeyword(short):
+        raise ConfigError([Problem("NAME", f"must be a word of letters, digits and hyphens, got {name!r}")])
+    return short

@@ -20,6 +20,9 @@ from vedette.space import Array
 LOOKED_AT = 2000
 """So many rows say what the columns hold."""
 
+MOST_SENSORS = 20
+"""A column of more names than these is not taken to name sensors."""
+
 ANGLES = ("bearing", "heading")
 COMPASS = ("bearing", "brg", "azimuth", "az", "azi")
 POLAR, GEODETIC, FLAT = ("range", "bearing"), ("latitude", "longitude"), ("x", "y")
@@ -94,7 +97,10 @@ def read_table(path: TablePath) -> Table:
     time = measured["time"]
     unit = _time_unit(time, _numbers(columns[time.title]), assumed)
     who = measured["sensor"].title if "sensor" in measured else ""
-    sensors = tuple(sorted({cell for cell in columns.get(who, []) if cell}))[:20] or ("sensor",)
+    sensors = tuple(sorted({cell for cell in columns.get(who, []) if cell}))
+    if len(sensors) > MOST_SENSORS:
+        assumed.append(f"{who} has more than {MOST_SENSORS} names, so all returns are of one sensor")
+        who, sensors = "", ()
     read = {time.title, *(measured[name].title for name in names.values()), *(each.title for each in platform.values())}
     read |= {who, measured["scan"].title if "scan" in measured else ""}
     compass = axes == GEODETIC or any(word in measured["bearing"].title.lower() for word in COMPASS if axes == POLAR)

@@ -37,6 +37,16 @@ TablePath = Path | FrameTable
 """Where a table is: a file, or a data frame."""
 
 
+def pyarrow() -> tuple[Any, Any]:
+    """Return pyarrow and its module for Parquet files; InputError without them."""
+    try:
+        import pyarrow as pa
+        import pyarrow.parquet as parquet
+    except ImportError:
+        raise InputError("Parquet files need pyarrow: pip install 'vedette[data]'") from None
+    return pa, parquet
+
+
 def is_columnar(path: TablePath) -> bool:
     """Return whether a table is a Parquet file or a data frame, not text."""
     return isinstance(path, FrameTable) or path.suffix.lower() == SUFFIX
@@ -60,11 +70,7 @@ def _of_frame(frame: Any, wanted: set[str]) -> tuple[list[str], Iterator[list[st
 
 
 def _of_parquet(path: Path, wanted: set[str]) -> tuple[list[str], Iterator[list[str]]]:
-    try:
-        import pyarrow as pa
-        import pyarrow.parquet as parquet
-    except ImportError:
-        raise InputError("Parquet files need pyarrow: pip install 'vedette[data]'") from None
+    pa, parquet = pyarrow()
     check_regular(path)
     try:
         file = parquet.ParquetFile(path)

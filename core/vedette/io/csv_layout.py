@@ -44,7 +44,7 @@ class Named(Protocol):
 
 @frozen
 class Layout:
-    """What holds of all tables: between columns, whether they are sorted, where x and y point, their origin on the earth.
+    """What holds of all tables: their delimiter, whether rows are sorted, where x and y point, the origin on the earth.
 
     `first` is the first time of the detections in s: times of day lie near it.
     """

@@ -40,8 +40,7 @@ from vedette.types import Recording, Rows, Scan, Trajectory
 @final
 @frozen
 class CsvSource(Source):
-    """Detections from a CSV file with a header line, or a Parquet file, optionally with files of the truth and of the
-    platform's positions.
+    """Detections from a CSV file with a header line or a Parquet file, with the truth and the platforms if they are given.
 
     x and y become range and bearing if the tracker's sensor measures these and the platform is given. A row whose
     measured cells are all empty says that its scan holds no return. Bad rows are refused, one by one. Times are numbers,

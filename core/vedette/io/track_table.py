@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from vedette.errors import InputError
+from vedette.io.atomic import whole_bytes
+from vedette.io.columnar import pyarrow
 from vedette.io.terms import PLAIN, Terms
 from vedette.space import Array, Space
 from vedette.types import Track
@@ -60,18 +61,10 @@ def table_of(tracks: Sequence[Track], space: Space, terms: Terms = PLAIN) -> dic
 
 def write_tracks_parquet(path: Path, tracks: Sequence[Track], space: Space, terms: Terms = PLAIN) -> None:
     """Write the table of tracks as a Parquet file; a number that is not finite is null. Needs pyarrow."""
-    try:
-        import pyarrow as pa
-        import pyarrow.parquet as parquet
-    except ImportError:
-        raise InputError("Parquet files need pyarrow: pip install 'vedette[data]'") from None
+    pa, parquet = pyarrow()
     arrays = {
         title: pa.array(values, mask=~np.isfinite(values) if values.dtype.kind == "f" else None)
         for title, values in table_of(tracks, space, terms).items()
     }
-    unfinished = path.with_name(f".{path.name}.part")
-    try:
-        parquet.write_table(pa.table(arrays), unfinished)
-        unfinished.replace(path)
-    finally:
-        unfinished.unlink(missing_ok=True)
+    with whole_bytes(path) as file:
+        parquet.write_table(pa.table(arrays), file)

@@ -6,8 +6,14 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from unittest.mock import patch
 
-from hypothesis.internal.conjecture import providers
-from hypothesis.internal.constants_ast import Constants
+try:
+    from hypothesis.internal.conjecture import providers
+    from hypothesis.internal.constants_ast import Constants
+except ImportError:  # a version of Hypothesis that has them elsewhere
+    providers = Constants = None  # type: ignore[assignment,misc]
+
+NAMES = ("_get_local_constants", "CONSTANTS_CACHE")
+"""What is replaced in `providers`."""
 
 
 @contextmanager
@@ -19,7 +25,7 @@ def constants_of_no_module() -> Iterator[None]:
     Hypothesis without these names is left as it is, and the test of repeatability tells.
     """
     with ExitStack() as patches:
-        if hasattr(providers, "_get_local_constants") and hasattr(providers, "CONSTANTS_CACHE"):
+        if all(hasattr(providers, name) for name in NAMES):
             nothing = Constants()
             patches.enter_context(patch.object(providers, "_get_local_constants", lambda: nothing))
             patches.enter_context(patch.object(providers, "CONSTANTS_CACHE", type(providers.CONSTANTS_CACHE)(1024)))
