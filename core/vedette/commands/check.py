@@ -151,5 +151,5 @@ def check(cls: type[Component], profile: object, one: Component | None = None) -
     for text, count in warned.most_common(MOST_WARNINGS):
         print(f"  warned {count} times: {text}")
     if len(warned) > MOST_WARNINGS:
-        print(f"  and of {len(warned) - MOST_WARNINGS} other things")
+        print(f"  and {len(warned) - MOST_WARNINGS} other warnings")
     return component | {"failed": any(law["verdict"] == "failed" for law in told), "warnings": dict(warned)}
