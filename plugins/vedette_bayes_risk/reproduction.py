@@ -12,7 +12,7 @@ from attrs import frozen
 from vedette import Array, Experiment, Gaussian, Mask, Progress, Reproduction, Scan, Space, Trajectory, load
 from vedette.metrics import nees
 from vedette.montecarlo import run_together
-from vedette.reproduction import Findings, Keep, afresh, over_axes, two_point
+from vedette.reproduction import Findings, Keep, afresh, over_axes, squared_distances, two_point
 from vedette.sampling import Bounds, draw_detections
 from vedette.tracking import preprocessed, raw_sensors
 from vedette_bayes_risk import outcome, verdicts
@@ -118,7 +118,10 @@ def record(experiment: Experiment, truth: Array, times: Array, moments: Sequence
     error = runs.mean[:, last][..., axes] - truth[2:]
     modes = None if runs.mode_prob is None else np.mean(runs.mode_prob[:, last], axis=0)
     return Record(
-        _squares(error), nees(error, runs.cov[:, last][..., axes, :][..., axes]), runs.mean[0, last][:, axes[:2]], modes
+        squared_distances(error),
+        nees(error, runs.cov[:, last][..., axes, :][..., axes]),
+        runs.mean[0, last][:, axes[:2]],
+        modes,
     )
 
 
@@ -137,9 +140,3 @@ def contest(experiment: Experiment, truth: Array, times: Array, moments: Sequenc
     squares = np.stack(error, axis=1)
     kept: Mask = np.max(squares, axis=1) < LOST**2
     return Contest(np.stack(size, axis=1), np.stack(rivals, axis=1), kept)
-
-
-def _squares(error: Array) -> Array:
-    """Return the squared distances (*b) of errors (*b, 4)."""
-    squared: Array = np.sum(error[..., :2] ** 2, axis=-1)
-    return squared

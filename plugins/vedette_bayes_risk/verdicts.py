@@ -99,14 +99,14 @@ def claims(found: Figures, runs: int, dense: int) -> tuple[Claim, ...]:
             [Condition("least risk of any k, .5 for a coin", found["risk", "printed"], most=0.25)],
             runs,
             "the printed sums decide for a target where few sensors confirm. Summed from above the least risk is "
-            f"{_told(found['risk', 'corrected'])}, and the weights fall off steeply instead of almost linearly",
+            f"{found['risk', 'corrected'].said}, and the weights fall off steeply instead of almost linearly",
         ),
         judged(
             "P(k | k) = sum L(i) P_i / c (equation 6)",
             optimism,
             dense,
             "it leaves out the spread of the means. Under the corrected weights the second is "
-            f"{_told(found['spread', 'corrected'])}; in dense clutter, 3e-5 /m^2",
+            f"{found['spread', 'corrected'].said}; in dense clutter, 3e-5 /m^2",
             "runs in dense clutter",
         ),
         remark(
@@ -115,10 +115,6 @@ def claims(found: Figures, runs: int, dense: int) -> tuple[Claim, ...]:
             "what there is to judge is table 2, above",
         ),
     )
-
-
-def _told(cell: Cell) -> str:
-    return "unknown" if cell.measured is None else f"{cell.measured:.2g}"
 
 
 def _change(ratio: Cell) -> str:

@@ -8,10 +8,10 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Experiment, Gaussian, Progress, Reproduction, Scan, Space, load
+from vedette import Experiment, Gaussian, Progress, Reproduction, Scan, Space, load
 from vedette.metrics import nees
 from vedette.montecarlo import run_together
-from vedette.reproduction import Findings, Keep, afresh, over_axes, two_point
+from vedette.reproduction import Findings, Keep, afresh, over_axes, squared_distances, two_point
 from vedette.sampling import Bounds, draw_detections
 from vedette_target_oriented import accelerations, outcome, processes, verdicts
 from vedette_target_oriented.configs import FILTERS
@@ -92,11 +92,9 @@ def record(experiment: Experiment, scene: Scene) -> Record:
     error = estimate.mean - scene.truth[2:]
     assert runs.mode_prob is not None
     return Record(
-        _squares(error), nees(error, estimate.cov), runs.nis, estimate.mean[0, :, :2], np.mean(runs.mode_prob, axis=0)
+        squared_distances(error),
+        nees(error, estimate.cov),
+        runs.nis,
+        estimate.mean[0, :, :2],
+        np.mean(runs.mode_prob, axis=0),
     )
-
-
-def _squares(error: Array) -> Array:
-    """Return the squared distances (*b) of errors (*b, 4)."""
-    squared: Array = np.sum(error[..., :2] ** 2, axis=-1)
-    return squared

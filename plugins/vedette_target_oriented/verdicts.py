@@ -108,7 +108,7 @@ def claims(found: Figures, runs: int) -> tuple[Claim, ...]:
                 Condition("fails less those of Singer, %", found["fails", "TOM literal", "Singer"], most=0.0),
             ],
             runs,
-            f"CAR fails in {_told(found['fails', 'CAR'])} %, the consistent form in {_told(found['fails', 'TOM'])} %",
+            f"CAR fails in {found['fails', 'CAR'].said} %, the consistent form in {found['fails', 'TOM'].said} %",
         ),
         judged(
             "Singer fails in 11.4 % of the runs, the target-oriented model in 0.1 % (text of section 4.3)",
@@ -132,7 +132,7 @@ def claims(found: Figures, runs: int) -> tuple[Claim, ...]:
         ),
         remark(
             "Fails are 3.3 % against 0.0 % (table 1)",
-            f"the order is judged above; here {_told(found['fails', 'Singer'])} and {_told(found['fails', 'TOM literal'])} "
+            f"the order is judged above; here {found['fails', 'Singer'].said} and {found['fails', 'TOM literal'].said} "
             "% by a chosen rule, with a chosen P_D of 1",
         ),
     )
@@ -148,7 +148,3 @@ def _percent(ratio: Cell) -> str:
     if ratio.measured is None:
         return "unknown"
     return f"{100 * (ratio.measured - 1):+.0f} % (+- {100 * (ratio.error or 0.0):.1f})"
-
-
-def _told(cell: Cell) -> str:
-    return "unknown" if cell.measured is None else f"{cell.measured:.2g}"

@@ -11,7 +11,7 @@ from attrs import frozen
 from vedette import Array, Detections, Experiment, Gaussian, Progress, Reproduction, Scan, Space, load
 from vedette.metrics import nees
 from vedette.montecarlo import run_together
-from vedette.reproduction import Findings, Keep, afresh, over_axes, two_point
+from vedette.reproduction import Findings, Keep, afresh, over_axes, squared_distances, two_point
 from vedette.sampling import returns
 from vedette.tracking import preprocessed, raw_sensors
 from vedette_vts import outcome, verdicts
@@ -88,20 +88,14 @@ def record(experiment: Experiment, scene: Scene) -> Record:
     axes = tracker.state.locate(PLANE)
     error = free.mean[..., axes] - scene.truth[2:]
     return Record(
-        squares=_squares(error),
+        squares=squared_distances(error),
         distance=free.distance,
         nis=free.nis,
         nees=nees(error, free.cov[..., axes, :][..., axes]),
-        lost=np.sqrt(_squares(gated.mean[:, -1, axes] - scene.truth[-1])) > LOST,
+        lost=np.sqrt(squared_distances(gated.mean[:, -1, axes] - scene.truth[-1])) > LOST,
         path=free.mean[0][:, axes[:2]],
         modes=None if free.mode_prob is None else np.mean(free.mode_prob, axis=0),
     )
-
-
-def _squares(error: Array) -> Array:
-    """Return the squared distances (*b) of errors (*b, n) whose first two axes are the position."""
-    squared: Array = np.sum(error[..., :2] ** 2, axis=-1)
-    return squared
 
 
 def _noise(scan: Scan) -> Array:

@@ -54,7 +54,7 @@ def claims(found: Figures, runs: int) -> tuple[Claim, ...]:
                 Condition("runs that it loses where the gate acts, %", found["lost", "CVKF"], least=OFTEN),
             ],
             runs,
-            f"with q = 0.1 m/s^2. With q = 1 m/s^2 {_told(found['outside', 'CVKF wide'])} % are outside: a small Q does it",
+            f"with q = 0.1 m/s^2. With q = 1 m/s^2 {found['outside', 'CVKF wide'].said} % are outside: a small Q does it",
         ),
         _keeps("CAKF", "figure 4", found, runs),
         judged(
@@ -78,8 +78,8 @@ def claims(found: Figures, runs: int) -> tuple[Claim, ...]:
         remark(
             "In straight flight the IMM is about as accurate as the CVKF",
             "the paper gives no Q, and the truth is exactly straight: the smaller the CVKF's Q, the better it looks. Over "
-            f"the CVKF's error with q = 0.1 m/s^2 that of IMMCV2 is {_told(found['straight', 'IMMCV2', 'CVKF'])}, with "
-            f"q = 1 m/s^2 {_told(found['straight', 'IMMCV2', 'CVKF wide'])}",
+            f"the CVKF's error with q = 0.1 m/s^2 that of IMMCV2 is {found['straight', 'IMMCV2', 'CVKF'].said}, with "
+            f"q = 1 m/s^2 {found['straight', 'IMMCV2', 'CVKF wide'].said}",
         ),
         _beats_single(found, runs),
     )
@@ -114,7 +114,3 @@ def _beats_single(found: Figures, runs: int) -> Claim:
         runs,
         f"{' and '.join(SINGLE)} are the single filters that stay in their gates; no single Q has both",
     )
-
-
-def _told(cell: Cell) -> str:
-    return "unknown" if cell.measured is None else f"{cell.measured:.2g}"

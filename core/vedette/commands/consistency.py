@@ -13,8 +13,8 @@ from vedette.config import load
 from vedette.experiment import Experiment
 from vedette.io.atomic import whole_file
 from vedette.progress import on_terminal
+from vedette.report.consistency_recorded import Lines, draw
 from vedette.report.files import check_folder
-from vedette.report.recorded import Lines, draw
 from vedette.testing.recorded import Recorded, recorded_consistency
 
 

@@ -14,7 +14,7 @@ from vedette.types import Scan
 
 
 @frozen(eq=False)
-class Gates:
+class Expected:
     """Of tracks (t,): the expected measurement (t, m), the covariance S (t, m, m) of its innovation, and both on the map.
 
     position (t, 2) and cov (t, 2, 2): the gate on the map is where (p - position)' cov^-1 (p - position) is at most the
@@ -27,19 +27,19 @@ class Gates:
     cov: Array
 
     @classmethod
-    def unknown(cls, tracks: int, axes: int) -> Gates:
+    def unknown(cls, tracks: int, axes: int) -> Expected:
         """Return those of a scan that has none, as a camera's."""
         return cls(*(np.full((tracks, *shape), np.nan) for shape in ((axes,), (axes, axes), (2,), (2, 2))))
 
 
-def gates(tracker: Tracker, scan: Scan, before: State, after: State, plane: Plane | None) -> Gates:
+def gates(tracker: Tracker, scan: Scan, before: State, after: State, plane: Plane | None) -> Expected:
     """Return the gates of the tracks after a scan, from the prediction of the state before it: S = H P H' + R.
 
     The prediction's mean and covariance stand for the whole belief: the gate of a mixture is the union of its modes'. R is
     the sensor's, or the mean of the returns' own.
     """
     sensor = tracker.sensors[scan.sensor]
-    found = Gates.unknown(len(after.ids), len(sensor.measurement))
+    found = Expected.unknown(len(after.ids), len(sensor.measurement))
     known, old, new = np.intersect1d(before.ids, after.ids, assume_unique=True, return_indices=True)
     if scan.frame is not None or isinstance(sensor, ImagingSensor) or not len(known):
         return found

@@ -6,6 +6,7 @@ from vedette.reproduction.cells import mean_cell as mean_cell
 from vedette.reproduction.cells import ratio_cell as ratio_cell
 from vedette.reproduction.cells import rms_cell as rms_cell
 from vedette.reproduction.cells import share_cell as share_cell
+from vedette.reproduction.cells import squared_distances as squared_distances
 from vedette.reproduction.findings import Chart as Chart
 from vedette.reproduction.findings import Curve as Curve
 from vedette.reproduction.findings import Findings as Findings

@@ -19,6 +19,17 @@ class Cell:
     error: float | None = None
     published: float | None = None
 
+    @property
+    def said(self) -> str:
+        """The measured figure as a sentence says it, to two digits; "unknown" if there is none."""
+        return "unknown" if self.measured is None else f"{self.measured:.2g}"
+
+
+def squared_distances(error: Array) -> Array:
+    """Return the squared distances (*b) of errors (*b, n) whose first two axes are the position."""
+    squared: Array = np.sum(error[..., :2] ** 2, axis=-1)
+    return squared
+
 
 def mean_cell(values: Array, published: float | None = None, scale: float = 1.0) -> Cell:
     """Return the mean of one value per run (r,) times `scale`, with its standard error; no figure without runs."""

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from vedette.errors import InputError
 from vedette.io import read_frame
+from vedette.io.png import SIGNATURE
 from vedette.space import Array
 
 MOST, BYTES = 400, 6_000_000
@@ -76,4 +77,4 @@ def png(pixels: NDArray[np.uint8]) -> bytes:
     chunks = (
         struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body)) for kind, body in parts
     )
-    return b"\x89PNG\r\n\x1a\n" + b"".join(chunks)
+    return SIGNATURE + b"".join(chunks)
