@@ -19,6 +19,11 @@ def _observed(sensor: LinearSensor) -> Space:
     return Space(tuple(axis for axis, used in zip(whole.axes, np.any(sensor.H != 0, axis=0), strict=True) if used))
 
 
+def _of_observed(sensor: LinearSensor) -> Array:
+    """Return H over the axes that it looks at."""
+    return sensor.H[:, np.any(sensor.H != 0, axis=0)] if sensor.H.size else np.eye(len(sensor.axes))
+
+
 def _measured(sensor: LinearSensor) -> Space:
     """Return the space of z: the named axes; else those observed, where z are these as they are; else z1, z2 and so on."""
     names = sensor.measures or (sensor.observes.names if sensor.direct else [f"z{i + 1}" for i in range(len(sensor.R))])
@@ -47,6 +52,7 @@ class LinearSensor(Sensor):
     clutter_density: float = fields.quantity("1", "false returns per scan and unit of volume of z", default=0.0, at_least=0)
     units: dict[str, str] = fields.names("axis to its unit where the name does not say it: x m, vx m/s, ax m/s^2, others 1")
     observes: Space = field(init=False, repr=False, eq=False, default=Factory(_observed, takes_self=True))
+    _matrix: Array = field(init=False, repr=False, eq=False, default=Factory(_of_observed, takes_self=True))
     measurement: Space = field(init=False, repr=False, eq=False, default=Factory(_measured, takes_self=True))
 
     def __attrs_post_init__(self) -> None:
@@ -66,21 +72,15 @@ class LinearSensor(Sensor):
     @property
     def direct(self) -> bool:
         """Whether z are axes of the state as they are, in their order."""
-        return not self.H.size or np.array_equal(self._H, np.eye(len(self.observes)))
-
-    @property
-    def _H(self) -> Array:
-        if not self.H.size:
-            return np.eye(len(self.axes))
-        return self.H[:, np.any(self.H != 0, axis=0)]
+        return not self.H.size or np.array_equal(self._matrix, np.eye(len(self.observes)))
 
     def measure(self, x: Array) -> Array:
         """Return the expected measurement: (*b, n) -> (*b, m)."""
-        return x @ self._H.T
+        return x @ self._matrix.T
 
     def jacobian(self, x: Array) -> Array:
         """Return H (m, n) over the observed axes."""
-        return self._H
+        return self._matrix
 
     def noise(self, x: Array) -> Array:
         """Return R (m, m)."""
@@ -96,7 +96,7 @@ class LinearSensor(Sensor):
 
     def invert(self, z: Array, noise: Array | None = None) -> Gaussian:
         """Return H^-1 z and its covariance: (*b, m) -> (*b, n), (*b, n, n)."""
-        H, cov = self._H, self.R if noise is None else noise
+        H, cov = self._matrix, self.R if noise is None else noise
         if H.shape[0] != H.shape[1] or np.linalg.matrix_rank(H) < len(H):
             raise NotImplementedError("H cannot be inverted, so one return of this sensor does not start a track")
         back = np.linalg.inv(H)
