@@ -129,9 +129,9 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
 
     def unseen(self, tracks: tuple[int, ...]) -> TemplateAppearance:
         """Return no template, and NaN as the size."""
-        patch, pair, one = np.zeros((*tracks, self.cells, self.cells)), np.zeros((*tracks, 2)), np.zeros(tracks)
+        patch, pair, none = np.zeros((*tracks, self.cells, self.cells)), np.zeros((*tracks, 2)), np.zeros(tracks)
         scene = np.zeros((*tracks, BLOCKS, BLOCKS))
-        return TemplateAppearance(one, patch, patch, one + 1.0, pair, pair + 1.0, one, one, scene, one, one, one)
+        return TemplateAppearance(none, patch, patch, none + 1.0, pair, pair + 1.0, none, none, scene, none, none, none)
 
     def first(self, pixels: Array, where: Array, box: Array) -> TemplateAppearance:
         """Find the target in its box, and cut the template around it."""
