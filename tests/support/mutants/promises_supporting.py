@@ -7,10 +7,10 @@ from attrs import evolve, frozen
 from hypothesis import strategies as st
 
 from support.mutants.parts import changed
-from support.mutants.sources import SCENE
+from support.mutants.preprocessors import remade
+from support.mutants.sources import SCENE, rescanned
 from vedette import Detections, Gaussian
 from vedette.sampling import Bounds
-from vedette.types import Recording
 from vedette_sim import Simulation
 from vedette_standard.births.from_returns import FromReturns
 from vedette_standard.births.places import Appearance
@@ -132,10 +132,6 @@ LIFECYCLES = [
 ]  # fmt: skip
 
 
-def remade(change):
-    return {"process": lambda s, scans: change(UC.process(s, scans))}
-
-
 PREPROCESSORS = [
     ("x and y exchanged", UC, "returns_lie_where_they_were_seen", remade(lambda d: evolve(d, z=d.z[..., ::-1])), {}),
     ("returns' own noise ignored", UC, "sharper_returns_make_sharper_ones",
@@ -144,14 +140,6 @@ PREPROCESSORS = [
     ("the platform forgotten", UC, "placed_scans_are_placed",
      {"process": lambda s, scans: UC.process(s, {n: evolve(x, pose=None) for n, x in scans.items()})}, {}),
 ]  # fmt: skip
-
-
-def opened(change):
-    def open(self, sensors, rng):  # noqa: A001  # the role's own name
-        recording = Simulation.open(self, sensors, rng)
-        return Recording(tuple(change(recording.scans)), recording.truth)
-
-    return {"open": open}
 
 
 def moved(scan):
@@ -163,10 +151,11 @@ SOURCES = [
     ("one seed for all", Simulation, "every_generator_its_own",
      {"open": lambda s, sensors, rng: Simulation.open(s, sensors, np.random.default_rng(1))}, SCENE),
     ("times in ms", Simulation, "scans_last_as_stated",
-     opened(lambda scans: [evolve(scan, time=1000 * scan.time) for scan in scans]), SCENE),
+     rescanned(lambda scans: [evolve(scan, time=1000 * scan.time) for scan in scans]), SCENE),
     ("each scan twice", Simulation, "scans_come_once",
-     opened(lambda scans: [scan for scan in scans for _ in range(2)]), SCENE),
-    ("returns lie elsewhere", Simulation, "returns_are_of_the_truth", opened(lambda scans: [moved(s) for s in scans]), LONG),
+     rescanned(lambda scans: [scan for scan in scans for _ in range(2)]), SCENE),
+    ("returns lie elsewhere", Simulation, "returns_are_of_the_truth",
+     rescanned(lambda scans: [moved(scan) for scan in scans]), LONG),
 ]  # fmt: skip
 
 PROMISES_SUPPORTING = [*BIRTHS, *LIFECYCLES, *PREPROCESSORS, *SOURCES]
