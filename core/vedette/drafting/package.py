@@ -114,5 +114,6 @@ def _short(name: str) -> str:
     """Return a plugin's name as a Python word; ConfigError for a name that is none."""
     short = re.sub(r"[-\s]+", "_", name.strip().lower()).removeprefix("vedette_")
     if not re.fullmatch(r"[a-z][a-z0-9_]*", short) or keyword.iskeyword(short):
-        raise ConfigError([Problem("NAME", f"must be a word of letters, digits and hyphens, got {name!r}")])
+        right = "must be a word of letters, digits and hyphens that begins with a letter and is no keyword of Python"
+        raise ConfigError([Problem("NAME", f"{right}, got {name!r}")])
     return short

@@ -79,7 +79,8 @@ def _lines(table: Table, facts: Mapping[str, Facts], accel: float, speed: float,
     yield ""
     yield "[birth]"
     pace = rounded(max(1.5 * speed, 1e-3))
-    yield f"spread = {{ vx = {pace!r}, vy = {pace!r} }}  # m/s: the targets move at some {rounded(speed):g} along an axis"
+    told = f"m/s: the targets move at some {rounded(speed):g} along an axis" if fitted else _GUESS
+    yield f"spread = {{ vx = {pace!r}, vy = {pace!r} }}  # {told}"
     yield ""
     yield "[lifecycle]"
     yield 'kind = "m_of_n"'

@@ -40,8 +40,8 @@ from vedette.testing.verdicts import (
 from vedette.tracking.tracker import Tracker
 
 FAMILIES = 6
-"""NEES, NIS, whiteness, bias, calibration and hits share alpha equally, so that all together alarm no more often. So do
-lost tracks and false returns, where they are judged.
+"""NEES, NIS, whiteness, bias, calibration and hits share alpha equally with lost tracks and false returns, where these are
+judged, so that all together alarm no more often.
 """
 
 P = ParamSpec("P")
