@@ -66,6 +66,10 @@ def _command(parsed: Namespace) -> int:
         from vedette.commands import consistency
 
         return consistency.run(parsed)
+    if parsed.command == "explain":
+        from vedette.commands import explain
+
+        return explain.run(parsed)
     if parsed.command == "info":
         from vedette.commands import info
 
@@ -132,6 +136,16 @@ def _parser() -> ArgumentParser:
     package = drafts.add_parser("plugin", help="a package with a component that keeps its laws", description=_NEW_PLUGIN)
     package.add_argument("name", metavar="NAME", help="of the plugin: a word")
     package.add_argument("--out", metavar="DIR", help="folder for the package; default: vedette-NAME")
+
+    explain = commands.add_parser(
+        "explain", help="say what a config composes and what is out of proportion", description=_EXPLAIN
+    )
+    explain.add_argument("config", metavar="CONFIG", help="a TOML, YAML or JSON file that describes tracker and source")
+    _takes_overrides(explain, "the config")
+    explain.add_argument(
+        "--interval", metavar="TIME", help="from scan to scan, as in '2.5 s'; default: as the source has it"
+    )
+    explain.add_argument("--json", action="store_true", help="end standard output with one line of JSON")
 
     report = commands.add_parser("report", help="write the page of a run", description=_REPORT)
     report.add_argument("run", metavar="RUN_DIR", help="the folder that `vedette run` wrote")
@@ -217,6 +231,10 @@ _NEW_CONFIG = (
     "tracks its targets, with a comment on each guess."
 )
 _NEW_PLUGIN = "Write a Python package with a motion model, its test against all laws of its role, and its entry point."
+_EXPLAIN = (
+    "Say in plain words what a config composes, which gates, errors and lives of tracks follow from it, and what is out of "
+    "proportion, each with its place. The source is opened for its first scans; nothing is tracked."
+)
 _REPORT = (
     "Write one HTML file that shows a run scan by scan: map, errors, NEES, NIS, modes and the life of its tracks. It needs "
     "no network and no other file."

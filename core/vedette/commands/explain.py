@@ -1,0 +1,54 @@
+"""`vedette explain`: what a config composes, in plain words, and what in it is out of proportion."""
+
+from __future__ import annotations
+
+import json
+from argparse import Namespace
+from textwrap import wrap
+
+from vedette.commands.ending import DONE
+from vedette.config import load
+from vedette.errors import ConfigError, Problem
+from vedette.explaining import findings, situation
+from vedette.explaining.words import WIDTH, composed, figures, lines
+from vedette.units import in_unit
+
+
+def run(arguments: Namespace) -> int:
+    """Print the parts, what follows from them, and the findings, each with its place."""
+    experiment = load(arguments.config, overrides=arguments.overrides)
+    it = situation(experiment, None if arguments.interval is None else _seconds(arguments.interval))
+    found = list(findings(it))
+    for line in lines(it):
+        print(line)
+    print()
+    count = len(found)
+    print(
+        f"{count} {'thing is' if count == 1 else 'things are'} out of proportion"
+        if found
+        else "nothing is out of proportion"
+    )
+    for each in found:
+        for line in wrap(str(each), WIDTH, initial_indent="  ", subsequent_indent="    "):
+            print(line)
+    if arguments.json:
+        told = {
+            "title": experiment.title,
+            "parts": composed(it),
+            "sensors": [figures(seen, it) for seen in it.sensors],
+            "findings": [each.data() for each in found],
+            "unopened": it.opened.why,
+        }
+        print(json.dumps(told))
+    return DONE
+
+
+def _seconds(given: str) -> float:
+    """Return the interval given in s."""
+    try:
+        value = in_unit(given, "s", 1e9)
+        if not value > 0:
+            raise ValueError(f"must be > 0, got {value:g} s")
+    except ValueError as error:
+        raise ConfigError([Problem("--interval", str(error))]) from None
+    return value
