@@ -25,6 +25,7 @@ PLACES: dict[str, tuple[float, float, str]] = {
     "commands": (3.4, 12.0, "vedette run, study, check, ..."),
     "testing": (0.45, 11.0, "laws, consistency of trackers"),
     "drafting": (5.3, 10.0, "first configs and packages"),
+    "explaining": (3.6, 10.0, "what is out of proportion"),
     "report": (1.9, 10.0, "pictures, summaries"),
     "montecarlo": (3.5, 9.0, "studies of many runs"),
     "io": (5.1, 8.0, "recordings, track files"),

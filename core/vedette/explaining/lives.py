@@ -11,8 +11,8 @@ from vedette.space import Array
 from vedette.supporting import Lifecycle
 from vedette.types import Review
 
-TRACKS, LOOKS = 2000, 40
-"""Tracks of each sort that are drawn, and the scans that each sees at most."""
+TRACKS, LOOKS, MOST = 1000, 40, 60
+"""Tracks of each sort that are drawn, the scans that each sees, and the most false returns in a gate that are drawn."""
 
 
 @frozen
@@ -27,7 +27,7 @@ class Lives:
 def lives(
     lifecycle: Lifecycle, initial: float, settled: Settled, dt: float, p_gate: float, threshold: float, spread: Array
 ) -> Lives:
-    """Draw tracks that each start at one return and see scans `dt` s apart; `spread` (s,): their positions' deviation in m."""
+    """Draw tracks that start at one return each, with scans `dt` s apart; `spread` (s,): deviations of positions in m."""
     rng = np.random.default_rng(0)
     return Lives(*_drawn(lifecycle, initial, settled, dt, p_gate, threshold, spread, rng, real=True),
                  _drawn(lifecycle, initial, settled, dt, p_gate, threshold, spread, rng, real=False)[0])  # fmt: skip
@@ -50,12 +50,13 @@ def _drawn(
     for i in range(LOOKS):
         at = min(i, len(volumes) - 1)
         log_peak = -0.5 * m * np.log(2 * np.pi) - 0.5 * np.linalg.slogdet(settled.S[at])[1]
-        count = np.minimum(rng.poisson(min(settled.density * volumes[at], 30.0), TRACKS), 60)
-        distance = threshold * rng.uniform(size=(TRACKS, 60)) ** (2 / m)
+        count = np.minimum(rng.poisson(min(settled.density * volumes[at], MOST / 2), TRACKS), MOST)
+        many = int(np.max(count))
+        distance = threshold * rng.uniform(size=(TRACKS, many)) ** (2 / m)
         own = 2.0 * gammaincinv(m / 2, p_gate * rng.uniform(size=TRACKS))
         hits = rng.uniform(size=TRACKS) < (seen if real else 0.0)
         dense = max(settled.density, 1e-300)
-        false = np.where(np.arange(60) < count[:, None], np.exp(log_peak - 0.5 * distance), 0.0).sum(axis=1)
+        false = np.where(np.arange(many) < count[:, None], np.exp(log_peak - 0.5 * distance), 0.0).sum(axis=1)
         some = detects * (false + hits * np.exp(log_peak - 0.5 * own)) / dense
         ratio = np.minimum(1.0 - seen + some, 1e200)
         hit = np.where(ratio > 0, np.minimum(some, 1e200) / np.maximum(ratio, 1e-300), 0.0)

@@ -10,8 +10,8 @@ import numpy as np
 from vedette.explaining.finding import Finding
 from vedette.explaining.parts import parts, square
 from vedette.explaining.situation import Seen, Situation
-from vedette.roles import Array, Estimator, MotionModel, Sensor
-from vedette.space import Axis
+from vedette.roles import Estimator, MotionModel, Sensor
+from vedette.space import Array, Axis
 from vedette.units import say
 
 LOUD, QUIET_SCANS = 10.0, 1000
@@ -20,7 +20,7 @@ HALF_PI = 0.5 * np.pi
 
 
 def loud_motion(it: Situation) -> Iterator[Finding]:
-    """The noise of one scan interval is far larger than what the sensor errs: predictions say nothing."""
+    """Find process noise of one scan interval that is far larger than the sensor's: predictions say nothing."""
     for place, motion, seen in _settled(it):
         ratio, axis = _noise_ratio(it, motion, seen, seen.dt or 0.0)
         if ratio > LOUD:
@@ -32,20 +32,20 @@ def loud_motion(it: Situation) -> Iterator[Finding]:
 
 
 def quiet_motion(it: Situation) -> Iterator[Finding]:
-    """No model's noise is felt within a thousand scans: the filter comes to believe itself alone."""
+    """Find process noise that is not felt within a thousand scans: the filter comes to believe itself alone."""
     for seen in it.sensors:
-        own = [(place, motion) for place, motion, other in _settled(it) if other is seen]
-        if own and all(_noise_ratio(it, motion, seen, QUIET_SCANS * (seen.dt or 0.0))[0] < 1.0 for _, motion in own):
-            ratio = max(_noise_ratio(it, motion, seen, QUIET_SCANS * (seen.dt or 0.0))[0] for _, motion in own)
+        long = QUIET_SCANS * (seen.dt or 0.0)
+        own = {place: _noise_ratio(it, motion, seen, long)[0] for place, motion, other in _settled(it) if other is seen}
+        if own and max(own.values()) < 1.0:
             text = (
-                f"in {QUIET_SCANS:,} scans of {say(seen.dt or 0.0, 's')} the process noise moves a target by {ratio:.2g} standard "
-                f"deviations of sensor {seen.name!r}: the filter soon stops learning, and a target that turns is lost"
+                f"in {QUIET_SCANS:,} scans, {say(long, 's')}, the process noise moves a target by {max(own.values()):.2g} "
+                f"standard deviations of sensor {seen.name!r}: the filter soon stops learning, and loses a target that turns"
             )
-            yield Finding(own[0][0], text, "at least 1, reached within some 10 to 100 scans")
+            yield Finding(next(iter(own)), text, "at least 1, reached within some 10 to 100 scans")
 
 
 def noise_against_speed(it: Situation) -> Iterator[Finding]:
-    """The speed may change in one scan by more than it may be at all."""
+    """Find speeds that may change in one scan by more than they may be at all."""
     for place, motion, seen in _settled(it):
         start, dt = seen.settled.start if seen.settled else None, seen.dt or 0.0
         x = _at(it, motion, seen)
@@ -57,14 +57,14 @@ def noise_against_speed(it: Situation) -> Iterator[Finding]:
             change = float(np.sqrt(motion.noise(x, dt)[i, i]))
             if speed > 0 and change > 3.0 * speed:
                 text = (
-                    f"the process noise changes {axis.name} by {say(change, 'm/s')} within a scan interval of {say(dt, 's')}, "
+                    f"the process noise changes {axis.name} by {say(change, 'm/s')} within {say(dt, 's')}, a scan interval, "
                     f"and a new track's is {say(float(speed), 'm/s')} at most to one standard deviation"
                 )
                 yield Finding(place, text, "a fraction of the speed per scan")
 
 
 def wild_turns(it: Situation) -> Iterator[Finding]:
-    """The noise of the turn rate makes the course random within a scan."""
+    """Find noise of the turn rate that makes the course random within a scan."""
     for place, motion, seen in _settled(it):
         x, dt = _at(it, motion, seen), seen.dt or 0.0
         for i, axis in enumerate(motion.state.axes):
@@ -73,27 +73,27 @@ def wild_turns(it: Situation) -> Iterator[Finding]:
             turned = float(np.sqrt(motion.noise(x, dt)[i, i])) * dt
             if turned > HALF_PI:
                 text = (
-                    f"the process noise of {axis.name} turns the course by {np.degrees(turned):.3g} deg within a scan interval of "
-                    f"{say(dt, 's')}: it is random from scan to scan"
+                    f"the process noise of {axis.name} turns the course by {np.degrees(turned):.3g} deg within a scan "
+                    f"interval of {say(dt, 's')}: it is random from scan to scan"
                 )
                 yield Finding(place, text, "a few degrees per scan")
 
 
 def modes_alike(it: Situation) -> Iterator[Finding]:
-    """Two modes predict the same: no return tells them apart, and their probabilities mean nothing."""
-    for place, estimator, modes in _mixtures(it):
+    """Find two modes that predict the same: no return tells them apart, and their probabilities mean nothing."""
+    for place, modes in _mixtures(it):
         for seen in it.sensors:
             for (i, one), (j, other) in combinations(enumerate(modes), 2):
                 if seen.settled is not None and seen.dt is not None and _alike(it, one, other, seen, seen.dt):
                     text = (
-                        f"predicts what {place}.modes[{i}] predicts: over {say(seen.dt, 's')} their means are the same and their "
-                        "standard deviations differ by less than 10 %, so no return tells the two apart"
+                        f"predicts what {place}.modes[{i}] predicts: over {say(seen.dt, 's')} their means are the same and "
+                        "their standard deviations differ by less than 10 %, so no return tells the two apart"
                     )
                     yield Finding(f"{place}.modes[{j}]", text, "process noises that differ by a factor of 3 to 30")
 
 
 def switching(it: Situation) -> Iterator[Finding]:
-    """Modes that are left before a scan can show them, and modes that are never left."""
+    """Find modes that are left before a scan can show them, and modes that are never left."""
     known = [seen.dt for seen in it.sensors if seen.dt is not None]
     dt = min(known) if known else None
     for place, estimator in parts(it.experiment.tracker.estimator, "estimator"):
@@ -119,14 +119,14 @@ def _stays(place: str, scans: Array, dt: float | None) -> Iterator[Finding]:
             yield Finding(place, text if stay < 1e11 else f"mode {i}, once it holds, is never left", "5 to 100 scans")
 
 
-def _mixtures(it: Situation) -> Iterator[tuple[str, Estimator[object], list[MotionModel]]]:
+def _mixtures(it: Situation) -> Iterator[tuple[str, list[MotionModel]]]:
     """Yield each estimator with several others as its `modes`, and their motion models, if each has one."""
     for place, estimator in parts(it.experiment.tracker.estimator, "estimator"):
         modes = getattr(estimator, "modes", None)
         if isinstance(estimator, Estimator) and isinstance(modes, tuple) and len(modes) > 1:
             own = [getattr(mode, "motion", None) for mode in modes]
             if all(isinstance(motion, MotionModel) for motion in own):
-                yield place, estimator, own  # type: ignore[misc]
+                yield place, own  # type: ignore[misc]
 
 
 def _alike(it: Situation, one: MotionModel, other: MotionModel, seen: Seen, dt: float) -> bool:

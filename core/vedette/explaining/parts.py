@@ -45,7 +45,7 @@ def square(component: Any, unit: str) -> dict[str, np.ndarray[Any, Any]]:
     found = {}
     for each in attrs.fields(type(component)) if attrs.has(type(component)) else ():
         value = getattr(component, each.name)
-        if each.init and each.metadata.get("unit") == unit and isinstance(value, np.ndarray) and value.ndim == 2:
-            if value.shape[0] == value.shape[1] > 1:
-                found[each.name] = value
+        matrix = isinstance(value, np.ndarray) and value.ndim == 2 and value.shape[0] == value.shape[1] > 1
+        if each.init and matrix and each.metadata.get("unit") == unit:
+            found[each.name] = value
     return found

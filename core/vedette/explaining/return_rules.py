@@ -8,8 +8,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from vedette.explaining.finding import Finding
-from vedette.explaining.situation import Seen, Situation
 from vedette.explaining.settled import ring
+from vedette.explaining.situation import Seen, Situation
 from vedette.space import Array
 from vedette.supporting import ImagingSensor
 from vedette.units import say
@@ -20,7 +20,7 @@ FACTOR = 10.0
 
 
 def crowded_gate(it: Situation) -> Iterator[Finding]:
-    """More false returns in the gate of a track than its own."""
+    """Find more false returns in the gate of a track than its own."""
     for seen in it.sensors:
         if seen.settled is None or it.experiment.tracker.gate.clutter != "sensor":
             continue
@@ -30,8 +30,8 @@ def crowded_gate(it: Situation) -> Iterator[Finding]:
         count = seen.settled.density * seen.settled.gate_volumes(threshold)
         if count[-1] > MOST_IN_GATE:
             text = (
-                f"the clutter puts {count[-1]:.3g} false returns into the gate of a settled track in every scan: its own is one "
-                "among them"
+                f"the clutter puts {count[-1]:.3g} false returns into the gate of a settled track in every scan: its own is "
+                "one among them"
             )
             yield Finding(seen.place, text, "below 0.3")
         elif count[0] > MOST_IN_NEW_GATE:
@@ -43,20 +43,20 @@ def crowded_gate(it: Situation) -> Iterator[Finding]:
 
 
 def no_clutter(it: Situation) -> Iterator[Finding]:
-    """Existence is judged against clutter, and there is said to be none."""
+    """Find existence judged against clutter where there is said to be none."""
     tracker = it.experiment.tracker
     for seen in it.sensors:
         judged = tracker.starts_tracks and not tracker.lifecycle.certain and tracker.gate.clutter == "sensor"
         if judged and seen.settled is not None and seen.settled.density == 0 and not seen.stated:
             text = (
-                f"states no clutter, and {tracker.lifecycle.kind} weighs each return against clutter: the first one proves that "
-                "its track exists"
+                f"states no clutter, and {tracker.lifecycle.kind} weighs each return against clutter: the first one proves "
+                "that its track exists"
             )
             yield Finding(seen.place, text, "the number of false returns per scan, however rough")
 
 
 def clutter_against_data(it: Situation) -> Iterator[Finding]:
-    """The stated clutter against the number of returns that come."""
+    """Compare the stated clutter with the number of returns that come."""
     for seen in it.sensors:
         if seen.boxed is None or seen.stated is None or seen.came.per_scan is None:
             continue
@@ -73,7 +73,7 @@ def clutter_against_data(it: Situation) -> Iterator[Finding]:
 
 
 def rarely_detects(it: Situation) -> Iterator[Finding]:
-    """Every sensor misses nearly always."""
+    """Find sensors that miss nearly always, all of them."""
     best = [seen.settled.detects for seen in it.sensors if seen.settled is not None]
     for seen in it.sensors:
         if seen.settled is not None and 0 < seen.settled.detects < LEAST_DETECTION and max(best) == seen.settled.detects:
@@ -82,23 +82,24 @@ def rarely_detects(it: Situation) -> Iterator[Finding]:
 
 
 def never_misses(it: Situation) -> Iterator[Finding]:
-    """One miss is impossible, so that it ends or breaks a track."""
+    """Find misses that are taken to be impossible, so that one ends or breaks a track."""
     for seen in it.sensors:
         if seen.settled is not None and seen.settled.detects * it.experiment.tracker.gate.probability >= 1.0:
             text = (
-                f"with a gate of probability 1 and a detection probability of 1, a scan without a return of the target is "
+                "with a gate of probability 1 and a detection probability of 1, a scan without a return of the target is "
                 "impossible: the first miss proves that there is none"
             )
             yield Finding(seen.place, text, "a detection probability of 0.99 at most")
 
 
 def out_of_view(it: Situation) -> Iterator[Finding]:
-    """Targets or returns are where the sensor is said to detect nothing."""
+    """Find targets or returns where the sensor is said to detect nothing."""
+    seen_at_all = any(seen.settled.detects > 0 for seen in it.sensors if seen.settled is not None)
     for seen in it.sensors:
         if isinstance(seen.sensor, ImagingSensor):
             continue
         reach = "" if seen.far is None else f", its reach being {say(seen.far, 'm')}"
-        if seen.settled is not None and seen.settled.detects == 0:
+        if seen.settled is not None and seen.settled.detects == 0 and not seen_at_all:
             yield Finding(seen.place, f"detects nothing where the first track starts{reach}", "tracks start in view")
             continue
         share = _out_of_reach(seen)
@@ -121,7 +122,7 @@ def _out_of_reach(seen: Seen) -> float:
 
 
 def long_reach(it: Situation) -> Iterator[Finding]:
-    """A reach far beyond all returns spreads the clutter over places that no return comes from."""
+    """Find a reach far beyond all returns, which spreads the clutter over places that no return comes from."""
     for seen in it.sensors:
         where = [i for i, axis in enumerate(seen.sensor.measurement.axes) if axis.unit == "m"]
         if seen.far is None or len(seen.came.returns) < 20 or not where:
@@ -136,7 +137,7 @@ def long_reach(it: Situation) -> Iterator[Finding]:
 
 
 def coarse_sensor(it: Situation) -> Iterator[Finding]:
-    """Measurement errors as large as the view."""
+    """Find measurement errors as large as the view."""
     for seen in it.sensors:
         if isinstance(seen.sensor, ImagingSensor) or seen.settled is None:
             continue
@@ -155,7 +156,7 @@ def coarse_sensor(it: Situation) -> Iterator[Finding]:
 
 
 def gate_against_target(it: Situation) -> Iterator[Finding]:
-    """A gate that leaves the target's own returns out."""
+    """Find a gate that leaves the target's own returns out."""
     gate = it.experiment.tracker.gate
     if gate.probability < LEAST_GATE:
         text = f"leaves {100 * (1 - gate.probability):.3g} % of the target's own returns out, in every scan"
@@ -169,14 +170,14 @@ def gate_against_target(it: Situation) -> Iterator[Finding]:
         within = float(gammainc(m / 2, gate.largest_distance / 2))
         if within < gate.probability - 0.05:
             text = (
-                f"{gate.largest_distance:g} keeps {100 * within:.3g} % of a target's returns of {m} axes, and gate.probability "
-                f"promises {100 * gate.probability:.4g} %: a miss counts for more than it is"
+                f"{gate.largest_distance:g} keeps {100 * within:.3g} % of a target's returns of {m} axes, and "
+                f"gate.probability promises {100 * gate.probability:.4g} %: a miss counts for more than it is"
             )
             yield Finding("gate.largest_distance", text, "beyond the gate's own limit")
 
 
 def open_gate(it: Situation) -> Iterator[Finding]:
-    """Without a gate every track weighs every return of a crowded scan."""
+    """Find tracks without a gate that weigh every return of a crowded scan."""
     gate = it.experiment.tracker.gate
     for seen in it.sensors:
         crowd = seen.came.per_scan or 0.0

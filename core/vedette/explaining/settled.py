@@ -52,16 +52,16 @@ class Settled:
 
 
 def reach(sensor: Sensor) -> tuple[float, float]:
-    """Return the least and the largest distance in m at which it detects something, to 1 %; FAR: no limit; NaN: nothing."""
+    """Return the least and the largest distance in m at which it detects something; FAR: no limit; NaN: nothing."""
     seen = [i for i, r in enumerate(TRIED) if _sees(sensor, r)]
     if not seen:
         return math.nan, math.nan
     near, far = TRIED[seen[0]], TRIED[seen[-1]]
     beyond = TRIED[min(seen[-1] + 1, len(TRIED) - 1)]
-    while beyond / far > 1.01:
+    while beyond / far > 1.0001:
         middle = math.sqrt(far * beyond)
         far, beyond = (middle, beyond) if _sees(sensor, middle) else (far, middle)
-    return near, far
+    return near, float(f"{far:.3g}")
 
 
 def _sees(sensor: Sensor, r: float) -> bool:
@@ -81,7 +81,7 @@ def ring(sensor: Sensor, r: float) -> Array:
 def settle(
     tracker: Tracker, name: str, dt: float, recording: Recording | None, returns: Array, pose: Pose | None
 ) -> Settled | None:
-    """Return how a track of one sensor settles with scans `dt` s apart; None if it cannot start, or the sensor is a camera."""
+    """Return how a track of one sensor settles with scans `dt` s apart; None if none can start, or for a camera."""
     sensor = tracker.sensors[name]
     if isinstance(sensor, ImagingSensor):
         return None
@@ -107,7 +107,13 @@ def _prior(
     if isinstance(sensor, ImagingSensor):
         return None
     tried = [z for z in returns[:: max(1, len(returns) // 40)] if starter == name] + list(_made_up(sensor))
-    return next((prior for z in tried if (prior := _begun(tracker, sensor, starter, z, dt)) is not None), None)
+    begun = (prior for z in tried if (prior := _begun(tracker, sensor, starter, z, dt)) is not None)
+    if starter == name:
+        return next(begun, None)
+    own = tracker.sensors[name] if pose is None else tracker.sensors[name].at(pose)
+    where = tracker.state.locate(own.observes)
+    found = list(begun)
+    return next((prior for prior in found if np.max(own.detects(prior.mean[0, where])) > 0), found[0] if found else None)
 
 
 def _gives(tracker: Tracker, recording: Recording | None) -> bool:
@@ -166,8 +172,9 @@ def _run(tracker: Tracker, sensor: Sensor, dt: float, start: Gaussian) -> Settle
     estimator, rng = tracker.estimator, np.random.default_rng(0)
     where = estimator.state.locate(sensor.observes)
     belief = estimator.start(start, estimator.state, rng)
-    predicted_cov, updated, means, S, R = [], [], [], [], np.zeros(0)
-    x = start.mean[0, where]
+    predicted_cov, updated, means, S = list[Array](), list[Array](), list[Array](), list[Array]()
+    R: Array = np.zeros(0)
+    x: Array = start.mean[0, where]
     for _ in range(SCANS):
         belief = predicted(estimator, belief, dt, rng)
         ahead = estimator.moments(belief)

@@ -7,10 +7,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from vedette.explaining.finding import Finding
+from vedette.explaining.lives import LOOKS
 from vedette.explaining.parts import in_seconds
 from vedette.explaining.settled import SCANS, inverts
 from vedette.explaining.situation import Seen, Situation, deviation, positions
-from vedette.roles import Array
+from vedette.space import Array
 from vedette.units import say
 
 LEAST_SURVIVAL = 0.8
@@ -26,7 +27,7 @@ def _started(it: Situation) -> Iterator[tuple[Seen, Array, Array]]:
 
 
 def slow_prior(it: Situation) -> Iterator[Finding]:
-    """True objects are far faster than a new track may be."""
+    """Find true objects far faster than a new track may be."""
     speed = it.true_speed()
     for _, mean, sigma in _started(it):
         fast = [i for i, axis in enumerate(it.state.axes) if axis.unit == "m/s"]
@@ -35,21 +36,22 @@ def slow_prior(it: Situation) -> Iterator[Finding]:
         most = float(np.linalg.norm(np.abs(mean[fast]) + 5.0 * sigma[fast]))
         if speed > most:
             text = (
-                f"true objects go at {say(speed, 'm/s')}, and a new track's speed is at most {say(most, 'm/s')} even at five "
-                "standard deviations"
+                f"true objects go at {say(speed, 'm/s')}, and a new track's speed is at most {say(most, 'm/s')} even at "
+                "five standard deviations"
             )
             yield Finding("birth", text, "a standard deviation of half the largest speed")
 
 
 def fast_prior(it: Situation) -> Iterator[Finding]:
-    """A new track may cross the whole view, or turn around, from one scan to the next."""
+    """Find new tracks that may cross the whole view, or turn around, from one scan to the next."""
     for seen, _, sigma in _started(it):
         dt = seen.dt or 0.0
         for axis, each in zip(it.state.axes, sigma, strict=True):
-            if axis.unit == "m/s" and seen.far is not None and each * dt > 0.5 * seen.far:
+            far = float(each) * dt
+            if axis.unit == "m/s" and seen.far is not None and far > 0.5 * seen.far:
                 text = (
-                    f"a new track's {axis.name}, {say(float(each), 'm/s')}, takes it {say(float(each) * dt, 'm')} far within a "
-                    f"scan interval of {say(dt, 's')}, and {seen.name!r} sees no farther than {say(seen.far, 'm')}"
+                    f"a new track's {axis.name}, {say(float(each), 'm/s')}, takes it {say(far, 'm')} far within a scan "
+                    f"interval of {say(dt, 's')}, and {seen.name!r} sees no farther than {say(seen.far, 'm')}"
                 )
                 yield Finding("birth", text, "a small part of the view")
             if axis.unit == "rad/s" and each * dt > 0.5 * np.pi:
@@ -66,7 +68,7 @@ def fast_prior(it: Situation) -> Iterator[Finding]:
 
 
 def wide_prior(it: Situation) -> Iterator[Finding]:
-    """A new track may be beyond all that the sensor sees."""
+    """Find new tracks that may be beyond all that the sensor sees."""
     for seen, _, _ in _started(it):
         assert seen.settled is not None
         wide = deviation(seen.settled.start.cov[0], positions(it.state))
@@ -76,7 +78,7 @@ def wide_prior(it: Situation) -> Iterator[Finding]:
 
 
 def frozen_prior(it: Situation) -> Iterator[Finding]:
-    """A velocity that is exactly 0 at the start, as if that were known."""
+    """Find a velocity that is exactly 0 at the start, as if that were known."""
     fixed = it.experiment.tracker.estimator.zero_variance
     for _, mean, sigma in _started(it):
         for axis, x, each in zip(it.state.axes, mean, sigma, strict=True):
@@ -86,7 +88,7 @@ def frozen_prior(it: Situation) -> Iterator[Finding]:
 
 
 def short_life(it: Situation) -> Iterator[Finding]:
-    """Targets that are gone before the next scan; times that end a track at its first miss."""
+    """Find targets that are gone before the next scan, and times that end a track almost at once."""
     tracker = it.experiment.tracker
     known = [seen.dt for seen in it.sensors if seen.dt is not None]
     if not known:
@@ -99,7 +101,7 @@ def short_life(it: Situation) -> Iterator[Finding]:
     times = in_seconds(tracker.lifecycle)
     for name, value in times.items():
         if value < 2 * dt and survives >= LEAST_SURVIVAL:
-            text = f"{say(value, 's')} are fewer than two scan intervals of {say(dt, 's')}: one missed scan ends a track"
+            text = f"{say(value, 's')} are fewer than two scan intervals of {say(dt, 's')}: a track ends almost at once"
             yield Finding(f"lifecycle.{name}", text, "5 scans or more")
     for name, value in in_seconds(tracker.birth).items() if tracker.birth is not None else ():
         if value < 2 * dt:
@@ -111,7 +113,7 @@ def short_life(it: Situation) -> Iterator[Finding]:
 
 
 def confirmation(it: Situation) -> Iterator[Finding]:
-    """False returns that become tracks, and targets that do not or are lost."""
+    """Find false returns that become tracks, and targets that do not or are lost."""
     for seen in it.sensors:
         if seen.lives is None:
             continue
@@ -125,12 +127,13 @@ def confirmation(it: Situation) -> Iterator[Finding]:
             yield Finding("lifecycle", text, "below 1 false track in 100 scans")
         if lives.confirmed < 0.5:
             text = (
-                f"of tracks that start at a target {100 * lives.confirmed:.3g} % are ever confirmed, with scans {say(dt, 's')} "
-                f"apart and a detection probability of {seen.settled.detects if seen.settled else 0:.3g}"
+                f"of tracks that start at a target {100 * lives.confirmed:.3g} % are ever confirmed, with scans "
+                f"{say(dt, 's')} apart and a detection probability of {seen.settled.detects if seen.settled else 0:.3g}"
             )
             yield Finding("lifecycle", text, "more than 90 %")
         elif lives.kept < 0.5:
-            text = f"of targets with a confirmed track {100 * (1 - lives.kept):.3g} % lose it within 40 scans, {say(40 * dt, 's')}"
+            lost, time = 100 * (1 - lives.kept), say(LOOKS * dt, "s")
+            text = f"of targets with a confirmed track {lost:.3g} % lose it within {LOOKS} scans, {time}"
             yield Finding("lifecycle", text, "below 5 %")
 
 
@@ -145,7 +148,7 @@ def _false_starts(seen: Seen) -> float | None:
 
 
 def judge_against_errors(it: Situation) -> Iterator[Finding]:
-    """A judge that asks for more than the estimates can be."""
+    """Find a judge that asks for more than the estimates can be."""
     judge, where = it.experiment.judge, positions(it.state)
     errors = [
         deviation(seen.settled.updated[-1], where)

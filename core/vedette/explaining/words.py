@@ -91,7 +91,7 @@ def lines(it: Situation) -> Iterator[str]:
 
 def _of_sensor(seen: Seen, found: dict[str, Any]) -> Iterator[str]:
     if seen.dt is None:
-        yield f"{seen.name}: its scan interval is not known; --interval '2.5 s' says it, and what follows from it is then told"
+        yield f"{seen.name}: its scan interval is not known: say it, as in --interval '2.5 s', for what follows from it"
         return
     returns = "" if seen.came.per_scan is None else f", {seen.came.per_scan:.3g} returns a scan"
     reach = "" if seen.far is None else f", as far as {say(seen.far, 'm')}"
@@ -107,7 +107,8 @@ def _of_sensor(seen: Seen, found: dict[str, Any]) -> Iterator[str]:
     for axis in found["axes"]:
         unit, gate = axis["unit"], ""
         if axis["first_gate"] is not None:
-            gate = f"; the gate reaches {angle(axis['first_gate'], unit)} either way at first, then {angle(axis['settled_gate'], unit)}"
+            first, then = angle(axis["first_gate"], unit), angle(axis["settled_gate"], unit)
+            gate = f"; the gate reaches {first} either way at first, then {then}"
         yield f"    {axis['axis']}: errs by {angle(axis['noise'], unit)} (standard deviation){gate}"
     yield f"    a target gives a return with probability {found['detection_probability']:.3g}"
     if found["false_returns_in_first_gate"] is not None:
@@ -122,8 +123,8 @@ def _of_sensor(seen: Seen, found: dict[str, Any]) -> Iterator[str]:
         )
     if seen.lives is not None:
         yield (
-            f"    of tracks that start at a target {100 * seen.lives.confirmed:.3g} % are confirmed; of those that start at a "
-            f"false return {100 * seen.lives.false:.2g} %"
+            f"    of tracks that start at a target {100 * seen.lives.confirmed:.3g} % are confirmed; of those that start at "
+            f"a false return {100 * seen.lives.false:.2g} %"
         )
 
 
