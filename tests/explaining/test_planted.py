@@ -76,6 +76,11 @@ PLANTED: dict[str, tuple[str, str, list[str]]] = {
         "estimator.transition", "mode 1 lasts 1.11 scans", ["estimator.transition=[[0.95,0.05],[0.9,0.1]]"],
     ),
     "a mode never left": ("estimator.transition", "is never left", ["estimator.transition=[[1.0,0.0],[0.1,0.9]]"]),
+    "switching rates per minute": (
+        "estimator.rates", "mode 0 lasts 0.167 scans",
+        ['estimator={kind="imm",rates=[[-3.0,3.0],[0.1,-0.1]],modes=[{kind="ekf",motion={kind="constant_velocity",'
+         'sigma_accel=0.05}},{kind="ekf",motion={kind="constant_velocity",sigma_accel=1.0}}]}', ALONE[1]],
+    ),
     "a transition for a far shorter interval": (
         "estimator.transition", "mode 0 lasts 0.5 scans", ["estimator.interval=0.05"],
     ),

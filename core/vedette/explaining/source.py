@@ -12,7 +12,7 @@ from attrs import Factory, frozen
 from vedette.errors import ConfigError, VedetteError
 from vedette.experiment import Experiment
 from vedette.space import Array
-from vedette.tracking.preprocessing import preprocessed, raw_sensors
+from vedette.tracking.preprocessing import preprocess, raw_sensors
 from vedette.types import LazyScans, Pose, Recording, Scan
 
 MOST_SCANS, MOST_FRAMES, MOST_PREPROCESSED = 200, 3, 20
@@ -64,7 +64,7 @@ def opened(experiment: Experiment) -> Opened:
     whole = {name: each for name, each in experiment.preprocessors.items() if name not in recording.detected}
     read = [scan for scan in scans if scan.sensor not in framed][: MOST_PREPROCESSED if whole else MOST_SCANS]
     by_sensor: dict[str, list[Scan]] = {name: [] for name in sensors}
-    for scan in preprocessed(read, whole):
+    for scan in preprocess(read, whole, [], strict=False):
         if scan.sensor in by_sensor:
             by_sensor[scan.sensor].append(scan)
     return Opened(
@@ -91,9 +91,11 @@ def _came(times: list[float], scans: list[Scan], axes: int) -> Came:
     poses: list[Pose | None] = []
     for scan in scans:
         seen = scan.detections
-        whole = seen.valid if seen.missing is None else seen.valid & ~np.any(seen.missing, axis=-1)
-        returns += list(seen.z[whole]) if seen.z.size else []
-        poses += [scan.pose] * (int(np.sum(whole)) if seen.z.size else 0)
+        if seen.z.shape[-1] == axes:  # bad returns are the run's to refuse
+            whole = seen.valid & np.all(np.isfinite(seen.z), axis=-1)
+            whole &= True if seen.missing is None else ~np.any(seen.missing, axis=-1)
+            returns += list(seen.z[whole])
+            poses += [scan.pose] * int(np.sum(whole))
     return Came(
         interval=float(np.median(gaps)) if len(gaps) else None,
         per_scan=float(np.mean([np.sum(scan.detections.valid) for scan in scans])) if scans else None,
