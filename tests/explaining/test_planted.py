@@ -57,6 +57,10 @@ UNSEEN = (
     'birth={kind="poisson",lifetime=LIFETIME,appear=[{at={x=[0,600],y=[0,600],vx=[0,6],vy=[0,6],turn_rate=[0,0.03]},'
     "initial=3.0,rate=0.01}]}"
 )
+SWITCHING = (
+    'estimator={kind="imm",rates=[[-3.0,3.0],[0.1,-0.1]],modes=[{kind="ekf",motion={kind="constant_velocity",'
+    'sigma_accel=0.05}},{kind="ekf",motion={kind="constant_velocity",sigma_accel=1.0}}]}'
+)
 
 FIRST, SECOND = "estimator.modes[0].motion", "estimator.modes[1].motion"
 PLANTED: dict[str, tuple[str, str, list[str]]] = {
@@ -78,8 +82,7 @@ PLANTED: dict[str, tuple[str, str, list[str]]] = {
     "a mode never left": ("estimator.transition", "is never left", ["estimator.transition=[[1.0,0.0],[0.1,0.9]]"]),
     "switching rates per minute": (
         "estimator.rates", "mode 0 lasts 0.167 scans",
-        ['estimator={kind="imm",rates=[[-3.0,3.0],[0.1,-0.1]],modes=[{kind="ekf",motion={kind="constant_velocity",'
-         'sigma_accel=0.05}},{kind="ekf",motion={kind="constant_velocity",sigma_accel=1.0}}]}', ALONE[1]],
+        [SWITCHING, ALONE[1]],
     ),
     "a transition for a far shorter interval": (
         "estimator.transition", "mode 0 lasts 0.5 scans", ["estimator.interval=0.05"],
