@@ -171,6 +171,16 @@ def test_a_quiet_tracker_records_nothing():
             assert set(after.lineage.merges[:, 1].tolist()) <= sure & set(after.ids.tolist())
 
 
+@pytest.mark.parametrize("kind", MERGING)
+def test_tracks_end_in_scans_without_returns(kind):
+    """Two that came at different times end at different times, in scans that hold nothing, beside one another."""
+    scans = [*([[FAR]] * 6), *([[FAR, [0.0, 0.0]]] * 4), *([np.zeros((0, 2))] * 20)]
+    _, states, tracks = tracked(scans, kind)
+    assert len(tracks) == 2
+    assert not len(states[-1].ids)
+    assert all(state.lineage is None for state in states[-20:])
+
+
 def test_gates_that_are_mixed_up_are_noticed(monkeypatch):
     """The mutant takes the wrong track's gate."""
     real = lineage._gated

@@ -50,7 +50,10 @@ def lineage(gates: Gates, ids: Indices, born: int, weights: Array, returns: Indi
     starts = gates.starts
     if starts is None:
         last = slice(len(ids) - (born - gates.born), None)
-        starts = np.argmax(weights[last, 1:], axis=-1) if returns is None else returns[last, 0]
+        if weights.shape[-1] == 1:  # no return, so none of them started a track
+            starts = np.zeros(0, dtype=np.intp)
+        else:
+            starts = np.argmax(weights[last, 1:], axis=-1) if returns is None else returns[last, 0]
     child = np.full(1 + max(np.max(starts, initial=-1), np.max(held, initial=-1)), -1)
     child[starts] = gates.born + np.arange(len(starts))
     splits = np.column_stack([child[held], tracks])[child[held] >= 0]

@@ -197,13 +197,14 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         return Match(place - where, ratio, renewed)
 
     def moments(self, belief: AppearanceBelief[TemplateAppearance]) -> Gaussian:
-        """Return the position, and the box as it has grown, whose sides are uncertain by a part of them."""
+        """Return the position, and the box as it has grown, whose sides are uncertain by a part of them once it was seen."""
         if self.resize == 0:
             return belief.position
         sides = [self.state.names.index(name) for name in ("width", "height")]
         mean, cov = belief.position.mean.copy(), belief.position.cov.copy()
         mean[..., sides] *= np.exp(belief.appearance.growth)[..., None]
-        cov[..., sides, sides] = (DOUBT * mean[..., sides]) ** 2
+        known = belief.appearance.known[..., None] > 0
+        cov[..., sides, sides] = np.where(known, (DOUBT * mean[..., sides]) ** 2, cov[..., sides, sides])
         return Gaussian(mean, cov)
 
     def _resized(
