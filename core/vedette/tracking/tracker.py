@@ -174,7 +174,8 @@ class Tracker:
         dt = scan.time - state.time if state.time != -np.inf else 0.0
 
         rng = state.seed.generator(state.steps) if self._draws else NO_DRAWS
-        rows = state.leaves if self._branches else state
+        branches = self._branches
+        rows = state.leaves if branches else state
         belief = rows.belief
         if self._reframes and dt > 0:
             belief = estimator.reframe(belief, estimator.moments(belief))
@@ -187,7 +188,7 @@ class Tracker:
             return sparse.concluded(self, state, scan, dt, it, sparse.meet(self, it), rng)
         innovation = estimator.evaluate(belief, sensor, observed, self.gate.probability)
         scores = self.gate.scores(innovation, sensor, observed, existence, gate, rate)
-        if self._branches and isinstance(observed, Detections):
+        if branches and isinstance(observed, Detections):
             evaluated = branching.Evaluated(belief, existence, unseen, found, innovation, scores)
             return branching.grown(self, state, scan, observed, sensor, evaluated, dt, rng)
         plain = gate.axes and observed.evidence is None
