@@ -1,5 +1,7 @@
 """What several test files share lies in `support`; its assertions tell what they compared, like a test's own."""
 
+from contextlib import ExitStack
+
 import pytest
 from hypothesis import settings
 
@@ -13,6 +15,6 @@ def pytest_configure(config: pytest.Config) -> None:
     settings.register_profile("fast", deadline=None, derandomize=True)
     settings.register_profile("nightly", deadline=None)
     settings.load_profile(config.option.vedette_profile)
-    repeatable = constants_of_no_module()
-    repeatable.__enter__()
-    config.add_cleanup(lambda: repeatable.__exit__(None, None, None))
+    session = ExitStack()
+    session.enter_context(constants_of_no_module())
+    config.add_cleanup(session.close)

@@ -53,6 +53,21 @@ def evaluate_linearised(
     return new_innovation(loglik, distance, log_volume, distance, new_hypotheses(shift, post))
 
 
+def expected_return(
+    predicted: Gaussian, state: Space, sensor: Sensor, noise: Array | None = None
+) -> tuple[Array, Array, Array]:
+    """Return what a sensor is expected to measure (*b, m), the covariance S = H P H' + R of the innovation, and H.
+
+    `predicted`: tracks (*b, n) over the axes `state`; H (*b, m, n) or (m, n) is over those that the sensor observes. R is
+    `noise`, or else the sensor's.
+    """
+    where = state.locate(sensor.observes)
+    x, P = predicted.mean[..., where], predicted.cov[..., where, :][..., where]
+    H = sensor.jacobian(x)
+    S: Array = H @ P @ np.swapaxes(H, -1, -2) + (sensor.noise(x) if noise is None else noise)
+    return sensor.measure(x), S, H
+
+
 def extent_linearised(
     belief: Gaussian, state: Space, sensor: Sensor, detections: Detections, limit: float, memo: Memo | None = None
 ) -> tuple[Array, Array]:

@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 from attrs import frozen
 
+from vedette.filters.linear import expected_return
 from vedette.report.plane import Plane
 from vedette.space import Array
 from vedette.supporting import ImagingSensor
 from vedette.tracking.state import State
 from vedette.tracking.tracker import Tracker
-from vedette.types import Scan
+from vedette.types import Gaussian, Scan
 
 
 @frozen(eq=False)
@@ -44,15 +45,15 @@ def gates(tracker: Tracker, scan: Scan, before: State, after: State, plane: Plan
     if scan.frame is not None or isinstance(sensor, ImagingSensor) or not len(known):
         return found
     sensor = sensor if scan.pose is None else sensor.at(scan.pose)
-    where = tracker.state.locate(sensor.observes)
+    own = scan.detections.noise
+    R = None if own is None or not len(own) else np.mean(own, axis=0)
     with np.errstate(all="ignore"):
         ahead = tracker.estimator.moments(tracker.predict(before, scan.time))
-        x, P = ahead.mean[old][:, where], ahead.cov[old][:, where][:, :, where]
-        H, own = sensor.jacobian(x), scan.detections.noise
-        R = sensor.noise(x) if own is None or not len(own) else np.mean(own, axis=0)
-        found.expected[new] = sensor.measure(x)
-        found.innovation[new] = S = H @ P @ np.swapaxes(H, -1, -2) + R
+        ahead = Gaussian(ahead.mean[old], ahead.cov[old])
+        found.expected[new], S, H = expected_return(ahead, tracker.state, sensor, R)
+        found.innovation[new] = S
         if plane is not None and plane.within(sensor.observes) and len(sensor.measurement) > 1:
+            x = ahead.mean[:, tracker.state.locate(sensor.observes)]
             found.position[new] = plane.points(sensor.observes, x)
             found.cov[new] = _on_the_map(
                 S, np.broadcast_to(H, (*S.shape[:-1], H.shape[-1]))[..., sensor.observes.locate(plane.space)]

@@ -9,6 +9,7 @@ import numpy as np
 from attrs import evolve, field, fields_dict, frozen
 
 from vedette.config.registry import Registry
+from vedette.filters.linear import expected_return
 from vedette.roles import Estimator, Sensor
 from vedette.sampling.detections import densities, returns, thinned
 from vedette.space import Array, Mask
@@ -180,11 +181,8 @@ def _looked_at(tracker: Tracker, sensor: Sensor, x: Array) -> Array:
 
 def innovation(tracker: Tracker, sensor: Sensor, predicted: Gaussian, z: Array) -> tuple[Array, Array]:
     """Return a return z (*b, m) minus its prediction, and the covariance of that (*b, m, m), linearised at the mean."""
-    where = tracker.state.locate(sensor.observes)
-    x, P = predicted.mean[..., where], predicted.cov[..., where, :][..., where]
-    H = sensor.jacobian(x)
-    S = H @ P @ np.swapaxes(H, -1, -2) + sensor.noise(x)
-    return sensor.measurement.difference(z, sensor.measure(x)), S
+    expected, S, _ = expected_return(predicted, tracker.state, sensor)
+    return sensor.measurement.difference(z, expected), S
 
 
 def _cluttered(
