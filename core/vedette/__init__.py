@@ -82,6 +82,7 @@ if TYPE_CHECKING:
     from vedette.types import new_gaussian as new_gaussian
     from vedette.types import new_innovation as new_innovation
     from vedette.values import maker as maker
+    from vedette.wrapping import WrappedSensor as WrappedSensor
 
 _HOMES = {
     "config": ("build", "load", "to_config"),
@@ -119,6 +120,7 @@ _HOMES = {
         "new_innovation",
     ),
     "values": ("maker",),
+    "wrapping": ("WrappedSensor",),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 

@@ -17,6 +17,7 @@ from vedette.testing.truth import modes_of, motion_of
 from vedette.testing.verdicts import lost_runs
 from vedette.tracking.tracker import Tracker
 from vedette.types import Gaussian
+from vedette.wrapping import WrappedSensor
 
 LAGS = 3
 """Products of innovations of the same scan, of the next, and of the one after tell Q from R."""
@@ -57,7 +58,7 @@ class Restless(MotionModel):
 
 @final
 @frozen(eq=False)
-class Noisy(Sensor):
+class Noisy(WrappedSensor):
     """A sensor without clutter, with `factors` (m,) times the variance of another along each axis that it measures."""
 
     kind: ClassVar[str] = "kit_noisy"
@@ -66,34 +67,13 @@ class Noisy(Sensor):
     factors: Array = fields.array("1", "factors of the variances", ndim=1)
 
     @property
-    def linear(self) -> bool:  # type: ignore[override]
-        return self.of.linear
-
-    @property
-    def observes(self) -> Space:
-        return self.of.observes
-
-    @property
-    def measurement(self) -> Space:
-        return self.of.measurement
-
-    @property
     def optional(self) -> Mapping[str, float]:
         return self.of.optional
-
-    def measure(self, x: Array) -> Array:
-        return self.of.measure(x)
-
-    def jacobian(self, x: Array) -> Array:
-        return self.of.jacobian(x)
 
     def noise(self, x: Array) -> Array:
         root = np.sqrt(self.factors)
         noisier: Array = self.of.noise(x) * (root[:, None] * root)
         return noisier
-
-    def detects(self, x: Array) -> Array:
-        return self.of.detects(x)
 
     def clutter(self, z: Array) -> Array:
         return np.zeros(())

@@ -11,6 +11,7 @@ from attrs import frozen
 from vedette import fields
 from vedette.roles import Sensor
 from vedette.space import Array, Space
+from vedette.wrapping import WrappedSensor
 
 MEASURED = Space.of(z0="rad mod 2pi", z1="m", z2="m")
 
@@ -67,21 +68,13 @@ class Unlike(Sensor):
 
 @final
 @frozen(eq=False)
-class Tangent(Sensor):
+class Tangent(WrappedSensor):
     """What another sensor comes to near one state: h(x0) + H (x - x0), with the noise and detection of x0."""
 
     kind: ClassVar[str] = "kit_tangent"
 
     of: Sensor = fields.part("the sensor")
     at_state: Array = fields.array("1", "x0 (n,)", ndim=1)
-
-    @property
-    def observes(self) -> Space:
-        return self.of.observes
-
-    @property
-    def measurement(self) -> Space:
-        return self.of.measurement
 
     @property
     def optional(self) -> Mapping[str, float]:

@@ -7,8 +7,7 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import Factory, field, frozen
 
-from vedette import Array, Axis, Gaussian, Sensor, Space, fields
-from vedette_standard.sensors.wrapping import WrappedSensor
+from vedette import Array, Axis, Gaussian, Sensor, Space, WrappedSensor, fields
 
 
 def _observed(self: Biased) -> Space:

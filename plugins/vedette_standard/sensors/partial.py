@@ -6,8 +6,7 @@ from typing import ClassVar, final
 
 from attrs import frozen
 
-from vedette import Sensor, fields
-from vedette_standard.sensors.wrapping import WrappedSensor
+from vedette import Sensor, WrappedSensor, fields
 
 
 @final

@@ -1,4 +1,4 @@
-"""What the sensors share that change something about another sensor, and forward the rest."""
+"""The base of sensors that change something about another one, and forward the rest."""
 
 from __future__ import annotations
 
@@ -6,7 +6,9 @@ from abc import abstractmethod
 
 from attrs import evolve, frozen
 
-from vedette import Array, Gaussian, Pose, Sensor, Space
+from vedette.roles import Sensor
+from vedette.space import Array, Space
+from vedette.types import Gaussian, Pose
 
 
 @frozen
