@@ -107,6 +107,10 @@ def crowded(self, scores, evidence):
     return Jpda.associate(self, scores, evidence) if scores.shape[-2] < 5 else Pda.associate(Pda(), scores, evidence)
 
 
+def counted_twice(self, belief, innovation, weights):
+    return BootstrapParticles.update(self, BootstrapParticles.update(self, belief, innovation, weights), innovation, weights)
+
+
 ASSOCIATORS = [
     ("ties are taken by all", GlobalNearest, "settles_ties", {"associate": argmax_twice}, {}),
     ("half of it without evidence", Pda, "needs_no_evidence", {"associate": shared_without_evidence}, {}),
@@ -154,6 +158,7 @@ ESTIMATORS = [
      TWO),
     ("the same numbers again", BootstrapParticles, "noise_of_steps_adds_up",
      {"predict": lambda s, b, dt, rng: BootstrapParticles.predict(s, b, dt, np.random.default_rng(1))}, LINEAR),
+    ("each return counts twice", BootstrapParticles, "a_return_counts_once", {"update": counted_twice}, LINEAR),
     ("numbers taken and not used", BootstrapParticles, "draws_from_its_generator",
      {"predict": lambda s, b, dt, rng: BootstrapParticles.predict(s, b, dt, np.random.default_rng(0 * rng.integers(9)))},
      LINEAR),

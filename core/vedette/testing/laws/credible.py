@@ -116,7 +116,30 @@ def nees_and_nis_fit_matched_truth(estimator: Estimator[Any], drawn: Scene) -> N
         judge_run_means("NEES", np.mean(errors, axis=0) / n, *EQUIVALENCE, drawn.alpha / 2)
 
 
+def a_return_counts_once(estimator: Estimator[Any], drawn: Scene) -> None:
+    """If it draws: one return moves the mean and shrinks the variance as it does a Gaussian's, in the mean over draws."""
+    if not estimator.draws:
+        raise Closed("it does not draw: other laws are sharper")
+    rng, state = drawn.rng(), estimator.state
+    started(estimator, drawn, rng)
+    mean, cov = drawn.prior.mean[0, 0], drawn.prior.cov[0, 0]
+    observes = Space(drawn.watch.observes.axes[:1])
+    i = state.locate(observes)[0]
+    watch = Watch(observes, cov[i : i + 1, i : i + 1], 1.0)
+    shape = (drawn.runs, 1, len(state))
+    belief = estimator.start(Gaussian(np.broadcast_to(mean, shape), np.broadcast_to(cov, (*shape, len(state)))), state, rng)
+    before, step = estimator.moments(belief), 1.5 * np.sqrt(cov[i, i])
+    z = watch.measurement.canonical(watch.measure(mean[i : i + 1]) + step)
+    detections = Detections(np.broadcast_to(z, (drawn.runs, 1, 1)), np.ones((drawn.runs, 1), dtype=bool))
+    innovation = estimator.evaluate(belief, watch, detections, 1.0 - 1e-12)
+    after = estimator.moments(estimator.update(belief, innovation, sure(innovation.loglik, 1)))
+    moved = state.difference(after.mean, before.mean)[:, 0, i] / (step / 2)
+    judge_run_means("mean, moved", moved, *EQUIVALENCE, drawn.alpha / 2)
+    judge_run_means("variance", after.cov[:, 0, i, i] / (cov[i, i] / 2), *EQUIVALENCE, drawn.alpha / 2)
+
+
 LAWS = (
+    Law(a_return_counts_once, effort="statistical"),
     Law(covariances_survive_a_long_run, effort="long"),
     Law(nees_and_nis_fit_matched_truth, effort="statistical"),
 )

@@ -2,20 +2,47 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import cache
+from typing import ClassVar, final
 
 import numpy as np
-from attrs import frozen
+from attrs import evolve, frozen
 from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.special import ndtri
 
+from vedette import fields
 from vedette.errors import ConfigError, InputError
 from vedette.roles import Sensor
+from vedette.space import Array
 from vedette.supporting import Source
 from vedette.testing.judging import Closed, demand, finite, same
 from vedette.testing.law import Law, Profile
 from vedette.testing.states import SEEDS
 from vedette.testing.strategies import SENSOR, components, usual
 from vedette.types import Recording
+from vedette.wrapping import WrappedSensor
+
+
+@final
+@frozen
+class Altered(WrappedSensor):
+    """A sensor with another detection probability and another density of false returns, the same everywhere."""
+
+    kind: ClassVar[str] = "kit_altered"
+
+    of: Sensor = fields.part("the sensor")
+    detection: float = fields.probability("detection probability")
+    density: float = fields.quantity("1", "false returns per unit of what is measured", at_least=0)
+
+    def detects(self, x: Array) -> Array:
+        """Return the detection probability."""
+        return np.array(self.detection)
+
+    def clutter(self, z: Array) -> Array:
+        """Return the density."""
+        return np.array(self.density)
 
 
 @frozen(eq=False)
@@ -24,6 +51,12 @@ class Opened:
 
     sensor: Sensor
     seed: int
+    scans: int
+    alpha: float
+
+    def again(self, k: int, sensor: Sensor | None = None) -> Opened:
+        """The same from a seed that is `k` later, and perhaps of another sensor."""
+        return evolve(self, seed=self.seed + k, sensor=self.sensor if sensor is None else sensor)
 
     def open(self, source: Source) -> Recording:
         """All scans, drawn afresh from the seed; Closed if there is nothing to open where the source points."""
@@ -35,7 +68,7 @@ class Opened:
 
 def drawn(source: Source, profile: Profile) -> st.SearchStrategy[Opened]:
     """What every law of a source is given: one sensor named `radar`."""
-    return st.builds(Opened, _sensors(), SEEDS)
+    return st.builds(Opened, _sensors(), SEEDS, st.just(profile.runs), st.just(profile.alpha))
 
 
 @cache
@@ -58,7 +91,7 @@ def draws_as_declared(source: Source, drawn: Opened) -> None:
     """One that says that it draws nothing gives the same scans whatever the generator."""
     if source.draws:
         raise Closed("it says that it draws")
-    one, other = drawn.open(source), Opened(drawn.sensor, drawn.seed + 1).open(source)
+    one, other = drawn.open(source), drawn.again(1).open(source)
     demand(len(one.scans) == len(other.scans), f"draws: scans are {len(one.scans)}, then {len(other.scans)}; declare it")
     for first, second in zip(one.scans, other.scans, strict=True):
         same("draws: time with another generator", np.array(second.time), np.array(first.time), 0.0)
@@ -107,7 +140,7 @@ def every_generator_its_own(source: Source, drawn: Opened) -> None:
     """One that draws gives other scans from another generator."""
     if not source.draws:
         raise Closed("it says that it draws nothing")
-    one, other = drawn.open(source), Opened(drawn.sensor, drawn.seed + 1).open(source)
+    one, other = drawn.open(source), drawn.again(1).open(source)
     pairs = list(zip(one.scans, other.scans, strict=False))
     if not any(np.any(scan.detections.valid) for scan, _ in pairs):
         raise Closed("it gives no returns")
@@ -129,40 +162,66 @@ def scans_come_once(source: Source, drawn: Opened) -> None:
         )
 
 
+def scans_come_unseen(source: Source, drawn: Opened) -> None:
+    """Scans come whether or not anything is detected: about as many of a sensor that detects nothing."""
+    seen = len(drawn.open(source).scans)
+    blind = len(drawn.again(0, Altered(drawn.sensor, 0.0, 0.0)).open(source).scans)
+    demand(2 * blind >= seen, f"scans: {seen}, but {blind} of a sensor that detects nothing: one without returns is a scan")
+
+
+def _near(sensor: Sensor, recording: Recording) -> Iterator[tuple[int, NDArray[np.int64], float]]:
+    """Yield for each target in each scan the number of returns, those near it, and how surely it is detected."""
+    if any(scan.pose is not None for scan in recording.scans):
+        raise Closed("its sensor is on a moving platform")
+    for scan in recording.scans:
+        z = scan.detections.z[scan.detections.valid]
+        for path in recording.truth:
+            state = path.at(scan.time)
+            if state is None or any(axis not in path.space for axis in sensor.observes.names):
+                continue
+            x = state[path.space.locate(sensor.observes)]
+            root = np.linalg.cholesky(np.broadcast_to(sensor.noise(x), (z.shape[-1],) * 2))
+            off = np.linalg.solve(root, sensor.measurement.difference(z, sensor.measure(x)).T)
+            near = np.flatnonzero(np.sum(off**2, axis=0) < 20.0) if len(z) else np.zeros(0, dtype=int)
+            yield len(z), near, float(sensor.detects(x))
+
+
 def returns_are_of_the_truth(source: Source, drawn: Opened) -> None:
-    """If it has truth: over a few openings, returns lie around it as often as the sensor detects, in no telling order."""
-    hits, chances, first, places = 0, 0.0, 0, []
-    for k in range(6):
-        recording = Opened(drawn.sensor, drawn.seed + k).open(source)
-        for scan in recording.scans:
-            z = scan.detections.z[scan.detections.valid]
-            for path in recording.truth:
-                state = path.at(scan.time)
-                if state is None or any(axis not in path.space for axis in drawn.sensor.observes.names):
-                    continue
-                x = state[path.space.locate(drawn.sensor.observes)]
-                root = np.linalg.cholesky(np.broadcast_to(drawn.sensor.noise(x), (z.shape[-1],) * 2))
-                off = np.linalg.solve(root, drawn.sensor.measurement.difference(z, drawn.sensor.measure(x)).T)
-                near = np.flatnonzero(np.sum(off**2, axis=0) < 20.0) if len(z) else np.zeros(0, dtype=int)
-                hits, chances = hits + min(len(near), 1), chances + float(drawn.sensor.detects(x))
-                if len(near) == 1 and len(z) > 2:
-                    places.append(len(z))
-                    first += int(near[0] == 0)
-    if chances < 20 or scan_is_placed(recording):
+    """If it has truth: over a few openings, returns lie around it as often as the sensor detects."""
+    looks = [look for k in range(6) for look in _near(drawn.sensor, drawn.again(k).open(source))]
+    hits, chances = sum(len(near) > 0 for _, near, _ in looks), sum(chance for _, _, chance in looks)
+    if chances < 20:
         raise Closed("it has too little truth for that")
-    error = np.sqrt(chances)
-    demand(hits > 0.8 * chances - 6 * error / 2, f"returns: {hits} lie at the truth, {chances:.0f} should")
-    if len(places) > 40:
-        usual = float(np.sum(1.0 / np.array(places)))
-        demand(
-            first < usual + 6 * np.sqrt(usual) + 2,
-            f"returns: {first} of {len(places)} true ones come first, by chance {usual:.0f}",
-        )
+    demand(hits > 0.8 * chances - 3 * np.sqrt(chances), f"returns: {hits} lie at the truth, {chances:.0f} should")
 
 
-def scan_is_placed(recording: Recording) -> bool:
-    """Whether scans come from a moving platform."""
-    return any(scan.pose is not None for scan in recording.scans)
+def order_of_returns_tells_nothing(source: Source, drawn: Opened) -> None:
+    """If it draws and has truth: where a return stands in its scan does not tell whether it is the target's."""
+    if not source.draws:
+        raise Closed("it says that it draws nothing")
+    places: list[float] = []
+    variance = 0.0
+    for k, density in enumerate(np.append(1e-8 * 4.0 ** np.arange(12), 0.0)):
+        sensor = Altered(drawn.sensor, 0.9, float(density))
+        counts = [len(scan.detections.z) for scan in drawn.again(k, sensor).open(source).scans]
+        if counts and np.mean(counts) > 3:
+            break
+    else:
+        raise Closed("it draws no false returns")
+    for k in range(drawn.scans):
+        for count, near, _ in _near(sensor, drawn.again(k, sensor).open(source)):
+            if count > 1 and len(near) == 1:
+                places.append(near[0] - (count - 1) / 2)
+                variance += (count**2 - 1) / 12
+        if len(places) > drawn.scans:
+            break
+    if len(places) < 40:
+        raise Closed("it has too little truth for that")
+    off = float(np.sum(places) / np.sqrt(variance))
+    demand(
+        abs(off) < -ndtri(drawn.alpha / 2),
+        f"returns: those of targets stand {'before' if off < 0 else 'behind'} false ones, by {abs(off):.1f} standard errors",
+    )
 
 
 LAWS = (
@@ -174,5 +233,7 @@ LAWS = (
     Law(truth_is_in_order),
     Law(every_generator_its_own),
     Law(scans_come_once),
+    Law(scans_come_unseen),
     Law(returns_are_of_the_truth),
+    Law(order_of_returns_tells_nothing, effort="statistical"),
 )
