@@ -29,17 +29,26 @@ ALPHA = 1e-6
 BAND = (0.85, 1.15)
 
 
-def tracker_of(q: float = 1.0, r: float = 1.0, sigma_accel: float = 0.5, sigma: float = 5.0) -> Tracker:
+def tracker_of(
+    q: float = 1.0,
+    r: float = 1.0,
+    sigma_accel: float = 0.5,
+    sigma: float = 5.0,
+    speed: float = 12.0,
+    p_detect: float = 1.0,
+    clutter: float = 0.0,
+) -> Tracker:
     """Return a Kalman filter whose Q is scaled by `q` and whose R is scaled by `r`."""
+    seen = {"sigma": sigma * r**0.5, "detection_probability": p_detect, "clutter_density": clutter}
     return vedette.build(
         {
             "estimator": {
                 "kind": "kalman",
                 "motion": {"kind": "constant_velocity", "sigma_accel": sigma_accel * q**0.5},
             },
-            "sensors": {"radar": {"kind": "cartesian_position", "sigma": sigma * r**0.5}},
+            "sensors": {"radar": {"kind": "cartesian_position", **seen}},
             "associator": {"kind": "pda"},
-            "birth": {"kind": "given", "start": {"x": [0, sigma], "y": [0, sigma], "vx": [12, 2], "vy": [0, 2]}},
+            "birth": {"kind": "given", "start": {"x": [0, sigma], "y": [0, sigma], "vx": [speed, 2], "vy": [0, 2]}},
             "lifecycle": {"kind": "single_target"},
         }
     )
@@ -70,30 +79,64 @@ def run(tracker: Tracker, runs: int, scans: int, seed: int, world: Tracker | Non
     return play(tracker, prior_of(world or tracker, None), times, runs, np.random.default_rng(seed), world)
 
 
-def p_values(problems: int, runs: int = 40, scans: int = 12, seed: int = 0) -> tuple[Array, Array, Array]:
-    """Return p-values of NIS (problems,) and of NEES at the end (problems,), two-sided, and familywise alarms at 5 %."""
-    kinds, each = [(a, s) for a in (0.05, 0.5, 2.0, 20.0) for s in (1.0, 30.0)], problems // 8
-    nis, last, alarms = [], [], []
-    for k, (sigma_accel, sigma) in enumerate(kinds):
-        played = run(tracker_of(sigma_accel=sigma_accel, sigma=sigma), each * runs, scans, seed * 100 + k)
-        look = played.looks["radar"]
-        total = nees(look.residual, look.cov).reshape(each, -1).sum(axis=1)
-        end = nees(played.error[:, -1], played.cov[:, -1]).reshape(each, -1).sum(axis=1)
-        for values, dof, found in ((total, 2 * runs * scans, nis), (end, 4 * runs, last)):
-            below = stats.chi2.cdf(values, dof)
-            found.append(2 * np.minimum(below, 1 - below))
-        alarms += [not judge(group(played, i, runs), 0.05, BAND, 0).consistent for i in range(each)]
-    return np.concatenate(nis), np.concatenate(last), np.array(alarms)
+def turning_of(sigma: float) -> Tracker:
+    """Return a Kalman filter of two angles that drift and are measured, both starting on the wrap."""
+    angles = {"axes": ["heading", "aspect"], "units": dict.fromkeys(("heading", "aspect"), "rad mod 2pi")}
+    walk = {"kind": "linear", **angles, "F": [[1, 0], [0, 1]], "Q": [[sigma**2, 0], [0, sigma**2]]}
+    return vedette.build(
+        {
+            "estimator": {"kind": "kalman", "motion": walk},
+            "sensors": {"radar": {"kind": "linear", **angles, "R": [[1e-2, 0], [0, 4e-2]]}},
+            "associator": {"kind": "pda"},
+            "birth": {"kind": "given", "start": {"heading": [3.14, 0.2], "aspect": [-3.1, 0.1]}},
+            "lifecycle": {"kind": "single_target"},
+        }
+    )
+
+
+def right_problems() -> dict[str, list[Tracker]]:
+    """Return trackers that are right, by what they are: exact ones, where chi-square holds, and those in clutter."""
+    pairs = [(a, s) for a in (0.05, 0.5, 2.0, 20.0) for s in (1.0, 30.0)]
+    usual, noisy = {"p_detect": 0.8, "clutter": 1e-5}, {"p_detect": 0.9, "clutter": 1e-4}
+    return {
+        "linear": [tracker_of(sigma_accel=a, sigma=s) for a, s in pairs],
+        "no velocity": [tracker_of(sigma_accel=a, sigma=s, speed=0.0) for a, s in pairs],
+        "angles that wrap": [turning_of(sigma) for sigma in (0.01, 0.1)],
+        "clutter": [tracker_of(**level, speed=speed) for level in (usual, noisy) for speed in (0.0, 12.0)],
+    }
+
+
+def p_values(trackers: list[Tracker], problems: int, seed: int, runs: int = 40, scans: int = 12) -> dict[str, Array]:
+    """Return two-sided p-values (problems,) of NIS and of NEES at the end, and of each report whether it gave an alarm."""
+    each, found = problems // len(trackers), {"NIS": [], "NEES at the end": [], "alarm at .05": [], "alarm at .01": []}
+    for k, tracker in enumerate(trackers):
+        played = run(tracker, each * runs, scans, seed * 100 + k)
+        look, n, m = played.looks["radar"], played.error.shape[-1], len(tracker.sensors["radar"].measurement)
+        if played.exact:
+            total = nees(look.residual, look.cov).reshape(each, -1).sum(axis=1)
+            end = nees(played.error[:, -1], played.cov[:, -1]).reshape(each, -1).sum(axis=1)
+            for name, values, dof in (("NIS", total, m * runs * scans), ("NEES at the end", end, n * runs)):
+                below = stats.chi2.cdf(values, dof)
+                found[name].append(2 * np.minimum(below, 1 - below))
+        for level in (0.05, 0.01):
+            alarms = [not judge(group(played, i, runs), level, BAND, 0).consistent for i in range(each)]
+            found[f"alarm at {level:.2f}".replace("0.", ".")].append(np.array(alarms))
+    return {name: np.concatenate(parts) for name, parts in found.items() if parts}
 
 
 def size(problems: int = 2000) -> None:
-    """Print how p-values and alarms of correct problems are distributed."""
-    nis, last, alarms = p_values(problems)
-    for name, p in (("NIS", nis), ("NEES at the end", last)):
-        print(f"{name}: {len(p)} right problems, Kolmogorov-Smirnov p = {stats.kstest(p, 'uniform').pvalue:.3f}")
-        for level in (0.05, 0.01):
-            _say_size(f"  size at {level}", p < level)
-    _say_size("one report at alpha 0.05, all its verdicts", alarms)
+    """Print how p-values and alarms of correct problems are distributed, by what the problems are."""
+    kinds = right_problems()
+    for seed, (kind, trackers) in enumerate(kinds.items()):
+        found = p_values(trackers, problems // len(kinds), seed)
+        for name, values in found.items():
+            if values.dtype == bool:
+                _say_size(f"{kind}: {name}", values)
+                continue
+            fit = stats.kstest(values, "uniform").pvalue
+            print(f"{kind}: {name}, {len(values)} problems, Kolmogorov-Smirnov p = {fit:.3f}")
+            for level in (0.05, 0.01):
+                _say_size(f"{kind}:   size at {level}", values < level)
 
 
 def _say_size(name: str, hits: Array) -> None:
