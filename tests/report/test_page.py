@@ -16,6 +16,7 @@ from vedette import Recording, Scan, Space
 from vedette.cli import main
 from vedette.errors import InputError
 from vedette.io import read_series, write_recording
+from vedette.io.geodesy import Origin
 from vedette.io.series import SeriesFile
 from vedette.report.page.build import write_page
 from vedette.report.page.frames import frames
@@ -120,15 +121,35 @@ def test_a_folder_that_no_run_wrote_is_told(tmp_path, capsys):
     assert not (tmp_path / "report.html").exists()
 
 
-def test_places_on_the_tangent_plane_agree_with_an_independent_library():
-    convert = pytest.importorskip("pymap3d").geodetic2enu
+def earth_centred(phi, longitude):
+    """The place of a point on the ellipsoid WGS 84, its angles in rad, from the centre of the Earth."""
+    major, eccentricity = 6_378_137.0, 6.694379990141316e-3
+    flat = major / np.sqrt(1.0 - eccentricity * np.sin(phi) ** 2)
+    up = (1.0 - eccentricity) * flat * np.sin(phi)
+    return np.stack([flat * np.cos(phi) * np.cos(longitude), flat * np.cos(phi) * np.sin(longitude), up], axis=-1)
+
+
+@pytest.mark.parametrize("origin", [Origin(63.4, 10.4), Origin(-33.9, 151.2, 40.0)])
+def test_places_on_the_tangent_plane_agree_with_the_closed_form(origin):
+    """The Earth-centred place of each point, less that of the origin, turned into the origin's east and north."""
     rng = np.random.default_rng(4)
-    latitude, longitude = 63.4 + rng.normal(size=50) * 0.3, 10.4 + rng.normal(size=50) * 0.5
-    east, north, _ = convert(latitude, longitude, 0.0, 63.4, 10.4, 0.0)
-    np.testing.assert_allclose(east_north(latitude, longitude, (63.4, 10.4)), np.stack([east, north], axis=-1), atol=1e-6)
+    latitude, longitude = origin.latitude + rng.normal(size=50) * 0.3, origin.longitude + rng.normal(size=50) * 0.5
+    phi, away = np.radians(origin.latitude), np.radians(longitude - origin.longitude)
+    raised = earth_centred(np.radians(latitude), away)
+    raised += origin.altitude * np.stack(
+        [
+            np.cos(np.radians(latitude)) * np.cos(away),
+            np.cos(np.radians(latitude)) * np.sin(away),
+            np.sin(np.radians(latitude)),
+        ],
+        -1,
+    )
+    x, y, z = (raised - earth_centred(phi, 0.0)).T
+    wanted = np.stack([y, z * np.cos(phi) - x * np.sin(phi)], axis=-1)
+    np.testing.assert_allclose(east_north(latitude, longitude, origin), wanted, atol=1e-6)
 
 
-@pytest.mark.parametrize("origin", [(63.4, 10.4), (-33.9, 151.2), (0.0, 0.0)])
+@pytest.mark.parametrize("origin", [Origin(63.4, 10.4), Origin(-33.9, 151.2), Origin(0.0, 0.0)])
 def test_the_graticule_crosses_the_map_with_few_lines(origin):
     lines = graticule(origin, np.array([-4e3, -3e3]), np.array([4e3, 3e3]))
     assert 2 <= len(lines) <= 24
@@ -145,7 +166,7 @@ def test_the_origin_is_the_recording_s_unless_it_is_given(folder, tmp_path):
         return " ".join(line["label"] for line in json.loads(facts)["graticule"])
 
     assert labels() == ""
-    assert "63\N{DEGREE SIGN}" in labels(origin=(63.4, 10.4))
+    assert "63\N{DEGREE SIGN}" in labels(origin=Origin(63.4, 10.4))
     series = read_series(folder / "series.npz")
     (tmp_path / "run").mkdir()
     for name in ("config.json", "summary.txt", "recording.jsonl"):
@@ -180,7 +201,7 @@ def test_an_underlay_in_metres_stays_where_it_is_and_one_in_degrees_goes_round_t
     (tmp_path / "coast.geojson").write_text(json.dumps(data))
     (plain,) = read_underlay(tmp_path / "coast.geojson", None)
     assert plain == {"points": [[10.4, 63.4], [10.5, 63.4], [10.4, 63.5], [10.4, 63.4]], "closed": True}
-    (turned,) = read_underlay(tmp_path / "coast.geojson", (63.4, 10.4))
+    (turned,) = read_underlay(tmp_path / "coast.geojson", Origin(63.4, 10.4))
     np.testing.assert_allclose(turned["points"][0], [0.0, 0.0])
     np.testing.assert_allclose(turned["points"][2], [0.0, 11_145.0], atol=20.0)
 

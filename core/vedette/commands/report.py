@@ -7,8 +7,9 @@ from pathlib import Path
 
 from vedette.commands.ending import DONE
 from vedette.errors import ConfigError, Problem
+from vedette.io.geodesy import Origin
 from vedette.report.page.build import write_page
-from vedette.report.page.geography import Origin, read_origin
+from vedette.report.page.geography import read_origin
 
 
 def run(arguments: Namespace) -> int:

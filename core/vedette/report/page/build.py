@@ -14,11 +14,12 @@ import numpy as np
 from vedette.errors import InputError
 from vedette.io import Series, read_series
 from vedette.io.atomic import whole_file
+from vedette.io.geodesy import Origin
 from vedette.io.terms import Terms
 from vedette.report import canvas
 from vedette.report.page.columns import columns
 from vedette.report.page.frames import frames
-from vedette.report.page.geography import Origin, graticule, read_underlay
+from vedette.report.page.geography import graticule, read_underlay
 from vedette.report.page.packing import Packed
 from vedette.space import Array
 
@@ -34,9 +35,7 @@ def write_page(folder: Path, target: Path, underlay: Path | None = None, origin:
     those that the recording states, if it does.
     """
     series = read_series(folder / "series.npz")
-    stated = Terms.of(series.about["notes"]).origin
-    if origin is None and stated is not None:
-        origin = stated.latitude, stated.longitude
+    origin = origin or Terms.of(series.about["notes"]).origin
     packed, placed = columns(series)
     config = _text(folder / "config.json")
     facts = {

@@ -10,34 +10,24 @@ from typing import Any
 import numpy as np
 
 from vedette.errors import InputError
+from vedette.io.geodesy import Origin
 from vedette.space import Array
 
 MOST = 200_000
 """Points of an underlay: more would make the page slow."""
 
-_MAJOR, _ECCENTRICITY = 6_378_137.0, 6.694379990141316e-3
-"""Of WGS 84: the equator's radius in m, the square of the ellipse's eccentricity."""
+_DEGREE = 111_320.0
+"""m of a degree on the equator, about: it only chooses which meridians and parallels to draw."""
 _STEPS = (10.0, 5.0, 2.0, 1.0, 30 / 60, 20 / 60, 10 / 60, 5 / 60, 2 / 60, 1 / 60, 30 / 3600, 10 / 3600)
 """Distances in deg of the graticule's lines."""
 
-Origin = tuple[float, float]
 Lines = list[dict[str, Any]]
 
 
 def east_north(latitude: Array, longitude: Array, origin: Origin) -> Array:
-    """Return east and north (s, 2) in m on the tangent plane of WGS 84 at `origin`, all angles in deg.
-
-    The Earth-centred place of each point, less that of the origin, turned into the directions of the origin.
-    """
-    phi, away = np.radians(origin[0]), np.radians(longitude - origin[1])
-    x, y, z = _earth_centred(np.radians(latitude), away) - _earth_centred(np.array(phi), np.array(0.0))[:, None]
-    return np.stack([y, z * np.cos(phi) - x * np.sin(phi)], axis=-1)
-
-
-def _earth_centred(phi: Array, longitude: Array) -> Array:
-    normal = _MAJOR / np.sqrt(1.0 - _ECCENTRICITY * np.sin(phi) ** 2)
-    flat = normal * np.cos(phi)
-    return np.stack([flat * np.cos(longitude), flat * np.sin(longitude), (1.0 - _ECCENTRICITY) * normal * np.sin(phi)])
+    """Return east and north (s, 2) in m on the tangent plane of WGS 84 at `origin`, all angles in deg."""
+    east, north, _ = origin.to_plane(latitude, longitude, origin.altitude)
+    return np.stack([east, north], axis=-1)
 
 
 def read_origin(text: str) -> Origin:
@@ -48,7 +38,7 @@ def read_origin(text: str) -> Origin:
         raise ValueError(f"must be a latitude and a longitude in deg, as in '63.43,10.39', got {text!r}") from None
     if not (abs(latitude) <= 90 and abs(longitude) <= 180):
         raise ValueError(f"must be a latitude in -90 to 90 and a longitude in -180 to 180, got {text!r}")
-    return latitude, longitude
+    return Origin(latitude, longitude)
 
 
 def read_underlay(path: Path, origin: Origin | None) -> Lines:
@@ -103,12 +93,11 @@ def _line(coordinates: Any, *, closed: bool) -> dict[str, Any]:
 
 def graticule(origin: Origin, low: Array, high: Array) -> Lines:
     """Return meridians and parallels that cross the box from `low` to `high` (2,) in m, each with its `label`."""
-    degree = np.pi / 180 * _MAJOR
-    narrow = max(float(np.cos(np.radians(origin[0]))), 0.05)
-    size = float(np.max(high - low)) / degree
+    narrow = max(float(np.cos(np.radians(origin.latitude))), 0.05)
+    size = float(np.max(high - low)) / _DEGREE
     step = next((each for each in reversed(_STEPS) if size / each <= 6), _STEPS[0])
-    north = origin[0] + np.array([low[1], high[1]]) / degree + step * np.array([-1, 1])
-    east = origin[1] + np.array([low[0], high[0]]) / (degree * narrow) + step * np.array([-1, 1])
+    north = origin.latitude + np.array([low[1], high[1]]) / _DEGREE + step * np.array([-1, 1])
+    east = origin.longitude + np.array([low[0], high[0]]) / (_DEGREE * narrow) + step * np.array([-1, 1])
     along = np.linspace(0.0, 1.0, 30)
     lines: Lines = []
     for latitude in (step * np.arange(np.ceil(north[0] / step), np.floor(north[1] / step) + 1)).tolist():
