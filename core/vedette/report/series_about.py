@@ -13,6 +13,7 @@ from vedette.metrics.histories import positions, truth_at
 from vedette.report.figures import length_unit
 from vedette.report.plane import Plane
 from vedette.report.traces import BAND, band, mode_names
+from vedette.report.views import view
 from vedette.types import Recording
 
 
@@ -22,13 +23,15 @@ def about(experiment: Experiment, recording: Recording, plane: Plane | None, mod
     sensors = {}
     for name, sensor in tracker.sensors.items():
         threshold = tracker.gate.for_sensor(sensor).threshold
-        place = getattr(sensor, "x", None), getattr(sensor, "y", None)
-        stands = plane is not None and plane.is_ground and all(isinstance(each, float) for each in place)
+        x, y = getattr(sensor, "x", None), getattr(sensor, "y", None)
+        place = (x, y) if isinstance(x, float) and isinstance(y, float) else None
+        ground = plane if plane is not None and plane.is_ground else None
         sensors[name] = {
             "axes": units(sensor.measurement),
             "band": list(band(len(sensor.measurement))),
             "gate": threshold if np.isfinite(threshold) else None,
-            "place": plane.platform(np.array(place)).tolist() if plane is not None and stands else None,
+            "place": None if ground is None or place is None else ground.platform(np.array(place)).tolist(),
+            "view": None if ground is None else view(sensor, place),
         }
     spot = len(positions(truth_at(recording.truth, np.zeros(0), tracker.state).space))
     return {

@@ -24,7 +24,7 @@ from vedette.report.page.packing import Packed
 from vedette.space import Array
 
 STYLES = ("uplot/uPlot.min.css", "page.css")
-SCRIPTS = ("uplot/uPlot.iife.min.js", "data.js", "ground.js", "map.js", "charts.js", "details.js", "page.js")
+SCRIPTS = ("uplot/uPlot.iife.min.js", "data.js", "ground.js", "seen.js", "map.js", "charts.js", "details.js", "page.js")
 _COLUMN = '<script type="text/plain" class="column" data-name="{each.name}" data-type="{each.type}">{each.text}</script>'
 
 
@@ -37,13 +37,11 @@ def write_page(folder: Path, target: Path, underlay: Path | None = None, origin:
     series = read_series(folder / "series.npz")
     origin = origin or Terms.of(series.about["notes"]).origin
     packed, placed = columns(series)
-    config = _text(folder / "config.json")
     facts = {
         **series.about,
         **placed,
         "words": _text(folder / "summary.txt"),
-        "config": config,
-        "views": _views(json.loads(config)),
+        "config": _text(folder / "config.json"),
         "colours": {"tracks": canvas.TRACKS, "modes": canvas.MODES},
         "frames": frames(folder / "recording.jsonl"),
         "underlay": [] if underlay is None else read_underlay(underlay, origin),
@@ -75,15 +73,6 @@ def _box(series: Series) -> tuple[Array, Array]:
     places = np.concatenate([series["returns"]["position"], series["truth"]["position"]])
     known = places[np.isfinite(places).all(axis=1)]
     return (known.min(axis=0), known.max(axis=0)) if len(known) else (np.full(2, -1e3), np.full(2, 1e3))
-
-
-def _views(config: Mapping[str, Any]) -> dict[str, dict[str, float]]:
-    """Return how far each sensor sees, as far as its parameters say so."""
-    seen = {}
-    for name, sensor in config.get("sensors", {}).items():
-        ranges = {key: sensor[key] for key in ("min_range", "max_range") if isinstance(sensor.get(key), int | float)}
-        seen[name] = {key: value for key, value in ranges.items() if 0 < value < 1e9}
-    return seen
 
 
 def _asset(name: str) -> str:

@@ -1,10 +1,8 @@
 "use strict";
 // The map: a layer of what does not move, drawn when the view changes, and what belongs to the scan on top of it.
 
-const RETURN = "#7a7a7a";
 const ELLIPSE = -2 * Math.log(0.05);  // squared distance that holds 95 % in the plane
 const TAIL = 40;                      // scans of a track's history that are drawn strongly
-const FADE = 12;                      // scans whose returns are still to be seen
 
 class SceneMap {
   constructor(data, state, canvas) {
@@ -26,16 +24,6 @@ class SceneMap {
       frame.image.src = `data:image/png;base64,${frame.png}`;
     }
     return frame;
-  }
-
-  // Pixel i covers the square around i.
-  drawFrame() {
-    const frame = this.frameAt(this.state.scan), { context } = this;
-    if (!frame || !frame.image.complete) return;
-    context.imageSmoothingEnabled = false;
-    const [x, y] = frame.corner.map((value, i) => value - 0.5 - this.data.facts.centre[i]), [width, height] = frame.size;
-    context.drawImage(frame.image, this.px(x), this.py(y), width * this.view.scale, height * this.view.scale);
-    context.imageSmoothingEnabled = true;
   }
 
   // Truth, platforms, and confirmed tracks where they had a return: one that is lost must not stretch the map.
@@ -109,11 +97,12 @@ class SceneMap {
     if (this.stale) this.drawStill();
     const { context, state, width, height } = this;
     context.clearRect(0, 0, width, height);
-    if (state.layers.frames) this.drawFrame();
+    if (state.layers.frames) drawFrame(this);
     context.drawImage(this.still, 0, 0, width, height);
-    if (state.layers.returns) this.drawReturns();
+    if (state.layers.returns) drawReturns(this);
     if (state.layers.truth) this.drawTruthNow();
-    this.drawPlatforms();
+    if (state.layers.views) drawView(this);
+    drawPlatform(this);
     this.drawTracks();
     this.drawChosen();
   }
@@ -151,67 +140,6 @@ class SceneMap {
       context.stroke();
     }
     context.globalAlpha = 1;
-  }
-
-  drawReturns() {
-    const { data, state, context } = this, { returns, scans } = data;
-    for (let s = Math.max(0, state.scan - FADE); s <= state.scan; s++) {
-      if (!state.sensors[scans.sensor[s]]) continue;
-      const now = s === state.scan, size = now ? 4 : 2.2;
-      context.globalAlpha = now ? 0.95 : 0.14 + 0.3 * (1 - (state.scan - s) / FADE);
-      context.fillStyle = now ? INK : RETURN;
-      for (let r = scans.firstReturn[s]; r < scans.firstReturn[s + 1]; r++) {
-        const x = this.px(returns.x[r]), y = this.py(returns.y[r]);
-        if (x >= -5 && y >= -5 && x <= this.width + 5 && y <= this.height + 5) context.fillRect(x - size / 2, y - size / 2, size, size);
-        else if (now && returns.ray && Number.isFinite(returns.ray[2 * r])) this.drawRay(r, s);
-      }
-    }
-    context.globalAlpha = 1;
-  }
-
-  drawRay(r, s) {
-    const [x, y] = this.standing(s), { context, data } = this, far = 2 * (this.width + this.height);
-    if (!Number.isFinite(x)) return;
-    context.strokeStyle = SOFT;
-    context.lineWidth = 0.7;
-    context.beginPath();
-    context.moveTo(this.px(x), this.py(y));
-    context.lineTo(this.px(x) + far * data.returns.ray[2 * r], this.py(y) + this.up() * far * data.returns.ray[2 * r + 1]);
-    context.stroke();
-  }
-
-  // Where the sensor of a scan stands.
-  standing(s) {
-    const { scans, facts } = this.data, place = Object.values(facts.sensors)[scans.sensor[s]].place;
-    if (Number.isFinite(scans.platform[2 * s])) return [scans.platform[2 * s], scans.platform[2 * s + 1]];
-    return place ? [place[0] - facts.centre[0], place[1] - facts.centre[1]] : [NaN, NaN];
-  }
-
-  drawPlatforms() {
-    const { data, state, context } = this;
-    const [x, y] = this.standing(state.scan), name = Object.keys(data.facts.sensors)[data.scans.sensor[state.scan]];
-    if (!Number.isFinite(x)) return;
-    if (state.layers.views) {
-      context.strokeStyle = SOFT;
-      context.lineWidth = 1;
-      context.setLineDash([5, 4]);
-      for (const range of Object.values(data.facts.views[name] || {})) {
-        context.beginPath();
-        context.arc(this.px(x), this.py(y), range * this.view.scale, 0, 2 * Math.PI);
-        context.stroke();
-      }
-      context.setLineDash([]);
-    }
-    context.fillStyle = "#ffd23f";
-    context.strokeStyle = INK;
-    context.lineWidth = 1;
-    context.beginPath();
-    context.moveTo(this.px(x), this.py(y) - 8);
-    context.lineTo(this.px(x) + 7, this.py(y) + 5);
-    context.lineTo(this.px(x) - 7, this.py(y) + 5);
-    context.closePath();
-    context.fill();
-    context.stroke();
   }
 
   drawTruthNow() {
