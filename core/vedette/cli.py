@@ -147,9 +147,16 @@ def _parser() -> ArgumentParser:
     )
     explain.add_argument("--json", action="store_true", help="end standard output with one line of JSON")
 
-    report = commands.add_parser("report", help="write the page of a run", description=_REPORT)
-    report.add_argument("run", metavar="RUN_DIR", help="the folder that `vedette run` wrote")
-    report.add_argument("--out", metavar="FILE", help="the page; default: report.html in RUN_DIR")
+    report = commands.add_parser("report", help="write the page of a run, or of several", description=_REPORT)
+    report.add_argument(
+        "runs",
+        nargs="+",
+        metavar="RUN_DIR",
+        help="the folder that `vedette run` wrote, or smoothed.npz in it; several are compared",
+    )
+    report.add_argument(
+        "--out", metavar="FILE", help="the page; default: report.html, or compare.html, in the first RUN_DIR"
+    )
     report.add_argument("--underlay", metavar="FILE", help="GeoJSON under the map: in deg if the origin is known, else in m")
     report.add_argument("--origin", metavar="LAT,LON", help="where the map's origin is, in deg; default: as recorded")
 
@@ -236,8 +243,8 @@ _EXPLAIN = (
     "proportion, each with its place. The source is opened for its first scans; nothing is tracked."
 )
 _REPORT = (
-    "Write one HTML file that shows a run scan by scan: map, errors, NEES, NIS, modes and the life of its tracks. It needs "
-    "no network and no other file."
+    "Write one HTML file that shows a run scan by scan: map, errors, NEES, NIS, modes and the life of its tracks; or "
+    "several runs side by side. It needs no network and no other file."
 )
 _CHECK = (
     "Test a component against every law of its role, with parameters drawn by its fields, and print which laws held, which "

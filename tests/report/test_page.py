@@ -48,7 +48,9 @@ def unpacked(text, kind):
 
 
 def page_columns(page):
-    found = re.findall(r'<script type="text/plain" class="column" data-name="(.*?)" data-type="(.*?)">(.*?)</script>', page)
+    found = re.findall(
+        r'<script type="text/plain" class="column" data-run="0" data-name="(.*?)" data-type="(.*?)">(.*?)</script>', page
+    )
     return {name: unpacked(text, kind) for name, kind, text in found}
 
 

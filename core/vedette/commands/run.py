@@ -65,7 +65,7 @@ def run(arguments: Namespace) -> int:
         )
     written = write_files(folder, experiment, result, found, text) + write_series(folder, packed.getvalue())
     if smoothed is not None:
-        written += write_smoothed(folder, experiment, smoothed, result.recording.notes)
+        written += write_smoothed(folder, experiment, result, smoothed)
     if can_draw():
         written += write_pictures(folder, experiment, result)
     if arguments.report:

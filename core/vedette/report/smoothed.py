@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -11,9 +10,11 @@ from attrs import evolve, frozen
 
 from vedette.errors import ConfigError, Problem
 from vedette.experiment import Experiment, Result
-from vedette.io import write_tracks_csv, write_tracks_jsonl
+from vedette.io import read_series, write_tracks_csv, write_tracks_jsonl
+from vedette.io.atomic import whole_bytes
 from vedette.io.terms import Terms
 from vedette.metrics import Score, judge
+from vedette.report.smoothed_series import smoothed_series
 from vedette.tracking.history import from_the_start
 from vedette.tracking.smoothing import smooth
 from vedette.types import Track
@@ -62,12 +63,16 @@ def smooth_result(experiment: Experiment, result: Result, lag: float) -> Smoothe
     return Smoothed(lag, tracks, score)
 
 
-def write_smoothed(folder: Path, experiment: Experiment, smoothed: Smoothed, notes: Mapping[str, str]) -> list[str]:
-    """Write the tracks beside the filter's, in the terms of the recording's notes; return the names of the files."""
+def write_smoothed(folder: Path, experiment: Experiment, result: Result, smoothed: Smoothed) -> list[str]:
+    """Write the tracks beside the filter's, in the terms of its recording, and their series; return the files' names."""
     folder.mkdir(parents=True, exist_ok=True)
-    write_tracks_csv(folder / "smoothed.csv", smoothed.tracks, experiment.tracker.state, Terms.of(notes))
-    write_tracks_jsonl(folder / "smoothed.jsonl", smoothed.tracks, experiment.tracker.state)
-    return ["smoothed.csv", "smoothed.jsonl"]
+    space, recording = experiment.tracker.state, result.recording
+    write_tracks_csv(folder / "smoothed.csv", smoothed.tracks, space, Terms.of(recording.notes))
+    write_tracks_jsonl(folder / "smoothed.jsonl", smoothed.tracks, space)
+    filtered = read_series(folder / "series.npz")
+    with whole_bytes(folder / "smoothed.npz") as file:
+        file.write(smoothed_series(filtered, experiment, result.scans, recording.truth, smoothed.tracks))
+    return ["smoothed.csv", "smoothed.jsonl", "smoothed.npz"]
 
 
 def smoothed_figures(smoothed: Smoothed) -> dict[str, Any]:

@@ -1,91 +1,83 @@
-"""From the folder of a run to its page."""
+"""From the folders of runs to their page."""
 
 from __future__ import annotations
 
-import html
-import json
-from collections.abc import Mapping
-from importlib.resources import files
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from vedette.errors import InputError
-from vedette.io import Series, read_series
 from vedette.io.atomic import whole_file
 from vedette.io.geodesy import Origin
-from vedette.io.terms import Terms
-from vedette.report import canvas
-from vedette.report.page.columns import columns
-from vedette.report.page.frames import frames
-from vedette.report.page.geography import graticule, read_underlay
-from vedette.report.page.packing import Packed
-from vedette.space import Array
+from vedette.report.page.metrics import metrics
+from vedette.report.page.run import Shown
+from vedette.report.page.skeleton import UPLOT, page
 
-STYLES = ("uplot/uPlot.min.css", "page.css")
-SCRIPTS = ("uplot/uPlot.iife.min.js", "data.js", "ground.js", "seen.js", "map.js", "charts.js", "details.js", "page.js")
-_COLUMN = '<script type="text/plain" class="column" data-name="{each.name}" data-type="{each.type}">{each.text}</script>'
+DRAWING = (UPLOT, "data.js", "ground.js", "seen.js", "map.js", "charts.js", "details.js", "metrics.js", "page.js")
+MOST = 4
+"""Runs on one page: more cannot be told apart."""
 
 
-def write_page(folder: Path, target: Path, underlay: Path | None = None, origin: Origin | None = None) -> None:
-    """Write the page of the run in `folder` as one HTML file, from its files alone.
+def write_page(run: Path, target: Path, underlay: Path | None = None, origin: Origin | None = None) -> None:
+    """Write the page of a run as one HTML file, from its files alone: of its folder, or of series in it.
 
-    `underlay`: a GeoJSON file to lie under the map; `origin`: latitude and longitude in deg of the map's origin, by default
-    those that the recording states, if it does.
+    `underlay`: a GeoJSON file to lie under the map; `origin`: that of the map, by default what the recording states, if it
+    does.
     """
-    series = read_series(folder / "series.npz")
-    origin = origin or Terms.of(series.about["notes"]).origin
-    packed, placed = columns(series)
-    facts = {
-        **series.about,
-        **placed,
-        "words": _text(folder / "summary.txt"),
-        "config": _text(folder / "config.json"),
-        "colours": {"tracks": canvas.TRACKS, "modes": canvas.MODES},
-        "frames": frames(folder / "recording.jsonl"),
-        "underlay": [] if underlay is None else read_underlay(underlay, origin),
-        "graticule": [] if origin is None else graticule(origin, *_box(series)),
-    }
-    text = page(series.about["title"] or folder.resolve().name, facts, packed)
+    shown = Shown.read(run)
+    facts, packed = shown.facts(underlay, origin)
+    facts["metrics"] = _metrics([shown])
+    text = page(shown.series.about["title"] or shown.name, facts, (*DRAWING, "start.js"), [packed])
     with whole_file(target) as file:
         file.write(text)
 
 
-def page(title: str, facts: Mapping[str, Any], packed: list[Packed]) -> str:
-    """Return the page: the skeleton with styles, facts, columns and scripts in it."""
-    data = [f'<script type="application/json" id="facts">{_safe(json.dumps(facts, allow_nan=False))}</script>']
-    data += [_COLUMN.format(each=each) for each in packed]
-    parts = {
-        "TITLE": html.escape(title),
-        "STYLES": "".join(f"<style>{_asset(name)}</style>\n" for name in STYLES),
-        "DATA": "\n".join(data),
-        "SCRIPTS": "".join(f"<script>{_asset(name)}</script>\n" for name in SCRIPTS),
+def write_comparison(runs: Sequence[Path], target: Path, underlay: Path | None = None, origin: Origin | None = None) -> None:
+    """Write the page of several runs, or of a run and its smoothed tracks, side by side. InputError if maps do not agree."""
+    if len(runs) > MOST:
+        raise InputError(f"{runs[MOST]}: a page compares at most {MOST} runs, got {len(runs)}")
+    shown = [Shown.read(path) for path in runs]
+    first = shown[0]
+    told: list[dict[str, Any]] = []
+    columns = []
+    centre = None
+    for path, each in zip(runs, shown, strict=True):
+        if each.map_axes != first.map_axes or each.series.about["unit"] != first.series.about["unit"]:
+            wanted, got = (f"{', '.join(one.map_axes) or 'none'} in {one.series.about['unit']}" for one in (first, each))
+            raise InputError(f"{path}: the axes of its map must be those of {runs[0]}, {wanted}, got {got}")
+        facts, packed = each.facts(underlay if each is first else None, origin if each is first else None, centre)
+        centre = np.array(facts["centre"])
+        if each is not first:
+            facts |= {"underlay": [], "graticule": []}
+        told.append(facts)
+        columns.append(packed)
+    names = [each.name for each in shown]
+    if len(set(names)) < len(names):
+        names = [str(path) for path in runs]
+    compared = {
+        "runs": [
+            facts | {"name": name, "same": _same(first, each)} for facts, name, each in zip(told, names, shown, strict=True)
+        ],
+        "metrics": _metrics(shown),
     }
-    made = _asset("page.html")
-    for name, content in parts.items():
-        made = made.replace(f"<!-- {name} -->", content)
-    return made
+    title = f"{', '.join(names[:-1])} and {names[-1]}"
+    with whole_file(target) as file:
+        file.write(page(title, compared, (*DRAWING, "compare.js"), columns))
 
 
-def _box(series: Series) -> tuple[Array, Array]:
-    """Return the corners of what the series have on the map."""
-    places = np.concatenate([series["returns"]["position"], series["truth"]["position"]])
-    known = places[np.isfinite(places).all(axis=1)]
-    return (known.min(axis=0), known.max(axis=0)) if len(known) else (np.full(2, -1e3), np.full(2, 1e3))
+def _same(first: Shown, other: Shown) -> bool:
+    """Return whether both saw the same scans and the same truth, so that it is enough to draw them once."""
+    tables = [(each.series["scans"], each.series["returns"], each.series["truth"]) for each in (first, other)]
+    wanted = (("time",), ("scan", "position"), ("scan", "position"))
+    return all(
+        np.array_equal(one[name], two[name], equal_nan=True)
+        for one, two, names in zip(*tables, wanted, strict=True)
+        for name in names
+    )
 
 
-def _asset(name: str) -> str:
-    return files(__package__).joinpath(name).read_text(encoding="utf-8")
-
-
-def _safe(text: str) -> str:
-    """Return JSON that cannot end the script that holds it."""
-    return text.replace("<", "\\u003c")
-
-
-def _text(path: Path) -> str:
-    try:
-        return path.read_text(encoding="utf-8")
-    except FileNotFoundError:
-        raise InputError(f"{path}: there is no such file; `vedette run` writes it") from None
+def _metrics(shown: Sequence[Shown]) -> dict[str, Any]:
+    about = shown[0].series.about
+    return metrics([each.figures for each in shown], about["modes"], shown[0].map_axes, about["unit"])

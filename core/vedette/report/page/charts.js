@@ -4,8 +4,9 @@
 const BAND = "rgba(0, 114, 178, 0.13)";
 
 class Charts {
-  constructor(data, state, host, onTime) {
-    Object.assign(this, { data, state, host, onTime });
+  // `specs`, if given, says what is drawn instead of the charts of all or of the track that is chosen.
+  constructor(data, state, host, onTime, specs) {
+    Object.assign(this, { data, state, host, onTime, specs });
     this.begin = data.scans.count ? data.scans.time[0] : 0;
     this.plots = [];
   }
@@ -14,7 +15,7 @@ class Charts {
   rebuild() {
     for (const plot of this.plots) plot.chart.destroy();
     this.host.replaceChildren();
-    const specs = this.state.track >= 0 ? this.ofTrack(this.state.track) : this.ofAll();
+    const specs = this.specs ? this.specs() : this.state.track >= 0 ? this.ofTrack(this.state.track) : this.ofAll();
     const filled = specs.filter((spec) => spec.lines.some((line) => line.values.some(Number.isFinite)));
     const frames = filled.map((spec) => this.frame(spec));  // all of them first: together they have their widths
     this.plots = filled.map((spec, i) => this.plot(spec, frames[i]));
@@ -78,13 +79,15 @@ class Charts {
     const time = spec.scans.map((s) => this.data.scans.time[s] - this.begin);
     const clean = (list) => list.map((v) => Number.isFinite(v) && !(spec.log && v <= 0) ? v : null);
     const series = [{}], columns = [time], bands = [];
-    if (spec.low) {
-      series.push({ stroke: "transparent", points: { show: false } }, { stroke: "transparent", points: { show: false } });
-      columns.push(clean(spec.high), clean(spec.low));
-      bands.push({ series: [1, 2], fill: BAND });
+    for (const { low, high, fill, gaps } of [{ fill: BAND, ...spec }, ...spec.lines].filter((each) => each.low)) {
+      bands.push({ series: [series.length, series.length + 1], fill });
+      for (const edge of [high, low]) {
+        series.push({ stroke: "transparent", points: { show: false }, spanGaps: gaps === false });
+        columns.push(clean(edge));
+      }
     }
     for (const line of spec.lines) {
-      series.push({ stroke: line.colour, width: line.dots ? 0.6 : 1.4, points: { show: Boolean(line.dots), size: 4, width: 0, fill: line.colour } });
+      series.push({ stroke: line.colour, dash: line.dash, spanGaps: line.gaps === false, width: line.dots ? 0.6 : 1.4, points: { show: Boolean(line.dots), size: 4, width: 0, fill: line.colour } });
       columns.push(clean(line.values));
     }
     const axis = { stroke: SOFT, grid: { stroke: FAINT, width: 1 }, ticks: { show: false }, font: "11px system-ui, sans-serif" };
@@ -112,8 +115,8 @@ class Charts {
     for (const { spec, now, values } of this.plots) {
       now.style.left = `${100 * time / this.length()}%`;
       const i = lastAtOrBefore(spec.scans, scan);
-      const parts = i >= 0 && spec.scans[i] === scan ? spec.lines.map((line) => `${spec.lines.length > 1 ? line.name + " " : ""}${shown(line.values[i])}`) : ["–"];
-      const band = spec.band && i >= 0 && spec.scans[i] === scan && Number.isFinite(spec.low[i]) ? ` (${spec.band}: ${shown(spec.low[i])} to ${shown(spec.high[i])})` : "";
+      const parts = i >= 0 && spec.scans[i] === scan ? spec.lines.map((line) => `${spec.lines.length > 1 ? line.name + " " : ""}${shown((line.told || line.values)[i])}`) : ["–"];
+      const band = spec.band && i >= 0 && spec.scans[i] === scan && spec.low && Number.isFinite(spec.low[i]) ? ` (${spec.band}: ${shown(spec.low[i])} to ${shown(spec.high[i])})` : "";
       values.textContent = parts.join(", ") + band;
     }
   }

@@ -17,12 +17,12 @@ MOST, LEAST = 4, 0.01
 Rows = NDArray[np.intp]
 
 
-def columns(series: Series) -> tuple[list[Packed], dict[str, Any]]:
-    """Return the packed columns, and the place that is the origin of the page's map."""
+def columns(series: Series, centre: Array | None = None) -> tuple[list[Packed], dict[str, Any]]:
+    """Return the packed columns, and the place that is the origin of the page's map: `centre`, or one in the middle."""
     entries = series["entries"]
     order = np.lexsort((entries["scan"], entries["track"]))
     places = [entries["mean"][:, _axes(series)], series["truth"]["position"], series["returns"]["position"]]
-    centre = _centre([place for place in places if place.shape[-1] == 2])
+    centre = _centre([place for place in places if place.shape[-1] == 2]) if centre is None else centre
     packed = [*_scans(series, centre), *_returns(series, centre), *_entries(series, order, centre)]
     packed += [*_weights(series, order), *_truth(series, centre)]
     return packed, {"centre": centre.tolist()}

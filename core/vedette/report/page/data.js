@@ -21,11 +21,14 @@ async function unpackColumn(element) {
   return new kind(whole.buffer);
 }
 
-// Returns {facts, scans, returns, tracks, entries, weights, truth}: tables of columns, with the indices between them.
-async function readData() {
-  const data = { facts: JSON.parse(document.getElementById("facts").textContent) };
+const readFacts = () => JSON.parse(document.getElementById("facts").textContent);
+
+// Returns {facts, scans, returns, tracks, entries, weights, truth} of one of the page's runs: tables of columns, with the
+// indices between them.
+async function readData(facts, run = 0) {
+  const data = { facts };
   for (const table of ["scans", "returns", "tracks", "entries", "weights", "truth"]) data[table] = {};
-  const elements = [...document.querySelectorAll("script.column")];
+  const elements = [...document.querySelectorAll(`script.column[data-run="${run}"]`)];
   const values = await Promise.all(elements.map(unpackColumn));
   elements.forEach((element, i) => {
     const [table, name] = element.dataset.name.split(".");

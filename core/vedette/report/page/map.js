@@ -11,6 +11,9 @@ class SceneMap {
     this.still = document.createElement("canvas");
     this.view = { x: 0, y: 0, scale: 1 };
     this.stale = true;
+    this.dash = [];      // of the tracks
+    this.over = false;   // another map, which has the ground, lies under this one
+    this.same = false;   // that map shows the same scans
     this.box = this.bounds();
     this.frames = data.facts.frames.map((frame) => ({ ...frame, image: new Image() }));
     this.frameScans = this.frames.map((frame) => frame.scan);
@@ -94,15 +97,20 @@ class SceneMap {
 
   draw() {
     if (!this.width || !this.height) return;  // not laid out yet
+    this.context.clearRect(0, 0, this.width, this.height);
+    this.paint();
+  }
+
+  // Draws on what is there.
+  paint() {
     if (this.stale) this.drawStill();
     const { context, state, width, height } = this;
-    context.clearRect(0, 0, width, height);
     if (state.layers.frames) drawFrame(this);
     context.drawImage(this.still, 0, 0, width, height);
     if (state.layers.returns) drawReturns(this);
     if (state.layers.truth) this.drawTruthNow();
-    if (state.layers.views) drawView(this);
-    drawPlatform(this);
+    if (state.layers.views && !this.same) drawView(this);
+    if (!this.same) drawPlatform(this);
     this.drawTracks();
     this.drawChosen();
   }
@@ -110,13 +118,17 @@ class SceneMap {
   drawStill() {
     const context = this.still.getContext("2d"), { data, state } = this;
     context.clearRect(0, 0, this.width, this.height);
-    drawUnderlay(this, context);
-    drawGrid(this, context);
-    drawGraticule(this, context);
+    if (!this.over) {
+      drawUnderlay(this, context);
+      drawGrid(this, context);
+      drawGraticule(this, context);
+    }
     if (state.layers.truth) this.drawPaths(context, data.truth, () => INK, () => true, 1, 0.55);
     if (state.layers.paths && data.entries.x) {
       const wanted = (t) => data.tracks.confirmed[t] || state.layers.tentative;
+      context.setLineDash(this.dash);
       this.drawPaths(context, { ...data.entries, first: data.tracks.first }, (t) => data.tracks.colour[t], wanted, 1.2, 0.3);
+      context.setLineDash([]);
     }
     this.stale = false;
   }
@@ -179,9 +191,11 @@ class SceneMap {
       context.strokeStyle = colour;
       context.lineWidth = chosen ? 3.5 : 2;
       context.globalAlpha = confirmed ? 1 : 0.6;
+      context.setLineDash(this.dash);
       context.beginPath();
       for (let i = Math.max(tracks.first[t], e - TAIL); i <= e; i++) context.lineTo(this.px(entries.x[i]), this.py(entries.y[i]));
       context.stroke();
+      context.setLineDash([]);
       context.lineWidth = chosen ? 2 : 1;
       if (state.layers.ellipses) this.ellipse(x, y, entries.covXX[e], entries.covXY[e], entries.covYY[e], ELLIPSE);
       if ((state.layers.gates || chosen) && sensor.gate && Number.isFinite(entries.gateXX[e])) {

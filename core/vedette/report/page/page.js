@@ -8,18 +8,33 @@ const LAYERS = {
 const SPEEDS = [0.25, 0.5, 1, 2, 5, 10, 20, 50, 100];
 const byId = (id) => document.getElementById(id);
 
+function overview({ facts, scans, tracks, runs }) {
+  if (runs) return runs.map((run) => `${run.facts.name}: ${overview(run)}`).join("; ");
+  const confirmed = tracks.confirmed.reduce((sum, each) => sum + each, 0), span = scans.time[scans.count - 1] - scans.time[0];
+  const counts = [`${scans.count} scans over ${shown(span)} s`, `${confirmed} confirmed tracks of ${tracks.id.length} begun`];
+  if (facts.objects.length) counts.push(`${facts.objects.length} true objects`);
+  return counts.join(" · ");
+}
+
+// The parts of the page of one run.
+function partsOfRun(page, data, state) {
+  return {
+    map: new SceneMap(data, state, byId("map")),
+    charts: new Charts(data, state, byId("charts"), (scan) => page.goTo(scan)),
+    timeline: new Timeline(data, state, byId("timeline"), (track) => page.choose({ track })),
+    details: new Details(data, state, byId("details"), (what) => page.choose(what)),
+  };
+}
+
 class Page {
-  constructor(data) {
+  constructor(data, parts = partsOfRun) {
     this.data = data;
     this.state = {
-      scan: 0, track: -1, return: -1, playing: false, speed: 10,
+      scan: 0, run: 0, track: -1, return: -1, playing: false, speed: 10,
       layers: Object.fromEntries(Object.entries(LAYERS).map(([name, [, on]]) => [name, on])),
       sensors: Object.keys(data.facts.sensors).map(() => true),
     };
-    this.map = new SceneMap(data, this.state, byId("map"));
-    this.charts = new Charts(data, this.state, byId("charts"), (scan) => this.goTo(scan));
-    this.timeline = new Timeline(data, this.state, byId("timeline"), (track) => this.choose({ track }));
-    this.details = new Details(data, this.state, byId("details"), (what) => this.choose(what));
+    Object.assign(this, parts(this, data, this.state));
     this.fillTexts();
     this.connect();
     this.resize();
@@ -28,14 +43,12 @@ class Page {
   }
 
   fillTexts() {
-    const { facts, scans, tracks } = this.data;
-    const confirmed = tracks.confirmed.reduce((sum, each) => sum + each, 0), span = scans.time[scans.count - 1] - scans.time[0];
-    const counts = [`${scans.count} scans over ${shown(span)} s`, `${confirmed} confirmed tracks of ${tracks.id.length} begun`];
-    if (facts.objects.length) counts.push(`${facts.objects.length} true objects`);
-    byId("overview").textContent = counts.join(" · ");
+    const { facts } = this.data;
+    byId("overview").textContent = overview(this.data);
     byId("words").textContent = facts.words;
     byId("config").textContent = facts.config;
-    byId("life-about").textContent = "grey while tentative; those that were ever confirmed";
+    byId("figures").append(...metricsTables(facts.metrics, facts.names || [""]));
+    if (byId("life")) byId("life-about").textContent = "grey while tentative; those that were ever confirmed";
     if (!facts.map) byId("scene").classList.add("no-map");
   }
 
@@ -74,7 +87,7 @@ class Page {
     input.addEventListener("change", () => {
       flags[key] = input.checked;
       this.map.stale = true;
-      if (flags === this.state.sensors) this.charts.rebuild();
+      if (flags !== this.state.layers) this.charts.rebuild();
       this.map.draw();
     });
     box.append(input, label);
@@ -138,9 +151,9 @@ class Page {
     this.details.show();
   }
 
-  choose({ track = -1, return: row = -1 }) {
-    const changed = track !== this.state.track;
-    Object.assign(this.state, { track, return: row });
+  choose({ track = -1, return: row = -1, run = 0 }) {
+    const changed = track !== this.state.track || run !== this.state.run;
+    Object.assign(this.state, { run, track, return: row });
     if (changed) {
       this.charts.rebuild();
       this.timeline.draw();
@@ -170,9 +183,3 @@ class Page {
     if (on) requestAnimationFrame(step);
   }
 }
-
-readData().then((data) => {
-  if (data.scans.count) window.page = new Page(data);
-  else byId("overview").textContent = "The run took no scan.";
-  document.documentElement.dataset.ready = String(Math.round(performance.now()));
-});
