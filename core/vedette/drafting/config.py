@@ -27,6 +27,9 @@ MOST_SCANS = 1500
 SURE = 10.0
 """Another reading must be likelier by this, in logarithms, than the one that the titles suggest."""
 
+FORGETTING = 100
+"""A target whose course is as good as straight is still drafted with process noise that is felt after so many scans."""
+
 TRACKER: dict[str, Any] = {
     "estimator": {"kind": "ekf", "motion": {"kind": "constant_velocity", "sigma_accel": 1.0}},
     "associator": {"kind": "jpda"},
@@ -55,6 +58,19 @@ class Seen:
         """The usual time between scans, in s; 1 for a single one."""
         return float(np.median(np.diff(np.unique(self.times)))) if len(self.times) > 1 else 1.0
 
+    @property
+    def least_accel(self) -> float:
+        """Return the acceleration noise, m/s^2, that moves a target by the sensor's own error in `FORGETTING` scans.
+
+        Over t s it moves a target by accel t^1.5 / sqrt(3). With less, the filter believes its prediction for ever.
+        """
+        return float(np.sqrt(3) * self.error / (FORGETTING * self.period) ** 1.5) if self.found else 0.0
+
+    @property
+    def error(self) -> float:
+        """The error of a return along an axis, in m, by the usual second difference, whose median is 2.9 times that."""
+        return self.rough / 2.9
+
 
 def draft_config(path: TablePath) -> str:
     """Return a commented config, as TOML, that tracks the targets of a CSV or Parquet file, or of a data frame.
@@ -69,8 +85,9 @@ def draft_config(path: TablePath) -> str:
     best = _best(Reading.of(table, recording))
     facts = {name: _facts(each, best.noise[name].sensor) for name, each in best.seen.items()}
     accels = [best.noise[name].accel for name, each in best.seen.items() for _ in each.found]
+    accel, floor = float(np.median(accels)) if accels else 0.1, min(each.least_accel for each in best.seen.values())
     speed = _speed([chain for each in best.seen.values() for chain in each.found])
-    return written(best.table, facts, float(np.median(accels)) if accels else 0.1, speed, best.recording.notes)
+    return written(best.table, facts, max(accel, floor), speed, best.recording.notes, steady=accel < floor)
 
 
 def _opened(table: Table) -> Recording:
@@ -171,7 +188,7 @@ def _noise(table: Table, seen: Seen) -> Noise:
     speed = _speed(seen.found)
     apart = [own - stand for own, stand in zip(seen.spots, seen.stands, strict=True)]
     far = float(np.median(np.linalg.norm(np.concatenate(apart), axis=-1))) if len(np.concatenate(apart)) else 1e3
-    sigma = max(seen.rough / 2.9 if seen.found else far / 100, 1e-6)  # the median of a second difference is 2.9 sigma
+    sigma = max(seen.error if seen.found else far / 100, 1e-6)
     guess = (sigma, sigma / max(far, 1e-6)) if table.polar else (sigma,)
     if not seen.found:
         return Noise(guess, 0.05 * speed / seen.period)

@@ -28,9 +28,11 @@ class Facts:
     chains: int
 
 
-def written(table: Table, facts: Mapping[str, Facts], accel: float, speed: float, notes: Mapping[str, str]) -> str:
-    """Return the config."""
-    return "\n".join(_lines(table, facts, accel, speed, notes)) + "\n"
+def written(
+    table: Table, facts: Mapping[str, Facts], accel: float, speed: float, notes: Mapping[str, str], *, steady: bool = False
+) -> str:
+    """Return the config; `steady` says that the targets' own acceleration is below `accel`."""
+    return "\n".join(_lines(table, facts, accel, speed, notes, steady)) + "\n"
 
 
 def rounded(value: float) -> float:
@@ -38,7 +40,9 @@ def rounded(value: float) -> float:
     return float(f"{value:.2g}")
 
 
-def _lines(table: Table, facts: Mapping[str, Facts], accel: float, speed: float, notes: Mapping[str, str]) -> Iterator[str]:
+def _lines(
+    table: Table, facts: Mapping[str, Facts], accel: float, speed: float, notes: Mapping[str, str], steady: bool
+) -> Iterator[str]:
     name = table.path or "a data frame"
     yield f"# Drafted by `vedette new config` from {_plain(name)}. Comments say what was found or assumed."
     yield f"title = {_toml(name)}"
@@ -72,6 +76,7 @@ def _lines(table: Table, facts: Mapping[str, Facts], accel: float, speed: float,
     yield f'kind = "{"ekf" if table.polar else "kalman"}"'
     fitted = sum(own.chains for own in facts.values())
     told = f"of greatest likelihood over {fitted} stretches of tracks" if fitted else _GUESS
+    told = "these targets keep their courses; with less a filter would hardly notice a turn" if steady else told
     yield f'motion = {{ kind = "constant_velocity", sigma_accel = {rounded(accel)!r} }}  # {told}'
     yield ""
     yield "[associator]"

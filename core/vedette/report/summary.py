@@ -8,6 +8,7 @@ from textwrap import wrap
 import numpy as np
 
 from vedette.experiment import Experiment, Result
+from vedette.io.terms import Terms, utc
 from vedette.metrics import Score
 from vedette.metrics.consistency import chi_square_band
 from vedette.report.figures import count, length_unit, unused
@@ -83,7 +84,9 @@ def _read(result: Result) -> Iterator[tuple[str, str]]:
         yield "read", f"{name}: {part.used:,} of {count(part.total, 'row')} used{rest}"
     if intake.times is not None:
         first, last = intake.times
-        yield "time", f"{first:.3f} s to {last:.3f} s: {last - first:.6g} s"
+        dated = Terms.of(result.recording.notes).dated
+        ends = (utc(first), utc(last)) if dated else (f"{first:.3f} s", f"{last:.3f} s")
+        yield "time", f"{ends[0]} to {ends[1]}: {last - first:.6g} s"
     else:
         yield "scans", "none was taken"
     if result.recording.truth:
