@@ -46,6 +46,20 @@ class _Growing:
     missed: int = field(default=0)
 
 
+def unbroken(chain: Chain, width: float) -> list[Chain]:
+    """Return a chain's pieces, cut where it jumps by more than `width` in m from where the two returns before point.
+
+    So chains jump where they go over from one target to another, and a filter that followed would be told of violent motion.
+    """
+    if len(chain.times) < 3:
+        return [chain]
+    dt, step = np.diff(chain.times), np.diff(chain.spots, axis=0)
+    jumps = np.linalg.norm(step[1:] - step[:-1] * (dt[1:] / dt[:-1])[:, None], axis=-1) > width
+    first = jumps & ~np.concatenate([[False], jumps[:-1]])  # the step after a jump starts at its end, and is large as well
+    pieces = np.split(np.arange(len(chain.times)), np.flatnonzero(first) + 2)
+    return [Chain(chain.scans[own], chain.returns[own], chain.times[own], chain.spots[own]) for own in pieces]
+
+
 def spacing(spots: Sequence[Array]) -> float:
     """Return half the usual distance between neighbouring returns of a scan, in m; inf where scans have one."""
     nearest = []

@@ -9,7 +9,7 @@ import numpy as np
 from attrs import evolve, frozen
 
 from vedette.config import load
-from vedette.drafting.chains import Chain, chains, spacing
+from vedette.drafting.chains import Chain, chains, spacing, unbroken
 from vedette.drafting.noise import Noise, Windows, estimated
 from vedette.drafting.table import FLAT, Table, read_table
 from vedette.drafting.text import Facts, written
@@ -26,6 +26,9 @@ MOST_SCANS = 1500
 
 SURE = 10.0
 """Another reading must be likelier by this, in logarithms, than the one that the titles suggest."""
+
+JUMP = 3.5
+"""A second difference of so many usual ones is taken as a jump to another target: noise alone makes one in 5,000."""
 
 FORGETTING = 100
 """A target whose course is as good as straight is still drafted with process noise that is felt after so many scans."""
@@ -192,8 +195,9 @@ def _noise(table: Table, seen: Seen) -> Noise:
     guess = (sigma, sigma / max(far, 1e-6)) if table.polar else (sigma,)
     if not seen.found:
         return Noise(guess, 0.05 * speed / seen.period)
+    found = [piece for chain in seen.found for piece in unbroken(chain, JUMP * seen.rough)]
     lines = []
-    for chain in seen.found:
+    for chain in found:
         line = np.tile(np.eye(2), (len(chain.times), 1, 1))
         if table.polar:
             along = chain.spots - seen.stands[chain.scans]
@@ -202,7 +206,7 @@ def _noise(table: Table, seen: Seen) -> Noise:
             line[..., 1] = np.stack([-along[:, 1], along[:, 0]], axis=-1)
         lines.append(line)
     start = (*guess, 0.05 * speed / seen.period)
-    return estimated(Windows.of(seen.found, lines), start, speed, lambda own: own if table.polar else np.repeat(own, 2))
+    return estimated(Windows.of(found, lines), start, speed, lambda own: own if table.polar else np.repeat(own, 2))
 
 
 def _facts(seen: Seen, sigmas: tuple[float, ...]) -> Facts:
