@@ -156,7 +156,8 @@ def likely_cause(
         names, factor, error = factors(tracker, world, prior, times, runs, seed)
     except (VedetteError, ValueError, TypeError, np.linalg.LinAlgError):  # the models cannot be made noisier
         return ""
-    off = (np.abs(factor - 1.0) > 4 * error) & (np.abs(factor - 1.0) > 0.04)
+    share = 1.0 / factor  # what is solved for: its error is even, that of a large factor is not
+    off = (np.abs(share - 1.0) > 4 * error * share**2) & (np.abs(factor - 1.0) > 0.04)
     if not off.any():
         return (
             "neither Q nor R, for innovations are as they should be: an axis that is not measured, the covariance that is "
