@@ -170,7 +170,8 @@ class Estimator(Component, Generic[B]):
     Capabilities are declared, and a wrapper forwards what it wraps: `draws`, that it takes numbers from `rng` (any other is
     given one that refuses); `reframes`, that `reframe` is to be called before each prediction; `takes_frames`, that
     `evaluate` takes a camera's frame; `gaussian_belief`, that its belief is its moments, as `vedette.filters.GaussianFilter`
-    defines `start` and `moments`, which are then final; `bounded`, that `extent` says where a track's returns can lie.
+    defines `start` and `moments`, which are then final; `bounded`, that `extent` says where a track's returns can lie;
+    `conservative`, that its covariance is larger than that of its errors on purpose.
     """
 
     exact_when_linear: ClassVar[bool] = False
@@ -179,6 +180,7 @@ class Estimator(Component, Generic[B]):
     takes_frames: ClassVar[bool] = False
     gaussian_belief: ClassVar[bool] = False
     bounded: ClassVar[bool] = False
+    conservative: ClassVar[bool] = False
 
     @property
     @abstractmethod

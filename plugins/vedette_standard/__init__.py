@@ -20,12 +20,16 @@ from vedette_standard.births.uniform import Uniform
 from vedette_standard.estimators.auxiliary import AuxiliaryParticles
 from vedette_standard.estimators.bootstrap import BootstrapParticles
 from vedette_standard.estimators.cubature import CubatureKalman
+from vedette_standard.estimators.ensemble import EnsembleKalman
 from vedette_standard.estimators.extended import ExtendedKalman
 from vedette_standard.estimators.fading_memory import FadingMemory
+from vedette_standard.estimators.g_h import GH
 from vedette_standard.estimators.gaussian_sum import GaussianSum
+from vedette_standard.estimators.h_infinity import HInfinity
 from vedette_standard.estimators.imm import Imm
 from vedette_standard.estimators.iterated import IteratedExtendedKalman
 from vedette_standard.estimators.kalman import Kalman
+from vedette_standard.estimators.least_squares import LeastSquares
 from vedette_standard.estimators.square_root import SquareRootKalman
 from vedette_standard.estimators.unscented import UnscentedKalman
 from vedette_standard.lifecycles.coast_limited import CoastLimited
@@ -81,6 +85,7 @@ def vedette_components() -> Iterable[type[vedette.Component]]:
         *(BearingOnly, RangeOnly, RangeBearingRate, RangeBearingElevation, Biased, Partial, LinearSensor),
         *(Kalman, ExtendedKalman, UnscentedKalman, Imm),
         *(IteratedExtendedKalman, CubatureKalman, SquareRootKalman, FadingMemory),
+        *(HInfinity, GH, LeastSquares, EnsembleKalman),
         *(BootstrapParticles, AuxiliaryParticles, GaussianSum),
         *(Nearest, GlobalNearest, Pda, Jpda, MBestJpda),
         *(KBest, NScan, LabelledMultiBernoulli, Variational),

@@ -23,6 +23,7 @@ class FadingMemory(GaussianFilter):
     kind: ClassVar[str] = "fading_memory"
     takes_frames: ClassVar[bool] = True
     bounded: ClassVar[bool] = True
+    conservative: ClassVar[bool] = True
 
     motion: MotionModel = fields.part("how the target moves")
     alpha: float = fields.quantity("1", "growth of the standard deviations in a step beside that of the motion", at_least=1)

@@ -54,6 +54,11 @@ class GaussianSum(Estimator[Modes]):
         return self.each.takes_frames
 
     @property
+    def conservative(self) -> bool:  # type: ignore[override]
+        """Whether the parts are."""
+        return self.each.conservative
+
+    @property
     def zero_variance(self) -> Space:
         return self.each.zero_variance
 

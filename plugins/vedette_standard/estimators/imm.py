@@ -119,6 +119,11 @@ class Imm(Estimator[Modes]):
         """Whether all modes are."""
         return all(mode.bounded for mode in self.modes)
 
+    @property
+    def conservative(self) -> bool:  # type: ignore[override]
+        """Whether any mode is."""
+        return any(mode.conservative for mode in self.modes)
+
     @modes.validator
     def _keep_to_what_they_declare(self, attribute: Any, modes: tuple[Estimator[Any], ...]) -> None:
         for i, mode in enumerate(modes):

@@ -175,10 +175,9 @@ def predicts_as_its_motion_linearised(estimator: Estimator[Any], drawn: Scene) -
     spread = np.sqrt(np.diagonal(wanted, axis1=-2, axis2=-1))
     outer = spread[..., :, None] * spread[..., None, :]
     added = np.sqrt(np.maximum(np.diagonal(Q, axis1=-2, axis2=-1), 1e-300))
-    if not estimator.exact_when_linear:  # it may be conservative
-        white = np.linalg.solve(
-            psd_root(wanted), np.swapaxes(np.linalg.solve(psd_root(wanted), ends[0].cov - ends[1].cov), -1, -2)
-        )
+    if not estimator.exact_when_linear:  # it may be conservative, and by a share of the noise too where it says so
+        left = ends[0].cov - (Q if estimator.conservative else ends[1].cov)
+        white = np.linalg.solve(psd_root(wanted), np.swapaxes(np.linalg.solve(psd_root(wanted), left), -1, -2))
         least_share = float(np.min(np.linalg.eigvalsh((white + np.swapaxes(white, -1, -2)) / 2)))
         demand(least_share > 0.9, f"predict: of F P F', {least_share:.3g} remains, must be at least all of it")
         short = np.diagonal(Q - ends[1].cov, axis1=-2, axis2=-1) / np.maximum(added**2, 1e-300)

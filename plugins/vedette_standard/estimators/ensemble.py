@@ -1,0 +1,132 @@
+"""The ensemble Kalman filter."""
+
+from __future__ import annotations
+
+import math
+from typing import ClassVar, final
+
+import numpy as np
+from attrs import frozen
+from numpy.typing import NDArray
+
+from vedette import Array, Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, Space, fields, filters, kernels
+from vedette.filters import OverMotion
+
+
+@frozen(eq=False)
+class Ensemble:
+    """Equally likely states (*b, t, p, n), and what the draws of the next update are seeded with (*b, t)."""
+
+    points: Array
+    key: NDArray[np.int64]
+
+
+@frozen(eq=False)
+class Pulls:
+    """What pulls the points for each return: the residual of their mean (*b, t, k, m), how far each one's own measurement
+    lies from the mean's (*b, t, 1|k, p, m), the gain (*b, t, 1|k, n, m), and a root of the noise (*b, 1|t, 1|k, m, m).
+    """
+
+    residuals: Array
+    apart: Array
+    gain: Array
+    root: Array
+
+
+@final
+@frozen
+class EnsembleKalman(OverMotion[Ensemble]):
+    """Equally likely states that move with drawn noise; a return, perturbed anew for each, pulls them by one gain.
+
+    x_p+ = x_p + K (z + e_p - h(x_p)), e_p ~ N(0, R), K = C (D + R)^-1, with C the covariance of the points and their
+    measurements, D that of these. Under soft association each point takes one return or the miss, by their weights.
+    Errors fall as 1 / sqrt(members). A new track's points have exactly its prior's moments.
+    Burgers, van Leeuwen, Evensen, Analysis Scheme in the Ensemble Kalman Filter, Monthly Weather Review 126, 1998.
+    """
+
+    kind: ClassVar[str] = "ensemble_kalman"
+    draws: ClassVar[bool] = True
+
+    motion: MotionModel = fields.part("how the target moves")
+    members: int = fields.integer("states per track", default=400, at_least=20, at_most=10**6)
+
+    def __attrs_post_init__(self) -> None:
+        filters.check_particle_motion(self.motion)
+
+    def start(self, prior: Gaussian, axes: Space, rng: np.random.Generator) -> Ensemble:
+        """Return points drawn from the prior."""
+        own = filters.marginal(prior, axes, self.state, self.zero_variance)
+        shrunk = Gaussian(own.mean, own.cov * (1 - 1 / self.members))  # of which `moments` makes the prior's
+        points = filters.draw_particles(shrunk, self.members, self.state, rng).points
+        return Ensemble(points, _key(points, rng))
+
+    def predict(self, belief: Ensemble, dt: float, rng: np.random.Generator) -> Ensemble:
+        """Return the points `dt` s later, each with its own noise."""
+        if dt == 0:
+            return belief
+        points = belief.points
+        noise = kernels.root(self.motion.noise(points, dt)) @ rng.standard_normal((*points.shape, 1))
+        moved = self.state.displace(self.motion.move(points, dt), noise[..., 0])
+        return Ensemble(moved, _key(moved, rng))
+
+    def evaluate(self, belief: Ensemble, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
+        """Return the innovation of each detection and track, by the moments of the points' measurements."""
+        assert isinstance(observed, Detections)
+        where = self.state.locate(sensor.observes)
+        mean, dx = self._moments(belief.points, self.state)
+        expected, dz = self._moments(sensor.measure(belief.points[..., where]), sensor.measurement)
+        x = mean[..., where]
+        ready = filters.prepare(sensor, observed, expected, sensor.noise(x))
+        dz, R, share = ready.columns(dz[..., None, :, :]), ready.noise, 1 / (self.members - 1)
+        S = share * np.swapaxes(dz, -1, -2) @ dz + R
+        C = share * np.swapaxes(dx[..., None, :, :], -1, -2) @ dz
+        pull = np.linalg.solve(S, ready.residuals[..., None])[..., 0]
+        distance = np.sum(ready.residuals * pull, axis=-1)
+        log_volume = 0.5 * np.linalg.slogdet(S)[1]
+        loglik = -0.5 * (distance + S.shape[-1] * math.log(2 * math.pi)) - log_volume + ready.log_constant
+        gain = np.swapaxes(np.linalg.solve(S, np.swapaxes(C, -1, -2)), -1, -2)
+        root = ready.columns(np.swapaxes(np.linalg.cholesky(R), -1, -2))  # what is missing is not perturbed
+        detail = Pulls(ready.residuals, dz, gain, np.swapaxes(root, -1, -2))
+        return filters.make_innovation(sensor, x, p_gate, loglik, distance, log_volume, detail)
+
+    def update(self, belief: Ensemble, innovation: Innovation, weights: Array) -> Ensemble:
+        """Return the points, each pulled by one return or left as by a miss."""
+        found: Pulls = innovation.detail
+        points, (p, m) = belief.points, found.apart.shape[-2:]
+        rng = np.random.default_rng([int(key) for key in belief.key.flat])
+        place = rng.permuted(np.broadcast_to(np.arange(p), points.shape[:-1]), axis=-1)
+        mark = (place + rng.random((*points.shape[:-2], 1))) / p
+        order = np.argsort(innovation.distance, axis=-1)  # so that the order of the returns is free
+        sorted_weights = np.take_along_axis(weights[..., 1:], order, axis=-1)
+        levels = np.cumsum(np.concatenate([weights[..., :1], sorted_weights], axis=-1), axis=-1)
+        after = mark[..., None, :] * levels[..., -1:, None] >= levels[..., :-1, None]  # (*b, t, k, p)
+        taken = after & ~np.concatenate([after[..., 1:, :], np.zeros_like(after[..., :1, :])], axis=-2)
+        chosen = np.take_along_axis(taken, np.argsort(order, axis=-1)[..., None], axis=-2)
+        perturbed = rng.standard_normal((*points.shape[:-2], 1, p, m)) @ np.swapaxes(found.root, -1, -2)
+        pulls = (found.residuals[..., None, :] - found.apart + perturbed) @ np.swapaxes(found.gain, -1, -2)
+        shift = np.sum(np.where(chosen[..., None], pulls, 0.0), axis=-3)
+        return Ensemble(self.state.displace(points, shift), _key(points, rng))
+
+    def moments(self, belief: Ensemble) -> Gaussian:
+        """Return mean and covariance of the points."""
+        mean, dx = self._moments(belief.points, self.state)
+        cov = kernels.symmetric(np.swapaxes(dx, -1, -2) @ dx / (self.members - 1))
+        if len(self.zero_variance):
+            cov = filters.without_variance(cov, self.state.locate(self.zero_variance))
+        return Gaussian(mean, cov)
+
+    def cross_covariance(self, belief: Ensemble, dt: float) -> Array:
+        """Return the covariance (*b, t, n, n) between the points and where they move."""
+        _, now = self._moments(belief.points, self.state)
+        _, then = self._moments(self.motion.move(belief.points, dt), self.state)
+        cross: Array = np.swapaxes(now, -1, -2) @ then / (self.members - 1)
+        return cross
+
+    def _moments(self, points: Array, space: Space) -> tuple[Array, Array]:
+        """Return the mean (*b, t, n) of points (*b, t, p, n) and how far each is from it."""
+        return space.mean(points, np.full(points.shape[:-1], 1 / points.shape[-2]))
+
+
+def _key(points: Array, rng: np.random.Generator) -> NDArray[np.int64]:
+    """Return a number for each track, drawn."""
+    return rng.integers(2**62, size=points.shape[:-2])

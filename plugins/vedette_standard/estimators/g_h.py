@@ -1,0 +1,91 @@
+"""The g-h filter, which is the alpha-beta filter, and the g-h-k filter."""
+
+from __future__ import annotations
+
+from typing import ClassVar, final
+
+import numpy as np
+from attrs import frozen
+
+from vedette import Array, Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, fields, kernels, new_innovation
+from vedette.filters import GaussianFilter, Hypotheses, evaluate_linearised, extent_linearised, predict_linearised, prepare
+
+
+@final
+@frozen
+class GH(GaussianFilter):
+    """A filter of constant gains, also known as the alpha-beta filter, and with k as alpha-beta-gamma.
+
+    A residual nu moves what is observed by g nu, its rate by h nu / T, the rate of that by 2 k nu / T^2. nu is taken back to
+    the axes that the sensor observes by the pseudo-inverse of H. The covariance is that of such a filter's errors, by
+    Joseph's form P+ = (I - K H) P- (I - K H)' + K R K', which holds for any gain.
+    Brookner, Tracking and Kalman Filtering Made Easy, 1998, sections 1.2 and 1.3.
+    """
+
+    kind: ClassVar[str] = "g_h"
+    bounded: ClassVar[bool] = True
+
+    motion: MotionModel = fields.part("how the target moves: with velocities, or for k with accelerations too")
+    g: float = fields.quantity("1", "gain of what is observed", above=0, at_most=1)
+    h: float = fields.quantity("1", "gain of its rate, times `step`", at_least=0)
+    k: float = fields.quantity("1", "gain of its second rate, times `step` squared over 2", default=0.0, at_least=0)
+    step: float = fields.quantity("s", "time between scans, T, that the gains are for", default=1.0, above=0)
+
+    def __attrs_post_init__(self) -> None:
+        if not self.h < 4 - 2 * self.g:
+            raise ValueError(f"h: must be < 4 - 2 g = {4 - 2 * self.g:g}, or errors grow, got {self.h:g}")
+
+    def predict(self, belief: Gaussian, dt: float, rng: np.random.Generator) -> Gaussian:
+        """Return the belief `dt` s later."""
+        return belief if dt == 0 else predict_linearised(belief, self.motion, dt, self._memo)
+
+    def evaluate(self, belief: Gaussian, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
+        """Return the innovation of each track, linearised at its mean, and what the constant gains make of it."""
+        assert isinstance(observed, Detections)
+        found = evaluate_linearised(belief, self.state, sensor, observed, p_gate, self._memo)
+        where = self.state.locate(sensor.observes)
+        x = belief.mean[..., where]
+        ready = prepare(sensor, observed, sensor.measure(x), sensor.noise(x))
+        slope = sensor.jacobian(x)
+        H = np.zeros((*slope.shape[:-1], len(self.state)))
+        H[..., where] = slope
+        H, P = ready.rows(H[..., None, :, :]), belief.cov[..., None, :, :]
+        K = self._gains(where) @ (H[..., where] if _is_identity(slope) else _inverse(H[..., where], P, where))
+        left = np.eye(len(self.state)) - K @ H
+        post = left @ P @ np.swapaxes(left, -1, -2) + K @ ready.noise @ np.swapaxes(K, -1, -2)
+        shift = (K @ ready.residuals[..., None])[..., 0]
+        return new_innovation(
+            found.loglik, found.distance, found.log_volume, found.nis, Hypotheses(shift, kernels.symmetric(post))
+        )
+
+    def extent(self, belief: Gaussian, sensor: Sensor, detections: Detections, limit: float) -> tuple[Array, Array]:
+        """Return the box around each track's gate."""
+        return extent_linearised(belief, self.state, sensor, detections, limit, self._memo)
+
+    def _gains(self, where: list[int]) -> Array:
+        """Return how residuals along the axes of indices `where` move the state: (n, len(where))."""
+        names, gains = self.state.names, np.zeros((len(self.state), len(where)))
+        for j, i in enumerate(where):
+            gains[i, j] = self.g
+            for name, gain in zip(_rates(names[i]), (self.h / self.step, 2 * self.k / self.step**2), strict=False):
+                if name in names and name not in self.zero_variance:
+                    gains[names.index(name), j] = gain
+        return gains
+
+
+def _is_identity(slope: Array) -> bool:
+    return slope.ndim == 2 and slope.shape[0] == slope.shape[1] and bool(np.all(slope == np.eye(len(slope))))
+
+
+def _inverse(slope: Array, P: Array, where: list[int]) -> Array:
+    """Return the pseudo-inverse of H (*b, t, 1|k, m, n), with axes in their standard deviations so that no unit matters."""
+    size = np.sqrt(np.maximum(np.diagonal(P, axis1=-2, axis2=-1)[..., where], 1e-300))
+    inverse: Array = size[..., :, None] * np.linalg.pinv(slope * size[..., None, :])
+    return inverse
+
+
+def _rates(name: str) -> tuple[str, ...]:
+    """Return the names of the first and the second rate of an axis."""
+    if name.startswith("v"):
+        return (f"a{name[1:]}",)
+    return f"v{name}", f"a{name}"

@@ -1,0 +1,119 @@
+"""Least squares, recursively."""
+
+from __future__ import annotations
+
+from typing import ClassVar, final
+
+import numpy as np
+from attrs import Factory, field, frozen
+
+from vedette import Array, Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, Space, fields
+from vedette.filters import OverMotion
+from vedette_standard.estimators.square_root import Root, SquareRootKalman
+
+
+@final
+@frozen
+class Noiseless(MotionModel):
+    """The motion of a target that keeps to its trajectory: that of another model, without its noise."""
+
+    kind: ClassVar[str] = "noiseless"
+
+    of: MotionModel
+
+    @property
+    def linear(self) -> bool:  # type: ignore[override]  # a class variable elsewhere: here it is the other's
+        """Whether the other is."""
+        return self.of.linear
+
+    @property
+    def divisible(self) -> bool:  # type: ignore[override]
+        """Whether the other is."""
+        return self.of.divisible
+
+    @property
+    def state(self) -> Space:
+        return self.of.state
+
+    @property
+    def zero_variance(self) -> Space:
+        return self.of.zero_variance
+
+    def move(self, x: Array, dt: float) -> Array:
+        """Return the state `dt` s later: (*b, n) -> (*b, n)."""
+        return self.of.move(x, dt)
+
+    def jacobian(self, x: Array, dt: float) -> Array:
+        """Return F (*b, n, n) or (n, n)."""
+        return self.of.jacobian(x, dt)
+
+    def noise(self, x: Array, dt: float) -> Array:
+        """Return 0 (n, n)."""
+        return np.zeros((len(self.state), len(self.state)))
+
+
+def _without_noise(estimator: LeastSquares) -> Noiseless:
+    return Noiseless(estimator.trajectory)
+
+
+def _filter(estimator: LeastSquares) -> SquareRootKalman:
+    return SquareRootKalman(estimator.motion)
+
+
+@final
+@frozen
+class LeastSquares(OverMotion[Root]):
+    """Fits one trajectory to all returns of a track's life, each weighted by its noise: no noise of the motion, P- = F P F'.
+
+    With `forgetting` L < 1, a return that is T old weighs L^(T / step) of a new one: P- = L^(-T / step) F P F'. The track's
+    start counts as a return; the wider it is, the less. A root of the covariance is kept, so that it may be very wide.
+    Zarchan, Musoff, Fundamentals of Kalman Filtering: A Practical Approach, 2009, chapter 3.
+    """
+
+    kind: ClassVar[str] = "least_squares"
+
+    trajectory: MotionModel = fields.part("how the target moves; its noise is left out")
+    forgetting: float = fields.probability("weight of a return `step` old, relative to a new one", default=1.0, above=0)
+    step: float = fields.quantity("s", "time that `forgetting` is for", default=1.0, above=0)
+    motion: MotionModel = field(init=False, repr=False, eq=False, default=Factory(_without_noise, takes_self=True))
+    _roots: SquareRootKalman = field(init=False, repr=False, eq=False, default=Factory(_filter, takes_self=True))
+
+    def __attrs_post_init__(self) -> None:
+        if self.trajectory.reframes:
+            raise ValueError(f"trajectory: {self.trajectory.kind!r} turns its frame with its target, so it is not one")
+
+    @property
+    def exact_when_linear(self) -> bool:  # type: ignore[override]  # a class variable elsewhere
+        """Whether it forgets nothing."""
+        return self.forgetting == 1.0
+
+    @property
+    def conservative(self) -> bool:  # type: ignore[override]
+        """Whether it forgets."""
+        return self.forgetting < 1.0
+
+    def start(self, prior: Gaussian, axes: Space, rng: np.random.Generator) -> Root:
+        """Return the prior's marginal over the axes, its covariance as a root."""
+        return self._roots.start(prior, axes, rng)
+
+    def predict(self, belief: Root, dt: float, rng: np.random.Generator) -> Root:
+        """Return the belief `dt` s later."""
+        ahead = self._roots.predict(belief, dt, rng)
+        return Root(ahead.mean, self.forgetting ** (-dt / self.step / 2) * ahead.root)
+
+    def evaluate(self, belief: Root, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
+        """Return the innovation of each detection and track, linearised at the track's mean."""
+        return self._roots.evaluate(belief, sensor, observed, p_gate)
+
+    def update(self, belief: Root, innovation: Innovation, weights: Array) -> Root:
+        """Return the moments of the weighted hypotheses."""
+        return self._roots.update(belief, innovation, weights)
+
+    def moments(self, belief: Root) -> Gaussian:
+        """Return mean and covariance."""
+        return self._roots.moments(belief)
+
+    def cross_covariance(self, belief: Root, dt: float) -> Array:
+        """Return P F' L^(-T / step) (*b, t, n, n)."""
+        cross: Array = self.forgetting ** (-dt / self.step) * self._roots.cross_covariance(belief, dt)
+        return cross
