@@ -1,0 +1,38 @@
+"""`python -m docsite blocks [PAGE ...]`: run the code blocks of pages, slow ones too, and say what became of each."""
+
+import argparse
+import sys
+from pathlib import Path
+
+from docsite.pages import ROOT, pages
+from docsite.runner import faults, run
+
+
+def told(chosen: list[Path], fast: bool) -> int:
+    """Print a line for each block; return 1 if one does not do what its page says."""
+    wrong = 0
+    for page, ran in run(chosen, nightly=not fast).items():
+        for one in ran:
+            name = page.resolve().relative_to(ROOT)
+            print(
+                f"{'FAULT' if one.fault else one.state:13} {one.took:6.2f} s  {name}:{one.block.line} {one.block.language}"
+            )
+        for fault in faults(page, ran):
+            wrong = 1
+            print(fault)
+    return wrong
+
+
+def main() -> int:
+    """Run what the command line asks for."""
+    parser = argparse.ArgumentParser(prog="python -m docsite", description=__doc__)
+    commands = parser.add_subparsers(dest="command", required=True)
+    blocks = commands.add_parser("blocks", help="run the code blocks of pages")
+    blocks.add_argument("pages", nargs="*", type=Path, help="default: all")
+    blocks.add_argument("--fast", action="store_true", help="without those that are marked nightly")
+    arguments = parser.parse_args()
+    return told([page.resolve() for page in arguments.pages] or pages(), arguments.fast)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

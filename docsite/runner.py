@@ -1,0 +1,159 @@
+"""Run the code blocks of a page as a reader would: pasted in order into an empty folder."""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from attrs import frozen
+
+from docsite.pages import DOCS, ROOT, Block, agrees, blocks
+
+DRIVER = Path(__file__).with_name("driver.py")
+INSTALLS = re.compile(r"\bpip3? install\b")
+LONGEST = 1800.0  # s, of one page
+
+
+@frozen
+class Ran:
+    """A block with what became of it: what it printed, its pictures (file, title), its CPU time [s], and any fault."""
+
+    block: Block
+    state: str  # "ran", "saved", "tried", "read", "not run", "nightly", "no recordings", "not reached"
+    printed: str = ""
+    pictures: tuple[tuple[str, str], ...] = ()
+    took: float = 0.0
+    fault: str | None = None
+
+
+def run(pages: Sequence[Path], pictures: Path | None = None, nightly: bool = False) -> dict[Path, list[Ran]]:
+    """Return what became of each block of pages; if `nightly` slow ones are run, too, and each page in a fresh interpreter.
+
+    Pictures go to `pictures`, into a folder for each page.
+    """
+    found = {page: blocks(page.read_text(encoding="utf-8")) for page in pages}
+    with TemporaryDirectory() as folder:
+        jobs = {}
+        for i, (page, its) in enumerate(found.items()):
+            steps = [_step(page, block) for block in its if _why_not(block, nightly) is None and _do(block)]
+            if steps:
+                jobs[page] = _job(Path(folder) / str(i), steps, pictures and pictures / pages_folder(page))
+        together = hasattr(os, "fork") and not nightly
+        for some in [list(jobs.values())] if together else [[job] for job in jobs.values()]:
+            _drive(Path(folder) / "jobs.json", some)
+        results = {page: _results(job) for page, job in jobs.items()}
+    return {
+        page: [
+            _judged(block, _why_not(block, nightly), results.get(page, {})) for block in its if _do(block) or block.reason
+        ]
+        for page, its in found.items()
+    }
+
+
+def pages_folder(page: Path) -> str:
+    """Return the name of the folder with a page's pictures."""
+    return page.stem if page.is_relative_to(DOCS) and page.parent == DOCS else f"{page.parent.name}-{page.stem}"
+
+
+def _do(block: Block) -> str | None:
+    """Return what to do with a block; None for those that are only looked at."""
+    if block.title is not None:
+        return "save"
+    if block.runs and INSTALLS.search(block.code):
+        return "install"
+    if block.runs:
+        return block.language
+    if block.into is not None:
+        return "merge"
+    return {"json": "read", "toml": "unnamed", "yaml": "unnamed", "csv": "unnamed"}.get(block.language)
+
+
+def _why_not(block: Block, nightly: bool) -> str | None:
+    if block.reason is not None:
+        return "not run"
+    if block.slow and not nightly:
+        return "nightly"
+    if block.needs_recordings and block.runs and "VEDETTE_DATA" not in os.environ:
+        return "no recordings"
+    return None
+
+
+def _step(page: Path, block: Block) -> dict[str, Any]:
+    named = {"page": page.name, "line": block.line, "code": block.code, "printed": block.printed}
+    return named | {"do": _do(block), "title": block.title, "into": block.into, "language": block.language}
+
+
+def _job(folder: Path, steps: list[dict[str, Any]], pictures: Path | None) -> dict[str, Any]:
+    """Lay out the empty folder of a page, with the examples if its blocks name them."""
+    desk, kept = folder / "desk", pictures or folder / "pictures"
+    desk.mkdir(parents=True)
+    kept.mkdir(parents=True, exist_ok=True)
+    if any("examples/" in f"{step['code']} {step['into']}" for step in steps):
+        shutil.copytree(ROOT / "examples", desk / "examples", ignore=shutil.ignore_patterns("__pycache__"))
+    return {"desk": str(desk), "results": str(folder / "results.json"), "pictures": str(kept), "steps": steps}
+
+
+def _drive(file: Path, jobs: list[dict[str, Any]]) -> None:
+    if not jobs:
+        return
+    file.write_text(json.dumps(jobs), encoding="utf-8")
+    ended = subprocess.run(
+        [sys.executable, str(DRIVER), str(file)],
+        cwd=file.parent,
+        env=_environment(),
+        capture_output=True,
+        text=True,
+        timeout=LONGEST,
+        check=False,
+    )
+    if ended.returncode:
+        raise RuntimeError(f"{jobs[0]['steps'][0]['page']}: its blocks could not be run:\n{ended.stderr}")
+
+
+def _results(job: dict[str, Any]) -> dict[int, dict[str, Any]]:
+    """Return what the driver tells of each step, by the line of its block."""
+    told = Path(job["results"])
+    if not told.exists():
+        return {}
+    return {one["line"]: one for one in json.loads(told.read_text(encoding="utf-8"))}
+
+
+def _environment() -> dict[str, str]:
+    """Return the environment of a reader who has installed Vedette, on one thread and without a screen."""
+    own = {"PATH": os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")])}
+    quiet = {
+        "MPLBACKEND": "Agg",
+        "OPENBLAS_NUM_THREADS": "1",
+        "COLUMNS": "120",
+        "NO_COLOR": "1",
+        "PYTHONIOENCODING": "utf-8",
+    }
+    dropped = ("PYTHONPATH", "PYTEST_CURRENT_TEST", "PYTEST_XDIST_WORKER")
+    return {name: value for name, value in os.environ.items() if name not in dropped} | quiet | own
+
+
+def _judged(block: Block, why_not: str | None, results: dict[int, dict[str, Any]]) -> Ran:
+    if why_not is not None:
+        return Ran(block, why_not)
+    if block.line not in results:
+        return Ran(block, "not reached", fault=None if results else "the page's process ended")
+    result = results[block.line]
+    pictures = tuple((one["file"], one["title"]) for one in result["pictures"])
+    fault = None
+    if block.printed is not None and not agrees(block.printed, result["printed"]):
+        fault = f"the page says that it prints\n{block.printed}\nbut it prints\n{result['printed']}"
+    elif block.printed is None and result["error"]:
+        fault = result["error"] if result["error"] in result["printed"] else f"{result['error']}\n{result['printed']}"
+    states = {"save": "saved", "merge": "tried", "read": "read"}
+    return Ran(block, states.get(str(_do(block)), "ran"), result["printed"], pictures, result["took"], fault)
+
+
+def faults(page: Path, ran: Iterable[Ran]) -> list[str]:
+    """Return a line for each block that does not do what its page says."""
+    return [f"{page.name}, line {one.block.line}: {one.fault}" for one in ran if one.fault]

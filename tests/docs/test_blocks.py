@@ -1,0 +1,170 @@
+"""Every code block of the documentation does what its page says, pasted in order into an empty folder."""
+
+import pytest
+from docsite.pages import RUN, agrees, blocks, pages
+from docsite.runner import faults, run
+
+ALL = {page: blocks(page.read_text(encoding="utf-8")) for page in pages()}
+
+
+@pytest.fixture(scope="module")
+def ran(request):
+    return run(pages(), nightly=request.config.option.vedette_profile == "nightly")
+
+
+@pytest.mark.parametrize("page", pages(), ids=lambda page: page.stem)
+def test_its_blocks_do_what_it_says(ran, page):
+    assert faults(page, ran[page]) == []
+
+
+def test_fewer_than_one_block_in_twenty_cannot_be_run():
+    code = [block for of_page in ALL.values() for block in of_page if block.code_of_readers]
+    cannot = [block for block in code if block.reason is not None]
+    assert len(code) > 60
+    assert len(cannot) < 0.05 * len(code), [block.reason for block in cannot]
+
+
+def test_no_block_installs_into_the_environment_of_the_tests(tmp_path):
+    page = tmp_path / "page.md"
+    page.write_text("```sh\npip install vedette\n```\n", encoding="utf-8")
+    (fault,) = faults(page, run([page])[page])
+    assert "line 2: ValueError: installs packages" in fault
+
+
+def test_a_page_that_uses_the_examples_says_where_they_are():
+    for page, of_page in ALL.items():
+        used = any("examples/" in block.code and block.language in RUN for block in of_page)
+        assert not used or "examples.md)" in page.read_text(encoding="utf-8"), page
+
+
+PAGE = """# A page
+
+`own.toml`:
+
+```toml
+estimator = { kind = "kalman", motion = { kind = "constant_velocity", sigma_accel = 0.5 } }
+sensors.radar = { kind = "cartesian_position", sigma = 10.0 }
+associator = { kind = "pda" }
+lifecycle = { kind = "m_of_n" }
+birth = { spread = { vx = 10, vy = 10 } }
+```
+
+<!-- into: own.toml -->
+```toml
+associator = { kind = "MISSING" }
+```
+
+```python
+x = 1
+x + 1
+```
+
+```text
+2
+```
+
+```sh
+here=out && mkdir $here && cd $here
+```
+
+```sh
+echo $here in $(basename $PWD) ; echo 17 things
+```
+
+```text
+out in out
+... things
+```
+
+*Not run here: the sun must shine.*
+
+```sh
+false
+```
+
+<!-- nightly -->
+```sh
+exit 3
+```
+
+```python
+import matplotlib.pyplot as plt
+
+plt.plot([1, 2])
+plt.title("Up")
+```
+
+```python
+{}["left"]
+```
+
+```text
+KeyError: 'left'
+```
+
+```python
+x + y
+```
+
+```python
+"after a fault nothing is run"
+```
+"""
+
+
+@pytest.fixture
+def page(tmp_path):
+    path = tmp_path / "page.md"
+    path.write_text(PAGE, encoding="utf-8")
+    return path
+
+
+def test_what_becomes_of_blocks_of_each_kind(page, tmp_path):
+    told = run([page], pictures=tmp_path / "pictures")[page]
+    assert [one.state for one in told] == ["saved", "tried"] + ["not reached"] * 3 + [
+        "not run",
+        "nightly",
+        *(["not reached"] * 4),
+    ]
+    (fault,) = faults(page, told)
+    assert "line 15" in fault
+    assert "associator.kind: unknown kind 'MISSING'" in fault
+    page.write_text(PAGE.replace("MISSING", "gnn"), encoding="utf-8")
+    told = run([page], pictures=tmp_path / "pictures")[page]
+    picture = (tmp_path / "pictures" / f"{tmp_path.name}-page" / told[7].pictures[0][0]).read_text()
+    assert [one.state for one in told] == [
+        *("saved", "tried", "ran", "ran", "ran", "not run", "nightly"),
+        *("ran", "ran", "ran", "not reached"),
+    ]
+    assert told[7].pictures[0][1] == "Up"
+    assert picture.startswith("<?xml")
+    (fault,) = faults(page, told)
+    assert "NameError: name 'y' is not defined" in fault
+    nightly = run([page], nightly=True)[page]
+    assert any("exit code 3" in fault for fault in faults(page, nightly))
+
+
+@pytest.mark.parametrize(
+    ("stated", "printed", "same"),
+    [
+        ("a\nb\n", "a\nb\n", True),
+        ("a\nb\n", "a\nc\n", False),
+        ("a\n...\n", "a\nb\nc\n", True),
+        ("a\n...\nd\n", "a\nd\n", True),
+        ("a ... c\n", "a b c\n", True),
+        ("a ... c\n", "a\nc\n", False),
+        ("a\n", "a\nb\n", False),
+        ("1.5\n", "1x5\n", False),
+    ],
+)
+def test_a_page_states_what_is_printed(stated, printed, same):
+    assert agrees(stated, printed) == same
+
+
+def test_a_fence_that_nobody_understands_is_refused():
+    with pytest.raises(ValueError, match="line 1: blocks are"):
+        blocks("```perl\n1\n```\n")
+    with pytest.raises(ValueError, match="line 2: the block is not closed"):
+        blocks("\n```python\n1\n")
+    with pytest.raises(ValueError, match="line 1: a fence is"):
+        blocks("```python numbers\n1\n```\n")
