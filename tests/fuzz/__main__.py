@@ -16,7 +16,10 @@ import tempfile
 import time
 from pathlib import Path
 
-BUDGETS = {"configs": 20_000, "inputs": 20_000, "kernels": 50_000, "plugins": 5_000}
+BUDGETS = {"configs": 20_000, "inputs": 20_000, "kernels": 50_000, "plugins": 5_000, "tables": 1_000}
+MODULES = {"kernels": "kernel_calls"}
+"""Where a fuzzer is, if not in the module of its name."""
+
 CRASH_SECONDS = 120.0
 """A case that cannot be stopped, in compiled code, ends its process after so long."""
 
@@ -84,9 +87,9 @@ def _one(name: str, seed: int, number: int) -> int:
 
 
 def _case(name: str):  # type: ignore[no-untyped-def]
-    from fuzz import configs, inputs, kernel_calls, plugins
+    from importlib import import_module
 
-    return {"configs": configs.case, "inputs": inputs.case, "kernels": kernel_calls.case, "plugins": plugins.case}[name]
+    return import_module(f"fuzz.{MODULES.get(name, name)}").case
 
 
 if __name__ == "__main__":

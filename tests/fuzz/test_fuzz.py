@@ -9,8 +9,10 @@ import pytest
 
 pytest.importorskip("cv2")
 pytest.importorskip("pyais")
+pytest.importorskip("pyarrow")
+pytest.importorskip("pandas")
 
-from fuzz import cases, configs, inputs, kernel_calls, plugins, readers
+from fuzz import cases, configs, inputs, kernel_calls, plugins, readers, tables
 from vedette import kernels
 from vedette.config import plugins as loading
 from vedette.config.contract import check_version, described
@@ -24,6 +26,7 @@ FUZZERS = {
     "inputs": (inputs.case, 250),
     "kernels": (kernel_calls.case, 1500),
     "plugins": (plugins.case, 100),
+    "tables": (tables.case, 12),
 }
 
 
@@ -127,6 +130,14 @@ INPUTS = {
     ),
     "a quiet sea": ("run", "vedette.tracking.history.History.tracks", tracks_of_some, "zip() argument 2 is longer"),
 }
+
+
+def test_the_fuzzer_of_tables_bites(monkeypatch, tmp_path):
+    """Rows by date that go missing are found."""
+    monkeypatch.setattr(tables, "READERS", {"dates": tables.READERS["dates"]})
+    monkeypatch.setattr("vedette.io.csv_returns.in_time_order", lossy)
+    found = hunt(tables.case, tmp_path, 300) or "nothing found"
+    assert "does not add up" in found or "and the file has" in found, found
 
 
 @pytest.mark.parametrize("cure", INPUTS)
