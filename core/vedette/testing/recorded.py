@@ -14,12 +14,12 @@ from vedette.experiment import Experiment, Result
 from vedette.metrics.consistency import (
     Credibility,
     autocorrelation,
-    chi_square_band,
     free_axes,
     nees,
     noncredibility,
     pooled_nis,
 )
+from vedette.metrics.noises import at_fault
 from vedette.progress import Progress, silent
 from vedette.roles import Sensor
 from vedette.space import Array, Mask, Space
@@ -106,20 +106,7 @@ class Recorded:
             return "returns are missed: likely P_D is lower, or Q or R so small that the gate shuts them out"
         if self.whiteness is None or self.nis is None:
             return ""
-        low, high = chi_square_band(dof, 1e-3)
-        reach = 3.3 / float(np.sqrt(seen.pairs[0]))
-        large, small = self.nis > max(high, 1.1), self.nis < min(low, 0.9)
-        lags, leaps = self.whiteness > max(reach, 0.1), self.whiteness < -max(reach, 0.1)
-        if lags or leaps:
-            slow = "each innovation goes on in the next" if lags else "each innovation is taken back by the next"
-            which = ("R is too large" if small else "Q is too small") if lags else ""
-            which = which or ("Q is too large" if small else "R is too small")
-            return f"{slow}: likely {which}"
-        if large or small:
-            factor = self.nis if large else 1.0 / max(self.nis, 1e-300)
-            size, way = ("large", "small") if large else ("small", "large")
-            return f"innovations are white but too {size}: likely R, or R and Q alike, {factor:.2g} times too {way}"
-        return ""
+        return at_fault(self.nis, self.whiteness, dof, float(seen.pairs[0]))
 
     def data(self) -> dict[str, object]:
         """Return the figures as plain data."""

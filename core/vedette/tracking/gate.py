@@ -108,10 +108,10 @@ class Gate:
             valid, volume = detections.valid, innovation.log_volume
             log_density = kernels.sample_density(innovation.distance, valid, limit, volume, sensor_gate.log_ball)
         else:
-            log_density = self._stated_density(sensor, detections)
+            log_density = self.stated_density(sensor, detections)
         return limit, log_density if rate is None else np.logaddexp(log_density, kernels.safe_log(rate))
 
-    def _stated_density(self, sensor: Sensor, detections: Detections) -> Array:
+    def stated_density(self, sensor: Sensor, detections: Detections) -> Array:
         """Return the log of the sensor's clutter density at each return (*b, 1, k), over the components that it has."""
         log_density = kernels.safe_log(np.broadcast_to(sensor.clutter(detections.z), detections.valid.shape))
         if detections.missing is not None:

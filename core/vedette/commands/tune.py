@@ -1,0 +1,85 @@
+"""`vedette tune`: parameters from detections, with errors, judged on scans held back."""
+
+from __future__ import annotations
+
+import json
+from argparse import Namespace
+from pathlib import Path
+
+from vedette.commands.ending import DONE
+from vedette.commands.output import can_draw
+from vedette.errors import ConfigError, Problem
+from vedette.io.atomic import whole_file
+from vedette.montecarlo.grid import short_names
+from vedette.report.files import check_folder
+from vedette.report.tuned import Growth, Hill, draw
+from vedette.tuning import Found, Tuned, data, summary, text, toml, tune
+
+
+def run(arguments: Namespace) -> int:
+    """Tune, print the table, write the tuned config, the figures and the picture."""
+    folder = Path(arguments.out) if arguments.out else Path("out") / f"{Path(arguments.config).stem}-tuned"
+    check_folder(folder)
+    tuned = tune(
+        arguments.config,
+        arguments.free,
+        overrides=[*arguments.overrides, *([] if arguments.seed is None else [f"seed={arguments.seed}"])],
+        by=arguments.by,
+        part=_number("--part", arguments.part, float),
+        starts=int(_number("--starts", arguments.starts, int)),
+        method=arguments.method,
+        workers=int(_number("--workers", arguments.workers, int)),
+        out=folder,
+        resume=arguments.resume,
+    )
+    print(text(tuned))
+    print(f"{folder}: {', '.join(_write(folder, tuned))}")
+    if arguments.json:
+        print(json.dumps(data(tuned)))
+    return DONE
+
+
+def _number(option: str, given: str, kind: type[float]) -> float:
+    try:
+        return kind(given)
+    except ValueError:
+        what = "a whole number" if kind is int else "a number"
+        raise ConfigError([Problem(option, f"must be {what}, got {given!r}")]) from None
+
+
+def _write(folder: Path, tuned: Tuned) -> list[str]:
+    written = []
+    files = {
+        "tuned.toml": toml(tuned),
+        "tuned.txt": text(tuned) + "\n",
+        "tuned.json": json.dumps(data(tuned), indent=2) + "\n",
+    }
+    for name, content in files.items():
+        with whole_file(folder / name) as file:
+            file.write(content)
+        written.append(name)
+    if can_draw():
+        judged, names = tuned.judged, short_names(each.free.path for each in tuned.parameters)
+        growth = None
+        if judged.before is not None:
+            growth = Growth(judged.times, judged.after - judged.before, judged.tuned)
+        what = "log-likelihood" if tuned.by == "likelihood" else "consistency"
+        facts = (
+            f"{what} below its top along each parameter, the others following; band: one standard error, whose parabola is "
+            "dotted; dashed: before"
+        )
+        hills = [_hill(each, names[each.free.path]) for each in tuned.parameters]
+        draw(f"Tuned: {tuned.title}" if tuned.title else "Tuned", facts, hills, growth, folder / "tuned.png")
+        written.append("tuned.png")
+    return written
+
+
+def _hill(each: Found, name: str) -> Hill:
+    curve, band = each.curve, None
+    assert curve is not None
+    if each.error is not None:
+        band = (each.after - each.error, each.after + each.error)
+    return Hill(
+        name, each.free.place.unit, curve.values, curve.heights, curve.parabola, each.before, each.after, band,
+        each.free.scale == "log" and float(max(curve.values) / min(curve.values)) > 5.0, summary(each),
+    )  # fmt: skip

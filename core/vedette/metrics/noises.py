@@ -1,0 +1,33 @@
+"""What the size of innovations and their correlation say of process and measurement noise, in words."""
+
+from __future__ import annotations
+
+import math
+
+from vedette.metrics.consistency import chi_square_band
+
+
+def at_fault(size: float, whiteness: float, dof: float, pairs: float) -> str:
+    """Return which of Q and R is likely wrong, or "" if neither stands out.
+
+    `size`: squared innovations over what is expected, of `dof` numbers; `whiteness`: how each correlates with the next, of
+    `pairs` products. Beyond chance in a thousand, and by a tenth at least. Innovations that go on in the next follow too
+    slowly, those that are taken back too fast; white ones of a wrong size follow rightly, so Q and R are wrong alike.
+    Mehra, On the Identification of Variances and Adaptive Kalman Filtering, IEEE Trans. Automatic Control 15, 1970.
+    """
+    if dof <= 0 or pairs <= 0:
+        return ""
+    low, high = chi_square_band(dof, 1e-3)
+    reach = 3.3 / math.sqrt(pairs)
+    large, small = size > max(high, 1.1), size < min(low, 0.9)
+    lags, leaps = whiteness > max(reach, 0.1), whiteness < -max(reach, 0.1)
+    if lags or leaps:
+        slow = "each innovation goes on in the next" if lags else "each innovation is taken back by the next"
+        which = ("R is too large" if small else "Q is too small") if lags else ""
+        which = which or ("Q is too large" if small else "R is too small")
+        return f"{slow}: likely {which}"
+    if large or small:
+        factor = size if large else 1.0 / max(size, 1e-300)
+        said, way = ("large", "small") if large else ("small", "large")
+        return f"innovations are white but too {said}: likely R, or R and Q alike, {factor:.2g} times too {way}"
+    return ""

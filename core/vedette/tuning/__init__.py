@@ -1,0 +1,9 @@
+"""Process and measurement noise, detection, clutter and transitions from a recording's detections, without truth."""
+
+from vedette.tuning.said import data as data
+from vedette.tuning.said import summary as summary
+from vedette.tuning.said import text as text
+from vedette.tuning.tune import Found as Found
+from vedette.tuning.tune import Tuned as Tuned
+from vedette.tuning.tune import tune as tune
+from vedette.tuning.written import toml as toml

@@ -1,0 +1,113 @@
+"""Where a sensor's returns can lie, so that the number of false ones which a clutter density makes is known."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+from attrs import field, frozen
+
+from vedette.roles import Sensor
+from vedette.space import Array
+from vedette.supporting import ImagingSensor
+from vedette.types import Pose, Scan
+
+POINTS = 256
+"""Points at which densities are averaged over a view."""
+
+
+@frozen(eq=False)
+class Cover:
+    """Points (p, m) spread evenly over a view, each standing for a part of its `volume`."""
+
+    points: Array
+    volume: float
+
+    def total(self, density: Array) -> float:
+        """Return the integral of a density, given at the points (p,) or the same everywhere ()."""
+        return self.volume * float(np.mean(density)) if len(self.points) else 0.0
+
+
+@frozen(eq=False)
+class View:
+    """The box of the returns of one sensor, from `low` to `high` (m,); `moves`: about the platform.
+
+    A periodic axis is the whole circle unless a tenth of it is empty. The box is that of k returns, wider by (k+1)/(k-1),
+    which makes it right on average where they are even.
+    """
+
+    low: Array
+    high: Array
+    moves: bool
+    _kept: dict[str, Cover] = field(init=False, factory=dict, repr=False)
+
+    def cover(self, sensor: Sensor, pose: Pose | None) -> Cover:
+        """Return points over the part of the view in which the sensor, placed at `pose`, can detect anything."""
+        if pose is None and "here" in self._kept:
+            return self._kept["here"]
+        volume = float(np.prod(self.high - self.low))
+        points = self.low + (self.high - self.low) * even(POINTS, len(self.low))
+        if self.moves and pose is not None:
+            points = points + pose.position
+        try:
+            inside = np.broadcast_to(sensor.detects(sensor.invert(points).mean) > 0, len(points))
+        except NotImplementedError:
+            inside = np.ones(len(points), dtype=bool)
+        made = Cover(points[inside], volume * float(np.mean(inside)))
+        if pose is None:
+            self._kept["here"] = made
+        return made
+
+
+def views(sensors: Mapping[str, Sensor], scans: Iterable[Scan]) -> dict[str, View]:
+    """Return the view of each sensor that has returns in enough places; cameras have none."""
+    returns: dict[str, list[Array]] = {}
+    for scan in scans:
+        sensor, seen = sensors[scan.sensor], scan.detections
+        if isinstance(sensor, ImagingSensor):
+            continue
+        whole = seen.valid if seen.missing is None else seen.valid & ~np.any(seen.missing, axis=-1)
+        moves = _moves(sensor, scan.pose)
+        z = seen.z[whole] - scan.pose.position if moves and scan.pose is not None else seen.z[whole]
+        returns.setdefault(scan.sensor, []).append(z)
+    found = {}
+    for name, parts in returns.items():
+        sensor, z = sensors[name], np.concatenate(parts)
+        moves = any(scan.sensor == name and _moves(sensor, scan.pose) for scan in scans)
+        if len(z) > len(sensor.measurement) and np.all(np.ptp(z, axis=0) > 0):
+            found[name] = _box(sensor, z, moves)
+    return found
+
+
+def _moves(sensor: Sensor, pose: Pose | None) -> bool:
+    """Return whether a sensor measures positions in the tracker's frame from a platform, which its view goes with."""
+    if pose is None or sensor.measurement.axes != sensor.observes.axes:
+        return False
+    return pose.position.shape == (len(sensor.measurement),) and all(axis.unit == "m" for axis in sensor.measurement.axes)
+
+
+def _box(sensor: Sensor, z: Array, moves: bool) -> View:
+    low, high = np.min(z, axis=0), np.max(z, axis=0)
+    for i, period in sensor.measurement.periods:
+        angles = np.sort(np.mod(z[:, i], period))
+        gaps = np.diff(np.append(angles, angles[0] + period))
+        widest = int(np.argmax(gaps))
+        if gaps[widest] < 0.1 * period:
+            low[i], high[i] = 0.0, period
+        else:
+            low[i] = angles[(widest + 1) % len(angles)]
+            high[i] = low[i] + period - gaps[widest]
+    wider = 0.5 * (high - low) * ((len(z) + 1) / (len(z) - 1) - 1.0)
+    circles = [i for i, period in sensor.measurement.periods if high[i] - low[i] == period]
+    wider[circles] = 0.0
+    return View(low - wider, high + wider, moves)
+
+
+def even(count: int, axes: int) -> Array:
+    """Return points (count, axes) spread evenly over the unit cube, by multiples of the generalised golden ratio."""
+    ratio = 2.0
+    for _ in range(40):
+        ratio = (1.0 + ratio) ** (1.0 / (axes + 1))
+    step = ratio ** -np.arange(1.0, axes + 1.0)
+    points: Array = np.mod(0.5 + np.outer(np.arange(count), step), 1.0)
+    return points

@@ -1,0 +1,93 @@
+"""Simulated data sets of known noise, detection and clutter, and configs that start from ten times too small or too large."""
+
+from __future__ import annotations
+
+import copy
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import vedette
+from vedette.io import write_recording
+
+VIEW = {"low": -1500.0, "high": 1500.0}
+"""Where false returns lie; the target stays within, at 3.8 standard deviations after two minutes."""
+START = {"x": [0, 10], "y": [0, 10], "vx": [0, 1], "vy": [0, 1]}
+CONFIG: dict[str, Any] = {
+    "title": "One target in clutter",
+    "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 0.5}},
+    "sensors": {
+        "radar": {"kind": "cartesian_position", "sigma": 10.0, "detection_probability": 0.8, "clutter_density": 2e-6}
+    },
+    "associator": {"kind": "pda"},
+    "gate": {"probability": 0.9999},
+    "birth": {"kind": "given", "start": START},
+    "lifecycle": {"kind": "single_target"},
+}
+SCENE: dict[str, Any] = {
+    "kind": "simulation",
+    "duration": 120.0,
+    "looks": {"radar": {"interval": 1.0, "clutter": {"x": VIEW, "y": VIEW}}},
+    "drawn": {"target": {"models": [{"kind": "constant_velocity", "sigma_accel": 0.5}], "start": START}},
+}
+TRUTH = {
+    "estimator.motion.sigma_accel": 0.5,
+    "sensors.radar.sigma": 10.0,
+    "sensors.radar.detection_probability": 0.8,
+    "sensors.radar.clutter_density": 2e-6,
+}
+RANGES = {
+    "estimator.motion.sigma_accel": "0.01..20",
+    "sensors.radar.sigma": "0.3..300",
+    "sensors.radar.detection_probability": "0.05..0.995",
+    "sensors.radar.clutter_density": "1e-8..1e-4",
+}
+SWITCHING = {
+    "estimator": {
+        "kind": "imm",
+        "transition": [[0.9, 0.1], [0.2, 0.8]],
+        "modes": [
+            {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": accel}} for accel in (0.3, 10.0)
+        ],
+    }
+}
+"""A quiet and a restless mode, which take turns."""
+RATES = {"estimator.transition[0][1]": 0.1, "estimator.transition[1][0]": 0.2}
+
+
+def scene(duration: float, modes: bool = False) -> dict[str, Any]:
+    """Return the source that draws the data."""
+    source = copy.deepcopy(SCENE) | {"duration": duration}
+    if modes:
+        target = source["drawn"]["target"]
+        target["models"] = [mode["motion"] for mode in SWITCHING["estimator"]["modes"]]  # type: ignore[index]
+        target["transition"] = SWITCHING["estimator"]["transition"]
+    return source
+
+
+def wrong(value: float, factor: float) -> float:
+    """Return a value that is so many times too large; of a probability its odds are."""
+    if not 0.05 <= value < 1.0 or value == 0.5:
+        return factor * value
+    odds = factor * value / (1.0 - value)
+    return odds / (1.0 + odds)
+
+
+def recorded(path: Path, seed: int, duration: float = 120.0, modes: bool = False) -> dict[str, Any]:
+    """Write one data set, drawn from the true values, and return the config with these values on it."""
+    config = copy.deepcopy(CONFIG) | (copy.deepcopy(SWITCHING) if modes else {})
+    experiment = vedette.load(config | {"source": scene(duration, modes)})
+    assert experiment.source is not None
+    drawn = experiment.source.open(experiment.tracker.sensors, np.random.default_rng(seed))
+    write_recording(path, drawn, {"radar": experiment.tracker.sensors["radar"].measurement})
+    return config | {"source": {"kind": "jsonl", "path": str(path)}}
+
+
+def off(truth: dict[str, float], factor: float) -> list[str]:
+    """Return the overrides that make each value so many times too large."""
+    changed = [f"{path}={wrong(value, factor)!r}" for path, value in truth.items() if "transition" not in path]
+    if "estimator.transition[0][1]" in truth:
+        there, back = (wrong(truth[f"estimator.transition[{i}][{1 - i}]"], factor) for i in (0, 1))
+        changed.append(f"estimator.transition=[[{1 - there!r}, {there!r}], [{back!r}, {1 - back!r}]]")
+    return changed

@@ -1,0 +1,162 @@
+"""Tuning from end to end: the top found from afar, judged, written, resumed, and told."""
+
+import json
+
+import numpy as np
+import pytest
+
+import vedette
+from support.tuned import RANGES, RATES, TRUTH, off, recorded
+from vedette.cli import main
+from vedette.errors import ConfigError
+from vedette.tuning import asking, text, toml, tune
+from vedette.tuning.keeping import EVALUATIONS, Kept
+
+SIGMAS = ["estimator.motion.sigma_accel", "sensors.radar.sigma"]
+FREE = [f"{path}={RANGES[path]}" for path in SIGMAS]
+
+
+@pytest.fixture(scope="module")
+def config(tmp_path_factory):
+    return recorded(tmp_path_factory.mktemp("data") / "recording.jsonl", seed=3, duration=60.0)
+
+
+@pytest.fixture(scope="module")
+def tuned(config):
+    return tune(config, FREE, overrides=off({path: TRUTH[path] for path in SIGMAS}, 4.0), part=0.7, starts=1)
+
+
+def test_the_noises_are_found_from_four_times_too_large(tuned, config):
+    for each in tuned.parameters:
+        assert abs(each.after - TRUTH[each.free.path]) < 3.0 * each.error
+        assert each.interval[0] < each.after < each.interval[1]
+    best = sum(tuned.judged.after[: tuned.judged.tuned])
+    for each in tuned.parameters:
+        assert np.max(each.curve.heights) < 0.01
+        assert np.min(each.curve.heights) < -1.5
+    assert tuned.judged.held.difference > 0
+    assert best > sum(tuned.judged.before[: tuned.judged.tuned])
+
+
+def test_it_says_what_was_at_fault(tuned):
+    said = text(tuned)
+    assert "times too large" in said
+    assert "R is too large" in said or "likely R" in said
+    assert "held back: +" in said
+    assert "after: NIS" in said
+
+
+def test_the_tuned_config_runs(tuned, tmp_path):
+    path = tmp_path / "tuned.toml"
+    path.write_text(toml(tuned), encoding="utf-8")
+    assert "# tuned: " in path.read_text()
+    again = vedette.load(path)
+    assert again.tracker.sensors["radar"].sigma == tuned.values["sensors.radar.sigma"]
+    assert again.tracker.estimator.motion.sigma_accel == tuned.values["estimator.motion.sigma_accel"]
+    assert again.source.path == vedette.load(tuned.config).source.path
+
+
+def test_the_command_resumes_and_gives_the_same(config, tmp_path, capsys, monkeypatch):
+    """Stopped half-way, it goes on with what is kept; the figures are those of a run without a stop."""
+    path, folder = tmp_path / "one.json", tmp_path / "out"
+    path.write_text(json.dumps(config))
+    call = ["tune", str(path), "--free", *FREE, "--starts", "1", "--out", str(folder), "--json"]
+    assert main(call) == 0
+    whole = capsys.readouterr().out.splitlines()
+    assert {each.name for each in folder.iterdir()} >= {"tuned.toml", "tuned.txt", "tuned.json"}
+
+    run_one, count = asking.run_one, [0]
+
+    def stops(*arguments):
+        count[0] += 1
+        if count[0] == 30:
+            raise KeyboardInterrupt
+        return run_one(*arguments)
+
+    monkeypatch.setattr(asking, "run_one", stops)
+    assert main(call) == 130
+    with (folder / EVALUATIONS).open("a") as file:
+        file.write('{"values": [0.1')  # a line that a kill tore
+    assert main(call) == 2
+    assert "--resume" in capsys.readouterr().err
+    assert main([*call[:5], "--starts", "1", "--out", str(folder), "--set", "seed=5", "--resume"]) == 2
+    assert "holds another tuning" in capsys.readouterr().err
+    count[0] = 30
+    assert main([*call, "--resume"]) == 0
+    after = capsys.readouterr().out.splitlines()
+    assert json.loads(after[-1]) == json.loads(whole[-1])
+    assert "29 kept from before" in "\n".join(after)
+    assert not (folder / EVALUATIONS).exists()
+
+
+def test_what_is_kept_is_read_back_to_the_last_bit(tmp_path):
+    kept = Kept(tmp_path, {"seed": 1}, resume=False)
+    values = np.random.default_rng(0).normal(size=7) * 1e-7
+    kept.add((0.1, 2 / 3), values)
+    kept.add((0.2, 1.0), None)
+    again = Kept(tmp_path, {"seed": 1}, resume=True)
+    assert np.array_equal(again[0.1, 2 / 3], values)
+    assert again[0.2, 1.0] is None
+    assert (0.3, 1.0) not in again
+
+
+def test_consistency_finds_the_noises_too(config):
+    tuned = tune(config, FREE, overrides=off({path: TRUTH[path] for path in SIGMAS}, 4.0), by="consistency", starts=1)
+    for each in tuned.parameters:
+        assert abs(np.log(each.after / TRUTH[each.free.path])) < 3.0 * each.error / each.after
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ({"part": 1.5}, "--part: must be > 0 and <= 1, got 1.5"),
+        ({"part": 0.01}, "at least 10 are needed"),
+        ({"starts": 0}, "--starts: must be a whole number from 1"),
+        ({"method": "newton"}, "--method: must be one of"),
+        ({"by": "eye"}, "--by: must be 'likelihood' or 'consistency'"),
+        ({"resume": True}, "--resume: needs the folder"),
+    ],
+)
+def test_wrong_use_is_said(config, more, said):
+    with pytest.raises(ConfigError, match=said.replace(".", r"\.")):
+        tune(config, FREE, **more)
+
+
+def nightly(pytestconfig):
+    if pytestconfig.getoption("vedette_profile") != "nightly":
+        pytest.skip("tunes a hundred data sets, for a quarter of an hour: in the nightly profile")
+
+
+def calibrated(folder, truth, ranges, modes, duration):
+    """Tune 100 data sets from ten times too small and from ten times too large, and count how often the truth is near."""
+    near = {path: np.zeros(2, dtype=int) for path in truth}
+    for seed in range(100):
+        config = recorded(folder / f"{seed}.jsonl", seed, duration, modes)
+        ends = []
+        for factor in (0.1, 10.0):
+            free = [f"{path}={ranges[path]}" for path in truth]
+            ends.append(tune(config, free, overrides=off(truth, factor), part=1.0, starts=2))
+        for each, other in zip(*(end.parameters for end in ends), strict=True):
+            assert abs(each.after - other.after) < 0.3 * (each.error or np.inf), (seed, each, other)
+            away = abs(each.after - truth[each.free.path]) / (each.error or np.nan)
+            near[each.free.path] += [away < 1.0, away < 2.0]
+    return near
+
+
+def test_errors_hold_what_they_promise(tmp_path, pytestconfig):
+    """The truth lies within two standard errors in 90 to 99 of 100 data sets, and within one in 55 to 80."""
+    nightly(pytestconfig)
+    near = calibrated(tmp_path, TRUTH, RANGES, False, 120.0)
+    for path, (once, twice) in near.items():
+        assert 55 <= once <= 80, (path, once, twice)
+        assert 90 <= twice <= 99, (path, once, twice)
+
+
+def test_errors_of_transitions_hold_what_they_promise(tmp_path, pytestconfig):
+    """So do the rates at which two modes take turns."""
+    nightly(pytestconfig)
+    ranges = dict.fromkeys(RATES, "0.002..0.8")
+    near = calibrated(tmp_path, RATES, ranges, True, 200.0)
+    for path, (once, twice) in near.items():
+        assert 55 <= once <= 80, (path, once, twice)
+        assert 90 <= twice <= 99, (path, once, twice)
