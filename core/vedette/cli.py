@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from vedette.commands.ending import CLOSED, INTERRUPTED, complain
+from vedette.commands.tune_options import ABOUT, add_options
 from vedette.errors import VedetteError
 
 
@@ -66,6 +67,10 @@ def _command(parsed: Namespace) -> int:
         from vedette.commands import consistency
 
         return consistency.run(parsed)
+    if parsed.command == "tune":
+        from vedette.commands import tune
+
+        return tune.run(parsed)
     if parsed.command == "explain":
         from vedette.commands import explain
 
@@ -146,6 +151,10 @@ def _parser() -> ArgumentParser:
         "--interval", metavar="TIME", help="from scan to scan, as in '2.5 s'; default: as the source has it"
     )
     explain.add_argument("--json", action="store_true", help="end standard output with one line of JSON")
+
+    tune = commands.add_parser("tune", help="find parameters by the detections of a recording", description=ABOUT)
+    add_options(tune)
+    _takes_overrides(tune, "the config")
 
     report = commands.add_parser("report", help="write the page of a run, or of several", description=_REPORT)
     report.add_argument(
