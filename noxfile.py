@@ -22,6 +22,17 @@ def built(session: nox.Session, folder: Path, *options: str) -> str:
     return str(max(out.glob("*.whl"), key=lambda wheel: wheel.stat().st_mtime))
 
 
+def indexed(session: nox.Session, *wheels: str) -> str:
+    """Lay out wheels as a package index (PEP 503) and return its address."""
+    index = Path(session.create_tmp()) / "index"
+    for wheel in map(Path, wheels):
+        project = wheel.name.partition("-")[0].replace("_", "-")
+        page = index / project / "index.html"
+        page.parent.mkdir(parents=True, exist_ok=True)
+        page.write_text(f'<!doctype html><a href="{wheel.as_uri()}">{wheel.name}</a>', encoding="utf-8")
+    return index.as_uri()
+
+
 @nox.session
 def lint(session: nox.Session) -> None:
     """Check style, types and the layers between packages."""
@@ -44,6 +55,7 @@ def lowest_versions() -> list[str]:
     document = tomllib.loads((HERE / "pyproject.toml").read_text(encoding="utf-8"))
     project, builders = document["project"], document["build-system"]["requires"]
     extras = dict(project["optional-dependencies"])
+    extras.pop("site")  # pinned, and for no user
     tools = [tool for tool in extras.pop("dev") if tool.startswith(("jsonschema", "pytest-xdist"))]
     declared = [*builders, *project["dependencies"], *(one for extra in extras.values() for one in extra), *tools]
     return sorted({one.partition(",")[0].replace(">=", "==") for one in declared})
@@ -61,9 +73,11 @@ def lowest(session: nox.Session) -> None:
 
 @nox.session(python=PYTHONS)
 def wheel(session: nox.Session) -> None:
-    """Build the wheel for every processor, install it with nothing else, and run the main job away from the checkout."""
+    """Build the wheel for every processor, install it from an index, and run the main job away from the checkout."""
     session.install("build")
-    session.install("--force-reinstall", built(session, HERE, EVERY_PROCESSOR) + "[report]")
+    index = indexed(session, built(session, HERE, EVERY_PROCESSOR))
+    session.install("--force-reinstall", "--no-deps", "--index-url", index, "vedette")
+    session.install("vedette[report]")  # what it needs, from the usual index
     session.chdir(session.create_tmp())
     session.run("vedette", "run", str(HERE / "examples" / "harbour.toml"), "--out", "harbour")
 
@@ -87,7 +101,9 @@ def plugin_template(session: nox.Session) -> None:
     """Build the example of a third-party plugin and Vedette into wheels, and test the one against the other."""
     example = HERE / "examples" / "plugin_template"
     session.install("build")
-    session.install("--force-reinstall", built(session, HERE) + "[testing]", built(session, example))
+    index = indexed(session, built(session, HERE), built(session, example))
+    session.install("--force-reinstall", "--no-deps", "--index-url", index, "vedette", "vedette-road")
+    session.install("vedette[testing]", "vedette-road")  # what they need, from the usual index
     session.chdir(session.create_tmp())
     session.run("python", "-m", "pytest", "-p", "no:cacheprovider", "--rootdir", str(example), str(example / "tests"))
     session.run("vedette", "check", "clothoid")
@@ -103,6 +119,13 @@ def benchmarks(session: nox.Session) -> None:
     python = str(peers / ("Scripts/python.exe" if os.name == "nt" else "bin/python"))
     session.run(python, "-m", "pip", "install", "-q", "-r", "benchmarks/peers.txt", external=True)
     session.run("python", "-m", "benchmarks", "--peers-python", python, *session.posargs)
+
+
+@nox.session
+def site(session: nox.Session) -> None:
+    """Run the documentation's code blocks and build its site into .site/html, with warnings and dead links as errors."""
+    session.install("-e", ".[data,marine,report,site,study,testing,vision,yaml]")
+    session.run("python", "-m", "docsite", "build", *session.posargs)
 
 
 @nox.session

@@ -1,4 +1,4 @@
-"""`python -m docsite blocks [PAGE ...]`: run the code blocks of pages, slow ones too, and say what became of each."""
+"""`python -m docsite build` builds the site; `python -m docsite blocks [PAGE ...]` runs code blocks and says how."""
 
 import argparse
 import sys
@@ -30,7 +30,12 @@ def main() -> int:
     blocks = commands.add_parser("blocks", help="run the code blocks of pages")
     blocks.add_argument("pages", nargs="*", type=Path, help="default: all")
     blocks.add_argument("--fast", action="store_true", help="without those that are marked nightly")
+    commands.add_parser("build", help="build the site, into .site/html")
     arguments = parser.parse_args()
+    if arguments.command == "build":
+        from docsite.site import build
+
+        return build()
     return told([page.resolve() for page in arguments.pages] or pages(), arguments.fast)
 
 

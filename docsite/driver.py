@@ -173,6 +173,8 @@ def main():
         return
     import vedette
 
+    with suppress(ImportError):
+        import matplotlib.pyplot as plt  # noqa: F401
     with suppress(vedette.ConfigError):
         vedette.build({})  # imports the plugins
     for job in jobs:

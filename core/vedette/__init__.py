@@ -128,6 +128,8 @@ _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 def __getattr__(name: str) -> Any:
     if name in ("fields", "filters", "kernels"):
         return import_module(f"vedette.{name}")
+    if name == "__version__":
+        return import_module("importlib.metadata").version("vedette")
     if name not in _HOME_OF:
         raise AttributeError(f"module 'vedette' has no attribute {name!r}")
     value = globals()[name] = getattr(import_module(f"vedette.{_HOME_OF[name]}"), name)

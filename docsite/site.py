@@ -1,0 +1,177 @@
+"""Lay out the pages with what their blocks print and draw, add the references, and render the site."""
+
+import json
+import re
+import shutil
+import subprocess
+import sys
+import zipfile
+from concurrent.futures import ThreadPoolExecutor
+from os.path import normpath, relpath
+from pathlib import Path
+
+import yaml
+
+from docsite import links, navigation, notebooks, reference
+from docsite.cache import outputs
+from docsite.pages import DOCS, ROOT, pages
+from docsite.runner import Ran, faults, pages_folder
+
+OUT = ROOT / ".site"
+PAGES, HTML = OUT / "pages", OUT / "html"
+ELSEWHERE = {"README.md": "index.md", "CONTRIBUTING.md": "contributing.md", "CHANGELOG.md": "changelog.md"}
+ELSEWHERE |= {"examples": "examples.md", "docs/adr": "adr/0001-kernels-follow-the-roles.md"}
+_LINK = re.compile(r"(?P<before>!?\[(?:[^\[\]]|\[[^\]]*\])*\]\()(?P<target>[^)\s]+)\)")
+MOST_LINES = 60
+
+
+def build() -> int:
+    """Build the site; return 1, saying why, if a block, a link or a page's place is wrong."""
+    shutil.rmtree(OUT, ignore_errors=True)
+    PAGES.mkdir(parents=True)
+    written = {"kinds/": reference.kinds(PAGES), "api/": reference.api(PAGES, public())}
+    committed = navigation.committed()
+    config = yaml.safe_load((ROOT / "mkdocs.yml").read_text(encoding="utf-8"))
+    hand = navigation.expanded(config["nav"], committed, {})
+    wrong = navigation.misplaced(hand, committed)
+    config["nav"] = navigation.expanded(config["nav"], committed, written)
+    shown = [page for page in pages() if page.name != "README.md"]
+    with ThreadPoolExecutor(2) as workers:
+        ran = dict(zip(shown, workers.map(_outputs, shown), strict=True))
+    wrong += [fault for page, its in ran.items() for fault in faults(page, its)]
+    if wrong:
+        print(*wrong, sep="\n", file=sys.stderr)
+        return 1
+    for name, page in committed.items():
+        _lay_out(name, page, ran.get(page, []))
+    _files()
+    (OUT / "mkdocs.yml").write_text(yaml.safe_dump(config, sort_keys=False, allow_unicode=True), encoding="utf-8")
+    command = [sys.executable, "-m", "zensical", "build", "--strict", "--clean", "--config-file", str(OUT / "mkdocs.yml")]
+    ended = subprocess.run(command, cwd=OUT, check=False, capture_output=True, text=True)
+    told = ended.stdout + ended.stderr
+    print(told)
+    if ended.returncode or re.search(r"\bwarning\b", told, re.IGNORECASE):
+        return 1
+    dead = links.dead(HTML)
+    print(*dead, sep="\n", file=sys.stderr)
+    print(f"{len(list(HTML.rglob('*.html')))} pages in {HTML}")
+    return 1 if dead else 0
+
+
+def public() -> tuple[str, ...]:
+    """Return the modules that docs/architecture.md calls public."""
+    section = (DOCS / "architecture.md").read_text(encoding="utf-8").split("## What is public")[1].split("\n## ")[0]
+    return tuple(re.findall(r"^\| `(vedette[.\w]*)` \|", section, re.MULTILINE))
+
+
+def _outputs(page: Path) -> list[Ran]:
+    return outputs(page, PAGES / "pictures" / pages_folder(page))
+
+
+def _lay_out(name: str, page: Path, ran: list[Ran]) -> None:
+    """Put a page, and its notebook if it is a tutorial, into the folder that is rendered."""
+    text = page.read_text(encoding="utf-8")
+    if name.startswith("tutorials/"):
+        notebook = PAGES / name.replace(".md", ".ipynb")
+        notebook.parent.mkdir(parents=True, exist_ok=True)
+        notebook.write_text(json.dumps(notebooks.notebook(text, ran), indent=1), encoding="utf-8")
+    text = with_outputs(text, ran, relpath(f"pictures/{pages_folder(page)}", Path(name).parent))
+    if name.startswith("tutorials/"):
+        text = re.sub(r"^(# .*)$", rf"\1\n\n[As a notebook]({notebook.name})", text, count=1, flags=re.MULTILINE)
+    if name == "examples.md":
+        text = text.replace("<!-- build: examples -->", _examples())
+    target = PAGES / name
+    target.parent.mkdir(parents=True, exist_ok=True)
+    target.write_text(text, encoding="utf-8")
+
+
+def with_outputs(text: str, ran: list[Ran], pictures: str) -> str:
+    """Return a page with what each block printed, unless the page states it, and its pictures below it."""
+    lines = text.splitlines()
+    for one in sorted(ran, key=lambda one: -one.block.end):
+        block, below = one.block, []
+        indent = re.match(" *", lines[block.line - 2])[0]  # type: ignore[index]
+        if one.state == "ran" and block.printed is None and one.printed.strip():
+            said = one.printed.strip("\n").splitlines()
+            said = [*said[:MOST_LINES], "..."] if len(said) > MOST_LINES else said
+            below += ["", '```{ .text .output title="prints" }', *said, "```"]
+        for file, title in one.pictures:
+            about = re.sub(r"[\[\]]", "", title) or _heading(lines[: block.line])
+            below += ["", f"![{about}]({pictures}/{file})"]
+        lines[block.end : block.end] = [indent + line if line else line for line in below]
+    return "\n".join(lines) + "\n"
+
+
+def _heading(lines: list[str]) -> str:
+    """Return the last heading of these lines."""
+    return next((line.lstrip("# ") for line in reversed(lines) if re.match("#+ ", line)), "picture")
+
+
+def _examples() -> str:
+    """Return a list of all examples, and put them into a zip file beside the page."""
+    files = sorted(path for path in (ROOT / "examples").rglob("*") if path.is_file() and "__pycache__" not in path.parts)
+    with zipfile.ZipFile(PAGES / "examples.zip", "w", zipfile.ZIP_DEFLATED) as archive:
+        for path in files:
+            archive.write(path, path.relative_to(ROOT).as_posix())
+    return "\n".join(
+        [
+            "## All files",
+            "",
+            *(f"- [{p.relative_to(ROOT / 'examples').as_posix()}](../{p.relative_to(ROOT).as_posix()})" for p in files),
+        ]
+    )
+
+
+def _files() -> None:
+    """Make links to files of the repository lead to pages that show them."""
+    css = ".output { opacity: .85; border-left: 3px solid var(--md-default-fg-color--lightest); }\n"
+    css += "img[src$='.svg'], img[src$='.png'] { background: #fff; max-width: 100%; }\n"
+    (PAGES / "site.css").write_text(css, encoding="utf-8")
+    wanted: set[str] = set()
+    for page in sorted(PAGES.rglob("*.md")):
+        name = page.relative_to(PAGES).as_posix()
+        text = page.read_text(encoding="utf-8")
+        page.write_text(_outside_code(text, lambda part, name=name: _relinked(part, name, wanted)), encoding="utf-8")
+    for file in sorted(wanted):
+        path, target = ROOT / file, PAGES / "files" / f"{file}.md"
+        target.parent.mkdir(parents=True, exist_ok=True)
+        if path.is_dir():
+            listed = "\n".join(f"- `{p.relative_to(path).as_posix()}`" for p in sorted(path.rglob("*.*")) if p.is_file())
+            target.write_text(f"# {file}\n\n{listed}\n", encoding="utf-8")
+        else:
+            language = {".py": "python", ".toml": "toml"}.get(path.suffix, "text")
+            text = path.read_text(encoding="utf-8")
+            target.write_text(f"# {file}\n\n~~~~{language}\n{text}\n~~~~\n", encoding="utf-8")
+    for path in DOCS.rglob("*"):
+        if path.suffix in (".svg", ".png"):
+            shutil.copy(path, PAGES / path.relative_to(DOCS))
+
+
+def _outside_code(text: str, changed) -> str:  # type: ignore[no-untyped-def]
+    """Return the text with what lies outside fenced blocks changed."""
+    parts = re.split(r"(^ *```.*?^ *``` *$)", text, flags=re.MULTILINE | re.DOTALL)
+    return "".join(part if i % 2 else changed(part) for i, part in enumerate(parts))
+
+
+def _relinked(text: str, name: str, wanted: set[str]) -> str:
+    """Return the text of a page with links to files of the repository led to pages that show them."""
+
+    def other(match: re.Match[str]) -> str:
+        target, _, anchor = match["target"].partition("#")
+        if not target or re.match(r"\w+:", target):
+            return match[0]
+        base = "" if name in ("contributing.md", "changelog.md") else f"docs/{Path(name).parent.as_posix()}/"
+        file = normpath(base + target)
+        inside = file.removeprefix("docs/") if file.startswith("docs/") else None
+        if inside is not None and ((DOCS / inside).is_file() or (PAGES / inside).is_file()) and inside not in ELSEWHERE:
+            target = inside
+        elif file in ELSEWHERE:
+            target = ELSEWHERE[file]
+        elif (ROOT / file).exists():
+            wanted.add(file)
+            target = f"files/{file}.md"
+        else:
+            return match[0]
+        return f"{match['before']}{relpath(target, Path(name).parent)}{'#' * bool(anchor)}{anchor})"
+
+    return _LINK.sub(other, text)
