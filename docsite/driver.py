@@ -16,6 +16,12 @@ import types
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+SMALL = {
+    "estimator": {"kind": "kalman", "motion": {"kind": "random_walk", "sigma": 1.0}},
+    "sensors": {"sensor": {"kind": "cartesian_position", "sigma": 1.0}},
+    "associator": {"kind": "nearest"},
+    "lifecycle": {"kind": "m_of_n"},
+}
 SHELL = """set -aeo pipefail
 [ -f {state} ] && . {state}
 {code}
@@ -108,13 +114,16 @@ def save(step):
 
 
 def drawn(folder, number):
-    """Save and close the figures that are open; return the names of their files and their titles."""
+    """Save the figures that are open, if there is a folder for them, and close them; return their files and titles."""
     if "matplotlib.pyplot" not in sys.modules:
         return []
     import matplotlib as mpl
     import matplotlib.pyplot as plt
 
     found = []
+    if folder is None:
+        plt.close("all")
+        return found
     with mpl.rc_context({"svg.hashsalt": "vedette"}):
         for i, one in enumerate(plt.get_fignums()):
             figure = plt.figure(one)
@@ -134,7 +143,7 @@ def drawn(folder, number):
 def page(job):
     """Go through the steps of a page and stop at the first that fails, unless the page says how it fails."""
     os.chdir(job["desk"])
-    results, pictures, told = Path(job["results"]), Path(job["pictures"]), []
+    results, pictures, told = Path(job["results"]), job["pictures"] and Path(job["pictures"]), []
     module = types.ModuleType("__main__")
     sys.modules["__main__"] = module
     sys.path.insert(0, job["desk"])
@@ -175,8 +184,9 @@ def main():
 
     with suppress(ImportError):
         import matplotlib.pyplot as plt  # noqa: F401
-    with suppress(vedette.ConfigError):
-        vedette.build({})  # imports the plugins
+
+        import vedette.testing.kit
+    vedette.load(SMALL)  # imports the plugins, and what reads configs
     for job in jobs:
         if (child := os.fork()) == 0:
             page(job)

@@ -91,12 +91,13 @@ def _step(page: Path, block: Block) -> dict[str, Any]:
 
 def _job(folder: Path, steps: list[dict[str, Any]], pictures: Path | None) -> dict[str, Any]:
     """Lay out the empty folder of a page, with the examples if its blocks name them."""
-    desk, kept = folder / "desk", pictures or folder / "pictures"
+    desk = folder / "desk"
     desk.mkdir(parents=True)
-    kept.mkdir(parents=True, exist_ok=True)
+    if pictures is not None:
+        pictures.mkdir(parents=True, exist_ok=True)
     if any("examples/" in f"{step['code']} {step['into']}" for step in steps):
         shutil.copytree(ROOT / "examples", desk / "examples", ignore=shutil.ignore_patterns("__pycache__"))
-    return {"desk": str(desk), "results": str(folder / "results.json"), "pictures": str(kept), "steps": steps}
+    return {"desk": str(desk), "results": str(folder / "results.json"), "pictures": pictures and str(pictures), "steps": steps}
 
 
 def _drive(file: Path, jobs: list[dict[str, Any]]) -> None:
