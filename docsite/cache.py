@@ -9,7 +9,7 @@ from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 
-from docsite.pages import ROOT, blocks
+from docsite.pages import PICTURE, ROOT, blocks
 from docsite.runner import DRIVER, Ran, run
 
 KEPT = ROOT / ".cache" / "docsite"
@@ -32,7 +32,8 @@ def _installation() -> str:
 def outputs(page: Path, folder: Path) -> list[Ran]:
     """Return what became of a page's blocks, slow ones too, and put its pictures into `folder`."""
     its = blocks(page.read_text(encoding="utf-8"))
-    told = json.dumps([[b.language, b.code, b.title, b.reason, b.into, b.printed, page.name] for b in its])
+    keep = [match["file"] for match in PICTURE.finditer(page.read_text(encoding="utf-8"))]
+    told = json.dumps([keep, page.name, *([b.language, b.code, b.title, b.reason, b.into, b.printed] for b in its)])
     kept = KEPT / hashlib.sha256((_installation() + told).encode()).hexdigest()[:32]
     if not (kept / "ran.json").exists():
         shutil.rmtree(kept, ignore_errors=True)

@@ -1,6 +1,6 @@
 """Run the blocks of pages, each in a folder and a process of its own, and say what came of each block.
 
-`python driver.py JOBS.json`; a job is {"desk": folder, "results": file, "pictures": folder, "steps": [...]}, and a step
+`python driver.py JOBS.json`; a job has the folders `desk` and `pictures`, the file `results`, files to `keep`, and `steps`:
 {"do": "python" | "sh" | "save" | "merge" | "read", ...}. The runner starts it.
 """
 
@@ -8,6 +8,7 @@ import ast
 import json
 import linecache
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -167,6 +168,9 @@ def page(job):
         results.write_text(json.dumps(told), encoding="utf-8")
         if error and step["printed"] is None:
             break
+    for name in job["keep"]:
+        if pictures and Path(name).exists():
+            shutil.copy(name, pictures / name.replace("/", "-"))
 
 
 def cpu():

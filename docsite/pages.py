@@ -7,6 +7,7 @@ A page is Markdown, and its blocks run in order in an empty folder, as a reader 
 - other ```toml blocks are parts of a config: `<!-- into: tracker.toml -->` above one names the file that it is tried in;
 - other ```json blocks are read, line by line;
 - `<!-- nightly -->` above a block: it is slow, and the default tests pass it by; as a page's first line: all its blocks;
+- `<!-- picture: out/run/picture.png Its title -->` stands for a picture that the blocks have written by the end of the page;
 - a line `*Not run here: reason.*` above a block: nobody but the reader can run it. Readers see the mark, so it must be true.
 """
 
@@ -17,6 +18,7 @@ from attrs import evolve, frozen
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
+PICTURE = re.compile(r"^<!-- picture: (?P<file>\S+) (?P<title>.+) -->$", re.MULTILINE)
 RUN, DATA, PLAIN = ("python", "sh"), ("toml", "yaml", "json", "csv"), ("text", "")
 _FENCE = re.compile(r'^(?P<indent> *)(?P<ticks>```+)(?P<language>\w*)(?: +title="(?P<title>[^"]+)")? *$')
 _COMMENT = re.compile(r"^ *<!-- (?P<what>nightly|into: (?P<into>\S+)) -->$")

@@ -13,7 +13,7 @@ from typing import Any
 
 from attrs import frozen
 
-from docsite.pages import DOCS, ROOT, Block, agrees, blocks
+from docsite.pages import DOCS, PICTURE, ROOT, Block, agrees, blocks
 
 DRIVER = Path(__file__).with_name("driver.py")
 INSTALLS = re.compile(r"\bpip3? install\b")
@@ -43,7 +43,9 @@ def run(pages: Sequence[Path], pictures: Path | None = None, nightly: bool = Fal
         for i, (page, its) in enumerate(found.items()):
             steps = [_step(page, block) for block in its if _why_not(block, nightly) is None and _do(block)]
             if steps:
-                jobs[page] = _job(Path(folder) / str(i), steps, pictures and pictures / pages_folder(page))
+                job = _job(Path(folder) / str(i), steps, pictures and pictures / pages_folder(page))
+                keep = [match["file"] for match in PICTURE.finditer(page.read_text(encoding="utf-8"))]
+                jobs[page] = job | {"keep": keep}
         together = hasattr(os, "fork") and not nightly
         for some in [list(jobs.values())] if together else [[job] for job in jobs.values()]:
             _drive(Path(folder) / "jobs.json", some)
@@ -97,7 +99,12 @@ def _job(folder: Path, steps: list[dict[str, Any]], pictures: Path | None) -> di
         pictures.mkdir(parents=True, exist_ok=True)
     if any("examples/" in f"{step['code']} {step['into']}" for step in steps):
         shutil.copytree(ROOT / "examples", desk / "examples", ignore=shutil.ignore_patterns("__pycache__"))
-    return {"desk": str(desk), "results": str(folder / "results.json"), "pictures": pictures and str(pictures), "steps": steps}
+    return {
+        "desk": str(desk),
+        "results": str(folder / "results.json"),
+        "pictures": pictures and str(pictures),
+        "steps": steps,
+    }
 
 
 def _drive(file: Path, jobs: list[dict[str, Any]]) -> None:

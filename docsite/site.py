@@ -12,9 +12,9 @@ from pathlib import Path
 
 import yaml
 
-from docsite import links, navigation, notebooks, reference
+from docsite import charts, links, navigation, notebooks, reference
 from docsite.cache import outputs
-from docsite.pages import DOCS, ROOT, pages
+from docsite.pages import DOCS, PICTURE, ROOT, pages
 from docsite.runner import Ran, faults, pages_folder
 
 OUT = ROOT / ".site"
@@ -75,11 +75,15 @@ def _lay_out(name: str, page: Path, ran: list[Ran]) -> None:
         notebook = PAGES / name.replace(".md", ".ipynb")
         notebook.parent.mkdir(parents=True, exist_ok=True)
         notebook.write_text(json.dumps(notebooks.notebook(text, ran), indent=1), encoding="utf-8")
-    text = with_outputs(text, ran, relpath(f"pictures/{pages_folder(page)}", Path(name).parent))
+    pictures = relpath(f"pictures/{pages_folder(page)}", Path(name).parent)
+    text = with_outputs(text, ran, pictures)
+    text = PICTURE.sub(lambda match: f"![{match['title']}]({pictures}/{match['file'].replace('/', '-')})", text)
     if name.startswith("tutorials/"):
         text = re.sub(r"^(# .*)$", rf"\1\n\n[As a notebook]({notebook.name})", text, count=1, flags=re.MULTILINE)
     if name == "examples.md":
         text = text.replace("<!-- build: examples -->", _examples())
+    if name == "speed.md":
+        text = text.replace("<!-- build: speed -->", charts.speed(text, PAGES / "pictures" / "speed" / "times.svg"))
     target = PAGES / name
     target.parent.mkdir(parents=True, exist_ok=True)
     target.write_text(text, encoding="utf-8")

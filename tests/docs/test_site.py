@@ -1,0 +1,115 @@
+"""The site's parts: navigation, pages of kinds, notebooks, links; and the site itself in a browser, where it was built."""
+
+import json
+import re
+
+import pytest
+import yaml
+
+from docsite import links, navigation, notebooks
+from docsite.pages import blocks
+from docsite.reference import examples, page
+from docsite.runner import Ran
+from docsite.site import HTML, public, with_outputs
+from support.architecture import PUBLIC
+from support.browser import FLAGS, LACKING, browser
+from support.paths import ROOT
+from vedette.config.registry import Registry
+
+KINDS = [entry for entry in Registry.installed().entries if entry.distribution == "vedette"]
+
+
+def test_every_page_has_one_place_in_the_navigation():
+    committed = navigation.committed()
+    nav = yaml.safe_load((ROOT / "mkdocs.yml").read_text(encoding="utf-8"))["nav"]
+    assert navigation.misplaced(navigation.expanded(nav, committed, {}), committed) == []
+
+
+def test_a_page_without_a_place_a_place_without_a_page_and_two_places_are_told(tmp_path):
+    (tmp_path / "a.md").write_text("# A\n", encoding="utf-8")
+    pages = {"a.md": tmp_path / "a.md", "b.md": tmp_path / "a.md", "c/d.md": tmp_path / "a.md"}
+    nav = [{"Home": "a.md"}, {"More": ["gone.md", "a.md", "c/*.md"]}]
+    assert navigation.misplaced(navigation.expanded(nav, pages, {}), pages) == [
+        "b.md: has no place in the navigation of mkdocs.yml",
+        "gone.md: mkdocs.yml names it, and there is no such page",
+        "a.md: stands in mkdocs.yml twice",
+    ]
+
+
+def test_the_api_has_the_public_modules():
+    assert sorted(public()) == sorted(PUBLIC)
+
+
+@pytest.mark.parametrize("entry", KINDS, ids=lambda entry: f"{entry.role}-{entry.kind}")
+def test_the_page_of_a_kind_has_its_parameters_with_units_and_its_source(entry):
+    text = page(entry, examples().get((entry.role, entry.kind)))
+    assert text.startswith(f"# {entry.kind}\n")
+    for parameter in entry.parameters:
+        assert f"| `{parameter.name}` |" in text
+    assert "\\n" not in text
+    assert entry.cls.__module__ in text
+
+
+def test_kinds_of_the_shelf_have_formula_reference_example_and_laws():
+    shelf = [entry for entry in KINDS if entry.cls.__module__.startswith("vedette_standard.")]
+    known = examples()
+    for entry in shelf:
+        text = page(entry, known.get((entry.role, entry.kind)))
+        assert f'kind = "{entry.kind}"' in text, entry.kind
+        assert text.count("\n- `") >= 5, entry.kind
+    assert sum("## Reference" in page(entry, None) for entry in shelf) > 0.9 * len(shelf)
+
+
+TEXT = """# Page
+
+```python
+print(1)
+```
+
+```text
+1
+```
+
+`own.csv`:
+
+```csv
+a,b
+```
+
+```python
+plot()
+```
+
+The end.
+"""
+
+
+def test_outputs_and_pictures_stand_below_their_blocks():
+    first, _, saved, last = blocks(TEXT)
+    ran = [Ran(first, "ran", "1\n"), Ran(saved, "saved"), Ran(last, "ran", "more\n", (("3a.svg", "Up"),))]
+    text = with_outputs(TEXT, ran, "pictures/page")
+    assert text.count("print") == TEXT.count("print") + 1  # what the page states is not shown twice
+    assert re.search(r"plot\(\)\n```\n\n```\{ \.text .*\}\nmore\n```\n\n!\[Up\]\(pictures/page/3a\.svg\)\n", text)
+
+
+def test_a_notebook_has_a_cell_a_block_and_what_was_printed():
+    first, _, saved, last = blocks(TEXT)
+    made = notebooks.notebook(TEXT, [Ran(first, "ran", "1\n"), Ran(saved, "saved"), Ran(last, "ran")])
+    assert [cell["cell_type"] for cell in made["cells"]] == ["markdown", "code", "markdown", "code", "code", "markdown"]
+    assert made["cells"][1]["outputs"][0]["text"] == "1\n"
+    assert made["cells"][3]["source"] == "%%writefile own.csv\na,b"
+    assert json.loads(json.dumps(made)) == made
+
+
+def test_dead_links_are_found(tmp_path):
+    (tmp_path / "sub").mkdir()
+    (tmp_path / "index.html").write_text('<h1 id="top"><a href="sub/a.html#b">1</a><a href="#top">2</a><img src="no.png">')
+    (tmp_path / "sub" / "a.html").write_text(
+        '<a href="../index.html#gone">1</a><a href="https://x">2</a><a href="https://a.org/b">3</a><a href="..">4</a>'
+    )
+    assert links.dead(tmp_path) == [
+        "index.html: no.png: leads nowhere",
+        "index.html: sub/a.html#b: the page has no such anchor",
+        "sub/a.html: ../index.html#gone: the page has no such anchor",
+        "sub/a.html: https://x: is no address",
+    ]
