@@ -5,14 +5,13 @@ import re
 
 import pytest
 import yaml
-
 from docsite import links, navigation, notebooks
 from docsite.pages import blocks
 from docsite.reference import examples, page
 from docsite.runner import Ran
-from docsite.site import HTML, public, with_outputs
+from docsite.site import public, with_outputs
+
 from support.architecture import PUBLIC
-from support.browser import FLAGS, LACKING, browser
 from support.paths import ROOT
 from vedette.config.registry import Registry
 
