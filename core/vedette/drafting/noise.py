@@ -21,6 +21,10 @@ OUTLIER = 20.0
 """A squared distance beyond it counts no more: a return that is not the target's says nothing of the noise."""
 
 
+LEAST = 14.0
+"""A noise is at least exp(-14), a millionth, of its first guess."""
+
+
 @frozen(eq=False)
 class Windows:
     """Stretches of chains: positions (w, s, 2), the lines of sight J (w, s, 2, 2), which are used (w, s).
@@ -81,14 +85,14 @@ def estimated(windows: Windows, guess: Sequence[float], speed: float, free: Call
     from scipy.optimize import minimize
 
     def lost(logs: Array) -> float:
-        values = np.exp(logs)
+        values = np.exp(np.maximum(logs, start - LEAST))  # returns without any error would make it 0
         return -loglik(windows, free(values[:-1]), float(values[-1]), speed)
 
     start = np.log(np.asarray(guess, dtype=float))
     simplex = np.vstack([start, start + 1.0 * np.eye(len(start))])
     options: Any = {"initial_simplex": simplex, "xatol": 0.05, "fatol": 0.2, "maxfev": 200}
     best = minimize(lost, start, method="Nelder-Mead", options=options)
-    *sensor, accel = np.exp(best.x).tolist()
+    *sensor, accel = np.exp(np.maximum(best.x, start - LEAST)).tolist()
     return Noise(tuple(sensor), accel, -float(best.fun))
 
 

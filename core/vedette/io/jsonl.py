@@ -41,13 +41,14 @@ class Header:
     detected: tuple[str, ...] = ()
 
 
-def write_recording(path: Path, recording: Recording, sensors: Mapping[str, Space]) -> None:
+def write_recording(path: Path | str, recording: Recording, sensors: Mapping[str, Space]) -> None:
     """Write a recording, whose scans are over the measurement spaces `sensors` by name; equal ones give equal bytes.
 
     The frames of cameras are written beside it, unless they are read lazily from a file that holds them already.
     Floats are written so that they read back to the last bit. What was refused is not written. ValueError, and no file,
     for numbers that are not finite, batches of runs, true objects of one name, sensors that are not in `sensors`.
     """
+    path = Path(path)
     head, frames = recording_head(recording, sensors), FrameFiles.of(path, recording)
     with whole_file(path) as file:
         file.writelines(head)
@@ -81,13 +82,14 @@ def scan_line(scan: Scan, sensors: Mapping[str, Space], frames: FrameFiles | Non
     return line(found)
 
 
-def read_recording(path: Path, *, sort: bool = False) -> tuple[Recording, dict[str, Space]]:
+def read_recording(path: Path | str, *, sort: bool = False) -> tuple[Recording, dict[str, Space]]:
     """Return a recording and the measurement space of each of its sensors; with `sort`, lines may stand in any order.
 
     Bad lines, a truncated last one among them, are in `refused`; the rest is read. InputError if
     the file is missing, empty, or its header is not one of this format and version.
     """
     refused: list[Problem] = []
+    path = Path(path)
     given = lines(path)
     try:
         header = _header(parse(next(given)[1]))

@@ -84,10 +84,10 @@ class Series:
         return self.tables[table]
 
 
-def read_series(path: Path) -> Series:
+def read_series(path: Path | str) -> Series:
     """Read the series that a run wrote, its blocks joined. InputError if it is missing, cut off or of another format."""
     try:
-        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
+        with Path(path).open("rb") as file, np.load(file, allow_pickle=False) as archive:
             about = _about(archive)
             parts: dict[tuple[str, str], list[tuple[int, Column]]] = {}
             for member in archive.files:

@@ -24,7 +24,7 @@ FORMAT = "vedette tracks"
 VERSION = 1
 
 
-def write_tracks_csv(path: Path, tracks: Sequence[Track], space: Space, terms: Terms = PLAIN) -> None:
+def write_tracks_csv(path: Path | str, tracks: Sequence[Track], space: Space, terms: Terms = PLAIN) -> None:
     """Write one row per track and scan, tracks as given; docs/formats.md lists the columns. Equal tracks give equal bytes.
 
     `space` is the state space of all tracks; the header needs it if there are none. A number that is not finite is an
@@ -32,7 +32,7 @@ def write_tracks_csv(path: Path, tracks: Sequence[Track], space: Space, terms: T
     first.
     """
     modes = mode_count(tracks, space)
-    with whole_file(path) as file:
+    with whole_file(Path(path)) as file:
         later = any(track.confirmed_at is not None for track in tracks)
         file.write(csv_head(space, modes, terms, later=later))
         for track in tracks:
@@ -53,13 +53,13 @@ def csv_rows(track: Track, terms: Terms = PLAIN) -> Iterator[str]:
         yield ",".join([str(track.id), *estimate, "1" if confirmed else "0", *rest, *map(_cell, more)]) + "\n"
 
 
-def write_tracks_jsonl(path: Path, tracks: Sequence[Track], space: Space) -> None:
+def write_tracks_jsonl(path: Path | str, tracks: Sequence[Track], space: Space) -> None:
     """Write the complete tracks, one line per track and scan, as `read_tracks` reads it. Equal tracks give equal bytes.
 
     A number that is not finite is null. ValueError, and no file, as in `write_tracks_csv`.
     """
     mode_count(tracks, space)
-    with whole_file(path) as file:
+    with whole_file(Path(path)) as file:
         file.write(jsonl_head(space))
         for track in tracks:
             file.writelines(jsonl_rows(track))
@@ -103,9 +103,9 @@ def jsonl_rows(track: Track) -> Iterator[str]:
         yield line({"track": track.id, "time": time, "merged_into": other})
 
 
-def read_tracks(path: Path) -> tuple[Track, ...]:
+def read_tracks(path: Path | str) -> tuple[Track, ...]:
     """Read the tracks that `write_tracks_jsonl` wrote, in its order, null as NaN. InputError names the first bad line."""
-    given = lines(path)
+    given = lines(Path(path))
     space = None
     told: dict[int, list[dict[str, Any]]] = {}
     merged: dict[int, tuple[float, int]] = {}
