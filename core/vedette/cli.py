@@ -131,6 +131,7 @@ def _parser() -> ArgumentParser:
         help="judge and write as the run goes and keep nothing; the default for more than 10,000 scans",
     )
     run.add_argument("--report", action="store_true", help="also write report.html, the page of the run")
+    _draws(run)
     run.add_argument("--keep", action="store_true", help="keep the history of a long run, for its pictures: it takes memory")
 
     new = commands.add_parser("new", help="draft a config for your data, or a plugin", description=_NEW)
@@ -175,7 +176,7 @@ def _parser() -> ArgumentParser:
     reproduce.add_argument("--seed", metavar="N", help="of everything random; default: 1")
     reproduce.add_argument("--full", action="store_true", help="as many runs as the study is worth, however long they take")
     reproduce.add_argument("--out", metavar="DIR", help="folder for tables and figures; default: they are not written")
-    reproduce.add_argument("--format", default="png", choices=["png", "svg", "pdf"], help="of the figures; default: png")
+    _draws(reproduce)
     reproduce.add_argument("--resume", action="store_true", help="go on with the unfinished study in the folder --out")
     reproduce.add_argument("--json", action="store_true", help="end standard output with one line of JSON")
 
@@ -189,6 +190,7 @@ def _parser() -> ArgumentParser:
     study.add_argument("--chunk", metavar="N", help="runs that go in lock-step; default: the study's")
     study.add_argument("--threads", metavar="N", help="how many chunks at once; default: as many as there are cores")
     study.add_argument("--out", metavar="DIR", help="folder for finished chunks and results; default: they are not kept")
+    _draws(study)
     study.add_argument("--resume", action="store_true", help="resume the study in the folder --out")
     study.add_argument(
         "--scheduler", metavar="ADDRESS", help="run on the Dask cluster of this scheduler, as tcp://host:8786"
@@ -217,6 +219,7 @@ def _parser() -> ArgumentParser:
     _takes_overrides(consistency, "the config")
     consistency.add_argument("--seed", metavar="N", help="of everything random; the same as --set seed=N")
     consistency.add_argument("--out", metavar="DIR", help="folder for text, figures and picture; default: not written")
+    _draws(consistency)
     consistency.add_argument("--json", action="store_true", help="end standard output with one line of JSON")
 
     info = commands.add_parser("info", help="show which kernels, libraries and plugins are used", description=_INFO)
@@ -235,6 +238,17 @@ def _takes_overrides(command: ArgumentParser, changed: str) -> None:
         metavar="PATH.TO.KEY=VALUE",
         help=f"change {changed}, as in source.path=data or estimator.modes[1].motion.sigma_accel=0.2; may be repeated",
     )
+
+
+def _draws(command: ArgumentParser) -> None:
+    command.add_argument("--format", default="png", choices=["png", "svg", "pdf"], help="of the pictures; default: png")
+    command.add_argument(
+        "--columns",
+        default="screen",
+        choices=["screen", "one", "two"],
+        help="size of the pictures: for a screen, or for one or two columns of a paper; default: screen",
+    )
+    command.add_argument("--style", metavar="FILE", help="a matplotlib style, on top of Vedette's own")
 
 
 _RUN = (

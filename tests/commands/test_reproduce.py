@@ -9,7 +9,8 @@ import pytest
 
 from vedette import Gaussian, Registry, Space
 from vedette.cli import main
-from vedette.report.reproduction import data, draw, text
+from vedette.report.chart import draw
+from vedette.report.reproduction import data, text
 from vedette.reproduction import (
     Cell,
     Chart,

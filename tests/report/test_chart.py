@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vedette.report.reproduction import draw
+from vedette.report.chart import draw
 from vedette.reproduction import Cell, Chart, Curve, Panel, Table, comparison, mode_panel
 
 X = np.arange(40.0)

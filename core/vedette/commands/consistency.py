@@ -8,11 +8,12 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from vedette.commands.ending import DONE
-from vedette.commands.output import can_draw
+from vedette.commands.output import can_draw, look_of
 from vedette.config import load
 from vedette.experiment import Experiment
 from vedette.io.atomic import whole_file
 from vedette.progress import on_terminal
+from vedette.report.canvas import Look
 from vedette.report.consistency_recorded import Lines, draw
 from vedette.report.files import check_folder
 from vedette.testing.recorded import Recorded, recorded_consistency
@@ -25,19 +26,22 @@ def run(arguments: Namespace) -> int:
     folder = None if arguments.out is None else Path(arguments.out)
     if folder is not None:
         check_folder(folder)
+    look = look_of(arguments)
     with on_terminal() as progress:
         told = recorded_consistency(experiment, progress)
     text = "\n".join(one.text for one in told)
     found = {"title": experiment.title, "seed": experiment.seed, "tracks": [one.data() for one in told]}
     print(text)
     if folder is not None:
-        print(f"{folder}: {', '.join(_write(folder, experiment, told, text, found))}")
+        print(f"{folder}: {', '.join(_write(folder, experiment, told, text, found, look))}")
     if arguments.json:
         print(json.dumps(found))
     return DONE
 
 
-def _write(folder: Path, experiment: Experiment, told: Sequence[Recorded], text: str, found: dict[str, object]) -> list[str]:
+def _write(
+    folder: Path, experiment: Experiment, told: Sequence[Recorded], text: str, found: dict[str, object], look: Look
+) -> list[str]:
     folder.mkdir(parents=True, exist_ok=True)
     written = []
     for name, content in (("consistency.txt", text), ("consistency.json", json.dumps(found, indent=2))):
@@ -46,9 +50,8 @@ def _write(folder: Path, experiment: Experiment, told: Sequence[Recorded], text:
         written.append(name)
     if can_draw():
         title = f"Consistency: {experiment.title}" if experiment.title else "Consistency"
-        path = folder / "consistency.png"
-        draw(title, [_lines(one) for one in told], told[0].axes, told[0].measured, path)
-        written.append("consistency.png")
+        written.append(look.file("consistency"))
+        draw(title, [_lines(one) for one in told], told[0].axes, told[0].measured, folder / written[-1], look)
     return written
 
 

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import sys
+from argparse import Namespace
 from collections.abc import Iterable
 from importlib.util import find_spec
 from pathlib import Path
 
+from vedette.report.canvas import Look, read_style, save, styled
 from vedette.reproduction import Chart
 
 
@@ -23,15 +25,23 @@ def can_draw() -> bool:
     return can_write("pictures", "report", "matplotlib")
 
 
-def write_charts(folder: Path, charts: Iterable[Chart], form: str = "png") -> list[str]:
-    """Write a picture of each chart as png, svg or pdf; return the names of the files."""
+def look_of(arguments: Namespace) -> Look:
+    """Return how pictures are to be written; ConfigError if the style is none, before anything is run."""
+    look = Look(arguments.format, arguments.columns, None if arguments.style is None else Path(arguments.style))
+    if look.style is not None and find_spec("matplotlib"):
+        read_style(look.style)
+    return look
+
+
+def write_charts(folder: Path, charts: Iterable[Chart], look: Look) -> list[str]:
+    """Write a picture of each chart; return the names of the files."""
     if not can_draw():
         return []
-    from vedette.report import canvas
-    from vedette.report.reproduction import draw
+    from vedette.report.chart import draw
 
     written = []
-    for chart in charts:
-        canvas.save(draw(chart), folder / f"{chart.name}.{form}")
-        written.append(f"{chart.name}.{form}")
+    with styled(look):
+        for chart in charts:
+            written.append(look.file(chart.name))
+            save(draw(chart), folder / written[-1])
     return written

@@ -8,12 +8,13 @@ from importlib.metadata import version
 from pathlib import Path
 from time import process_time
 
-from vedette.commands.output import write_charts
+from vedette.commands.output import look_of, write_charts
 from vedette.commands.parts import Parts
 from vedette.config.registry import Registry
 from vedette.errors import ConfigError, Problem
 from vedette.io.atomic import whole_file
 from vedette.progress import on_terminal
+from vedette.report.canvas import Look
 from vedette.report.files import check_folder
 from vedette.report.reproduction import data, text
 from vedette.reproduction import Findings, Reproduction, afresh
@@ -25,6 +26,7 @@ def run(arguments: Namespace) -> int:
     usual = study.full_runs if arguments.full else study.default_runs
     runs, seed = _whole("--runs", arguments.runs, usual, 2), _whole("--seed", arguments.seed, 1, 0)
     folder = None if arguments.out is None else Path(arguments.out)
+    look = look_of(arguments)
     parts = _parts(folder, study, runs, seed, resume=arguments.resume)
     before = process_time()
     with on_terminal() as progress:
@@ -33,7 +35,7 @@ def run(arguments: Namespace) -> int:
     print(text(result))
     print(f"{seconds:.1f} s of CPU time")
     if folder is not None:
-        print(f"{folder}: {', '.join(_write(folder, result, arguments.format))}")
+        print(f"{folder}: {', '.join(_write(folder, result, look))}")
     if parts is not None:
         parts.forget()
     if arguments.json:
@@ -72,10 +74,10 @@ def _whole(option: str, given: str | None, default: int, least: int) -> int:
     return number
 
 
-def _write(folder: Path, result: Findings, form: str) -> list[str]:
-    """Write text, JSON and, where matplotlib is installed, the figures as `form`; return the names of the files."""
+def _write(folder: Path, result: Findings, look: Look) -> list[str]:
+    """Write text, JSON and, where matplotlib is installed, the figures; return the names of the files."""
     folder.mkdir(parents=True, exist_ok=True)
     for name, content in (("study.txt", text(result)), ("study.json", json.dumps(data(result), indent=2))):
         with whole_file(folder / name) as file:
             file.write(content + "\n")
-    return ["study.txt", "study.json", *write_charts(folder, result.charts, form)]
+    return ["study.txt", "study.json", *write_charts(folder, result.charts, look)]

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from vedette.commands.ending import DONE, INTERRUPTED
-from vedette.commands.output import can_draw
+from vedette.commands.output import can_draw, look_of
 from vedette.config import load
 from vedette.errors import ConfigError, Problem
 from vedette.experiment import Experiment, Result, Steps
@@ -35,6 +35,7 @@ def run(arguments: Namespace) -> int:
     experiment = load(arguments.config, overrides=overrides)
     folder = Path(arguments.out) if arguments.out else Path("out") / Path(arguments.config).stem
     check_folder(folder)
+    look = look_of(arguments)
     lag = None if arguments.smooth is None else read_lag(arguments.smooth)
     if arguments.stream and (arguments.keep or lag is not None):
         keeps = "--keep keeps" if arguments.keep else "--smooth needs"
@@ -67,7 +68,7 @@ def run(arguments: Namespace) -> int:
     if smoothed is not None:
         written += write_smoothed(folder, experiment, result, smoothed)
     if can_draw():
-        written += write_pictures(folder, experiment, result)
+        written += write_pictures(folder, experiment, result, look)
     if arguments.report:
         written += [_page(folder)]
     further, problems = write_of_plugins(folder, experiment, result)

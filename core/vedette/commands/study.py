@@ -9,13 +9,14 @@ from pathlib import Path
 from time import perf_counter, process_time
 
 from vedette.commands.ending import DONE, INTERRUPTED
-from vedette.commands.output import can_write, write_charts
+from vedette.commands.output import can_write, look_of, write_charts
 from vedette.errors import ConfigError, Problem
 from vedette.montecarlo.outcome import Outcome
 from vedette.montecarlo.plan import plan, read_study
 from vedette.montecarlo.store import told
 from vedette.montecarlo.study import perform
 from vedette.progress import on_terminal
+from vedette.report.canvas import Look
 from vedette.report.files import check_folder
 from vedette.report.montecarlo import charts, text, write_study
 
@@ -30,6 +31,7 @@ def run(arguments: Namespace) -> int:
     folder = None if arguments.out is None else Path(arguments.out)
     if folder is not None:
         check_folder(folder)
+    look = look_of(arguments)
     planned = plan(table, arguments.overrides)
     threads = len(os.sched_getaffinity(0)) if arguments.threads is None else _number("--threads", arguments.threads)
     began, cpu = perf_counter(), process_time()
@@ -42,7 +44,7 @@ def run(arguments: Namespace) -> int:
     print(f"{seconds:.1f} s, {process_time() - cpu:.1f} s of CPU time in this process")
     if folder is not None:
         with told(folder):
-            print(f"{folder}: {', '.join(_write(folder, outcome))}")
+            print(f"{folder}: {', '.join(_write(folder, outcome, look))}")
     if arguments.json:
         print(json.dumps(outcome.data() | {"seconds": seconds}))
     return INTERRUPTED if outcome.interrupted else DONE
@@ -55,11 +57,11 @@ def _number(option: str, given: str) -> int:
         raise ConfigError([Problem(option, f"must be a whole number, got {given!r}")]) from None
 
 
-def _write(folder: Path, outcome: Outcome) -> list[str]:
+def _write(folder: Path, outcome: Outcome, look: Look) -> list[str]:
     """Write tables always, labelled arrays and pictures where their libraries are installed; return the files' names."""
     written = write_study(folder, outcome)
     if can_write("labelled arrays", "study", "xarray", "zarr"):
         from vedette.montecarlo.arrays import write_zarr
 
         written.append(write_zarr(folder, outcome))
-    return written + write_charts(folder, charts(outcome))
+    return written + write_charts(folder, charts(outcome), look)

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import itertools
 import json
-from collections.abc import Iterable, Mapping
+import math
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
+import attrs
 from attrs import field, frozen
 
 from vedette.config import apply_overrides, load
 from vedette.config.overrides import apply_changes, path_of
-from vedette.config.parameters import plain
+from vedette.config.parameters import parameters, plain
 from vedette.config.registry import Registry
 from vedette.config.renames import with_birth
 from vedette.errors import ConfigError, Problem
@@ -132,3 +134,34 @@ def value_at(config: Any, path: str) -> Any:
         except (KeyError, IndexError, TypeError):
             return None
     return config
+
+
+def unit_at(experiment: Experiment, path: str) -> str:
+    """Return the unit of the parameter at a config path, "" if it has none."""
+    *steps, last = path_of(path)
+    part: Any = experiment if steps and hasattr(experiment, str(steps[0])) else experiment.tracker
+    for step in steps:
+        try:
+            part = getattr(part, step) if isinstance(step, str) and not isinstance(part, Mapping) else part[step]
+        except (AttributeError, KeyError, IndexError, TypeError):
+            return ""
+    if not attrs.has(type(part)):
+        return ""
+    unit = next((each.unit for each in parameters(type(part)) if each.name == last), "")
+    return "" if unit == "1" else unit
+
+
+def spaced_evenly_in_log(values: Sequence[Any]) -> bool:
+    """Return whether swept numbers are spaced more evenly by their ratios than by their differences."""
+    given = sorted(set(map(float, values)))
+    if len(given) < 2 or given[0] <= 0:
+        return False
+    if len(given) == 2:
+        return given[1] >= 10 * given[0]
+    return _unevenness([math.log(each) for each in given]) < _unevenness(given)
+
+
+def _unevenness(values: Sequence[float]) -> float:
+    """Return the largest step over the smallest."""
+    steps = [after - before for before, after in itertools.pairwise(values)]
+    return max(steps) / min(steps)

@@ -1,9 +1,19 @@
-"""The common part of all pictures: a figure without global state, its colours, its file."""
+"""The common part of all pictures: their style, their sizes, a figure without global state, its file.
+
+Sizes of letters, lines and marks are those of a screen, where letters have 10 points; a style scales all of them.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib.resources import files
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal, final
+
+from attrs import frozen
+
+from vedette.errors import ConfigError, Problem
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -11,56 +21,170 @@ if TYPE_CHECKING:
 
 TRACKS = (
     *("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"),
-    *("#332288", "#882255", "#117733", "#999933", "#44aa99", "#aa4499"),
+    *("#332288", "#882255", "#00bf60", "#5b1a0a", "#6f7df2", "#1a1ac8"),
 )
-"""Colours that people with any colour vision can tell apart: those of Okabe and Ito, then those of Paul Tol."""
+"""Colours that readers with any colour vision can tell apart: those of Okabe and Ito, two of Paul Tol, four between them."""
 
 INK, SOFT, FAINT = "#1a1a1a", "#6e6e6e", "#dcdcdc"
 
-MODES = ("#bcd7ea", "#f2b48c", "#9fd3bf", "#e3c2d6", "#f4d58d", "#c9c4e6")
+MODES = ("#bcd7ea", "#f2b48c", "#9a86d8", "#efe58a", "#b5747f", "#4f8f86")
 """Paler colours for areas."""
-
-
-def colour(i: int) -> str:
-    """Return the colour of the i-th track or object."""
-    return TRACKS[i % len(TRACKS)]
-
 
 _HEAD = 0.62
 """Inches for title and facts."""
+_PAPER, _NARROW = 8.0, 5.0
+"""Figures narrower than so many inches have no title, and below the second their panels stand below one another."""
+
+Format = Literal["png", "svg", "pdf"]
+Width = Literal["screen", "one", "two"]
+_SIZES: dict[Width, str] = {"screen": "", "one": "one_column", "two": "two_columns"}
 
 
-def figure(height: float = 9.0, foot: float = 0.0, more: float = 0.0) -> Figure:
-    """Return an empty figure, 1200 px wide and 100 px for each of its inches high, with room for a head and a foot.
+@final
+@frozen
+class Look:
+    """How pictures are written: their format, for a screen or for one or two columns of a page, and the user's own style."""
 
-    `more`: inches beyond those of a title and one line of facts.
+    form: Format = "png"
+    columns: Width = "screen"
+    style: Path | None = None
+
+    def file(self, name: str) -> str:
+        """Return the name of a picture's file."""
+        return f"{name}.{self.form}"
+
+
+@contextmanager
+def styled(look: Look | None = None) -> Iterator[Look]:
+    """Draw with Vedette's style, that of the size, and the user's on top; ConfigError if there is no such style."""
+    from matplotlib import rc_context, rc_params_from_file
+
+    look, own = look or Look(), files(__package__) / "styles"
+    names = [own / f"{name}.mplstyle" for name in ("screen", _SIZES[look.columns]) if name]
+    with rc_context():
+        import matplotlib as mpl
+
+        for path in names:
+            mpl.rcParams.update(rc_params_from_file(str(path), use_default_template=False))
+        if look.style is not None:
+            mpl.rcParams.update(read_style(look.style))
+        yield look
+
+
+def read_style(path: Path) -> Any:
+    """Return the settings of a style file; ConfigError with its line if matplotlib does not know one of them."""
+    import logging
+
+    from matplotlib import rc_params_from_file
+
+    told: list[logging.LogRecord] = []
+    log, listener = logging.getLogger("matplotlib"), logging.Handler()
+    listener.emit = told.append  # type: ignore[method-assign, assignment]  # matplotlib logs what it refuses
+    log.addHandler(listener)
+    try:
+        settings = rc_params_from_file(str(path), use_default_template=False)
+    except OSError as error:
+        raise ConfigError([Problem("--style", f"{path}: {error.strerror or error}")]) from None
+    except UnicodeDecodeError:
+        raise ConfigError([Problem("--style", f"{path}: must be a matplotlib style, in UTF-8")]) from None
+    finally:
+        log.removeHandler(listener)
+    if told:
+        raise ConfigError([Problem("--style", record.getMessage().strip().partition("\n")[0]) for record in told])
+    return settings
+
+
+def colour(i: int) -> str:
+    """Return the colour of the i-th track or object: that of the style, if one was given."""
+    import matplotlib as mpl
+
+    cycle = mpl.rcParams["axes.prop_cycle"]
+    given = [] if cycle == mpl.rcParamsDefault["axes.prop_cycle"] else cycle.by_key().get("color", [])
+    colours = given or TRACKS
+    return str(colours[i % len(colours)])
+
+
+def letters(points: float = 10.0) -> float:
+    """Return the size of letters in points, by that on a screen."""
+    return points * _setting("font.size") / 10.0
+
+
+def stroke(points: float = 1.5) -> float:
+    """Return the width of a line in points, by that on a screen."""
+    return points * _setting("lines.linewidth") / 1.5
+
+
+def mark(points: float = 6.0) -> float:
+    """Return the size of a mark in points, by that on a screen."""
+    return points * _setting("lines.markersize") / 6.0
+
+
+def _setting(name: Literal["font.size", "lines.linewidth", "lines.markersize"]) -> float:
+    import matplotlib as mpl
+
+    return float(mpl.rcParams[name])
+
+
+def width() -> float:
+    """Return the width of pictures in inches."""
+    import matplotlib as mpl
+
+    return float(mpl.rcParams["figure.figsize"][0])
+
+
+def on_paper() -> bool:
+    """Return whether pictures are for a paper: what their titles would say belongs in captions."""
+    return width() < _PAPER
+
+
+def across(panels: int) -> int:
+    """Return how many panels stand beside one another, where a wide figure has so many."""
+    return 1 if width() < _NARROW else panels
+
+
+def figure(body: float, designed: int = 1, *, words: float = 0.0, foot: float = 0.0, more: float = 0.0) -> Figure:
+    """Return an empty figure as wide as the style says, with room for a head, if it has one, and a foot.
+
+    `body`: inches of the panels in a figure of 12 inches that has `designed` of them beside one another. The others are
+    inches where letters have 10 points: `words` of legends and the like among the panels, `foot` of text below them, `more`
+    of text above them beyond a title and one line of facts.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
     from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-    room = (0.0, foot / height, 1.0, 1.0 - (_HEAD + more + foot) / height)
-    layout = ConstrainedLayoutEngine(rect=room, w_pad=0.1, h_pad=0.06, hspace=0.03, wspace=0.03)
-    made = Figure(figsize=(12.0, height), dpi=100, layout=layout, facecolor="white")
+    wide, text = width(), letters(1.0)
+    above, foot = text * ((0.0 if on_paper() else _HEAD) + more), text * foot
+    height = body * wide / 12.0 * designed / across(designed) + text * words + above + foot
+    room = (0.0, foot / height, 1.0, 1.0 - (above + foot) / height)
+    pad = 0.1 * min(1.0, wide / 12.0 + 0.1)
+    layout = ConstrainedLayoutEngine(rect=room, w_pad=pad, h_pad=0.6 * pad, hspace=0.03, wspace=0.03)
+    made = Figure(figsize=(wide, height), layout=layout, facecolor="white")
     FigureCanvasAgg(made)
     return made
 
 
 def head(made: Figure, title: str, facts: str) -> None:
-    """Write a title, and under it in smaller letters what the picture shows."""
+    """Write a title, and under it in smaller letters what the picture shows; for a paper into the file alone."""
     from textwrap import shorten
 
-    height = made.get_figheight()
-    made.text(0.012, 1.0 - 0.32 / height, shorten(title, 105, placeholder=" ..."), fontsize=15, fontweight="bold", color=INK)
-    made.text(0.012, 1.0 - 0.56 / height, facts, fontsize=10.5, color=SOFT)
+    made.set_label(f"{title}\n{facts}")
+    if on_paper():
+        return
+    height = made.get_figheight() / letters(1.0)
+    bold: dict[str, Any] = {"fontsize": letters(15), "fontweight": "bold", "color": INK}
+    made.text(0.012, 1.0 - 0.32 / height, shorten(title, 105, placeholder=" ..."), **bold)
+    made.text(0.012, 1.0 - 0.56 / height, facts, fontsize=letters(10.5), color=SOFT)
 
 
 def plain(axes: Axes) -> None:
     """Remove what carries no information."""
     axes.spines[["top", "right"]].set_visible(False)
     axes.spines[["left", "bottom"]].set_color(SOFT)
-    axes.tick_params(which="both", colors=SOFT, labelsize=9.5)
-    axes.grid(visible=True, color=FAINT, linewidth=0.6)
+    axes.tick_params(which="both", colors=SOFT, labelsize=letters(9.5))
+    axes.xaxis.label.set_fontsize(letters())
+    axes.yaxis.label.set_fontsize(letters())
+    axes.grid(visible=True, color=FAINT, linewidth=stroke(0.6))
     axes.set_axisbelow(True)
 
 
@@ -69,6 +193,8 @@ _UNDATED: dict[str, dict[str, Any]] = {
     "svg": {"Date": None, "Creator": None},
     "pdf": {"CreationDate": None, "Producer": None, "Creator": None},
 }
+_NAMES = {"png": ("Title", "Description"), "svg": ("Title", "Description"), "pdf": ("Title", "Subject")}
+"""What the file calls the title and the facts of a picture."""
 
 
 def save(made: Figure, path: Path) -> None:
@@ -76,5 +202,7 @@ def save(made: Figure, path: Path) -> None:
     from matplotlib import rc_context
 
     form = path.suffix[1:]
+    title, _, facts = str(made.get_label()).partition("\n")
+    named = {name: text for name, text in zip(_NAMES[form], (title, facts), strict=True) if text}
     with rc_context({"svg.hashsalt": path.stem, "svg.fonttype": "none", "pdf.fonttype": 42}):
-        made.savefig(path, format=form, metadata=_UNDATED[form])
+        made.savefig(path, format=form, metadata=_UNDATED[form] | named)

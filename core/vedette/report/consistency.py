@@ -4,16 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from attrs import frozen
 
 from vedette.report import canvas
 from vedette.space import Array
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+MOST = 8
+"""Directions that are drawn."""
+
 
 @frozen(eq=False)
 class Shown:
-    """What is drawn: figures at `times` (s,), 1 expected of each, with the bands of one point if they are exact."""
+    """What is drawn: figures at `times` (s,), 1 expected of each, with standard errors, and bands if they are exact."""
 
     consistent: bool
     runs: int
@@ -23,31 +32,64 @@ class Shown:
     nees: Array
     nees_band: tuple[float, float]
     nis: Mapping[str, Array]
+    nis_band: Mapping[str, Array]
     directions: tuple[str, ...]
     calibration: Array
     calibration_band: tuple[float, float]
+    errors: Mapping[str, Array]
 
 
-def draw(report: Shown, path: Path) -> None:
-    """Write a PNG: NEES, NIS and the scale of the covariance along each direction, 1 expected, each with its band."""
-    made = canvas.figure(8.0)
-    top, low = made.subplots(2, 1, sharex=True)
-    verdict = "consistent" if report.consistent else "not consistent"
-    canvas.head(made, f"The tracker is {verdict}", f"{report.runs} runs, false-alarm rate {report.alpha:g} in all")
-    top.plot(report.times, report.nees, color=canvas.colour(0), label="NEES")
-    for i, (name, values) in enumerate(report.nis.items(), 1):
-        top.plot(report.times, values, color=canvas.colour(i), linewidth=1, label=f"NIS of {name}")
-    for i, (name, values) in enumerate(zip(report.directions, report.calibration, strict=True)):
-        low.plot(report.times, values, color=canvas.colour(i), linewidth=1.2, label=name)
-    for axes, band, label in (
-        (top, report.nees_band, "over what is expected"),
-        (low, report.calibration_band, "squared error over variance"),
-    ):
-        axes.axhline(1.0, color=canvas.INK, linewidth=0.8)
+def draw(report: Shown, path: Path, look: canvas.Look | None = None) -> None:
+    """Write a picture: NEES, the NIS of each sensor and the scale of the covariance along each direction, a panel each.
+
+    1 is expected of all. Each has the band of one point where that is known, else two standard errors around it.
+    """
+    with canvas.styled(look):
+        panels = 2 + len(report.nis)
+        many = len(report.directions[:MOST])
+        made = canvas.figure(2.5 * panels, words=0.3 * -(-(many + 1) // canvas.across(5)))
+        places = made.subplots(panels, 1, sharex=True)
+        verdict = "consistent" if report.consistent else "not consistent"
+        canvas.head(made, f"The tracker is {verdict}", f"{report.runs} runs, false-alarm rate {report.alpha:g} in all")
+        series = [("NEES", report.nees, report.errors["nees"], np.array(report.nees_band)[:, None])]
+        series += [
+            (f"NIS of {name}", values, report.errors[name], report.nis_band[name]) for name, values in report.nis.items()
+        ]
+        for axes, (name, values, error, band) in zip(places, series, strict=False):
+            axes.plot(report.times, values, color=canvas.colour(0), linewidth=canvas.stroke(1.2))
+            low, high = band if report.exact else (values - 2 * error, values + 2 * error)
+            _band(axes, report.times, low, high)
+            axes.set_ylabel(f"{name} over\nwhat is expected")
+        low_axes = places[-1]
+        for i, name in enumerate(report.directions[:MOST]):
+            shade, values = canvas.colour(i), report.calibration[i]
+            low_axes.plot(report.times, values, color=shade, linewidth=canvas.stroke(1.2), label=name)
+            if not report.exact:
+                doubt = 2 * report.errors["calibration"][i]
+                low_axes.fill_between(report.times, values - doubt, values + doubt, color=shade, alpha=0.2, linewidth=0)
         if report.exact:
-            axes.axhspan(*band, color=canvas.FAINT, alpha=0.6, label="band")
-        axes.set_ylabel(label)
-        axes.legend(loc="upper right", ncols=4, fontsize=9)
-        canvas.plain(axes)
-    low.set_xlabel("time [s]")
-    canvas.save(made, path)
+            _band(low_axes, report.times, *np.array(report.calibration_band)[:, None])
+        low_axes.set(xlabel="time [s]", ylabel="squared error\nover variance")
+        _explain(made, low_axes, report)
+        for axes in places:
+            axes.axhline(1.0, color=canvas.INK, linewidth=canvas.stroke(0.8))
+            canvas.plain(axes)
+        canvas.save(made, path)
+
+
+def _band(axes: Axes, times: Array, low: Array, high: Array) -> None:
+    """Shade the band between two edges (s,) or (1,)."""
+    edges = np.broadcast_to(low, times.shape), np.broadcast_to(high, times.shape)
+    axes.fill_between(times, *edges, color=canvas.FAINT, alpha=0.8, linewidth=0, zorder=0)
+
+
+def _explain(made: Figure, axes: Axes, report: Shown) -> None:
+    """Write below all panels which curve is which direction, and what the bands are."""
+    from matplotlib.patches import Patch
+
+    handles, names = axes.get_legend_handles_labels()
+    handles.append(Patch(color=canvas.FAINT))
+    names.append("band of one point" if report.exact else "two standard errors")
+    columns = min(len(names), canvas.across(5))
+    words: dict[str, Any] = {"fontsize": canvas.letters(9), "frameon": False, "labelcolor": canvas.INK}
+    made.legend(handles, names, loc="outside lower center", ncols=columns, **words)

@@ -17,6 +17,7 @@ from vedette.io.atomic import whole_bytes, whole_file
 from vedette.io.columnar import PARQUET
 from vedette.io.terms import Terms, write_geojson
 from vedette.io.track_table import write_tracks_parquet
+from vedette.report import canvas
 from vedette.space import Space
 from vedette.types import Recording
 
@@ -86,18 +87,18 @@ def write_of_plugins(folder: Path, experiment: Experiment, result: Result) -> tu
     return names, problems
 
 
-def write_pictures(folder: Path, experiment: Experiment, result: Result) -> list[str]:
+def write_pictures(folder: Path, experiment: Experiment, result: Result, look: canvas.Look | None = None) -> list[str]:
     """Draw and write the pictures, for which matplotlib must be installed; return their names."""
-    from vedette.report import canvas
     from vedette.report.errors import errors
     from vedette.report.picture import picture
     from vedette.report.strip import strip
 
-    drawings = {"picture.png": picture, "errors.png": errors}
+    drawings = {"picture": picture, "errors": errors}
     if len(experiment.tracker.state) < 2:
-        del drawings["picture.png"]  # a map needs two axes
+        del drawings["picture"]  # a map needs two axes
     if len(result.framed) and {"x", "y"} <= set(experiment.tracker.state.names):
-        drawings["strip.png"] = strip
-    for name, drawing in drawings.items():
-        canvas.save(drawing(experiment, result), folder / name)
-    return list(drawings)
+        drawings["strip"] = strip
+    with canvas.styled(look) as style:
+        for name, drawing in drawings.items():
+            canvas.save(drawing(experiment, result), folder / style.file(name))
+    return [style.file(name) for name in drawings]

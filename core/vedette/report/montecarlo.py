@@ -11,7 +11,7 @@ import numpy as np
 from attrs import evolve
 
 from vedette.io.atomic import whole_file
-from vedette.montecarlo.grid import short_names, told
+from vedette.montecarlo.grid import short_names, spaced_evenly_in_log, told, unit_at
 from vedette.montecarlo.outcome import Outcome, numeric_axes
 from vedette.montecarlo.plan import UNITS
 from vedette.montecarlo.statistics import Mean
@@ -33,6 +33,8 @@ _TOLD = frozenset(UNITS) - {name for name in UNITS if name.startswith(("siap_", 
 _SERIES = tuple(_WORDS)[:3]
 _RIGHT = ("nees", "nis")
 """Figures that are 1 on matched truth."""
+_WITHIN = {"position_rmse": (0.0, np.inf), "nees": (0.0, np.inf), "nis": (0.0, np.inf), "lost": (0.0, 1.0)}
+"""The values that there can be."""
 
 
 def text(outcome: Outcome) -> str:
@@ -120,25 +122,28 @@ def charts(outcome: Outcome) -> Iterator[Chart]:
             panels.append(_panel(outcome, name, "time [s]", curves, first=not panels))
         yield Chart("time", title, tuple(panels))
     for path in numeric_axes(outcome.plan):
+        name, log = short_names(outcome.plan.axes)[path], spaced_evenly_in_log(outcome.plan.axes[path])
+        unit = unit_at(points[0].experiment, path)
+        across = f"{path} [{unit}]" if unit else path
         panels = []
-        for name in _WORDS:
-            if name in outcome.figures:
-                panels.append(_panel(outcome, name, path, _along(outcome, path, name), first=not panels))
-        name = short_names(outcome.plan.axes)[path]
+        for figure in _WORDS:
+            if figure in outcome.figures:
+                panels.append(_panel(outcome, figure, across, _along(outcome, path, figure), first=not panels, log=log))
         if panels:
             yield Chart(f"sweep_{name}", title, tuple(panels))
         if "coverage" in outcome.figures and "false_tracks" in outcome.figures:
             yield Chart(f"coverage_{name}", title, (_operating(outcome, path, name),))
 
 
-def _panel(outcome: Outcome, name: str, across: str, curves: Sequence[Curve], *, first: bool) -> Panel:
+def _panel(outcome: Outcome, name: str, across: str, curves: Sequence[Curve], *, first: bool, log: bool = False) -> Panel:
     """Draw one figure. The first panel states what holds for all: which curve is which, and what the bands are."""
     title = f"{outcome.runs:,} runs; bands: two standard errors" if first else ""
     drawn = [curve if first else evolve(curve, label="") for curve in curves]
     if name in _RIGHT:
+        title = "1 is expected"
         ends = np.array([np.min(curves[0].x), np.max(curves[0].x)])
-        drawn.append(Curve("", ends, np.ones(2), "dashed", colour=MOST_CURVES + 1))
-    return Panel(title, across, _WORDS[name], tuple(drawn))
+        drawn.append(Curve("", ends, np.ones(2), "expected"))
+    return Panel(title, across, _WORDS[name], tuple(drawn), within=_WITHIN.get(name), log_across=log)
 
 
 def _operating(outcome: Outcome, path: str, name: str) -> Panel:

@@ -38,13 +38,19 @@ _MARKS = (("o", 2.6), ("+", 4.5), ("x", 3.5), ("^", 3.2), ("s", 2.4))
 
 
 def picture(experiment: Experiment, result: Result) -> Figure:
-    """Draw a run as a map: 1200 x 900 px, one scale for both axes; over its first frame, y down, where it is in an image."""
-    made = canvas.figure()
+    """Draw a run as a map, one scale for both axes; over its first frame, y down, where it is in an image."""
+    made = canvas.figure(7.78, words=0.6)
     axes = made.add_subplot()
     spots, outside = show(axes, experiment, result)
     canvas.head(made, experiment.title or "Tracks", _facts(result, spots, outside))
     if axes.get_legend_handles_labels()[0]:
-        made.legend(loc="outside lower center", ncols=3, frameon=False, fontsize=10, labelcolor=canvas.INK)
+        made.legend(
+            loc="outside lower center",
+            ncols=max(2, canvas.across(3)),
+            frameon=False,
+            fontsize=canvas.letters(10),
+            labelcolor=canvas.INK,
+        )
     return made
 
 
@@ -55,7 +61,7 @@ def plot(result: Result, axes: Axes | None = None) -> Axes:
 
         axes = plt.subplots(figsize=(9.0, 6.5))[1]
     show(axes, experiment_of(result), result)
-    axes.legend(fontsize=8, frameon=False)
+    axes.legend(fontsize=canvas.letters(8), frameon=False)
     return axes
 
 
@@ -120,15 +126,28 @@ def _show_returns(axes: Axes, spots: dict[str, Array | None]) -> None:
             mark, size = _MARKS[i % len(_MARKS)]
             alpha = float(np.clip(25.0 / np.sqrt(len(spot)), 0.2, 0.7))
             x, y = spot.T
-            axes.plot(x, y, mark, color="#808080", markersize=size, markeredgewidth=0.6, alpha=alpha, zorder=1)
-            axes.plot([], [], mark, color="#808080", markersize=size + 1.5, label=f"returns of {name} ({len(spot):,})")
+            axes.plot(
+                x,
+                y,
+                mark,
+                color="#808080",
+                markersize=canvas.mark(size),
+                markeredgewidth=canvas.stroke(0.6),
+                alpha=alpha,
+                zorder=1,
+            )
+            axes.plot(
+                [], [], mark, color="#808080", markersize=canvas.mark(size + 1.5), label=f"returns of {name} ({len(spot):,})"
+            )
 
 
 def _show_truth(axes: Axes, truth: Sequence[Trajectory], plane: Plane) -> None:
     for i, path in enumerate(truth):
         x, y = plane.points(path.space, path.states).T
-        axes.plot(x, y, color=canvas.INK, linewidth=0.9, zorder=4, label=None if i else "truth, its name at the end")
-        axes.plot(x[-1:], y[-1:], "s", color=canvas.INK, markersize=3.5, zorder=4)
+        axes.plot(
+            x, y, color=canvas.INK, linewidth=canvas.stroke(0.9), zorder=4, label=None if i else "truth, its name at the end"
+        )
+        axes.plot(x[-1:], y[-1:], "s", color=canvas.INK, markersize=canvas.mark(3.5), zorder=4)
         _write(axes, path.name, (x[-1], y[-1]), (6, -11), color=canvas.INK, style="italic")
 
 
@@ -144,19 +163,23 @@ def _show_tracks(axes: Axes, tracks: Sequence[Track], plane: Plane, *, in_image:
         points = plane.points(track.space, track.mean)
         held = track.confirmed & (track.existence >= 0.5) if in_image else track.confirmed
         sure = np.where(held[:, None], points, np.nan)
-        axes.plot(*points.T, color=shade, linewidth=0.8, linestyle=(0, (1, 2)), zorder=2)
-        axes.plot(*sure.T, color=shade, linewidth=3.0, alpha=0.85, zorder=3, solid_capstyle="round")
+        axes.plot(*points.T, color=shade, linewidth=canvas.stroke(0.8), linestyle=(0, (1, 2)), zorder=2)
+        axes.plot(*sure.T, color=shade, linewidth=canvas.stroke(3.0), alpha=0.85, zorder=3, solid_capstyle="round")
         chosen = _spread(track, every)
         rings = ellipses(points[chosen], plane.covariances(track.space, track.cov[chosen]))
-        axes.add_collection(LineCollection(list(rings), colors=shade, linewidths=0.9, alpha=0.9, zorder=3), autolim=False)
+        axes.add_collection(
+            LineCollection(list(rings), colors=shade, linewidths=canvas.stroke(0.9), alpha=0.9, zorder=3), autolim=False
+        )
         if track.id in named:
             first = int(np.argmax(track.confirmed))
             _write(axes, str(track.id), (points[first, 0], points[first, 1]), (4, 5), color=shade, weight="bold")
     if tracks:
-        axes.plot([], [], color=canvas.colour(0), linewidth=3.0, label="track, its number at the start")
+        axes.plot([], [], color=canvas.colour(0), linewidth=canvas.stroke(3.0), label="track, its number at the start")
         other = "lost" if in_image else "not confirmed"
-        axes.plot([], [], color=canvas.colour(0), linewidth=0.8, linestyle=(0, (1, 2)), label=other)
-        axes.plot([], [], "o", color=canvas.colour(0), fillstyle="none", markersize=9, label="95 % of its covariance")
+        axes.plot([], [], color=canvas.colour(0), linewidth=canvas.stroke(0.8), linestyle=(0, (1, 2)), label=other)
+        axes.plot(
+            [], [], "o", color=canvas.colour(0), fillstyle="none", markersize=canvas.mark(9), label="95 % of its covariance"
+        )
 
 
 def _seen(track: Track) -> Mask:
@@ -190,8 +213,17 @@ def _show_platforms(axes: Axes, platforms: Sequence[Array]) -> None:
         label = "platform of the sensors" if i == 0 else None
         x, y = path.T
         if moves:
-            axes.plot(x, y, color=canvas.INK, linewidth=1.2, linestyle=(0, (6, 3)), zorder=4)
-        axes.plot(x[-1:], y[-1:], "^", label=label, color="#ffd23f", markeredgecolor=canvas.INK, markersize=11, zorder=6)
+            axes.plot(x, y, color=canvas.INK, linewidth=canvas.stroke(1.2), linestyle=(0, (6, 3)), zorder=4)
+        axes.plot(
+            x[-1:],
+            y[-1:],
+            "^",
+            label=label,
+            color="#ffd23f",
+            markeredgecolor=canvas.INK,
+            markersize=canvas.mark(11),
+            zorder=6,
+        )
 
 
 def _write(axes: Axes, text: str, at: tuple[float, float], offset: tuple[int, int], **font: str) -> None:
@@ -203,10 +235,10 @@ def _write(axes: Axes, text: str, at: tuple[float, float], offset: tuple[int, in
         at,
         xytext=offset,
         textcoords="offset points",
-        fontsize=10,
+        fontsize=canvas.letters(10),
         zorder=7,
         annotation_clip=True,
-        path_effects=[withStroke(linewidth=2.5, foreground="white")],
+        path_effects=[withStroke(linewidth=canvas.stroke(2.5), foreground="white")],
         **font,  # type: ignore[arg-type]  # matplotlib types each of its properties apart
     )
 

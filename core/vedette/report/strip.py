@@ -19,7 +19,7 @@ def strip(experiment: Experiment, result: Result) -> Figure:
     """Draw eighteen frames, evenly over the run: the first track (cross), and the true box where it is known."""
     from matplotlib.patches import Rectangle
 
-    made = canvas.figure(7.0)
+    made = canvas.figure(6.38)
     canvas.head(made, experiment.title or "Run", "cut-outs around the track (cross); the true box dashed; times in s")
     track = result.tracks[0] if result.tracks else None
     frames = result.framed
@@ -37,7 +37,7 @@ def strip(experiment: Experiment, result: Result) -> Figure:
         )
         low, high = corner - 0.5, corner + np.array(pixels.shape[::-1]) - 0.5
         axes.imshow(pixels, cmap="gray", extent=(low[0], high[0], high[1], low[1]), interpolation="nearest")
-        axes.plot([x], [y], "+", color=canvas.colour(1), markersize=12)
+        axes.plot([x], [y], "+", color=canvas.colour(1), markersize=canvas.mark(12))
         box = 24.0
         for truth in result.recording.truth:
             state = truth.at(scan.time)
@@ -52,5 +52,5 @@ def strip(experiment: Experiment, result: Result) -> Figure:
         axes.set_ylim(y + box, y - box)
         axes.set_xticks([])
         axes.set_yticks([])
-        axes.set_title(f"{scan.time:.2f}", fontsize=8, color=canvas.SOFT)
+        axes.set_title(f"{scan.time:.2f}", fontsize=canvas.letters(8), color=canvas.SOFT)
     return made

@@ -37,7 +37,8 @@ class Table:
 class Curve:
     """Points x (s,), y (s,) with a label; as a line, one with its points marked, a dashed line, dots, rings or points alone.
 
-    "published" are the values that a paper prints: hollow marks in black. `colour`: the n-th; default: by its position.
+    "published" are the values that a paper prints: hollow marks in black. "expected" is what should be: dashes in grey.
+    `colour`: the n-th; default: by its position.
     `doubt` (s,) is half the height of a band around it, for points of a bar through each; with `doubt_across` (s,) both
     are bars at each point. `notes`: a word beside each point.
     """
@@ -45,7 +46,7 @@ class Curve:
     label: str
     x: Array
     y: Array
-    style: Literal["line", "marked", "dashed", "dots", "rings", "points", "published"] = "line"
+    style: Literal["line", "marked", "dashed", "dots", "rings", "points", "published", "expected"] = "line"
     colour: int | None = None
     doubt: Array | None = None
     doubt_across: Array | None = None
@@ -54,7 +55,7 @@ class Curve:
 
 @frozen(eq=False)
 class Panel:
-    """One pair of axes. `equal` gives both one scale, as on a map; `log` makes the upright one logarithmic.
+    """One pair of axes. `equal` gives both one scale, as on a map; `log` and `log_across` make one logarithmic.
 
     `ticks` name the places 0, 1, .. of the axis across, where there is a name and no number. `within`: the values that
     there can be, such as 0 to 100 %: bands and bars end there.
@@ -66,6 +67,7 @@ class Panel:
     curves: tuple[Curve, ...]
     equal: bool = False
     log: bool = False
+    log_across: bool = False
     ticks: tuple[str, ...] = ()
     within: tuple[float, float] | None = None
 

@@ -53,9 +53,10 @@ class Report:
     """What a tracker's errors say about its covariance.
 
     `nees` (s,) is the mean NEES over runs at each of `times`, and `calibration` (d, s) the mean squared error over the
-    variance along each of `directions`, both scaled so that 1 is expected, with the bands of one point; `exact` says whether
-    the bands are chi-square's or those of run means, and `why`. `verdicts` are judged with `alpha` in all. `cause` says
-    which parameter is likely wrong, and by how much.
+    variance along each of `directions`, both scaled so that 1 is expected, as is `nis` of each sensor, with the bands of one
+    point; `exact` says whether these bands hold, and `why` not. `errors` are one standard error of each mean, by what it is
+    of: "nees", "calibration" or a sensor. `verdicts` are judged with `alpha` in all. `cause` says which parameter is likely
+    wrong, and by how much.
     """
 
     runs: int
@@ -70,6 +71,8 @@ class Report:
     calibration: Array
     calibration_band: tuple[float, float]
     nis: Mapping[str, Array]
+    nis_band: Mapping[str, Array]
+    errors: Mapping[str, Array]
     verdicts: tuple[Verdict, ...]
     cause: str = ""
 
@@ -172,5 +175,23 @@ def judge(played: Runs, alpha: float, band: tuple[float, float], seed: int) -> R
         total, seed, alpha, played.exact, played.why, played.times, values.mean(axis=0),
         chi_square_band(float(free.sum()), share / scans), directions, squares.mean(axis=1),
         chi_square_band(runs, share / scans / len(directions)),
-        {name: np.nanmean(one, axis=0) for name, one in nis.items()}, tuple(verdicts),
+        {name: np.nanmean(one, axis=0) for name, one in nis.items()},
+        {name: _nis_band(one, played.looks[name].residual.shape[-1], share / scans) for name, one in nis.items()},
+        {"nees": _error(values), "calibration": _error(squares, 1), **{name: _error(one) for name, one in nis.items()}},
+        tuple(verdicts),
     )  # fmt: skip
+
+
+def _nis_band(values: Array, measured: int, share: float) -> Array:
+    """Return the band (2, s) of the mean over the runs that saw the target at each scan, NaN where none did."""
+    counts = np.isfinite(values).sum(axis=0)
+    bands = {count: chi_square_band(count * measured, share) for count in np.unique(counts[counts > 0]).tolist()}
+    return np.array([bands.get(count, (np.nan, np.nan)) for count in counts.tolist()]).T
+
+
+def _error(values: Array, runs: int = 0) -> Array:
+    """Return one standard error of the mean over the finite values along the axis of the runs."""
+    count = np.isfinite(values).sum(axis=runs)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        error: Array = np.sqrt(np.nanvar(values, axis=runs) * count / (count - 1) / count)
+    return error
