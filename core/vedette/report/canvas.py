@@ -142,6 +142,25 @@ def across(panels: int) -> int:
     return 1 if width() < _NARROW else panels
 
 
+def stacked(panels: int) -> float:
+    """Return the inches, of a figure of 12, of so many panels below one another, each as wide as the figure."""
+    return (2.5 if width() >= _NARROW else 4.6) * panels
+
+
+def wrapped(words: str) -> str:
+    """Return the label of an axis, on two lines where a panel is small."""
+    from textwrap import wrap
+
+    return words if width() >= _NARROW else "\n".join(wrap(words, 1 + max(16, len(words) // 2)))
+
+
+def legend(size: float = 10.0) -> dict[str, Any]:
+    """Return how all legends look, with letters of this size on a screen."""
+    narrow = {"handlelength": 1.4, "columnspacing": 0.9, "handletextpad": 0.5, "borderpad": 0.1}
+    looks: dict[str, Any] = {"frameon": False, "fontsize": letters(min(size, 9.0)), "labelcolor": INK} | narrow
+    return looks if width() < _NARROW else {"frameon": False, "fontsize": letters(size), "labelcolor": INK}
+
+
 def figure(body: float, designed: int = 1, *, words: float = 0.0, foot: float = 0.0, more: float = 0.0) -> Figure:
     """Return an empty figure as wide as the style says, with room for a head, if it has one, and a foot.
 

@@ -51,7 +51,7 @@ def draw(chart: Chart) -> Figure:
     foot = _INCHES * (sum(map(len, lines)) + 1) if lines else 0.0
     labels = {tuple(curve.label for curve in panel.curves if curve.label) for panel in chart.panels} - {()}
     common = next(iter(labels)) if len(labels) == 1 else ()
-    deep = max(1, -(-sum(len(label) + 8 for label in common) // _room(1))) if common else 0
+    deep = _deep(common)
     more = _INCHES * (deep - 1) + 0.1 if not canvas.on_paper() or deep else 0.0
     if canvas.on_paper() and deep:
         more += _INCHES
@@ -87,8 +87,17 @@ def _room(panels: int) -> int:
     return int(_LETTERS * inches / 12.0 / canvas.letters(1.0))
 
 
+def _deep(labels: Sequence[str]) -> int:
+    """Return how many lines labels take above a chart; 0 if there are none."""
+    if not labels:
+        return 0
+    deep = max(1, -(-sum(len(label) + 8 for label in labels) // _room(1)))
+    columns = max(1, _room(1) // (max(map(len, labels)) + 8))
+    return deep if deep == 1 else max(deep, -(-len(labels) // columns))
+
+
 def _legend(columns: int) -> dict[str, Any]:
-    return {"frameon": False, "fontsize": canvas.letters(9), "labelcolor": canvas.INK, "ncols": columns}
+    return {**canvas.legend(9), "ncols": columns}
 
 
 def _label_above(axes: Axes, panels: int) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from attrs import frozen
@@ -47,7 +47,7 @@ def draw(report: Shown, path: Path, look: canvas.Look | None = None) -> None:
     with canvas.styled(look):
         panels = 2 + len(report.nis)
         many = len(report.directions[:MOST])
-        made = canvas.figure(2.5 * panels, words=0.3 * -(-(many + 1) // canvas.across(5)))
+        made = canvas.figure(canvas.stacked(panels), words=0.3 * -(-(many + 1) // max(3, canvas.across(5))))
         places = made.subplots(panels, 1, sharex=True)
         verdict = "consistent" if report.consistent else "not consistent"
         canvas.head(made, f"The tracker is {verdict}", f"{report.runs} runs, false-alarm rate {report.alpha:g} in all")
@@ -90,6 +90,5 @@ def _explain(made: Figure, axes: Axes, report: Shown) -> None:
     handles, names = axes.get_legend_handles_labels()
     handles.append(Patch(color=canvas.FAINT))
     names.append("band of one point" if report.exact else "two standard errors")
-    columns = min(len(names), canvas.across(5))
-    words: dict[str, Any] = {"fontsize": canvas.letters(9), "frameon": False, "labelcolor": canvas.INK}
-    made.legend(handles, names, loc="outside lower center", ncols=columns, **words)
+    columns = min(len(names), max(3, canvas.across(5)))
+    made.legend(handles, names, loc="outside lower center", ncols=columns, **canvas.legend(9))

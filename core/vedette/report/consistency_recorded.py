@@ -46,7 +46,7 @@ def draw(title: str, tracks: Sequence[Lines], axes: int, measured: int, path: Pa
 def _drawn(title: str, tracks: Sequence[Lines], axes: int, measured: int) -> Figure:
     shown, truth = tracks[:MOST], any(track.nees is not None for track in tracks)
     panels = 3 if truth else 2
-    made = canvas.figure(2.5 * panels, words=0.3 * -(-len(shown) // canvas.across(4)))
+    made = canvas.figure(canvas.stacked(panels), words=0.3 * -(-len(shown) // max(2, canvas.across(4))))
     *over_time, white = made.subplots(panels, 1)
     kept = "" if len(shown) == len(tracks) else f"   ·   the first {MOST} of {len(tracks)} tracks"
     canvas.head(made, title, f"1 is expected of NEES and NIS, 0 of correlations; bands hold 95 % of single points{kept}")
@@ -63,17 +63,19 @@ def _drawn(title: str, tracks: Sequence[Lines], axes: int, measured: int) -> Fig
     for each, (name, count) in zip(over_time, named[-len(over_time) :], strict=True):
         each.axhspan(*chi_square_band(count, 0.05), color=canvas.FAINT, alpha=0.6, linewidth=0)
         each.axhline(1.0, color=canvas.INK, linewidth=canvas.stroke(0.8))
-        each.set(yscale="log", ylabel=f"{name} over what is expected", xlabel="time since the track began [s]")
+        each.set(
+            yscale="log", ylabel=canvas.wrapped(f"{name} over what is expected"), xlabel="time since the track began [s]"
+        )
     if truth:
         over_time[0].sharex(over_time[1])
     handles, names = over_time[-1].get_legend_handles_labels()
-    words: dict[str, Any] = {"fontsize": canvas.letters(9), "frameon": False, "labelcolor": canvas.INK}
-    made.legend(handles, names, loc="outside lower center", ncols=min(len(shown), canvas.across(4)), **words)
+    columns = min(len(shown), max(2, canvas.across(4)))
+    made.legend(handles, names, loc="outside lower center", ncols=columns, **canvas.legend(9))
     least = min((float(track.pairs[0]) for track in shown if len(track.pairs)), default=0.0)
     if least:
         white.axhspan(-1.96 / least**0.5, 1.96 / least**0.5, color=canvas.FAINT, alpha=0.6, linewidth=0)
     white.axhline(0.0, color=canvas.INK, linewidth=canvas.stroke(0.8))
-    white.set(xlabel="lag [scans]", ylabel="correlation of innovations")
+    white.set(xlabel="lag [scans]", ylabel=canvas.wrapped("correlation of innovations"))
     white.xaxis.get_major_locator().set_params(integer=True)
     for each in made.axes:
         canvas.plain(each)

@@ -65,7 +65,7 @@ def errors(experiment: Experiment, result: Result) -> Figure:
 def _height(shown: int) -> float:
     """Return the inches of the panels of so many objects in a figure of 12 inches."""
     if canvas.across(2) == 1:
-        return 1.6 * (shown + 2)
+        return 2.1 * (shown + 2)
     return max(6.98, 2.2 * (shown + 1)) if shown else 4.0
 
 
@@ -137,12 +137,19 @@ def _show_normalised(axes: Axes, seen: Normalised, begin: float, name: str, told
         axes.axhline(count, color=canvas.SOFT, linewidth=canvas.stroke(1.0), linestyle="--", zorder=1)
     shades = [canvas.colour(track) for track in seen.track.tolist()]
     axes.scatter(
-        seen.times - begin, np.maximum(seen.value, 1e-3), s=canvas.mark(2.65) ** 2, c=shades, linewidths=0, zorder=3
+        seen.times - begin,
+        np.maximum(seen.value, 1e-3),
+        s=max(canvas.mark(2.65), 1.4) ** 2,
+        c=shades,
+        linewidths=0,
+        zorder=3,
     )
     axes.set_yscale("log")
-    axes.set_ylabel(name)
+    axes.set_ylabel(canvas.wrapped(name))
     inside = seen.inside() or 0.0
     words = f"{told}; {100 * inside:.3g} % of {len(seen.value):,} in the 95 % band"
+    if canvas.across(2) == 1:
+        words = words.replace("; ", ";\n")
     axes.set_title(words, loc="left", fontsize=canvas.letters(10), color=canvas.SOFT, pad=4)
 
 
@@ -164,12 +171,5 @@ def _explain(made: Figure, modes: tuple[str, ...], errors_shown: bool) -> None:
         both = [(both[0][0], "in NEES, NIS: 95 % band of chi-square"), both[1]]
     areas = [(Patch(color=canvas.MODES[k % len(canvas.MODES)]), f"mode {name}") for k, name in enumerate(modes)]
     entries = [*(about if errors_shown else []), *both, *areas]
-    made.legend(
-        [handle for handle, _ in entries],
-        [text for _, text in entries],
-        loc="outside lower center",
-        ncols=canvas.across(3),
-        frameon=False,
-        fontsize=canvas.letters(10),
-        labelcolor=canvas.INK,
-    )
+    handles, names = zip(*entries, strict=True)
+    made.legend(handles, names, loc="outside lower center", ncols=canvas.across(3), **canvas.legend())

@@ -44,13 +44,7 @@ def picture(experiment: Experiment, result: Result) -> Figure:
     spots, outside = show(axes, experiment, result)
     canvas.head(made, experiment.title or "Tracks", _facts(result, spots, outside))
     if axes.get_legend_handles_labels()[0]:
-        made.legend(
-            loc="outside lower center",
-            ncols=max(2, canvas.across(3)),
-            frameon=False,
-            fontsize=canvas.letters(10),
-            labelcolor=canvas.INK,
-        )
+        made.legend(loc="outside lower center", ncols=max(2, canvas.across(3)), **canvas.legend())
     return made
 
 
@@ -233,7 +227,7 @@ def _write(axes: Axes, text: str, at: tuple[float, float], offset: tuple[int, in
     axes.annotate(
         text,
         at,
-        xytext=offset,
+        xytext=(canvas.letters(offset[0]), canvas.letters(offset[1])) if canvas.on_paper() else offset,
         textcoords="offset points",
         fontsize=canvas.letters(10),
         zorder=7,
