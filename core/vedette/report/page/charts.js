@@ -42,7 +42,7 @@ class Charts {
 
   ofTrack(track) {
     const { entries, tracks, scans, facts } = this.data, rows = [];
-    for (let e = tracks.first[track]; e < tracks.first[track + 1]; e++) if (this.state.sensors[scans.sensor[entries.scan[e]]]) rows.push(e);
+    for (let e = tracks.first[track]; e < tracks.end[track]; e++) if (this.state.sensors[scans.sensor[entries.scan[e]]]) rows.push(e);
     const of = (values) => rows.map((e) => values[e]), colour = tracks.colour[track], unit = facts.unit;
     const common = { scans: rows.map((e) => entries.scan[e]), log: false }, id = tracks.id[track];
     const percent = `${Math.round(100 * facts.band)} % band of one value`;
@@ -171,9 +171,9 @@ class Timeline {
       const y = row * this.step, every = this.step > 10 ? 1 : 5;
       context.fillStyle = t === state.track ? INK : SOFT;
       if (row % every === 0 || t === state.track) context.fillText(String(tracks.id[t]), 4, y + Math.min(this.step - 3, 11));
-      for (let from = tracks.first[t]; from < tracks.first[t + 1];) {
+      for (let from = tracks.first[t]; from < tracks.end[t];) {
         let to = from;
-        while (to + 1 < tracks.first[t + 1] && entries.confirmed[to + 1] === entries.confirmed[from] && entries.scan[to + 1] === entries.scan[to] + 1) to++;
+        while (to + 1 < tracks.end[t] && entries.confirmed[to + 1] === entries.confirmed[from] && entries.scan[to + 1] === entries.scan[to] + 1) to++;
         const begin = this.at(scans.time[entries.scan[from]]), end = this.at(scans.time[Math.min(entries.scan[to] + 1, scans.count - 1)]);
         context.fillStyle = entries.confirmed[from] ? tracks.colour[t] : "#c4c4c4";
         const thin = t === state.track ? 0 : 2;

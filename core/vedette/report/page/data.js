@@ -75,6 +75,7 @@ function indexTracks(data) {
   const { tracks, entries, scans } = data;
   const found = scansAndGroups(tracks.count, entries.gap);
   tracks.first = found.first;
+  tracks.end = found.first.subarray(1);
   entries.scan = found.scan;
   entries.track = found.group;
   entries.atScan = byScan(entries.scan, scans.count);
@@ -82,7 +83,7 @@ function indexTracks(data) {
   tracks.colour = new Array(tracks.id.length);
   let next = 0;
   for (let t = 0; t < tracks.id.length; t++) {
-    for (let e = tracks.first[t]; e < tracks.first[t + 1] && !tracks.confirmed[t]; e++) tracks.confirmed[t] = entries.confirmed[e];
+    for (let e = tracks.first[t]; e < tracks.end[t] && !tracks.confirmed[t]; e++) tracks.confirmed[t] = entries.confirmed[e];
     const colours = data.facts.colours.tracks;
     tracks.colour[t] = tracks.confirmed[t] ? colours[next++ % colours.length] : "#8a8a8a";
   }
@@ -90,13 +91,13 @@ function indexTracks(data) {
 
 function indexTruth(data) {
   const found = scansAndGroups(data.truth.count, data.truth.gap);
-  Object.assign(data.truth, { first: found.first, scan: found.scan, object: found.group });
+  Object.assign(data.truth, { first: found.first, end: found.first.subarray(1), scan: found.scan, object: found.group });
   data.truth.atScan = byScan(data.truth.scan, data.scans.count);
 }
 
 // The entry of a track after a scan, or -1.
 function entryAt(data, track, scan) {
-  let low = data.tracks.first[track], high = data.tracks.first[track + 1] - 1;
+  let low = data.tracks.first[track], high = data.tracks.end[track] - 1;
   while (low <= high) {
     const middle = (low + high) >> 1, found = data.entries.scan[middle];
     if (found === scan) return middle;
@@ -109,7 +110,7 @@ function entryAt(data, track, scan) {
 // The weights of an entry, the largest first: [{row, weight}], row in the table of returns.
 function weightsOf(data, entry) {
   const first = data.scans.firstReturn[data.entries.scan[entry]], found = [];
-  for (let w = data.weights.first[entry]; w < data.weights.first[entry + 1]; w++)
+  for (let w = data.weights.first[entry], end = w + data.weights.count[entry]; w < end; w++)
     found.push({ row: first + data.weights.return[w], weight: data.weights.weight[w] });
   return found;
 }

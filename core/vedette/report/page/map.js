@@ -127,7 +127,7 @@ class SceneMap {
     if (state.layers.paths && data.entries.x) {
       const wanted = (t) => data.tracks.confirmed[t] || state.layers.tentative;
       context.setLineDash(this.dash);
-      this.drawPaths(context, { ...data.entries, first: data.tracks.first }, (t) => data.tracks.colour[t], wanted, 1.2, 0.3);
+      this.drawPaths(context, { ...data.entries, first: data.tracks.first, end: data.tracks.end }, (t) => data.tracks.colour[t], wanted, 1.2, 0.3);
       context.setLineDash([]);
     }
     this.stale = false;
@@ -137,12 +137,12 @@ class SceneMap {
     context.lineWidth = width;
     context.globalAlpha = alpha;
     context.lineJoin = "round";
-    for (let g = 0; g + 1 < table.first.length; g++) {
+    for (let g = 0; g < table.end.length; g++) {
       if (!wanted(g)) continue;
       context.strokeStyle = colour(g);
       context.beginPath();
       let lastX = NaN, lastY = NaN;
-      for (let i = table.first[g]; i < table.first[g + 1]; i++) {
+      for (let i = table.first[g]; i < table.end[g]; i++) {
         const x = this.px(table.x[i]), y = this.py(table.y[i]);
         if (Math.abs(x - lastX) + Math.abs(y - lastY) < 0.7) continue;  // less than a pixel is not seen
         if (i === table.first[g]) context.moveTo(x, y);
