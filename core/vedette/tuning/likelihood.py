@@ -83,12 +83,16 @@ class Predictive:
                     log_density = np.logaddexp(log_density, kernels.safe_log(rate))
                     expected += self._unseen(before, dt, scan, cover)
             hits, evidence = innovation.loglik[:, 1:] - log_density, observed.evidence
-            hits = np.where(observed.valid, hits if evidence is None else hits + evidence, -np.inf)
-            log_density = np.asarray(log_density)[observed.valid]
+            hits = hits if evidence is None else hits + evidence
+            if not observed.valid.all():
+                hits = np.where(observed.valid, hits, -np.inf)
+                log_density = log_density[observed.valid]
         miss = innovation.loglik[:, 0]
         scores: Array = np.empty(innovation.loglik.shape)
-        scores[:, 0] = kernels.safe_log(1.0 - existence + existence * np.exp(miss))
-        scores[:, 1:] = hits + kernels.safe_log(existence)[:, None]
+        scores[:, 0], scores[:, 1:] = miss, hits
+        if not lifecycle.permanent:
+            scores[:, 0] = kernels.safe_log(1.0 - existence + existence * np.exp(miss))
+            scores[:, 1:] += kernels.safe_log(existence)[:, None]
         if self._follows:
             self._keep(before, scores, innovation.loglik, existence)
         if before.leaves is not None:
@@ -145,9 +149,9 @@ def joint_likelihood(scores: Array) -> float:
     """
     if not len(scores):
         return 0.0
-    own = kernels.log_sum(scores)
     if len(scores) == 1:
-        return float(own[0])
+        return float(np.logaddexp.reduce(scores[0]))
+    own = kernels.log_sum(scores)
     linked = scores[:, 1:] > own[:, None] - NEGLIGIBLE
     several = np.any(linked & (np.sum(linked, axis=0) > 1), axis=1)
     total = float(np.sum(own[~several]))

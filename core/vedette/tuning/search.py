@@ -14,7 +14,7 @@ from vedette.tuning.view import even
 METHODS = {"nelder-mead": "Nelder-Mead", "powell": "Powell", "l-bfgs-b": "L-BFGS-B"}
 SIMPLEX, AGAIN = 0.2, 0.05
 """Sizes of the first simplex, and of that with which the best point is searched around once more, in parts of the ranges."""
-COARSE, FINE = (0.01, 0.3), (0.001, 0.003)
+COARSE, FINE = (0.01, 0.3), (0.003, 0.03)
 """A search ends when its points agree to this part of the ranges and to this criterion: at first, and once more."""
 SCREENED = 6
 """For each further start so many points are looked at, of which the best are taken."""

@@ -27,7 +27,7 @@ from vedette.tuning.judged import Judged, judge
 from vedette.tuning.keeping import Kept
 from vedette.tuning.search import METHODS, ended_there, highest
 
-REACH, CURVE = 2.5, 11
+REACH, CURVE = 2.5, 9
 """A parameter's curve reaches so many standard errors to both sides, in so many points."""
 
 

@@ -25,7 +25,9 @@ class Cover:
 
     def total(self, density: Array) -> float:
         """Return the integral of a density, given at the points (p,) or the same everywhere ()."""
-        return self.volume * float(np.mean(density)) if len(self.points) else 0.0
+        if not len(self.points):
+            return 0.0
+        return self.volume * float(density if density.ndim == 0 else np.mean(density))
 
 
 @frozen(eq=False)
