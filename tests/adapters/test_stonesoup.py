@@ -1,0 +1,127 @@
+"""Stone Soup's models by the laws of motion models and sensors; its readers as sources; tracks there and back."""
+
+from datetime import timedelta
+
+import numpy as np
+import pytest
+from hypothesis import strategies as st
+
+import vedette
+from support.stonesoup_tutorials import PLANE, START, moved, polar, positions, seen
+from vedette.adapters.stonesoup import StoneSoupSource, to_stonesoup, tracks_of
+from vedette.adapters.stonesoup_models import StoneSoupMotion, StoneSoupSensor
+from vedette.errors import ConfigError, InputError
+from vedette.testing import conformance
+
+pytest.importorskip("stonesoup", reason="stonesoup is not installed: its objects were not tried")
+
+from stonesoup.models.transition.linear import (
+    CombinedLinearGaussianTransitionModel,
+    ConstantVelocity,
+    OrnsteinUhlenbeck,
+)
+from stonesoup.models.transition.nonlinear import ConstantTurn
+from stonesoup.reader.pandas_reader import DataFrameDetectionReader, DataFrameGroundTruthReader
+
+PLAIN = CombinedLinearGaussianTransitionModel([ConstantVelocity(0.05), OrnsteinUhlenbeck(0.1, 0.02)])
+TURNING = ConstantTurn(linear_noise_coeffs=np.array([0.1, 0.1]), turn_noise_coeff=0.01)
+TURN_AXES = vedette.Space.of(x="m", vx="m/s", y="m", vy="m/s", turn_rate="rad/s")
+RNG = np.random.default_rng(0)
+
+TestLinearModel = conformance(StoneSoupMotion, model=st.just(PLAIN), state=st.just(PLANE))
+TestLinearSensor = conformance(
+    StoneSoupSensor, model=st.just(positions(25.0)), state=st.just(PLANE), measures=st.none(), clutter_density=st.just(1e-5)
+)
+TestPolarSensor = conformance(
+    StoneSoupSensor,
+    known_failures={
+        "jacobian_is_the_derivative": "Stone Soup's is by differences of 1e-8, right to a few digits",
+    },
+    model=st.just(polar()),
+    state=st.just(PLANE),
+    measures=st.none(),
+    clutter_density=st.just(1e-5),
+)
+
+
+def test_a_turning_model_moves_as_stone_soup_moves_it():
+    from stonesoup.types.state import State
+
+    model = StoneSoupMotion(TURNING, TURN_AXES)
+    x = np.array([[1.0, 2.0, 3.0, -1.0, 0.1], [0.0, -2.0, 1.0, 1.0, -0.2]])
+    for row, moved_row in zip(x, model.move(x, 1.5), strict=True):
+        wanted = TURNING.function(State(row[:, None]), time_interval=timedelta(seconds=1.5), noise=False)
+        np.testing.assert_allclose(moved_row, np.ravel(wanted), rtol=1e-12)
+    assert not model.linear
+    assert model.jacobian(x, 1.5).shape == (2, 5, 5)
+
+
+def test_axes_must_be_as_many_as_the_models():
+    with pytest.raises(ValueError, match="state: must have 4 axes, as the model has, got"):
+        StoneSoupMotion(PLAIN, TURN_AXES)
+    with pytest.raises(ValueError, match="state: must have 4 axes, as the model has, got"):
+        StoneSoupSensor(positions(), TURN_AXES)
+
+
+def test_readers_of_frames_are_sources():
+    pd = pytest.importorskip("pandas")
+    times = [START + timedelta(seconds=2 * k) for k in range(5)]
+    rows = pd.DataFrame({"when": times, "px": np.arange(5.0), "py": 3.0, "vx": 0.5, "vy": 0.0, "who": "a"})
+    source = StoneSoupSource(
+        DataFrameDetectionReader(rows, ["px", "py"], "when"),
+        "s",
+        DataFrameGroundTruthReader(rows, ["px", "vx", "py", "vy"], "when", path_id_field="who"),
+        PLANE,
+    )
+    sensors = {"s": StoneSoupSensor(positions(), PLANE)}
+    for _ in range(2):  # a reader is read anew each time
+        recording = source.open(sensors, RNG)
+        assert [scan.time for scan in recording.scans] == [0.0, 2.0, 4.0, 6.0, 8.0]
+        np.testing.assert_array_equal(recording.scans[3].detections.z, [[3.0, 3.0]])
+        (truth,) = recording.truth
+        assert truth.space == PLANE
+        np.testing.assert_array_equal(truth.states[:, 0], np.arange(5.0))
+    assert recording.notes["start of times"] == START.isoformat()
+
+
+def test_detections_of_several_sensors_are_told_apart_and_in_order():
+    path = moved([0, 1, 0, 1], steps=4)
+    scans = seen([path, path], positions())
+    names = {id(found): name for _, group in scans for found, name in zip(group, "ab", strict=True)}
+    source = StoneSoupSource(scans, lambda found: names[id(found)])
+    sensors = {name: StoneSoupSensor(positions(), PLANE) for name in "ab"}
+    assert [scan.sensor for scan in source.open(sensors, RNG).scans] == ["a", "b"] * 4
+    with pytest.raises(ConfigError, match="sensor: 'b' is no sensor of the tracker; those are 'a'"):
+        source.open({"a": sensors["a"]}, RNG)
+
+
+def test_what_does_not_fit_is_said():
+    sensors = {"s": StoneSoupSensor(positions(), PLANE)}
+    with pytest.raises(InputError, match="Stone Soup gives no detections"):
+        StoneSoupSource([], "s").open(sensors, RNG)
+    path = moved([0, 1, 0, 1], steps=4)
+    scans = seen([path], positions())
+    with pytest.raises(ConfigError, match="space: must name the axes of the truth"):
+        StoneSoupSource(scans, "s", [path]).open(sensors, RNG)
+    with pytest.raises(InputError, match="states of 4 numbers, and its space 2 axes"):
+        StoneSoupSource(scans, "s", [path], vedette.Space.of(x="m", y="m")).open(sensors, RNG)
+
+
+def test_tracks_go_there_and_back():
+    scans = seen([moved([0, 1, 0, 1])], positions())
+    experiment = vedette.load(
+        {
+            "source": StoneSoupSource(scans, "s"),
+            "estimator": {"kind": "kalman", "motion": StoneSoupMotion(PLAIN, PLANE)},
+            "sensors": {"s": StoneSoupSensor(positions(), PLANE)},
+            "associator": {"kind": "gnn"},
+            "birth": {"kind": "from_returns", "spread": {"vx": 1.0, "vy": 1.0}},
+            "lifecycle": {"kind": "m_of_n"},
+        }
+    )
+    (track,) = experiment.run().tracks
+    (there,) = to_stonesoup([track], START)
+    assert there[0].timestamp == START
+    (back,) = tracks_of([there], PLANE, START)
+    for name in ("times", "mean", "cov"):
+        np.testing.assert_array_equal(getattr(back, name), getattr(track, name))
