@@ -26,6 +26,7 @@ PLACES: dict[str, tuple[float, float, str]] = {
     "testing": (0.45, 11.0, "laws, consistency of trackers"),
     "drafting": (5.3, 10.0, "first configs and packages"),
     "explaining": (3.6, 10.0, "what is out of proportion"),
+    "adapters": (0.15, 10.0, "other libraries' objects"),
     "report": (1.9, 10.0, "pictures, summaries"),
     "tuning": (6.9, 10.0, "parameters from detections"),
     "montecarlo": (3.5, 9.0, "studies of many runs"),

@@ -68,9 +68,11 @@ def test_readers_of_frames_are_sources():
     times = [START + timedelta(seconds=2 * k) for k in range(5)]
     rows = pd.DataFrame({"when": times, "px": np.arange(5.0), "py": 3.0, "vx": 0.5, "vy": 0.0, "who": "a"})
     source = StoneSoupSource(
-        DataFrameDetectionReader(rows, ["px", "py"], "when"),
+        DataFrameDetectionReader(dataframe=rows, state_vector_fields=["px", "py"], time_field="when"),
         "s",
-        DataFrameGroundTruthReader(rows, ["px", "vx", "py", "vy"], "when", path_id_field="who"),
+        DataFrameGroundTruthReader(
+            dataframe=rows, state_vector_fields=["px", "vx", "py", "vy"], time_field="when", path_id_field="who"
+        ),
         PLANE,
     )
     sensors = {"s": StoneSoupSensor(positions(), PLANE)}

@@ -10,7 +10,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import fields
-from vedette.adapters.needed import needed
+from vedette.adapters.needed import foreign, needed
 from vedette.errors import InputError
 from vedette.filters import GaussianFilter, Hypotheses, make_innovation
 from vedette.roles import MotionModel, Sensor
@@ -90,7 +90,7 @@ class FilterPyEstimator(GaussianFilter):
     kind: ClassVar[str] = "filterpy"
 
     motion: MotionModel = fields.part("how the target moves")
-    filter: Any = fields.part("the filter of FilterPy's")
+    filter: Any = foreign("the filter of FilterPy's")
 
     def __attrs_post_init__(self) -> None:
         name = type(self.filter).__name__
@@ -98,6 +98,8 @@ class FilterPyEstimator(GaussianFilter):
             raise ValueError(f"filter: must be a {' or '.join(UPDATES)}, got {name}")
         if np.size(self.filter.x) != len(self.state):
             raise ValueError(f"filter: must have {len(self.state)} axes, as the motion has, got {np.size(self.filter.x)}")
+        if self.state.periods:
+            raise ValueError(f"motion: {self.motion.kind!r} has axes that wrap, which FilterPy does not know")
         if not self.motion.linear and not hasattr(self.filter, "fx"):
             raise ValueError(f"motion: {name} needs a linear one, got {self.motion.kind!r}")
 
@@ -150,7 +152,8 @@ class FilterPyEstimator(GaussianFilter):
     def _at(self, x: Array, P: Array) -> Any:
         """Return a copy of the filter that believes x (n,) and P (n, n)."""
         one = copy.copy(self.filter)
-        one.x, one.P = (x if np.ndim(one.x) == 1 else x[:, None]).copy(), np.array(P)
+        column = np.ndim(one.x) > 1 or type(one).__name__ == "CubatureKalmanFilter"
+        one.x, one.P = (x[:, None] if column else x).copy(), np.array(P)
         return one
 
 
@@ -187,21 +190,27 @@ def _update_extended(one: Any, sensor: Sensor, where: list[int], z: Array) -> tu
     return np.ravel(one.y), one.S
 
 
+def _around(one: Any, sensor: Sensor, where: list[int], z: Array) -> tuple[Any, Array]:
+    """Return what measures, and the return z (m,), both less what is measured at the mean: so no angle wraps in between."""
+    centre = sensor.measure(np.ravel(one.x)[where])
+    space = sensor.measurement
+    return lambda x: space.difference(sensor.measure(np.ravel(x)[where]), centre), space.difference(z, centre)
+
+
 def _update_points(one: Any, sensor: Sensor, where: list[int], z: Array) -> tuple[Array, Array]:
     """Update by a return z (m,) through points of the belief, drawn anew."""
-    one._dim_z, one._num_sigmas = len(z), one.points_fn.num_sigmas()
-    one.sigmas_f = one.points_fn.sigma_points(one.x, one.P)
-    one.z_mean = lambda points, weights: sensor.measurement.mean(points, weights)[0]
-    one.update(z, hx=lambda x: sensor.measure(x[where]))
+    one._dim_z, one.sigmas_f = len(z), one.points_fn.sigma_points(one.x, one.P)
+    measure, seen = _around(one, sensor, where, z)
+    one.update(seen, hx=measure)
     return one.y, one.S
 
 
 def _update_cubature(one: Any, sensor: Sensor, where: list[int], z: Array) -> tuple[Array, Array]:
     """Update by a return z (m,) through cubature points of the belief, drawn anew."""
-    one.dim_z, one.hx = len(z), lambda x: sensor.measure(np.ravel(x)[where])
     points = needed("filterpy.kalman.CubatureKalmanFilter").spherical_radial_sigmas(one.x, one.P)
-    one.sigmas_f, one.sigmas_h = np.array(points), np.zeros((len(points), len(z)))
-    one.update(z[:, None])
+    one.dim_z, one.sigmas_f, one.sigmas_h = len(z), np.array(points), np.zeros((len(points), len(z)))
+    one.hx, seen = _around(one, sensor, where, z)
+    one.update(seen[:, None])
     return np.ravel(one.y), one.S
 
 

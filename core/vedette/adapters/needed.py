@@ -5,6 +5,8 @@ from __future__ import annotations
 import importlib
 from typing import Any
 
+from attrs import NOTHING, field
+
 from vedette.errors import InputError
 
 
@@ -15,3 +17,13 @@ def needed(module: str) -> Any:
     except ImportError:
         name = module.partition(".")[0]
         raise InputError(f"this needs {name}: pip install 'vedette[adapters]'") from None
+
+
+def foreign(doc: str, *, default: Any = NOTHING) -> Any:
+    """Declare a parameter that is another library's object, which a file cannot state."""
+
+    def given(_: Any, attribute: Any, value: Any) -> None:
+        if isinstance(value, int | float | dict):
+            raise ValueError(f"{attribute.name}: must be {doc}, made in Python, got {value!r}")
+
+    return field(default=default, metadata={"unit": "", "doc": doc}, validator=given)

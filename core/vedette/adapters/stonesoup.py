@@ -14,7 +14,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import fields
-from vedette.adapters.needed import needed
+from vedette.adapters.needed import foreign, needed
 from vedette.errors import ConfigError, InputError, Problem
 from vedette.roles import Sensor
 from vedette.space import Array, Space
@@ -90,11 +90,11 @@ class StoneSoupSource(Source):
     kind: ClassVar[str] = "stonesoup"
     draws: ClassVar[bool] = False
 
-    detections: Any = fields.part("pairs of a time and a set of detections: a reader, a detector, a list")
-    sensor: str | Namer = fields.part("the tracker's name of the sensor, or a function that says it of a detection")
-    truth: Any = fields.part("ground-truth paths, or a reader of them; default: it is not known", default=())
+    detections: Any = foreign("pairs of a time and a set of detections: a reader, a detector, a list")
+    sensor: str | Namer = foreign("the tracker's name of the sensor, or a function that says it of a detection")
+    truth: Any = foreign("ground-truth paths, or a reader of them; default: it is not known", default=())
     space: Space | None = fields.part("axes of the truth, in the order of its states", default=None)
-    start: datetime | None = fields.part("the time that is 0; default: that of the first detections", default=None)
+    start: datetime | None = foreign("the time that is 0; default: that of the first detections", default=None)
 
     def open(self, sensors: Mapping[str, Sensor], rng: np.random.Generator) -> Recording:
         """Return all scans in time order. InputError where a scan is of other axes than its sensor's, or there is none."""

@@ -12,7 +12,7 @@ import numpy as np
 from attrs import Factory, field, frozen
 
 from vedette import fields
-from vedette.adapters.needed import needed
+from vedette.adapters.needed import foreign, needed
 from vedette.errors import InputError
 from vedette.roles import MotionModel, Sensor
 from vedette.space import Array, Space
@@ -52,7 +52,7 @@ class StoneSoupMotion(MotionModel):
 
     kind: ClassVar[str] = "stonesoup"
 
-    model: Any = fields.part("the transition model")
+    model: Any = foreign("the transition model")
     state: Space = fields.part("its axes, in the order of its states")
 
     def __attrs_post_init__(self) -> None:
@@ -105,7 +105,7 @@ class StoneSoupSensor(Sensor):
 
     kind: ClassVar[str] = "stonesoup"
 
-    model: Any = fields.part("the measurement model")
+    model: Any = foreign("the measurement model")
     state: Space = fields.part("the axes of its states, in their order")
     measures: Space | None = fields.part("what it measures; default: as known of the model", default=None)
     detection_probability: float = fields.probability("probability that a target gives a return", default=1.0)
