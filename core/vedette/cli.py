@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from vedette.commands.ending import CLOSED, INTERRUPTED, complain
+from vedette.commands.report_options import add_report_options
 from vedette.commands.tune_options import ABOUT, add_options
 from vedette.errors import VedetteError
 
@@ -157,18 +158,8 @@ def _parser() -> ArgumentParser:
     add_options(tune)
     _takes_overrides(tune, "the config")
 
-    report = commands.add_parser("report", help="write the page of a run, or of several", description=_REPORT)
-    report.add_argument(
-        "runs",
-        nargs="+",
-        metavar="RUN_DIR",
-        help="the folder that `vedette run` wrote, or smoothed.npz in it; several are compared",
-    )
-    report.add_argument(
-        "--out", metavar="FILE", help="the page; default: report.html, or compare.html, in the first RUN_DIR"
-    )
-    report.add_argument("--underlay", metavar="FILE", help="GeoJSON under the map: in deg if the origin is known, else in m")
-    report.add_argument("--origin", metavar="LAT,LON", help="where the map's origin is, in deg; default: as recorded")
+    report = commands.add_parser("report", help="write the page of a run, of several, or of a study", description=_REPORT)
+    add_report_options(report)
 
     reproduce = commands.add_parser("reproduce", help="reproduce a published study", description=_REPRODUCE)
     reproduce.add_argument("paper", metavar="PAPER", help="the study: vts, target-oriented, bayes-risk, or a plugin's")
@@ -267,7 +258,7 @@ _EXPLAIN = (
 )
 _REPORT = (
     "Write one HTML file that shows a run scan by scan: map, errors, NEES, NIS, modes and the life of its tracks; or "
-    "several runs side by side. It needs no network and no other file."
+    "several runs side by side, or a study with its worst runs. It needs no network and no other file."
 )
 _CHECK = (
     "Test a component against every law of its role, with parameters drawn by its fields, and print which laws held, which "

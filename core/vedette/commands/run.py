@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import sys
 from argparse import Namespace
-from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +19,7 @@ from vedette.metrics import judge
 from vedette.progress import on_terminal
 from vedette.report.figures import figures, length_unit, timings
 from vedette.report.files import check_folder, write_files, write_of_plugins, write_pictures, write_series
-from vedette.report.series import Recorder
+from vedette.report.series import recorded_run
 from vedette.report.smoothed import read_lag, smooth_result, smoothed_figures, smoothed_summary, write_smoothed
 from vedette.report.summary import summary
 from vedette.tracking.smoothing import check_smoothing
@@ -50,10 +49,7 @@ def run(arguments: Namespace) -> int:
         steps = experiment.steps(strict=arguments.strict, progress=progress, named=np.inf)
         if arguments.stream or (not keep and len(steps.recording.scans) > LONG):
             return _stream(experiment, steps, folder, arguments)
-        packed = BytesIO()
-        series = Recorder(packed, experiment, steps)
-        result = experiment.finish(steps, keep_states=lag is not None, watch=series.add)
-        series.close()
+        result, packed = recorded_run(experiment, steps, keep_states=lag is not None)
     tracker, truth = experiment.tracker, result.recording.truth
     score = judge(result.tracks, truth, result.scans, experiment.judge, tracker.gate.probability, tracker.sensors)
     found = figures(experiment, result, score)
@@ -64,7 +60,7 @@ def run(arguments: Namespace) -> int:
             found | {"smoothed": smoothed_figures(smoothed)},
             text + smoothed_summary(score, smoothed, length_unit(experiment)),
         )
-    written = write_files(folder, experiment, result, found, text) + write_series(folder, packed.getvalue())
+    written = write_files(folder, experiment, result, found, text) + write_series(folder, packed)
     if smoothed is not None:
         written += write_smoothed(folder, experiment, result, smoothed)
     if can_draw():

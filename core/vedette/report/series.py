@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from io import BytesIO
 from pathlib import Path
 from typing import BinaryIO, final
 
 import numpy as np
 
-from vedette.experiment import Experiment, Steps
+from vedette.experiment import Experiment, Result, Steps
 from vedette.io.series import Column, SeriesFile, Tables
 from vedette.metrics.running import Block, RunningJudge
 from vedette.report.series_about import about, no_rows
@@ -105,3 +106,12 @@ class Recorder:
         """Judge and write what is left."""
         self._writer.finish_block(self._judge.finish_block())
         self._writer.close()
+
+
+def recorded_run(experiment: Experiment, steps: Steps, *, keep_states: bool = False) -> tuple[Result, bytes]:
+    """Make all steps of a run that was opened, and keep them; return the result and the content of `series.npz`."""
+    packed = BytesIO()
+    series = Recorder(packed, experiment, steps)
+    result = experiment.finish(steps, keep_states=keep_states, watch=series.add)
+    series.close()
+    return result, packed.getvalue()
