@@ -10,7 +10,8 @@ from attrs import frozen
 
 from vedette.errors import ConfigError, Problem
 from vedette.metrics import judge
-from vedette.montecarlo.chunk import SQUARED, recorded
+from vedette.montecarlo.again import open_again
+from vedette.montecarlo.chunk import SQUARED
 from vedette.montecarlo.outcome import Outcome
 from vedette.progress import Progress
 from vedette.report.figures import figures
@@ -18,7 +19,6 @@ from vedette.report.files import write_files, write_series
 from vedette.report.page.build import write_page
 from vedette.report.series import recorded_run
 from vedette.report.summary import summary
-from vedette.sampling.seeds import sequence
 from vedette.space import Array
 
 JUDGED_BY = ("gospa", "position_rmse")
@@ -87,9 +87,7 @@ def run_anew(folder: Path, outcome: Outcome, runs: Sequence[Bad], progress: Prog
     plan = whole(outcome).plan
     for bad in runs:
         experiment = plan.points[bad.point].experiment
-        redraw = plan.redraw if recorded(experiment) else None
-        steps = experiment.steps(seeds=sequence(plan.seed, bad.run), redraw=redraw, named=np.inf, progress=progress)
-        result, packed = recorded_run(experiment, steps)
+        result, packed = recorded_run(experiment, open_again(plan, bad.point, bad.run, progress))
         if result.interrupted:
             raise KeyboardInterrupt
         tracker, target = experiment.tracker, folder / FOLDER / bad.name
