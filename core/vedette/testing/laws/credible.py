@@ -55,6 +55,7 @@ def covariances_survive_a_long_run(estimator: Estimator[Any], drawn: Scene) -> N
     for step in range(drawn.steps):
         belief = predicted(estimator, belief, 1.0, rng)
         centre = estimator.moments(belief).mean[..., i : i + 1]
+        demand(centre.shape == (13, 1, 1), f"mean after {step} steps: must have batch (13, 1), got {centre.shape[:-1]}")
         # Every third scan a second, almost equal look follows at once: nothing is left to learn, the subtraction is all.
         for _ in range(2 if step % 3 == 0 else 1):
             detections = Detections(centre, valid, noise=R)
