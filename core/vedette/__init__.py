@@ -66,6 +66,7 @@ if TYPE_CHECKING:
     from vedette.tracking.smoothing import smooth as smooth
     from vedette.tracking.smoothing import smoothed as smoothed
     from vedette.tracking.tracker import Tracker as Tracker
+    from vedette.tuning import tune as tune
     from vedette.types import Detections as Detections
     from vedette.types import Frame as Frame
     from vedette.types import Gaussian as Gaussian
@@ -102,6 +103,7 @@ _HOMES = {
     "tracking.smoothing": ("smooth", "smoothed"),
     "space": ("NO_AXES", "Array", "Axis", "Indices", "Mask", "Space", "SpaceError"),
     "tracking.tracker": ("Tracker",),
+    "tuning": ("tune",),
     "types": (
         "Detections",
         "Frame",

@@ -1,4 +1,4 @@
-"""Simulated data sets of known noise, detection and clutter, and configs that start from ten times too small or too large."""
+"""Simulated data sets of known noise, detection and clutter, and configs that start from ten times too small or large."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ CONFIG = {
     },
     "sensors": {
         "radar": {"kind": "range_bearing", "sigma_range": 5.0, "sigma_bearing": "1 deg", "detection_probability": 0.9},
-        "fix": {"kind": "linear", "observe": {"x": "m", "y": "m"}, "R": [[4.0, 0.0], [0.0, 9.0]]},
+        "fix": {"kind": "linear", "axes": ["x", "y"], "R": [[4.0, 0.0], [0.0, 9.0]]},
     },
     "associator": {"kind": "jpda"},
     "birth": {"kind": "from_returns", "spread": {"vx": 1.0, "vy": 2.0}, "sensors": ["radar"]},
@@ -26,9 +26,21 @@ CONFIG = {
 }
 
 
+def loaded():
+    return vedette.load(CONFIG)
+
+
 @pytest.fixture(scope="module")
 def experiment():
-    return vedette.load({**CONFIG, "sensors": {"radar": CONFIG["sensors"]["radar"]}})
+    return loaded()
+
+
+def test_of_a_covariance_the_mirror_image_follows(experiment):
+    (free,) = read_free(experiment, ["sensors.fix.R[0][1]=-3..3"])
+    assert (free.kept, free.scale) == ("mirror", "linear")
+    assert applied(experiment, [free], [1.5]).tracker.sensors["fix"].R.tolist() == [[4.0, 1.5], [1.5, 9.0]]
+    (free,) = read_free(experiment, ["sensors.fix.R[1][1]"])
+    assert applied(experiment, [free], [2.0]).tracker.sensors["fix"].R.tolist() == [[4.0, 0.0], [0.0, 2.0]]
 
 
 def test_ranges_have_units_and_scales(experiment):

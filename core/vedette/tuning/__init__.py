@@ -3,7 +3,7 @@
 from vedette.tuning.said import data as data
 from vedette.tuning.said import summary as summary
 from vedette.tuning.said import text as text
-from vedette.tuning.tune import Found as Found
-from vedette.tuning.tune import Tuned as Tuned
-from vedette.tuning.tune import tune as tune
+from vedette.tuning.tuned import Found as Found
+from vedette.tuning.tuned import Tuned as Tuned
+from vedette.tuning.tuned import tune as tune
 from vedette.tuning.written import toml as toml

@@ -22,7 +22,7 @@ NEGLIGIBLE = 40.0
 """A pair of track and return that is less likely than others of its track by this, in logarithms, is left out."""
 SETS = 12
 """Joint associations are summed exactly while so many tracks, or returns, need to be kept apart at once."""
-_NONE: Array = np.zeros(1)
+NOTHING: Array = np.zeros(1)
 LIFETIME, START = 600.0, 0.5
 """Where a lifecycle keeps no existence: how long targets stay, in s, and the existence of new tracks, if no birth says."""
 
@@ -68,7 +68,7 @@ class Predictive:
         innovation = estimator.evaluate(belief, sensor, observed, 1.0)
         log_density: Array
         if isinstance(observed, Frame):
-            expected, log_density = 0.0, _NONE
+            expected, log_density = 0.0, NOTHING
             hits, evidence = innovation.loglik[:, 1:], None
         else:
             clutter: Array = sensor.clutter(cover.points) if density is None else np.array(density)

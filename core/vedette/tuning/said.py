@@ -9,7 +9,7 @@ import numpy as np
 
 from vedette.tuning.errors import JUMPS
 from vedette.tuning.moments import Noise
-from vedette.tuning.tune import Found, Tuned
+from vedette.tuning.tuned import Found, Tuned
 
 
 def text(tuned: Tuned) -> str:

@@ -10,7 +10,7 @@ from typing import Any
 from vedette.config.overrides import apply_changes
 from vedette.config.parameters import plain
 from vedette.tuning.said import summary
-from vedette.tuning.tune import Tuned
+from vedette.tuning.tuned import Tuned
 
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
 WIDE = 100
