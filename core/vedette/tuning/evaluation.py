@@ -132,6 +132,18 @@ def evaluate(
         return None
 
 
+def check(data: Data, free: Sequence[Free], values: Sequence[float]) -> None:
+    """Raise ConfigError, with the reason, if the tracker cannot run on the data with these values."""
+    reason = "the likelihood of its scans is no number"
+    try:
+        if _evaluated(data, applied(data.experiment, free, values), len(data.times), False) is not None:
+            return
+    except (VedetteError, ValueError, ArithmeticError) as error:
+        reason = str(error)
+    told = ", ".join(f"{each.path} at {each.told(value)}" for each, value in zip(free, values, strict=True))
+    raise ConfigError([Problem("", f"the tracker cannot run on this recording with {told}: {reason}")])
+
+
 def _evaluated(data: Data, experiment: Experiment, count: int, moments: bool) -> Evaluated | None:
     predictive, gathering = Predictive(experiment.tracker), Gathering(experiment.tracker)
     loglik, i = np.zeros(count), 0

@@ -21,7 +21,7 @@ from vedette.montecarlo.store import made_by
 from vedette.space import Array
 from vedette.tuning.asking import Asker, Criterion, asker
 from vedette.tuning.errors import Curvature, curvature
-from vedette.tuning.evaluation import open_data
+from vedette.tuning.evaluation import check, open_data
 from vedette.tuning.free import Free, applied, changes, read_free
 from vedette.tuning.judged import Judged, judge
 from vedette.tuning.keeping import Kept
@@ -136,12 +136,13 @@ def tune(
     first = np.array([float(each.position(each.start)) for each in parameters])
     with asker(data, parameters, by, kept, workers, part) as asked:
         if not np.isfinite(asked.height(first)):
-            raise ConfigError([Problem("", "the tracker cannot run on this recording with the config's own values")])
+            check(data, parameters, asked.values(first))
         top, ends = highest(asked, first, starts, method)
         known = curvature(asked, top)
         found = tuple(_found(asked, known, i) for i in range(len(parameters)))
         evaluations = asked.evaluations
     values = [each.after for each in found]
+    check(data, parameters, values)
     registry = Registry.installed()
     before = renamed(given, registry)
     own = with_birth(apply_overrides(before, overrides, registry), before, registry)
