@@ -34,7 +34,12 @@ _SIGNS = {"above": ">", "at_least": "≥", "below": "<", "at_most": "≤"}
 def escaped(text: str) -> str:
     """Return plain text of a docstring as Markdown that shows it letter by letter, `names` as code."""
     parts = re.split(r"(`[^`]+`)", text)
-    return "".join(part if i % 2 else re.sub(r"([\\*_\[\]<>|#~^{}$])", r"\\\1", part) for i, part in enumerate(parts))
+    return "".join(part if i % 2 else _letters(part) for i, part in enumerate(parts))
+
+
+def _letters(text: str) -> str:
+    marked = re.sub(r"([\\*_\[\]{}#>])", r"\\\1", text)
+    return marked.replace("<", "&lt;").replace("|", "&#124;")
 
 
 def _halves(docstring: str) -> tuple[str, str]:

@@ -11,6 +11,7 @@ from os.path import normpath, relpath
 from pathlib import Path
 
 import yaml
+from markdown.extensions.toc import slugify
 
 from docsite import charts, links, navigation, notebooks, reference
 from docsite.cache import outputs
@@ -23,6 +24,7 @@ ELSEWHERE = {"README.md": "index.md", "CONTRIBUTING.md": "contributing.md", "CHA
 ELSEWHERE |= {"examples": "examples.md", "docs/adr": "adr/0001-kernels-follow-the-roles.md"}
 _LINK = re.compile(r"(?P<before>!?\[(?:[^\[\]]|\[[^\]]*\])*\]\()(?P<target>[^)\s]+)\)")
 MOST_LINES = 60
+UNSEARCHED = "---\nsearch:\n  exclude: true\n---\n\n"
 
 
 def build() -> int:
@@ -141,11 +143,11 @@ def _files() -> None:
         target.parent.mkdir(parents=True, exist_ok=True)
         if path.is_dir():
             listed = "\n".join(f"- `{p.relative_to(path).as_posix()}`" for p in sorted(path.rglob("*.*")) if p.is_file())
-            target.write_text(f"# {file}\n\n{listed}\n", encoding="utf-8")
+            target.write_text(f"{UNSEARCHED}# {file}\n\n{listed}\n", encoding="utf-8")
         else:
             language = {".py": "python", ".toml": "toml"}.get(path.suffix, "text")
             text = path.read_text(encoding="utf-8")
-            target.write_text(f"# {file}\n\n~~~~{language}\n{text}\n~~~~\n", encoding="utf-8")
+            target.write_text(f"{UNSEARCHED}# {file}\n\n~~~~{language}\n{text}\n~~~~\n", encoding="utf-8")
     for path in DOCS.rglob("*"):
         if path.suffix in (".svg", ".png"):
             shutil.copy(path, PAGES / path.relative_to(DOCS))
@@ -155,6 +157,15 @@ def _outside_code(text: str, changed) -> str:  # type: ignore[no-untyped-def]
     """Return the text with what lies outside fenced blocks changed."""
     parts = re.split(r"(^ *```.*?^ *``` *$)", text, flags=re.MULTILINE | re.DOTALL)
     return "".join(part if i % 2 else changed(part) for i, part in enumerate(parts))
+
+
+def _anchors(text: str) -> dict[str, str]:
+    """Return the anchors of a page's headings, as forges name them, and as the site does."""
+    found = {}
+    for heading in re.findall(r"^#+ (.*)$", text, re.MULTILINE):
+        plain = re.sub(r"\[([^\]]*)\]\([^)]*\)|`", r"\1", heading)
+        found[re.sub(r"[^\w\- ]", "", plain.lower()).strip().replace(" ", "-")] = slugify(plain, "-")
+    return found
 
 
 def _relinked(text: str, name: str, wanted: set[str]) -> str:
@@ -176,6 +187,8 @@ def _relinked(text: str, name: str, wanted: set[str]) -> str:
             target = f"files/{file}.md"
         else:
             return match[0]
+        if anchor and (PAGES / target).is_file():
+            anchor = _anchors((PAGES / target).read_text(encoding="utf-8")).get(anchor, anchor)
         return f"{match['before']}{relpath(target, Path(name).parent)}{'#' * bool(anchor)}{anchor})"
 
     return _LINK.sub(other, text)

@@ -1,0 +1,101 @@
+"""The site in a real Chromium, once `python -m docsite build` has made it: silent, whole, for phones too, searchable."""
+
+import os
+import re
+import threading
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+
+import pytest
+from docsite.site import HTML
+
+from support.browser import LACKING, browser
+from support.paths import DOCS
+from vedette.config.registry import Registry
+
+HTML = Path(os.environ.get("VEDETTE_SITE", HTML))
+BUILT = (HTML / "index.html").exists()
+pytestmark = [
+    pytest.mark.skipif(LACKING is not None, reason=str(LACKING)),
+    pytest.mark.skipif(not BUILT, reason="needs the site: python -m docsite build"),
+]
+WIDE, PHONE = (1200, 900), (400, 800)
+KINDS = sorted({entry.kind for entry in Registry.installed().entries if entry.distribution == "vedette"})
+CURES = [
+    re.sub(r"[^\w ]", " ", line.removeprefix("### ")).strip()
+    for line in (DOCS / "errors.md").read_text(encoding="utf-8").splitlines()
+    if line.startswith("### ")
+]
+
+
+class Quiet(SimpleHTTPRequestHandler):
+    """A server that says nothing."""
+
+    def log_message(self, *_):
+        """Say nothing."""
+
+
+@pytest.fixture(scope="module")
+def address():
+    with ThreadingHTTPServer(("127.0.0.1", 0), partial(Quiet, directory=str(HTML))) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        yield f"http://127.0.0.1:{server.server_port}"
+        server.shutdown()
+
+
+@pytest.fixture(scope="module")
+def running():
+    with browser() as running:
+        yield running
+
+
+def opened(running, size):
+    tab = running.new_page(viewport={"width": size[0], "height": size[1]})
+    said = []
+    tab.on("console", lambda message: said.append(message.text) if message.type in ("error", "warning") else None)
+    tab.on("pageerror", lambda error: said.append(str(error)))
+    tab.on("response", lambda response: said.append(f"{response.status} {response.url}") if response.status >= 400 else None)
+    tab.on("request", lambda request: None if "127.0.0.1" in request.url else said.append(f"asks for {request.url}"))
+    return tab, said
+
+
+@pytest.mark.parametrize("size", [WIDE, PHONE], ids=["desktop", "phone"])
+def test_pages_say_nothing_show_their_pictures_and_need_no_scrolling_sideways(running, address, size):
+    tab, said = opened(running, size)
+    pages = [path for path in sorted(HTML.rglob("*.html")) if path.name != "404.html"]
+    shown = [path for path in pages if not {"kinds", "files", "api"} & set(path.relative_to(HTML).parts)]
+    some = [path for path in pages if path not in shown][::10]
+    wrong = []
+    for path in [*shown, *some]:
+        name = path.relative_to(HTML).as_posix()
+        tab.goto(f"{address}/{name}", wait_until="load")
+        broken = tab.evaluate("[...document.images].filter((i) => i.loading != 'lazy' && !i.naturalWidth).map((i) => i.src)")
+        wide = tab.evaluate("document.documentElement.scrollWidth > window.innerWidth + 1")
+        wrong += [f"{name}: {what}" for what in [*said, *broken, *(["scrolls sideways"] if wide else [])]]
+        said.clear()
+    assert wrong == []
+
+
+def found(tab, field, what):
+    """Return the addresses that the search offers first for some words, without their anchors."""
+    field.fill(what)
+    links = "all => all.filter((a) => a.getRootNode() !== document).map((a) => a.href)"
+    for _ in range(40):
+        tab.wait_for_timeout(50)
+        offered = tab.locator("a").evaluate_all(links)
+        if offered and all("h=" + what.split()[0] in address for address in offered[:1]):
+            break
+    return [address.partition("?")[0].partition("127.0.0.1:")[2].partition("/")[2] for address in offered[:5]]
+
+
+def test_search_finds_each_kind_and_each_cure(running, address):
+    tab, said = opened(running, WIDE)
+    tab.goto(f"{address}/index.html", wait_until="load")
+    tab.keyboard.press("/")
+    tab.wait_for_timeout(1000)
+    field = tab.locator("input[type=text]").last
+    lost = [kind for kind in KINDS if not any(one.endswith(f"/{kind}.html") for one in found(tab, field, kind))]
+    lost += [cure for cure in CURES if "errors.html" not in found(tab, field, cure)]
+    assert lost == []
+    assert said == []
