@@ -100,6 +100,16 @@ def open_store(folder: Path, plan: Plan, *, resume: bool) -> Store:
     return Store(folder)
 
 
+def kept_chunk(folder: Path) -> int | None:
+    """Return the runs of a chunk of the study that a folder holds; None if it holds none that can be read."""
+    try:
+        there = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+    size = there.get("chunk") if isinstance(there, dict) else None
+    return size if isinstance(size, int) and size > 0 else None
+
+
 def _check(path: Path, wanted: dict[str, Any]) -> None:
     try:
         there = json.loads(path.read_text(encoding="utf-8"))

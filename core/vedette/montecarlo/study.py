@@ -6,13 +6,15 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from attrs import evolve
+
 from vedette.config.files import read_file
 from vedette.errors import ConfigError, Problem
 from vedette.montecarlo.carry import carry_out
 from vedette.montecarlo.executors import cluster, local
 from vedette.montecarlo.outcome import Outcome, outcome
 from vedette.montecarlo.plan import Plan, plan, whole
-from vedette.montecarlo.store import open_store
+from vedette.montecarlo.store import kept_chunk, open_store
 from vedette.progress import Progress, silent
 
 
@@ -69,6 +71,8 @@ def perform(
     whole("threads", threads, 1, 4096)
     if resume and out is None:
         raise ConfigError([Problem("--resume", "needs the folder of the study that it is to go on with: --out")])
+    if resume and out is not None and not planned.given.get("chunk") and (kept := kept_chunk(Path(out))):
+        planned = evolve(planned, chunk=kept)  # the default goes by the number of runs, and there may be more now
     with local(planned, threads) if scheduler is None else cluster(planned, scheduler) as (executor, width):
         store = None if out is None else open_store(Path(out), planned, resume=resume)
         chunks, interrupted = carry_out(planned, store, executor, width, progress)
