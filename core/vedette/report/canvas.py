@@ -27,7 +27,7 @@ TRACKS = (
 
 INK, SOFT, FAINT = "#1a1a1a", "#6e6e6e", "#dcdcdc"
 
-MODES = ("#bcd7ea", "#f2b48c", "#9a86d8", "#efe58a", "#b5747f", "#4f8f86")
+MODES = ("#bcd7ea", "#f2b48c", "#9a86d8", "#efe58a", "#b5747f", "#6e8c31")
 """Paler colours for areas."""
 
 _HEAD = 0.62

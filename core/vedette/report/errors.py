@@ -148,7 +148,7 @@ def _show_normalised(axes: Axes, seen: Normalised, begin: float, name: str, told
     axes.set_ylabel(canvas.wrapped(name))
     inside = seen.inside() or 0.0
     words = f"{told}; {100 * inside:.3g} % of {len(seen.value):,} in the 95 % band"
-    if canvas.across(2) == 1:
+    if canvas.on_paper():
         words = words.replace("; ", ";\n")
     axes.set_title(words, loc="left", fontsize=canvas.letters(10), color=canvas.SOFT, pad=4)
 
@@ -172,4 +172,6 @@ def _explain(made: Figure, modes: tuple[str, ...], errors_shown: bool) -> None:
     areas = [(Patch(color=canvas.MODES[k % len(canvas.MODES)]), f"mode {name}") for k, name in enumerate(modes)]
     entries = [*(about if errors_shown else []), *both, *areas]
     handles, names = zip(*entries, strict=True)
-    made.legend(handles, names, loc="outside lower center", ncols=canvas.across(3), **canvas.legend())
+    made.legend(
+        handles, names, loc="outside lower center", ncols=canvas.across(2 if canvas.on_paper() else 3), **canvas.legend()
+    )
