@@ -80,6 +80,10 @@ def _command(parsed: Namespace) -> int:
         from vedette.commands import info
 
         return info.run(parsed)
+    if parsed.command == "completions":
+        from vedette.commands import completions
+
+        return completions.run(parsed, _parser())
     if parsed.command == "check":
         from vedette.commands import check
 
@@ -216,6 +220,9 @@ def _parser() -> ArgumentParser:
     info = commands.add_parser("info", help="show which kernels, libraries and plugins are used", description=_INFO)
     info.add_argument("--json", action="store_true", help="as one JSON object")
 
+    completions = commands.add_parser("completions", help="print what a shell offers after TAB", description=_COMPLETIONS)
+    completions.add_argument("shell", metavar="SHELL", choices=["bash", "zsh", "fish"], help="bash, zsh or fish")
+
     commands.add_parser("schema", help="print the JSON Schema of configs", description=_SCHEMA)
     return parser
 
@@ -281,4 +288,5 @@ _COMPONENTS = (
     "bounds and defaults."
 )
 _INFO = "Say which versions run here, whether the kernels are the compiled ones and why, and which plugins are installed."
+_COMPLETIONS = 'Print what a shell offers after TAB, as a script: bash and zsh: eval "$(vedette completions bash)".'
 _SCHEMA = "Print the JSON Schema of all that is installed, for editors that complete and check a config."
