@@ -13,6 +13,7 @@ from vedette.drafting.chains import Chain, chains, spacing, unbroken
 from vedette.drafting.noise import Noise, Windows, estimated
 from vedette.drafting.table import FLAT, Table, read_table
 from vedette.drafting.text import Facts, written
+from vedette.drafting.third import recedes, third_noise
 from vedette.drafting.titles import meaning
 from vedette.experiment import Experiment
 from vedette.io import CsvSource
@@ -43,12 +44,15 @@ TRACKER: dict[str, Any] = {
 
 @frozen(eq=False)
 class Seen:
-    """What one sensor's returns show: its scans' times, the positions of its returns, where it stood, and the chains."""
+    """What one sensor's returns show: its scans' times, the positions of its returns, where it stood, the chains, and what
+    else it measured.
+    """
 
     times: Array
     spots: tuple[Array, ...]
     stands: Array
     found: tuple[Chain, ...]
+    thirds: tuple[Array, ...] = ()
 
     @property
     def rough(self) -> float:
@@ -86,11 +90,28 @@ def draft_config(path: TablePath) -> str:
         table = evolve(table, sort=True)
         recording = _opened(table)
     best = _best(Reading.of(table, recording))
+    if table.third and (why := _useless(best)):
+        table = table.without_third(why)
+        best = _best(Reading.of(table, _opened(table)))
     facts = {name: _facts(each, best.noise[name].sensor) for name, each in best.seen.items()}
     accels = [best.noise[name].accel for name, each in best.seen.items() for _ in each.found]
     accel, floor = float(np.median(accels)) if accels else 0.1, min(each.least_accel for each in best.seen.values())
     speed = _speed([chain for each in best.seen.values() for chain in each.found])
     return written(best.table, facts, max(accel, floor), speed, best.recording.notes, steady=accel < floor)
+
+
+def _useless(best: Reading) -> str:
+    """Say why what is measured beside a position cannot be drafted, or return ""."""
+    seen = list(best.seen.values())
+    if not all(len(each.found) and np.isfinite(third_noise(each.found, each.thirds)) for each in seen):
+        return "no track was found that tells its noise"
+    if best.table.third != "range_rate":
+        return ""
+    if best.table.platform:
+        return "it needs the velocity of the platform, which no column tells"
+    if not all(recedes(each.found, each.thirds, each.stands) for each in seen):
+        return "it falls where ranges grow, and a range rate must rise; turn its sign and draft anew"
+    return ""
 
 
 def _opened(table: Table) -> Recording:
@@ -103,9 +124,18 @@ def _opened(table: Table) -> Recording:
 
 
 def _experiment(table: Table) -> Experiment:
-    kind = {"kind": "range_bearing", "sigma_range": 1.0, "sigma_bearing": 1e-3}
-    sensor = kind if table.polar else {"kind": "cartesian_position", "sigma": 1.0}
-    return load(TRACKER | {"sensors": dict.fromkeys(table.sensors, sensor), "source": table.source()})
+    polar = {"sigma_range": 1.0, "sigma_bearing": 1e-3}
+    sensor: dict[str, Any] = {"kind": "cartesian_position", "sigma": 1.0}
+    parts = dict(TRACKER)
+    if table.third == "range_rate":
+        sensor = {"kind": "range_bearing_rate", **polar, "sigma_rate": 1.0}
+    elif table.polar:
+        sensor = {"kind": "range_bearing", **polar}
+    elif table.third:
+        sensor = {"kind": "linear", "axes": ["x", "y", "z"], "R": np.eye(3).tolist()}
+        motion = {"kind": "constant_velocity", "sigma_accel": 1.0, "axes": ["x", "y", "z"]}
+        parts |= {"estimator": {"kind": "ekf", "motion": motion}, "birth": {"spread": {"vx": 10.0, "vy": 10.0, "vz": 10.0}}}
+    return load(parts | {"sensors": dict.fromkeys(table.sensors, sensor), "source": table.source()})
 
 
 @frozen(eq=False)
@@ -163,11 +193,13 @@ def _seen(table: Table, recording: Recording) -> dict[str, Seen]:
 
         def spots(scan: Scan) -> Array:
             placed = sensor if scan.pose is None else sensor.at(scan.pose)  # noqa: B023
-            return placed.invert(scan.detections.z).mean
+            return placed.invert(scan.detections.z).mean[..., :2]
 
         if scans:
             stands = np.array([np.zeros(2) if scan.pose is None else scan.pose.position[:2] for scan in scans])
-            found[name] = _followed(np.array([scan.time for scan in scans]), tuple(map(spots, scans)), stands)
+            followed = _followed(np.array([scan.time for scan in scans]), tuple(map(spots, scans)), stands)
+            thirds = tuple(scan.detections.z[:, 2] for scan in scans) if table.third else ()
+            found[name] = evolve(followed, thirds=thirds)
     return found
 
 
@@ -214,6 +246,8 @@ def _facts(seen: Seen, sigmas: tuple[float, ...]) -> Facts:
     every = np.concatenate(seen.spots)
     ranges = [np.linalg.norm(own - stand, axis=-1) for own, stand in zip(seen.spots, seen.stands, strict=True)]
     low, high = np.percentile(every, [1, 99], axis=0) if len(every) else (np.zeros(2), np.ones(2))
+    third = max(third_noise(seen.found, seen.thirds), 1e-6) if seen.thirds else 0.0
+    others = np.concatenate(seen.thirds) if seen.thirds else np.zeros(1)
     return Facts(
         sigmas=sigmas,
         probability=float(np.clip(hits / looks, 0.3, 0.99)) if looks else 0.9,
@@ -223,4 +257,7 @@ def _facts(seen: Seen, sigmas: tuple[float, ...]) -> Facts:
         period=seen.period,
         scans=len(seen.times),
         chains=len(seen.found),
+        third=third,
+        fastest=float(np.max(np.abs(others), initial=0.0)),
+        height=float(max(np.ptp(np.percentile(others, [1, 99])), 10 * third)) if len(others) else 1.0,
     )

@@ -8,8 +8,9 @@ from itertools import islice
 from typing import Any
 
 import numpy as np
-from attrs import frozen
+from attrs import evolve, frozen
 
+from vedette.drafting.third import third_column
 from vedette.drafting.titles import Meaning, chosen
 from vedette.errors import InputError
 from vedette.io import cells_of, lines
@@ -53,6 +54,20 @@ class Table:
         """Whether returns are ranges and bearings."""
         return "range" in self.measured
 
+    @property
+    def third(self) -> str:
+        """What is measured beside a position in the plane: range_rate, z or altitude; or ""."""
+        return next((axis for axis in ("range_rate", "z", "altitude") if axis in self.measured), "")
+
+    def without_third(self, why: str) -> Table:
+        """Return how the same table is read without it."""
+        measured = {axis: title for axis, title in self.measured.items() if axis != self.third}
+        title = self.measured[self.third]
+        units = {axis: unit for axis, unit in self.units.items() if axis != self.third}
+        text = f"{title} is left out: {why}"
+        assumed = (*(one for one in self.assumed if not one.startswith(f"{title} is in ")), text)
+        return evolve(self, measured=measured, units=units, assumed=assumed, left_out=(*self.left_out, title))
+
     def source(self) -> dict[str, Any]:
         """Return the config of the source."""
         detections: dict[str, Any] = {"time": self.time.title, "columns": dict(self.measured)}
@@ -87,6 +102,7 @@ def read_table(path: TablePath) -> Table:
         wanted = "range and bearing, latitude and longitude, or x and y"
         raise InputError(f"{path}: no columns look like {wanted} among {listed}")
     names = dict(zip(FLAT, axes, strict=True)) if axes[0] == "east" else {axis: axis for axis in axes}
+    names |= third_column(axes[0], measured, columns)
     units: dict[str, str] = {}
     assumed: list[str] = []
     for axis, name in names.items():
@@ -157,14 +173,14 @@ def _unit(
         if given.unit == "rad":
             units[place] = "rad"
         return
-    usual = "rad" if axis in ANGLES else "m"
+    usual = "rad" if axis in ANGLES else "m/s" if axis == "range_rate" else "m"
     unit = given.unit
     if not unit and axis in ANGLES:
         largest = float(np.max(np.abs(_numbers(columns[given.title])), initial=0.0))
         unit = "deg" if largest > 2.0001 * math.pi else "rad"
         assumed.append(f"{given.title} is in {unit}: it goes up to {largest:.4g}")
     elif not unit:
-        assumed.append(f"{given.title} is in m")
+        assumed.append(f"{given.title} is in {usual}")
     if unit and unit != usual:
         units[place] = unit
 

@@ -11,12 +11,17 @@ from attrs import frozen
 
 from vedette.drafting.table import Table
 
+HEIGHTS = ("z", "altitude")
+"""How a source names the third axis of a position."""
+
 _GUESS = "a guess: no track was found in the data"
 
 
 @frozen
 class Facts:
-    """What a config says of one sensor."""
+    """What a config says of one sensor; `third` is the noise of what it measures beside a position, up to `fastest` or over
+    a `height`.
+    """
 
     sigmas: tuple[float, ...]
     probability: float
@@ -26,6 +31,9 @@ class Facts:
     period: float
     scans: int
     chains: int
+    third: float = 0.0
+    fastest: float = 0.0
+    height: float = 1.0
 
 
 def written(
@@ -70,14 +78,15 @@ def _lines(
                 yield f"{name} = {_toml(value)}"
     for name, own in facts.items():
         yield ""
-        yield from _sensor(table, name, own)
+        yield from _sensor(table, name, own, speed)
     yield ""
     yield "[estimator]"
     yield f'kind = "{"ekf" if table.polar else "kalman"}"'
     fitted = sum(own.chains for own in facts.values())
     told = f"of greatest likelihood over {fitted} stretches of tracks" if fitted else _GUESS
     told = "these targets keep their courses; with less a filter would hardly notice a turn" if steady else told
-    yield f'motion = {{ kind = "constant_velocity", sigma_accel = {rounded(accel)!r} }}  # {told}'
+    space = ', axes = ["x", "y", "z"]' if table.third in HEIGHTS else ""
+    yield f'motion = {{ kind = "constant_velocity", sigma_accel = {rounded(accel)!r}{space} }}  # {told}'
     yield ""
     yield "[associator]"
     yield 'kind = "jpda"'
@@ -85,26 +94,40 @@ def _lines(
     yield "[birth]"
     pace = rounded(max(1.5 * speed, 1e-3))
     told = f"m/s: the targets move at some {rounded(speed):g} along an axis" if fitted else _GUESS
-    yield f"spread = {{ vx = {pace!r}, vy = {pace!r} }}  # {told}"
+    if table.third == "range_rate":
+        yield 'kind = "from_returns"  # a return tells the speed along its line, `crossing_speed` how fast it may cross it'
+    else:
+        up = f", vz = {pace!r}" if table.third else ""
+        yield f"spread = {{ vx = {pace!r}, vy = {pace!r}{up} }}  # {told}"
     yield ""
     yield "[lifecycle]"
     yield 'kind = "m_of_n"'
 
 
-def _sensor(table: Table, name: str, own: Facts) -> Iterator[str]:
+def _sensor(table: Table, name: str, own: Facts, speed: float) -> Iterator[str]:
     yield f"[sensors.{_toml(name) if not name.isidentifier() else name}]"
     yield f"# {own.scans} scans, usually {own.period:.3g} s apart; {own.chains} stretches of tracks found"
     doubt = "" if own.chains else f"  # {_GUESS}"
     if table.polar:
-        yield 'kind = "range_bearing"'
+        yield f'kind = "range_bearing{"_rate" if table.third else ""}"'
         yield f"sigma_range = {rounded(own.sigmas[0])!r}{doubt}"
         yield f'sigma_bearing = "{rounded(math.degrees(own.sigmas[1])):g} deg"{doubt}'
+        if table.third:
+            yield f"sigma_rate = {rounded(own.third)!r}"
+            yield f"max_rate = {rounded(1.1 * own.fastest)!r}"
+            yield f"crossing_speed = {rounded(max(1.5 * speed, 1e-3))!r}"
         yield f"max_range = {rounded(1.1 * own.reach)!r}"
         clutter = f"clutter_per_scan = {rounded(own.clutter)!r}  # returns that belong to no track"
     else:
-        yield 'kind = "cartesian_position"'
-        yield f"sigma = {rounded(own.sigmas[0])!r}{doubt}"
-        density = rounded(own.clutter / own.area)
+        if table.third:
+            flat, up = rounded(own.sigmas[0] ** 2), rounded(own.third**2)
+            yield 'kind = "linear"'
+            yield 'axes = ["x", "y", "z"]'
+            yield f"R = [[{flat!r}, 0, 0], [0, {flat!r}, 0], [0, 0, {up!r}]]  # m^2: {rounded(own.third):g} m in height"
+        else:
+            yield 'kind = "cartesian_position"'
+            yield f"sigma = {rounded(own.sigmas[0])!r}{doubt}"
+        density = rounded(own.clutter / own.area / (own.height if table.third else 1.0))
         clutter = f"clutter_density = {density!r}  # {own.clutter:.2g} returns a scan that belong to no track"
     yield f"detection_probability = {rounded(own.probability)!r}"
     yield clutter
