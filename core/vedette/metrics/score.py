@@ -10,6 +10,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import fields
+from vedette.display import figures_html
 from vedette.metrics.bound import Bound
 from vedette.metrics.coverage import Indices
 from vedette.space import Array
@@ -149,6 +150,12 @@ class Score:
     nis: float | None = None
     mode_prob: tuple[float, ...] | None = None
     truths: tuple[TruthScore, ...] = ()
+
+    def _repr_html_(self) -> str:
+        own = {name: getattr(self, name) for name in attrs.fields_dict(type(self)) if name != "truths"}
+        title = f"Score over {self.scans} scans"
+        each = "".join(figures_html(truth.name, attrs.asdict(truth)) for truth in self.truths)
+        return figures_html(title, own) + each
 
     def figures(self) -> dict[str, Any]:
         """Return plain numbers, tuples and tables by name, as JSON takes them; nothing is NaN."""

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from attrs import field, frozen
 
+from vedette.display import figures_html
 from vedette.errors import VedetteError
 from vedette.montecarlo.averages import averaged, averaged_plan
 from vedette.montecarlo.carry import Chunks
@@ -49,6 +50,18 @@ class Outcome:
     def runs(self) -> int:
         """Number of runs done at every point."""
         return len(next(iter(self.figures.values()))[0])
+
+    def _repr_html_(self) -> str:
+        title = f"{self.plan.title or 'Study'}: {self.runs} runs at each of {len(self.plan.points)} points"
+        tables = []
+        for i, at in enumerate(self.plan.points):
+            found = {name: each for name, each in self.means(i).items() if each.value is not None}
+            rows = {
+                name: f"{each.value:.4g} +- {each.error:.2g}" if each.error else f"{each.value:.4g}"
+                for name, each in found.items()
+            }
+            tables.append(figures_html(", ".join(map(str, at.labels.values())) or "all", rows))
+        return figures_html(title, {}) + "".join(tables)
 
     def means(self, point: int) -> dict[str, Mean]:
         """Return every figure at a point of the grid."""

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 from attrs import evolve, field, frozen
 
+from vedette.display import figures_html
 from vedette.experiment import Experiment, Result
 from vedette.metrics.consistency import (
     Credibility,
@@ -107,6 +108,9 @@ class Recorded:
         if self.whiteness is None or self.nis is None:
             return ""
         return at_fault(self.nis, self.whiteness, dof, float(seen.pairs[0]))
+
+    def _repr_html_(self) -> str:
+        return figures_html("Consistency of a track", {name: value or None for name, value in self.data().items()})
 
     def data(self) -> dict[str, object]:
         """Return the figures as plain data."""

@@ -12,6 +12,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette.config import build
+from vedette.display import html_table
 from vedette.experiment import Experiment
 from vedette.metrics.consistency import (
     Verdict,
@@ -90,6 +91,12 @@ class Report:
         ordered = sorted(self.verdicts, key=lambda verdict: verdict.inside)
         lines += [f"{'  ok   ' if verdict.inside else '  WRONG'} {verdict.text}" for verdict in ordered]
         return "\n".join([*lines, *([f"  likely {self.cause}"] if self.cause else [])])
+
+    def _repr_html_(self) -> str:
+        first, *rest = self.text.splitlines()
+        ordered = sorted(self.verdicts, key=lambda verdict: verdict.inside)
+        rows = [(f"{'ok' if verdict.inside else 'WRONG'}: {verdict.name}", verdict.text) for verdict in ordered]
+        return html_table(first, [*rows, *([("likely", self.cause)] if self.cause and rest else [])])
 
     def plot(self, path: str | Path) -> None:
         """Draw NEES, NIS and calibration over time with their bands; needs matplotlib."""
