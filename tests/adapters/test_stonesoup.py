@@ -44,6 +44,14 @@ TestPolarSensor = conformance(
 )
 
 
+@pytest.fixture(autouse=True)
+def _sensors_nightly(request):
+    """Sensors are called a state at a time: their laws take long, and the tutorials try them too."""
+    slow = request.cls in (TestLinearSensor, TestPolarSensor)
+    if slow and request.config.getoption("vedette_profile") != "nightly":
+        pytest.skip("runs in the nightly profile")
+
+
 def test_a_turning_model_moves_as_stone_soup_moves_it():
     from stonesoup.types.state import State
 

@@ -43,7 +43,7 @@ class Rows(HTMLParser):
 
 @pytest.fixture(scope="module")
 def experiment():
-    return vedette.load(CONFIG, overrides=["source.duration=60", "judge.last_scan=20"])
+    return vedette.load(CONFIG, overrides=["source.duration=40"])
 
 
 def test_a_score_shows_its_figures_and_each_object(experiment):

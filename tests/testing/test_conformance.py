@@ -77,7 +77,7 @@ GIVEN = {
     ("estimator", "h_infinity"): {"theta": st.floats(0.0, 1e-2), "weight": st.just({"x": 1.0, "vy": 0.1})},
     ("estimator", "g_h"): {"h": st.floats(0.0, 1.0), "k": st.floats(0.0, 0.05), "step": st.sampled_from([0.5, 2.0])},
     ("estimator", "least_squares"): {"forgetting": st.sampled_from([1.0, 0.95]), "step": st.sampled_from([1.0, 10.0])},
-    ("estimator", "ensemble_kalman"): {"members": st.just(200)},
+    ("estimator", "ensemble_kalman"): {"members": st.just(100)},
     ("estimator", "template_filter"): {"motion": BOXED, "cells": st.just(8)},
     ("estimator", "correlation_filter"): {"motion": BOXED, "cells": st.just(8)},
     ("estimator", "residual_monitored"): {"of": st.builds(Kalman, st.builds(ConstantVelocity, st.floats(0.1, 1.0)))},
