@@ -1,5 +1,7 @@
 """Every code block of the documentation does what its page says, pasted in order into an empty folder."""
 
+import re
+
 import pytest
 from docsite.pages import RUN, agrees, blocks, pages
 from docsite.runner import faults, run
@@ -22,6 +24,13 @@ def test_fewer_than_one_block_in_twenty_cannot_be_run():
     cannot = [block for block in code if block.reason is not None]
     assert len(code) > 60
     assert len(cannot) < 0.05 * len(code), [block.reason for block in cannot]
+
+
+@pytest.mark.parametrize("page", pages(), ids=lambda page: page.stem)
+def test_commands_stand_in_blocks_that_are_run(page):
+    """Four spaces before a line make code, too, which nobody runs: they are for formulas."""
+    text = re.sub(r"^ *```.*?^ *```$", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
+    assert re.findall(r"^ {4,}(?:vedette|python3?|pip|nox|dask|import|from) .*", text, re.MULTILINE) == []
 
 
 def test_no_block_installs_into_the_environment_of_the_tests(tmp_path):
