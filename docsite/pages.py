@@ -7,6 +7,7 @@ A page is Markdown, and its blocks run in order in an empty folder, as a reader 
 - other ```toml blocks are parts of a config: `<!-- into: tracker.toml -->` above one names the file that it is tried in;
 - other ```json blocks are read, line by line;
 - `<!-- nightly -->` above a block: it is slow, and the default tests pass it by; as a page's first line: all its blocks;
+- `<!-- needs: stonesoup -->` above a block: it is passed by where that package is not installed;
 - `<!-- picture: out/run/picture.png Its title -->` stands for a picture that the blocks have written by the end of the page;
 - a line `*Not run here: reason.*` above a block: nobody but the reader can run it. Readers see the mark, so it must be true.
 """
@@ -21,7 +22,7 @@ DOCS = ROOT / "docs"
 PICTURE = re.compile(r"^<!-- picture: (?P<file>\S+) (?P<title>.+) -->$", re.MULTILINE)
 RUN, DATA, PLAIN = ("python", "sh"), ("toml", "yaml", "json", "csv"), ("text", "")
 _FENCE = re.compile(r'^(?P<indent> *)(?P<ticks>```+)(?P<language>\w*)(?: +title="(?P<title>[^"]+)")? *$')
-_COMMENT = re.compile(r"^ *<!-- (?P<what>nightly|into: (?P<into>\S+)) -->$")
+_COMMENT = re.compile(r"^ *<!-- (?P<what>nightly|into: (?P<into>\S+)|needs: (?P<needs>\w+)) -->$")
 _MARK = re.compile(r"^ *\*Not run here: (?P<reason>.+)\.\*$")
 _NAMED = re.compile(r"^ *`(?P<title>[\w./-]+\.\w+)`:$")
 _PASSED_OVER = re.compile(r"^ *(\*Not run here: .*|<!-- .* -->|`[\w./-]+`:)?$")
@@ -37,6 +38,7 @@ class Block:
     title: str | None = None
     reason: str | None = None
     into: str | None = None
+    needs: str | None = None
     slow: bool = False
     printed: str | None = None
     end: int = 0
@@ -99,7 +101,8 @@ def _marked(block: Block, above: list[str]) -> Block:
         elif (named := _NAMED.match(line)) and block.title is None:
             block = evolve(block, title=named["title"])
         elif comment := _COMMENT.match(line):
-            block = evolve(block, into=comment["into"]) if comment["into"] else evolve(block, slow=True)
+            told = {"into": comment["into"]} if comment["into"] else {"needs": comment["needs"]}
+            block = evolve(block, slow=True) if comment["what"] == "nightly" else evolve(block, **told)
     return block
 
 

@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Iterable, Sequence
+from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -25,7 +26,7 @@ class Ran:
     """A block with what became of it: what it printed, its pictures (file, title), its CPU time [s], and any fault."""
 
     block: Block
-    state: str  # "ran", "saved", "tried", "read", "not run", "nightly", "no recordings", "not reached"
+    state: str  # "ran", "saved", "tried", "read", "not run", "nightly", "no recordings", "not installed", "not reached"
     printed: str = ""
     pictures: tuple[tuple[str, str], ...] = ()
     took: float = 0.0
@@ -81,6 +82,8 @@ def _why_not(block: Block, nightly: bool) -> str | None:
         return "not run"
     if block.slow and not nightly:
         return "nightly"
+    if block.needs is not None and find_spec(block.needs) is None:
+        return "not installed"
     if block.needs_recordings and block.runs and "VEDETTE_DATA" not in os.environ:
         return "no recordings"
     return None
