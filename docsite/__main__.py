@@ -30,12 +30,13 @@ def main() -> int:
     blocks = commands.add_parser("blocks", help="run the code blocks of pages")
     blocks.add_argument("pages", nargs="*", type=Path, help="default: all")
     blocks.add_argument("--fast", action="store_true", help="without those that are marked nightly")
-    commands.add_parser("build", help="build the site, into .site/html")
+    building = commands.add_parser("build", help="build the site, into .site/html")
+    building.add_argument("--fast", action="store_true", help="a preview: without the blocks that are marked nightly")
     arguments = parser.parse_args()
     if arguments.command == "build":
         from docsite.site import build
 
-        return build()
+        return build(arguments.fast)
     return told([page.resolve() for page in arguments.pages] or pages(), arguments.fast)
 
 

@@ -1,6 +1,7 @@
 """Lay out the pages with what their blocks print and draw, add the references, and render the site."""
 
 import json
+import os
 import re
 import shutil
 import subprocess
@@ -16,7 +17,7 @@ from markdown.extensions.toc import slugify
 from docsite import charts, links, navigation, notebooks, reference
 from docsite.cache import outputs
 from docsite.pages import DOCS, PICTURE, ROOT, pages
-from docsite.runner import Ran, faults, pages_folder
+from docsite.runner import Ran, faults, pages_folder, run
 
 OUT = ROOT / ".site"
 PAGES, HTML = OUT / "pages", OUT / "html"
@@ -27,8 +28,11 @@ MOST_LINES = 60
 UNSEARCHED = "---\nsearch:\n  exclude: true\n---\n\n"
 
 
-def build() -> int:
-    """Build the site; return 1, saying why, if a block, a link or a page's place is wrong."""
+def build(fast: bool = False) -> int:
+    """Build the site; return 1, saying why, if a block, a link or a page's place is wrong.
+
+    If `fast`, blocks that are marked nightly are not run: a preview without their outputs.
+    """
     shutil.rmtree(OUT, ignore_errors=True)
     PAGES.mkdir(parents=True)
     written = {"kinds/": reference.kinds(PAGES), "api/": reference.api(PAGES, public())}
@@ -38,8 +42,11 @@ def build() -> int:
     wrong = navigation.misplaced(hand, committed)
     config["nav"] = navigation.expanded(config["nav"], committed, written)
     shown = [page for page in pages() if page.name != "README.md"]
-    with ThreadPoolExecutor(2) as workers:
-        ran = dict(zip(shown, workers.map(_outputs, shown), strict=True))
+    if fast:
+        ran = run(shown, PAGES / "pictures")
+    else:
+        with ThreadPoolExecutor(2) as workers:
+            ran = dict(zip(shown, workers.map(_outputs, shown), strict=True))
     wrong += [fault for page, its in ran.items() for fault in faults(page, its)]
     if wrong:
         print(*wrong, sep="\n", file=sys.stderr)
@@ -49,7 +56,8 @@ def build() -> int:
     _files()
     (OUT / "mkdocs.yml").write_text(yaml.safe_dump(config, sort_keys=False, allow_unicode=True), encoding="utf-8")
     command = [sys.executable, "-m", "zensical", "build", "--strict", "--clean", "--config-file", str(OUT / "mkdocs.yml")]
-    ended = subprocess.run(command, cwd=OUT, check=False, capture_output=True, text=True)
+    found = os.environ | {"PYTHONPATH": str(ROOT), "NO_COLOR": "1"}  # docsite.shapes
+    ended = subprocess.run(command, cwd=OUT, check=False, capture_output=True, text=True, env=found)
     told = ended.stdout + ended.stderr
     print(told)
     if ended.returncode or re.search(r"\bwarning\b", told, re.IGNORECASE):
@@ -79,7 +87,7 @@ def _lay_out(name: str, page: Path, ran: list[Ran]) -> None:
         notebook.write_text(json.dumps(notebooks.notebook(text, ran), indent=1), encoding="utf-8")
     pictures = relpath(f"pictures/{pages_folder(page)}", Path(name).parent)
     text = with_outputs(text, ran, pictures)
-    text = PICTURE.sub(lambda match: f"![{match['title']}]({pictures}/{match['file'].replace('/', '-')})", text)
+    text = PICTURE.sub(lambda match: _picture(match, pages_folder(page), pictures), text)
     if name.startswith("tutorials/"):
         text = re.sub(r"^(# .*)$", rf"\1\n\n[As a notebook]({notebook.name})", text, count=1, flags=re.MULTILINE)
     if name == "examples.md":
@@ -89,6 +97,12 @@ def _lay_out(name: str, page: Path, ran: list[Ran]) -> None:
     target = PAGES / name
     target.parent.mkdir(parents=True, exist_ok=True)
     target.write_text(text, encoding="utf-8")
+
+
+def _picture(match: re.Match[str], folder: str, pictures: str) -> str:
+    """Return the line that shows a picture that a page's blocks have written, if they have been run."""
+    file = match["file"].replace("/", "-")
+    return f"![{match['title']}]({pictures}/{file})" if (PAGES / "pictures" / folder / file).exists() else ""
 
 
 def with_outputs(text: str, ran: list[Ran], pictures: str) -> str:
