@@ -58,7 +58,7 @@ def build(fast: bool = False) -> int:
     command = [sys.executable, "-m", "zensical", "build", "--strict", "--clean", "--config-file", str(OUT / "mkdocs.yml")]
     found = os.environ | {"PYTHONPATH": str(ROOT), "NO_COLOR": "1"}  # docsite.shapes
     ended = subprocess.run(command, cwd=OUT, check=False, capture_output=True, text=True, env=found)
-    told = ended.stdout + ended.stderr
+    told = re.sub(r"\x1b\[[\d;]*m", "", ended.stdout + ended.stderr).partition("Traceback")[0]
     print(told)
     if ended.returncode or re.search(r"\bwarning\b", told, re.IGNORECASE):
         return 1
@@ -203,6 +203,9 @@ def _relinked(text: str, name: str, wanted: set[str]) -> str:
             return match[0]
         if anchor and (PAGES / target).is_file():
             anchor = _anchors((PAGES / target).read_text(encoding="utf-8")).get(anchor, anchor)
-        return f"{match['before']}{relpath(target, Path(name).parent)}{'#' * bool(anchor)}{anchor})"
+        before = match["before"]
+        if re.fullmatch(r"\[[\w./-]+\.md\]\(", before) and (PAGES / target).is_file():
+            before = f"[{navigation.title(PAGES / target).replace('[', '').replace(']', '')}]("
+        return f"{before}{relpath(target, Path(name).parent)}{'#' * bool(anchor)}{anchor})"
 
     return _LINK.sub(other, text)

@@ -149,8 +149,13 @@ def test_what_becomes_of_blocks_of_each_kind(page, tmp_path):
     assert picture.startswith("<?xml")
     (fault,) = faults(page, told)
     assert "NameError: name 'y' is not defined" in fault
-    nightly = run([page], nightly=True)[page]
-    assert any("exit code 3" in fault for fault in faults(page, nightly))
+
+
+def test_slow_blocks_are_run_by_night(tmp_path):
+    page = tmp_path / "page.md"
+    page.write_text("<!-- nightly -->\n```sh\nexit 3\n```\n", encoding="utf-8")
+    assert [one.state for one in run([page])[page]] == ["nightly"]
+    assert faults(page, run([page], nightly=True)[page]) == ["page.md, line 3: exit code 3\n"]
 
 
 @pytest.mark.parametrize(
