@@ -48,6 +48,10 @@ def _command(parsed: Namespace) -> int:
         from vedette.commands import new
 
         return new.run(parsed)
+    if parsed.command == "watch":
+        from vedette.commands import watch
+
+        return watch.run(parsed)
     if parsed.command == "report":
         from vedette.commands import report
 
@@ -138,6 +142,17 @@ def _parser() -> ArgumentParser:
     run.add_argument("--report", action="store_true", help="also write report.html, the page of the run")
     _draws(run)
     run.add_argument("--keep", action="store_true", help="keep the history of a long run, for its pictures: it takes memory")
+
+    watch = commands.add_parser("watch", help="show a run while it goes", description=_WATCH)
+    watch.add_argument("config", metavar="CONFIG", help="a TOML, YAML or JSON file that describes tracker and source")
+    _takes_overrides(watch, "the config")
+    watch.add_argument("--speed", metavar="X", help="times as fast as recorded, or max: as fast as it goes; default: 1")
+    watch.add_argument("--terminal", action="store_true", help="show it here, and not on a page")
+    watch.add_argument("--out", metavar="DIR", help="also write what `vedette run --stream` writes into this folder")
+    watch.add_argument("--seed", metavar="N", help="of everything random; the same as --set seed=N")
+    watch.add_argument("--port", metavar="N", help="of the page; default: any that is free")
+    watch.add_argument("--underlay", metavar="FILE", help="GeoJSON under the map: in deg if the origin is known, else in m")
+    watch.add_argument("--json", action="store_true", help="end standard output with one line of JSON")
 
     new = commands.add_parser("new", help="draft a config for your data, or a plugin", description=_NEW)
     drafts = new.add_subparsers(dest="what", required=True, metavar="WHAT")
@@ -252,6 +267,10 @@ def _draws(command: ArgumentParser) -> None:
 _RUN = (
     "Run a tracker over all scans of its source, judge the tracks where the truth is known, and write tracks, recording, "
     "config, summary and pictures into a folder. Ctrl-C ends the run and keeps what is done."
+)
+_WATCH = (
+    "Run a tracker and show what it does while it does it: on a page that this machine alone can open, whose address is "
+    "printed, or in the terminal. Recordings go at their own pace, or at --speed. Ctrl-C ends it."
 )
 _NEW = "Write a first version of what you need to begin: a config for your own data, a package for your own plugin."
 _NEW_CONFIG = (

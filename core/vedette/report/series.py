@@ -70,11 +70,11 @@ class SeriesWriter:
     def _join(self) -> None:
         """Put the rows of some scans together: many small arrays take several times the memory of what is in them."""
         if self._rows:
-            self._joined = [_together([*self._joined, *self._rows])]
+            self._joined = [together([*self._joined, *self._rows])]
         self._rows = []
 
 
-def _together(parts: Sequence[Tables]) -> Tables:
+def together(parts: Sequence[Tables]) -> Tables:
     """Return tables with the rows of all parts."""
     return {
         table: {name: np.concatenate([part[table][name] for part in parts]) for name in columns}

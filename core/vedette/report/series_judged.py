@@ -26,7 +26,8 @@ def judged(block: Block | None, scans: int, confirmed: Mask) -> Tables:
     entries |= {name: np.full(len(confirmed), np.nan) for name in ENTRIES}
     if block is None:
         none = np.zeros(0, dtype=np.intp)
-        columns = _of_scans(entries, scans, none, none, 0, np.zeros(scans, dtype=np.intp))
+        own = np.zeros(len(confirmed), dtype=np.intp)
+        columns = _of_scans(entries, scans, own, none, 0, np.zeros(scans, dtype=np.intp))
         return {"scans": {"judged": np.zeros(scans, dtype=bool), **columns}, "entries": entries}
     found, place = block.found, np.flatnonzero(confirmed)
     pairs, space = found.pairs(), found.truth.space

@@ -11,7 +11,7 @@ from attrs import evolve, frozen
 
 from vedette.config import to_config
 from vedette.errors import ConfigError, Problem
-from vedette.experiment import NAMED, Experiment, Result, Steps
+from vedette.experiment import NAMED, Experiment, Result, Steps, Watch
 from vedette.io.atomic import whole_file
 from vedette.io.frames import FrameFiles
 from vedette.io.jsonl import recording_head, scan_line
@@ -47,12 +47,13 @@ def stream(
     strict: bool = False,
     progress: Progress = silent,
     steps: Steps | None = None,
+    watch: Watch | None = None,
 ) -> Streamed:
     """Run an experiment, write its tracks and its recording and judge them as it goes; only counts and sums stay in memory.
 
     The lines are those of a run that keeps all, in the order in which they came: some scans, and within them track by track.
     The files have their names from the beginning, so a run that is killed leaves what it had done. `steps` is the run if it
-    is open already.
+    is open already; `watch` is called after each of them.
     """
     if experiment.retroactive:
         raise ConfigError([Problem("retroactive", "must be false where tracks are judged as they go, got true")])
@@ -93,6 +94,8 @@ def stream(
                 estimate, modes = history.add(state)
                 series.add(scan, steps.before, state, estimate, modes)
                 judge.add(scan, state.ids, state.confirmed, estimate, state.nis, state.hit, modes)
+                if watch is not None:
+                    watch(scan, steps.before, state, estimate, modes)
                 waiting += 1 + len(state.ids)
                 if waiting >= _ENTRIES or history.scans >= _SCANS:
                     write()

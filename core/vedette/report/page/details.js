@@ -63,7 +63,7 @@ class Details {
         ["time [s]", scans.time[s].toFixed(3), "time"],
         ["sensor", Object.keys(facts.sensors)[scans.sensor[s]]],
         ["returns", String(scans.returns[s]), "returns"],
-        ["objects covered", facts.objects.length ? String(scans.covered[s]) : "–", "covered"],
+        ["objects covered", facts.objects.length && Number.isFinite(scans.covered[s]) ? String(scans.covered[s]) : "–", "covered"],
         [`position error [${facts.unit}]`, shown(scans.position_rmse[s]), "position_rmse"],
         ["NEES", shown(scans.nees[s]), "nees"],
         ["NIS", shown(scans.nis[s]), "nis"],

@@ -16,6 +16,7 @@ from vedette.errors import InputError
 from vedette.io import read_frame
 from vedette.io.png import SIGNATURE
 from vedette.space import Array
+from vedette.types import Frame
 
 MOST, BYTES = 400, 6_000_000
 """At most so many frames, evenly chosen, of at most so many bytes in all."""
@@ -35,18 +36,35 @@ def frames(recording: Path) -> list[dict[str, Any]]:
     every, total = max(1, -(-len(named) // MOST)), 0
     for scan, given in named[::every]:
         frame = read_frame(given, recording.parent)
-        pixels = frame.pixels if frame.pixels.ndim == 2 else np.mean(frame.pixels, axis=0)
-        if limits is None:
-            known = pixels[np.isfinite(pixels)]
-            low, high = np.percentile(known, [_DARK, _BRIGHT]) if known.size else (0.0, 1.0)
-            limits = float(low), max(float(high), float(low) + 1e-9)
-        text = b64encode(png(_grey(pixels, *limits))).decode()
-        total += len(text)
+        limits = limits_of(frame) if limits is None else limits
+        made = picture(frame, limits)
+        total += len(made["png"])
         if total > BYTES:
             break
-        corner = [0.0, 0.0] if frame.corner is None else np.asarray(frame.corner).tolist()
-        found.append({"scan": scan, "corner": corner, "size": [pixels.shape[1], pixels.shape[0]], "png": text})
+        found.append({"scan": scan, **made})
     return found
+
+
+def limits_of(frame: Frame) -> tuple[float, float]:
+    """Return the pixels that are shown black and white, by the first frame of a run."""
+    pixels = _flat(frame)
+    known = pixels[np.isfinite(pixels)]
+    low, high = np.percentile(known, [_DARK, _BRIGHT]) if known.size else (0.0, 1.0)
+    return float(low), max(float(high), float(low) + 1e-9)
+
+
+def picture(frame: Frame, limits: tuple[float, float], every: int = 1) -> dict[str, Any]:
+    """Return the place of a frame's first pixel, its size in px and a PNG in base64, of one pixel in so many each way."""
+    pixels = _flat(frame)
+    corner = [0.0, 0.0] if frame.corner is None else np.asarray(frame.corner).tolist()
+    text = b64encode(png(_grey(pixels[::every, ::every], *limits))).decode()
+    return {"corner": corner, "size": [pixels.shape[1], pixels.shape[0]], "png": text}
+
+
+def _flat(frame: Frame) -> NDArray[Any]:
+    """Return a frame's pixels (h, w): the mean of its channels."""
+    pixels: NDArray[Any] = frame.pixels if frame.pixels.ndim == 2 else np.mean(frame.pixels, axis=0)
+    return pixels
 
 
 def _scans(recording: Path) -> list[Any]:

@@ -1,0 +1,218 @@
+"use strict";
+// The page of a run that goes on: takes each scan that comes, and draws as many of them as it can.
+
+const BEHIND = 4;    // scans that may wait for their own picture; of more, those before the last are not drawn
+const SLOW = 25;     // what is not drawn with each scan waits so many times as long as it takes, and 1 s
+const DETAILS = 200; // ms between two lists of a scan's tracks
+const MANY = 60;     // scans at once, from which on paths are drawn anew and not scan by scan
+const KEPT = 5000;   // delays of pictures from which their quantiles are told
+const FRAMES = 50;   // pictures of a camera that are kept
+
+class Live {
+  constructor(facts) {
+    this.data = new LiveData(facts);
+    this.following = true;
+    this.shown = -1;                 // which of the received scans was drawn last
+    this.stats = { received: 0, drawn: 0, lost: 0, delays: [] };
+    this.nextSlow = this.nextDetails = 0;
+    this.pictures = [];
+    this.came = [];                  // when those scans came whose pictures are being drawn
+    this.channel = new MessageChannel();
+    this.channel.port1.onmessage = () => this.measure();
+    this.status = document.createElement("p");
+    this.status.id = "live";
+    document.querySelector("header").append(this.status);
+    this.tell("waiting for the first scan");
+    this.source = new EventSource("events");
+    this.source.addEventListener("message", (event) => this.take(event.data));
+    this.source.addEventListener("picture", (event) => this.takePicture(JSON.parse(event.data)));
+    this.source.addEventListener("lost", (event) => { this.stats.lost += Number(event.data); });
+    this.source.addEventListener("ended", (event) => this.end(event.data));
+    this.source.addEventListener("error", () => { if (!this.ended) this.tell("no connection; trying again"); });
+  }
+
+  tell(text) { this.status.textContent = text; }
+
+  take(text) {
+    const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)), { data } = this;
+    for (let at = 0; at < bytes.length;) {
+      const record = data.read(bytes.buffer, at), count = data.scans.count;
+      at += record.bytes;
+      data.append(record);
+      if (data.scans.count < count + record.scans) this.moved(count + record.scans - data.scans.count);
+      this.stats.received += record.scans;
+    }
+    if (!window.page) this.open();
+    this.ask();
+  }
+
+  // The older scans were let go: all scans have moved by so many.
+  moved(by) {
+    const { page } = window;
+    if (!page) return;
+    const id = page.state.track >= 0 ? this.chosenId : undefined;
+    Object.assign(page.state, { scan: Math.max(0, page.state.scan - by), return: -1, track: this.data.byId.get(id) ?? -1 });
+    page.charts.begin = this.data.scans.time[0];
+    this.placePictures();
+    this.nextSlow = 0;
+  }
+
+  open() {
+    const page = window.page = new Page(this.data), { map } = page;
+    document.getElementById("words").closest("details").remove();
+    this.fits = true;                // whether the map shows all that there is, until somebody moves it
+    const { fit, zoom, pan } = map;
+    map.fit = () => { this.fits = true; this.fit(fit); };
+    map.zoom = (...by) => { this.fits = false; zoom.apply(map, by); };
+    map.pan = (...by) => { this.fits = false; pan.apply(map, by); };
+    map.fit();
+    const goTo = page.goTo, play = page.play, choose = page.choose;
+    page.goTo = (scan) => { this.follow(false); goTo.call(page, scan); };
+    page.play = (on) => { if (this.following) this.follow(false); else play.call(page, on); };
+    page.choose = (what) => { choose.call(page, what); this.chosenId = this.data.tracks.id[page.state.track]; };
+    this.button = document.createElement("button");
+    this.button.type = "button";
+    this.button.id = "follow";
+    this.button.textContent = "live";
+    this.button.title = "Show each scan as it comes";
+    this.button.addEventListener("click", () => { if (page.state.playing) play.call(page, false); this.follow(true); this.ask(); });
+    byId("player").append(this.button);
+    this.follow(true);
+    document.documentElement.dataset.ready = String(Math.round(performance.now()));
+  }
+
+  follow(on) {
+    this.following = on;
+    this.button.setAttribute("aria-pressed", on);
+    if (!page.state.playing) byId("play").textContent = on ? "❚❚" : "▶";
+  }
+
+  // All that there is, with some room around it, so that not each scan changes the view.
+  fit(fit) {
+    const { map } = page, box = this.data.box[2] >= this.data.box[0] ? this.data.box : map.bounds();
+    const room = 0.1 * Math.max(box[2] - box[0], box[3] - box[1], 1e-9);
+    map.box = this.fitted = [box[0] - room, box[1] - room, box[2] + room, box[3] + room];
+    fit.call(map);
+  }
+
+  ask() {
+    if (this.asked) return;
+    this.asked = true;
+    requestAnimationFrame(() => { this.asked = false; this.draw(); });
+  }
+
+  draw() {
+    const { data, stats } = this, { map, state } = page, now = performance.now();
+    const waiting = stats.received - 1 - this.shown, gone = stats.received - data.scans.count;
+    if (waiting > 0 && !this.following) this.shown = stats.received - 1;
+    else if (waiting > 0) {
+      const before = this.shown, box = data.box, fitted = this.fitted;
+      this.shown = waiting > BEHIND ? stats.received - 1 : this.shown + 1;
+      state.scan = Math.max(0, this.shown - gone);
+      state.return = -1;
+      if (this.fits && (box[0] < fitted[0] || box[1] < fitted[1] || box[2] > fitted[2] || box[3] > fitted[3])) map.fit();
+      if (this.shown - before > MANY) map.stale = true;
+      for (let i = before + 1; i <= this.shown && !map.stale; i++) drawStillOf(map, Math.max(0, i - gone));
+      map.draw();
+      byId("clock").textContent = `${(data.scans.time[state.scan] - data.scans.time[0]).toFixed(2)} s`;
+      stats.drawn++;
+      this.came.push(data.scans.came[state.scan]);
+      this.channel.port2.postMessage(0);  // it arrives after this has been painted
+    }
+    if (now >= this.nextDetails) this.drawDetails(now);
+    if (now >= this.nextSlow) this.drawSlowly();
+    if (this.shown < stats.received - 1) this.ask();
+  }
+
+  // Notes how long it took from a scan to its picture.
+  measure() {
+    const { delays } = this.stats, came = 1000 * this.came.shift();
+    if (came > performance.timeOrigin) delays.push(performance.timeOrigin + performance.now() - came);
+    if (delays.length > KEPT) delays.shift();
+  }
+
+  drawDetails(now) {
+    const slider = byId("slider");
+    this.nextDetails = now + DETAILS;
+    slider.max = this.data.scans.count - 1;
+    slider.value = page.state.scan;
+    if (this.following) page.details.show();
+    if (!this.ended) this.tell(this.story());
+  }
+
+  story() {
+    const { stats } = this, sorted = [...stats.delays].sort((a, b) => a - b), late = sorted[Math.floor(0.99 * (sorted.length - 1))];
+    const words = [this.following ? "live" : "goes on", `${stats.received} scans`];
+    if (late !== undefined) words.push(`shown ${shown(late)} ms after they came (99 % of the last ${sorted.length})`);
+    if (stats.lost) words.push(`${stats.lost} missed: this page was too slow`);
+    return words.join(" · ");
+  }
+
+  // What takes too long to be drawn with each scan: charts, the tracks' lives, whole paths.
+  drawSlowly() {
+    const begin = performance.now();
+    const { confirmed } = this.data.tracks, objects = this.data.facts.objects.length;
+    const words = [`${confirmed.reduce((sum, each) => sum + each, 0)} confirmed tracks of ${confirmed.length} begun`];
+    byId("overview").textContent = [...words, ...(objects ? [`${objects} true objects`] : [])].join(" · ");
+    page.charts.rebuild();
+    page.timeline.draw();
+    page.map.stale = true;
+    page.map.draw();
+    const end = performance.now();
+    this.nextSlow = end + Math.max(1000, SLOW * (end - begin));
+  }
+
+  // A picture of what a camera saw lies under its scan once it is decoded.
+  async takePicture(frame) {
+    const image = new Image();
+    image.src = `data:image/png;base64,${frame.png}`;
+    await image.decode();
+    this.pictures = [...this.pictures, { corner: frame.corner, size: frame.size, number: frame.scan, image }].slice(-FRAMES);
+    if (window.page) this.placePictures();
+  }
+
+  placePictures() {
+    const { map } = page, { number, count } = this.data.scans;
+    map.frames = this.pictures.map((each) => ({ ...each, scan: lastAtOrBefore(number.subarray(0, count), each.number) }));
+    map.frameScans = map.frames.map((each) => each.scan);
+  }
+
+  end(why) {
+    this.ended = why;
+    this.source.close();
+    while (window.page && this.shown < this.stats.received - 1) this.draw();
+    if (window.page) {
+      this.follow(false);
+      this.button.hidden = true;
+      this.drawDetails(0);
+      this.drawSlowly();
+      page.details.show();
+    }
+    this.tell(`${why} · ${this.stats.received} scans`);
+    document.documentElement.dataset.ended = why;
+  }
+}
+
+// Adds what a scan brought to the paths, which `drawStill` draws whole.
+function drawStillOf(map, scan) {
+  const { data, state } = map, context = map.still.getContext("2d");
+  const add = (table, colour, width, alpha, wanted) => {
+    context.lineWidth = width;
+    context.globalAlpha = alpha;
+    for (let k = table.atScan.first[scan]; k < table.atScan.first[scan + 1]; k++) {
+      const i = table.atScan.row[k], g = (table.track || table.object)[i];
+      if (i === (table === data.entries ? data.tracks : table).first[g] || !wanted(g)) continue;
+      context.strokeStyle = colour(g);
+      context.beginPath();
+      context.moveTo(map.px(table.x[i - 1]), map.py(table.y[i - 1]));
+      context.lineTo(map.px(table.x[i]), map.py(table.y[i]));
+      context.stroke();
+    }
+    context.globalAlpha = 1;
+  };
+  if (state.layers.truth) add(data.truth, () => INK, 1, 0.55, () => true);
+  if (state.layers.paths && data.entries.x)
+    add(data.entries, (t) => data.tracks.colour[t], 1.2, 0.3, (t) => data.tracks.confirmed[t] || state.layers.tentative);
+}
+
+window.live = new Live(JSON.parse(document.getElementById("facts").textContent));
