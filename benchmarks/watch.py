@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import shutil
 import signal
 import subprocess
@@ -137,10 +138,13 @@ def seen(address: str, seconds: float) -> dict[str, Any]:
     return found | {"said": said}
 
 
-def finished(process: subprocess.Popen[str]) -> int:
-    """Return how many scans the run took, once it has ended."""
-    output, _ = process.communicate(timeout=60)
-    return int(json.loads(output.splitlines()[-1])["scans_taken"])
+def finished(process: subprocess.Popen[str]) -> tuple[int, str]:
+    """Return how many scans the run took, once it has ended, and its CPU time for each of them as text."""
+    assert process.stdout is not None
+    taken = int(json.loads(process.stdout.read().splitlines()[-1])["scans_taken"])
+    _, status, used = os.wait4(process.pid, 0)
+    process.returncode = os.waitstatus_to_exitcode(status)
+    return taken, f"{1e3 * (used.ru_utime + used.ru_stime) / taken:.2g} ms CPU a scan, with start and simulation"
 
 
 def told(delays: list[float]) -> str:
@@ -152,10 +156,10 @@ def drawn(tracks: int, rate: float, seconds: float, name: str = "drawn") -> None
     """Watch in Chromium."""
     with watching(config(tracks, rate, seconds)) as (address, process):
         found = seen(address, seconds)
-        taken = finished(process)
+        taken, cost = finished(process)
     own = found["drawn"] / max(found["received"], 1)
     about = f"{name}: {tracks} targets, {rate:g} scans/s, {seconds:g} s, in Chromium"
-    print(f"{about}: {found['received']} of {taken} scans, {found['tracks']} tracks")
+    print(f"{about}: {found['received']} of {taken} scans, {found['tracks']} tracks; {cost}")
     print(f"    {found['drawn']} pictures, {own:.1%} of the scans have their own; to the picture {told(found['delays'])}")
     print(f"    on the console: {found['said'] or 'nothing'}")
 
@@ -164,9 +168,11 @@ def received(tracks: int, rate: float, seconds: float) -> None:
     """Watch by a plain client, then in Chromium."""
     with watching(config(tracks, rate, seconds)) as (address, process):
         found = counted(address)
-        taken = finished(process)
+        taken, cost = finished(process)
     about = f"received: {tracks} targets, {rate:g} scans/s, {seconds:g} s, by a plain client"
-    print(f"{about}: {found['received']} of {taken} scans, {found['gaps']} gaps; to the client {told(found['delays'])}")
+    print(
+        f"{about}: {found['received']} of {taken} scans, {found['gaps']} gaps; to the client {told(found['delays'])}; {cost}"
+    )
     drawn(tracks, rate, seconds, "received")
 
 
@@ -181,10 +187,10 @@ def slow(tracks: int, rate: float, seconds: float) -> None:
             taken_by += len(lazy.read(1_000))
             sleep(0.05)
         behind = lazy.read()
-        taken = finished(process)
+        taken, cost = finished(process)
     print(f"slow: {tracks} targets, {rate:g} scans/s, {seconds:g} s: the slow reader had {taken_by / 1e6:.2f} MB at the end")
     print(f"    and then took the {len(behind) / 1e6:.1f} MB that waited")
-    print(f"    the other: {result['received']} of {taken} scans, {result['gaps']} gaps; {told(result['delays'])}")
+    print(f"    the other: {result['received']} of {taken} scans, {result['gaps']} gaps; {told(result['delays'])}; {cost}")
 
 
 def main() -> None:
@@ -194,6 +200,7 @@ def main() -> None:
     parser.add_argument("--tracks", type=int, default=200, help="that are drawn")
     parser.add_argument("--seconds", type=float, default=20.0)
     options = parser.parse_args()
+    print(f"load average of the last minute, with {os.cpu_count()} cores: {os.getloadavg()[0]:.1f}")
     if options.only in (None, "drawn"):
         drawn(options.tracks, 60.0, options.seconds)
     if options.only in (None, "received"):

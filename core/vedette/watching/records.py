@@ -29,9 +29,9 @@ RAY, CAME, COVERED = "returns.ray", "scans.came", "scans.covered"
 PLACES = ("scans.platform", "returns.x", "entries.x", "truth.x")
 """Columns of places: once one is known, the map's centre stays."""
 
-_SHARE, _LONGEST = 0.1, 1.0
-"""Of the time, at most, that comparing with the truth may take, so that not all is compared where it is slow; at least once
-in so many s it is."""
+_SHARE, _PAUSE, _LONGEST = 0.1, 0.02, 1.0
+"""Of the time, at most, that comparing with the truth may take, so that not all is compared where that is slow; s that it
+may take for several scans; s after which some scan is compared again."""
 
 _WHOLE = 24
 """Records are multiples of so many bytes: typed arrays begin at multiples of 8, base64 is without padding at those of 3."""
@@ -65,7 +65,7 @@ class Records:
         self.about: dict[str, Any] = about(experiment, recording, self._rows.plane, modes)
         self._judge = RunningJudge(recording.truth, tracker.state, experiment.judge, tracker.gate.probability)
         self._centre: Array | None = None
-        self._count, self._judged_at = 0, 0.0
+        self._count, self._judged_at, self._judging = 0, 0.0, 0.0
         self._none = no_rows(len(tracker.state), self._rows.axes, modes)
         named = self._arrays([])
         self.columns = [*((name, values.dtype.str[1:]) for name, values in named.items()), (RAY, "f4")]
@@ -117,12 +117,13 @@ class Records:
     def _compared(self, seen: Sequence[Seen]) -> Block | None:
         """Return what the judge says of some scans; nothing where it would hold the run up."""
         begin = monotonic()
-        if begin < self._judged_at:
+        if begin < self._judged_at or (len(seen) > 1 and len(seen) * self._judging > _PAUSE):
             return None
         for each in seen:
             state = each.state
             self._judge.add(each.scan, state.ids, state.confirmed, each.estimate, state.nis, state.hit, each.modes)
         block = self._judge.finish_block()
         end = monotonic()
+        self._judging = (end - begin) / max(len(seen), 1)
         self._judged_at = end + min((end - begin) * (1.0 / _SHARE - 1.0), _LONGEST)
         return block

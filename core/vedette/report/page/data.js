@@ -5,11 +5,14 @@ const NUMBERS = {
   f8: Float64Array, f4: Float32Array, u4: Uint32Array, i4: Int32Array, u2: Uint16Array, i2: Int16Array, u1: Uint8Array, i1: Int8Array,
 };
 
-async function unpackColumn(element) {
-  const text = atob(element.textContent);
-  const bytes = new Uint8Array(text.length);
+function bytesOf(base64) {
+  const text = atob(base64), bytes = new Uint8Array(text.length);
   for (let i = 0; i < text.length; i++) bytes[i] = text.charCodeAt(i);
-  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
+  return bytes;
+}
+
+async function unpackColumn(element) {
+  const stream = new Blob([bytesOf(element.textContent)]).stream().pipeThrough(new DecompressionStream("deflate"));
   const packed = new Uint8Array(await new Response(stream).arrayBuffer());
   element.textContent = "";
   const kind = NUMBERS[element.dataset.type];

@@ -34,7 +34,7 @@ class Live {
   tell(text) { this.status.textContent = text; }
 
   take(text) {
-    const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)), { data } = this;
+    const bytes = bytesOf(text), { data } = this;
     for (let at = 0; at < bytes.length;) {
       const record = data.read(bytes.buffer, at), count = data.scans.count;
       at += record.bytes;

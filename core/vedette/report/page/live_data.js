@@ -95,52 +95,57 @@ class LiveData {
     this.used[table] += rows;
   }
 
-  // The rows come track by track, each with its distance in scans from the one before.
   addEntries(record, before) {
-    const { entries, tracks } = this, columns = this.columns.entries.filter(({ sent }) => sent);
-    const ids = record["tracks.id"], counts = record["weights.count"];
-    const { scan, group } = scansAndGroups(record["tracks.count"], record["entries.gap"]), slots = this.slots(entries, scan, record.scans);
+    const { entries, tracks } = this, groups = Array.from(record["tracks.id"], (id) => this.track(id));
+    const rows = this.addRows("entries", tracks, groups, record["tracks.count"], record["entries.gap"], record, before);
+    const { track, firstWeight, weightCount, confirmed, x, y, miss } = entries, counts = record["weights.count"];
     let weight = this.used.weights - record["weights.weight"].length;
-    for (let i = 0; i < scan.length; i++) {
-      const t = this.track(ids[group[i]]), e = this.place("entries", tracks, t, slots[i]);
-      for (const { name, sent } of columns) entries[name][e] = record[sent][i];
-      entries.scan[e] = before + scan[i];
-      entries.track[e] = t;
-      entries.firstWeight[e] = weight;
-      entries.weightCount[e] = counts[i];
+    rows.row.forEach((e, i) => {
+      const t = track[e] = groups[rows.group[i]];
+      firstWeight[e] = weight;
+      weightCount[e] = counts[i];
       weight += counts[i];
-      if (entries.confirmed[e] && !tracks.confirmed[t]) this.confirm(t);
-      if (entries.x && entries.confirmed[e] && entries.miss[e] < 0.5) this.extend(entries.x[e], entries.y[e]);
-    }
+      if (confirmed[e] && !tracks.confirmed[t]) this.confirm(t);
+      if (x && confirmed[e] && miss[e] < 0.5) this.extend(x[e], y[e]);
+    });
   }
 
   addTruth(record, before) {
-    const { truth } = this, { scan, group } = scansAndGroups(record["truth.count"], record["truth.gap"]);
-    const slots = this.slots(truth, scan, record.scans);
-    for (let i = 0; i < scan.length; i++) {
-      const row = this.place("truth", truth, group[i], slots[i]);
-      truth.scan[row] = before + scan[i];
-      truth.object[row] = group[i];
-      truth.x[row] = record["truth.x"][i];
-      truth.y[row] = record["truth.y"][i];
+    const { truth } = this, objects = this.facts.objects.map((_, object) => object);
+    const rows = this.addRows("truth", truth, objects, record["truth.count"], record["truth.gap"], record, before);
+    rows.row.forEach((row, i) => {
+      truth.object[row] = rows.group[i];
       this.extend(truth.x[row], truth.y[row]);
+    });
+  }
+
+  // Adds rows that come group by group, so many of each, every one with its distance in scans from the one before.
+  addRows(name, groups, numbers, counts, gaps, record, before) {
+    const { scan, group, first } = scansAndGroups(counts, gaps), row = new Uint32Array(scan.length);
+    for (let g = 0; g < counts.length; g++) {
+      if (!counts[g]) continue;
+      const begin = this.place(name, groups, numbers[g], counts[g]);
+      for (let i = first[g]; i < first[g + 1]; i++) row[i] = begin + i - first[g];
     }
+    for (const { name: column, sent } of this.columns[name]) {
+      const to = this[name][column], from = record[sent];
+      if (sent) for (let i = 0; i < row.length; i++) to[row[i]] = from[i];
+    }
+    const { atScan, slot, scan: scans } = this[name], place = atScan.row.length, sorted = byScan(scan, record.scans);
+    sorted.row.forEach((i, k) => {
+      slot[row[i]] = place + k;
+      atScan.row.push(row[i]);
+      scans[row[i]] = before + scan[i];
+    });
+    for (let s = 1; s <= record.scans; s++) atScan.first.push(place + sorted.first[s]);
+    return { row, group };
   }
 
-  // Where rows of the next scans stand in the list of each scan's rows.
-  slots({ atScan }, scan, scans) {
-    const begin = atScan.row.length, { first, row } = byScan(scan, scans), slots = new Uint32Array(scan.length);
-    row.forEach((i, slot) => { slots[i] = begin + slot; });
-    for (let s = 0; s < scans; s++) atScan.first.push(begin + first[s + 1]);
-    for (let i = 0; i < scan.length; i++) atScan.row.push(0);
-    return slots;
-  }
-
-  // A new row at the end of a group's. Where the group has no room left, it moves to the end of the table.
-  place(name, groups, g, slot) {
-    const table = this[name];
-    if (groups.end[g] - groups.first[g] === groups.room[g]) {
-      const first = this.used[name], size = groups.end[g] - groups.first[g], room = Math.max(ROOM, 2 * groups.room[g]);
+  // The first of so many new rows at the end of a group. Where it has no room left, it moves to the end of the table.
+  place(name, groups, g, rows) {
+    const table = this[name], size = groups.end[g] - groups.first[g];
+    if (size + rows > groups.room[g]) {
+      const first = this.used[name], room = Math.max(ROOM, 2 * (size + rows));
       this.grow(name, first + room);
       for (const column of this.columns[name]) table[column.name].copyWithin(first, groups.first[g], groups.end[g]);
       for (let i = first; i < first + size; i++) table.atScan.row[table.slot[i]] = i;
@@ -149,10 +154,8 @@ class LiveData {
       groups.end[g] = first + size;
       groups.room[g] = room;
     }
-    const row = groups.end[g]++;
-    table.slot[row] = slot;
-    table.atScan.row[slot] = row;
-    return row;
+    groups.end[g] += rows;
+    return groups.end[g] - rows;
   }
 
   // Which row of the table of tracks has this id.
