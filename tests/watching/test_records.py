@@ -2,6 +2,7 @@
 
 import json
 from base64 import b64decode
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -24,7 +25,8 @@ def decoded(record, columns):
     raw = b64decode(record, validate=True)
     count = 6 + len(columns)
     size, first, scans, came, *rest = np.frombuffer(raw, "<f8", count)
-    assert size == len(raw) and len(raw) % 24 == 0
+    assert size == len(raw)
+    assert len(raw) % 24 == 0
     found, at = {}, 8 * count
     for (name, kind), length in zip(columns, rest[2:], strict=True):
         found[name] = np.frombuffer(raw, "<" + kind, int(length), at)
@@ -56,7 +58,7 @@ def of_entries(columns, first):
     """The rows of tracks by scan and id: {(scan, id): {column: value}}."""
     ids = np.repeat(columns["tracks.id"], columns["tracks.count"])
     begin = np.concatenate([[0], np.cumsum(columns["tracks.count"])]).astype(int)
-    scans = [np.cumsum(columns["entries.gap"][i:j], dtype=int) for i, j in zip(begin[:-1], begin[1:], strict=True)]
+    scans = [np.cumsum(columns["entries.gap"][i:j], dtype=int) for i, j in pairwise(begin)]
     scan = np.concatenate([np.zeros(0, int), *scans]) + int(first)
     names = [name for name in columns if name.startswith("entries.") and name != "entries.gap"]
     return {

@@ -52,7 +52,8 @@ def test_it_listens_on_the_loopback_interface_alone_under_a_path_that_cannot_be_
     assert server.address == f"http://127.0.0.1:{server.port}/{server.token}/"
     other = Server("", journal, lambda frame: {})
     other.close(0.0)
-    assert len(server.token) >= 20 and server.token != other.token
+    assert len(server.token) >= 20
+    assert server.token != other.token
 
 
 def test_the_page_is_served_with_what_keeps_it_to_itself(server):

@@ -55,6 +55,8 @@ class TerminalView:
     def end(self, *, interrupted: bool, wait: float = 0.0) -> None:
         """Draw the last scan and leave it on the screen."""
         self._live.stop()
+        if not self.console.is_terminal:
+            self.console.print()
 
     def _picture(self) -> Any:
         from rich.console import Group

@@ -83,6 +83,7 @@ class Live {
 
   follow(on) {
     this.following = on;
+    if (on) this.shown = Math.min(this.shown, this.stats.received - 2);  // the last scan is drawn again
     this.button.setAttribute("aria-pressed", on);
     if (!page.state.playing) byId("play").textContent = on ? "❚❚" : "▶";
   }

@@ -33,8 +33,8 @@ class LiveData {
     this.tracks = { id: [], first: [], end: [], room: [], confirmed: [], colour: [] };
     this.used = {};
     this.room = {};
+    for (const table in this.columns) this[table] = {};
     for (const table in this.columns) {
-      this[table] = {};
       this.used[table] = this.room[table] = 0;
       this.grow(table, 64);
     }
@@ -54,7 +54,7 @@ class LiveData {
       if (before) made.set(before);
       this[table][name] = made;
     }
-    if (table === "entries") Object.assign(this.weights || {}, { first: this.entries.firstWeight, count: this.entries.weightCount });
+    if (this.weights) Object.assign(this.weights, { first: this.entries.firstWeight, count: this.entries.weightCount });
   }
 
   // The columns of some scans, of the bytes of their record from a place on; records.py says what they are.
