@@ -11,7 +11,7 @@ import vedette
 from support.results import PLANE, config
 from vedette import Recording, Trajectory
 from vedette.io import read_series
-from vedette.report.page.columns import arrays, centre
+from vedette.report.page.columns import arrays, middle
 from vedette.report.plane import Plane
 from vedette.report.series_rows import ScanRows
 from vedette.report.streaming import stream
@@ -99,7 +99,7 @@ def test_where_comparing_is_slow_it_is_left_out_and_nothing_is_claimed(tmp_path,
 def test_the_centre_stays_once_a_place_is_known(tmp_path):
     found, series = watched(3, tmp_path)
     assert len({tuple(each["centre"]) for each in found}) == 1
-    assert np.abs(np.array(found[0]["centre"]) - centre(series)).max() < 500.0
+    assert np.abs(np.array(found[0]["centre"]) - middle(series)).max() < 500.0
 
 
 def test_facts_are_plain_data(tmp_path):

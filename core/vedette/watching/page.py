@@ -100,6 +100,7 @@ class LivePage:
             "centre": [0.0, 0.0],
             "columns": self._records.columns,
             "words": "",
+            "metrics": {"rows": [], "of_objects": {}, "objects": []},
             "config": json.dumps(to_config(experiment), indent=2) + "\n",
             "colours": {"tracks": canvas.TRACKS, "modes": canvas.MODES},
             "frames": [],

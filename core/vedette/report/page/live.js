@@ -59,7 +59,7 @@ class Live {
 
   open() {
     const page = window.page = new Page(this.data), { map } = page;
-    document.getElementById("words").closest("details").remove();
+    for (const id of ["figures", "words"]) byId(id).closest("details").remove();  // they are of a whole run
     this.fits = true;                // whether the map shows all that there is, until somebody moves it
     const { fit, zoom, pan } = map;
     map.fit = () => { this.fits = true; this.fit(fit); };
