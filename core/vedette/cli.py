@@ -10,6 +10,7 @@ import os
 import sys
 from argparse import Action, ArgumentParser, Namespace
 from collections.abc import Sequence
+from importlib import import_module
 from typing import Any
 
 from vedette.commands.ending import CLOSED, INTERRUPTED, complain
@@ -40,61 +41,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _command(parsed: Namespace) -> int:
     """Run the requested command and import no other: help comes at once, and each needs only its own imports."""
-    if parsed.command == "run":
-        from vedette.commands import run
-
-        return run.run(parsed)
-    if parsed.command == "new":
-        from vedette.commands import new
-
-        return new.run(parsed)
-    if parsed.command == "watch":
-        from vedette.commands import watch
-
-        return watch.run(parsed)
-    if parsed.command == "report":
-        from vedette.commands import report
-
-        return report.run(parsed)
-    if parsed.command == "components":
-        from vedette.commands import components
-
-        return components.run(parsed)
-    if parsed.command == "reproduce":
-        from vedette.commands import reproduce
-
-        return reproduce.run(parsed)
-    if parsed.command == "study":
-        from vedette.commands import study
-
-        return study.run(parsed)
-    if parsed.command == "consistency":
-        from vedette.commands import consistency
-
-        return consistency.run(parsed)
-    if parsed.command == "tune":
-        from vedette.commands import tune
-
-        return tune.run(parsed)
-    if parsed.command == "explain":
-        from vedette.commands import explain
-
-        return explain.run(parsed)
-    if parsed.command == "info":
-        from vedette.commands import info
-
-        return info.run(parsed)
-    if parsed.command == "completions":
-        from vedette.commands import completions
-
-        return completions.run(parsed, _parser())
-    if parsed.command == "check":
-        from vedette.commands import check
-
-        return check.run(parsed)
-    from vedette.commands import schema
-
-    return schema.run(parsed)
+    command = import_module(f"vedette.commands.{parsed.command}")
+    code: int = command.run(parsed, _parser()) if parsed.command == "completions" else command.run(parsed)
+    return code
 
 
 def _forget_stdout() -> None:
@@ -179,6 +128,16 @@ def _parser() -> ArgumentParser:
 
     report = commands.add_parser("report", help="write the page of a run, of several, or of a study", description=_REPORT)
     add_report_options(report)
+
+    export = commands.add_parser("export", help="write the tracks of a run for another program", description=_EXPORT)
+    export.add_argument("run", metavar="RUN_DIR", help="the folder that `vedette run` wrote")
+    export.add_argument("--to", metavar="FILE", required=True, help="the file: .kml, .geojson, .csv, .parquet or .rrd")
+    export.add_argument("--origin", metavar="LAT,LON", help="where x and y are 0, in deg; default: as recorded")
+    export.add_argument(
+        "--epoch", metavar="DATE", help="when the time was 0, as 2024-05-01T12:00:00Z, if times are no dates"
+    )
+    export.add_argument("--ellipses", metavar="N", default="50", help="at most so many a track, as areas; default: 50")
+    export.add_argument("--smoothed", action="store_true", help="the smoothed tracks, of `vedette run --smooth`")
 
     reproduce = commands.add_parser("reproduce", help="reproduce a published study", description=_REPRODUCE)
     reproduce.add_argument("paper", metavar="PAPER", help="the study: vts, target-oriented, bayes-risk, or a plugin's")
@@ -285,6 +244,10 @@ _EXPLAIN = (
 _REPORT = (
     "Write one HTML file that shows a run scan by scan: map, errors, NEES, NIS, modes and the life of its tracks; or "
     "several runs side by side, or a study with its worst runs. It needs no network and no other file."
+)
+_EXPORT = (
+    "Write the confirmed tracks of a run, with their times, covariances and ellipses, for maps (KML, GeoJSON), as a table "
+    "(CSV, Parquet), or all of the run for the viewer Rerun (needs vedette[rerun])."
 )
 _CHECK = (
     "Test a component against every law of its role, with parameters drawn by its fields, and print which laws held, which "

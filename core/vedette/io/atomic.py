@@ -15,19 +15,19 @@ def whole_file(path: Path) -> Iterator[TextIO]:
 
     After an error or an interrupt, what was at `path` before is untouched and no other file is left.
     """
-    with _unfinished(path) as place, place.open("w", encoding="utf-8", newline="\n") as file:
+    with unfinished(path) as place, place.open("w", encoding="utf-8", newline="\n") as file:
         yield file
 
 
 @contextmanager
 def whole_bytes(path: Path) -> Iterator[BinaryIO]:
     """Open a file for bytes, as `whole_file` does for text."""
-    with _unfinished(path) as place, place.open("wb") as file:
+    with unfinished(path) as place, place.open("wb") as file:
         yield file
 
 
 @contextmanager
-def _unfinished(path: Path) -> Iterator[Path]:
+def unfinished(path: Path) -> Iterator[Path]:
     """Give the place beside `path` where a file is written until it is whole."""
     place = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:

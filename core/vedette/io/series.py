@@ -9,7 +9,8 @@ import io
 import json
 import zipfile
 import zlib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, BinaryIO, final
 
@@ -84,20 +85,21 @@ class Series:
         return self.tables[table]
 
 
+def read_about(path: Path | str) -> dict[str, Any]:
+    """Read what is the same in all of a run's series; InputError as from `read_series`."""
+    with _opened(path) as archive:
+        return _about(archive)
+
+
 def read_series(path: Path | str) -> Series:
     """Read the series that a run wrote, its blocks joined. InputError if it is missing, cut off or of another format."""
-    try:
-        with Path(path).open("rb") as file, np.load(file, allow_pickle=False) as archive:
-            about = _about(archive)
-            parts: dict[tuple[str, str], list[tuple[int, Column]]] = {}
-            for member in archive.files:
-                if member != ABOUT:
-                    table, name, block = member.split(".")
-                    parts.setdefault((table, name), []).append((int(block), archive[member]))
-    except FileNotFoundError:
-        raise InputError(f"{path}: there is no such file; `vedette run` writes it") from None
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error) as error:
-        raise InputError(f"{path}: must be the series of a run: {' '.join(str(error).split())}") from None
+    with _opened(path) as archive:
+        about = _about(archive)
+        parts: dict[tuple[str, str], list[tuple[int, Column]]] = {}
+        for member in archive.files:
+            if member != ABOUT:
+                table, name, block = member.split(".")
+                parts.setdefault((table, name), []).append((int(block), archive[member]))
     tables: dict[str, dict[str, Column]] = {}
     for (table, name), blocks in parts.items():
         tables.setdefault(table, {})[name] = np.concatenate([values for _, values in sorted(blocks, key=_number)])
@@ -105,6 +107,18 @@ def read_series(path: Path | str) -> Series:
         if len({len(values) for values in columns.values()}) > 1:
             raise InputError(f"{path}: the columns of {table!r} must have as many rows as each other")
     return Series(about, tables)
+
+
+@contextmanager
+def _opened(path: Path | str) -> Iterator[Any]:
+    """Open an archive; InputError for what goes wrong with it."""
+    try:
+        with Path(path).open("rb") as file, np.load(file, allow_pickle=False) as archive:
+            yield archive
+    except FileNotFoundError:
+        raise InputError(f"{path}: there is no such file; `vedette run` writes it") from None
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error) as error:
+        raise InputError(f"{path}: must be the series of a run: {' '.join(str(error).split())}") from None
 
 
 def _about(archive: Any) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import combinations_with_replacement
 from pathlib import Path
 from typing import Any
@@ -59,12 +59,22 @@ def table_of(tracks: Sequence[Track], space: Space, terms: Terms = PLAIN) -> dic
     return {title: np.concatenate(column) for title, column in zip(titles, zip(*parts, strict=True), strict=True)}
 
 
-def write_tracks_parquet(path: Path, tracks: Sequence[Track], space: Space, terms: Terms = PLAIN) -> None:
-    """Write the table of tracks as a Parquet file; a number that is not finite is null. Needs pyarrow."""
-    pa, parquet = pyarrow()
-    arrays = {
-        title: pa.array(values, mask=~np.isfinite(values) if values.dtype.kind == "f" else None)
-        for title, values in table_of(tracks, space, terms).items()
-    }
+def write_tracks_parquet(
+    path: Path, tracks: Sequence[Track], space: Space, terms: Terms = PLAIN, notes: Mapping[str, str] | None = None
+) -> None:
+    """Write the table of tracks as a Parquet file, with notes; a number that is not finite is null. Needs pyarrow."""
+    _, parquet = pyarrow()
+    table = arrow_table(table_of(tracks, space, terms))
     with whole_bytes(path) as file:
-        parquet.write_table(pa.table(arrays), file)
+        parquet.write_table(table if notes is None else table.replace_schema_metadata(notes), file)
+
+
+def arrow_table(columns: Mapping[str, Any]) -> Any:
+    """Return columns as a table of pyarrow, null where a number is not finite."""
+    pa, _ = pyarrow()
+    return pa.table(
+        {
+            title: pa.array(values, mask=~np.isfinite(values) if values.dtype.kind == "f" else None)
+            for title, values in columns.items()
+        }
+    )

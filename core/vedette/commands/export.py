@@ -1,0 +1,67 @@
+"""`vedette export`: the tracks of a finished run for another program."""
+
+from __future__ import annotations
+
+import sys
+from argparse import Namespace
+from collections.abc import Callable
+from pathlib import Path
+
+from vedette.commands.ending import DONE
+from vedette.errors import ConfigError, Problem
+from vedette.exporting.geojson import write_geojson
+from vedette.exporting.kml import write_kml
+from vedette.exporting.run import Run, read_epoch
+from vedette.exporting.tables import write_csv, write_parquet
+from vedette.exporting.viewer import write_rerun
+from vedette.io.geodesy import Origin
+from vedette.report.page.geography import read_origin
+
+FORMATS: dict[str, Callable[[Path, Run, int], None]] = {
+    ".kml": write_kml,
+    ".geojson": write_geojson,
+    ".csv": write_csv,
+    ".parquet": write_parquet,
+    ".rrd": write_rerun,
+}
+
+
+def run(arguments: Namespace) -> int:
+    """Write the file and tell what is in it."""
+    target, folder = Path(arguments.to), Path(arguments.run)
+    write = FORMATS.get(target.suffix.lower())
+    if write is None:
+        known = ", ".join(FORMATS)
+        raise ConfigError([Problem("--to", f"must end in one of {known}, got {target.name!r}")])
+    if target.is_dir() or not target.absolute().parent.is_dir():
+        raise ConfigError([Problem("--to", f"must be a file in a folder that exists, got {str(target)!r}")])
+    found = Run.read(
+        folder, "smoothed.jsonl" if arguments.smoothed else "tracks.jsonl", _origin(arguments), _epoch(arguments)
+    )
+    write(target, found, _ellipses(arguments))
+    if target.suffix.lower() == ".kml" and not found.terms.dated:
+        print("vedette: KML has dates only, so 0 s stands at 1970-01-01T00:00:00Z; --epoch gives another", file=sys.stderr)
+    points = sum(len(track.times) for track in found.tracks)
+    print(f"{target}: {len(found.tracks)} tracks, {points} estimates, {target.stat().st_size / 1e6:.2g} MB")
+    return DONE
+
+
+def _origin(arguments: Namespace) -> Origin | None:
+    try:
+        return None if arguments.origin is None else read_origin(arguments.origin)
+    except ValueError as error:
+        raise ConfigError([Problem("--origin", str(error))]) from None
+
+
+def _epoch(arguments: Namespace) -> float | None:
+    try:
+        return None if arguments.epoch is None else read_epoch(arguments.epoch)
+    except ValueError as error:
+        raise ConfigError([Problem("--epoch", str(error))]) from None
+
+
+def _ellipses(arguments: Namespace) -> int:
+    given = arguments.ellipses
+    if not given.isdecimal():
+        raise ConfigError([Problem("--ellipses", f"must be a whole number of at least 0, got {given!r}")])
+    return int(given)

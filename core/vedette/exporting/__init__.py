@@ -1,0 +1,1 @@
+"""Tracks of a finished run for other programs: maps, tables, viewers."""
