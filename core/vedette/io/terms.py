@@ -82,14 +82,25 @@ def write_geojson(path: Path, tracks: Sequence[Track], terms: Terms) -> None:
 
 
 def _feature(track: Track, terms: Terms) -> dict[str, Any] | None:
+    line, times = points_of(track, terms)
+    if not line:
+        return None
+    return {"type": "Feature", "geometry": geometry(line), "properties": {"track": track.id, "times": times}}
+
+
+def points_of(track: Track, terms: Terms, *, confirmed: bool = False) -> tuple[list[list[float]], list[Any]]:
+    """Return longitudes, latitudes and altitudes of a track from where it was first confirmed on, and their times.
+
+    `confirmed`: it was before these scans. A number that is not finite leaves its point out.
+    """
     found = terms.values(track)
     points = np.stack([found[name] for name in ("longitude", "latitude", "altitude") if name in found], axis=-1)
-    chosen = np.flatnonzero(np.all(np.isfinite(points), axis=-1) & np.maximum.accumulate(track.confirmed))
-    if not len(chosen):
-        return None
-    line = [[round(number, 9) for number in point] for point in points[chosen].tolist()]
-    geometry: dict[str, Any] = {"type": "LineString", "coordinates": line}
-    if len(line) == 1:
-        geometry = {"type": "Point", "coordinates": line[0]}
+    shown = np.maximum.accumulate(track.confirmed) | confirmed
+    chosen = np.flatnonzero(np.all(np.isfinite(points), axis=-1) & shown)
     times = [found["utc"][i] for i in chosen] if terms.dated else track.times[chosen].tolist()
-    return {"type": "Feature", "geometry": geometry, "properties": {"track": track.id, "times": times}}
+    return [[round(number, 9) for number in point] for point in points[chosen].tolist()], times
+
+
+def geometry(line: list[list[float]]) -> dict[str, Any]:
+    """Return a line as GeoJSON has it, a point where it has only one."""
+    return {"type": "Point", "coordinates": line[0]} if len(line) == 1 else {"type": "LineString", "coordinates": line}

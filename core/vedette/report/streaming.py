@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from contextlib import ExitStack
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -13,9 +15,11 @@ from vedette.config import to_config
 from vedette.errors import ConfigError, Problem
 from vedette.experiment import NAMED, Experiment, Result, Steps, Watch
 from vedette.io.atomic import whole_file
+from vedette.io.columnar import PARQUET
 from vedette.io.frames import FrameFiles
 from vedette.io.jsonl import recording_head, scan_line
 from vedette.io.terms import Terms
+from vedette.io.track_pieces import Write, geojson_pieces, parquet_pieces
 from vedette.io.tracks import csv_head, csv_rows, jsonl_head, jsonl_rows
 from vedette.metrics import RunningJudge, Score
 from vedette.progress import Progress, silent
@@ -23,6 +27,7 @@ from vedette.report.figures import figures
 from vedette.report.series import SeriesWriter
 from vedette.report.summary import summary
 from vedette.report.traces import Bands
+from vedette.space import Space
 from vedette.tracking.history import History
 
 _SCANS, _ENTRIES = 200, 5_000
@@ -75,6 +80,7 @@ def stream(
         table.write(csv_head(tracker.state, 0 if modes is None else modes.shape[-1], terms))
         lines.write(jsonl_head(tracker.state))
         recording.writelines(recording_head(evolve(steps.recording, detected=detected), spaces))
+        further, names = _in_its_terms(stack, folder, steps.recording.notes, tracker.state, terms)
         series = SeriesWriter(folder / "series.npz", experiment, steps.recording, 0 if modes is None else modes.shape[-1])
 
         def write() -> None:
@@ -82,7 +88,10 @@ def stream(
             if block is not None:
                 bands.add(block)
             series.finish_block(block)
-            for track in history.hand_out():
+            pieces = history.hand_out()
+            for each in further:
+                each(pieces)
+            for track in pieces:
                 table.writelines(csv_rows(track, terms))
                 lines.writelines(jsonl_rows(track))
             for file in (table, lines, recording):
@@ -126,5 +135,19 @@ def stream(
     ):
         with whole_file(folder / name) as file:
             file.write(content)
-    names = ("tracks.csv", "tracks.jsonl", "recording.jsonl", "series.npz", "config.json", "summary.json", "summary.txt")
-    return Streamed(result, score, text, found, names)
+    written = ("tracks.csv", "tracks.jsonl", "recording.jsonl", "series.npz", "config.json", "summary.json", "summary.txt")
+    return Streamed(result, score, text, found, (*written, *names))
+
+
+def _in_its_terms(
+    stack: ExitStack, folder: Path, notes: Mapping[str, str], space: Space, terms: Terms
+) -> tuple[list[Write], list[str]]:
+    """Open the files of tracks as their recording came, as `write_files` writes them; return what writes, and the names."""
+    further, names = [], []
+    if "latitude" in terms.columns(space):
+        further.append(stack.enter_context(geojson_pieces(folder / "tracks.geojson", terms)))
+        names.append("tracks.geojson")
+    if notes.get("table") == PARQUET and find_spec("pyarrow"):
+        further.append(stack.enter_context(parquet_pieces(folder / "tracks.parquet", space, terms)))
+        names.append("tracks.parquet")
+    return further, names
