@@ -24,6 +24,8 @@ FRONT = ("__main__", "cli", "commands")
 PLACES: dict[str, tuple[float, float, str]] = {
     "commands": (3.4, 12.0, "vedette run, study, check, ..."),
     "testing": (0.45, 11.0, "laws, consistency of trackers"),
+    "watching": (2.2, 11.0, "runs while they go"),
+    "exporting": (4.0, 11.0, "tracks for other programs"),
     "drafting": (5.3, 10.0, "first configs and packages"),
     "explaining": (3.6, 10.0, "what is out of proportion"),
     "adapters": (0.15, 10.0, "other libraries' objects"),
