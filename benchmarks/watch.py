@@ -3,7 +3,7 @@
     python -m benchmarks.watch                       a browser at 60 scans/s, readers at 1,000 scans/s, a slow reader
     python -m benchmarks.watch --only drawn --tracks 500 --seconds 30
 
-Each line is a run of the command in a process of its own, on a simulation that goes at its own pace.
+Each line is a run of the command in a process of its own, on a recording of a simulated scene, as recorded.
 
 drawn: 200 tracks at 60 scans/s in Chromium. `own picture` are the scans that were the last one on a picture; the others
 were drawn together with a later one. The delay is from when a scan came until what was drawn of it has been painted, by
@@ -34,7 +34,9 @@ from urllib.parse import urlsplit
 
 import numpy as np
 
+import vedette
 from benchmarks.page import FLAGS
+from vedette.io import write_recording
 
 SEEN = """() => {
   const sorted = [...live.stats.delays].sort((a, b) => a - b), at = (q) => sorted[Math.floor(q * (sorted.length - 1))];
@@ -74,10 +76,13 @@ def config(targets: int, rate: float, seconds: float) -> dict[str, Any]:
 
 @contextmanager
 def watching(made: dict[str, Any]) -> Iterator[tuple[str, subprocess.Popen[str]]]:
-    """Run the command; give the address of its page."""
+    """Run the command on a recording of a scene; give the address of its page."""
     with tempfile.TemporaryDirectory() as name:
-        path = Path(name) / "config.json"
-        path.write_text(json.dumps(made))
+        path, recorded = Path(name) / "config.json", Path(name) / "recording.jsonl"
+        experiment = vedette.load(made)
+        spaces = {sensor: each.measurement for sensor, each in experiment.tracker.sensors.items()}
+        write_recording(recorded, experiment.steps().recording, spaces)
+        path.write_text(json.dumps(made | {"source": {"kind": "jsonl", "path": str(recorded)}}))
         command = [sys.executable, "-m", "vedette", "watch", str(path), "--json"]
         process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
         try:
@@ -138,13 +143,10 @@ def seen(address: str, seconds: float) -> dict[str, Any]:
     return found | {"said": said}
 
 
-def finished(process: subprocess.Popen[str]) -> tuple[int, str]:
-    """Return how many scans the run took, once it has ended, and its CPU time for each of them as text."""
-    assert process.stdout is not None
-    taken = int(json.loads(process.stdout.read().splitlines()[-1])["scans_taken"])
-    _, status, used = os.wait4(process.pid, 0)
-    process.returncode = os.waitstatus_to_exitcode(status)
-    return taken, f"{1e3 * (used.ru_utime + used.ru_stime) / taken:.2g} ms CPU a scan, with start and simulation"
+def finished(process: subprocess.Popen[str]) -> int:
+    """Return how many scans the run took, once it has ended."""
+    output, _ = process.communicate(timeout=60)
+    return int(json.loads(output.splitlines()[-1])["scans_taken"])
 
 
 def told(delays: list[float]) -> str:
@@ -156,10 +158,10 @@ def drawn(tracks: int, rate: float, seconds: float, name: str = "drawn") -> None
     """Watch in Chromium."""
     with watching(config(tracks, rate, seconds)) as (address, process):
         found = seen(address, seconds)
-        taken, cost = finished(process)
+        taken = finished(process)
     own = found["drawn"] / max(found["received"], 1)
     about = f"{name}: {tracks} targets, {rate:g} scans/s, {seconds:g} s, in Chromium"
-    print(f"{about}: {found['received']} of {taken} scans, {found['tracks']} tracks; {cost}")
+    print(f"{about}: {found['received']} of {taken} scans, {found['tracks']} tracks")
     print(f"    {found['drawn']} pictures, {own:.1%} of the scans have their own; to the picture {told(found['delays'])}")
     print(f"    on the console: {found['said'] or 'nothing'}")
 
@@ -168,11 +170,9 @@ def received(tracks: int, rate: float, seconds: float) -> None:
     """Watch by a plain client, then in Chromium."""
     with watching(config(tracks, rate, seconds)) as (address, process):
         found = counted(address)
-        taken, cost = finished(process)
+        taken = finished(process)
     about = f"received: {tracks} targets, {rate:g} scans/s, {seconds:g} s, by a plain client"
-    print(
-        f"{about}: {found['received']} of {taken} scans, {found['gaps']} gaps; to the client {told(found['delays'])}; {cost}"
-    )
+    print(f"{about}: {found['received']} of {taken} scans, {found['gaps']} gaps; to the client {told(found['delays'])}")
     drawn(tracks, rate, seconds, "received")
 
 
@@ -187,10 +187,10 @@ def slow(tracks: int, rate: float, seconds: float) -> None:
             taken_by += len(lazy.read(1_000))
             sleep(0.05)
         behind = lazy.read()
-        taken, cost = finished(process)
+        taken = finished(process)
     print(f"slow: {tracks} targets, {rate:g} scans/s, {seconds:g} s: the slow reader had {taken_by / 1e6:.2f} MB at the end")
     print(f"    and then took the {len(behind) / 1e6:.1f} MB that waited")
-    print(f"    the other: {result['received']} of {taken} scans, {result['gaps']} gaps; {told(result['delays'])}; {cost}")
+    print(f"    the other: {result['received']} of {taken} scans, {result['gaps']} gaps; {told(result['delays'])}")
 
 
 def main() -> None:

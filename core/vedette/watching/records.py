@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from base64 import b64encode
 from collections.abc import Sequence
+from importlib import import_module
 from time import monotonic
 from typing import Any, final
 
@@ -64,6 +65,8 @@ class Records:
         self._truth = TrueObjects(recording, self._rows.plane, experiment.judge.truth_gap)
         self.about: dict[str, Any] = about(experiment, recording, self._rows.plane, modes)
         self._judge = RunningJudge(recording.truth, tracker.state, experiment.judge, tracker.gate.probability)
+        if recording.truth:
+            import_module("scipy.optimize")  # the judge needs it, and a second's pause in the middle of a run is seen
         self._centre: Array | None = None
         self._count, self._judged_at, self._judging = 0, 0.0, 0.0
         self._none = no_rows(len(tracker.state), self._rows.axes, modes)

@@ -1,7 +1,7 @@
 "use strict";
 // The page of a run that goes on: takes each scan that comes, and draws as many of them as it can.
 
-const BEHIND = 4;    // scans that may wait for their own picture; of more, those before the last are not drawn
+const BEHIND = 2;    // scans that may wait for their own picture; of more, those before the last are not drawn
 const SLOW = 25;     // what is not drawn with each scan waits so many times as long as it takes, and 1 s
 const DETAILS = 200; // ms between two lists of a scan's tracks
 const MANY = 60;     // scans at once, from which on paths are drawn anew and not scan by scan
@@ -14,7 +14,8 @@ class Live {
     this.following = true;
     this.shown = -1;                 // which of the received scans was drawn last
     this.stats = { received: 0, drawn: 0, lost: 0, delays: [] };
-    this.nextSlow = this.nextDetails = 0;
+    this.nextDetails = 0;
+    this.slowly = [() => page.charts.rebuild(), () => this.drawOverview(), () => this.drawPaths()].map((draw) => ({ draw, next: 0 }));
     this.pictures = [];
     this.came = [];                  // when those scans came whose pictures are being drawn
     this.channel = new MessageChannel();
@@ -54,7 +55,7 @@ class Live {
     Object.assign(page.state, { scan: Math.max(0, page.state.scan - by), return: -1, track: this.data.byId.get(id) ?? -1 });
     page.charts.begin = this.data.scans.time[0];
     this.placePictures();
-    this.nextSlow = 0;
+    for (const job of this.slowly) job.next = 0;
   }
 
   open() {
@@ -121,7 +122,7 @@ class Live {
       this.channel.port2.postMessage(0);  // it arrives after this has been painted
     }
     if (now >= this.nextDetails) this.drawDetails(now);
-    if (now >= this.nextSlow) this.drawSlowly();
+    this.drawSlowly(performance.now());
     if (this.shown < stats.received - 1) this.ask();
   }
 
@@ -149,18 +150,25 @@ class Live {
     return words.join(" · ");
   }
 
-  // What takes too long to be drawn with each scan: charts, the tracks' lives, whole paths.
-  drawSlowly() {
-    const begin = performance.now();
+  // What takes too long to be drawn with each scan: one after the other, so that none waits for all of them.
+  drawSlowly(now) {
+    const job = this.slowly.find(({ next }) => now >= next);
+    if (!job) return;
+    job.draw();
+    const end = performance.now();
+    job.next = end + Math.max(1000, SLOW * (end - now));
+  }
+
+  drawOverview() {
     const { confirmed } = this.data.tracks, objects = this.data.facts.objects.length;
     const words = [`${confirmed.reduce((sum, each) => sum + each, 0)} confirmed tracks of ${confirmed.length} begun`];
     byId("overview").textContent = [...words, ...(objects ? [`${objects} true objects`] : [])].join(" · ");
-    page.charts.rebuild();
     page.timeline.draw();
+  }
+
+  drawPaths() {
     page.map.stale = true;
     page.map.draw();
-    const end = performance.now();
-    this.nextSlow = end + Math.max(1000, SLOW * (end - begin));
   }
 
   // A picture of what a camera saw lies under its scan once it is decoded.
@@ -186,7 +194,7 @@ class Live {
       this.follow(false);
       this.button.hidden = true;
       this.drawDetails(0);
-      this.drawSlowly();
+      for (const job of this.slowly) job.draw();
       page.details.show();
     }
     this.tell(`${why} · ${this.stats.received} scans`);
