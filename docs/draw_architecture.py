@@ -30,7 +30,7 @@ PLACES: dict[str, tuple[float, float, str]] = {
     "explaining": (3.6, 10.0, "what is out of proportion"),
     "adapters": (0.15, 10.0, "other libraries' objects"),
     "report": (1.9, 10.0, "pictures, summaries"),
-    "tuning": (6.9, 10.0, "parameters from detections"),
+    "tuning": (5.8, 11.0, "parameters from detections"),
     "montecarlo": (3.5, 9.0, "studies of many runs"),
     "io": (5.1, 8.0, "recordings, track files"),
     "config": (3.6, 7.0, "from plain data to components"),

@@ -9,6 +9,7 @@ class Charts {
     Object.assign(this, { data, state, host, onTime, specs });
     this.begin = data.scans.count ? data.scans.time[0] : 0;
     this.plots = [];
+    this.spans = false;  // whether lines go on over scans without a value
   }
 
   // Draws the charts of the track that is chosen, else those of all.
@@ -82,12 +83,12 @@ class Charts {
     for (const { low, high, fill, gaps } of [{ fill: BAND, ...spec }, ...spec.lines].filter((each) => each.low)) {
       bands.push({ series: [series.length, series.length + 1], fill });
       for (const edge of [high, low]) {
-        series.push({ stroke: "transparent", points: { show: false }, spanGaps: gaps === false });
+        series.push({ stroke: "transparent", points: { show: false }, spanGaps: this.spans || gaps === false });
         columns.push(clean(edge));
       }
     }
     for (const line of spec.lines) {
-      series.push({ stroke: line.colour, dash: line.dash, spanGaps: line.gaps === false, width: line.dots ? 0.6 : 1.4, points: { show: Boolean(line.dots), size: 4, width: 0, fill: line.colour } });
+      series.push({ stroke: line.colour, dash: line.dash, spanGaps: this.spans || line.gaps === false, width: line.dots ? 0.6 : 1.4, points: { show: Boolean(line.dots), size: 4, width: 0, fill: line.colour } });
       columns.push(clean(line.values));
     }
     const axis = { stroke: SOFT, grid: { stroke: FAINT, width: 1 }, ticks: { show: false }, font: "11px system-ui, sans-serif" };
