@@ -106,7 +106,7 @@ class TerminalView:
             for mark, style in line:
                 text.append(mark, style=style)
             text.append("\n")
-        text.append(f"{step * 10:.3g} {self._unit} for 10 characters", style="dim")
+        text.append(f"{step * 10:.4g} {self._unit} for 10 characters", style="dim")
         return text
 
     def _extend(self, spots: Array) -> None:
