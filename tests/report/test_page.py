@@ -22,7 +22,7 @@ from vedette.report.page.build import write_page
 from vedette.report.page.frames import frames
 from vedette.report.page.geography import east_north, graticule, read_origin, read_underlay
 from vedette.report.page.packing import pack, single
-from vedette.types import Frame
+from vedette.types import Frame, LazyScans
 
 UPLOT = {
     "uPlot.iife.min.js": "19c8d4c6ad88929a79f4ae49d6f7161566dfd0ba3d15cc495e974f787eb78f1f",
@@ -241,7 +241,7 @@ def test_frames_are_pictures_with_their_scan_and_place(tmp_path, monkeypatch):
     seen = Scan(0.5, "radar", [[1.0, 2.0]])
     spaces = {"camera": Space.of(x="px", y="px"), "radar": Space.of(x="m", y="m")}
     write_recording(tmp_path / "recording.jsonl", Recording((images[0], seen, *images[1:])), spaces)
-    found = frames(tmp_path / "recording.jsonl")
+    found = frames(tmp_path / "recording.jsonl", np.zeros(0))
     assert [each["scan"] for each in found] == [0, 2, 3, 4]
     assert [each["corner"] for each in found] == [[0.0, 0.0]] + [[3.0, -2.0]] * 3
     assert found[0]["size"] == [7, 5]
@@ -250,6 +250,45 @@ def test_frames_are_pictures_with_their_scan_and_place(tmp_path, monkeypatch):
         shade = np.nan_to_num(255 * np.clip((wanted - low) / (high - low), 0, 1))
         np.testing.assert_allclose(decoded(b64decode(each["png"])), shade, atol=0.51)
     monkeypatch.setattr("vedette.report.page.frames.MOST", 2)
-    assert [each["scan"] for each in frames(tmp_path / "recording.jsonl")] == [0, 3]
-    monkeypatch.setattr("vedette.report.page.frames.BYTES", 100)
-    assert frames(tmp_path / "recording.jsonl") == []
+    assert [each["scan"] for each in frames(tmp_path / "recording.jsonl", np.zeros(0))] == [0, 3]
+    monkeypatch.setattr("vedette.report.page.frames.BYTES", 10)
+    assert frames(tmp_path / "recording.jsonl", np.zeros(0)) == []
+
+
+def test_frames_of_a_clip_are_read_again_those_that_the_run_took(tmp_path, monkeypatch):
+    """The second frame of the clip was refused; the fifth cannot be read any more."""
+    rng = np.random.default_rng(6)
+    pixels = [rng.normal(size=(4, 6)) for _ in range(6)]
+
+    def make(i):
+        if i == 4:
+            raise InputError("cut off")
+        return Scan.image(float(i), "camera", Frame(pixels[i]))
+
+    monkeypatch.setattr("vedette.report.page.frames._clip", lambda config: LazyScans(6, make))
+    found = frames(tmp_path / "recording.jsonl", np.array([0.0, 2.0, 3.0, 4.0, 5.0]), "{}")
+    assert [each["scan"] for each in found] == [0, 1, 2, 4]
+    low, high = np.percentile(pixels[0], [1.0, 99.8])
+    for each, i in zip(found, (0, 2, 3, 5), strict=True):
+        np.testing.assert_allclose(
+            decoded(b64decode(each["png"])), 255 * np.clip((pixels[i] - low) / (high - low), 0, 1), atol=0.51
+        )
+    monkeypatch.setattr("vedette.report.page.frames.BYTES", 2 * len(found[0]["png"]) + 10)
+    assert [each["scan"] for each in frames(tmp_path / "recording.jsonl", np.arange(4.0), "{}")] == [0, 2]
+
+
+def test_a_fine_frame_is_made_coarser_and_keeps_its_place(tmp_path, monkeypatch):
+    pixels = np.kron(np.arange(6.0).reshape(2, 3), np.ones((300, 300)))
+    monkeypatch.setattr(
+        "vedette.report.page.frames._clip", lambda config: LazyScans(1, lambda i: Scan.image(0.0, "c", Frame(pixels)))
+    )
+    (found,) = frames(tmp_path / "recording.jsonl", np.zeros(1), "{}")
+    assert found["size"] == [900, 600]
+    coarse = decoded(b64decode(found["png"]))
+    assert coarse.shape == (200, 300)
+    np.testing.assert_allclose(coarse[::100, ::100], [[0, 51, 102], [153, 204, 255]], atol=1)
+
+
+def test_a_config_without_a_clip_has_no_frames(folder, tmp_path):
+    assert frames(tmp_path / "recording.jsonl", np.zeros(3), (folder / "config.json").read_text()) == []
+    assert frames(tmp_path / "recording.jsonl", np.zeros(3), "{}") == []

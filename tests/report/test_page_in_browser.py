@@ -232,3 +232,33 @@ def test_a_frame_lies_under_what_was_seen_in_it(tmp_path, running):
         assert red == green == blue < 255, "a shade of grey"
     seen.tab.locator("#layers label", has_text="frames").click()
     assert seen.tab.evaluate(middle.replace("{0}", "-20.3")) == [0, 0, 0], "nothing is drawn there: clear"
+
+
+def test_a_sector_is_drawn_where_the_sensor_looks(opened):
+    """Its corners, of a sensor at a place whose platform heads to 30 deg."""
+    spy = """view => {
+      const seen = [], { map, data } = page, own = map.context, { scans, facts } = data;
+      page.goTo(60);
+      const before = [facts.sensors.radar.view, scans.heading[60]];
+      facts.sensors.radar.view = view;
+      scans.heading[60] = Math.PI / 6;
+      own.lineTo = function (x, y) { seen.push(map.placeAt(x, y)); CanvasRenderingContext2D.prototype.lineTo.call(this, x, y); };
+      drawView(map);
+      delete own.lineTo;
+      [facts.sensors.radar.view, scans.heading[60]] = before;
+      return seen.map(([x, y]) => [x + facts.centre[0], y + facts.centre[1]]);
+    }"""
+    drawn = opened.tab.evaluate(spy, [{"closed": False, "rows": [[0.0, 100.0, 900.0], [0.5, 100.0, 900.0]]}])
+    bearing, reach = np.pi / 6 + np.array([0.0, 0.5, 0.5, 0.0]), np.array([900.0, 900.0, 100.0, 100.0])
+    np.testing.assert_allclose(drawn, np.stack([reach * np.cos(bearing), reach * np.sin(bearing)], axis=1), atol=1e-6)
+    assert opened.tab.evaluate("page.data.facts.sensors.radar.view[0].rows[0].slice(1)") == [150, 3000]
+    assert opened.said == []
+
+
+def test_figures_of_the_summary_are_a_table(folder, opened):
+    told = json.loads((folder / "summary.json").read_text())
+    for name in ("position_rmse_m", "gospa_m", "nis", "coverage"):
+        (cell,) = opened.tab.locator(f'[data-figure="{name}"] td').all_inner_texts()
+        assert agrees(cell, told[name])
+    cells = opened.tab.locator('[data-figure="ferry"] td').all_inner_texts()
+    assert agrees(cells[1], told["truths"][0]["position_rmse_m"])

@@ -159,7 +159,7 @@ def _show_tracks(axes: Axes, tracks: Sequence[Track], plane: Plane, *, in_image:
         sure = np.where(held[:, None], points, np.nan)
         axes.plot(*points.T, color=shade, linewidth=canvas.stroke(0.8), linestyle=(0, (1, 2)), zorder=2)
         axes.plot(*sure.T, color=shade, linewidth=canvas.stroke(3.0), alpha=0.85, zorder=3, solid_capstyle="round")
-        chosen = _spread(track, every)
+        chosen = _spread(track.times, held, every)
         rings = ellipses(points[chosen], plane.covariances(track.space, track.cov[chosen]))
         axes.add_collection(
             LineCollection(list(rings), colors=shade, linewidths=canvas.stroke(0.9), alpha=0.9, zorder=3), autolim=False
@@ -182,11 +182,11 @@ def _seen(track: Track) -> Mask:
     return seen if seen.any() else track.confirmed
 
 
-def _spread(track: Track, every: float) -> list[int]:
-    """Return confirmed scans at least `every` s apart."""
+def _spread(times: Array, held: Mask, every: float) -> list[int]:
+    """Return scans at least `every` s apart at which a track was held."""
     chosen: list[int] = []
-    for i in np.flatnonzero(track.confirmed):
-        if not chosen or track.times[i] - track.times[chosen[-1]] >= max(every, 1e-9):
+    for i in np.flatnonzero(held):
+        if not chosen or times[i] - times[chosen[-1]] >= max(every, 1e-9):
             chosen.append(int(i))
     return chosen
 

@@ -106,6 +106,9 @@ def _entries(series: Series, order: Rows, centre: Array) -> list[Named]:
         made += _three("cov", entries["cov"][:, cov])
         off = single(entries["gate_position"] - entries["mean"][:, place])
         made += [("entries.gateX", off[:, 0]), ("entries.gateY", off[:, 1]), *_three("gate", entries["gate_cov"])]
+    names = list(series.about["axes"])
+    sizes = [name for name in ("width", "height") if name in names]
+    made += [(f"entries.{name}", single(entries["mean"][:, names.index(name)])) for name in sizes]
     if rate:
         speed = single(entries["mean"][:, rate])
         made += [("entries.vx", speed[:, 0]), ("entries.vy", speed[:, 1])]

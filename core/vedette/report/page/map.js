@@ -197,6 +197,10 @@ class SceneMap {
       context.stroke();
       context.setLineDash([]);
       context.lineWidth = chosen ? 2 : 1;
+      if (entries.width && entries.height) {  // the box of a target in images
+        const width = entries.width[e] * this.view.scale, height = entries.height[e] * this.view.scale;
+        context.strokeRect(x - width / 2, y - height / 2, width, height);
+      }
       if (state.layers.ellipses) this.ellipse(x, y, entries.covXX[e], entries.covXY[e], entries.covYY[e], ELLIPSE);
       if ((state.layers.gates || chosen) && sensor.gate && Number.isFinite(entries.gateXX[e])) {
         context.setLineDash([3, 3]);

@@ -59,7 +59,7 @@ class Shown:
             "words": self.words,
             "config": self.config,
             "colours": {"tracks": canvas.TRACKS, "modes": canvas.MODES},
-            "frames": frames(self.folder / "recording.jsonl"),
+            "frames": frames(self.folder / "recording.jsonl", series["scans"]["time"], self.config),
             "underlay": [] if underlay is None else read_underlay(underlay, origin),
             "graticule": [] if origin is None else graticule(origin, *_box(series)),
         }, packed
