@@ -32,12 +32,16 @@ PUBLISHED = {"proposed": (None, 3.5268, 3.5270), "IMM/MSPDA soft": (None, 4.6119
 
 @frozen(eq=False)
 class Record:
-    """One filter from 2 s on: squares and nees (r, s-2), path (s-2, 2) in the first run, modes (s-2, q) or None."""
+    """One filter from 2 s on: squares and nees (r, s-2), path (s-2, 2) in the first run; modes (s-2, q) or None.
+
+    modes_doubt (s-2, q): two standard errors of the modes.
+    """
 
     squares: Array
     nees: Array
     path: Array
     modes: Array | None
+    modes_doubt: Array | None = None
 
 
 @frozen(eq=False)
@@ -132,7 +136,7 @@ def charts(
         root, doubt = over_runs(record.squares)
         errors.append(Curve(name, times, root, "dashed" if name == "proposed, printed" else "line", doubt=doubt))
     modes = tuple(
-        mode_panel(name, "time [s]", times, record.modes, ("constant velocity", "constant acceleration"))
+        mode_panel(name, "time [s]", times, record.modes, ("constant velocity", "constant acceleration"), record.modes_doubt)
         for name, record in records.items()
         if record.modes is not None
     )
@@ -158,7 +162,7 @@ def charts(
             (evolve(dense, ticks=tuple(label for label, _ in tables[3].rows)),),
             claims[2:5],
         ),
-        Chart("modes", "Mode probabilities of the IMMs, mean over runs", modes, shared=True),
+        Chart("modes", "Mode probabilities of the IMMs, mean over runs; bands: two standard errors", modes, shared=True),
     )
 
 

@@ -12,7 +12,7 @@ from attrs import frozen
 from vedette import Array, Experiment, Gaussian, Mask, Progress, Reproduction, Scan, Space, Trajectory, load
 from vedette.metrics import nees
 from vedette.montecarlo import run_together
-from vedette.reproduction import Findings, Keep, afresh, over_axes, squared_distances, two_point
+from vedette.reproduction import Findings, Keep, afresh, mean_over_runs, over_axes, squared_distances, two_point
 from vedette.sampling import Bounds, draw_detections
 from vedette.tracking import preprocessed, raw_sensors
 from vedette_bayes_risk import outcome, verdicts
@@ -116,12 +116,12 @@ def record(experiment: Experiment, truth: Array, times: Array, moments: Sequence
     last = np.flatnonzero(np.append(np.diff(runs.times) > 0, True))
     axes = runs.space.locate(PLANE)
     error = runs.mean[:, last][..., axes] - truth[2:]
-    modes = None if runs.mode_prob is None else np.mean(runs.mode_prob[:, last], axis=0)
+    modes = (None, None) if runs.mode_prob is None else mean_over_runs(runs.mode_prob[:, last])
     return Record(
         squared_distances(error),
         nees(error, runs.cov[:, last][..., axes, :][..., axes]),
         runs.mean[0, last][:, axes[:2]],
-        modes,
+        *modes,
     )
 
 

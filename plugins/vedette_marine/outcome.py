@@ -43,7 +43,7 @@ SECONDS = {"MANV-like": (12.4, 11.6, 10.8), "DARC-like": (3.38, 2.89, 3.02)}
 @frozen(eq=False)
 class Record:
     """One filter on one target: squared errors against AIS and against the hull's centre (r, s), NIS / 2 (r, s), lost (r,),
-    mode probabilities (s, q) or None; `path` (s, 2) of the first run.
+    mode probabilities (s, q) or None; `path` (s, 2) of the first run; modes_doubt (s, q): two standard errors of the modes.
     """
 
     ais: Array
@@ -52,6 +52,7 @@ class Record:
     lost: Mask
     modes: Array | None
     path: Array
+    modes_doubt: Array | None = None
 
 
 Found = Mapping[tuple[str, str], Mapping[str, Record]]
@@ -151,9 +152,9 @@ def charts(
             root, doubt = over_runs(in_blocks(some if len(some) else records[name].ais))
             error.append(Curve(name, in_blocks(times[target]), root, doubt=doubt))
         against.append(Panel(target, "time [s]", "RMS error against AIS [m]", tuple(error)))
-        mode = records["IMM-PDAF"].modes
-        if mode is not None:
-            modes.append(mode_panel(target, "time [s]", times[target], mode, ("constant velocity", "coordinated turn")))
+        own, names = records["IMM-PDAF"], ("constant velocity", "coordinated turn")
+        if own.modes is not None:
+            modes.append(mode_panel(target, "time [s]", times[target], own.modes, names, own.modes_doubt))
     columns = [column for column in errors.columns if column.endswith("AIS")]
     table = comparison(errors, columns, "RMS error [m]", title="Against AIS, each filter tuned", log=True)
     return (
@@ -165,5 +166,7 @@ def charts(
             tuple(against),
             claims[:4],
         ),
-        Chart("modes", "Mode probabilities of IMM-PDAF, mean over runs", tuple(modes), shared=True),
+        Chart(
+            "modes", "Mode probabilities of IMM-PDAF, mean over runs; bands: two standard errors", tuple(modes), shared=True
+        ),
     )

@@ -12,7 +12,7 @@ from attrs import frozen
 
 from vedette import Array, Mask, Progress, Reproduction, build
 from vedette.montecarlo import run_together
-from vedette.reproduction import Findings, Keep, afresh
+from vedette.reproduction import Findings, Keep, afresh, mean_over_runs
 from vedette_marine import configs, outcome, scenes, verdicts
 from vedette_marine.outcome import FILTERS, Record
 from vedette_marine.points import Points, by_frame_number, draw, prior
@@ -139,13 +139,15 @@ def record(
     found = run_together(tracker, given, float(points.times[0]), points.scans)
     spot = found.mean[..., :2]
     centre = _squares(spot - points.centres[target])
+    modes = (None, None) if found.mode_prob is None else mean_over_runs(found.mode_prob)
     return Record(
         ais=_squares(spot - points.ais[:, target]),
         centre=centre,
         nis=found.nis / 2,
         lost=_lost(centre, LOST[scene] if lost is None else lost),
-        modes=None if found.mode_prob is None else np.mean(found.mode_prob, axis=0),
+        modes=modes[0],
         path=spot[0],
+        modes_doubt=modes[1],
     )
 
 

@@ -48,13 +48,17 @@ class Scene:
 
 @frozen(eq=False)
 class Record:
-    """One filter, from the third scan on: squares, nees and nis (r, s-2); path (s-2, 2) in the first run; modes (s-2, q)."""
+    """One filter, from the third scan on: squares, nees and nis (r, s-2); path (s-2, 2) in the first run; modes (s-2, q).
+
+    modes_doubt (s-2, q): two standard errors of the modes.
+    """
 
     squares: Array
     nees: Array
     nis: Array
     path: Array
     modes: Array
+    modes_doubt: Array | None = None
 
     @property
     def failed(self) -> Mask:
@@ -121,7 +125,9 @@ def charts(scene: Scene, records: Mapping[str, Record], errors: Table, claims: t
         root, doubt = over_runs(record.squares[_kept(record)])
         against_time.append(Curve(name, _TIMES, root, doubt=doubt))
     modes = [
-        mode_panel(name, "time [s]", _TIMES, record.modes, MODES.get(name, ("straight", "right", "left")))
+        mode_panel(
+            name, "time [s]", _TIMES, record.modes, MODES.get(name, ("straight", "right", "left")), record.modes_doubt
+        )
         for name, record in records.items()
     ]
     table = (
@@ -137,7 +143,7 @@ def charts(scene: Scene, records: Mapping[str, Record], errors: Table, claims: t
             (Panel("", "time [s]", "error [m]", tuple(against_time)),),
             claims[:4],
         ),
-        Chart("modes", "Mode probabilities, mean over runs", tuple(modes), shared=True),
+        Chart("modes", "Mode probabilities, mean over runs; bands: two standard errors", tuple(modes), shared=True),
     )
 
 

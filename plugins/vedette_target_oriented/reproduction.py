@@ -11,7 +11,7 @@ from attrs import frozen
 from vedette import Experiment, Gaussian, Progress, Reproduction, Scan, Space, load
 from vedette.metrics import nees
 from vedette.montecarlo import run_together
-from vedette.reproduction import Findings, Keep, afresh, over_axes, squared_distances, two_point
+from vedette.reproduction import Findings, Keep, afresh, mean_over_runs, over_axes, squared_distances, two_point
 from vedette.sampling import Bounds, draw_detections
 from vedette_target_oriented import accelerations, outcome, processes, verdicts
 from vedette_target_oriented.configs import FILTERS
@@ -96,5 +96,5 @@ def record(experiment: Experiment, scene: Scene) -> Record:
         nees(error, estimate.cov),
         runs.nis,
         estimate.mean[0, :, :2],
-        np.mean(runs.mode_prob, axis=0),
+        *mean_over_runs(runs.mode_prob),
     )

@@ -49,7 +49,8 @@ class Scene:
 class Record:
     """One filter, from the third scan on: squares, distance, nis, nees (r, s-2), lost (r,).
 
-    path (s-2, 2): its track in the first run; modes (s-2, q): mean mode probabilities, None without modes.
+    path (s-2, 2): its track in the first run; modes and modes_doubt (s-2, q): mean mode
+    probabilities and two standard errors of them, None without modes.
     """
 
     squares: Array
@@ -59,6 +60,7 @@ class Record:
     lost: Mask
     path: Array
     modes: Array | None
+    modes_doubt: Array | None = None
 
 
 def leg(name: str) -> slice:
@@ -156,7 +158,12 @@ def charts(scene: Scene, records: Mapping[str, Record], errors: Table, claims: t
             (comparison(errors, tuple(LEGS), "RMS error [m]", log=True),),
             claims[-1:],
         ),
-        Chart("modes", "Mode probabilities of the IMMs, mean over runs", _modes(scans, records), shared=True),
+        Chart(
+            "modes",
+            "Mode probabilities of the IMMs, mean over runs; bands: two standard errors",
+            _modes(scans, records),
+            shared=True,
+        ),
     )
 
 
@@ -175,7 +182,7 @@ def _plane(scene: Scene, record: Record) -> Panel:
 
 def _modes(scans: Array, records: Mapping[str, Record]) -> tuple[Panel, ...]:
     return tuple(
-        mode_panel(name, "scan (3 s each)", scans[2:], record.modes, MODES[name])
+        mode_panel(name, "scan (3 s each)", scans[2:], record.modes, MODES[name], record.modes_doubt)
         for name, record in records.items()
         if record.modes is not None
     )

@@ -11,7 +11,7 @@ from attrs import frozen
 from vedette import Array, Detections, Experiment, Gaussian, Progress, Reproduction, Scan, Space, load
 from vedette.metrics import nees
 from vedette.montecarlo import run_together
-from vedette.reproduction import Findings, Keep, afresh, over_axes, squared_distances, two_point
+from vedette.reproduction import Findings, Keep, afresh, mean_over_runs, over_axes, squared_distances, two_point
 from vedette.sampling import returns
 from vedette.tracking import preprocessed, raw_sensors
 from vedette_vts import outcome, verdicts
@@ -87,6 +87,7 @@ def record(experiment: Experiment, scene: Scene) -> Record:
     gated = run_together(tracker, given, scene.times[1], scans)
     axes = tracker.state.locate(PLANE)
     error = free.mean[..., axes] - scene.truth[2:]
+    modes = (None, None) if free.mode_prob is None else mean_over_runs(free.mode_prob)
     return Record(
         squares=squared_distances(error),
         distance=free.distance,
@@ -94,7 +95,8 @@ def record(experiment: Experiment, scene: Scene) -> Record:
         nees=nees(error, free.cov[..., axes, :][..., axes]),
         lost=np.sqrt(squared_distances(gated.mean[:, -1, axes] - scene.truth[-1])) > LOST,
         path=free.mean[0][:, axes[:2]],
-        modes=None if free.mode_prob is None else np.mean(free.mode_prob, axis=0),
+        modes=modes[0],
+        modes_doubt=modes[1],
     )
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vedette.report.chart import draw
-from vedette.reproduction import Cell, Chart, Curve, Panel, Table, comparison, mode_panel
+from vedette.reproduction import Cell, Chart, Curve, Panel, Table, comparison, mean_over_runs, mode_panel
 
 X = np.arange(40.0)
 
@@ -92,3 +92,32 @@ def test_modes_are_called_by_their_names():
     np.testing.assert_array_equal(made.curves[1].y, modes[:, 1])
     with pytest.raises(ValueError, match="zip"):
         mode_panel("IMM", "time [s]", X, modes, ("straight",))
+
+
+def test_bands_of_mode_probabilities_are_two_standard_errors_of_their_mean():
+    modes = np.random.default_rng(1).dirichlet([2.0, 3.0], size=(50, len(X)))
+    mean, doubt = mean_over_runs(modes)
+    np.testing.assert_allclose(mean, modes.mean(axis=0))
+    np.testing.assert_allclose(doubt, 2 * np.sqrt(((modes - mean) ** 2).sum(axis=0) / 49 / 50))
+    made = mode_panel("IMM", "time [s]", X, mean, ("straight", "turn"), doubt)
+    np.testing.assert_array_equal(made.curves[1].doubt, doubt[:, 1])
+    assert not mean_over_runs(modes[:1])[1].any()
+
+
+def test_an_axis_shows_the_values_that_there_can_be_and_no_others():
+    share = Curve("", X, np.zeros(len(X)))
+    for within, ends in (((0.0, 100.0), (-2.0, 102.0)), (None, None)):
+        low, high = draw(Chart("name", "A title", (panel("", share, within=within),))).axes[0].get_ylim()
+        assert (low, high) == (ends or (low, high))
+        assert (low < -0.01) is (within is None or low == -2.0)
+    rising = draw(Chart("name", "A title", (panel("", Curve("", X, X), within=(0.0, np.inf)),))).axes[0].get_ylim()
+    assert -1.0 < rising[0] <= 0.0
+    assert rising[1] > X[-1]
+
+
+def test_sweeps_have_a_logarithmic_axis_with_plain_numbers():
+    made = draw(Chart("name", "A title", (panel("", Curve("", X + 0.1, X), log_across=True),)))
+    made.draw_without_rendering()
+    assert made.axes[0].get_xscale() == "log"
+    told = [text.get_text() for text in made.axes[0].get_xticklabels()]
+    assert {"0.1", "1", "10"} <= set(told)

@@ -242,7 +242,7 @@ def test_a_sector_is_drawn_where_the_sensor_looks(opened):
       const before = [facts.sensors.radar.view, scans.heading[60]];
       facts.sensors.radar.view = view;
       scans.heading[60] = Math.PI / 6;
-      own.lineTo = function (x, y) { seen.push(map.placeAt(x, y)); CanvasRenderingContext2D.prototype.lineTo.call(this, x, y); };
+      own.lineTo = (x, y) => seen.push(map.placeAt(x, y));
       drawView(map);
       delete own.lineTo;
       [facts.sensors.radar.view, scans.heading[60]] = before;

@@ -151,7 +151,7 @@ def _keep_within(axes: Axes, least: float, most: float) -> None:
     values = np.concatenate([np.asarray(line.get_ydata(), dtype=float) for line in axes.get_lines()] or [np.zeros(0)])
     known = values[np.isfinite(values)]
     if len(known) and np.ptp(known) == 0 and np.isfinite(most):
-        low, high = least, most
+        low, high = least - (most - least), most + (most - least)
     edge = 0.02 * (min(high, most) - max(low, least))
     axes.set_ylim(max(low, least - edge), min(high, most + edge))
 

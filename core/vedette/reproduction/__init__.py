@@ -16,6 +16,7 @@ from vedette.reproduction.findings import Table as Table
 from vedette.reproduction.keeping import Keep as Keep
 from vedette.reproduction.keeping import afresh as afresh
 from vedette.reproduction.panels import comparison as comparison
+from vedette.reproduction.panels import mean_over_runs as mean_over_runs
 from vedette.reproduction.panels import mode_panel as mode_panel
 from vedette.reproduction.panels import over_runs as over_runs
 from vedette.reproduction.starts import over_axes as over_axes

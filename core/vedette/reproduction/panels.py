@@ -35,10 +35,19 @@ def comparison(
     return Panel(title, "", upright, (*curves, *marks), log=log, ticks=ticks, within=within)
 
 
-def mode_panel(title: str, across: str, x: Array, modes: Array, names: Sequence[str]) -> Panel:
-    """Return the mean probabilities (s, q) of the modes with these names at x (s,)."""
-    curves = tuple(Curve(name, x, part) for name, part in zip(names, modes.T, strict=True))
+def mode_panel(title: str, across: str, x: Array, modes: Array, names: Sequence[str], doubt: Array | None = None) -> Panel:
+    """Return the mean probabilities (s, q) of the modes with these names at x (s,), in bands of `doubt` (s, q)."""
+    wide = [None] * len(names) if doubt is None else list(doubt.T)
+    curves = tuple(Curve(name, x, part, doubt=own) for name, part, own in zip(names, modes.T, wide, strict=True))
     return Panel(title, across, "probability", curves, within=(0.0, 1.0))
+
+
+def mean_over_runs(values: Array) -> tuple[Array, Array]:
+    """Return the mean over runs of values (r, ..), and two standard errors of it: (..), (..)."""
+    mean: Array = np.mean(values, axis=0)
+    if len(values) < 2:
+        return mean, np.zeros_like(mean)
+    return mean, 2 * np.std(values, axis=0, ddof=1) / np.sqrt(len(values))
 
 
 def over_runs(squares: Array) -> tuple[Array, Array]:
