@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -17,12 +18,22 @@ from vedette.tuning.moments import Noise
 
 @frozen
 class Gain:
-    """By how much the log-likelihood of some scans grew, and its standard error from the paired scans."""
+    """By how much the log-likelihood of some scans grew, and its standard error.
+
+    `by_scans` is the error's part from the paired scans, the rest is from the errors of the tuned values; 0 where they
+    were tuned on these scans.
+    """
 
     scans: int
     before: float
     after: float
-    error: float
+    by_scans: float
+    by_values: float
+
+    @property
+    def error(self) -> float:
+        """Both together."""
+        return math.hypot(self.by_scans, self.by_values)
 
     @property
     def difference(self) -> float:
@@ -33,11 +44,16 @@ class Gain:
     def text(self) -> str:
         """In words."""
         per = self.difference / self.scans
-        return f"{self.difference:+.1f} +- {self.error:.1f} over {self.scans} scans ({per:+.3f} a scan)"
+        parts = f", +- {self.by_scans:.1f} by the scans, +- {self.by_values:.1f} by the values' errors"
+        return (
+            f"{self.difference:+.1f} +- {self.error:.1f} over {self.scans} scans "
+            f"({per:+.3f} a scan{parts if self.by_values else ''})"
+        )
 
     def data(self) -> dict[str, Any]:
         """Return the figures as plain data."""
-        return {"scans": self.scans, "before": self.before, "after": self.after, "error": self.error}
+        names = ("scans", "before", "after", "error", "by_scans", "by_values")
+        return {name: getattr(self, name) for name in names}
 
 
 @frozen(eq=False)
@@ -54,8 +70,8 @@ class Judged:
     noises_after: Sequence[Noise]
 
 
-def judge(data: Data, free: Sequence[Free], values: Sequence[float]) -> Judged:
-    """Run the config's own values, as far as it has any, and the tuned ones over all scans."""
+def judge(data: Data, free: Sequence[Free], values: Sequence[float], cov: Array) -> Judged:
+    """Run the config's own values and the tuned ones, with cov (p, p) of their positions, over all scans."""
     own = [each.start if each.place.value is None else each.place.value for each in free]
     before = evaluate(data, free, own, whole=True, moments=True)
     after = evaluate(data, free, values, whole=True, moments=True)
@@ -66,19 +82,41 @@ def judge(data: Data, free: Sequence[Free], values: Sequence[float]) -> Judged:
         data.tuned,
         None if before is None else before.loglik,
         after.loglik,
-        _gain(before, after, slice(0, data.tuned)),
-        _gain(before, after, held) if data.tuned < len(data.times) else None,
+        _gain(before, after, slice(0, data.tuned), 0.0),
+        _gain(before, after, held, by_values(data, free, values, cov)) if data.tuned < len(data.times) else None,
         _noises(before),
         _noises(after),
     )
 
 
-def _gain(before: Evaluated | None, after: Evaluated, scans: slice) -> Gain | None:
+def by_values(data: Data, free: Sequence[Free], values: Sequence[float], cov: Array) -> float:
+    """Return the standard error of the likelihood of the scans held back that comes from the errors of the tuned values.
+
+    sqrt(g' C g), with g its slope by central differences over one standard error, and C their covariance, over positions.
+    """
+    known = np.flatnonzero(np.isfinite(np.diagonal(cov))).tolist()
+    slope = np.zeros(len(known))
+    for k, i in enumerate(known):
+        error, heights, places = float(np.sqrt(cov[i, i])), [], []
+        for sign in (1.0, -1.0):
+            place = np.clip(free[i].position(values[i]) + sign * error, 0.0, 1.0)
+            moved = [*values[:i], float(free[i].value(place)), *values[i + 1 :]]
+            found = evaluate(data, free, moved, whole=True)
+            if found is not None:
+                heights.append(float(np.sum(found.loglik[data.tuned :])))
+                places.append(float(place))
+        if len(places) == 2 and places[0] > places[1]:
+            slope[k] = (heights[0] - heights[1]) / (places[0] - places[1])
+    C = cov[np.ix_(known, known)]
+    return float(np.sqrt(max(float(slope @ C @ slope), 0.0)))
+
+
+def _gain(before: Evaluated | None, after: Evaluated, scans: slice, spread: float) -> Gain | None:
     if before is None:
         return None
     old, new = before.loglik[scans], after.loglik[scans]
     error = float(np.sqrt(max(float(long_run((new - old)[:, None])[0, 0]), 0.0)))
-    return Gain(len(old), float(np.sum(old)), float(np.sum(new)), error)
+    return Gain(len(old), float(np.sum(old)), float(np.sum(new)), error, spread)
 
 
 def _noises(found: Evaluated | None) -> Sequence[Noise]:

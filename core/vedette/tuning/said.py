@@ -101,6 +101,8 @@ def _verdict(tuned: Tuned) -> str:
         return "better there, too"
     if held.difference < -2 * held.error:
         return "WORSE there: what was tuned on is not like the rest, or too short for so many parameters"
+    if held.difference < -2 * held.by_scans:
+        return "lower there, yet by no more than the errors of the values make of it: they are known badly"
     return "no worse there than chance allows" if held.difference < 0 else "no better there than chance allows"
 
 

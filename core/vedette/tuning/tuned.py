@@ -149,7 +149,8 @@ def tune(
     with np.errstate(invalid="ignore"):
         correlation = known.cov / np.outer(known.error, known.error)
     result = Tuned(
-        experiment.title, by, found, _blurred(known, parameters), judge(data, parameters, values), correlation, starts,
+        experiment.title, by, found, _blurred(known, parameters),
+        judge(data, parameters, values, known.cov), correlation, starts,
         ended_there(ends, known.position),
         known.jumps, evaluations, kept.resumed, to_config(applied(experiment, parameters, values)),
         own, {_written(path): value for path, value in changes(experiment, parameters, values).items()},
