@@ -1,6 +1,8 @@
 """Several runs on one page: their figures side by side, the series of smoothed tracks, what does not go together."""
 
 import json
+import os
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -145,13 +147,22 @@ def test_one_cursor_moves_all_runs_and_every_value_is_its_file_s(folders, opened
     assert opened.tab.evaluate("document.documentElement.scrollWidth <= window.innerWidth")
 
 
+def test_a_picture_of_it_is_taken_for_the_docs(opened, tmp_path):
+    """VEDETTE_PICTURES names the folder where it is kept."""
+    name = "compare.png" if opened.tab.viewport_size["width"] == 1400 else "compare_phone.png"
+    opened.tab.evaluate("page.choose({}); page.goTo(28)")
+    path = Path(os.environ.get("VEDETTE_PICTURES", tmp_path)) / name
+    opened.tab.screenshot(path=path)
+    assert path.stat().st_size > 20_000
+
+
 def test_each_run_can_be_turned_off_on_the_map_and_in_the_charts(opened):
     tab = opened.tab
     tab.evaluate("page.choose({}); page.goTo(20)")
     picture, lines = "document.getElementById('map').toDataURL()", "page.charts.plots[0].spec.lines.map(({ name }) => name)"
     before = tab.evaluate(picture)
-    assert tab.evaluate(lines) == ["one", "one, smoothed", "other"]
-    for i, name in enumerate(["one", "one, smoothed", "other"]):
+    assert tab.evaluate(lines) == ["one", "one (smoothed)", "other"]
+    for i, name in enumerate(["one", "one (smoothed)", "other"]):
         tab.locator("#runs label").nth(i).click()
         assert name not in tab.evaluate(lines)
         assert tab.evaluate(picture) != before

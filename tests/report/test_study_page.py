@@ -1,6 +1,8 @@
-"""The page of a study: its tables and curves are the study's, and a run that is run anew is the run that it was."""
+"""The page of a study (VEDETTE_PICTURES keeps a picture of it): its tables and curves are the study's, and a run that is run anew is the run that it was."""
 
 import json
+import os
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -136,7 +138,7 @@ def test_swept_parameters_have_their_units(folder):
 
 @pytest.mark.skipif(LACKING is not None, reason=str(LACKING))
 def test_its_tables_and_curves_are_the_study_s_and_the_worst_runs_one_click_away(folder):
-    assert main(["report", str(folder), "--run", "2-5", "--out", str(folder / "page.html")]) == 0
+    assert main(["report", str(folder), "--worst", "1", "--out", str(folder / "page.html")]) == 0
     outcome = read_outcome(folder)
     with browser() as running:
         phone = Opened(running, folder / "page.html", 390, 844)
@@ -163,6 +165,9 @@ def test_its_tables_and_curves_are_the_study_s_and_the_worst_runs_one_click_away
         commands = tab.evaluate("[...document.querySelectorAll('.command')].map(({ value }) => value)")
         assert commands[0] == f"vedette report {folder} --worst 5"
         assert all(command.startswith(f"vedette report {folder} --") for command in commands)
+        path = Path(os.environ.get("VEDETTE_PICTURES", folder)) / "study_page.png"
+        tab.screenshot(path=path)
+        assert path.stat().st_size > 20_000
         tab.locator("a", has_text="its page").first.click()
         opened.wait("Boolean(document.documentElement.dataset.ready) && Boolean(window.page)")
         assert "/worst/" in tab.url

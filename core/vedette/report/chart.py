@@ -106,7 +106,7 @@ def _label_above(axes: Axes, panels: int) -> None:
     if not labels:
         return
     title, room = axes.get_title(loc="left"), _room(panels)
-    if len(title) + sum(len(label) + 8 for label in labels) <= room:
+    if len(title) + 4 + sum(len(label) + 8 for label in labels) <= room:
         axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.0, **_legend(len(labels)))
         return
     columns = max(1, min(len(labels), room // (max(map(len, labels)) + 8)))

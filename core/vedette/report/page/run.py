@@ -43,7 +43,7 @@ class Shown:
         figures = json.loads(_text(folder / "summary.json")) if (folder / "summary.json").exists() else {}
         name = folder.resolve().name
         if own.name == SMOOTHED:
-            name, figures = f"{name}, smoothed", figures.get("smoothed", {})
+            name, figures = f"{name} (smoothed)", figures.get("smoothed", {})
         return cls(name, folder, series, figures, _text(folder / "summary.txt"), _text(folder / "config.json"))
 
     def facts(
