@@ -1,4 +1,7 @@
-"""The page of a study (VEDETTE_PICTURES keeps a picture of it): its tables and curves are the study's, and a run that is run anew is the run that it was."""
+"""The page of a study: its tables and curves are the study's, and a run that is run anew is the run that it was.
+
+VEDETTE_PICTURES names the folder where its picture is kept.
+"""
 
 import json
 import os
