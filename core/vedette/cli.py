@@ -125,6 +125,7 @@ def _parser() -> ArgumentParser:
     tune = commands.add_parser("tune", help="find parameters by the detections of a recording", description=ABOUT)
     add_options(tune)
     _takes_overrides(tune, "the config")
+    _draws(tune)
 
     report = commands.add_parser("report", help="write the page of a run, of several, or of a study", description=_REPORT)
     add_report_options(report)

@@ -10,6 +10,7 @@ from support.tuned import RANGES, RATES, TRUTH, off, recorded
 from vedette.cli import main
 from vedette.commands import tune as command
 from vedette.errors import ConfigError
+from vedette.report.canvas import Look
 from vedette.tuning import asking, data, text, toml, tune
 from vedette.tuning.keeping import EVALUATIONS, Kept
 
@@ -119,7 +120,7 @@ def test_workers_change_nothing(config, pytestconfig):
 
 def test_the_picture_is_drawn(tuned, tmp_path):
     pytest.importorskip("matplotlib")
-    assert "tuned.png" in command._write(tmp_path, tuned)
+    assert "tuned.png" in command._write(tmp_path, tuned, Look())
     assert (tmp_path / "tuned.png").read_bytes().startswith(b"\x89PNG")
 
 

@@ -7,10 +7,11 @@ from argparse import Namespace
 from pathlib import Path
 
 from vedette.commands.ending import DONE
-from vedette.commands.output import can_draw
+from vedette.commands.output import can_draw, look_of
 from vedette.errors import ConfigError, Problem
 from vedette.io.atomic import whole_file
 from vedette.montecarlo.grid import short_names
+from vedette.report.canvas import Look
 from vedette.report.files import check_folder
 from vedette.report.tuned import Growth, Hill, draw
 from vedette.tuning import Found, Tuned, data, summary, text, toml, tune
@@ -20,6 +21,7 @@ def run(arguments: Namespace) -> int:
     """Tune, print the table, write the tuned config, the figures and the picture."""
     folder = Path(arguments.out) if arguments.out else Path("out") / f"{Path(arguments.config).stem}-tuned"
     check_folder(folder)
+    look = look_of(arguments)
     tuned = tune(
         arguments.config,
         arguments.free,
@@ -33,7 +35,7 @@ def run(arguments: Namespace) -> int:
         resume=arguments.resume,
     )
     print(text(tuned))
-    print(f"{folder}: {', '.join(_write(folder, tuned))}")
+    print(f"{folder}: {', '.join(_write(folder, tuned, look))}")
     if arguments.json:
         print(json.dumps(data(tuned)))
     return DONE
@@ -47,7 +49,7 @@ def _number(option: str, given: str, kind: type[float]) -> float:
         raise ConfigError([Problem(option, f"must be {what}, got {given!r}")]) from None
 
 
-def _write(folder: Path, tuned: Tuned) -> list[str]:
+def _write(folder: Path, tuned: Tuned, look: Look) -> list[str]:
     written = []
     files = {
         "tuned.toml": toml(tuned),
@@ -69,8 +71,8 @@ def _write(folder: Path, tuned: Tuned) -> list[str]:
             "dotted; dashed: before"
         )
         hills = [_hill(each, names[each.free.path]) for each in tuned.parameters]
-        draw(f"Tuned: {tuned.title}" if tuned.title else "Tuned", facts, hills, growth, folder / "tuned.png")
-        written.append("tuned.png")
+        written.append(look.file("tuned"))
+        draw(f"Tuned: {tuned.title}" if tuned.title else "Tuned", facts, hills, growth, folder / written[-1], look)
     return written
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from attrs import frozen
@@ -12,8 +12,12 @@ from attrs import frozen
 from vedette.report import canvas
 from vedette.space import Array
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
 COLUMNS = {1: 1, 2: 2, 4: 2}
-"""Pictures side by side for so many parameters; else three."""
+"""Panels beside one another for so many parameters; else three."""
 
 
 @frozen(eq=False)
@@ -41,50 +45,57 @@ class Growth:
     tuned: int
 
 
-def draw(title: str, facts: str, hills: Sequence[Hill], growth: Growth | None, path: Path) -> None:
-    """Write a PNG: the criterion along each parameter with the band of one standard error, and the gain over time."""
-    columns = COLUMNS.get(len(hills), 3)
+def draw(
+    title: str, facts: str, hills: Sequence[Hill], growth: Growth | None, path: Path, look: canvas.Look | None = None
+) -> None:
+    """Write a picture: the criterion along each parameter with the band of one standard error, and the gain over time."""
+    with canvas.styled(look):
+        canvas.save(_drawn(title, facts, hills, growth), path)
+
+
+def _drawn(title: str, facts: str, hills: Sequence[Hill], growth: Growth | None) -> Figure:
+    columns = canvas.across(COLUMNS.get(len(hills), 3))
     rows = -(-len(hills) // columns)
-    made = canvas.figure(3.1 * rows + (2.9 if growth is not None else 0.0) + 0.7)
+    made = canvas.figure(3.1 * rows + (2.9 if growth is not None else 0.0), words=0.4 * rows)
     grid = made.add_gridspec(rows + (growth is not None), columns)
     canvas.head(made, title, facts)
     for i, hill in enumerate(hills):
         _hill(made.add_subplot(grid[i // columns, i % columns]), hill)
     if growth is not None:
-        axes = made.add_subplot(grid[rows, :])
-        begin = float(growth.times[0])
-        axes.plot(growth.times - begin, np.cumsum(growth.gain), color=canvas.colour(0), linewidth=1.4)
-        axes.axhline(0.0, color=canvas.INK, linewidth=0.8)
+        axes, begin = made.add_subplot(grid[rows, :]), float(growth.times[0])
+        axes.plot(growth.times - begin, np.cumsum(growth.gain), color=canvas.colour(0), linewidth=canvas.stroke(1.4))
+        axes.axhline(0.0, color=canvas.INK, linewidth=canvas.stroke(0.8))
         if growth.tuned < len(growth.times):
-            axes.axvspan(float(growth.times[growth.tuned]) - begin, float(growth.times[-1]) - begin,
-                         color=canvas.FAINT, alpha=0.6, linewidth=0, label="held back")  # fmt: skip
-            axes.legend(loc="upper left", fontsize=9, frameon=False)
+            held = float(growth.times[growth.tuned]) - begin, float(growth.times[-1]) - begin
+            axes.axvspan(*held, color=canvas.FAINT, alpha=0.6, linewidth=0, label="held back")
+            axes.legend(loc="upper left", **canvas.legend(9.0))
         axes.set(xlabel="time [s]", ylabel="gain in log-likelihood\nover the config's values")
     for each in made.axes:
         canvas.plain(each)
-    canvas.save(made, path)
+    return made
 
 
-def _hill(axes: Any, hill: Hill) -> None:
+def _hill(axes: Axes, hill: Hill) -> None:
     shown = np.isfinite(hill.heights)
     if hill.logarithmic:
         axes.set_xscale("log")
     if hill.band is not None:
         axes.axvspan(*hill.band, color=canvas.FAINT, alpha=0.8, linewidth=0)
-    axes.plot(hill.values[shown], hill.heights[shown], ".-", color=canvas.colour(0), linewidth=1.4, markersize=5)
+    line: dict[str, Any] = {"linewidth": canvas.stroke(1.4), "markersize": canvas.mark(5.0)}
+    axes.plot(hill.values[shown], hill.heights[shown], ".-", color=canvas.colour(0), **line)
     if hill.parabola is not None:
-        axes.plot(hill.values, hill.parabola, color=canvas.SOFT, linewidth=1.0, linestyle=":")
-    axes.axvline(hill.after, color=canvas.colour(0), linewidth=1.0)
+        axes.plot(hill.values, hill.parabola, color=canvas.SOFT, linewidth=canvas.stroke(1.0), linestyle=":")
+    axes.axvline(hill.after, color=canvas.colour(0), linewidth=canvas.stroke(1.0))
     low, high = float(np.min(hill.values)), float(np.max(hill.values))
     if hill.before is not None and low <= hill.before <= high:
-        axes.axvline(hill.before, color=canvas.colour(1), linewidth=1.2, linestyle="--")
+        axes.axvline(hill.before, color=canvas.colour(1), linewidth=canvas.stroke(1.2), linestyle="--")
     elif hill.before is not None:
-        side, arrow = (0.02, "\u2190") if hill.before < low else (0.98, "\u2192")
-        said = f"{arrow} was {hill.before:.3g}" if side < 0.5 else f"was {hill.before:.3g} {arrow}"
-        axes.text(side, 0.06, said, transform=axes.transAxes, ha="left" if side < 0.5 else "right", fontsize=9,
-                  color=canvas.colour(1))  # fmt: skip
+        left = hill.before < low
+        said = f"\u2190 was {hill.before:.3g}" if left else f"was {hill.before:.3g} \u2192"
+        place: dict[str, Any] = {"transform": axes.transAxes, "ha": "left" if left else "right"}
+        axes.text(0.02 if left else 0.98, 0.9, said, fontsize=canvas.letters(9.0), color=canvas.colour(1), **place)
     unit = "" if hill.unit == "1" else f" [{hill.unit}]"
-    axes.set_title(f"{hill.name}{unit}", fontsize=9.5, loc="left", color=canvas.INK)
-    axes.set_xlabel(hill.told, fontsize=9.5)
+    axes.set_title(f"{hill.name}{unit}", fontsize=canvas.letters(9.5), loc="left", color=canvas.INK)
+    axes.set_xlabel(hill.told)
     least = float(np.min(hill.heights[shown], initial=0.0))
     axes.set_ylim(1.12 * min(least, -0.5), -0.06 * min(least, -0.5))
