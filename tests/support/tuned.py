@@ -43,27 +43,11 @@ RANGES = {
     "sensors.radar.detection_probability": "0.05..0.995",
     "sensors.radar.clutter_density": "1e-8..1e-4",
 }
-SWITCHING = {
-    "estimator": {
-        "kind": "imm",
-        "transition": [[0.9, 0.1], [0.2, 0.8]],
-        "modes": [
-            {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": accel}} for accel in (0.3, 10.0)
-        ],
-    }
-}
-"""A quiet and a restless mode, which take turns."""
-RATES = {"estimator.transition[0][1]": 0.1, "estimator.transition[1][0]": 0.2}
 
 
-def scene(duration: float, modes: bool = False) -> dict[str, Any]:
+def scene(duration: float) -> dict[str, Any]:
     """Return the source that draws the data."""
-    source = copy.deepcopy(SCENE) | {"duration": duration}
-    if modes:
-        target = source["drawn"]["target"]
-        target["models"] = [mode["motion"] for mode in SWITCHING["estimator"]["modes"]]  # type: ignore[index]
-        target["transition"] = SWITCHING["estimator"]["transition"]
-    return source
+    return copy.deepcopy(SCENE) | {"duration": duration}
 
 
 def wrong(value: float, factor: float) -> float:
@@ -74,10 +58,10 @@ def wrong(value: float, factor: float) -> float:
     return odds / (1.0 + odds)
 
 
-def recorded(path: Path, seed: int, duration: float = 120.0, modes: bool = False) -> dict[str, Any]:
+def recorded(path: Path, seed: int, duration: float = 120.0) -> dict[str, Any]:
     """Write one data set, drawn from the true values, and return the config with these values on it."""
-    config = copy.deepcopy(CONFIG) | (copy.deepcopy(SWITCHING) if modes else {})
-    experiment = vedette.load(config | {"source": scene(duration, modes)})
+    config = copy.deepcopy(CONFIG)
+    experiment = vedette.load(config | {"source": scene(duration)})
     assert experiment.source is not None
     drawn = experiment.source.open(experiment.tracker.sensors, np.random.default_rng(seed))
     write_recording(path, drawn, {"radar": experiment.tracker.sensors["radar"].measurement})
@@ -86,8 +70,4 @@ def recorded(path: Path, seed: int, duration: float = 120.0, modes: bool = False
 
 def off(truth: dict[str, float], factor: float) -> list[str]:
     """Return the overrides that make each value so many times too large."""
-    changed = [f"{path}={wrong(value, factor)!r}" for path, value in truth.items() if "transition" not in path]
-    if "estimator.transition[0][1]" in truth:
-        there, back = (wrong(truth[f"estimator.transition[{i}][{1 - i}]"], factor) for i in (0, 1))
-        changed.append(f"estimator.transition=[[{1 - there!r}, {there!r}], [{back!r}, {1 - back!r}]]")
-    return changed
+    return [f"{path}={wrong(value, factor)!r}" for path, value in truth.items()]
