@@ -81,14 +81,14 @@ def _outputs(page: Path) -> list[Ran]:
 def _lay_out(name: str, page: Path, ran: list[Ran]) -> None:
     """Put a page, and its notebook if it is a tutorial, into the folder that is rendered."""
     text = page.read_text(encoding="utf-8")
-    if name.startswith("tutorials/"):
+    if re.match(r"tutorials/\d", name):
         notebook = PAGES / name.replace(".md", ".ipynb")
         notebook.parent.mkdir(parents=True, exist_ok=True)
         notebook.write_text(json.dumps(notebooks.notebook(text, ran), indent=1), encoding="utf-8")
     pictures = relpath(f"pictures/{pages_folder(page)}", Path(name).parent)
     text = with_outputs(text, ran, pictures)
     text = PICTURE.sub(lambda match: _picture(match, pages_folder(page), pictures), text)
-    if name.startswith("tutorials/"):
+    if re.match(r"tutorials/\d", name):
         text = re.sub(r"^(# .*)$", rf"\1\n\n[As a notebook]({notebook.name})", text, count=1, flags=re.MULTILINE)
     if name == "examples.md":
         text = text.replace("<!-- build: examples -->", _examples())
