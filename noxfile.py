@@ -24,8 +24,8 @@ def built(session: nox.Session, folder: Path, *options: str) -> str:
 
 def indexed(session: nox.Session, *wheels: str) -> str:
     """Lay out wheels as a package index (PEP 503) and return its address."""
-    index = Path(session.create_tmp()) / "index"
-    for wheel in map(Path, wheels):
+    index = Path(session.create_tmp()).resolve() / "index"
+    for wheel in (Path(wheel).resolve() for wheel in wheels):
         project = wheel.name.partition("-")[0].replace("_", "-")
         page = index / project / "index.html"
         page.parent.mkdir(parents=True, exist_ok=True)
