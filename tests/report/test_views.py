@@ -76,3 +76,13 @@ def test_a_sensor_on_a_platform_is_asked_where_it_looks_straight_ahead():
             return super().at(pose)
 
     assert view(Turned(0.0, 50.0, place=(9.0, 9.0)), None)[0]["rows"][0] == [0.0, 0.0, 50.0]
+
+
+def test_a_sensor_that_cannot_be_placed_has_no_view():
+    """As a third party's that leaves `at` out; its runs write their series all the same."""
+
+    class Fixed(Looking):
+        kind = "fixed"
+        at = vedette.Sensor.at
+
+    assert view(Fixed(0.0, 500.0), None) is None

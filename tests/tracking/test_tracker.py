@@ -283,3 +283,12 @@ def test_run_together_collects_what_each_step_left():
         np.testing.assert_array_equal(runs.cov[:, k], tracker.estimate(state).cov[:, 0])
         np.testing.assert_array_equal(runs.mode_prob[:, k], tracker.estimator.mode_prob(state.belief)[:, 0])
         np.testing.assert_array_equal(runs.nis[:, k], state.nis[:, 0])
+
+
+def test_an_estimate_of_a_later_time_is_the_prediction():
+    tracker = compose(Existence(lifetime=1e9), birth=FromReturns(spread=SPREAD, initial=0.4))
+    state = tracker.step(tracker.start(), Scan(0.0, "radar", Detections.of([[0.0, 0.0]])))
+    later, known = tracker.estimate(state, 3.0), tracker.estimator.moments(tracker.predict(state, 3.0))
+    assert np.array_equal(later.mean, known.mean)
+    assert np.array_equal(later.cov, known.cov)
+    assert np.all(later.cov[0].diagonal() > tracker.estimate(state).cov[0].diagonal() - 1e-12)

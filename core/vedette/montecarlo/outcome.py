@@ -13,7 +13,7 @@ from vedette.display import figures_html
 from vedette.errors import VedetteError
 from vedette.montecarlo.averages import averaged, averaged_plan
 from vedette.montecarlo.carry import Chunks
-from vedette.montecarlo.chunk import SERIES
+from vedette.montecarlo.chunk import SERIES, SQUARED
 from vedette.montecarlo.grid import short_names
 from vedette.montecarlo.plan import UNITS, Plan, by_point
 from vedette.montecarlo.statistics import Mean, difference, gathered, mean, ratios
@@ -37,6 +37,7 @@ class Against:
 class Outcome:
     """The result of a study: `figures` name to (points, runs), NaN where a run has none; `against` one series a point.
 
+    Of root mean squares, `figures` hold each run's mean square, over which `means` average before they take the root.
     Where the study averages over a swept path, `parts` is the result at every point.
     """
 
@@ -99,7 +100,8 @@ class Outcome:
         names = _dimensions(tuple(axes))
         arrays: dict[str, Any] = {}
         for name, values in self.figures.items():
-            arrays[f"run_{name}"] = ((*names, "run"), by_point(values, axes), {"units": UNITS[name]})
+            each = np.sqrt(values) if name in SQUARED else values
+            arrays[f"run_{name}"] = ((*names, "run"), by_point(each, axes), {"units": UNITS[name]})
             for part in ("value", "error"):
                 column = np.array([getattr(self.means(i)[name], part) for i in range(len(values))], dtype=float)
                 shown = name if part == "value" else f"{name}_error"

@@ -24,14 +24,17 @@ def view(sensor: Sensor, place: tuple[float, float] | None) -> list[dict[str, An
 
     An arc has `rows` of bearing in rad, nearest and farthest in m, and is `closed` if it goes all round. Bearings are from
     the platform's heading, counted from x to y. A farthest place of None is beyond 1,000 km. None where there is no limit
-    to tell, or no ground: of images, of a sensor that sees everywhere or nowhere.
+    to tell, or no ground: of images, of a sensor that sees everywhere or nowhere, or that stands in no one place.
     """
     observes = sensor.observes
     if isinstance(sensor, ImagingSensor) or not all(
         name in observes and observes.axes[observes.names.index(name)].unit == "m" for name in "xy"
     ):
         return None
-    stands = sensor if place is not None else sensor.at(Pose(np.zeros(2)))
+    try:
+        stands = sensor if place is not None else sensor.at(Pose(np.zeros(2)))
+    except NotImplementedError:
+        return None
     centre, spot = np.array(place or (0.0, 0.0)), [observes.names.index(name) for name in "xy"]
 
     def sees(bearing: Array, distance: Array) -> Mask:

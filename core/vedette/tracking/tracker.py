@@ -217,9 +217,9 @@ class Tracker:
         rng = state.seed.generator(state.steps) if self._draws else NO_DRAWS
         return predicted(self.estimator, state.belief, time - state.time if state.time != -np.inf else 0.0, rng)
 
-    def estimate(self, state: State) -> Gaussian:
-        """Return mean (*b, t, n) and covariance (*b, t, n, n) of every track over `self.state`."""
-        return self.estimator.moments(state.belief)
+    def estimate(self, state: State, time: float | None = None) -> Gaussian:
+        """Return mean (*b, t, n) and covariance (*b, t, n, n) of every track over `self.state`: at `time` in s, or now."""
+        return self.estimator.moments(state.belief if time is None else self.predict(state, time))
 
     def _approximated(self, state: State, scores: Array, observed: Detections | Frame) -> int:
         """Return how many weights were not exact so far; a frame's are."""
