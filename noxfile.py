@@ -126,7 +126,8 @@ def benchmarks(session: nox.Session) -> None:
 def site(session: nox.Session) -> None:
     """Run the documentation's code blocks and build its site into .site/html, with warnings and dead links as errors."""
     session.install("-e", ".[adapters,data,marine,report,site,study,testing,vision,yaml]", "playwright")
-    session.run("python", "-m", "docsite", "build", *session.posargs)
+    with session.chdir("docs"):
+        session.run("python", "-m", "docsite", "build", *session.posargs)
     session.run("python", "-m", "pytest", "-q", "tests/docs/test_site_in_browser.py")  # skipped without Chromium
 
 

@@ -1,4 +1,4 @@
-"""The site in a real Chromium, once `python -m docsite build` has made it: silent, whole, for phones too, searchable."""
+"""The site in a real Chromium, once `nox -s site` has made it: silent, whole, for phones too, searchable."""
 
 import os
 import re
@@ -18,7 +18,7 @@ HTML = Path(os.environ.get("VEDETTE_SITE", HTML))
 BUILT = (HTML / "index.html").exists()
 pytestmark = [
     pytest.mark.skipif(LACKING is not None, reason=str(LACKING)),
-    pytest.mark.skipif(not BUILT, reason="needs the site: python -m docsite build"),
+    pytest.mark.skipif(not BUILT, reason="needs the site: cd docs && python -m docsite build"),
 ]
 WIDE, PHONE = (1200, 900), (400, 800)
 KINDS = sorted({entry.kind for entry in Registry.installed().entries if entry.distribution == "vedette"})

@@ -56,7 +56,7 @@ def build(fast: bool = False) -> int:
     _files()
     (OUT / "mkdocs.yml").write_text(yaml.safe_dump(config, sort_keys=False, allow_unicode=True), encoding="utf-8")
     command = [sys.executable, "-m", "zensical", "build", "--strict", "--clean", "--config-file", str(OUT / "mkdocs.yml")]
-    found = os.environ | {"PYTHONPATH": str(ROOT), "NO_COLOR": "1"}  # docsite.shapes
+    found = os.environ | {"PYTHONPATH": str(DOCS), "NO_COLOR": "1"}  # docsite.shapes
     ended = subprocess.run(command, cwd=OUT, check=False, capture_output=True, text=True, env=found)
     told = re.sub(r"\x1b\[[\d;]*m", "", ended.stdout + ended.stderr).partition("Traceback")[0]
     print(told)

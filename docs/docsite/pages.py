@@ -17,7 +17,7 @@ from pathlib import Path
 
 from attrs import evolve, frozen
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 PICTURE = re.compile(r"^<!-- picture: (?P<file>\S+) (?P<title>.+) -->$", re.MULTILINE)
 RUN, DATA, PLAIN = ("python", "sh"), ("toml", "yaml", "json", "csv"), ("text", "")
