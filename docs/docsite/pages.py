@@ -9,7 +9,8 @@ A page is Markdown, and its blocks run in order in an empty folder, as a reader 
 - `<!-- nightly -->` above a block: it is slow, and the default tests pass it by; as a page's first line: all its blocks;
 - `<!-- needs: stonesoup -->` above a block: it is passed by where that package is not installed;
 - `<!-- picture: out/run/picture.png Its title -->` stands for a picture that the blocks have written by the end of the page;
-- a line `*Not run here: reason.*` above a block: nobody but the reader can run it. Readers see the mark, so it must be true.
+- a line `*Not run here: reason.*` above a block: nobody but the reader can run it. Readers see the mark, so it must be true;
+- `<!-- run by .ci/run -->` above a block: something else than this runner runs it.
 """
 
 import re
@@ -23,7 +24,7 @@ PICTURE = re.compile(r"^<!-- picture: (?P<file>\S+) (?P<title>.+) -->$", re.MULT
 RUN, DATA, PLAIN = ("python", "sh"), ("toml", "yaml", "json", "csv"), ("text", "")
 _FENCE = re.compile(r'^(?P<indent> *)(?P<ticks>```+)(?P<language>\w*)(?: +title="(?P<title>[^"]+)")? *$')
 _COMMENT = re.compile(r"^ *<!-- (?P<what>nightly|into: (?P<into>\S+)|needs: (?P<needs>\w+)) -->$")
-_MARK = re.compile(r"^ *\*Not run here: (?P<reason>.+)\.\*$")
+_MARK = re.compile(r"^ *(?:\*Not run here: (?P<reason>.+)\.\*|<!-- run by (?P<other>.+) -->)$")
 _NAMED = re.compile(r"^ *`(?P<title>[\w./-]+\.\w+)`:$")
 _PASSED_OVER = re.compile(r"^ *(\*Not run here: .*|<!-- .* -->|`[\w./-]+`:)?$")
 
@@ -97,7 +98,7 @@ def _marked(block: Block, above: list[str]) -> Block:
         if not _PASSED_OVER.match(line):
             break
         if mark := _MARK.match(line):
-            block = evolve(block, reason=mark["reason"])
+            block = evolve(block, reason=mark["reason"] or f"run by {mark['other']}")
         elif (named := _NAMED.match(line)) and block.title is None:
             block = evolve(block, title=named["title"])
         elif comment := _COMMENT.match(line):
