@@ -42,7 +42,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _command(parsed: Namespace) -> int:
     """Run the requested command and import no other: help comes at once, and each needs only its own imports."""
     command = import_module(f"vedette.commands.{parsed.command}")
-    code: int = command.run(parsed, _parser()) if parsed.command == "completions" else command.run(parsed)
+    code: int = command.run(parsed)
     return code
 
 
@@ -197,6 +197,7 @@ def _parser() -> ArgumentParser:
 
     completions = commands.add_parser("completions", help="print what a shell offers after TAB", description=_COMPLETIONS)
     completions.add_argument("shell", metavar="SHELL", choices=["bash", "zsh", "fish"], help="bash, zsh or fish")
+    completions.set_defaults(parser=parser)
 
     commands.add_parser("schema", help="print the JSON Schema of configs", description=_SCHEMA)
     return parser

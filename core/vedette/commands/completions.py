@@ -55,9 +55,9 @@ class Node:
             yield from node.all()
 
 
-def run(arguments: Namespace, parser: ArgumentParser) -> int:
+def run(arguments: Namespace) -> int:
     """Print the script of a shell."""
-    print({"bash": bash, "zsh": zsh, "fish": fish}[arguments.shell](tree(parser)), end="")
+    print({"bash": bash, "zsh": zsh, "fish": fish}[arguments.shell](tree(arguments.parser)), end="")
     return DONE
 
 
