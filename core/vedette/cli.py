@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import sys
 from argparse import Action, ArgumentParser, Namespace
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from importlib import import_module
 from typing import Any
 
@@ -21,7 +21,7 @@ from vedette.errors import VedetteError
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code. SystemExit only from argparse: for --help, --version and wrong use."""
-    parsed = _parser().parse_args(arguments)
+    parsed = _parser().parse_args(list(_values_joined(sys.argv[1:] if arguments is None else arguments)))
     try:
         code = _command(parsed)
         sys.stdout.flush()
@@ -37,6 +37,23 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print("vedette: interrupted", file=sys.stderr)
         return INTERRUPTED
     return code
+
+
+def _values_joined(arguments: Sequence[str]) -> Iterator[str]:
+    """Yield the arguments with `--origin -33.8,151.2` as one: argparse takes what begins with a minus for an option."""
+    waiting = ""
+    for argument in arguments:
+        if waiting and argument[:1] == "-" and argument[1:2].isdigit():
+            yield f"{waiting}={argument}"
+            waiting = ""
+            continue
+        if waiting:
+            yield waiting
+        waiting = argument if argument.startswith("--") and "=" not in argument else ""
+        if not waiting:
+            yield argument
+    if waiting:
+        yield waiting
 
 
 def _command(parsed: Namespace) -> int:

@@ -35,9 +35,14 @@ def run(arguments: Namespace) -> int:
         raise ConfigError([Problem("--to", f"must end in one of {known}, got {target.name!r}")])
     if target.is_dir() or not target.absolute().parent.is_dir():
         raise ConfigError([Problem("--to", f"must be a file in a folder that exists, got {str(target)!r}")])
-    found = Run.read(
-        folder, "smoothed.jsonl" if arguments.smoothed else "tracks.jsonl", _origin(arguments), _epoch(arguments)
-    )
+    if not (folder / "tracks.jsonl").is_file():
+        raise ConfigError(
+            [Problem("RUN_DIR", f"must be the folder that a run has written, got {str(folder)!r} without tracks.jsonl")]
+        )
+    tracks = "smoothed.jsonl" if arguments.smoothed else "tracks.jsonl"
+    if not (folder / tracks).is_file():
+        raise ConfigError([Problem("--smoothed", f"{folder} has no {tracks}: `vedette run --smooth` writes it")])
+    found = Run.read(folder, tracks, _origin(arguments), _epoch(arguments))
     write(target, found, _ellipses(arguments))
     if target.suffix.lower() == ".kml" and not found.terms.dated:
         print("vedette: KML has dates only, so 0 s stands at 1970-01-01T00:00:00Z; --epoch gives another", file=sys.stderr)

@@ -12,7 +12,8 @@ def at_fault(size: float, whiteness: float, dof: float, pairs: float) -> str:
 
     `size`: squared innovations over what is expected, of `dof` numbers; `whiteness`: how each correlates with the next, of
     `pairs` products. Beyond chance in a thousand, and by a tenth at least. Innovations that go on in the next follow too
-    slowly, those that are taken back too fast; white ones of a wrong size follow rightly, so Q and R are wrong alike.
+    slowly, those that are taken back too fast; their size tells Q's fault from R's, and where it is right both are named.
+    White ones of a wrong size follow rightly, so Q and R are wrong alike.
     Mehra, On the Identification of Variances and Adaptive Kalman Filtering, IEEE Trans. Automatic Control 15, 1970.
     """
     if dof <= 0 or pairs <= 0:
@@ -23,8 +24,16 @@ def at_fault(size: float, whiteness: float, dof: float, pairs: float) -> str:
     lags, leaps = whiteness > max(reach, 0.1), whiteness < -max(reach, 0.1)
     if lags or leaps:
         slow = "each innovation goes on in the next" if lags else "each innovation is taken back by the next"
-        which = ("R is too large" if small else "Q is too small") if lags else ""
-        which = which or ("Q is too large" if small else "R is too small")
+        if large or small:
+            which = (
+                ("Q is too small" if large else "R is too large")
+                if lags
+                else "R is too small"
+                if large
+                else "Q is too large"
+            )
+        else:
+            which = "Q is too small, or R too large" if lags else "Q is too large, or R too small"
         return f"{slow}: likely {which}"
     if large or small:
         factor = size if large else 1.0 / max(size, 1e-300)
