@@ -77,6 +77,9 @@ class Report:
     verdicts: tuple[Verdict, ...]
     cause: str = ""
 
+    def __str__(self) -> str:
+        return self.text
+
     @property
     def consistent(self) -> bool:
         """Whether every figure lies in its band."""
