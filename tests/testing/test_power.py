@@ -20,15 +20,24 @@ def study():
     del sys.modules["power_study"]
 
 
-@pytest.mark.statistical(alpha=7e-7)
-def test_p_values_of_two_thousand_right_problems_are_uniform(study):
-    nis, last, alarms = study.p_values(2000)
-    for p in (nis, last):
-        assert len(p) == 2000
+EACH = {"linear": 600, "no velocity": 600, "angles that wrap": 600, "clutter": 200}
+"""Two thousand right problems, by what they are."""
+
+
+@pytest.mark.statistical(alpha=8e-7)
+@pytest.mark.parametrize("kind", EACH)
+def test_p_values_of_right_problems_are_uniform_and_alarms_as_rare_as_stated(study, kind):
+    trackers = study.right_problems()[kind]
+    found = study.p_values(trackers, EACH[kind], 0)
+    for level in (0.05, 0.01):
+        alarms = found.pop(f"alarm at {level:.2f}".replace("0.", "."))
+        assert len(alarms) == EACH[kind] // len(trackers) * len(trackers)
+        assert stats.binomtest(int(alarms.sum()), len(alarms), level, alternative="greater").pvalue > 1e-7
+    assert set(found) == (set() if kind == "clutter" else {"NIS", "NEES at the end"})
+    for p in found.values():
         assert stats.kstest(p, "uniform").pvalue > 1e-7
         for level in (0.05, 0.01):
-            assert stats.binomtest(int((p < level).sum()), 2000, level).pvalue > 1e-7
-    assert stats.binomtest(int(alarms.sum()), 2000, 0.05, alternative="greater").pvalue > 1e-7
+            assert stats.binomtest(int((p < level).sum()), len(p), level).pvalue > 1e-7
 
 
 def test_the_innovation_of_a_right_filter_has_the_ratio_one(study):

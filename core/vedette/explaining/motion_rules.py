@@ -16,6 +16,7 @@ from vedette.units import say
 
 LOUD, QUIET_SCANS = 10.0, 1000
 LEAST_STAY, MOST_STAY = 2.0, 1e4
+NEVER = 1e11  # scans
 HALF_PI = 0.5 * np.pi
 
 
@@ -109,6 +110,8 @@ def switching(it: Situation) -> Iterator[Finding]:
 
 
 def _stays(place: str, scans: Array, dt: float | None) -> Iterator[Finding]:
+    if np.all(scans >= NEVER):  # modes that never switch are on purpose: which one of several models a target is
+        return
     for i, stay in enumerate(scans):
         time = "" if dt is None else f", {say(float(stay) * dt, 's')},"
         if stay < LEAST_STAY:
@@ -116,7 +119,7 @@ def _stays(place: str, scans: Array, dt: float | None) -> Iterator[Finding]:
             yield Finding(place, text, "5 to 100 scans")
         elif stay > MOST_STAY:
             text = f"mode {i}, once it holds, lasts {stay:.3g} scans{time} on average: it is as good as never left"
-            yield Finding(place, text if stay < 1e11 else f"mode {i}, once it holds, is never left", "5 to 100 scans")
+            yield Finding(place, text if stay < NEVER else f"mode {i}, once it holds, is never left", "5 to 100 scans")
 
 
 def _mixtures(it: Situation) -> Iterator[tuple[str, list[MotionModel]]]:

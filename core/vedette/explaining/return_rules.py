@@ -82,7 +82,9 @@ def rarely_detects(it: Situation) -> Iterator[Finding]:
 
 
 def never_misses(it: Situation) -> Iterator[Finding]:
-    """Find misses that are taken to be impossible, so that one ends or breaks a track."""
+    """Find misses that are taken to be impossible, so that one ends or breaks a track that may end."""
+    if it.experiment.tracker.lifecycle.permanent:
+        return
     for seen in it.sensors:
         if seen.settled is not None and seen.settled.detects * it.experiment.tracker.gate.probability >= 1.0:
             text = (

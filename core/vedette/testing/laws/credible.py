@@ -142,7 +142,7 @@ def a_return_counts_once(estimator: Estimator[Any], drawn: Scene) -> None:
 
 
 LAWS = (
-    Law(a_return_counts_once, effort="statistical"),
     Law(covariances_survive_a_long_run, effort="long"),
+    Law(a_return_counts_once, effort="statistical"),
     Law(nees_and_nis_fit_matched_truth, effort="statistical"),
 )
