@@ -27,6 +27,13 @@ def test_fewer_than_one_block_in_twenty_cannot_be_run():
 
 
 @pytest.mark.parametrize("page", pages(), ids=lambda page: page.stem)
+def test_slow_blocks_state_no_error(page):
+    """The default tests pass slow blocks by, and one that stated the error of an unfinished page would stay so."""
+    stated = [block.printed or "" for block in ALL[page] if block.slow and block.runs]
+    assert [text for text in stated if re.search(r"^\w+(Error|Refused): ", text, re.MULTILINE)] == []
+
+
+@pytest.mark.parametrize("page", pages(), ids=lambda page: page.stem)
 def test_commands_stand_in_blocks_that_are_run(page):
     """Four spaces before a line make code, too, which nobody runs: they are for formulas."""
     text = re.sub(r"^ *```.*?^ *```$", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)

@@ -118,6 +118,12 @@ def test_a_refused_scan_leaves_the_tracker_as_it_was(wrong, message):
     assert_same(tracker.step(state, SCAN), expected)
 
 
+def test_what_is_no_scan_is_said_to_be_none():
+    tracker = compose(LIFECYCLES[0])
+    with pytest.raises(TypeError, match=r"a scan: must be a vedette\.Scan, .*, got ndarray"):
+        tracker.step(tracker.start(), np.zeros((1, 2)))
+
+
 def test_padding_is_never_looked_at():
     tracker = compose(LIFECYCLES[0])
     state = tracker.step(tracker.start(), Scan(4.0, "radar", Detections.of([[0.0, 0.0]])))

@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from attrs import evolve
 
 import vedette
 from support.tuned import RANGES, TRUTH, off, recorded
@@ -12,7 +13,9 @@ from vedette.commands import tune as command
 from vedette.errors import ConfigError
 from vedette.report.canvas import Look
 from vedette.tuning import asking, data, text, toml, tune
+from vedette.tuning.judged import Gain
 from vedette.tuning.keeping import EVALUATIONS, Kept
+from vedette.tuning.moments import Noise
 
 SIGMAS = ["estimator.motion.sigma_accel", "sensors.radar.sigma"]
 FREE = [f"{path}={RANGES[path]}" for path in SIGMAS]
@@ -46,6 +49,26 @@ def test_it_says_what_was_at_fault(tuned):
     assert "R is too large" in said or "likely R" in said
     assert "held back: +" in said
     assert "after: NIS" in said
+
+
+def test_a_loss_on_the_scans_held_back_is_told_with_its_size_and_both_causes(tuned):
+    held = Gain(50, 0.0, -13.0, 6.0, 2.0)
+    lower = evolve(tuned, judged=evolve(tuned.judged, on=Gain(50, 0.0, 21.5, 18.0, 0.0), held=held))
+    said = text(lower)
+    assert "lower there, by 2.1 times its error" in said
+    assert "fit chance" in said
+    assert "the parts differ" in said
+    assert "over all scans they gain +8.5" in said
+    assert "fit chance" not in text(tuned)
+
+
+def test_innovations_without_fault_do_not_contradict_values_that_were_off(tuned):
+    """Noises may look right while a value was four times too large: the text then says what can hide it."""
+    quiet = [Noise("radar", "x", 1.0, 0.0, 85.0, 80.0)]
+    said = text(evolve(tuned, judged=evolve(tuned.judged, noises_before=quiet)))
+    before = next(line for line in said.splitlines() if "before: NIS" in line)
+    assert "neither Q nor R" not in before
+    assert "in the 85 returns of tracks" in before
 
 
 def test_the_tuned_config_runs(tuned, tmp_path):

@@ -82,7 +82,13 @@ def admitted(scan: Scan, gates: Mapping[str, SensorGate], since: float) -> Detec
 
     What padding and missing components hold is set to 0, so that it cannot reach a sum, not even as 0 * nan.
     """
-    detections, sensor_gate = scan.detections, gates.get(scan.sensor)
+    try:
+        detections, sensor_gate = scan.detections, gates.get(scan.sensor)
+    except AttributeError:
+        if isinstance(scan, Scan):
+            raise
+        told = "a scan: must be a vedette.Scan, as Scan(time, sensor, Detections.of(z)) makes one of returns z"
+        raise TypeError(f"{told}, got {type(scan).__name__}") from None
     if (  # the most common kind of scan, without problems
         sensor_gate is not None
         and since <= scan.time <= ABSURD

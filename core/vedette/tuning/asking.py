@@ -42,13 +42,18 @@ def _run_there(free: Sequence[Free], values: tuple[float, ...], by: Criterion) -
 
 @final
 class Asker:
-    """Answers how high the criterion is at positions in the ranges (p,); `evaluations` counts those that it ran."""
+    """Answers how high the criterion is at positions in the ranges (p,); `evaluations` counts those that it ran.
+
+    `best` is the highest position (p,) asked for, None as long as the tracker could run at none.
+    """
 
     def __init__(
         self, data: Data, free: Sequence[Free], by: Criterion, kept: Kept, pool: ProcessPoolExecutor | None
     ) -> None:
         self.data, self.free, self.by, self.evaluations = data, tuple(free), by, 0
+        self.best: Array | None = None
         self._kept, self._pool, self._lock = kept, pool, Lock()
+        self._order: tuple[float, ...] = (-np.inf,)
 
     def values(self, position: Array) -> tuple[float, ...]:
         """Return the parameters at a position."""
@@ -78,7 +83,12 @@ class Asker:
         found = self.found(position)
         if found is None:
             return -np.inf
-        return float(np.sum(found)) if self.by == "likelihood" else -0.5 * float(np.sum(found**2))
+        height = float(np.sum(found)) if self.by == "likelihood" else -0.5 * float(np.sum(found**2))
+        order = (height, *position.tolist())  # of two as high always the same one, whichever thread came first
+        with self._lock:
+            if np.isfinite(height) and order > self._order:
+                self.best, self._order = np.array(position), order
+        return height
 
     def heights(self, positions: Sequence[Array]) -> list[float]:
         """Return the criterion at several positions, which are run at once if there are workers."""

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from vedette.tuning.errors import JUMPS
+from vedette.tuning.judged import Gain
 from vedette.tuning.moments import Noise
 from vedette.tuning.tuned import Found, Tuned
 
@@ -33,6 +34,7 @@ def data(tuned: Tuned) -> dict[str, Any]:
         "jumps": tuned.jumps,
         "starts": tuned.starts,
         "ended_at_the_best": tuned.ends,
+        "went_on": tuned.onward,
     }
 
 
@@ -67,9 +69,14 @@ def _lines(tuned: Tuned) -> Iterator[str]:
         yield f"log-likelihood of the scans tuned on: {judged.on.text}"
     if judged.held is not None:
         yield f"log-likelihood of the scans held back: {judged.held.text}: {_verdict(tuned)}"
+        yield from _causes(judged.on, judged.held)
     if judged.on is None:
         yield "the config's own values cannot run over the whole recording, so nothing is compared with them"
-    yield from _noises(judged.noises_before, judged.noises_after)
+    off = any("times too" in _off(each) for each in tuned.parameters)
+    yield from _noises(judged.noises_before, judged.noises_after, off)
+    if tuned.onward:
+        again = "once" if tuned.onward == 1 else f"{tuned.onward} times"
+        yield f"the search went on {again} from a better point, far from where it had ended: more --starts look more widely"
     yield f"{tuned.ends} of {tuned.starts} searches ended there; {tuned.evaluations} runs of the tracker" + (
         f", {tuned.resumed} kept from before" if tuned.resumed else ""
     )
@@ -100,14 +107,27 @@ def _verdict(tuned: Tuned) -> str:
     if held.difference > 2 * held.error:
         return "better there, too"
     if held.difference < -2 * held.error:
-        return "WORSE there: what was tuned on is not like the rest, or too short for so many parameters"
+        return f"lower there, by {-held.difference / held.error:.1f} times its error; see below"
     if held.difference < -2 * held.by_scans:
         return "lower there, yet by no more than the errors of the values make of it: they are known badly"
     return "no worse there than chance allows" if held.difference < 0 else "no better there than chance allows"
 
 
-def _noises(before: Sequence[Noise], after: Sequence[Noise]) -> Iterator[str]:
-    """Yield the innovations' size and correlation by sensor and axis, before and after, and what they say of Q and R."""
+def _causes(on: Gain | None, held: Gain) -> Iterator[str]:
+    """Yield what a likelihood that fell by more than its error may come from, and how to tell."""
+    if on is None or held.difference >= -2 * held.error:
+        return
+    yield "  either the values fit chance: the scans tuned on are too few for so many parameters"
+    yield "  or the parts differ, as where targets turn in one only: then the values may be right for what the other lacks"
+    total = on.difference + held.difference
+    yield f"  over all scans they gain {total:+.1f}; --part 1 tunes on all, and truth or another recording decides"
+
+
+def _noises(before: Sequence[Noise], after: Sequence[Noise], off: bool) -> Iterator[str]:
+    """Yield the innovations' size and correlation by sensor and axis, before and after, and what they say of Q and R.
+
+    `off`: values were found to be wrong. Where innovations showed nothing of it, the text says why that may be.
+    """
     later = {(each.sensor, each.axis): each for each in after}
     for each in before or after:
         then = later.get((each.sensor, each.axis))
@@ -115,4 +135,8 @@ def _noises(before: Sequence[Noise], after: Sequence[Noise]) -> Iterator[str]:
         for when, one in (("before", each if before else None), ("after", then)):
             if one is not None:
                 hint = one.hint or "neither Q nor R stands out"
+                if off and when == "before" and not one.hint:
+                    hint = (
+                        f"nothing stands out in the {one.count:.0f} returns of tracks; a track lost and begun anew hides it"
+                    )
                 yield f"  {when}: NIS {one.nis:.2f} of what is expected, correlation {one.whiteness:+.2f}: {hint}"

@@ -39,6 +39,12 @@ def highest(asked: Asker, first: Array, starts: int, method: str) -> tuple[Array
     return _climbed(asked, best, "nelder-mead", AGAIN, FINE), ends
 
 
+def climbed_on(asked: Asker, start: Array) -> Array:
+    """Return the end of a close search about a position, or the position itself if that is higher."""
+    end = _climbed(asked, start, "nelder-mead", AGAIN, FINE)
+    return end if asked.height(end) >= asked.height(start) else start
+
+
 def _climbed(asked: Asker, start: Array, method: str, size: float, close: tuple[float, float]) -> Array:
     """Return the end of one search."""
     from scipy.optimize import minimize

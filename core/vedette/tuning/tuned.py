@@ -20,27 +20,13 @@ from vedette.montecarlo.plan import whole as whole_number
 from vedette.montecarlo.store import made_by
 from vedette.space import Array
 from vedette.tuning.asking import Asker, Criterion, asker
-from vedette.tuning.errors import Curvature, curvature
+from vedette.tuning.errors import Curvature
 from vedette.tuning.evaluation import check, open_data
 from vedette.tuning.free import Free, applied, changes, read_free
 from vedette.tuning.judged import Judged, judge
 from vedette.tuning.keeping import Kept
-from vedette.tuning.search import METHODS, ended_there, highest
-
-REACH, CURVE = 2.5, 9
-"""A parameter's curve reaches so many standard errors to both sides, in so many points."""
-
-
-@frozen(eq=False)
-class Curve:
-    """How the criterion falls from its top along one parameter, the others following as they are tied to it.
-
-    `parabola`: how it would by the standard error, None if that is not known.
-    """
-
-    values: Array
-    heights: Array
-    parabola: Array | None
+from vedette.tuning.profile import Curve, settled
+from vedette.tuning.search import METHODS, ended_there
 
 
 @frozen(eq=False)
@@ -70,7 +56,8 @@ class Found:
 class Tuned:
     """The result of a tuning; `config` is the whole config with the tuned values in it, `own` the one before.
 
-    `ends` counts the searches that ended at the best point, of `starts`; `jumps`: by how much the criterion jumps about it.
+    `ends` counts the searches that ended at the best point, of `starts`; `onward`: how often the search went on from
+    a higher point that was met while the errors were found; `jumps`: by how much the criterion jumps about it.
     """
 
     title: str
@@ -81,6 +68,7 @@ class Tuned:
     correlation: Array
     starts: int
     ends: int
+    onward: int
     jumps: float
     evaluations: int
     resumed: int
@@ -137,9 +125,9 @@ def tune(
     with asker(data, parameters, by, kept, workers, part) as asked:
         if not np.isfinite(asked.height(first)):
             check(data, parameters, asked.values(first))
-        top, ends = highest(asked, first, starts, method)
-        known = curvature(asked, top)
-        found = tuple(_found(asked, known, i) for i in range(len(parameters)))
+        settling = settled(asked, first, starts, method)
+        known = settling.known
+        found = tuple(_found(asked, known, curve, i) for i, curve in enumerate(settling.curves))
         evaluations = asked.evaluations
     values = [each.after for each in found]
     check(data, parameters, values)
@@ -151,8 +139,8 @@ def tune(
     result = Tuned(
         experiment.title, by, found, _blurred(known, parameters),
         judge(data, parameters, values, known.cov), correlation, starts,
-        ended_there(ends, known.position),
-        known.jumps, evaluations, kept.resumed, to_config(applied(experiment, parameters, values)),
+        ended_there(settling.ends, known.position),
+        settling.onward, known.jumps, evaluations, kept.resumed, to_config(applied(experiment, parameters, values)),
         own, {_written(path): value for path, value in changes(experiment, parameters, values).items()},
     )  # fmt: skip
     kept.forget()
@@ -168,32 +156,17 @@ def _written(path: tuple[str | int, ...]) -> str:
     return text
 
 
-def _found(asked: Asker, known: Curvature, i: int) -> Found:
+def _found(asked: Asker, known: Curvature, curve: Curve, i: int) -> Found:
     """Return what came of one parameter."""
     free, top = asked.free[i], known.position
     value, error = float(f"{asked.values(top)[i]:.4g}"), float(known.error[i])
     if i in known.edge:
         end = "lower" if top[i] < 0.5 else "upper"
-        return Found(free, free.place.value, value, None, None, f"at the {end} end of its range", _curve(asked, known, i))
+        return Found(free, free.place.value, value, None, None, f"at the {end} end of its range", curve)
     if not np.isfinite(error) or error <= 0:
-        return Found(free, free.place.value, value, None, None, "not told by the data", _curve(asked, known, i))
+        return Found(free, free.place.value, value, None, None, "not told by the data", curve)
     low, high = (float(free.value(np.asarray(top[i] + sign * 1.96 * error))) for sign in (-1.0, 1.0))
-    curve = _curve(asked, known, i)
     return Found(free, free.place.value, value, float(free.slope(float(top[i]))) * error, (low, high), "", curve)
-
-
-def _curve(asked: Asker, known: Curvature, i: int) -> Curve:
-    """Return the criterion along one parameter; the others move with it as their errors go together."""
-    error, direction = float(known.error[i]), np.zeros(len(known.position))
-    direction[i] = 1.0
-    if np.isfinite(error) and error > 0:
-        direction = np.where(np.isfinite(known.cov[i]), known.cov[i] / error**2, 0.0)
-    reach = REACH * error if np.isfinite(error) and error > 0 else 1.0
-    along = np.linspace(max(known.position[i] - reach, 0.0), min(known.position[i] + reach, 1.0), CURVE)
-    points = [np.clip(known.position + (u - known.position[i]) * direction, 0.0, 1.0) for u in along]
-    heights = np.array(asked.heights(points)) - asked.height(known.position)
-    parabola = -0.5 * ((along - known.position[i]) / error) ** 2 if np.isfinite(error) and error > 0 else None
-    return Curve(np.array([asked.values(point)[i] for point in points]), heights, parabola)
 
 
 def _blurred(known: Curvature, free: Sequence[Free]) -> tuple[str, ...]:
