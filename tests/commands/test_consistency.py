@@ -2,12 +2,15 @@
 
 import json
 
+import numpy as np
 import pytest
+from attrs import evolve
 
 from vedette.cli import main
 from vedette.config import load
 from vedette.io import write_recording
 from vedette.testing import recorded_consistency
+from vedette.testing.followed import followed
 from vedette.types import Recording
 
 SCENE = """
@@ -37,6 +40,53 @@ kind = "pda"
 kind = "single_target"
 start = { x = [0, 20], y = [0, 20], vx = [12, 2], vy = [0, 2] }
 """
+
+LOSING = """
+title = "Lost in a turn"
+seed = 4
+
+[source]
+kind = "simulation"
+duration = 400
+looks.radar.interval = 4
+[source.ships.ferry]
+start = [-1500, 300]
+course = "20 deg"
+speed = 9
+legs = [
+  { do = "straight", seconds = 120 },
+  { do = "turn", seconds = 60, rate = "1.2 deg/s" },
+  { do = "straight", seconds = 300 },
+]
+
+[sensors.radar]
+kind = "cartesian_position"
+sigma = 12.0
+detection_probability = 0.9
+clutter_density = 3e-7
+
+[estimator]
+kind = "kalman"
+motion = { kind = "constant_velocity", sigma_accel = 0.005 }
+
+[associator]
+kind = "pda"
+
+[birth]
+kind = "from_returns"
+spread = { vx = 8.0, vy = 8.0 }
+
+[lifecycle]
+kind = "m_of_n"
+"""
+"""A turn of 0.19 m/s^2 from 120 to 180 s, which the filter does not follow."""
+
+
+@pytest.fixture
+def losing(tmp_path):
+    path = tmp_path / "ferry.toml"
+    path.write_text(LOSING)
+    return path
 
 
 @pytest.fixture
@@ -117,3 +167,55 @@ def test_returns_that_the_gate_shuts_out_are_told(scene, untold):
 def test_a_recording_of_no_track_is_wrong_use(scene, capsys):
     assert main(["consistency", str(scene), "--set", "source.duration=1"]) == 2
     assert "gives no track with enough scans" in capsys.readouterr().err
+
+
+def test_tracks_that_lost_their_target_are_told_too(losing, capsys):
+    assert main(["consistency", str(losing), "--json"]) == 0
+    out = capsys.readouterr().out.splitlines()
+    found = json.loads(out[-1])
+    (ferry,) = found["objects"]
+    assert [one["track"] for one in found["tracks"]] == ferry["tracks"]
+    assert len(ferry["tracks"]) >= 2
+    assert [one["lost_at_s"] for one in found["tracks"]] == [*ferry["lost_at_s"], None]
+    assert all(120 <= time <= 220 for time in ferry["lost_at_s"])
+    assert ferry["anees"] > 5
+    assert ferry["scans"] == sum(one["scans"] for one in found["tracks"])
+    count, first = len(ferry["tracks"]), ferry["lost_at_s"][0]
+    assert out[-2].startswith(f"ferry: {count} tracks one after the other: the target was lost at {first:g} s")
+
+
+def test_a_target_lost_for_good_is_told(losing, capsys):
+    assert main(["consistency", str(losing), "--json", "--set", "lifecycle.hits=20", "--set", "lifecycle.looks=20"]) == 0
+    *_, line, found = capsys.readouterr().out.splitlines()
+    assert "1 track: the target was lost at 1" in line
+    assert "and not found again" in line
+    assert len(json.loads(found)["tracks"]) == 1
+
+
+def test_a_target_that_is_kept_is_not_called_lost(losing, capsys):
+    assert main(["consistency", str(losing), "--json", "--set", "estimator.motion.sigma_accel=0.2"]) == 0
+    out = capsys.readouterr().out
+    (ferry,) = json.loads(out.splitlines()[-1])["objects"]
+    assert (len(ferry["tracks"]), ferry["lost_at_s"], ferry["hint"]) == (1, [], "")
+    assert " lost" not in out.splitlines()[0]
+    assert ferry["anees"] < 2
+
+
+def test_a_track_that_goes_over_to_another_object_is_judged_against_each(tmp_path):
+    """Two ships in each other's wake: one stops being seen, and its track follows the other."""
+    path = tmp_path / "ships.toml"
+    path.write_text(LOSING)
+    experiment = load(path, overrides=["estimator.motion.sigma_accel=0.2"])
+    result = experiment.run(keep_states=True)
+    (whole,) = result.recording.truth
+    times, half = whole.times, len(whole.times) // 2
+    parts = (
+        evolve(whole, name="early", times=times[:half], states=whole.states[:half]),
+        evolve(whole, name="late", times=times[half:], states=whole.states[half:]),
+    )
+    result = evolve(result, recording=evolve(result.recording, truth=parts))
+    early, late = followed(experiment, result)
+    assert [len(each.tracks) for each in (early, late)] == [1, 1]
+    assert early.tracks[0].id == late.tracks[0].id
+    np.testing.assert_array_equal(early.scans[0], ~late.scans[0])
+    np.testing.assert_array_equal(early.scans[0], early.tracks[0].times < times[half])

@@ -16,6 +16,7 @@ from vedette.progress import on_terminal
 from vedette.report.canvas import Look
 from vedette.report.consistency_recorded import Lines, draw
 from vedette.report.files import check_folder
+from vedette.testing.pooled import pooled
 from vedette.testing.recorded import Recorded, recorded_consistency
 
 
@@ -29,8 +30,14 @@ def run(arguments: Namespace) -> int:
     look = look_of(arguments)
     with on_terminal() as progress:
         told = recorded_consistency(experiment, progress)
-    text = "\n".join(one.text for one in told)
-    found = {"title": experiment.title, "seed": experiment.seed, "tracks": [one.data() for one in told]}
+    objects = pooled(told, experiment.tracker.gate.probability)
+    text = "\n".join([*(one.text for one in told), *(one.text for one in objects if one.text)])
+    found = {
+        "title": experiment.title,
+        "seed": experiment.seed,
+        "tracks": [one.data() for one in told],
+        "objects": [one.data() for one in objects],
+    }
     print(text)
     if folder is not None:
         print(f"{folder}: {', '.join(_write(folder, experiment, told, text, found, look))}")

@@ -25,12 +25,16 @@ from vedette.progress import Progress, silent
 from vedette.roles import Sensor
 from vedette.space import Array, Mask, Space
 from vedette.supporting import ImagingSensor
+from vedette.testing.followed import Followed, followed
 from vedette.testing.judging import Misuse
 from vedette.testing.montecarlo import innovation
 from vedette.tracking.state import State
 from vedette.tracking.tracker import Tracker
 from vedette.types import Gaussian, Scan, Track, Trajectory
+from vedette.units import say
 
+Entry = tuple[str, float, float, float, float, Array, Array]
+"""What a track used of a scan: sensor, time in s, NIS, hit, its declared chance, innovation (m,), its covariance (m, m)."""
 LAGS = 10
 """Number of scans over which innovations are correlated."""
 
@@ -60,7 +64,8 @@ class Recorded:
     `anees` and `nis` are scaled so that 1 is expected; `whiteness` is the correlation of innovations at lag 1 by the
     sensors' own noise, None if no two successive scans have a return; `hits` is how often it was detected over what its
     sensors declare; `credibility` in dB, from the scans of this one run. `nees` (s,) at `times` (s,), 1
-    expected, is the mean of `axes` squares.
+    expected, is the mean of `axes` squares. `target` is the object that it followed, with its
+    other tracks.
     """
 
     truth: str | None
@@ -75,6 +80,12 @@ class Recorded:
     nees: Array | None = field(repr=False)
     axes: int
     innovations: Innovations = field(repr=False)
+    target: Followed | None = field(default=None, repr=False)
+
+    @property
+    def lost(self) -> float | None:
+        """When it lost its object, in s; None if it did not."""
+        return None if self.target is None else self.target.lost_by(self.track)
 
     @property
     def text(self) -> str:
@@ -88,6 +99,7 @@ class Recorded:
         parts += [] if self.hits is None else [f"detected {self.hits:.2f} times as often as declared"]
         if self.credibility is not None:
             parts += [f"noncredibility {self.credibility.index:.1f} dB (inclination {self.credibility.inclination:+.1f} dB)"]
+        parts += [] if self.lost is None else [f"lost it at {say(self.lost, 's')}"]
         line = ", ".join(parts)
         line = line if self.truth is None else f"{self.truth}: {line}"
         return line + (f"\n  {self.hint}" if self.hint else "")
@@ -119,30 +131,43 @@ class Recorded:
         }
         index = None if self.credibility is None else self.credibility.index
         inclination = None if self.credibility is None else self.credibility.inclination
-        return figures | {"noncredibility_db": index, "inclination_db": inclination, "hint": self.hint}
+        more = {"noncredibility_db": index, "inclination_db": inclination, "lost_at_s": self.lost, "hint": self.hint}
+        return figures | more
 
 
 def recorded_consistency(experiment: Experiment, progress: Progress = silent) -> tuple[Recorded, ...]:
-    """Run an experiment and report the track nearest to each object; without truth, every track that was ever confirmed.
+    """Run an experiment and report the tracks that covered each object, in turn; without truth, all ever confirmed.
 
-    Misuse if no track can be compared: too few scans, or cameras alone, which give no returns.
+    Of an object that no track covered, as the judge pairs them, the track that is nearest on average. Misuse if no track can
+    be compared: too few scans, or cameras alone, which give no returns.
     """
     result = experiment.run(progress=progress, keep_states=True)
-    innovations = _innovations(experiment.tracker, result)
-    known = {track.id: track for track in result.tracks if track.id in innovations}
-    found = []
-    for path in result.recording.truth:
-        tracks = [track for track in known.values() if _shared(track, path).any()]
-        near = [(float(np.mean(_distance(track, path))), track.id) for track in tracks]
-        if near:
-            _, best = min(near)
-            found.append(_told(experiment.tracker, known[best], innovations[best], path))
+    tracker, entries = experiment.tracker, _entries(experiment.tracker, result)
+    known = {track.id: track for track in result.tracks if track.id in entries}
+    found: list[Recorded | None] = []
+    for path, own in zip(result.recording.truth, followed(experiment, result), strict=True):
+        covered = False
+        for track, at in zip(own.tracks, own.scans, strict=True):
+            if track.id in known and np.any(at & _shared(track, path)):
+                covered = True
+                found.append(_told(tracker, track, _gathered(tracker, _at(entries[track.id], track, at)), path, at, own))
+        if not covered:
+            near = [(float(np.mean(_distance(one, path))), i) for i, one in known.items() if _shared(one, path).any()]
+            if near:
+                _, best = min(near)
+                found.append(_told(tracker, known[best], _gathered(tracker, entries[best]), path))
     if not result.recording.truth:
-        found = [_told(experiment.tracker, track, innovations[track.id]) for track in known.values()]
+        found = [_told(tracker, track, _gathered(tracker, entries[track.id])) for track in known.values()]
     told = tuple(one for one in found if one is not None)
     if not told:
         raise Misuse("source: gives no track with enough scans of returns to judge by; is any ever confirmed?")
     return told
+
+
+def _at(entries: Sequence[Entry], track: Track, at: Mask) -> list[Entry]:
+    """Return what a track used at those of its scans (s,)."""
+    own = set(track.times[at].tolist())
+    return [entry for entry in entries if entry[1] in own] if not at.all() else list(entries)
 
 
 def _shared(track: Track, path: Trajectory) -> Mask:
@@ -172,14 +197,24 @@ def _distance(track: Track, path: Trajectory) -> Array:
     return distance
 
 
-def _told(tracker: Tracker, track: Track, seen: Innovations, path: Trajectory | None = None) -> Recorded | None:
+def _told(
+    tracker: Tracker,
+    track: Track,
+    seen: Innovations,
+    path: Trajectory | None = None,
+    at: Mask | None = None,
+    target: Followed | None = None,
+) -> Recorded | None:
+    """Return the figures of a track, at its scans `at` (s,), by default all; None if they are too few."""
     nis = float(pooled_nis(seen.nis, seen.hit, seen.axes, tracker.gate.probability)) if np.any(seen.hit > 0) else None
     white = float(seen.correlation[0]) if len(seen.correlation) and seen.pairs[0] else None
     hits = float(np.sum(seen.hit) / np.sum(seen.declared)) if np.sum(seen.declared) > 0 else None
     told = Recorded(None, track.id, len(track.times), None, nis, white, hits, None, track.times, None, 0, seen)
     if path is None:
         return told if np.count_nonzero(seen.hit > 0) >= 3 else None
-    error, cov = _errors(track, path)
+    shared = _shared(track, path)
+    keep = np.ones(np.count_nonzero(shared), dtype=bool) if at is None else at[shared]
+    error, cov = (each[keep] for each in _errors(track, path))
     if len(error) <= error.shape[-1]:
         return None
     each = nees(error, cov) / free_axes(cov)
@@ -189,15 +224,16 @@ def _told(tracker: Tracker, track: Track, seen: Innovations, path: Trajectory | 
         scans=len(error),
         anees=float(np.mean(each)),
         credibility=noncredibility(error, cov),
-        times=track.times[_shared(track, path)],
+        times=track.times[shared][keep],
         nees=each,
         axes=round(float(np.median(free_axes(cov)))),
+        target=target,
     )
 
 
-def _innovations(tracker: Tracker, result: Result) -> dict[int, Innovations]:
+def _entries(tracker: Tracker, result: Result) -> dict[int, list[Entry]]:
     """Return by track id what it used of each scan of returns after the one in which it began."""
-    rows: dict[int, list[tuple[str, float, float, float, float, Array, Array]]] = {}
+    rows: dict[int, list[Entry]] = {}
     for before, state, scan in zip(result.states, result.states[1:], result.scans[1:], strict=False):
         sensor = tracker.sensors[scan.sensor] if scan.pose is None else tracker.sensors[scan.sensor].at(scan.pose)
         if isinstance(sensor, ImagingSensor) or not len(before.ids):
@@ -210,7 +246,7 @@ def _innovations(tracker: Tracker, result: Result) -> dict[int, Innovations]:
                 pooled, S, declared = _used(tracker, sensor, prior, scan, state, row)
                 entry = (scan.sensor, scan.time, float(state.nis[row]), float(state.hit[row]), declared, pooled, S)
                 rows.setdefault(track, []).append(entry)
-    return {track: _gathered(tracker, entries) for track, entries in rows.items()}
+    return rows
 
 
 def _used(
@@ -230,7 +266,7 @@ def _used(
     return np.sum(weights[used][:, None] * residual[: len(own)], axis=0), S, declared
 
 
-def _gathered(tracker: Tracker, entries: Sequence[tuple[str, float, float, float, float, Array, Array]]) -> Innovations:
+def _gathered(tracker: Tracker, entries: Sequence[Entry]) -> Innovations:
     names = [entry[0] for entry in entries]
     most = max(set(names), key=lambda name: (sum(e[3] > 0 for e in entries if e[0] == name), name))
     own = [entry for entry in entries if entry[0] == most]
