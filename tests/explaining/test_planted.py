@@ -14,6 +14,9 @@ from vedette.explaining import Finding, findings, situation
 DENSE = "dense_"
 """Studies in dense clutter, which take 2 s each to simulate: they are read in the nightly profile."""
 
+TOO_STIFF = ("vts/cvkf.toml", "vts/cakf_tight.toml")
+"""Filters of a paper that shows how they fail: their first lines say that turns leave their gates, and so is told."""
+
 INTERVAL = 1.5
 """The scan interval in s where a recording is not here."""
 
@@ -52,6 +55,7 @@ BOATS = {
 RADAR = 'kind="polar_position",sigma_range=6.0,sigma_bearing=0.01,max_range=1500.0,clutter_density='
 SCENE, CROWDED = f"source.sensors.radar={{{RADAR}2e-6}}", f"source.sensors.radar={{{RADAR}3e-5}}"
 ALONE = ['estimator={kind="kalman",motion={kind="constant_velocity",sigma_accel=0.1}}', "birth.spread={vx=6.0,vy=6.0}"]
+TURN = 'source.ships.one.legs=[{do="straight",seconds=30},{do="turn",seconds=20,rate="4 deg/s"},{do="straight",seconds=30}]'
 GIVEN = 'lifecycle={kind="single_target"}'
 UNSEEN = (
     'birth={kind="poisson",lifetime=LIFETIME,appear=[{at={x=[0,600],y=[0,600],vx=[0,6],vy=[0,6],turn_rate=[0,0.03]},'
@@ -62,11 +66,25 @@ SWITCHING = (
     'sigma_accel=0.05}},{kind="ekf",motion={kind="constant_velocity",sigma_accel=1.0}}]}'
 )
 
+STIFF_MODES = (
+    'estimator.modes=[{kind="kalman",motion={kind="constant_velocity",sigma_accel=0.004}},'
+    '{kind="kalman",motion={kind="constant_velocity",sigma_accel=0.02}}]'
+)
+
 FIRST, SECOND = "estimator.modes[0].motion", "estimator.modes[1].motion"
 PLANTED: dict[str, tuple[str, str, list[str]]] = {
     "straight noise in the wrong unit": (FIRST, "a prediction says next to nothing", [f"{FIRST}.sigma_accel=500"]),
     "turning noise in the wrong unit": (SECOND, "a prediction says next to nothing", [f"{SECOND}.sigma_accel=900"]),
     "no process noise": ("estimator.motion", "soon stops learning", [*ALONE, "estimator.motion.sigma_accel=1e-9"]),
+    "process noise that is felt after an hour": (
+        "estimator.motion", "soon stops learning", [*ALONE, "estimator.motion.sigma_accel=2e-4"],
+    ),
+    "a turn that the filter does not follow": (
+        "estimator.motion", "0.55 m/s^2", [*ALONE, "estimator.motion.sigma_accel=0.02", TURN],
+    ),
+    "a turn that no mode follows": (
+        "estimator", "the gate, which reaches 3, loses the target", [ALONE[1], TURN, STIFF_MODES],
+    ),
     "all speed gained in a scan": (FIRST, "the process noise changes vx", [f"{FIRST}.sigma_accel=25"]),
     "turn-rate noise in deg": (SECOND, "turns the course by 275 deg", [f"{SECOND}.sigma_turn_rate=1.7"]),
     "scans too far apart for the turns": (
@@ -172,6 +190,29 @@ def test_what_is_planted_is_of_more_than_twenty_sorts() -> None:
     assert len({(place, words) for place, words, _ in PLANTED.values()}) > 20
 
 
+@pytest.mark.parametrize("more", [[], [*ALONE, "estimator.motion.sigma_accel=0.5"]], ids=["modes", "one filter"])
+def test_a_turn_that_the_filter_follows_is_none(more: list[str]) -> None:
+    assert told(BOATS, [*more, TURN]) == []
+
+
+def test_a_filter_matched_to_random_motion_follows_it() -> None:
+    drawn = (
+        'source.drawn={boat={models=[{kind="constant_velocity",sigma_accel=SIGMA}],'
+        "start={x=[0,20],y=[0,20],vx=[6,2],vy=[0,2]}}}"
+    )
+    for sigma in ("0.02", "0.3", "1.0"):
+        for seed in range(3):
+            settings = [
+                *ALONE,
+                f"estimator.motion.sigma_accel={sigma}",
+                drawn.replace("SIGMA", sigma),
+                f"seed={seed}",
+                "source.duration=300",
+            ]
+            lagging = [each for each in told(BOATS, settings) if "accelerates" in each.text]
+            assert lagging == []
+
+
 def examples() -> list[str]:
     """Return the examples that are experiments and need no plugin of one's own."""
     found = [path.relative_to(EXAMPLES) for path in sorted(EXAMPLES.rglob("*.toml"))]
@@ -186,7 +227,12 @@ def test_no_shipped_example_has_any(name: str, pytestconfig: pytest.Config) -> N
     if it.opened.recording is None:
         it = situation(load(EXAMPLES / name, installed()), INTERVAL)
         assert all(seen.dt == INTERVAL for seen in it.sensors)
-    assert [str(each) for each in findings(it)] == []
+    found = [str(each) for each in findings(it)]
+    if name in TOO_STIFF:
+        (lag,) = found
+        assert lag.startswith("estimator.motion: true object 'vessel' accelerates by 1 m/s^2")
+    else:
+        assert found == []
 
 
 @pytest.mark.parametrize(

@@ -8,13 +8,17 @@ from itertools import combinations
 import numpy as np
 
 from vedette.explaining.finding import Finding
+from vedette.explaining.manoeuvres import Manoeuvre, strongest
 from vedette.explaining.parts import parts, square
+from vedette.explaining.settled import inverts
 from vedette.explaining.situation import Seen, Situation
 from vedette.roles import Estimator, MotionModel, Sensor
 from vedette.space import Array, Axis
 from vedette.units import say
 
-LOUD, QUIET_SCANS = 10.0, 1000
+LOUD, QUIET_SCANS = 10.0, 300
+LAG = 3.0
+"""Standard deviations of its own innovations by which a filter may lag: a gate that keeps 99 % reaches as far."""
 LEAST_STAY, MOST_STAY = 2.0, 1e4
 NEVER = 1e11  # scans
 HALF_PI = 0.5 * np.pi
@@ -33,7 +37,7 @@ def loud_motion(it: Situation) -> Iterator[Finding]:
 
 
 def quiet_motion(it: Situation) -> Iterator[Finding]:
-    """Find process noise that is not felt within a thousand scans: the filter comes to believe itself alone."""
+    """Find process noise that is not felt within QUIET_SCANS scans: the filter comes to believe itself alone."""
     for seen in it.sensors:
         long = QUIET_SCANS * (seen.dt or 0.0)
         own = {place: _noise_ratio(it, motion, seen, long)[0] for place, motion, other in _settled(it) if other is seen}
@@ -43,6 +47,50 @@ def quiet_motion(it: Situation) -> Iterator[Finding]:
                 f"standard deviations of sensor {seen.name!r}: the filter soon stops learning, and loses a target that turns"
             )
             yield Finding(next(iter(own)), text, "at least 1, reached within some 10 to 100 scans")
+
+
+def slow_to_turn(it: Situation) -> Iterator[Finding]:
+    """Find manoeuvres of the truth that a settled filter does not follow with any sensor: its gate loses the target."""
+    truth = () if it.opened.recording is None else it.opened.recording.truth
+    looking = [seen for seen in it.sensors if seen.dt]
+    if not truth or not looking or not it.motions:
+        return
+    dt = 1.0 / sum(1.0 / (seen.dt or np.inf) for seen in looking)  # as if all saw it by turns
+    found: list[tuple[Seen, float, Manoeuvre]] = []
+    for seen in looking:
+        if seen.settled is None or not inverts(seen.sensor, seen.settled.measured):
+            continue
+        reach = float(np.sqrt(it.experiment.tracker.gate.for_sensor(seen.sensor).threshold))
+        turn = strongest(it.experiment, seen.sensor, seen.came.pose, dt, seen.settled, truth)
+        if turn is None or turn.lag <= max(LAG, reach if np.isfinite(reach) else 0.0):
+            return
+        found.append((seen, reach, turn))
+    if found:
+        seen, reach, turn = min(found, key=lambda each: each[2].lag)
+        most = f"the gate, which reaches {reach:.2g}, loses the target" if np.isfinite(reach) else "no gate would keep it"
+        text = (
+            f"true object {turn.name!r} accelerates by {say(_short(turn.acceleration), 'm/s^2')}, in speed or course, "
+            f"{say(_short(turn.acceleration * dt), 'm/s')} in a scan interval{_allowed(it, seen, dt)}: the predictions of a "
+            f"settled track of sensor {seen.name!r} lag by {say(_short(turn.off), 'm')} at {say(turn.time, 's')}, "
+            f"{turn.lag:.2g} of their own standard deviations, scans in a row, and {most}"
+        )
+        yield Finding(it.motions[0][0] if len(it.motions) == 1 else "estimator", text, f"below {LAG:g} standard deviations")
+
+
+def _allowed(it: Situation, seen: Seen, dt: float) -> str:
+    """Return in words how much speed the process noise of the only motion model allows for in `dt` s."""
+    motion = it.motions[0][1]
+    fast = [i for i, axis in enumerate(motion.state.axes) if axis.unit == "m/s"] if len(it.motions) == 1 else []
+    x = _at(it, motion, seen) if fast else None
+    if x is None:
+        return ""
+    allowed = float(np.sqrt(np.max(np.diag(motion.noise(x, dt))[fast])))
+    return f", and the process noise allows for {say(_short(allowed), 'm/s')} (standard deviation)"
+
+
+def _short(value: float) -> float:
+    """Return a value to two digits."""
+    return float(f"{value:.2g}")
 
 
 def noise_against_speed(it: Situation) -> Iterator[Finding]:
@@ -189,4 +237,4 @@ def _noise_ratio(it: Situation, motion: MotionModel, seen: Seen, dt: float) -> t
     return float(np.max(ratios)), axes[int(np.argmax(ratios))]
 
 
-RULES = (loud_motion, quiet_motion, noise_against_speed, wild_turns, modes_alike, switching)
+RULES = (loud_motion, quiet_motion, slow_to_turn, noise_against_speed, wild_turns, modes_alike, switching)
