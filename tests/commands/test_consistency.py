@@ -10,7 +10,6 @@ from vedette.cli import main
 from vedette.config import load
 from vedette.io import write_recording
 from vedette.testing import recorded_consistency
-from vedette.testing.followed import followed
 from vedette.types import Recording
 
 SCENE = """
@@ -201,21 +200,29 @@ def test_a_target_that_is_kept_is_not_called_lost(losing, capsys):
     assert ferry["anees"] < 2
 
 
-def test_a_track_that_goes_over_to_another_object_is_judged_against_each(tmp_path):
-    """Two ships in each other's wake: one stops being seen, and its track follows the other."""
-    path = tmp_path / "ships.toml"
-    path.write_text(LOSING)
-    experiment = load(path, overrides=["estimator.motion.sigma_accel=0.2"])
-    result = experiment.run(keep_states=True)
-    (whole,) = result.recording.truth
-    times, half = whole.times, len(whole.times) // 2
-    parts = (
-        evolve(whole, name="early", times=times[:half], states=whole.states[:half]),
-        evolve(whole, name="late", times=times[half:], states=whole.states[half:]),
+def test_a_track_that_goes_over_to_another_object_is_judged_against_each(losing, tmp_path):
+    """Two objects on one path, each 500 m beside it half of the time: the track is the one's, then the other's."""
+    settings = ["estimator.motion.sigma_accel=0.2"]
+    experiment = load(losing, overrides=settings)
+    recording = experiment.run().recording
+    (whole,) = recording.truth
+    half = whole.times[len(whole.times) // 2]
+    aside = np.zeros_like(whole.states)
+    aside[:, whole.space.names.index("x")] = 500.0
+    later = (whole.times >= half)[:, None]
+    truth = (
+        evolve(whole, name="first", states=whole.states + later * aside),
+        evolve(whole, name="second", states=whole.states + ~later * aside),
     )
-    result = evolve(result, recording=evolve(result.recording, truth=parts))
-    early, late = followed(experiment, result)
-    assert [len(each.tracks) for each in (early, late)] == [1, 1]
-    assert early.tracks[0].id == late.tracks[0].id
-    np.testing.assert_array_equal(early.scans[0], ~late.scans[0])
-    np.testing.assert_array_equal(early.scans[0], early.tracks[0].times < times[half])
+    path = tmp_path / "both.jsonl"
+    sensors = {name: sensor.measurement for name, sensor in experiment.tracker.sensors.items()}
+    write_recording(path, Recording(recording.scans, truth), sensors)
+    replayed = ["source.kind=jsonl", f"source.path={path}", *settings]
+    first, second = recorded_consistency(load(losing, overrides=replayed))
+    assert (first.truth, second.truth) == ("first", "second")
+    assert first.track == second.track
+    assert first.times[-1] < half <= second.times[0]
+    assert max(first.anees, second.anees) < 3.0
+    assert len(first.innovations.times) + len(second.innovations.times) == first.scans + second.scans - 1
+    assert first.lost == first.times[-1]
+    assert second.lost is None
