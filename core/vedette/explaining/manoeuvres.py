@@ -18,6 +18,8 @@ BEFORE, AFTER = 50, 20
 """Scans before and after the strongest manoeuvre that the filter is led over."""
 FIT = 5
 """Scans over which an acceleration is fitted; what is shorter is the truth's own noise."""
+MOST = 20_000
+"""Scans of an object, from its first on, in which its manoeuvres are looked for."""
 ROW = 3
 """Scans in a row over which the lag is to hold: a single one is a jump of the truth."""
 
@@ -41,7 +43,8 @@ def strongest(experiment: Experiment, sensor: Sensor, pose: Pose | None, dt: flo
               truth: Sequence[Trajectory]) -> Manoeuvre | None:  # fmt: skip
     """Return what a filter with returns that do not err makes of the strongest manoeuvre, None if that cannot be told.
 
-    The truth is read at scans `dt` s apart. Only where the sensor observes positions and velocities at most.
+    The truth is read at scans `dt` s apart, that of an object with longer gaps than FIT of them not at all.
+    Only where the sensor observes positions and velocities at most.
     """
     tracker = experiment.tracker
     sensor = sensor if pose is None else sensor.at(pose)
@@ -72,11 +75,12 @@ def _sampled(path: Trajectory, state: Space, dt: float) -> tuple[Array, Array, S
     rates = [axis for axis in state.axes if axis.unit == "m/s" and axis.name in {f"v{each.name}" for each in own}]
     if not own or len(rates) != len(own):
         return None
-    times = np.arange(path.times[0], path.times[-1] + 1e-9 * dt, dt)
-    states = np.array([path.at(float(min(time, path.times[-1]))) for time in times])
-    places = states[:, path.space.locate(Space(tuple(own)))]
-    if len(times) < 2:
+    end = min(path.times[-1], path.times[0] + MOST * dt)
+    times = np.arange(path.times[0], end + 1e-9 * dt, dt)
+    if len(times) < 2 or np.max(np.diff(path.times)) > FIT * dt:  # in between it has corners that are nobody's
         return None
+    columns = path.states[:, path.space.locate(Space(tuple(own)))].T
+    places = np.stack([np.interp(times, path.times, column) for column in columns], axis=-1)
     space = Space((*own, *(Axis(f"v{each.name}", "m/s") for each in own)))
     return times, np.concatenate([places, np.gradient(places, dt, axis=0)], axis=-1), space
 
