@@ -39,7 +39,7 @@ class TerminalView:
         space = experiment.tracker.state
         self._plane = Plane.of(space, steps.recording) if len(space) > 1 else None
         self._unit = space.axes[0].unit if self._plane is None else self._plane.axes[0].unit
-        self.scans, self._confirmed, self._begin = 0, set[int](), monotonic()
+        self.scans, self._begin = 0, monotonic()
         self._last: tuple[Scan, State, Gaussian] | None = None
         self._low, self._high = np.full(2, np.inf), np.full(2, -np.inf)
         self.console = Console() if console is None else console
@@ -49,7 +49,6 @@ class TerminalView:
     def take(self, scan: Scan, before: State, state: State, estimate: Gaussian, modes: Array | None) -> None:
         """Note a scan and the state after it; the next picture shows it."""
         self.scans += 1
-        self._confirmed.update(state.ids[state.confirmed].tolist())
         self._last = scan, state, estimate
 
     def end(self, *, interrupted: bool, wait: float = 0.0) -> None:
