@@ -235,7 +235,7 @@ def _entries(tracker: Tracker, result: Result) -> dict[int, list[Entry]]:
     """Return by track id what it used of each scan of returns after the one in which it began."""
     rows: dict[int, list[Entry]] = {}
     for before, state, scan in zip(result.states, result.states[1:], result.scans[1:], strict=False):
-        sensor = tracker.sensors[scan.sensor] if scan.pose is None else tracker.sensors[scan.sensor].at(scan.pose)
+        sensor = tracker.sensor_of(scan)
         if isinstance(sensor, ImagingSensor) or not len(before.ids):
             continue
         predicted = tracker.estimator.moments(tracker.predict(before, scan.time))

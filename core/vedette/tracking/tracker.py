@@ -217,6 +217,11 @@ class Tracker:
         rng = state.seed.generator(state.steps) if self._draws else NO_DRAWS
         return predicted(self.estimator, state.belief, time - state.time if state.time != -np.inf else 0.0, rng)
 
+    def sensor_of(self, scan: Scan) -> Sensor:
+        """Return the sensor of a scan, standing where the scan says that it stood."""
+        sensor = self.sensors[scan.sensor]
+        return sensor if scan.pose is None else sensor.at(scan.pose)
+
     def estimate(self, state: State, time: float | None = None) -> Gaussian:
         """Return mean (*b, t, n) and covariance (*b, t, n, n) of every track over `self.state`: at `time` in s, or now."""
         return self.estimator.moments(state.belief if time is None else self.predict(state, time))

@@ -57,7 +57,7 @@ class Predictive:
         `density`: that of the clutter, where the tracker counts it itself instead of asking its sensor.
         """
         tracker, estimator, lifecycle = self.tracker, self.tracker.estimator, self.tracker.lifecycle
-        sensor = tracker.sensors[scan.sensor] if scan.pose is None else tracker.sensors[scan.sensor].at(scan.pose)
+        sensor = tracker.sensor_of(scan)
         dt = scan.time - before.time if before.time != -math.inf else 0.0
         rng = before.seed.generator(before.steps) if self._draws else NO_DRAWS
         rows = before if before.leaves is None else before.leaves
@@ -135,7 +135,7 @@ class Predictive:
             return 0.0
         seen = evolve(scan.detections, z=cover.points, valid=np.ones(len(cover.points), bool), evidence=None,
                       noise=None, missing=None)  # fmt: skip
-        sensor = self.tracker.sensors[scan.sensor] if scan.pose is None else self.tracker.sensors[scan.sensor].at(scan.pose)
+        sensor = self.tracker.sensor_of(scan)
         rng = state.seed.generator(state.steps) if self._draws else NO_DRAWS
         _, rate, _ = births.reveal(self.tracker, state, dt, sensor, seen, rng)
         return 0.0 if rate is None else cover.total(rate)

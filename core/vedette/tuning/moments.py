@@ -108,7 +108,7 @@ class Gathering:
         sums, variances = np.zeros(len(self.names)), np.zeros(len(self.names))
         self.sums.append(sums)
         self.variances.append(variances)
-        sensor = self.tracker.sensors[scan.sensor] if scan.pose is None else self.tracker.sensors[scan.sensor].at(scan.pose)
+        sensor = self.tracker.sensor_of(scan)
         if isinstance(sensor, ImagingSensor):
             return
         at = {track: row for row, track in enumerate(before.ids.tolist())}
