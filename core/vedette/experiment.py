@@ -21,7 +21,7 @@ from vedette.space import Array
 from vedette.supporting import Preprocessor, Source
 from vedette.tracking.history import History, from_the_start
 from vedette.tracking.intake import Intake, Refused
-from vedette.tracking.preprocessing import check_preprocessors, preprocess, raw_sensors
+from vedette.tracking.preprocessing import check_preprocessors, open_source, preprocess
 from vedette.tracking.state import State
 from vedette.tracking.tracker import Tracker
 from vedette.tracking.validation import with_axes, without_bad_returns
@@ -221,11 +221,8 @@ class Experiment:
             raise ConfigError([Problem("source", "is missing: there are no scans to run on")])
         seeds = np.random.SeedSequence(self.seed) if seeds is None else seeds
         for_source, for_tracker = seeds.spawn(2)
-        try:
-            sensors = raw_sensors(self.preprocessors, self.tracker.sensors)
-            recording = self.source.open(sensors, np.random.default_rng(for_source))
-        except ConfigError as error:
-            raise error.within("source") from None
+        rng = np.random.default_rng(for_source)
+        recording = open_source(self.source, self.preprocessors, self.tracker.sensors, rng)
         if strict and recording.refused:
             raise ScanRefused(str(recording.refused[0]))
         if redraw is not None:

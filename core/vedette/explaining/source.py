@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from attrs import Factory, frozen
 
-from vedette.errors import ConfigError, VedetteError
+from vedette.errors import VedetteError
 from vedette.experiment import Experiment
 from vedette.space import Array
-from vedette.tracking.preprocessing import preprocess, raw_sensors
+from vedette.tracking.preprocessing import open_source, preprocess
 from vedette.types import LazyScans, Pose, Recording, Scan
 
 MOST_SCANS, MOST_FRAMES, MOST_PREPROCESSED = 200, 3, 20
@@ -45,13 +45,11 @@ def opened(experiment: Experiment) -> Opened:
     """Open the source and look at its first scans."""
     if experiment.source is None:
         return Opened(None, "there is no source")
-    seed = np.random.SeedSequence(experiment.seed).spawn(2)[0]
+    rng = np.random.default_rng(np.random.SeedSequence(experiment.seed).spawn(2)[0])
     sensors = experiment.tracker.sensors
     try:
-        recording = experiment.source.open(raw_sensors(experiment.preprocessors, sensors), np.random.default_rng(seed))
+        recording = open_source(experiment.source, experiment.preprocessors, sensors, rng)
         scans = _first(recording)
-    except ConfigError as error:
-        return Opened(None, str(error.within("source")))
     except VedetteError as error:
         return Opened(None, str(error))
     goes_to = {raw: name for name, each in experiment.preprocessors.items() for raw in each.sensors}

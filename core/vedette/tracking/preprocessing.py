@@ -8,12 +8,12 @@ from itertools import groupby
 import numpy as np
 from attrs import evolve
 
-from vedette.errors import Problem, ScanRefused
+from vedette.errors import ConfigError, Problem, ScanRefused
 from vedette.roles import Sensor
-from vedette.supporting import Preprocessor
+from vedette.supporting import Preprocessor, Source
 from vedette.tracking.intake import Refused
 from vedette.tracking.validation import flaws, with_axes, without_bad_returns
-from vedette.types import Scan
+from vedette.types import Recording, Scan
 
 
 def check_preprocessors(preprocessors: Mapping[str, Preprocessor], sensors: Mapping[str, Sensor]) -> None:
@@ -37,6 +37,16 @@ def raw_sensors(preprocessors: Mapping[str, Preprocessor], sensors: Mapping[str,
     """Return the sensors that a source delivers scans of: those of the preprocessors, and the other ones of the tracker."""
     plain = {name: sensor for name, sensor in sensors.items() if name not in preprocessors}
     return plain | {name: sensor for preprocessor in preprocessors.values() for name, sensor in preprocessor.sensors.items()}
+
+
+def open_source(
+    source: Source, preprocessors: Mapping[str, Preprocessor], sensors: Mapping[str, Sensor], rng: np.random.Generator
+) -> Recording:
+    """Open a source for the sensors that it delivers scans of; a ConfigError has its place in the config, below `source`."""
+    try:
+        return source.open(raw_sensors(preprocessors, sensors), rng)
+    except ConfigError as error:
+        raise error.within("source") from None
 
 
 def preprocessed(scans: Iterable[Scan], preprocessors: Mapping[str, Preprocessor]) -> Iterator[Scan]:

@@ -15,7 +15,7 @@ from vedette.progress import silent
 from vedette.roles import Sensor
 from vedette.space import Array
 from vedette.supporting import ImagingSensor
-from vedette.tracking.preprocessing import raw_sensors
+from vedette.tracking.preprocessing import open_source
 from vedette.tracking.state import State
 from vedette.tuning.free import Free, applied
 from vedette.tuning.likelihood import Predictive
@@ -85,12 +85,8 @@ def open_data(experiment: Experiment, part: float) -> Data:
     """Open an experiment's source and keep the first `part` of its scans to be tuned on; ConfigError says what lacks."""
     if experiment.source is None:
         raise ConfigError([Problem("source", "is missing: there are no scans to tune on")])
-    for_source, _ = _seeds(experiment.seed)
-    try:
-        sensors = raw_sensors(experiment.preprocessors, experiment.tracker.sensors)
-        recording = experiment.source.open(sensors, np.random.default_rng(for_source))
-    except ConfigError as error:
-        raise error.within("source") from None
+    rng = np.random.default_rng(_seeds(experiment.seed)[0])
+    recording = open_source(experiment.source, experiment.preprocessors, experiment.tracker.sensors, rng)
     return data_of(experiment, recording, part)
 
 

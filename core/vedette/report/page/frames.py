@@ -19,7 +19,7 @@ from vedette.io import read_frame
 from vedette.io.png import SIGNATURE
 from vedette.space import Array
 from vedette.supporting import ImagingSensor
-from vedette.tracking.preprocessing import raw_sensors
+from vedette.tracking.preprocessing import open_source
 from vedette.types import Frame, LazyScans, Scan
 
 MOST, BYTES = 400, 6_000_000
@@ -73,7 +73,7 @@ def _clip(config: str) -> Sequence[Scan] | None:
         source, sensors = experiment.source, experiment.tracker.sensors
         if source is None or source.draws or not any(isinstance(sensor, ImagingSensor) for sensor in sensors.values()):
             return None
-        scans = source.open(raw_sensors(experiment.preprocessors, sensors), np.random.default_rng(0)).scans
+        scans = open_source(source, experiment.preprocessors, sensors, np.random.default_rng(0)).scans
     except (VedetteError, OSError):
         return None
     return scans if isinstance(scans, LazyScans) and not scans.once else None
