@@ -83,6 +83,7 @@ if TYPE_CHECKING:
     from vedette.types import new_gaussian as new_gaussian
     from vedette.types import new_innovation as new_innovation
     from vedette.values import maker as maker
+    from vedette.wrapping import WrappedMotion as WrappedMotion
     from vedette.wrapping import WrappedSensor as WrappedSensor
 
 _HOMES = {
@@ -122,7 +123,7 @@ _HOMES = {
         "new_innovation",
     ),
     "values": ("maker",),
-    "wrapping": ("WrappedSensor",),
+    "wrapping": ("WrappedMotion", "WrappedSensor"),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 

@@ -1,4 +1,4 @@
-"""The base of sensors that change something about another one, and forward the rest."""
+"""The bases of motion models and sensors that change something about another one, and forward the rest."""
 
 from __future__ import annotations
 
@@ -6,9 +6,58 @@ from abc import abstractmethod
 
 from attrs import evolve, frozen
 
-from vedette.roles import Sensor
+from vedette.roles import MotionModel, Sensor
 from vedette.space import Array, Space
 from vedette.types import Gaussian, Pose
+
+
+@frozen
+class WrappedMotion(MotionModel):
+    """A motion model that is another one, `of`, but for what a subclass defines."""
+
+    @property
+    @abstractmethod
+    def of(self) -> MotionModel:
+        """The motion model; a parameter."""
+
+    @property
+    def linear(self) -> bool:  # type: ignore[override]  # class variables elsewhere: here they depend on the model
+        """Whether the model is."""
+        return self.of.linear
+
+    @property
+    def divisible(self) -> bool:  # type: ignore[override]
+        """Whether the model is."""
+        return self.of.divisible
+
+    @property
+    def reframes(self) -> bool:  # type: ignore[override]
+        """Whether the model does."""
+        return self.of.reframes
+
+    @property
+    def state(self) -> Space:
+        return self.of.state
+
+    @property
+    def zero_variance(self) -> Space:
+        return self.of.zero_variance
+
+    def move(self, x: Array, dt: float) -> Array:
+        """(*b, n) -> (*b, n)"""
+        return self.of.move(x, dt)
+
+    def jacobian(self, x: Array, dt: float) -> Array:
+        """(*b, n) -> (*b, n, n) or (n, n)"""
+        return self.of.jacobian(x, dt)
+
+    def noise(self, x: Array, dt: float) -> Array:
+        """(*b, n) -> (*b, n, n) or (n, n)"""
+        return self.of.noise(x, dt)
+
+    def reframe(self, own: Gaussian, combined: Gaussian) -> Gaussian:
+        """Return the belief in the frame that the model chooses."""
+        return self.of.reframe(own, combined)
 
 
 @frozen

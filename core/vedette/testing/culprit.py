@@ -11,13 +11,13 @@ from attrs import evolve, frozen
 from vedette import fields
 from vedette.errors import VedetteError
 from vedette.roles import Estimator, MotionModel, Sensor
-from vedette.space import Array, Space
+from vedette.space import Array
 from vedette.testing.montecarlo import Runs, World, play
 from vedette.testing.truth import modes_of, motion_of
 from vedette.testing.verdicts import lost_runs
 from vedette.tracking.tracker import Tracker
 from vedette.types import Gaussian
-from vedette.wrapping import WrappedSensor
+from vedette.wrapping import WrappedMotion, WrappedSensor
 
 LAGS = 3
 """Products of innovations of the same scan, of the next, and of the one after tell Q from R."""
@@ -25,31 +25,13 @@ LAGS = 3
 
 @final
 @frozen
-class Restless(MotionModel):
+class Restless(WrappedMotion):
     """A motion with `factor` times the noise of another."""
 
     kind: ClassVar[str] = "kit_restless"
 
     of: MotionModel = fields.part("the motion")
     factor: float = fields.quantity("1", "factor of its noise", above=0)
-
-    @property
-    def state(self) -> Space:
-        return self.of.state
-
-    @property
-    def zero_variance(self) -> Space:
-        return self.of.zero_variance
-
-    @property
-    def linear(self) -> bool:  # type: ignore[override]
-        return self.of.linear
-
-    def jacobian(self, x: Array, dt: float) -> Array:
-        return self.of.jacobian(x, dt)
-
-    def move(self, x: Array, dt: float) -> Array:
-        return self.of.move(x, dt)
 
     def noise(self, x: Array, dt: float) -> Array:
         noisier: Array = self.factor * self.of.noise(x, dt)

@@ -7,45 +7,19 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import Factory, field, frozen
 
-from vedette import Array, Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, Space, fields
+from vedette import Array, Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, Space, WrappedMotion, fields
 from vedette.filters import OverMotion
 from vedette_standard.estimators.square_root import Root, SquareRootKalman
 
 
 @final
 @frozen
-class Noiseless(MotionModel):
+class Noiseless(WrappedMotion):
     """The motion of a target that keeps to its trajectory: that of another model, without its noise."""
 
     kind: ClassVar[str] = "noiseless"
 
-    of: MotionModel
-
-    @property
-    def linear(self) -> bool:  # type: ignore[override]  # a class variable elsewhere: here it is the other's
-        """Whether the other is."""
-        return self.of.linear
-
-    @property
-    def divisible(self) -> bool:  # type: ignore[override]
-        """Whether the other is."""
-        return self.of.divisible
-
-    @property
-    def state(self) -> Space:
-        return self.of.state
-
-    @property
-    def zero_variance(self) -> Space:
-        return self.of.zero_variance
-
-    def move(self, x: Array, dt: float) -> Array:
-        """Return the state `dt` s later: (*b, n) -> (*b, n)."""
-        return self.of.move(x, dt)
-
-    def jacobian(self, x: Array, dt: float) -> Array:
-        """Return F (*b, n, n) or (n, n)."""
-        return self.of.jacobian(x, dt)
+    of: MotionModel = fields.part("the motion")
 
     def noise(self, x: Array, dt: float) -> Array:
         """Return 0 (n, n)."""
