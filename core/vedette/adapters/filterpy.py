@@ -12,7 +12,7 @@ from attrs import frozen
 from vedette import fields
 from vedette.adapters.needed import foreign, needed
 from vedette.errors import InputError
-from vedette.filters import GaussianFilter, Hypotheses, make_innovation
+from vedette.filters import GaussianFilter, Hypotheses, embedded, make_innovation
 from vedette.roles import MotionModel, Sensor
 from vedette.space import Array
 from vedette.types import Detections, Frame, Gaussian, Innovation
@@ -159,8 +159,7 @@ class FilterPyEstimator(GaussianFilter):
 
 def _update_linear(one: Any, sensor: Sensor, where: list[int], z: Array) -> tuple[Array, Array]:
     """Update by a return z (m,) that is linear in the state; return the residual and its covariance."""
-    one.H = np.zeros((len(z), one.P.shape[0]))
-    one.H[:, where] = sensor.jacobian(np.ravel(one.x)[where])
+    one.H = embedded(sensor.jacobian(np.ravel(one.x)[where]), where, one.P.shape[0])
     S = one.H @ one.P @ one.H.T + one.R
     expected = one.H @ np.ravel(one.x)
     y = sensor.measurement.difference(z, expected)
@@ -175,9 +174,7 @@ def _update_extended(one: Any, sensor: Sensor, where: list[int], z: Array) -> tu
     """Update by a return z (m,), linearised at the mean."""
 
     def slope(x: Array) -> Array:
-        H = np.zeros((len(z), len(x)))
-        H[:, where] = sensor.jacobian(np.ravel(x)[where])
-        return H
+        return embedded(sensor.jacobian(np.ravel(x)[where]), where, len(x))
 
     def column(values: Array) -> Array:
         return values if np.ndim(one.x) == 1 else values[:, None]

@@ -9,6 +9,7 @@ from attrs import frozen
 
 from vedette.experiment import Experiment
 from vedette.explaining.settled import Settled
+from vedette.filters.linear import expected_return
 from vedette.filters.motion import predicted
 from vedette.roles import Sensor
 from vedette.space import Array, Axis, Space
@@ -102,16 +103,14 @@ def _led(
     mean = settled.start.mean.copy()
     mean[0, tracker.state.locate(space)] = states[0]
     belief = estimator.start(Gaussian(mean, settled.start.cov), tracker.state, rng)
-    seen, where = states[:, space.locate(sensor.observes)], estimator.state.locate(sensor.observes)
+    seen = states[:, space.locate(sensor.observes)]
     spot = estimator.state.locate(Space(tuple(space.axes[i] for i in _metres(space))))
     for x, whole in zip(seen[1:], states[1:], strict=True):
         belief = predicted(estimator, belief, dt, rng)
         ahead = estimator.moments(belief)
-        at = ahead.mean[0, where]
-        H = sensor.jacobian(at)
-        S = H @ ahead.cov[0][np.ix_(where, where)] @ H.T + sensor.noise(at)
+        expected, S, _ = expected_return(Gaussian(ahead.mean[0], ahead.cov[0]), estimator.state, sensor)
         z = sensor.measure(x)
-        residual = sensor.measurement.difference(z, sensor.measure(at))
+        residual = sensor.measurement.difference(z, expected)
         off = float(np.linalg.norm(whole[_metres(space)] - ahead.mean[0, spot]))
         square = float(residual @ np.linalg.pinv(S) @ residual)
         yield float(np.sqrt(max(square, 0.0))), off

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 from attrs import frozen
 
+from vedette.filters.linear import expected_return
 from vedette.filters.motion import predicted
 from vedette.roles import Sensor
 from vedette.space import Array
@@ -179,9 +180,10 @@ def _run(tracker: Tracker, sensor: Sensor, dt: float, start: Gaussian) -> Settle
         belief = predicted(estimator, belief, dt, rng)
         ahead = estimator.moments(belief)
         x = ahead.mean[0, where]
-        H, R = sensor.jacobian(x), sensor.noise(x)
-        S.append(H @ ahead.cov[0][np.ix_(where, where)] @ H.T + R)
-        innovation = estimator.evaluate(belief, sensor, Detections.of(sensor.measure(x)[None]), tracker.gate.probability)
+        R = sensor.noise(x)
+        expected, covariance, _ = expected_return(Gaussian(ahead.mean[0], ahead.cov[0]), estimator.state, sensor, R)
+        S.append(covariance)
+        innovation = estimator.evaluate(belief, sensor, Detections.of(expected[None]), tracker.gate.probability)
         belief = estimator.update(belief, innovation, np.array([[0.0, 1.0]]))
         after = estimator.moments(belief)
         predicted_cov.append(ahead.cov[0])

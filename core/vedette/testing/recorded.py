@@ -12,6 +12,7 @@ from attrs import evolve, field, frozen
 
 from vedette.display import figures_html
 from vedette.experiment import Experiment, Result
+from vedette.filters.linear import expected_return
 from vedette.metrics.consistency import (
     Credibility,
     autocorrelation,
@@ -27,7 +28,6 @@ from vedette.space import Array, Mask, Space
 from vedette.supporting import ImagingSensor
 from vedette.testing.followed import Followed, followed
 from vedette.testing.judging import Misuse
-from vedette.testing.montecarlo import innovation
 from vedette.tracking.state import State
 from vedette.tracking.tracker import Tracker
 from vedette.types import Gaussian, Scan, Track, Trajectory
@@ -257,13 +257,13 @@ def _used(
     used = np.flatnonzero(weights)
     own = used if state.returns is None else state.returns[row, used]
     x, seen = prior.mean[tracker.state.locate(sensor.observes)], scan.detections
-    residual, S = innovation(tracker, sensor, prior, seen.z[own] if len(own) else sensor.measure(x)[None])
-    if len(own) and seen.missing is not None:
+    noise = seen.noise[own[np.argmax(weights[used])]] if len(own) and seen.noise is not None else None
+    expected, S, _ = expected_return(prior, tracker.state, sensor, noise)
+    residual = sensor.measurement.difference(seen.z[own], expected)
+    if seen.missing is not None:
         residual = np.where(seen.missing[own], 0.0, residual)
-    if len(own) and seen.noise is not None:
-        S = S - sensor.noise(x) + seen.noise[own[np.argmax(weights[used])]]
     declared = float(sensor.detects(x)) * tracker.gate.probability
-    return np.sum(weights[used][:, None] * residual[: len(own)], axis=0), S, declared
+    return np.sum(weights[used][:, None] * residual, axis=0), S, declared
 
 
 def _gathered(tracker: Tracker, entries: Sequence[Entry]) -> Innovations:

@@ -141,9 +141,8 @@ class Gathering:
         used = np.flatnonzero(weights)
         returns = used if state.returns is None else state.returns[row, used]
         share, seen = weights[used] / np.sum(weights[used]), scan.detections
-        expected, S, _ = expected_return(prior, self.tracker.state, sensor)
-        if seen.noise is not None:
-            S = S - sensor.noise(x) + seen.noise[returns[np.argmax(share)]]
+        noise = None if seen.noise is None else seen.noise[returns[np.argmax(share)]]
+        expected, S, _ = expected_return(prior, self.tracker.state, sensor, noise)
         residual = space.difference(seen.z[returns], expected) / np.sqrt(np.diagonal(S))
         known = np.ones(residual.shape, bool) if seen.missing is None else ~seen.missing[returns]
         residual = np.where(known, residual, 0.0)

@@ -8,7 +8,15 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, fields, kernels, new_innovation
-from vedette.filters import GaussianFilter, Hypotheses, evaluate_linearised, extent_linearised, predict_linearised, prepare
+from vedette.filters import (
+    GaussianFilter,
+    Hypotheses,
+    embedded,
+    evaluate_linearised,
+    extent_linearised,
+    predict_linearised,
+    prepare,
+)
 
 
 @final
@@ -47,8 +55,7 @@ class GH(GaussianFilter):
         x = belief.mean[..., where]
         ready = prepare(sensor, observed, sensor.measure(x), sensor.noise(x))
         slope = sensor.jacobian(x)
-        H = np.zeros((*slope.shape[:-1], len(self.state)))
-        H[..., where] = slope
+        H = embedded(slope, where, len(self.state))
         H, P = ready.rows(H[..., None, :, :]), belief.cov[..., None, :, :]
         K = self._gains(where) @ (H[..., where] if _is_identity(slope) else _inverse(H[..., where], P, where))
         left = np.eye(len(self.state)) - K @ H
