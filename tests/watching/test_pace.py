@@ -59,7 +59,7 @@ def test_nothing_waits_at_full_speed_or_for_a_camera(clock):
     assert {now for now, _ in came(camera, 1.0, clock)} == {0.0}
 
 
-@pytest.mark.parametrize(("text", "speed"), [(None, 1.0), ("10", 10.0), ("0.5", 0.5), ("max", math.inf)])
+@pytest.mark.parametrize(("text", "speed"), [("10", 10.0), ("0.5", 0.5), ("max", math.inf)])
 def test_a_speed_is_read(text, speed):
     assert read_speed(text) == speed
 

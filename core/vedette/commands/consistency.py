@@ -7,6 +7,7 @@ from argparse import Namespace
 from collections.abc import Sequence
 from pathlib import Path
 
+from vedette.commands import asked
 from vedette.commands.ending import DONE
 from vedette.commands.output import can_draw, look_of
 from vedette.config import load
@@ -22,8 +23,7 @@ from vedette.testing.recorded import Recorded, recorded_consistency
 
 def run(arguments: Namespace) -> int:
     """Run the tracker, print what each track says of itself, and write text, figures and picture if asked to."""
-    overrides = [*arguments.overrides, *([] if arguments.seed is None else [f"seed={arguments.seed}"])]
-    experiment = load(arguments.config, overrides=overrides)
+    experiment = load(arguments.config, overrides=asked.overrides(arguments))
     folder = None if arguments.out is None else Path(arguments.out)
     if folder is not None:
         check_folder(folder)

@@ -6,9 +6,9 @@ import json
 from argparse import Namespace
 from textwrap import wrap
 
+from vedette.commands import asked
 from vedette.commands.ending import DONE
 from vedette.config import load
-from vedette.errors import ConfigError, Problem
 from vedette.explaining import findings, situation
 from vedette.explaining.words import WIDTH, composed, figures, lines
 from vedette.units import in_unit
@@ -17,7 +17,7 @@ from vedette.units import in_unit
 def run(arguments: Namespace) -> int:
     """Print the parts, what follows from them, and the findings, each with its place."""
     experiment = load(arguments.config, overrides=arguments.overrides)
-    it = situation(experiment, None if arguments.interval is None else _seconds(arguments.interval))
+    it = situation(experiment, asked.read("--interval", arguments.interval, _seconds))
     found = list(findings(it))
     for line in lines(it):
         print(line)
@@ -45,10 +45,7 @@ def run(arguments: Namespace) -> int:
 
 def _seconds(given: str) -> float:
     """Return the interval given in s."""
-    try:
-        value = in_unit(given, "s", 1e9)
-        if not value > 0:
-            raise ValueError(f"must be > 0, got {value:g} s")
-    except ValueError as error:
-        raise ConfigError([Problem("--interval", str(error))]) from None
+    value = in_unit(given, "s", 1e9)
+    if not value > 0:
+        raise ValueError(f"must be > 0, got {value:g} s")
     return value

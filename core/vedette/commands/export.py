@@ -7,6 +7,7 @@ from argparse import Namespace
 from collections.abc import Callable
 from pathlib import Path
 
+from vedette.commands import asked
 from vedette.commands.ending import DONE
 from vedette.errors import ConfigError, Problem
 from vedette.exporting.geojson import write_geojson
@@ -14,7 +15,6 @@ from vedette.exporting.kml import write_kml
 from vedette.exporting.run import Run, read_epoch
 from vedette.exporting.tables import write_csv, write_parquet
 from vedette.exporting.viewer import write_rerun
-from vedette.io.geodesy import Origin
 from vedette.report.page.geography import read_origin
 
 FORMATS: dict[str, Callable[[Path, Run, int], None]] = {
@@ -42,31 +42,11 @@ def run(arguments: Namespace) -> int:
     tracks = "smoothed.jsonl" if arguments.smoothed else "tracks.jsonl"
     if not (folder / tracks).is_file():
         raise ConfigError([Problem("--smoothed", f"{folder} has no {tracks}: `vedette run --smooth` writes it")])
-    found = Run.read(folder, tracks, _origin(arguments), _epoch(arguments))
-    write(target, found, _ellipses(arguments))
+    origin = asked.read("--origin", arguments.origin, read_origin)
+    found = Run.read(folder, tracks, origin, asked.read("--epoch", arguments.epoch, read_epoch))
+    write(target, found, asked.whole("--ellipses", arguments.ellipses, 0))
     if target.suffix.lower() == ".kml" and not found.terms.dated:
         print("vedette: KML has dates only, so 0 s stands at 1970-01-01T00:00:00Z; --epoch gives another", file=sys.stderr)
     points = sum(len(track.times) for track in found.tracks)
     print(f"{target}: {len(found.tracks)} tracks, {points} estimates, {target.stat().st_size / 1e6:.2g} MB")
     return DONE
-
-
-def _origin(arguments: Namespace) -> Origin | None:
-    try:
-        return None if arguments.origin is None else read_origin(arguments.origin)
-    except ValueError as error:
-        raise ConfigError([Problem("--origin", str(error))]) from None
-
-
-def _epoch(arguments: Namespace) -> float | None:
-    try:
-        return None if arguments.epoch is None else read_epoch(arguments.epoch)
-    except ValueError as error:
-        raise ConfigError([Problem("--epoch", str(error))]) from None
-
-
-def _ellipses(arguments: Namespace) -> int:
-    given = arguments.ellipses
-    if not given.isdecimal():
-        raise ConfigError([Problem("--ellipses", f"must be a whole number of at least 0, got {given!r}")])
-    return int(given)

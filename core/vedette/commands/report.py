@@ -5,9 +5,9 @@ from __future__ import annotations
 from argparse import Namespace
 from pathlib import Path
 
+from vedette.commands import asked
 from vedette.commands.ending import DONE
 from vedette.errors import ConfigError, Problem
-from vedette.io.geodesy import Origin
 from vedette.montecarlo.kept import is_study, read_outcome
 from vedette.progress import on_terminal
 from vedette.report.page.build import write_comparison, write_page
@@ -24,7 +24,8 @@ def run(arguments: Namespace) -> int:
     if arguments.worst is not None or arguments.again:
         option = "--run" if arguments.again else "--worst"
         raise ConfigError([Problem(option, f"runs a study's runs anew, and {str(folders[0])!r} is no study's folder")])
-    underlay, origin = Path(arguments.underlay) if arguments.underlay else None, _origin(arguments.origin)
+    underlay = Path(arguments.underlay) if arguments.underlay else None
+    origin = asked.read("--origin", arguments.origin, read_origin)
     beside = folders[0].parent if folders[0].suffix == ".npz" else folders[0]
     if len(folders) == 1:
         name = "report" if beside == folders[0] else folders[0].stem
@@ -38,7 +39,7 @@ def run(arguments: Namespace) -> int:
 
 def _study(folder: Path, arguments: Namespace) -> int:
     """Run anew what is asked for, and write the study's page."""
-    target, most = _target(arguments.out, folder / "report.html"), _most(arguments.worst)
+    target, most = _target(arguments.out, folder / "report.html"), asked.whole("--worst", arguments.worst, 0)
     outcome = read_outcome(folder)
     chosen = [read_run(text, outcome) for text in arguments.again]
     chosen += [bad for runs in worst(outcome, most) for bad in runs]
@@ -53,21 +54,8 @@ def _tell(target: Path) -> int:
     return DONE
 
 
-def _most(given: str | None) -> int:
-    if given is not None and not given.isdecimal():
-        raise ConfigError([Problem("--worst", f"must be a whole number, got {given!r}")])
-    return int(given or 0)
-
-
 def _target(given: str | None, usual: Path) -> Path:
     target = Path(given) if given else usual
     if target.is_dir():
         raise ConfigError([Problem("--out", f"must be a file, and {str(target)!r} is a folder")])
     return target
-
-
-def _origin(text: str | None) -> Origin | None:
-    try:
-        return None if text is None else read_origin(text)
-    except ValueError as error:
-        raise ConfigError([Problem("--origin", str(error))]) from None

@@ -8,6 +8,7 @@ from importlib.metadata import version
 from pathlib import Path
 from time import process_time
 
+from vedette.commands import asked
 from vedette.commands.output import look_of, write_charts
 from vedette.commands.parts import Parts
 from vedette.config.registry import Registry
@@ -24,7 +25,7 @@ def run(arguments: Namespace) -> int:
     """Run the study, print its tables and verdicts, write them and the figures; 0 whatever the verdicts."""
     study = _study(arguments.paper)
     usual = study.full_runs if arguments.full else study.default_runs
-    runs, seed = _whole("--runs", arguments.runs, usual, 2), _whole("--seed", arguments.seed, 1, 0)
+    runs, seed = asked.whole("--runs", arguments.runs, usual, 2), asked.whole("--seed", arguments.seed, 1)
     folder = None if arguments.out is None else Path(arguments.out)
     look = look_of(arguments)
     parts = _parts(folder, study, runs, seed, resume=arguments.resume)
@@ -59,19 +60,6 @@ def _study(name: str) -> Reproduction:
     made = Registry.installed().get("reproduction", name.replace("-", "_")).cls()
     assert isinstance(made, Reproduction)
     return made
-
-
-def _whole(option: str, given: str | None, default: int, least: int) -> int:
-    """Return a whole number of the command line; ConfigError if it is not one, or too small."""
-    if given is None:
-        return default
-    try:
-        number = int(given)
-    except ValueError:
-        number = least - 1
-    if number < least:
-        raise ConfigError([Problem(option, f"must be a whole number of at least {least}, got {given!r}")])
-    return number
 
 
 def _write(folder: Path, result: Findings, look: Look) -> list[str]:

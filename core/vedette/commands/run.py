@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from vedette.commands import asked
 from vedette.commands.ending import DONE, INTERRUPTED
 from vedette.commands.output import can_draw, look_of
 from vedette.config import load
@@ -30,8 +31,7 @@ LONG = 10_000
 
 def run(arguments: Namespace) -> int:
     """Run, write and report; return 130 if Ctrl-C ended it early, with what was done written all the same."""
-    overrides = [*arguments.overrides, *([] if arguments.seed is None else [f"seed={arguments.seed}"])]
-    experiment = load(arguments.config, overrides=overrides)
+    experiment = load(arguments.config, overrides=asked.overrides(arguments))
     folder = Path(arguments.out) if arguments.out else Path("out") / Path(arguments.config).stem
     check_folder(folder)
     look = look_of(arguments)

@@ -8,9 +8,9 @@ from argparse import Namespace
 from pathlib import Path
 from time import perf_counter, process_time
 
+from vedette.commands import asked
 from vedette.commands.ending import DONE, INTERRUPTED
 from vedette.commands.output import can_write, look_of, write_charts
-from vedette.errors import ConfigError, Problem
 from vedette.montecarlo.outcome import Outcome
 from vedette.montecarlo.plan import plan, read_study
 from vedette.montecarlo.store import told
@@ -27,13 +27,13 @@ def run(arguments: Namespace) -> int:
     for name in ("runs", "seed", "chunk"):
         given = getattr(arguments, name)
         if given is not None:
-            table[name] = _number(f"--{name}", given)
+            table[name] = asked.whole(f"--{name}", given, 0)
     folder = None if arguments.out is None else Path(arguments.out)
     if folder is not None:
         check_folder(folder)
     look = look_of(arguments)
     planned = plan(table, arguments.overrides)
-    threads = len(os.sched_getaffinity(0)) if arguments.threads is None else _number("--threads", arguments.threads)
+    threads = asked.whole("--threads", arguments.threads, len(os.sched_getaffinity(0)))
     began, cpu = perf_counter(), process_time()
     with on_terminal() as progress:
         outcome = perform(
@@ -48,13 +48,6 @@ def run(arguments: Namespace) -> int:
     if arguments.json:
         print(json.dumps(outcome.data() | {"seconds": seconds}))
     return INTERRUPTED if outcome.interrupted else DONE
-
-
-def _number(option: str, given: str) -> int:
-    try:
-        return int(given)
-    except ValueError:
-        raise ConfigError([Problem(option, f"must be a whole number, got {given!r}")]) from None
 
 
 def _write(folder: Path, outcome: Outcome, look: Look) -> list[str]:

@@ -6,9 +6,9 @@ import json
 from argparse import Namespace
 from pathlib import Path
 
+from vedette.commands import asked
 from vedette.commands.ending import DONE
 from vedette.commands.output import can_draw, look_of
-from vedette.errors import ConfigError, Problem
 from vedette.io.atomic import whole_file
 from vedette.montecarlo.grid import short_names
 from vedette.report.canvas import Look
@@ -25,12 +25,12 @@ def run(arguments: Namespace) -> int:
     tuned = tune(
         arguments.config,
         arguments.free,
-        overrides=[*arguments.overrides, *([] if arguments.seed is None else [f"seed={arguments.seed}"])],
+        overrides=asked.overrides(arguments),
         by=arguments.by,
-        part=_number("--part", arguments.part, float),
-        starts=int(_number("--starts", arguments.starts, int)),
+        part=asked.number("--part", arguments.part),
+        starts=asked.whole("--starts", arguments.starts, 1),
         method=arguments.method,
-        workers=int(_number("--workers", arguments.workers, int)),
+        workers=asked.whole("--workers", arguments.workers, 1),
         out=folder,
         resume=arguments.resume,
     )
@@ -39,14 +39,6 @@ def run(arguments: Namespace) -> int:
     if arguments.json:
         print(json.dumps(data(tuned)))
     return DONE
-
-
-def _number(option: str, given: str, kind: type[float]) -> float:
-    try:
-        return kind(given)
-    except ValueError:
-        what = "a whole number" if kind is int else "a number"
-        raise ConfigError([Problem(option, f"must be {what}, got {given!r}")]) from None
 
 
 def _write(folder: Path, tuned: Tuned, look: Look) -> list[str]:

@@ -8,6 +8,7 @@ from argparse import Namespace
 from pathlib import Path
 from typing import Any
 
+from vedette.commands import asked
 from vedette.commands.ending import DONE, INTERRUPTED
 from vedette.config import load
 from vedette.errors import ConfigError, Problem
@@ -21,12 +22,11 @@ from vedette.watching.terminal import TerminalView
 
 def run(arguments: Namespace) -> int:
     """Run and show; return 130 if Ctrl-C ended it early, with what was done written all the same."""
-    overrides = [*arguments.overrides, *([] if arguments.seed is None else [f"seed={arguments.seed}"])]
-    experiment = load(arguments.config, overrides=overrides)
+    experiment = load(arguments.config, overrides=asked.overrides(arguments))
     folder = None if arguments.out is None else Path(arguments.out)
     if folder is not None:
         check_folder(folder)
-    pace, port = Pace(_speed(arguments.speed)), _port(arguments)
+    pace, port = Pace(asked.read("--speed", arguments.speed, read_speed) or 1.0), _port(arguments)
     steps = experiment.steps(progress=pace)
     if arguments.speed is not None and getattr(steps.recording.scans, "once", False):
         raise ConfigError([Problem("--speed", "is for recordings: these scans come at their own pace")])
@@ -88,21 +88,9 @@ def _wait_for_somebody(view: LivePage) -> None:
         return
 
 
-def _speed(text: str | None) -> float:
-    try:
-        return read_speed(text)
-    except ValueError as error:
-        raise ConfigError([Problem("--speed", str(error))]) from None
-
-
 def _port(arguments: Namespace) -> int:
     """Return the port that is asked for, 0 for any; ConfigError if it is none."""
-    given = arguments.port
     for name in ("port", "underlay"):
         if arguments.terminal and getattr(arguments, name) is not None:
             raise ConfigError([Problem(f"--{name}", "is for the page, and --terminal shows none: give one of the two")])
-    if given is None:
-        return 0
-    if not given.isdecimal() or not 0 < int(given) < 65536:
-        raise ConfigError([Problem("--port", f"must be a whole number from 1 to 65535, got {given!r}")])
-    return int(given)
+    return asked.whole("--port", arguments.port, 0, least=1, most=65535)

@@ -33,12 +33,12 @@ class Pace:
             yield scan
 
 
-def read_speed(text: str | None) -> float:
+def read_speed(text: str) -> float:
     """Return a speed as the command line gives it: times the recorded one, or `max`; ValueError says what is wrong."""
     if text == "max":
         return inf
     try:
-        speed = 1.0 if text is None else float(text)
+        speed = float(text)
     except ValueError:
         speed = 0.0
     if not 0 < speed < inf:
