@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterator, Mapping
-from typing import Any
 
 from attrs import frozen
 
+from vedette.config import toml_text
 from vedette.drafting.table import Table
 
 HEIGHTS = ("z", "altitude")
@@ -52,30 +51,30 @@ def _lines(
     table: Table, facts: Mapping[str, Facts], accel: float, speed: float, notes: Mapping[str, str], steady: bool
 ) -> Iterator[str]:
     name = table.path or "a data frame"
-    yield f"# Drafted by `vedette new config` from {_plain(name)}. Comments say what was found or assumed."
-    yield f"title = {_toml(name)}"
+    yield f"# Drafted by `vedette new config` from {toml_text.comment(name)}. Comments say what was found or assumed."
+    yield f"title = {toml_text.value(name)}"
     yield ""
     yield "[source]"
     source = table.source()
     for name in ("kind", "path", "delimiter"):
         if name in source:
-            yield f"{name} = {_toml(source[name])}"
-    yield f"frame = {_toml(table.frame)}  # where x and y point, and from which of them bearings run"
+            yield f"{name} = {toml_text.value(source[name])}"
+    yield f"frame = {toml_text.value(table.frame)}  # where x and y point, and from which of them bearings run"
     if table.sort:
         yield "sort = true  # the rows are not in the order of time"
     if "origin" in notes:
         latitude, longitude, _ = notes["origin"].split(",")
         yield f"origin = {{ latitude = {latitude.strip()}, longitude = {longitude.strip()} }}  # the middle of the positions"
     for text in table.assumed:
-        yield f"# assumed: {_plain(text)}"
+        yield f"# assumed: {toml_text.comment(text)}"
     if table.left_out:
-        yield f"# not read: {', '.join(map(_plain, table.left_out))}"
+        yield f"# not read: {', '.join(map(toml_text.comment, table.left_out))}"
     for place in ("detections", "platform"):
         if place in source:
             yield ""
             yield f"[source.{place}]"
             for name, value in source[place].items():
-                yield f"{name} = {_toml(value)}"
+                yield f"{name} = {toml_text.value(value)}"
     for name, own in facts.items():
         yield ""
         yield from _sensor(table, name, own, speed)
@@ -105,7 +104,7 @@ def _lines(
 
 
 def _sensor(table: Table, name: str, own: Facts, speed: float) -> Iterator[str]:
-    yield f"[sensors.{_toml(name) if not name.isidentifier() else name}]"
+    yield f"[sensors.{toml_text.key(name)}]"
     yield f"# {own.scans} scans, usually {own.period:.3g} s apart; {own.chains} stretches of tracks found"
     doubt = "" if own.chains else f"  # {_GUESS}"
     if table.polar:
@@ -131,13 +130,3 @@ def _sensor(table: Table, name: str, own: Facts, speed: float) -> Iterator[str]:
         clutter = f"clutter_density = {density!r}  # {own.clutter:.2g} returns a scan that belong to no track"
     yield f"detection_probability = {rounded(own.probability)!r}"
     yield clutter
-
-
-def _toml(value: Any) -> str:
-    if isinstance(value, Mapping):
-        return "{ " + ", ".join(f"{name} = {_toml(item)}" for name, item in value.items()) + " }"
-    return json.dumps(value, ensure_ascii=False)
-
-
-def _plain(text: str) -> str:
-    return "".join(letter if letter.isprintable() else "?" for letter in text)

@@ -74,10 +74,14 @@ def write_geojson(path: Path, tracks: Sequence[Track], terms: Terms) -> None:
 
     RFC 7946. Equal tracks give equal bytes. A number that is not finite leaves its point out.
     """
-    made = [feature for track in tracks if (feature := _feature(track, terms)) is not None]
+    write_features(path, [feature for track in tracks if (feature := _feature(track, terms)) is not None])
+
+
+def write_features(path: Path, features: Sequence[dict[str, Any]]) -> None:
+    """Write features as GeoJSON, a line each."""
     with whole_file(path) as file:
         file.write('{"type": "FeatureCollection", "features": [\n')
-        file.write(",\n".join(json.dumps(feature) for feature in made))
+        file.write(",\n".join(json.dumps(feature, allow_nan=False) for feature in features))
         file.write("\n]}\n")
 
 

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import json
-import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from vedette.config import toml_text
 from vedette.config.overrides import apply_changes
 from vedette.config.parameters import plain
 from vedette.tuning.said import summary
 from vedette.tuning.tuned import Tuned
 
-_BARE = re.compile(r"[A-Za-z0-9_-]+")
 WIDE = 100
 """A table that is longer than so many characters gets lines of its own."""
 
@@ -30,7 +28,7 @@ def toml(tuned: Tuned) -> str:
         notes[path] += f"{f'{which}: ' if which else ''}tuned: {summary(each)}{was}"
     judged = tuned.judged
     head = [
-        f"# {_plain(tuned.title) or 'A config'}, tuned by {tuned.by} with `vedette tune`.",
+        f"# {toml_text.comment(tuned.title) or 'A config'}, tuned by {tuned.by} with `vedette tune`.",
         f"# Tuned on the first {judged.tuned} of {len(judged.times)} scans.",
     ]
     if judged.held is not None:
@@ -43,7 +41,7 @@ def _table(table: Mapping[str, Any], path: tuple[Any, ...], notes: Mapping[tuple
     own = {name: value for name, value in table.items() if not _needs_lines(value, (*path, name), notes)}
     for name, value in own.items():
         note = notes.get((*path, name), "")
-        yield f"{_key(name)} = {_value(value)}{f'  # {note}' if note else ''}"
+        yield f"{toml_text.key(name)} = {toml_text.value(value)}{f'  # {note}' if note else ''}"
     for name, value in table.items():
         if name in own:
             continue
@@ -67,25 +65,8 @@ def _needs_lines(value: Any, path: tuple[Any, ...], notes: Mapping[tuple[Any, ..
     if not tables:
         return False
     noted = any(len(place) > len(path) and place[: len(path)] == path for place in notes)
-    return noted or len(_value(value)) > WIDE
+    return noted or len(toml_text.value(value)) > WIDE
 
 
 def _path(path: tuple[Any, ...]) -> str:
-    return ".".join(_key(step) for step in path if isinstance(step, str))
-
-
-def _key(name: str) -> str:
-    return name if _BARE.fullmatch(name) else json.dumps(name, ensure_ascii=False)
-
-
-def _value(value: Any) -> str:
-    if isinstance(value, Mapping):
-        inner = ", ".join(f"{_key(name)} = {_value(each)}" for name, each in value.items() if each is not None)
-        return f"{{ {inner} }}" if inner else "{}"
-    if isinstance(value, list | tuple):
-        return f"[{', '.join(map(_value, value))}]"
-    return repr(value) if isinstance(value, float) else json.dumps(value, ensure_ascii=False)
-
-
-def _plain(text: str) -> str:
-    return "".join(letter if letter.isprintable() else "?" for letter in text)
+    return ".".join(toml_text.key(step) for step in path if isinstance(step, str))
