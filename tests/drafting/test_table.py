@@ -107,3 +107,12 @@ def test_a_column_of_very_many_names_names_no_sensors(tmp_path):
     assert found.sensors == ("sensor",)
     assert "sensor" in found.left_out
     assert "sensor has more than 20 names, so all returns are of one sensor" in found.assumed
+
+
+def test_decimal_commas_are_told_from_points(tmp_path):
+    (tmp_path / "commas.csv").write_text("UTC;Range [NM];Bearing (deg)\n08:00:00,500;3,8730;33,86\n08:00:03,400;3;34\n")
+    (tmp_path / "points.csv").write_text("UTC;Range [NM];Bearing (deg)\n08:00:00.500;3.8730;33.86\n08:00:03.400;3;34\n")
+    commas, points = (read_table(tmp_path / f"{name}.csv") for name in ("commas", "points"))
+    assert commas.source()["decimal"] == ","
+    assert "decimal" not in points.source()
+    assert commas.units == points.units == {"range": "NM", "bearing": "deg"}

@@ -45,6 +45,23 @@ def test_a_scan_column_groups_rows_wherever_they_stand(tmp_path):
     assert shown(recording) == [(1, [[1, 1], [3, 3]]), (1, [[2, 2]])]
 
 
+def test_decimal_commas_are_read_and_text_keeps_its_own(tmp_path):
+    text = "t;n;north;east\n08:00:00,5;1,1;1,5;-2,25\n08:00:01,5;1,2;,5;1,5e2\n08:00:02,5;1,3;1.5;x,5\n"
+    (tmp_path / "d.csv").write_text(text)
+    detections = DetectionColumns(time="t", columns=XY, scan="n")
+    recording = CsvSource(detections, str(tmp_path / "d.csv"), delimiter=";", decimal=",").open(PLANE, RNG)
+    assert shown(recording) == [(28800.5, [[1.5, -2.25]]), (28801.5, [[0.5, 150.0]])]
+    assert "east must be a number, got 'x,5'" in str(recording.refused[0])
+
+
+def test_a_decimal_comma_that_was_not_declared_is_refused_with_the_cure(tmp_path):
+    (tmp_path / "d.csv").write_text("t;north;east\n1;1,5;2\n2;1;2\n")
+    recording = CsvSource(DetectionColumns(time="t", columns=XY), str(tmp_path / "d.csv"), delimiter=";").open(PLANE, RNG)
+    assert "north must be a number, got '1,5'; decimal = \",\" reads it" in str(recording.refused[0])
+    with pytest.raises(ValueError, match=r"decimal: .* needs another delimiter"):
+        CsvSource(DetectionColumns(time="t", columns=XY), decimal=",")
+
+
 def test_sensors_of_one_file_are_told_apart_and_merged_in_time(tmp_path):
     text = "t,who,north,east,rho,brg\n2,far,,,100,350\n1,near,1,2,,\n2,near,3,4,,\n1.5,other,0,0,0,0\n"
     sensors = {"near": PLANE["radar"], "far": POLAR["radar"]}

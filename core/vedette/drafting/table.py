@@ -15,6 +15,7 @@ from vedette.drafting.titles import Meaning, chosen
 from vedette.errors import InputError
 from vedette.io import cells_of, lines
 from vedette.io.columnar import FrameTable, TablePath, header_and_rows, is_columnar
+from vedette.io.csv_table import COMMAS, Dialect
 from vedette.io.reading import FRAMES, NORTH_EAST
 from vedette.space import Array
 
@@ -34,7 +35,7 @@ class Table:
     """How a table is read: its columns by the config's tables, what was assumed, and what is left out."""
 
     path: str
-    delimiter: str
+    dialect: Dialect
     time: Meaning
     time_unit: str
     scan: str
@@ -78,7 +79,8 @@ class Table:
         if len(self.sensors) > 1:
             detections |= {"sensor_column": self.sensor_column}
         found: dict[str, Any] = {"kind": "csv", "path": self.path, "frame": self.frame, "detections": detections}
-        found |= {"delimiter": self.delimiter} if self.delimiter != "," else {}
+        found |= {"delimiter": self.dialect.delimiter} if self.dialect.delimiter != "," else {}
+        found |= {"decimal": self.dialect.decimal} if self.dialect.decimal != "." else {}
         found |= {"sort": True} if self.sort else {}
         if self.platform:
             own = {axis: self.units[f"own {axis}"] for axis in self.platform if f"own {axis}" in self.units}
@@ -91,7 +93,7 @@ class Table:
 
 def read_table(path: TablePath) -> Table:
     """Return what a CSV or Parquet file holds; InputError if no time or no position can be found among its titles."""
-    titles, rows, delimiter = _first_rows(path)
+    titles, rows, dialect = _first_rows(path)
     columns = {title: [row[i] for row in rows] for i, title in enumerate(titles)}
     measured, own = chosen(titles)
     listed = ", ".join(titles)
@@ -123,7 +125,7 @@ def read_table(path: TablePath) -> Table:
     return Table(
         path="" if isinstance(path, FrameTable) else str(path),
         frame_table=path if isinstance(path, FrameTable) else None,
-        delimiter=delimiter,
+        dialect=dialect,
         time=time,
         time_unit=unit,
         scan=measured["scan"].title if "scan" in measured else "",
@@ -138,18 +140,29 @@ def read_table(path: TablePath) -> Table:
     )
 
 
-def _first_rows(path: TablePath) -> tuple[list[str], list[list[str]], str]:
+def _first_rows(path: TablePath) -> tuple[list[str], list[list[str]], Dialect]:
     if isinstance(path, FrameTable) or is_columnar(path):
         titles, _ = header_and_rows(path, ())
         titles, given = header_and_rows(path, titles)
-        return titles, list(islice(given, LOOKED_AT)), ","
+        return titles, list(islice(given, LOOKED_AT)), COMMAS
     text = [line for _, line in islice(lines(path), LOOKED_AT)]
     delimiter = max((",", ";", "\t", "|"), key=text[0].count)
     header = cells_of(text[0], delimiter)
     if not header or all(_is_number(cell) for cell in header):
         raise InputError(f"{path}:1: must be a header line with the titles of the columns, got {text[0][:80]!r}")
-    rows = [cells for line in text[1:] if (cells := cells_of(line, delimiter)) and len(cells) == len(header)]
-    return header, rows, delimiter
+    dialect = Dialect(delimiter, _decimal(text[1:], delimiter))
+    rows = [cells for line in text[1:] if (cells := dialect.cells(line)) and len(cells) == len(header)]
+    return header, rows, dialect
+
+
+def _decimal(text: Sequence[str], delimiter: str) -> str:
+    """Return what numbers have before their decimals: the comma where more cells become numbers with it."""
+    if delimiter == ",":
+        return "."
+    point, comma = (
+        sum(_is_number(cell) for line in text for cell in Dialect(delimiter, each).cells(line) or ()) for each in ".,"
+    )
+    return "," if comma > point else "."
 
 
 def _platform(own: Mapping[str, Meaning]) -> dict[str, Meaning]:

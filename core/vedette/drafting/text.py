@@ -56,7 +56,7 @@ def _lines(
     yield ""
     yield "[source]"
     source = table.source()
-    for name in ("kind", "path", "delimiter"):
+    for name in ("kind", "path", "delimiter", "decimal"):
         if name in source:
             yield f"{name} = {toml_text.value(source[name])}"
     yield f"frame = {toml_text.value(table.frame)}  # where x and y point, and from which of them bearings run"

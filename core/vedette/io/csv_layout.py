@@ -10,7 +10,7 @@ from attrs import frozen
 
 from vedette.errors import ConfigError, Problem
 from vedette.io.columnar import TablePath
-from vedette.io.csv_table import Number, Row, numbers, rows
+from vedette.io.csv_table import COMMAS, Dialect, Number, Row, numbers, rows
 from vedette.io.csv_times import NUMBER, Form, Times, form_of
 from vedette.io.geodesy import COURSE, GEODETIC, Origin, axes_read
 from vedette.io.reading import FRAMES
@@ -44,12 +44,12 @@ class Named(Protocol):
 
 @frozen
 class Layout:
-    """What holds of all tables: their delimiter, whether rows are sorted, where x and y point, the origin on the earth.
+    """What holds of all tables: their dialect, whether rows are sorted, where x and y point, the origin on the earth.
 
     `first` is the first time of the detections in s: times of day lie near it.
     """
 
-    delimiter: str = ","
+    dialect: Dialect = COMMAS
     sort: bool = False
     frame: str = FRAMES[0]
     origin: Origin | None = None
@@ -67,14 +67,14 @@ class Layout:
         """Return the form of a table's times: numbers if they have a unit, else what most of the first are."""
         if not table.time or "time" in table.units:
             return Form(NUMBER)
-        return form_of(row.cells["time"] for row in rows(path, {"time": table.time}, place, self.delimiter, []))
+        return form_of(row.cells["time"] for row in rows(path, {"time": table.time}, place, self.dialect, []))
 
     def middle(self, path: TablePath, table: Named, place: str) -> Origin:
         """Return the middle of the table's latitudes and longitudes."""
         pair = Space(GEODETIC.axes[:2])
         by_axis = numbers(pair, "", table.columns, {n: u for n, u in table.units.items() if n in pair}, place)
         wanted = {column.name: column.title for column in by_axis.values()}
-        given = rows(path, wanted, place, self.delimiter, [])
+        given = rows(path, wanted, place, self.dialect, [])
         positions = [spot for row in given if (spot := _numbers(by_axis, row)) is not None]
         return Origin.among(np.array(positions).reshape(-1, 2))
 

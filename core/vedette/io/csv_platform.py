@@ -74,7 +74,7 @@ class PlatformColumns:
         at_times: dict[str, list[Sample[list[float]]]] = {}
         by_scan: dict[tuple[str, str], list[float]] = {}
         used = left_out = 0
-        for row in rows(path, wanted, PLACE, layout.delimiter, refused):
+        for row in rows(path, wanted, PLACE, layout.dialect, refused):
             if not any(row.cells[by_axis[name].name] for name in space.names):
                 left_out += 1
                 continue

@@ -136,7 +136,7 @@ class DetectionColumns:
         wanted = {column.name: column.title for column in by_axis.values()} | self.wanted()
         told: dict[str, list[Sample[_Cells]]] = {name: [] for name in readings}
         left_out: Counter[str] = Counter()
-        for row in rows(path, wanted, PLACE, layout.delimiter, refused):
+        for row in rows(path, wanted, PLACE, layout.dialect, refused):
             sensor = row.cells.get("sensor_column", next(iter(readings)))
             if sensor not in readings:
                 left_out[sensor] += 1

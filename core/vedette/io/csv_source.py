@@ -15,6 +15,7 @@ from vedette.io.columnar import PARQUET, SUFFIX, FrameTable, TablePath, is_colum
 from vedette.io.csv_layout import Layout
 from vedette.io.csv_platform import PlatformColumns, Platforms
 from vedette.io.csv_returns import POSITION, DetectionColumns, Look, Reading
+from vedette.io.csv_table import Dialect
 from vedette.io.csv_times import DATED, UNZONED
 from vedette.io.csv_truth import TruthColumns
 from vedette.io.gaps import fill_gaps
@@ -61,9 +62,12 @@ class CsvSource(Source):
         default=None,
     )
     delimiter: str = fields.choice("between columns", [",", ";", "\t", "|"], default=",")
+    decimal: str = fields.choice("in numbers", [".", ","], default=".")
     sort: bool = fields.flag("sort all rows by time; default: those that go back in time are refused", default=False)
 
     def __attrs_post_init__(self) -> None:
+        if self.decimal == self.delimiter == ",":
+            raise ValueError('decimal: "," needs another delimiter, ";" say')
         if self.platform is not None and self.platform.scan and not self.detections.scan:
             raise ValueError("platform.scan: needs the detections' `scan` column too")
 
@@ -139,7 +143,8 @@ class CsvSource(Source):
 
     def _layout(self, paths: Mapping[str, TablePath]) -> tuple[Layout, dict[str, str]]:
         """Return what holds of all tables, and notes about it: the origin on the earth, the dates that times are."""
-        layout, notes, tables = Layout(self.delimiter, self.sort, self.frame), dict[str, str](), self._tables()
+        layout = Layout(Dialect(self.delimiter, self.decimal), self.sort, self.frame)
+        notes, tables = dict[str, str](), self._tables()
         form = layout.form(paths["detections"], self.detections, "detections")
         if form.dated:
             notes["time"] = DATED

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
@@ -22,6 +23,29 @@ LARGEST = {"latitude": 90.0, "longitude": 360.0}
 """Limits of some columns, in deg."""
 
 UNCLOSED = f"a quotation mark is not closed, or a cell has more than {WIDEST:,} characters"
+
+
+_COMMA = re.compile(r"([-+\d:T ]*),(\d[\deE:Z+-]*)")
+"""A number, or a time with a part of a second, that has a comma where a program wants a point."""
+
+
+@frozen
+class Dialect:
+    """How a file writes its rows: what stands between columns, and in decimal numbers."""
+
+    delimiter: str = ","
+    decimal: str = "."
+
+    def cells(self, line: str) -> list[str] | None:
+        """Return the cells of a line, with decimal points; None as `cells_of` does."""
+        found = cells_of(line, self.delimiter)
+        if self.decimal == "." or found is None:
+            return found
+        return [_COMMA.sub(r"\1.\2", cell) if _COMMA.fullmatch(cell) else cell for cell in found]
+
+
+COMMAS = Dialect()
+"""What most files are."""
 
 
 @frozen
@@ -47,7 +71,8 @@ class Number:
         try:
             number = float(cell)
         except ValueError:
-            raise ValueError(f"{self.title} must be a number, got {shown(cell)}") from None
+            advice = '; decimal = "," reads it' if _COMMA.fullmatch(cell) else ""
+            raise ValueError(f"{self.title} must be a number, got {shown(cell)}{advice}") from None
         if not abs(number) * self.factor <= ABSURD:  # also False for NaN
             raise ValueError(f"{self.title} must be a finite number of at most {ABSURD:g}, got {shown(cell)}")
         if self.largest is not None and abs(number) * self.factor > self.largest:
@@ -86,7 +111,7 @@ def numbers(axes: Space, time: str, columns: Mapping[str, str], units: Mapping[s
     return found
 
 
-def rows(path: TablePath, wanted: Mapping[str, str], place: str, delimiter: str, refused: list[Problem]) -> Iterator[Row]:
+def rows(path: TablePath, wanted: Mapping[str, str], place: str, dialect: Dialect, refused: list[Problem]) -> Iterator[Row]:
     """Yield the rows of a table without blank lines; rows of another length than the header's are added to `refused`.
 
     wanted: name in the config -> title of the column; `place` is the config's table that names them, for messages. Each
@@ -97,7 +122,7 @@ def rows(path: TablePath, wanted: Mapping[str, str], place: str, delimiter: str,
         yield from _columnar(path, wanted, place)
         return
     given = lines(path)
-    header = cells_of(next(given)[1], delimiter)
+    header = dialect.cells(next(given)[1])
     if header is None:
         raise InputError(f"{path}:1: the header has {UNCLOSED.replace(' is not', ' that is not')}")
     _check_titles(header, f"{path}:1", wanted, place)
@@ -107,7 +132,7 @@ def rows(path: TablePath, wanted: Mapping[str, str], place: str, delimiter: str,
         if not line.strip():
             continue
         empty = False
-        cells = cells_of(line, delimiter)
+        cells = dialect.cells(line)
         line_place = f"{path.name}:{number}"
         if cells is None:
             refused.append(Problem(line_place, UNCLOSED))

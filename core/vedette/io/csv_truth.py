@@ -55,7 +55,7 @@ class TruthColumns:
         by_axis = layout.columns(path, space, self, place)
         wanted = {column.name: column.title for column in by_axis.values()} | self.wanted()
         objects: dict[str, list[Sample[list[float]]]] = {}
-        for row in rows(path, wanted, place, layout.delimiter, refused):
+        for row in rows(path, wanted, place, layout.dialect, refused):
             try:
                 time = by_axis["time"].of(row)
                 state = [by_axis[name].of(row) for name in space.names]
