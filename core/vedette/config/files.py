@@ -22,7 +22,9 @@ def read_file(path: str | Path) -> dict[str, Any]:
     place = str(path)
     reader = readers.get(path.suffix.lower())
     if reader is None:
-        raise _refusal(place, f"must end in {', '.join(readers)}: the ending tells the format")
+        recorded = path.suffix.lower() in (".csv", ".parquet")
+        advice = "; this looks like data: `vedette new config` writes a config for it" if recorded else ""
+        raise _refusal(place, f"must end in {', '.join(readers)}: the ending tells the format{advice}")
     text = _text(path)
     try:
         data = reader(text)
