@@ -32,7 +32,7 @@ FILES: list[tuple[str, bytes, str]] = [
     ("deep.yaml", b"a: " + b"[" * 5_000 + b"]" * 5_000, "is nested deeper than 32 levels"),
     ("large.json", b'{"a": "' + b"x" * 10_000_001 + b'"}', "is larger than 10000000 bytes: this is no config"),
     ("config.ini", b"seed = 1\n", "must end in .toml, .yaml, .yml, .json: the ending tells the format"),
-    ("plots.csv", b"t,x,y\n", "the ending tells the format; this looks like data: `vedette new config` writes a config for it"),
+    ("plots.csv", b"t,x,y\n", "is data, not a config; `vedette new config` writes"),
     ("config", b"seed = 1\n", "must end in .toml"),
 ]
 

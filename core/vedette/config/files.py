@@ -22,9 +22,9 @@ def read_file(path: str | Path) -> dict[str, Any]:
     place = str(path)
     reader = readers.get(path.suffix.lower())
     if reader is None:
-        recorded = path.suffix.lower() in (".csv", ".parquet")
-        advice = "; this looks like data: `vedette new config` writes a config for it" if recorded else ""
-        raise _refusal(place, f"must end in {', '.join(readers)}: the ending tells the format{advice}")
+        if path.suffix.lower() in (".csv", ".parquet"):
+            raise _refusal(place, "is data, not a config; `vedette new config` writes a config for it")
+        raise _refusal(place, f"must end in {', '.join(readers)}: the ending tells the format")
     text = _text(path)
     try:
         data = reader(text)
