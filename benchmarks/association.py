@@ -26,10 +26,14 @@ ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "metrics.md"
 BEGIN, END = "<!-- association: begin -->", "<!-- association: end -->"
 FIGURES = ("gospa", "trajectory_gospa", "hota", "coverage", "id_switches", "false_tracks")
-COLUMNS = ("GOSPA [m]", "trajectory GOSPA [m]", "HOTA", "coverage", "switches", "false tracks")
+COLUMNS = ("GOSPA [m]", "trajectory GOSPA [m]", "HOTA", "coverage", "identity switches", "false tracks")
 DIGITS = (1, 1, 3, 3, 2, 2)
 BIRTHS = ", Poisson births"
-PAIRED = {"gospa": ("GOSPA less jpda's", 2), "hota": ("HOTA less jpda's", 3), "id_switches": ("switches less jpda's", 2)}
+PAIRED = {
+    "gospa": ("GOSPA less jpda's", 2),
+    "hota": ("HOTA less jpda's", 3),
+    "id_switches": ("identity switches less jpda's", 2),
+}
 
 KINDS = ("nearest", "gnn", "pda", "jpda", "m_best_jpda", "variational", "k_best", "n_scan", "lmb")
 JOINT = ("jpda", "variational", "k_best", "n_scan", "lmb")

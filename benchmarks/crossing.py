@@ -6,8 +6,8 @@
 
 FOLDER holds `mtt/run0.jsonl`, of which the truth is taken; detections are drawn as the benchmark says. All trackers meet
 the same ones. GOSPA (c = 10 m, p = 2, alpha = 2) is that of the tracks of existence above .4, as the root of its mean square
-over scans and runs; differences from `k_best` with 200 hypotheses are paired by runs, in mean squares. Switches: how often
-another track than before covers a target, within 10 m, as in the CLEAR measures; all four targets of a run together.
+over scans and runs; differences from `k_best` with 200 hypotheses are paired by runs, in mean squares. Identity switches:
+how often another track than before covers a target, within 10 m, as in the CLEAR measures, of all four targets together.
 """
 
 from __future__ import annotations
@@ -114,7 +114,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     best, root = squares["k_best, 200"], np.sqrt(given.runs)
     print(f"{given.runs} runs of seed {given.seed}\n")
     print(
-        "| associator | RMS GOSPA [m] | paired difference of mean squares [m^2] | switches a run | CPU a step [ms] |\n"
+        "| associator | RMS GOSPA [m] | paired difference of mean squares [m^2] | identity switches a run "
+        "| CPU a step [ms] |\n"
         "| --- | --- | --- | --- | --- |"
     )
     for name, square in squares.items():

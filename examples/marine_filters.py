@@ -46,11 +46,12 @@ def scores(folder):
 
 def main(folder):
     """Print a table."""
-    print(f"{'recording':14}{'filter':10}{'coverage':>9}{'switches':>9}{'false':>7}{'RMSE m':>8}{'NEES/2':>8}{'GOSPA m':>9}")
+    heads = f"{'coverage':>9}{'identity switches':>18}{'false':>7}{'RMSE m':>8}{'NEES':>8}{'GOSPA m':>9}"
+    print(f"{'recording':14}{'filter':10}{heads}")
     for name, label, score in scores(folder):
         print(
-            f"{name:14}{label:10}{score.coverage:9.3f}{score.id_switches:9d}{score.false_tracks:7.2f}"
-            f"{score.position_rmse_m:8.2f}{score.anees / 2:8.2f}{score.gospa_m:9.2f}"
+            f"{name:14}{label:10}{score.coverage:9.3f}{score.id_switches:18d}{score.false_tracks:7.2f}"
+            f"{score.position_rmse_m:8.2f}{score.nees_position:8.2f}{score.gospa_m:9.2f}"
         )
 
 

@@ -55,7 +55,7 @@ def test_joyride_single_target(offset):
     assert score.scans == 212
     assert not score.lost
     assert score.position_rmse_m <= 28.5
-    assert score.anees <= 7.0
+    assert score.nees_position <= 3.5
 
 
 @pytest.mark.parametrize(

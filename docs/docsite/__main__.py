@@ -8,10 +8,10 @@ from docsite.pages import ROOT, pages
 from docsite.runner import faults, run
 
 
-def told(chosen: list[Path], fast: bool) -> int:
+def told(chosen: list[Path], pace: str) -> int:
     """Print a line for each block; return 1 if one does not do what its page says."""
     wrong = 0
-    for page, ran in run(chosen, nightly=not fast).items():
+    for page, ran in run(chosen, pace=pace).items():
         for one in ran:
             name = page.resolve().relative_to(ROOT)
             print(
@@ -29,15 +29,19 @@ def main() -> int:
     commands = parser.add_subparsers(dest="command", required=True)
     blocks = commands.add_parser("blocks", help="run the code blocks of pages")
     blocks.add_argument("pages", nargs="*", type=Path, help="default: all")
-    blocks.add_argument("--fast", action="store_true", help="without those that are marked nightly")
     building = commands.add_parser("build", help="build the site, into .site/html")
-    building.add_argument("--fast", action="store_true", help="a preview: without the blocks that are marked nightly")
+    for command in (blocks, building):
+        less = command.add_mutually_exclusive_group()
+        for flag, pace, which in (("fast", "fast", "slow or nightly"), ("without-nightly", "slow", "nightly; CI's")):
+            about = f"without the blocks that are marked {which}"
+            less.add_argument(f"--{flag}", action="store_const", dest="pace", const=pace, help=about)
+        command.set_defaults(pace="nightly")
     arguments = parser.parse_args()
     if arguments.command == "build":
         from docsite.site import build
 
-        return build(arguments.fast)
-    return told([page.resolve() for page in arguments.pages] or pages(), arguments.fast)
+        return build(arguments.pace)
+    return told([page.resolve() for page in arguments.pages] or pages(), arguments.pace)
 
 
 if __name__ == "__main__":

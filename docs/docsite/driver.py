@@ -1,7 +1,8 @@
 """Run the blocks of pages, each in a folder and a process of its own, and say what came of each block.
 
-`python driver.py JOBS.json`; a job has the folders `desk` and `pictures`, the file `results`, files to `keep`, and `steps`:
-{"do": "python" | "sh" | "save" | "merge" | "read", ...}. The runner starts it.
+`python driver.py JOBS.json`, which has "jobs", one a page, and how many go on "at_once". A job has the folders `desk` and
+`pictures`, the file `results`, files to `keep`, and `steps`: {"do": "python" | "sh" | "save" | "merge" | "read", ...}. The
+runner starts it.
 """
 
 import ast
@@ -180,7 +181,8 @@ def cpu():
 
 def main():
     """Run one page here, or several from one process that has imported Vedette and its plugins."""
-    jobs = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
+    told = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
+    jobs = told["jobs"]
     if len(jobs) == 1:
         page(jobs[0])
         return
@@ -191,12 +193,17 @@ def main():
 
         import vedette.testing.kit
     vedette.load(SMALL)  # imports the plugins, and what reads configs
+    going = set()
     for job in jobs:
+        if len(going) == told["at_once"]:
+            going.remove(os.wait()[0])
         if (child := os.fork()) == 0:
             page(job)
             sys.stdout.flush()
             os._exit(0)
-        os.waitpid(child, 0)
+        going.add(child)
+    while going:
+        going.remove(os.wait()[0])
 
 
 if __name__ == "__main__":

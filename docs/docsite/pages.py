@@ -6,7 +6,8 @@ A page is Markdown, and its blocks run in order in an empty folder, as a reader 
 - a block under a line "`name`:", or with title="name", is a file, which is saved under that name;
 - other ```toml blocks are parts of a config: `<!-- into: tracker.toml -->` above one names the file that it is tried in;
 - other ```json blocks are read, line by line;
-- `<!-- nightly -->` above a block: it is slow, and the default tests pass it by; as a page's first line: all its blocks;
+- `<!-- slow -->` above a block: the default tests pass it by, and CI runs it when it builds the site; `<!-- nightly -->`: CI
+  passes it by, too. As a page's first line, either is for all its blocks;
 - `<!-- needs: stonesoup -->` above a block: it is passed by where that package is not installed;
 - `<!-- picture: out/run/picture.png Its title -->` stands for a picture that the blocks have written by the end of the page;
 - a line `*Not run here: reason.*` above a block: nobody but the reader can run it. Readers see the mark, so it must be true;
@@ -21,9 +22,11 @@ from attrs import evolve, frozen
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 PICTURE = re.compile(r"^<!-- picture: (?P<file>\S+) (?P<title>.+) -->$", re.MULTILINE)
+PACES = ("fast", "slow", "nightly")
+"""The default tests run the fast blocks, CI the slow ones, too, and the nightly tests and a whole build of the site all."""
 RUN, DATA, PLAIN = ("python", "sh"), ("toml", "yaml", "json", "csv"), ("text", "")
 _FENCE = re.compile(r'^(?P<indent> *)(?P<ticks>```+)(?P<language>\w*)(?: +title="(?P<title>[^"]+)")? *$')
-_COMMENT = re.compile(r"^ *<!-- (?P<what>nightly|into: (?P<into>\S+)|needs: (?P<needs>\w+)) -->$")
+_COMMENT = re.compile(r"^ *<!-- (?P<what>(?P<pace>slow|nightly)|into: (?P<into>\S+)|needs: (?P<needs>\w+)) -->$")
 _MARK = re.compile(r"^ *(?:\*Not run here: (?P<reason>.+)\.\*|<!-- run by (?P<other>.+) -->)$")
 _NAMED = re.compile(r"^ *`(?P<title>[\w./-]+\.\w+)`:$")
 _PASSED_OVER = re.compile(r"^ *(\*Not run here: .*|<!-- .* -->|`[\w./-]+`:)?$")
@@ -40,7 +43,7 @@ class Block:
     reason: str | None = None
     into: str | None = None
     needs: str | None = None
-    slow: bool = False
+    pace: str = "fast"
     printed: str | None = None
     end: int = 0
 
@@ -68,7 +71,8 @@ def pages() -> list[Path]:
 def blocks(text: str) -> list[Block]:
     """Return the blocks of a page; ValueError, with the line, if one is not closed or of a language that nobody runs."""
     lines, found, i = text.splitlines(), [], 0
-    all_slow = bool(lines) and lines[0].strip() == "<!-- nightly -->"
+    first_line = _COMMENT.match(lines[0]) if lines else None
+    pace = (first_line and first_line["pace"]) or "fast"
     while i < len(lines):
         fence = _FENCE.match(lines[i])
         if fence is None:
@@ -86,7 +90,7 @@ def blocks(text: str) -> list[Block]:
             raise ValueError(f"line {i + 1}: blocks are {', '.join((*RUN, *DATA))} or text, got {fence['language']}")
         width = len(fence["indent"])
         code = "\n".join(line[width:] if not line[:width].strip() else line for line in lines[first:end]) + "\n"
-        block = Block(fence["language"], code, first + 1, fence["title"], slow=all_slow, end=end + 1)
+        block = Block(fence["language"], code, first + 1, fence["title"], pace=pace, end=end + 1)
         found.append(_marked(block, lines[:i]))
         i = end + 1
     return _with_what_they_print(found, lines)
@@ -102,8 +106,8 @@ def _marked(block: Block, above: list[str]) -> Block:
         elif (named := _NAMED.match(line)) and block.title is None:
             block = evolve(block, title=named["title"])
         elif comment := _COMMENT.match(line):
-            told = {"into": comment["into"]} if comment["into"] else {"needs": comment["needs"]}
-            block = evolve(block, slow=True) if comment["what"] == "nightly" else evolve(block, **told)
+            (told,) = ({name: said} for name, said in comment.groupdict().items() if said and name != "what")
+            block = evolve(block, **told)
     return block
 
 

@@ -26,6 +26,8 @@ ROLES = {
     "source": ("Sources", "Where scans come from: recordings and simulations."),
     "reproduction": ("Reproductions", "Published studies, run anew."),
 }
+ROLE_OF = {role: role for role in ROLES} | {"sensors": "sensor", "preprocessors": "preprocessor", "modes": "estimator"}
+ROLE_OF |= {"models": "motion", "wander": "motion", "scene": "source"}
 _ROW = re.compile(r"^\| `(?P<kind>\w+)` \| [^|]+ \| `(?P<line>\{.*\})` \|")
 _REFERENCE = re.compile(r"^[A-Z][A-Za-z-]+(?: [A-Z][A-Za-z-]+)*, .*", re.MULTILINE)
 _SIGNS = {"above": ">", "at_least": "≥", "below": "<", "at_most": "≤"}
@@ -81,22 +83,8 @@ def _tables(value: Any, where: str) -> Iterator[tuple[str, dict[str, Any]]]:
 
 
 def _role(where: str) -> str:
-    """Return the role of what stands at some place of a config."""
-    for name, role in (
-        ("models", "motion"),
-        ("wander", "motion"),
-        ("modes", "estimator"),
-        ("preprocessors", "preprocessor"),
-    ):
-        if name in where.split(".")[-2:]:
-            return role
-    keys = [key for key in where.split(".") if key]
-    for key in reversed(keys):
-        if key == "sensors":
-            return "sensor"
-        if key in ROLES:
-            return key
-    return ""
+    """Return the role of what stands at some place of a config: the last key that names one decides."""
+    return next((ROLE_OF[key] for key in reversed(where.split(".")) if key in ROLE_OF), "")
 
 
 def _line(value: Any) -> str:

@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -14,7 +15,7 @@ from typing import Any
 
 from attrs import frozen
 
-from docsite.pages import DOCS, PICTURE, ROOT, Block, agrees, blocks
+from docsite.pages import DOCS, PACES, PICTURE, ROOT, Block, agrees, blocks
 
 DRIVER = Path(__file__).with_name("driver.py")
 INSTALLS = re.compile(r"\bpip3? install\b")
@@ -26,35 +27,35 @@ class Ran:
     """A block with what became of it: what it printed, its pictures (file, title), its CPU time [s], and any fault."""
 
     block: Block
-    state: str  # "ran", "saved", "tried", "read", "not run", "nightly", "no recordings", "not installed", "not reached"
+    state: str  # "ran", "saved", "tried", "read", "not run", "slow", "nightly", "no recordings", "not installed", ..
     printed: str = ""
     pictures: tuple[tuple[str, str], ...] = ()
     took: float = 0.0
     fault: str | None = None
 
 
-def run(pages: Sequence[Path], pictures: Path | None = None, nightly: bool = False) -> dict[Path, list[Ran]]:
-    """Return what became of each block of pages; if `nightly` slow ones are run, too, and each page in a fresh interpreter.
+def run(pages: Sequence[Path], pictures: Path | None = None, pace: str = "fast", at_once: int = 1) -> dict[Path, list[Ran]]:
+    """Return what became of each block of pages: of those of this pace and of faster ones.
 
-    Pictures go to `pictures`, into a folder for each page.
+    At the pace "nightly" each page has a fresh interpreter, otherwise a fork of one that has imported Vedette. So many
+    pages run `at_once`. Pictures go to `pictures`, into a folder for each page.
     """
     found = {page: blocks(page.read_text(encoding="utf-8")) for page in pages}
     with TemporaryDirectory() as folder:
         jobs = {}
         for i, (page, its) in enumerate(found.items()):
-            steps = [_step(page, block) for block in its if _why_not(block, nightly) is None and _do(block)]
+            steps = [_step(page, block) for block in its if why_not(block, pace) is None and _do(block)]
             if steps:
                 job = _job(Path(folder) / str(i), steps, pictures and pictures / pages_folder(page))
                 keep = [match["file"] for match in PICTURE.finditer(page.read_text(encoding="utf-8"))]
                 jobs[page] = job | {"keep": keep}
-        together = hasattr(os, "fork") and not nightly
-        for some in [list(jobs.values())] if together else [[job] for job in jobs.values()]:
-            _drive(Path(folder) / "jobs.json", some)
+        together = hasattr(os, "fork") and pace != "nightly"
+        some = [list(jobs.values())] if together else [[job] for job in jobs.values()]
+        with ThreadPoolExecutor(at_once) as drivers:
+            list(drivers.map(lambda i: _drive(Path(folder) / f"{i}.json", some[i], at_once), range(len(some))))
         results = {page: _results(job) for page, job in jobs.items()}
     return {
-        page: [
-            _judged(block, _why_not(block, nightly), results.get(page, {})) for block in its if _do(block) or block.reason
-        ]
+        page: [_judged(block, why_not(block, pace), results.get(page, {})) for block in its if _do(block) or block.reason]
         for page, its in found.items()
     }
 
@@ -77,11 +78,12 @@ def _do(block: Block) -> str | None:
     return {"json": "read", "toml": "unnamed", "yaml": "unnamed", "csv": "unnamed"}.get(block.language)
 
 
-def _why_not(block: Block, nightly: bool) -> str | None:
+def why_not(block: Block, pace: str) -> str | None:
+    """Return why a block is not run here at this pace, as the state of its `Ran`, or None."""
     if block.reason is not None:
         return "not run"
-    if block.slow and not nightly:
-        return "nightly"
+    if PACES.index(block.pace) > PACES.index(pace):
+        return block.pace
     if block.needs is not None and find_spec(block.needs) is None:
         return "not installed"
     if block.needs_recordings and block.runs and "VEDETTE_DATA" not in os.environ:
@@ -110,10 +112,10 @@ def _job(folder: Path, steps: list[dict[str, Any]], pictures: Path | None) -> di
     }
 
 
-def _drive(file: Path, jobs: list[dict[str, Any]]) -> None:
+def _drive(file: Path, jobs: list[dict[str, Any]], at_once: int) -> None:
     if not jobs:
         return
-    file.write_text(json.dumps(jobs), encoding="utf-8")
+    file.write_text(json.dumps({"jobs": jobs, "at_once": at_once}), encoding="utf-8")
     ended = subprocess.run(
         [sys.executable, str(DRIVER), str(file)],
         cwd=file.parent,

@@ -7,7 +7,6 @@ import shutil
 import subprocess
 import sys
 import zipfile
-from concurrent.futures import ThreadPoolExecutor
 from os.path import normpath, relpath
 from pathlib import Path
 
@@ -17,7 +16,7 @@ from markdown.extensions.toc import slugify
 from docsite import charts, links, navigation, notebooks, reference
 from docsite.cache import outputs
 from docsite.pages import DOCS, PICTURE, ROOT, pages
-from docsite.runner import Ran, faults, pages_folder, run
+from docsite.runner import Ran, faults, pages_folder
 
 OUT = ROOT / ".site"
 PAGES, HTML = OUT / "pages", OUT / "html"
@@ -28,10 +27,10 @@ MOST_LINES = 60
 UNSEARCHED = "---\nsearch:\n  exclude: true\n---\n\n"
 
 
-def build(fast: bool = False) -> int:
+def build(pace: str = "nightly") -> int:
     """Build the site; return 1, saying why, if a block, a link or a page's place is wrong.
 
-    If `fast`, blocks that are marked nightly are not run: a preview without their outputs.
+    Blocks that are slower than `pace` are not run: what they print is then missing.
     """
     shutil.rmtree(OUT, ignore_errors=True)
     PAGES.mkdir(parents=True)
@@ -41,12 +40,7 @@ def build(fast: bool = False) -> int:
     hand = navigation.expanded(config["nav"], committed, {})
     wrong = navigation.misplaced(hand, committed)
     config["nav"] = navigation.expanded(config["nav"], committed, written)
-    shown = [page for page in pages() if page.name != "README.md"]
-    if fast:
-        ran = run(shown, PAGES / "pictures")
-    else:
-        with ThreadPoolExecutor(2) as workers:
-            ran = dict(zip(shown, workers.map(_outputs, shown), strict=True))
+    ran = outputs(pages(), pace, PAGES / "pictures", at_once=2)
     wrong += [fault for page, its in ran.items() for fault in faults(page, its)]
     if wrong:
         print(*wrong, sep="\n", file=sys.stderr)
@@ -72,10 +66,6 @@ def public() -> tuple[str, ...]:
     """Return the modules that docs/architecture.md calls public."""
     section = (DOCS / "architecture.md").read_text(encoding="utf-8").split("## What is public")[1].split("\n## ")[0]
     return tuple(re.findall(r"^\| `(vedette[.\w]*)` \|", section, re.MULTILINE))
-
-
-def _outputs(page: Path) -> list[Ran]:
-    return outputs(page, PAGES / "pictures" / pages_folder(page))
 
 
 def _lay_out(name: str, page: Path, ran: list[Ran]) -> None:

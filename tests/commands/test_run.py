@@ -140,7 +140,7 @@ def test_strict_stops_there_and_writes_nothing(config, damaged, tmp_path, capsys
 def test_without_truth_its_figures_are_null(config, damaged, tmp_path, capsys):
     _, figures = in_json(capsys, "run", config, *damaged, "--out", tmp_path / "results")
     assert list(figures) == documented_keys()
-    unknown = ["position_rmse_m", "coverage", "id_switches", "false_tracks", "gospa_m", "lost", "anees"]
+    unknown = ["position_rmse_m", "coverage", "id_switches", "false_tracks", "gospa_m", "lost", "nees_position"]
     assert [figures[name] for name in unknown] == [None] * len(unknown)
     assert figures["nis"] is not None
     assert figures["truths"] == []

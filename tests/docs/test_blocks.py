@@ -3,6 +3,8 @@
 import re
 
 import pytest
+from docsite import cache
+from docsite.cache import outputs
 from docsite.pages import RUN, agrees, blocks, pages
 from docsite.runner import faults, run
 
@@ -11,7 +13,8 @@ ALL = {page: blocks(page.read_text(encoding="utf-8")) for page in pages()}
 
 @pytest.fixture(scope="module")
 def ran(request):
-    return run(pages(), nightly=request.config.option.vedette_profile == "nightly")
+    """What became of all blocks of the profile's pace; kept where the site was built from the same sources."""
+    return outputs(pages(), "nightly" if request.config.option.vedette_profile == "nightly" else "fast")
 
 
 @pytest.mark.parametrize("page", pages(), ids=lambda page: page.stem)
@@ -29,7 +32,7 @@ def test_fewer_than_one_block_in_twenty_cannot_be_run():
 @pytest.mark.parametrize("page", pages(), ids=lambda page: page.stem)
 def test_slow_blocks_state_no_error(page):
     """The default tests pass slow blocks by, and one that stated the error of an unfinished page would stay so."""
-    stated = [block.printed or "" for block in ALL[page] if block.slow and block.runs]
+    stated = [block.printed or "" for block in ALL[page] if block.pace != "fast" and block.runs]
     assert [text for text in stated if re.search(r"^\w+(Error|Refused): ", text, re.MULTILINE)] == []
 
 
@@ -128,6 +131,24 @@ x + y
 """
 
 
+DRAWN = """```python
+41
+```
+
+<!-- slow -->
+```python
+import matplotlib.pyplot as plt
+
+plt.plot([1, 2])
+```
+
+<!-- nightly -->
+```python
+43
+```
+"""
+
+
 @pytest.fixture
 def page(tmp_path):
     path = tmp_path / "page.md"
@@ -158,11 +179,38 @@ def test_what_becomes_of_blocks_of_each_kind(page, tmp_path):
     assert "NameError: name 'y' is not defined" in fault
 
 
-def test_slow_blocks_are_run_by_night(tmp_path):
+@pytest.mark.parametrize(("mark", "paces"), [("slow", ["slow", "nightly"]), ("nightly", ["nightly"])])
+def test_slow_blocks_are_run_when_the_site_is_built_or_by_night(tmp_path, mark, paces):
     page = tmp_path / "page.md"
-    page.write_text("<!-- nightly -->\n```sh\nexit 3\n```\n", encoding="utf-8")
-    assert [one.state for one in run([page])[page]] == ["nightly"]
-    assert faults(page, run([page], nightly=True)[page]) == ["page.md, line 3: exit code 3\n"]
+    for text in ("<!-- {} -->\n```sh\nexit 3\n```\n", "<!-- {} -->\n\n# A page\n\n```sh\nexit 3\n```\n"):
+        page.write_text(text.format(mark), encoding="utf-8")
+        for pace in ("fast", "slow", "nightly"):
+            (one,) = run([page], pace=pace)[page]
+            assert (one.state, one.fault) == (("ran", "exit code 3\n") if pace in paces else (mark, None))
+
+
+def test_what_ran_once_is_kept_with_its_pictures_and_serves_a_faster_pace(tmp_path, monkeypatch):
+    monkeypatch.setattr(cache, "KEPT", tmp_path / "kept")
+    page, here = tmp_path / "page.md", f"{tmp_path.name}-page"
+    page.write_text(DRAWN, encoding="utf-8")
+    first = outputs([page], "slow", tmp_path / "first")[page]
+    assert [one.state for one in first] == ["ran", "ran", "nightly"]
+    monkeypatch.setattr(cache, "run", lambda pages, *_: dict(zip(pages, (), strict=True)))  # nothing is left to run
+    for pace in ("slow", "fast"):
+        assert outputs([page], pace, tmp_path / pace)[page] == first
+        assert (tmp_path / pace / here / "1a.svg").read_bytes() == (tmp_path / "first" / here / "1a.svg").read_bytes()
+    with pytest.raises(ValueError, match="shorter"):
+        outputs([page], "nightly")
+    page.write_text(DRAWN.replace("41", "42"), encoding="utf-8")
+    with pytest.raises(ValueError, match="shorter"):
+        outputs([page], "slow")
+
+
+def test_a_fault_is_not_kept(tmp_path, monkeypatch):
+    monkeypatch.setattr(cache, "KEPT", tmp_path / "kept")
+    page = tmp_path / "page.md"
+    page.write_text("```python\nx\n```\n", encoding="utf-8")
+    assert [len(faults(page, outputs([page], "fast")[page])) for _ in range(2)] == [1, 1]
 
 
 @pytest.mark.parametrize(

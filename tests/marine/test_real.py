@@ -34,7 +34,7 @@ def test_imm_pdaf_tracks_recorded_boats(scores, recording):
     assert imm.coverage >= coverage
     assert imm.false_tracks <= false
     assert imm.position_rmse_m <= rmse
-    assert low < imm.anees / 2 < high
+    assert low < imm.nees_position < high
     assert imm.coverage >= cv.coverage - 0.02
     assert imm.position_rmse_m <= 1.1 * cv.position_rmse_m
 

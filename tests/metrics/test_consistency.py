@@ -181,3 +181,14 @@ def test_verdicts_refuse_what_they_cannot_judge():
         c.bias_verdict(np.ones((3, 1)), np.zeros((1, 1)), ("x",), 0.05)
     with pytest.raises(ValueError, match=r"^error: needs more runs than axes"):
         c.noncredibility(np.ones((2, 2)), np.eye(2))
+
+
+def test_no_band_of_squares_reaches_below_zero():
+    """Ten runs of a heavy-tailed NEES have a wide band; what cannot be negative has none below 0, and the verdict stands."""
+    values = np.r_[np.full(9, 0.2), 8.2]
+    one, free = (c.run_mean_verdict("NEES", values, 0.9, 1.1, 1e-6, least) for least in (0.0, -np.inf))
+    assert free.low < 0
+    assert one.low == 0
+    assert (one.high, one.figure, one.inside) == (free.high, free.figure, free.inside)
+    assert "band -" not in one.text
+    assert c.run_mean_verdict("NEES", values, 0.9, 1.1, 1e-6) == one

@@ -15,7 +15,7 @@ def test_a_perfect_track():
     zeros = (score.position_rmse_m, score.velocity_rmse_mps, score.gospa_m, score.gospa_all_m, score.ospa_m)
     assert zeros == (0, 0, 0, 0, 0)
     assert (score.coverage, score.id_switches, score.false_tracks, score.lost) == (1, 0, 0, 0)
-    assert (score.scans, score.tracks, score.confirmed_after_s, score.anees) == (10, 1, 0, 0)
+    assert (score.scans, score.tracks, score.confirmed_after_s, score.nees_position) == (10, 1, 0, 0)
 
 
 def test_errors_over_covered_scans_by_hand():
@@ -27,9 +27,9 @@ def test_errors_over_covered_scans_by_hand():
     assert score.position_rmse_m == pytest.approx(5)
     assert score.velocity_rmse_mps == pytest.approx(np.sqrt(5))
     assert score.bias_m == pytest.approx((3, 4))
-    assert score.anees == pytest.approx(9 / 4 + 16 / 16)
-    assert score.anees_state == pytest.approx(9 / 4 + 16 / 16 + 1 + 1)
-    assert score.anees_state_axes == ("x", "y", "vx", "vy")
+    assert score.nees_position == pytest.approx((9 / 4 + 16 / 16) / 2)
+    assert score.nees_state == pytest.approx((9 / 4 + 16 / 16 + 1 + 1) / 4)
+    assert score.nees_state_axes == ("x", "y", "vx", "vy")
     assert score.coverage == pytest.approx(0.6)
     assert score.lost == 1
     assert score.false_tracks == pytest.approx(0.4)
@@ -50,7 +50,7 @@ def test_the_radius_of_a_loss_may_differ_from_that_of_coverage():
 def test_a_known_offset_is_removed():
     track = history(1, TEN, still(TEN, -4, 8))
     score = judge([track], [BOAT], looks(TEN), Judge(offset=[-4, 8], cover_radius=1))
-    assert (score.coverage, score.position_rmse_m, score.gospa_m, score.anees) == (1, 0, 0, 0)
+    assert (score.coverage, score.position_rmse_m, score.gospa_m, score.nees_position) == (1, 0, 0, 0)
     assert np.array_equal(track.mean[:, :2], still(TEN, -4, 8))
 
 
@@ -192,7 +192,7 @@ def test_the_order_of_tracks_and_truths_and_the_origin_change_nothing(order, nam
             "lost",
             "gospa_m",
             "gospa_all_m",
-            "anees",
+            "nees_position",
             "nis",
         ):
             assert getattr(other, name) == pytest.approx(getattr(score, name), rel=1e-9), name

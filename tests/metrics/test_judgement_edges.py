@@ -26,7 +26,7 @@ def test_what_does_not_exist_is_none_and_json_takes_the_rest(tracks, truth, opti
     judged = bool(truth) and truth[0] is BOAT and bool(options.choose(looks(TEN)).size)
     for name in ("coverage", "lost", "gospa_m", "gospa_all_m", "ospa_m", "false_tracks", "id_switches"):
         assert (figures[name] is not None) == judged
-    for name in ("position_rmse_m", "velocity_rmse_mps", "bias_m", "anees", "anees_state"):
+    for name in ("position_rmse_m", "velocity_rmse_mps", "bias_m", "nees_position", "nees_state"):
         assert (figures[name] is not None) == (judged and figures["tracks"] == 1)
 
 
@@ -46,13 +46,13 @@ def test_a_singular_covariance_has_no_nees():
     cov = np.eye(4)
     cov[2:, 2:] = 1.0
     score = judge([history(1, TEN, still(TEN), cov=cov)], [BOAT], looks(TEN), Judge())
-    assert (score.anees, score.anees_state) == (0, None)
+    assert (score.nees_position, score.nees_state) == (0, None)
 
 
 def test_a_truth_of_positions_alone_gives_no_velocity_error():
     bare = Trajectory("boat", Space.of(x="m", y="m", z="m"), TEN, np.zeros((10, 3)))
     score = judge([history(1, TEN, still(TEN, 3))], [bare], looks(TEN), Judge())
-    assert (score.position_rmse_m, score.velocity_rmse_mps, score.anees_state_axes) == (3, None, ("x", "y"))
+    assert (score.position_rmse_m, score.velocity_rmse_mps, score.nees_state_axes) == (3, None, ("x", "y"))
 
 
 # Input that is wrong

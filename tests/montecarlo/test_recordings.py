@@ -176,7 +176,7 @@ def test_a_study_that_draws_nothing_is_the_run_itself(recorded, tmp_path, capsys
     assert main(["run", str(tmp_path / "run.json"), "--json", "--out", str(tmp_path / "out")]) == 0
     figures = json.loads(capsys.readouterr().out.splitlines()[-1])
     assert row["gospa"] == {"value": figures["gospa_m"], "error": None, "runs": 1}
-    assert row["nees"]["value"] == pytest.approx(figures["anees_state"] / 2)
+    assert row["nees"]["value"] == pytest.approx(figures["nees_state"])
 
 
 def test_a_given_track_may_start_anew_on_the_whole_recording(recorded):

@@ -66,7 +66,7 @@ def test_the_errors_are_those_of_the_figures(run):
     paired = entries["object"] >= 0
     assert np.sqrt(np.mean(entries["position_error"][paired] ** 2)) == pytest.approx(score.position_rmse_m, rel=1e-12)
     assert np.sqrt(np.mean(entries["velocity_error"][paired] ** 2)) == pytest.approx(score.velocity_rmse_mps, rel=1e-12)
-    assert np.mean(entries["nees"][paired]) == pytest.approx(score.anees, rel=1e-12)
+    assert np.mean(entries["nees"][paired]) == pytest.approx(2 * score.nees_position, rel=1e-12)
     assert np.count_nonzero(scans["judged"]) == score.scans
     for j, true in enumerate(result.recording.truth):
         for row in np.flatnonzero(entries["object"] == j):

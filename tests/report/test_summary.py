@@ -33,7 +33,8 @@ def test_the_summary_says_how_nees_stands(variance, verdict, scene):
     )
     text = told(scene[0], done)
     assert verdict in text
-    assert f"{2 / variance:.3g} on average, 2 expected" in text
+    assert f"{1 / variance:.3g} of what is expected, of the position" in text
+    assert f"{0.5 / variance:.3g} of what is expected, of x, y, vx, vy" in text
 
 
 @pytest.mark.parametrize(

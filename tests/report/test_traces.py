@@ -21,7 +21,7 @@ def test_traces_agree_with_the_figures(scene):
     speed = np.concatenate([trace.speed_error[trace.covered] for trace in followed])
     assert np.sqrt(np.mean(error**2)) == pytest.approx(score.position_rmse_m)
     assert np.sqrt(np.mean(speed**2)) == pytest.approx(score.velocity_rmse_mps)
-    assert np.mean(position_nees(followed).value) == pytest.approx(score.anees)
+    assert np.mean(position_nees(followed).value) == pytest.approx(2 * score.nees_position)
     for trace, fate in zip(followed, score.truths, strict=True):
         assert (len(trace.times), np.mean(trace.covered)) == (fate.scans, fate.coverage)
         assert np.array_equal(np.isnan(trace.error), ~trace.covered)

@@ -113,4 +113,4 @@ def test_joyrides_azimuth_bias_is_estimated_and_lowers_the_error(more):
     assert deviation < 2.0
     assert bias < -0.9
     assert score.position_rmse_m < without.position_rmse_m - 1.5
-    assert score.anees < 0.5 * without.anees
+    assert score.nees_position < 0.5 * without.nees_position

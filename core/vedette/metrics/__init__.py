@@ -1,4 +1,4 @@
-"""How good tracks are: errors, coverage, losses, switches, set distances. docs/metrics.md defines the figures."""
+"""How good tracks are: errors, coverage, losses, identity switches, set distances. docs/metrics.md defines the figures."""
 
 from vedette.metrics.bound import Bound, enumerated_bound, information, reduced_bound
 from vedette.metrics.clear import Clear, clear_mot

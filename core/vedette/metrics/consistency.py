@@ -175,14 +175,15 @@ def chi_square_verdict(name: str, values: Array, dof: Array | float, alpha: floa
     return Verdict(name, figure, low, high, alpha, f"{name}: {_scale(figure, low, high)}")
 
 
-def run_mean_verdict(name: str, values: Array, low: float, high: float, alpha: float) -> Verdict:
+def run_mean_verdict(name: str, values: Array, low: float, high: float, alpha: float, least: float = 0.0) -> Verdict:
     """Judge whether one value per run (r,), scaled to 1, contradicts that its mean lies in the equivalence band [low, high].
 
     The band is widened by Student's quantile of the standard error, so a filter whose mean is in it alarms with
-    probability alpha at most (the mean over runs is taken as normal: use 100 runs or more where alpha is small).
+    probability alpha at most (the mean over runs is taken as normal: use 100 runs or more where alpha is small). It ends
+    at `least`, below which no value can be: 0 for a NEES, a NIS or a square.
     """
     mean, reach = _mean_and_reach(values, alpha)
-    return _run_mean(name, mean, low - reach, high + reach, alpha, (low, high))
+    return _run_mean(name, mean, max(low - reach, least), high + reach, alpha, (low, high))
 
 
 def equivalence_verdict(name: str, values: Array, low: float, high: float, alpha: float) -> Verdict:

@@ -1,4 +1,4 @@
-"""Which track covers which true object, scan by scan, and the losses and switches that follow."""
+"""Which track covers which true object, scan by scan, and the losses and identity switches that follow."""
 
 from __future__ import annotations
 

@@ -87,17 +87,17 @@ def _accuracy(pairs: Pairs, found: Match) -> dict[str, Any]:
         "position_rmse_m": rmse(pairs.error[:, spot]),
         "velocity_rmse_mps": rmse(pairs.error[:, speed]) if speed else None,
         "bias_m": tuple(np.mean(pairs.error[:, spot], axis=0).tolist()),
-        "anees": _anees(pairs.error[:, spot], cov[:, spot][:, :, spot]),
-        "anees_state": _anees(pairs.error, cov),
-        "anees_state_axes": space.names,
+        "nees_position": _nees_over_axes(pairs.error[:, spot], cov[:, spot][:, :, spot]),
+        "nees_state": _nees_over_axes(pairs.error, cov),
+        "nees_state_axes": space.names,
         "mode_prob": None if modes is None else tuple(np.mean(modes[pairs.entry], axis=0).tolist()),
     }
 
 
-def _anees(error: Array, cov: Array) -> float | None:
-    """Return the mean NEES, or None if a covariance is singular."""
+def _nees_over_axes(error: Array, cov: Array) -> float | None:
+    """Return the mean NEES over the number of axes, so that 1 is right; None if a covariance is singular."""
     try:
-        return float(np.mean(nees(error, cov)))
+        return float(np.mean(nees(error, cov))) / int(error.shape[-1])
     except ValueError:
         return None
 

@@ -144,9 +144,9 @@ class Score:
     siap_changes_per_s: float | None = None
     siap_longest: float | None = None
     position_bound_m: float | None = None
-    anees: float | None = None
-    anees_state: float | None = None
-    anees_state_axes: tuple[str, ...] | None = None
+    nees_position: float | None = None
+    nees_state: float | None = None
+    nees_state_axes: tuple[str, ...] | None = None
     nis: float | None = None
     mode_prob: tuple[float, ...] | None = None
     truths: tuple[TruthScore, ...] = ()

@@ -91,9 +91,9 @@ class _Errors:
             "position_rmse_m": float(np.sqrt(self.position / n)),
             "velocity_rmse_mps": None if self.velocity is None else float(np.sqrt(self.velocity / n)),
             "bias_m": tuple((self.bias / n).tolist()),
-            "anees": None if self.nees is None else self.nees / n,
-            "anees_state": None if self.nees_state is None else self.nees_state / n,
-            "anees_state_axes": self.axes,
+            "nees_position": None if self.nees is None else self.nees / n / len(self.bias),
+            "nees_state": None if self.nees_state is None else self.nees_state / n / len(self.axes),
+            "nees_state_axes": self.axes,
             "mode_prob": None if self.modes is None else tuple((self.modes / n).tolist()),
         }
 

@@ -1,4 +1,4 @@
-"""Trajectory GOSPA: errors, misses, false tracks and switches of whole trajectories in one metric."""
+"""Trajectory GOSPA: errors, misses, false tracks and identity switches of whole trajectories in one metric."""
 
 from __future__ import annotations
 

@@ -14,7 +14,6 @@ from vedette.metrics.bound import bound_along
 from vedette.metrics.consistency import gate_truncation, nees
 from vedette.metrics.histories import positions, velocities
 from vedette.metrics.judgement import gates_of
-from vedette.metrics.score import Score
 from vedette.montecarlo.lockstep import run_together
 from vedette.montecarlo.scenes import DrawsTogether, Scenes
 from vedette.sampling.generators import NotInLockStep
@@ -207,14 +206,7 @@ def _one_by_one(experiment: Experiment, seeds: Seeds, redraw: Redraw | None) -> 
             raise KeyboardInterrupt
         tracker, truth = experiment.tracker, result.recording.truth
         score = judge(result.tracks, truth, result.scans, experiment.judge, tracker.gate.probability, tracker.sensors)
-        rows.append([*(getattr(score, name) for name in ONE_BY_ONE.values()), _nees_of(score)])
+        rows.append([*(getattr(score, name) for name in ONE_BY_ONE.values()), score.nees_state])
     table = np.array([[np.nan if value is None else float(value) for value in row] for row in rows])
     figures = dict(zip((*ONE_BY_ONE, "nees"), table.T, strict=True))
     return Chunk(figures | {name: figures[name] ** 2 for name in SQUARED}, np.zeros(0), np.zeros((3, 5, 0)))
-
-
-def _nees_of(score: Score) -> float | None:
-    """Return the mean NEES of the covered objects over the number of axes that tracks and truth share."""
-    if score.anees_state is None or not score.anees_state_axes:
-        return None
-    return score.anees_state / len(score.anees_state_axes)

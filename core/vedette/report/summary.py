@@ -147,7 +147,7 @@ def _whole_tracks(score: Score, unit: str) -> Iterator[str]:
 
 
 def _objects(score: Score, unit: str) -> list[str]:
-    titles = ("object", "scans", "coverage", f"RMSE [{unit}]", "switches", "lost", "first covered [s]")
+    titles = ("object", "scans", "coverage", f"RMSE [{unit}]", "identity switches", "lost", "first covered [s]")
     table = [
         (
             fate.name,
@@ -167,14 +167,15 @@ def _objects(score: Score, unit: str) -> list[str]:
 
 
 def _consistency(experiment: Experiment, score: Score, bands: Bands) -> Iterator[tuple[str, str]]:
-    if score.anees is not None:
-        axes = len(score.bias_m or ())
-        yield "NEES", f"{score.anees:.3g} on average, {axes} expected for the position; {_inside(bands.nees)}"
-        yield "", _nees_in_words(score.anees / axes)
+    if score.nees_position is not None:
+        yield "NEES", f"{score.nees_position:.3g} of what is expected, of the position; {_inside(bands.nees)}"
+        yield "", _nees_in_words(score.nees_position)
+    if score.nees_state is not None:
+        yield "", f"{score.nees_state:.3g} of what is expected, of {', '.join(score.nees_state_axes or ())}"
     if score.nis is not None and bands.nis.count:
         yield "NIS", f"{score.nis:.3g} of what is expected; {_inside(bands.nis)}"
         yield "", _nis_in_words(score.nis, float(sum(axes * count for axes, count in bands.nis.axes.items())))
-    if score.anees is None and score.nis is None:
+    if score.nees_position is None and score.nis is None:
         yield _NOTHING
     if score.mode_prob is not None:
         names = mode_names(experiment, len(score.mode_prob))
@@ -184,7 +185,7 @@ def _consistency(experiment: Experiment, score: Score, bands: Bands) -> Iterator
 def _inside(seen: Inside) -> str:
     if seen.part is None:
         return "none at a single scan"
-    bands = ", ".join(f"{low:.3g} to {high:.3g}" for low, high in map(band, sorted(seen.axes)))
+    bands = ", ".join(f"{low / n:.3g} to {high / n:.3g}" for n in sorted(seen.axes) for low, high in [band(n)])
     return f"{_percent(seen.part)} of {seen.count:,} within {bands}, {_percent(1 - BAND)} expected"
 
 

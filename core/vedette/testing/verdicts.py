@@ -124,7 +124,7 @@ def whiteness_verdicts(played: Runs, share: float) -> list[Verdict]:
         count = np.maximum(pair.sum(axis=1), 1)
         power = np.sqrt(np.mean(before[pair] ** 2) * np.mean(after[pair] ** 2)) if pair.any() else 1.0
         products = np.where(pair, np.mean(before * after, axis=-1), 0.0).sum(axis=1) / count / power
-        one = run_mean_verdict(name, 1.0 + products, 0.9, 1.1, each)
+        one = run_mean_verdict(name, 1.0 + products, 0.9, 1.1, each, least=-np.inf)
         text = (
             f"whiteness of {name}: correlation {one.figure - 1:.3g} at lag 1, band {one.low - 1:.2g} to {one.high - 1:.2g}"
         )
