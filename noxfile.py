@@ -92,8 +92,8 @@ def instruction_sets(session: nox.Session) -> None:
 
 @nox.session
 def nightly(session: nox.Session) -> None:
-    """Run the tests with the strong statistical profile: slow."""
-    session.install("-e", ".[dev]")
+    """Run the tests with the strong statistical profile, every block of the documentation and every notebook: slow."""
+    session.install("-e", ".[dev,site]")
     session.run("python", "-m", "pytest", "-n", "auto", "--vedette-profile", "nightly", *session.posargs)
 
 

@@ -1,10 +1,11 @@
-"""Turn a page into a Jupyter notebook, with what its blocks print."""
+"""Turn a page into a Jupyter notebook, with what its blocks print, and execute one as a reader would."""
 
 import re
+from pathlib import Path
 from typing import Any
 
 from docsite.pages import blocks
-from docsite.runner import Ran
+from docsite.runner import Ran, environment
 
 
 def notebook(text: str, ran: list[Ran]) -> dict[str, Any]:
@@ -49,3 +50,20 @@ def _code(source: str, ran: Ran | None) -> dict[str, Any]:
     if ran is not None and ran.printed:
         outputs.append({"output_type": "stream", "name": "stdout", "text": ran.printed})
     return {"cell_type": "code", "metadata": {}, "execution_count": None, "source": source.rstrip("\n"), "outputs": outputs}
+
+
+def executed(made: dict[str, Any], folder: Path) -> Any:
+    """Run all cells of a notebook in an empty folder; return it with what they gave. CellExecutionError names one that fails.
+
+    It needs nbclient and ipykernel.
+    """
+    import nbformat
+    from nbclient import NotebookClient
+
+    (folder / "desk").mkdir(parents=True)
+    own = {name: str(folder / name) for name in ("JUPYTER_CONFIG_DIR", "JUPYTER_RUNTIME_DIR", "IPYTHONDIR")}
+    notebook = nbformat.from_dict(made)
+    nbformat.validate(notebook)
+    client = NotebookClient(notebook, timeout=600, kernel_name="python3", resources={"metadata": {"path": folder / "desk"}})
+    readers = {name: value for name, value in environment().items() if name != "MPLBACKEND"} | own
+    return client.execute(env=readers)

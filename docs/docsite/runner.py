@@ -119,7 +119,7 @@ def _drive(file: Path, jobs: list[dict[str, Any]], at_once: int) -> None:
     ended = subprocess.run(
         [sys.executable, str(DRIVER), str(file)],
         cwd=file.parent,
-        env=_environment(),
+        env=environment(),
         capture_output=True,
         text=True,
         timeout=LONGEST,
@@ -137,7 +137,7 @@ def _results(job: dict[str, Any]) -> dict[int, dict[str, Any]]:
     return {one["line"]: one for one in json.loads(told.read_text(encoding="utf-8"))}
 
 
-def _environment() -> dict[str, str]:
+def environment() -> dict[str, str]:
     """Return the environment of a reader who has installed Vedette, on one thread and without a screen."""
     own = {"PATH": os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")])}
     quiet = {
