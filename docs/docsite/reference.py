@@ -29,6 +29,8 @@ ROLES = {
 ROLE_OF = {role: role for role in ROLES} | {"sensors": "sensor", "preprocessors": "preprocessor", "modes": "estimator"}
 ROLE_OF |= {"models": "motion", "wander": "motion", "scene": "source"}
 _ROW = re.compile(r"^\| `(?P<kind>\w+)` \| [^|]+ \| `(?P<line>\{.*\})` \|")
+_ROW_OF_PLUGIN = re.compile(r"^\| (?P<role>\w+) \| `(?P<kind>\w+)` \| .* \| `(?P<line>\{.*\})` \|$")
+"""A row of the table of parts on the page of another plugin than the standard shelf."""
 _REFERENCE = re.compile(r"^[A-Z][A-Za-z-]+(?: [A-Z][A-Za-z-]+)*, .*", re.MULTILINE)
 _SIGNS = {"above": ">", "at_least": "≥", "below": "<", "at_most": "≤"}
 
@@ -55,7 +57,7 @@ def _halves(docstring: str) -> tuple[str, str]:
 
 
 def examples() -> dict[tuple[str, str], tuple[str, str]]:
-    """Return for each role and kind a line that builds it, and where it stands: the page of the shelf, or an example."""
+    """Return for each role and kind a line that builds it, and where it stands: the page of its plugin, or an example."""
     found: dict[tuple[str, str], tuple[str, str]] = {}
     role = ""
     for line in (DOCS / "components.md").read_text(encoding="utf-8").splitlines():
@@ -63,6 +65,9 @@ def examples() -> dict[tuple[str, str], tuple[str, str]]:
             role = line.removeprefix("## ").lower().removesuffix("s")
         elif match := _ROW.match(line):
             found[role, match["kind"]] = (match["line"], "")
+    for page in sorted(DOCS.glob("*.md")):
+        for match in filter(None, map(_ROW_OF_PLUGIN.match, page.read_text(encoding="utf-8").splitlines())):
+            found.setdefault((match["role"], match["kind"]), (match["line"], ""))
     for file in sorted((ROOT / "examples").rglob("*.toml")):
         for where, table in _tables(tomllib.loads(file.read_text(encoding="utf-8")), ""):
             kind, role = str(table["kind"]), _role(where)

@@ -2,6 +2,7 @@
 
 import json
 import re
+import tomllib
 
 import pytest
 import yaml
@@ -14,6 +15,7 @@ from docsite.site import public, with_outputs
 from support.architecture import PUBLIC
 from support.paths import ROOT
 from vedette.config.registry import Registry
+from vedette.config.walker import Walker
 
 KINDS = [entry for entry in Registry.installed().entries if entry.distribution == "vedette"]
 
@@ -57,6 +59,21 @@ def test_kinds_of_the_shelf_have_formula_reference_example_and_laws():
         assert f'kind = "{entry.kind}"' in text, entry.kind
         assert text.count("\n- `") >= 5, entry.kind
     assert sum("## Reference" in page(entry, None) for entry in shelf) > 0.9 * len(shelf)
+
+
+@pytest.mark.parametrize("entry", KINDS, ids=lambda entry: f"{entry.role}-{entry.kind}")
+def test_every_kind_has_an_example_that_builds_it(entry):
+    if entry.role == "reproduction":
+        assert f"vedette reproduce {entry.kind.replace('_', '-')}" in page(entry, None)
+        return
+    line, file = examples()[entry.role, entry.kind]
+    assert f"{entry.role} = {line}" in page(entry, (line, file))
+    given = tomllib.loads(f"it = {line}")["it"]
+    assert given.pop("kind") == entry.kind
+    walker = Walker(Registry.installed())
+    built = walker.construct(entry.cls, entry.parameters, given, "", set())
+    assert not walker.problems
+    assert isinstance(built, entry.cls)
 
 
 TEXT = """# Page
