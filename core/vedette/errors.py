@@ -36,7 +36,7 @@ class ConfigError(VedetteError, ValueError):
 
 
 class InputError(VedetteError, ValueError):
-    """An input that is unusable as a whole: a missing file, a wrong header, another format."""
+    """An input that cannot be used at all: a missing file, a wrong header, another format."""
 
 
 class ScanRefused(VedetteError, ValueError):

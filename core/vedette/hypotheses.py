@@ -79,10 +79,10 @@ class HypothesisAssociator(Associator):
 
     @abstractmethod
     def probability(self, hypotheses: Any) -> Array:
-        """Return the probability of each leaf: of the hypotheses that hold it, in sum (l,)."""
+        """Return the probability of each leaf (l,): the sum over the hypotheses that hold it."""
 
     def judged(self, hypotheses: Any, existence: Array) -> Array:
-        """Return the existence by which each leaf is judged and shown (l,), from its own (l,)."""
+        """Return the existence (l,) by which the lifecycle judges each leaf and the estimate shows it, from its own (l,)."""
         return existence
 
     @abstractmethod

@@ -240,8 +240,9 @@ class Estimator(Component, Generic[B]):
         raise NotImplementedError(f"{self.kind!r} does not state how the state of one moment goes with that of another")
 
     def smooth_step(self, belief: B, later: B, dt: float, rng: np.random.Generator) -> B:
-        """Return the belief of a moment by all scans: `belief` is by the scans until then, `later` by all, `dt` s later.
+        """Return the belief at one time given all scans.
 
-        dt == 0 returns `later`. `vedette.filters.OverMotion` makes the step of `cross_covariance`; a mixture needs its own.
+        `belief` is that by the scans until then; `later`, `dt` s later, is by all scans. dt == 0
+        returns `later`. `vedette.filters.OverMotion` makes the step of `cross_covariance`; a mixture needs its own.
         """
         raise NotImplementedError(f"{self.kind!r} does not state how to smooth")

@@ -48,8 +48,8 @@ class ImagingSensor(Sensor):
 class Birth(Component):
     """How tracks start: the undetected targets that no track holds yet, and the prior of a track that starts at one.
 
-    Memory: what it knows of targets without a track, attrs values, tuples and arrays; None if it keeps nothing. Whatever it
-    needs of the tracker's filter it asks of `estimator`, so that one kind serves all of them.
+    Memory: what it knows of targets without a track, attrs values, tuples and arrays; None if it keeps nothing. It asks
+    `estimator` for whatever it needs of the tracker's filter, so that one kind works with every filter.
     """
 
     draws: ClassVar[bool] = False

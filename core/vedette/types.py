@@ -73,7 +73,7 @@ class Detections:
 
     z         (*b, k, m)   over the sensor's measurement space
     valid     (*b, k)      False pads a batch whose runs have different counts
-    evidence  (*b, k)      log-likelihood ratio target : clutter of the detection stage, given that it reported
+    evidence  (*b, k)      log-likelihood ratio of target to clutter by the detector, given that it reported
     noise     (*b, k, m, m) a return's own covariance; otherwise the sensor's applies
     missing   (*b, k, m)   True where a return lacks a component: its z and noise are ignored
     """

@@ -62,16 +62,16 @@ class WrappedMotion(MotionModel):
 
 @frozen
 class WrappedSensor(Sensor):
-    """A sensor that is another one, `of`, but for what a subclass defines."""
+    """A sensor that passes everything on to another one, `of`, except for what a subclass defines."""
 
     @property
     @abstractmethod
     def of(self) -> Sensor:
-        """The sensor; a parameter."""
+        """The sensor that is wrapped: a parameter of the subclass."""
 
     @property
     def linear(self) -> bool:  # type: ignore[override]  # a class variable elsewhere: here it depends on the sensor
-        """Whether the sensor is."""
+        """Whether `of` is linear."""
         return self.of.linear
 
     @property

@@ -53,7 +53,7 @@ def _code(source: str, ran: Ran | None) -> dict[str, Any]:
 
 
 def executed(made: dict[str, Any], folder: Path) -> Any:
-    """Run all cells of a notebook in an empty folder; return it with what they gave. CellExecutionError names one that fails.
+    """Run all cells of a notebook in an empty folder; return it with their outputs. CellExecutionError names one that fails.
 
     It needs nbclient and ipykernel.
     """

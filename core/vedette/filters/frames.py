@@ -31,8 +31,8 @@ def evaluate_frame(
     statistic J^-1 q, whose covariance is J^-1 + S: it has as many degrees of freedom as there are apparent axes, not pixels.
     Passes end when no track's point moves by more than `least` standard deviations of the update.
 
-    The evidence is that of the last linearisation. Where that speaks against the target, the passes may have begun far from
-    it and not have arrived: the largest that further passes find by Laplace's formula counts,
+    The evidence is that of the last linearisation. If it speaks against the target, the passes may have begun far from the
+    target and not have reached it. Then further passes follow, and the largest value of Laplace's formula counts:
     llr(x+) - (x+ - x-)' P^-1 (x+ - x-) / 2 - log |I + J S| / 2.
     """
     assert isinstance(sensor, ImagingSensor)

@@ -39,10 +39,10 @@ class OverMotion(Estimator[B], Generic[B]):
         return self.motion.reframes
 
     def smooth_step(self, belief: B, later: B, dt: float, rng: np.random.Generator) -> B:
-        """Return the belief of a moment by all scans: the step of Rauch, Tung and Striebel.
+        """Return the belief at one time given all scans: the step of Rauch, Tung and Striebel.
 
-        It is made of `moments`, `predict` and `cross_covariance`, exact for linear models; a belief that is more than its
-        moments needs its own.
+        It uses `moments`, `predict` and `cross_covariance`, and is exact for linear models. An estimator whose belief is
+        more than a mean and a covariance must define its own.
         """
         if dt == 0:
             return later

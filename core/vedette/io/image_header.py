@@ -14,7 +14,7 @@ _NO_FRAME = (0xC4, 0xC8, 0xCC)
 
 
 def check_pixels(width: int, height: int) -> None:
-    """ValueError for a picture that is larger than MOST_PIXELS, or none."""
+    """Raise ValueError for a picture that is larger than MOST_PIXELS, or empty."""
     if width < 1 or height < 1 or width * height > MOST_PIXELS:
         raise ValueError(f"must have 1 pixel or more and not more than {MOST_PIXELS:,} pixels, got {width} x {height}")
 

@@ -45,7 +45,7 @@ def inside(folder: Path, name: str) -> Path:
 
 
 def check_regular(path: Path) -> None:
-    """InputError unless `path` is a file of bytes: a folder, a pipe or a device is not read."""
+    """Raise InputError unless `path` is a file of bytes: a folder, a pipe or a device is not read."""
     try:
         if path.is_file():
             return

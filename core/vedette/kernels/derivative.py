@@ -12,8 +12,9 @@ from vedette.space import Array
 def numerical_jacobian(function: Callable[[Array], Array], x: Array, difference: Callable[[Array, Array], Array]) -> Array:
     """Return central differences of `function` (*b, n) -> (*b, m): (*b, m, n), truncation error O(step^2).
 
-    `difference(a, b)` subtracts results, wrapped where they wrap. The step grows with sqrt |x|: one that grew
-    with |x| would reach past a target near its sensor in map coordinates, a fixed one would drown in their rounding.
+    `difference(a, b)` subtracts results, wrapped where they wrap. The step grows with sqrt |x|. In map
+    coordinates a step that grew with |x| would be longer than the range of a near target, and a fixed one too short for
+    the rounding.
     """
     n = x.shape[-1]
     step = np.cbrt(np.finfo(float).eps) * np.sqrt(np.maximum(1.0, np.abs(x)))

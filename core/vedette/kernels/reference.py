@@ -103,7 +103,7 @@ def evaluate(P: Array, nu: Array, H: Array, R: Array) -> tuple[Array, Array, Arr
 
     P (*b, t, n, n), nu (*b, t, k, m), H (*b, t, m, n) or (m, n), R (*b, t, 1|k, m, m) ->
     log N(nu; 0, S) (*b, t, k), squared distance (*b, t, k), log sqrt|S| (*b, t, 1|k), the mean's shift (*b, t, k, n),
-    and the posterior covariance (*b, t, 1|k, n, n): in Joseph's form, or by roots where that would not keep its digits.
+    and the posterior covariance (*b, t, 1|k, n, n): in Joseph's form, or by roots where that would lose precision.
     """
     cross = P @ np.swapaxes(H, -1, -2)
     S = symmetric(H @ cross)[..., None, :, :] + R

@@ -13,7 +13,7 @@ from vedette.space import Array, Mask
 
 @frozen
 class Clear:
-    """MOTA, of unit 1, at most 1 and below 0 where there are more mistakes than objects; MOTP in m; None without any."""
+    """MOTA, at most 1, and below 0 where there are more mistakes than objects; MOTP in m; None without objects, or pairs."""
 
     mota: float | None
     motp: float | None
@@ -25,7 +25,7 @@ class Clear:
 def clear_mot(
     apart: Sequence[Array], present: Sequence[Indices], alive: Mask, cover: Indices, false: int | None = None
 ) -> Clear:
-    """Return accuracy 1 - (missed + false + switches) / objects, each summed over the scans, and the mean covered distance.
+    """Return 1 - (missed + false + identity switches) / objects, each summed over the scans, and the mean covered distance.
 
     `apart`: per scan the distances (j, t) in m; `present`: which tracks the columns are; `alive` and `cover` (s, j): where
     objects are there, and the track that covers each as in `covering`, which is the matching of these measures. `false`:

@@ -106,7 +106,7 @@ class TruthScore:
 
 @frozen
 class Score:
-    """The figures of one run, as docs/metrics.md defines them; None where one does not exist, as without truth or tracks."""
+    """The figures of one run, as docs/metrics.md defines them; None where there is none, as without truth or tracks."""
 
     scans: int
     tracks: int

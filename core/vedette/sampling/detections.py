@@ -75,7 +75,7 @@ def densities(sensor: Sensor, z: Array) -> Array:
 
 
 def ceiling(sensor: Sensor, lows: Array, highs: Array) -> float:
-    """Return a bound of the clutter density in the box: its greatest value on a grid, a quarter more where it varies.
+    """Return a bound of the clutter density in the box: its greatest value on a grid, plus a quarter if it varies.
 
     The grid is made finer around its greatest value, for densities that peak, as at a radar. ValueError if it makes more
     returns than a scene can have.

@@ -16,7 +16,7 @@ class Broken(AssertionError):
 
 
 class Closed(Exception):
-    """A law does not apply to this component, and why. Not an error: there is nothing to judge."""
+    """A law does not apply to this component; the message says why. This is no error: there is nothing to judge."""
 
 
 class Misuse(VedetteError, ValueError):

@@ -39,6 +39,6 @@ class PermanentTracks(Lifecycle):
         """Return no memory."""
 
     def review(self, memory: None, scan: Review) -> tuple[None, Mask, Mask]:
-        """Return that every track is confirmed and alive."""
+        """Return every track as confirmed and alive."""
         always = np.ones(scan.existence.shape, dtype=bool)
         return None, always, always

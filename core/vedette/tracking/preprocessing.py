@@ -50,7 +50,7 @@ def open_source(
 
 
 def preprocessed(scans: Iterable[Scan], preprocessors: Mapping[str, Preprocessor]) -> Iterator[Scan]:
-    """Yield the scans, with those that a preprocessor takes replaced by its output; arrays may lead with runs.
+    """Yield the scans, with those that a preprocessor takes replaced by its output; arrays may have a leading axis of runs.
 
     Scans of one time that go to one preprocessor make one scan, which comes after those that go to none. Preprocessors
     get complete returns only: to them one that lacks a component is padding.

@@ -55,7 +55,7 @@ def smoothed(
 ) -> Iterator[State]:
     """Yield the same states, in their order, with beliefs that use the scans of up to `lag` s later (fixed lag) or all.
 
-    It may be fed while the tracker runs: a state is returned as soon as a later one is beyond its lag, or at the end.
+    It works while the tracker runs: it yields a state as soon as a later one is beyond its lag, or at the end.
     Runs in lock-step are smoothed at once. ValueError: a lag that is negative or NaN, times that go backwards. ConfigError:
     an associator that keeps hypotheses.
     """
