@@ -21,7 +21,7 @@ pytestmark = [
     pytest.mark.skipif(not BUILT, reason="needs the site: cd docs && python -m docsite build"),
 ]
 WIDE, PHONE = (1200, 900), (400, 800)
-KINDS = sorted({entry.kind for entry in Registry.installed().entries if entry.distribution == "vedette"})
+KINDS = sorted({(entry.role, entry.kind) for entry in Registry.installed().entries if entry.distribution == "vedette"})
 CURES = [
     re.sub(r"[^\w ]", " ", line.removeprefix("### ")).strip()
     for line in (DOCS / "errors.md").read_text(encoding="utf-8").splitlines()
@@ -95,7 +95,7 @@ def test_search_finds_each_kind_and_each_cure(running, address):
     tab.keyboard.press("/")
     tab.wait_for_timeout(1000)
     field = tab.locator("input[type=text]").last
-    lost = [kind for kind in KINDS if not found(tab, field, kind, f"/{kind}.html")]
+    lost = [f"{role} {kind}" for role, kind in KINDS if not found(tab, field, f"{kind} {role}", f"/{role}/{kind}.html")]
     lost += [cure for cure in CURES if not found(tab, field, cure, "/errors.html")]
     assert lost == []
     assert said == []
