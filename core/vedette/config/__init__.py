@@ -57,6 +57,10 @@ def load(config: Config, registry: Registry | None = None, overrides: Iterable[s
     given: Any = read_file(config) if isinstance(config, str | Path) else config
     if not isinstance(given, Mapping):
         raise ConfigError([Problem("", f"a config must be a table, or the path to a file, got {told(given)}")])
+    if "experiment" in given and "estimator" not in given:
+        raise ConfigError(
+            [Problem("experiment", "makes this a study of many runs, not the config of one: run it by vedette study")]
+        )
     registry = Registry.installed() if registry is None else registry
     before = renamed(given, registry)
     given = with_birth(apply_overrides(before, overrides, registry), before, registry)

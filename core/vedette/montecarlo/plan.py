@@ -110,10 +110,21 @@ def whole(place: str, given: Any, least: int, most: int = MOST_RUNS) -> int:
 def read_study(path: str | Path) -> dict[str, Any]:
     """Return the table of a study's file, with its `experiment`, which it may name by a path relative to the study."""
     table = read_file(path)
+    _refuse_one_run(table, str(path), Path(path).name)
     experiment = table.get("experiment")
     if isinstance(experiment, str):
         table["experiment"] = read_file(Path(path).parent / experiment)
     return table
+
+
+def _refuse_one_run(table: Mapping[str, Any], place: str, name: str) -> None:
+    """Raise ConfigError, with how to make a study of it, if a table is the config of a run."""
+    if "experiment" not in table and "estimator" in table:
+        text = (
+            f"is the config of one run, not a study: write a file that names it, experiment = {json.dumps(name)}, and says "
+            'what to repeat and vary, as in runs = 100 and sweep = { "gate.probability" = [0.9, 0.99] }'
+        )
+        raise ConfigError([Problem(place, text)])
 
 
 def plan(table: Mapping[str, Any], overrides: Sequence[str] = ()) -> Plan:
@@ -121,6 +132,7 @@ def plan(table: Mapping[str, Any], overrides: Sequence[str] = ()) -> Plan:
 
     ConfigError reports every problem, with its place.
     """
+    _refuse_one_run(table, "", "config.toml")
     problems = [
         Problem(str(name), f"unknown;{did_you_mean(str(name), NAMES)} a study takes {', '.join(NAMES)}")
         for name in table
