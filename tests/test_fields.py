@@ -143,7 +143,7 @@ def test_every_parameter_says_its_unit_and_what_it_is():
         assert "unit" in parameter.metadata
 
 
-SI = ["m", "s", "m/s", "m/s^2", "rad", "rad/s", "rad/s^2"]
+SI = ["m", "s", "m/s", "m/s^2", "m/s^1.5", "m/s^2.5", "rad", "rad/s", "rad/s^2", "rad/s^1.5"]
 
 
 @exactly
@@ -167,6 +167,8 @@ def test_the_factors_are_the_definitions():
         ("180 deg", "rad", math.pi),
         ("180 deg/s", "rad/s", math.pi),
         ("180 deg/s^2", "rad/s^2", math.pi),
+        ("0.3 m/s^2", "m/s^1.5", 0.3),  # what white noise gains in 1 s, as older configs write it
+        ("180 deg/s^2", "rad/s^1.5", math.pi),
     ]:
         assert in_unit(text, unit) == pytest.approx(value, rel=1e-15)
 

@@ -12,7 +12,7 @@ def test_parts_figures_and_verdict_are_told_with_units(capsys):
     assert main(["explain", str(EXAMPLES / "harbour.toml")]) == 0
     said = capsys.readouterr().out
     assert "estimator.modes[0].motion: constant_velocity: " in said
-    assert "sigma_accel = 0.05 m/s^2: standard deviation of the velocity" in said
+    assert "sigma_accel = 0.05 m/s^1.5: standard deviation of the velocity" in said
     assert "radar: a scan every 2.5 s" in said
     assert "as far as 3000 m" in said
     assert said.endswith("nothing is out of proportion\n")

@@ -131,7 +131,7 @@ def test_every_installed_component_is_in_it_with_its_words(registry: Registry) -
         assert list(table["properties"]) == ["kind", *(parameter.name for parameter in entry.parameters)]
         assert table["description"] == entry.summary
     sigma = definitions["motion.constant_velocity"]["properties"]["sigma_accel"]
-    assert sigma["description"].endswith("in m/s^2")
+    assert sigma["description"].endswith("in m/s^1.5")
     assert sigma["anyOf"][0] == {"type": "number", "exclusiveMinimum": 0}
 
 

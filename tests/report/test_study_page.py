@@ -132,7 +132,7 @@ def test_a_sweep_is_drawn_on_the_axis_that_it_was_made_for(values, log):
 
 def test_swept_parameters_have_their_units(folder):
     experiment = read_outcome(folder).plan.points[0].experiment
-    assert unit_at(experiment, SWEPT) == "m/s^2"
+    assert unit_at(experiment, SWEPT) == "m/s^1.5"
     assert unit_at(experiment, "sensors.radar.sigma") == "m"
     assert unit_at(experiment, "sensors.radar.detection_probability") == ""
     assert unit_at(experiment, "judge.cover_radius") == "m"
@@ -157,7 +157,7 @@ def test_its_tables_and_curves_are_the_study_s_and_the_worst_runs_one_click_away
             assert (value, error) == (pytest.approx(mean.value, abs=0.06 * mean.error), pytest.approx(mean.error, rel=0.06))
         sweep = "facts.charts.find(({ name }) => name === 'sweep_sigma_accel').panels[0]"
         assert tab.evaluate(f"{sweep}.logAcross")
-        assert tab.evaluate(f"{sweep}.across") == f"{SWEPT} [m/s^2]"
+        assert tab.evaluate(f"{sweep}.across") == f"{SWEPT} [m/s^1.5]"
         assert tab.locator("polygon.band").count() == 3 * 3 + 4
         curve = tab.evaluate(f"{sweep}.curves[0]")
         for i, found in enumerate(outcome.means(i)["position_rmse"] for i in range(3)):

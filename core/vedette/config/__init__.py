@@ -11,7 +11,7 @@
 ... })
 Traceback (most recent call last):
     ...
-vedette.errors.ConfigError: estimator.motion.sigma_accel: must be > 0, got -3 m/s^2
+vedette.errors.ConfigError: estimator.motion.sigma_accel: must be > 0, got -3 m/s^1.5
 sensors.radar.sigma: must be in m or km or NM or ft, got '5 kg'
 gate.probabilty: unknown; did you mean 'probability'? Gate takes probability, clutter, largest_distance
 """

@@ -117,6 +117,6 @@ def _leaf(hint: Any, metadata: Mapping[str, Any]) -> dict[str, Any]:
 
 def _number(kind: str, limits: Mapping[str, float], unit: str) -> dict[str, Any]:
     """Return the schema of a number within limits, or a string of a number and, if it has one, a unit."""
-    units = "|".join(written.replace("^", r"\^") for written in spellings(unit))
+    units = "|".join(written.replace("^", r"\^").replace(".", r"\.") for written in spellings(unit))
     tail = rf"(\s*({units}))?" if units else ""
     return {"anyOf": [{"type": kind, **limits}, {"type": "string", "pattern": rf"^\s*{_NUMBER}{tail}\s*$"}]}

@@ -59,7 +59,7 @@ class {title}Motion(vedette.MotionModel):
     kind = "{short}_motion"
     linear = True
     divisible = True  # two steps give the moments of one of both lengths
-    sigma_accel: float = vedette.fields.quantity("m/s^2", "speed gained in 1 s", above=0)
+    sigma_accel: float = vedette.fields.quantity("m/s^1.5", "speed gained in 1 s", above=0)
     state = vedette.Space.of(x="m", y="m", vx="m/s", vy="m/s")
 
     def move(self, x, dt):

@@ -131,7 +131,7 @@ def _of_sensor(seen: Seen, found: dict[str, Any]) -> Iterator[str]:
 def angle(value: float, unit: str) -> str:
     """Return a value with its unit, of an angle in rad also in deg."""
     text = say(round_(value), unit)
-    degrees = {"rad": "deg", "rad/s": "deg/s", "rad/s^2": "deg/s^2"}.get(unit)
+    degrees = {"rad": "deg", "rad/s": "deg/s", "rad/s^2": "deg/s^2", "rad/s^1.5": "deg/s^1.5"}.get(unit)
     return text if degrees is None else f"{text} ({np.degrees(value):.3g} {degrees})"
 
 

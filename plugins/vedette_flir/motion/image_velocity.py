@@ -16,7 +16,8 @@ from vedette_flir.motion.processes import ImagePlane
 class ImageVelocity(ImagePlane):
     """Constant velocity in pixels with white acceleration, and white velocity for the jerks of a camera, per axis.
 
-    F = [1 T; 0 1], Q = q [T^3/3 T^2/2; T^2/2 T] + s [T 0; 0 0], q = sigma_accel^2 * 1 s, s = shake^2 / 1 s.
+    F = [1 T; 0 1], Q = q [T^3/3 T^2/2; T^2/2 T] + s [T 0; 0 0], q = sigma_accel^2, s = shake^2:
+    the spectral densities of acceleration and velocity. What white noise gains in T s grows with the square root of T.
     Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, section 6.2.2.
     """
 
@@ -24,9 +25,9 @@ class ImageVelocity(ImagePlane):
     space: ClassVar[Space] = Space.of(x="px", y="px", vx="px/s", vy="px/s")
 
     sigma_accel: float = fields.quantity(
-        "px/s^2", "standard deviation of the velocity gained in 1 s", default=400.0, above=0
+        "px/s^1.5", "standard deviation of the velocity gained in 1 s", default=400.0, above=0
     )
-    shake: float = fields.quantity("px", "standard deviation of the camera's wander in 1 s", default=20.0, at_least=0)
+    shake: float = fields.quantity("px/s^0.5", "standard deviation of the camera's wander in 1 s", default=20.0, at_least=0)
 
     def one_axis(self, dt: float) -> tuple[Array, Array]:
         """Return F and Q (2, 2)."""

@@ -26,7 +26,7 @@ def over_axes(block: Array, count: int) -> Array:
 def white_acceleration(sigma: float, dt: float) -> Array:
     """Return the covariance (2, 2) of one axis' position and velocity after `dt` of white-noise acceleration.
 
-    `sigma`: standard deviation of the velocity gained in 1 s.
+    `sigma`: root of the spectral density, standard deviation of the velocity gained in 1 s.
     """
     q = sigma**2
     return np.array([[q * dt**3 / 3, q * dt**2 / 2], [q * dt**2 / 2, q * dt]])
@@ -35,7 +35,7 @@ def white_acceleration(sigma: float, dt: float) -> Array:
 def white_jerk(sigma: float, dt: float) -> Array:
     """Return the covariance (3, 3) of one axis' position, velocity and acceleration after `dt` of white-noise jerk.
 
-    `sigma`: standard deviation of the acceleration gained in 1 s.
+    `sigma`: root of the spectral density, standard deviation of the acceleration gained in 1 s.
     """
     q = sigma**2
     position, mixed, velocity = q * dt**5 / 20, q * dt**4 / 8, q * dt**3

@@ -15,7 +15,8 @@ from vedette_standard.motion.blocks import PerAxis, free_flight, white_accelerat
 class ConstantVelocity(PerAxis):
     """White-noise acceleration, exactly discretised: per axis F = [1 T; 0 1], Q = q [T^3/3 T^2/2; T^2/2 T].
 
-    `sigma_accel` is the acceleration's effect over one second: q = sigma_accel^2 * 1 s, in m^2/s^3.
+    `sigma_accel` is the root of the acceleration's spectral density, q = sigma_accel^2 in m^2/s^3: in T s the velocity gains
+    sigma_accel sqrt(T). A config may also give it in m/s^2, as what is gained in the first second: the number is the same.
     Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, section 6.2.2.
     """
 
@@ -23,7 +24,7 @@ class ConstantVelocity(PerAxis):
     divisible: ClassVar[bool] = True
     derivatives: ClassVar[int] = 2
 
-    sigma_accel: float = fields.quantity("m/s^2", "standard deviation of the velocity gained in 1 s, per axis", above=0)
+    sigma_accel: float = fields.quantity("m/s^1.5", "standard deviation of the velocity gained in 1 s, per axis", above=0)
 
     def transition(self, dt: float) -> Array:
         """Return F (2, 2)."""

@@ -24,14 +24,14 @@ class CoordinatedTurn(MotionModel):
     + sin(h)/h J u), J = [0 -1; 1 0].
     Q is that of constant velocity over x, y, vx, vy and sigma_turn_rate^2 T for the rate, whatever the state: the noise of
     the velocity is not turned within a step, nor does that of the rate reach the position, so two steps do not equal one.
-    Both deviations are what is gained in 1 s, of velocity and of turn rate; they grow with the square root of time.
+    Both deviations are roots of spectral densities: velocity and turn rate gain them in 1 s, and sqrt(T) times them in T s.
     Li, Jilkov, Survey of Maneuvering Target Tracking, Part I: Dynamic Models, IEEE T-AES 39, 2003.
     """
 
     kind: ClassVar[str] = "coordinated_turn"
 
-    sigma_accel: float = fields.quantity("m/s^2", "standard deviation of the velocity gained in 1 s, per axis", above=0)
-    sigma_turn_rate: float = fields.quantity("rad/s^2", "standard deviation of the turn rate gained in 1 s", above=0)
+    sigma_accel: float = fields.quantity("m/s^1.5", "standard deviation of the velocity gained in 1 s, per axis", above=0)
+    sigma_turn_rate: float = fields.quantity("rad/s^1.5", "standard deviation of the turn rate gained in 1 s", above=0)
 
     @property
     def state(self) -> Space:

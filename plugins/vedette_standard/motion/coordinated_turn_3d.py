@@ -54,15 +54,15 @@ class CoordinatedTurn3d(MotionModel):
     With K = [W x] T and A = |W| T: v becomes (I + sin(A)/A K + (1 - cos A)/A^2 K^2) v, and the position gains
     T (I + (1 - cos A)/A^2 K + (A - sin A)/A^3 K^2) v. With W upright it is the coordinated turn in the plane; the part of W
     along v turns nothing and is a random walk. Q is that of constant velocity over x to vz and sigma_turn_rate^2 T for the
-    rates, whatever the state, so two steps do not equal one.
+    rates, whatever the state, so two steps do not equal one. Both deviations are those of `coordinated_turn`.
     Li, Jilkov, Survey of Maneuvering Target Tracking, Part I: Dynamic Models, IEEE T-AES 39, 2003.
     """
 
     kind: ClassVar[str] = "coordinated_turn_3d"
 
-    sigma_accel: float = fields.quantity("m/s^2", "standard deviation of the velocity gained in 1 s, per axis", above=0)
+    sigma_accel: float = fields.quantity("m/s^1.5", "standard deviation of the velocity gained in 1 s, per axis", above=0)
     sigma_turn_rate: float = fields.quantity(
-        "rad/s^2", "standard deviation of the turn rate gained in 1 s, per axis", above=0
+        "rad/s^1.5", "standard deviation of the turn rate gained in 1 s, per axis", above=0
     )
 
     @property

@@ -28,14 +28,17 @@ class Curvilinear(MotionModel):
     becomes v exp(w - l), and the position gains v s t (exp(w) - 1)/w. Circles (a_t = 0), straight lines (a_n = 0) and
     spirals are included. s = sqrt(|v|^2 + (1 cm/s)^2), as a target at rest has no direction to turn from.
     Q is that of white-noise jerk along the path and across it, in the direction at the start of the step, whatever the
-    turn within it: two steps do not equal one. Both deviations are of the acceleration gained in 1 s.
+    turn within it: two steps do not equal one. Both deviations are roots of the jerk's spectral
+    density: what the acceleration gains in 1 s, growing with the square root of time.
     Best, Norton, A New Model and Efficient Tracker for a Target with Curvilinear Motion, IEEE T-AES 33, 1997.
     """
 
     kind: ClassVar[str] = "curvilinear"
 
-    sigma_tangential: float = fields.quantity("m/s^3", "deviation of the acceleration gained in 1 s along the path", above=0)
-    sigma_normal: float = fields.quantity("m/s^3", "deviation of the acceleration gained in 1 s to the left of it", above=0)
+    sigma_tangential: float = fields.quantity(
+        "m/s^2.5", "deviation of the acceleration gained along the path in 1 s", above=0
+    )
+    sigma_normal: float = fields.quantity("m/s^2.5", "deviation of that gained to the left of it in 1 s", above=0)
 
     @property
     def state(self) -> Space:

@@ -28,7 +28,7 @@ class KnownTurn(MotionModel):
     linear: ClassVar[bool] = True
 
     turn_rate: float = fields.quantity("rad/s", "rate of turn, positive from x towards y")
-    sigma_accel: float = fields.quantity("m/s^2", "standard deviation of the velocity gained in 1 s, per axis", above=0)
+    sigma_accel: float = fields.quantity("m/s^1.5", "standard deviation of the velocity gained in 1 s, per axis", above=0)
 
     @property
     def state(self) -> Space:

@@ -16,14 +16,14 @@ from vedette_standard.motion.drifting import UNITS, Wandering, drifting
 class RandomWalk(Wandering):
     """x' = x + w, w ~ N(0, sigma^2 T) per axis: a target that stays in one area, or a bias that drifts without bound.
 
-    With sigma = 0 the axes are constants that are estimated.
+    With sigma = 0 the axes are constants that are estimated. Its unit is that of the axes over the square root of a second.
     Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, section 4.3.
     """
 
     kind: ClassVar[str] = "random_walk"
     divisible: ClassVar[bool] = True
 
-    sigma: float = fields.quantity("1", "standard deviation gained in 1 s, per axis, in the axes' own unit", at_least=0)
+    sigma: float = fields.quantity("1", "standard deviation gained in 1 s, per axis, in the axes' unit / s^0.5", at_least=0)
     axes: tuple[str, ...] = fields.words("the axes that wander", default=("x", "y"))
     unit: str = fields.choice("the axes' unit", UNITS, default="m")
     state: Space = field(init=False, repr=False, eq=False, default=Factory(drifting, takes_self=True))

@@ -120,12 +120,12 @@ def test_a_quarter_turn_to_the_left():
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: ConstantVelocity(-3), "sigma_accel: must be > 0, got -3 m/s^2"),
-        (lambda: ConstantAcceleration(0), "sigma_jerk: must be > 0, got 0 m/s^3"),
+        (lambda: ConstantVelocity(-3), "sigma_accel: must be > 0, got -3 m/s^1.5"),
+        (lambda: ConstantAcceleration(0), "sigma_jerk: must be > 0, got 0 m/s^2.5"),
         (lambda: Singer(0, 1), "tau: must be > 0, got 0 s"),
         (lambda: Singer(float("nan"), 1), "tau: must be a finite number"),
         (lambda: KnownTurn("3 kn", 1), "turn_rate: must be in rad/s or deg/s, got '3 kn'"),
-        (lambda: CoordinatedTurn(1, -0.1), "sigma_turn_rate: must be > 0, got -0.1 rad/s^2"),
+        (lambda: CoordinatedTurn(1, -0.1), "sigma_turn_rate: must be > 0, got -0.1 rad/s^1.5"),
     ],
 )
 def test_a_wrong_parameter_is_named_with_what_would_be_right(make, message):
