@@ -13,7 +13,7 @@ from vedette.drafting.chains import Chain, chains, spacing, unbroken
 from vedette.drafting.noise import Noise, Windows, estimated
 from vedette.drafting.table import FLAT, Table, read_table
 from vedette.drafting.text import Facts, written
-from vedette.drafting.third import recedes, third_noise
+from vedette.drafting.third import UNSURE, VELOCITY, own_share, recedes, third_noise
 from vedette.drafting.titles import meaning
 from vedette.experiment import Experiment
 from vedette.io import CsvSource
@@ -93,6 +93,9 @@ def draft_config(path: TablePath) -> str:
     if table.third and (why := _useless(best)):
         table = table.without_third(why)
         best = _best(Reading.of(table, _opened(table)))
+    if best.table.third == "range_rate" and _taken_out(best):
+        title = best.table.measured["range_rate"]
+        best = evolve(best, table=best.table.at_rest(f"{title} is over ground: the platform's own motion is not in it"))
     facts = {name: _facts(each, best.noise[name].sensor) for name, each in best.seen.items()}
     accels = [best.noise[name].accel for name, each in best.seen.items() for _ in each.found]
     accel, floor = float(np.median(accels)) if accels else 0.1, min(each.least_accel for each in best.seen.values())
@@ -107,11 +110,18 @@ def _useless(best: Reading) -> str:
         return "no track was found that tells its noise"
     if best.table.third != "range_rate":
         return ""
-    if best.table.platform:
+    own, moves = [own_share(each.found, each.thirds, each.stands) for each in seen], set(VELOCITY) & set(best.table.platform)
+    if not moves and any(share > 0.5 or error > UNSURE for share, error in own if error):
         return "it needs the velocity of the platform, which no column tells"
-    if not all(recedes(each.found, each.thirds, each.stands) for each in seen):
+    if not all(recedes(each.found, each.thirds, each.stands, relative=not _taken_out(best)) for each in seen):
         return "it falls where ranges grow, and a range rate must rise; turn its sign and draft anew"
     return ""
+
+
+def _taken_out(best: Reading) -> bool:
+    """Return whether range rates are clearly without the platform's own motion."""
+    own = [own_share(each.found, each.thirds, each.stands) for each in best.seen.values()]
+    return all(share < 0.5 and 0 < error < UNSURE for share, error in own)
 
 
 def _opened(table: Table) -> Recording:
@@ -176,7 +186,9 @@ def _readings(table: Table) -> Iterator[Table]:
     swapped = dict(table.platform)
     plainly = set(FLAT) <= set(swapped) and all(meaning(swapped[axis]).axis in FLAT for axis in FLAT)
     if plainly:  # else the titles say which is which: north, latitude
-        swapped["x"], swapped["y"] = swapped["y"], swapped["x"]
+        for one, other in (("x", "y"), ("vx", "vy")):
+            if one in swapped and other in swapped:
+                swapped[one], swapped[other] = swapped[other], swapped[one]
         yield evolve(table, platform=swapped, frame=NORTH_EAST)
     if "heading" in table.platform:
         for each in (table.platform, swapped) if plainly else (table.platform,):

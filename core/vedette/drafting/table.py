@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from attrs import evolve, frozen
 
-from vedette.drafting.third import third_column
+from vedette.drafting.third import VELOCITY, own_velocity, third_column
 from vedette.drafting.titles import Meaning, chosen
 from vedette.errors import InputError
 from vedette.io import cells_of, lines
@@ -25,7 +25,7 @@ LOOKED_AT = 2000
 MOST_SENSORS = 20
 """A column of more names than these is not taken to name sensors."""
 
-ANGLES = ("bearing", "heading")
+ANGLES, SPEEDS = ("bearing", "heading", "course"), ("range_rate", "vx", "vy", "speed")
 COMPASS = ("bearing", "brg", "azimuth", "az", "azi")
 POLAR, GEODETIC, FLAT = ("range", "bearing"), ("latitude", "longitude"), ("x", "y")
 
@@ -62,12 +62,20 @@ class Table:
 
     def without_third(self, why: str) -> Table:
         """Return how the same table is read without it."""
+        kept = self.at_rest()
         measured = {axis: title for axis, title in self.measured.items() if axis != self.third}
         title = self.measured[self.third]
         units = {axis: unit for axis, unit in self.units.items() if axis != self.third}
         text = f"{title} is left out: {why}"
-        assumed = (*(one for one in self.assumed if not one.startswith(f"{title} is in ")), text)
-        return evolve(self, measured=measured, units=units, assumed=assumed, left_out=(*self.left_out, title))
+        assumed = (*(one for one in kept.assumed if not one.startswith(f"{title} is in ")), text)
+        return evolve(kept, measured=measured, units=units, assumed=assumed, left_out=(*kept.left_out, title))
+
+    def at_rest(self, *why: str) -> Table:
+        """Return how the same table is read without the velocity of its platform."""
+        titles = tuple(title for axis, title in self.platform.items() if axis in VELOCITY)
+        platform = {axis: title for axis, title in self.platform.items() if axis not in VELOCITY}
+        assumed = [one for one in self.assumed if not one.startswith(tuple(f"{title} is in " for title in titles))]
+        return evolve(self, platform=platform, assumed=(*assumed, *why), left_out=(*self.left_out, *titles))
 
     def source(self) -> dict[str, Any]:
         """Return the config of the source."""
@@ -109,7 +117,10 @@ def read_table(path: TablePath) -> Table:
     assumed: list[str] = []
     for axis, name in names.items():
         _unit(axis, axis, measured[name], columns, units, assumed)
+    compass = axes == GEODETIC or any(word in measured["bearing"].title.lower() for word in COMPASS if axes == POLAR)
     platform = _platform(own) if axes == POLAR else {}
+    if "range_rate" in names and platform:
+        platform |= own_velocity(own, platform, columns, compass)
     for axis, given in platform.items():
         _unit(f"own {axis}", axis, given, columns, units, assumed)
     time = measured["time"]
@@ -121,7 +132,6 @@ def read_table(path: TablePath) -> Table:
         who, sensors = "", ()
     read = {time.title, *(measured[name].title for name in names.values()), *(each.title for each in platform.values())}
     read |= {who, measured["scan"].title if "scan" in measured else ""}
-    compass = axes == GEODETIC or any(word in measured["bearing"].title.lower() for word in COMPASS if axes == POLAR)
     return Table(
         path="" if isinstance(path, FrameTable) else str(path),
         frame_table=path if isinstance(path, FrameTable) else None,
@@ -186,7 +196,7 @@ def _unit(
         if given.unit == "rad":
             units[place] = "rad"
         return
-    usual = "rad" if axis in ANGLES else "m/s" if axis == "range_rate" else "m"
+    usual = "rad" if axis in ANGLES else "m/s" if axis in SPEEDS else "m"
     unit = given.unit
     if not unit and axis in ANGLES:
         largest = float(np.max(np.abs(_numbers(columns[given.title])), initial=0.0))

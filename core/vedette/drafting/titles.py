@@ -41,6 +41,8 @@ AXES: dict[str, tuple[str, ...]] = {
     "altitude": ("altitude", "alt"),
     "heading": ("heading", "hdg", "yaw"),
     "course": ("course", "cog"),
+    "vnorth": ("vnorth", "vn", "v_north", "v_n", "velocity_north", "north_velocity", "speed_north", "north_speed"),
+    "veast": ("veast", "ve", "v_east", "v_e", "velocity_east", "east_velocity", "speed_east", "east_speed"),
     "vx": ("vx", "v_x", "velocity_x", "speed_x"),
     "vy": ("vy", "v_y", "velocity_y", "speed_y"),
     "speed": ("speed", "sog", "velocity"),
