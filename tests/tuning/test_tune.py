@@ -52,14 +52,34 @@ def test_it_says_what_was_at_fault(tuned):
 
 
 def test_a_loss_on_the_scans_held_back_is_told_with_its_size_and_both_causes(tuned):
-    held = Gain(50, 0.0, -13.0, 6.0, 2.0)
-    lower = evolve(tuned, judged=evolve(tuned.judged, on=Gain(50, 0.0, 21.5, 18.0, 0.0), held=held))
+    held, pull = Gain(50, 0.0, -13.0, 6.0, 2.0), np.array([1.5, -7.25])
+    lower = evolve(tuned, judged=evolve(tuned.judged, on=Gain(50, 0.0, 21.5, 18.0, 0.0), held=held, pull=pull))
     said = text(lower)
-    assert "lower there, by 2.1 times its error" in said
+    assert "lower there, by 2.2 times the error of the scans" in said
+    assert "keep the values you had" in said
+    assert "those scans want sensors.radar.sigma smaller: one standard error that way gains 7.2" in said
+    assert "want estimator" not in said
     assert "fit chance" in said
     assert "the parts differ" in said
     assert "over all scans they gain +8.5" in said
-    assert "fit chance" not in text(tuned)
+    assert "known badly" not in said
+    assert "are better: keep them" in toml(lower)
+    assert data(lower)["advice"] == "keep"
+    for one in ("fit chance", "keep the values", "those scans want"):
+        assert one not in text(tuned)
+    assert data(tuned)["advice"] == "take"
+
+
+def test_values_that_are_known_badly_are_still_not_to_be_taken_where_they_are_worse(tuned):
+    """The values' own errors may explain the loss; on these scans the ones before are better all the same."""
+    judged = evolve(tuned.judged, held=Gain(50, 0.0, -30.0, 6.0, 40.0))
+    said = text(evolve(tuned, judged=judged))
+    assert judged.advice == "keep"
+    assert "so large a loss is within the tuned values' errors: they are known badly" in said
+    by_chance = evolve(judged, held=Gain(50, 0.0, -5.0, 6.0, 0.0))
+    assert by_chance.advice == "either"
+    assert "no worse there than chance allows" in text(evolve(tuned, judged=by_chance))
+    assert evolve(judged, held=None).advice == ""
 
 
 def test_innovations_without_fault_do_not_contradict_values_that_were_off(tuned):

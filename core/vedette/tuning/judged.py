@@ -58,7 +58,10 @@ class Gain:
 
 @frozen(eq=False)
 class Judged:
-    """The config's values and the tuned ones on the whole recording: log-likelihoods (s,), gains, innovations' sizes."""
+    """The config's values and the tuned ones on the whole recording: log-likelihoods (s,), gains, innovations' sizes.
+
+    pull (p,): by how much the likelihood of the scans held back grows over one standard error of each tuned value upwards.
+    """
 
     times: Array
     tuned: int
@@ -66,8 +69,22 @@ class Judged:
     after: Array
     on: Gain | None
     held: Gain | None
+    pull: Array
     noises_before: Sequence[Noise]
     noises_after: Sequence[Noise]
+
+    @property
+    def advice(self) -> str:
+        """What the scans held back advise: "take" the tuned values, "keep" the ones before, "either"; "" if none are.
+
+        "keep" where the tuned values are worse there by more than twice the error of the paired scans: which values are the
+        better ones on these scans is a question about these values, whatever errors they have.
+        """
+        if self.held is None:
+            return ""
+        if self.held.difference < -2 * self.held.by_scans:
+            return "keep"
+        return "take" if self.held.difference > 0 else "either"
 
 
 def judge(data: Data, free: Sequence[Free], values: Sequence[float], cov: Array) -> Judged:
@@ -77,25 +94,28 @@ def judge(data: Data, free: Sequence[Free], values: Sequence[float], cov: Array)
     after = evaluate(data, free, values, whole=True, moments=True)
     assert after is not None
     held = slice(data.tuned, len(data.times))
+    spread, pull = by_values(data, free, values, cov) if data.tuned < len(data.times) else (0.0, np.zeros(len(free)))
     return Judged(
         data.times,
         data.tuned,
         None if before is None else before.loglik,
         after.loglik,
         _gain(before, after, slice(0, data.tuned), 0.0),
-        _gain(before, after, held, by_values(data, free, values, cov)) if data.tuned < len(data.times) else None,
+        _gain(before, after, held, spread) if data.tuned < len(data.times) else None,
+        pull,
         _noises(before),
         _noises(after),
     )
 
 
-def by_values(data: Data, free: Sequence[Free], values: Sequence[float], cov: Array) -> float:
+def by_values(data: Data, free: Sequence[Free], values: Sequence[float], cov: Array) -> tuple[float, Array]:
     """Return the standard error of the likelihood of the scans held back that comes from the errors of the tuned values.
 
-    sqrt(g' C g), with g its slope by central differences over one standard error, and C their covariance, over positions.
+    sqrt(g' C g), with g its slope by central differences over one standard error, and C their covariance, over positions;
+    beside it how much the likelihood grows over one standard error of each (p,), 0 where that is not known.
     """
     known = np.flatnonzero(np.isfinite(np.diagonal(cov))).tolist()
-    slope = np.zeros(len(known))
+    slope, pull = np.zeros(len(known)), np.zeros(len(free))
     for k, i in enumerate(known):
         error, heights, places = float(np.sqrt(cov[i, i])), [], []
         for sign in (1.0, -1.0):
@@ -107,8 +127,9 @@ def by_values(data: Data, free: Sequence[Free], values: Sequence[float], cov: Ar
                 places.append(float(place))
         if len(places) == 2 and places[0] > places[1]:
             slope[k] = (heights[0] - heights[1]) / (places[0] - places[1])
+            pull[i] = slope[k] * error
     C = cov[np.ix_(known, known)]
-    return float(np.sqrt(max(float(slope @ C @ slope), 0.0)))
+    return float(np.sqrt(max(float(slope @ C @ slope), 0.0))), pull
 
 
 def _gain(before: Evaluated | None, after: Evaluated, scans: slice, spread: float) -> Gain | None:

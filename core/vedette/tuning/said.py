@@ -8,9 +8,11 @@ from typing import Any
 import numpy as np
 
 from vedette.tuning.errors import JUMPS
-from vedette.tuning.judged import Gain
 from vedette.tuning.moments import Noise
 from vedette.tuning.tuned import Found, Tuned
+
+PULL = 2.0
+"""A log-likelihood that grows by more over one standard error of a value wants another value: by chance it grows by 1."""
 
 
 def text(tuned: Tuned) -> str:
@@ -29,6 +31,8 @@ def data(tuned: Tuned) -> dict[str, Any]:
         "not_told": list(tuned.blurred),
         "tuned_on": None if judged.on is None else judged.on.data(),
         "held_back": None if judged.held is None else judged.held.data(),
+        "advice": judged.advice,
+        "held_back_grows_by": judged.pull.tolist(),
         "innovations_before": [each.data() for each in judged.noises_before],
         "innovations_after": [each.data() for each in judged.noises_after],
         "jumps": tuned.jumps,
@@ -69,7 +73,7 @@ def _lines(tuned: Tuned) -> Iterator[str]:
         yield f"log-likelihood of the scans tuned on: {judged.on.text}"
     if judged.held is not None:
         yield f"log-likelihood of the scans held back: {judged.held.text}: {_verdict(tuned)}"
-        yield from _causes(judged.on, judged.held)
+        yield from _causes(tuned)
     if judged.on is None:
         yield "the config's own values cannot run over the whole recording, so nothing is compared with them"
     off = any("times too" in _off(each) for each in tuned.parameters)
@@ -106,20 +110,27 @@ def _verdict(tuned: Tuned) -> str:
     assert held is not None
     if held.difference > 2 * held.error:
         return "better there, too"
-    if held.difference < -2 * held.error:
-        return f"lower there, by {-held.difference / held.error:.1f} times its error; see below"
-    if held.difference < -2 * held.by_scans:
-        return "lower there, yet by no more than the errors of the values make of it: they are known badly"
+    if tuned.judged.advice == "keep":
+        return f"lower there, by {-held.difference / held.by_scans:.1f} times the error of the scans"
     return "no worse there than chance allows" if held.difference < 0 else "no better there than chance allows"
 
 
-def _causes(on: Gain | None, held: Gain) -> Iterator[str]:
-    """Yield what a likelihood that fell by more than its error may come from, and how to tell."""
-    if on is None or held.difference >= -2 * held.error:
+def _causes(tuned: Tuned) -> Iterator[str]:
+    """Yield the advice to keep the values before, what the scans held back want instead, and what that may come from."""
+    judged = tuned.judged
+    if judged.advice != "keep" or judged.on is None or judged.held is None:
         return
+    yield "  keep the values you had: on scans that they were not tuned on, the tuned ones are worse"
+    wanted = sorted(zip(judged.pull.tolist(), tuned.parameters, strict=True), key=lambda one: -abs(one[0]))
+    for pull, each in wanted:
+        if abs(pull) > PULL:
+            way = "larger" if pull > 0 else "smaller"
+            yield f"  those scans want {each.free.path} {way}: one standard error that way gains {abs(pull):.1f}"
+    if judged.held.difference > -2 * judged.held.error:
+        yield "  so large a loss is within the tuned values' errors: they are known badly"
     yield "  either the values fit chance: the scans tuned on are too few for so many parameters"
-    yield "  or the parts differ, as where targets turn in one only: then the values may be right for what the other lacks"
-    total = on.difference + held.difference
+    yield "  or the parts differ, as where targets turn in one only, or others are tracked: then no values suit both"
+    total = judged.on.difference + judged.held.difference
     yield f"  over all scans they gain {total:+.1f}; --part 1 tunes on all, and truth or another recording decides"
 
 

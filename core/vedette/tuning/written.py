@@ -33,6 +33,8 @@ def toml(tuned: Tuned) -> str:
     ]
     if judged.held is not None:
         head.append(f"# Log-likelihood of the others, tuned less before: {judged.held.text}.")
+    if judged.advice == "keep":
+        head.append("# On those the values before, stated in the comments, are better: keep them.")
     return "\n".join([*head, "", *_table(config, (), notes)]) + "\n"
 
 
