@@ -231,7 +231,7 @@ def test_a_frame_lies_under_what_was_seen_in_it(tmp_path, running):
         red, green, blue = seen.tab.evaluate(middle.replace("{0}", str(place + 0.3)))
         assert red == green == blue < 255, "a shade of grey"
     seen.tab.locator("#layers label", has_text="frames").click()
-    assert seen.tab.evaluate(middle.replace("{0}", "-20.3")) == [0, 0, 0], "nothing is drawn there: clear"
+    assert seen.tab.evaluate(middle.replace("{0}", "-20.3")) == [255, 255, 255], "nothing is drawn there: white"
 
 
 def test_a_sector_is_drawn_where_the_sensor_looks(opened):

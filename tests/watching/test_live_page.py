@@ -157,7 +157,7 @@ def test_who_looks_back_stays_there_until_the_button_takes_him_on(watched):
 
 
 ENDS = """() => page.data.tracks.id.map(
-  (id, t) => [id, page.data.entries.x[page.data.tracks.end[t] - 1], page.data.tracks.colour[t]])"""
+  (id, t) => [id, page.data.entries.x[page.data.tracks.rows[t].at(-1)], page.data.tracks.colour[t]])"""
 FORGET = "() => { const n = page.data.scans.count; page.data.forget(); live.moved(n - page.data.scans.count); }"
 
 

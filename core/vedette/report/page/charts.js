@@ -13,14 +13,32 @@ class Charts {
   }
 
   // Draws the charts of the track that is chosen, else those of all.
-  rebuild() {
+  rebuild(filled = this.filled()) {
     for (const plot of this.plots) plot.chart.destroy();
     this.host.replaceChildren();
-    const specs = this.specs ? this.specs() : this.state.track >= 0 ? this.ofTrack(this.state.track) : this.ofAll();
-    const filled = specs.filter((spec) => spec.lines.some((line) => line.values.some(Number.isFinite)));
     const frames = filled.map((spec) => this.frame(spec));  // all of them first: together they have their widths
     this.plots = filled.map((spec, i) => this.plot(spec, frames[i]));
     this.moveTo(this.state.scan);
+  }
+
+  // Draws what has been added since, in the charts that are there where they stay the same.
+  update() {
+    const { plots } = this, filled = this.filled();
+    const same = filled.length === plots.length && plots.every(({ look }, i) => look === this.look(filled[i]));
+    if (!same) return this.rebuild(filled);
+    plots.forEach((plot, i) => {
+      plot.spec = filled[i];
+      plot.chart.setData(this.columns(filled[i]));
+    });
+    this.moveTo(this.state.scan);
+  }
+
+  look({ title, lines }) { return [title, this.spans, ...lines.map(({ colour }) => colour)].join(); }
+
+  // What charts show, but for those without any value.
+  filled() {
+    const specs = this.specs ? this.specs() : this.state.track >= 0 ? this.ofTrack(this.state.track) : this.ofAll();
+    return specs.filter((spec) => spec.lines.some((line) => line.values.some(Number.isFinite)));
   }
 
   ofAll() {
@@ -42,8 +60,8 @@ class Charts {
   }
 
   ofTrack(track) {
-    const { entries, tracks, scans, facts } = this.data, rows = [];
-    for (let e = tracks.first[track]; e < tracks.end[track]; e++) if (this.state.sensors[scans.sensor[entries.scan[e]]]) rows.push(e);
+    const { entries, tracks, scans, facts } = this.data, shows = (e) => this.state.sensors[scans.sensor[entries.scan[e]]];
+    const rows = Array.from(tracks.rows[track]).filter(shows);
     const of = (values) => rows.map((e) => values[e]), colour = tracks.colour[track], unit = facts.unit;
     const common = { scans: rows.map((e) => entries.scan[e]), log: false }, id = tracks.id[track];
     const percent = `${Math.round(100 * facts.band)} % band of one value`;
@@ -76,21 +94,21 @@ class Charts {
     return { frame, values };
   }
 
-  plot(spec, { frame, values }) {
-    const time = spec.scans.map((s) => this.data.scans.time[s] - this.begin);
+  // What belongs to each series of a chart: the time, the edges of its bands, its lines.
+  columns(spec) {
     const clean = (list) => list.map((v) => Number.isFinite(v) && !(spec.log && v <= 0) ? v : null);
-    const series = [{}], columns = [time], bands = [];
-    for (const { low, high, fill, gaps } of [{ fill: BAND, ...spec }, ...spec.lines].filter((each) => each.low)) {
+    const edges = bandsOf(spec).flatMap(({ low, high }) => [clean(high), clean(low)]);
+    return [spec.scans.map((s) => this.data.scans.time[s] - this.begin), ...edges, ...spec.lines.map(({ values }) => clean(values))];
+  }
+
+  plot(spec, { frame, values }) {
+    const series = [{}], bands = [];
+    for (const { fill, gaps } of bandsOf(spec)) {
       bands.push({ series: [series.length, series.length + 1], fill });
-      for (const edge of [high, low]) {
-        series.push({ stroke: "transparent", points: { show: false }, spanGaps: this.spans || gaps === false });
-        columns.push(clean(edge));
-      }
+      for (let edge = 0; edge < 2; edge++) series.push({ stroke: "transparent", points: { show: false }, spanGaps: this.spans || gaps === false });
     }
-    for (const line of spec.lines) {
+    for (const line of spec.lines)
       series.push({ stroke: line.colour, dash: line.dash, spanGaps: this.spans || line.gaps === false, width: line.dots ? 0.6 : 1.4, points: { show: Boolean(line.dots), size: 4, width: 0, fill: line.colour } });
-      columns.push(clean(line.values));
-    }
     const axis = { stroke: SOFT, grid: { stroke: FAINT, width: 1 }, ticks: { show: false }, font: "11px system-ui, sans-serif" };
     const chart = new uPlot({
       width: Math.max(200, frame.clientWidth), height: 150, series, bands, legend: { show: false },
@@ -101,12 +119,13 @@ class Charts {
         { ...axis, size: 24, values: (_, ticks) => ticks.map((v) => `${v} s`) },
         { ...axis, size: 44, ...(spec.log ? { grid: { ...axis.grid, filter: (_, ticks) => ticks.map(powerOfTen) }, filter: (_, ticks) => ticks.map(powerOfTen), values: (_, ticks) => ticks.map((v) => v === null ? "" : String(Number(v.toPrecision(3)))) } : {}) },
       ],
-    }, columns, frame);
+    }, this.columns(spec), frame);
     const now = document.createElement("div");
     now.className = "now";
     chart.over.append(now);
-    chart.over.addEventListener("click", () => { if (chart.cursor.idx !== null) this.onTime(spec.scans[chart.cursor.idx]); });
-    return { chart, spec, now, values, frame };
+    const plot = { chart, spec, look: this.look(spec), now, values, frame };
+    chart.over.addEventListener("click", () => { if (chart.cursor.idx !== null) this.onTime(plot.spec.scans[chart.cursor.idx]); });
+    return plot;
   }
 
   length() { return this.data.scans.time[this.data.scans.count - 1] - this.begin || 1; }
@@ -127,6 +146,9 @@ class Charts {
     this.moveTo(this.state.scan);
   }
 }
+
+// The bands of a chart: its own, and those of its lines.
+const bandsOf = (spec) => [{ fill: BAND, ...spec }, ...spec.lines].filter(({ low }) => low);
 
 // A tick of a logarithmic axis that is to be seen, or null.
 function powerOfTen(value) {
@@ -172,11 +194,12 @@ class Timeline {
       const y = row * this.step, every = this.step > 10 ? 1 : 5;
       context.fillStyle = t === state.track ? INK : SOFT;
       if (row % every === 0 || t === state.track) context.fillText(String(tracks.id[t]), 4, y + Math.min(this.step - 3, 11));
-      for (let from = tracks.first[t]; from < tracks.end[t];) {
+      const rows = tracks.rows[t], goesOn = (e, next) => entries.confirmed[next] === entries.confirmed[e] && entries.scan[next] === entries.scan[e] + 1;
+      for (let from = 0; from < rows.length;) {
         let to = from;
-        while (to + 1 < tracks.end[t] && entries.confirmed[to + 1] === entries.confirmed[from] && entries.scan[to + 1] === entries.scan[to] + 1) to++;
-        const begin = this.at(scans.time[entries.scan[from]]), end = this.at(scans.time[Math.min(entries.scan[to] + 1, scans.count - 1)]);
-        context.fillStyle = entries.confirmed[from] ? tracks.colour[t] : "#c4c4c4";
+        while (to + 1 < rows.length && goesOn(rows[to], rows[to + 1])) to++;
+        const begin = this.at(scans.time[entries.scan[rows[from]]]), end = this.at(scans.time[Math.min(entries.scan[rows[to]] + 1, scans.count - 1)]);
+        context.fillStyle = entries.confirmed[rows[from]] ? tracks.colour[t] : "#c4c4c4";
         const thin = t === state.track ? 0 : 2;
         context.fillRect(begin, y + 1 + thin / 2, Math.max(end - begin, 1.5), this.step - 2 - thin);
         from = to + 1;

@@ -91,7 +91,7 @@ class MapOfRuns {
     const [first] = this.maps;
     if (!first.width || !first.height) return;
     this.follow();
-    first.context.clearRect(0, 0, first.width, first.height);
+    first.clear();
     for (const map of this.maps) if (map.state.scan >= 0) map.paint();
   }
 

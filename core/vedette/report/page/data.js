@@ -6,6 +6,7 @@ const NUMBERS = {
 };
 
 function bytesOf(base64) {
+  if (Uint8Array.fromBase64) return Uint8Array.fromBase64(base64);
   const text = atob(base64), bytes = new Uint8Array(text.length);
   for (let i = 0; i < text.length; i++) bytes[i] = text.charCodeAt(i);
   return bytes;
@@ -74,11 +75,16 @@ function byScan(scan, scans) {
   return { first, row };
 }
 
+// The rows of each group, of a table that has them one group after the other.
+function rowsOf(first) {
+  const all = Uint32Array.from({ length: first[first.length - 1] }, (_, row) => row);
+  return Array.from({ length: first.length - 1 }, (_, g) => all.subarray(first[g], first[g + 1]));
+}
+
 function indexTracks(data) {
   const { tracks, entries, scans } = data;
   const found = scansAndGroups(tracks.count, entries.gap);
-  tracks.first = found.first;
-  tracks.end = found.first.subarray(1);
+  tracks.rows = rowsOf(found.first);
   entries.scan = found.scan;
   entries.track = found.group;
   entries.atScan = byScan(entries.scan, scans.count);
@@ -86,7 +92,7 @@ function indexTracks(data) {
   tracks.colour = new Array(tracks.id.length);
   let next = 0;
   for (let t = 0; t < tracks.id.length; t++) {
-    for (let e = tracks.first[t]; e < tracks.end[t] && !tracks.confirmed[t]; e++) tracks.confirmed[t] = entries.confirmed[e];
+    tracks.confirmed[t] = tracks.rows[t].some((e) => entries.confirmed[e]);
     const colours = data.facts.colours.tracks;
     tracks.colour[t] = tracks.confirmed[t] ? colours[next++ % colours.length] : "#8a8a8a";
   }
@@ -94,20 +100,27 @@ function indexTracks(data) {
 
 function indexTruth(data) {
   const found = scansAndGroups(data.truth.count, data.truth.gap);
-  Object.assign(data.truth, { first: found.first, end: found.first.subarray(1), scan: found.scan, object: found.group });
+  Object.assign(data.truth, { rows: rowsOf(found.first), scan: found.scan, object: found.group });
   data.truth.atScan = byScan(data.truth.scan, data.scans.count);
 }
 
-// The entry of a track after a scan, or -1.
-function entryAt(data, track, scan) {
-  let low = data.tracks.first[track], high = data.tracks.end[track] - 1;
+// Which of a track's rows is that of a scan, or -1.
+function placeAt({ entries, tracks }, track, scan) {
+  const rows = tracks.rows[track];
+  let low = 0, high = rows.length - 1;
   while (low <= high) {
-    const middle = (low + high) >> 1, found = data.entries.scan[middle];
+    const middle = (low + high) >> 1, found = entries.scan[rows[middle]];
     if (found === scan) return middle;
     if (found < scan) low = middle + 1;
     else high = middle - 1;
   }
   return -1;
+}
+
+// The entry of a track after a scan, or -1.
+function entryAt(data, track, scan) {
+  const place = placeAt(data, track, scan);
+  return place < 0 ? -1 : data.tracks.rows[track][place];
 }
 
 // The weights of an entry, the largest first: [{row, weight}], row in the table of returns.

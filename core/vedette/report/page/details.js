@@ -93,7 +93,7 @@ class Details {
 
   showTrack(t) {
     const { data, state, host } = this, { entries, tracks, facts, scans } = data, e = entryAt(data, t, state.scan);
-    const first = entries.scan[tracks.first[t]], last = entries.scan[tracks.end[t] - 1];
+    const own = tracks.rows[t], first = entries.scan[own[0]], last = entries.scan[own[own.length - 1]];
     host.replaceChildren(this.title(`Track ${tracks.id[t]}`, tracks.colour[t]));
     host.firstChild.id = "chosen";
     host.append(element("p", `scans ${first + 1} to ${last + 1}, ${(scans.time[first] - scans.time[0]).toFixed(2)} s to ${(scans.time[last] - scans.time[0]).toFixed(2)} s from the first`, "hint"));

@@ -1,11 +1,9 @@
 "use strict";
 // The page of a run that goes on: takes each scan that comes, and draws as many of them as it can.
 
-const BEHIND = 2;    // scans that may wait for their own picture; of more, those before the last are not drawn
-const SLOW = 25;     // what is not drawn with each scan waits so many times as long as it takes, and 1 s
-const DETAILS = 200; // ms between two lists of a scan's tracks
-const MANY = 60;     // scans at once, from which on paths are drawn anew and not scan by scan
-const KEPT = 5000;   // delays of pictures from which their quantiles are told
+const BEHIND = 3;    // scans that may wait for their own picture; of more, those before the last share its picture
+const SLOW = 25;     // what is not drawn with each scan waits so many times as long as it takes, at least
+const KEPT = 5000;   // delays of scans from which their quantiles are told
 const FRAMES = 50;   // pictures of a camera that are kept
 
 class Live {
@@ -14,8 +12,10 @@ class Live {
     this.following = true;
     this.shown = -1;                 // which of the received scans was drawn last
     this.stats = { received: 0, drawn: 0, lost: 0, delays: [] };
-    this.nextDetails = 0;
-    this.slowly = [() => this.drawCharts(), () => this.drawOverview(), () => this.drawPaths()].map((draw) => ({ draw, next: 0 }));
+    this.jobs = [                    // what is not drawn with each scan: how often at most, in ms; when again; of how many scans
+      { draw: () => this.drawPaths(), every: 100 }, { draw: () => this.drawDetails(), every: 200 },
+      { draw: () => this.drawCharts(), every: 300 }, { draw: () => this.drawOverview(), every: 1000 },
+    ].map((job) => ({ ...job, next: 0, scans: 0 }));
     this.pictures = [];
     this.came = [];                  // when those scans came whose pictures are being drawn
     this.channel = new MessageChannel();
@@ -55,7 +55,7 @@ class Live {
     Object.assign(page.state, { scan: Math.max(0, page.state.scan - by), return: -1, track: this.data.byId.get(id) ?? -1 });
     page.charts.begin = this.data.scans.time[0];
     this.placePictures();
-    for (const job of this.slowly) job.next = 0;
+    page.map.stale = true;
   }
 
   open() {
@@ -104,38 +104,37 @@ class Live {
   }
 
   draw() {
-    const { data, stats } = this, { map, state } = page, now = performance.now();
-    const waiting = stats.received - 1 - this.shown, gone = stats.received - data.scans.count;
-    if (waiting > 0 && !this.following) this.shown = stats.received - 1;
-    else if (waiting > 0) {
-      const before = this.shown, box = data.box, fitted = this.fitted;
-      this.shown = waiting > BEHIND ? stats.received - 1 : this.shown + 1;
-      state.scan = Math.max(0, this.shown - gone);
-      state.return = -1;
-      if (this.fits && (box[0] < fitted[0] || box[1] < fitted[1] || box[2] > fitted[2] || box[3] > fitted[3])) map.fit();
-      if (this.shown - before > MANY) map.stale = true;
-      for (let i = before + 1; i <= this.shown && !map.stale; i++) drawStillOf(map, Math.max(0, i - gone));
-      map.draw();
-      byId("clock").textContent = `${(data.scans.time[state.scan] - data.scans.time[0]).toFixed(2)} s`;
-      stats.drawn++;
-      this.came.push(data.scans.came[state.scan]);
-      this.channel.port2.postMessage(0);  // it arrives after this has been painted
-    }
-    if (now >= this.nextDetails) this.drawDetails(now);
-    this.drawSlowly(performance.now());
-    if (this.shown < stats.received - 1) this.ask();
+    const { stats } = this, waiting = stats.received - 1 - this.shown;
+    if (!this.following) this.shown = stats.received - 1;
+    else if (waiting > 0) this.drawScan(waiting > BEHIND ? stats.received - 1 : this.shown + 1);
+    this.drawMore();
+    if (this.shown < stats.received - 1 || this.jobs.some((job) => job.scans < stats.received)) this.ask();
   }
 
-  // Notes how long it took from a scan to its picture.
+  drawScan(scan) {
+    const { data, stats, fitted } = this, { map, state } = page, { box, scans } = data, gone = stats.received - scans.count;
+    const first = Math.max(0, this.shown + 1 - gone);
+    this.shown = scan;
+    state.scan = Math.max(0, scan - gone);
+    state.return = -1;
+    if (this.fits && (box[0] < fitted[0] || box[1] < fitted[1] || box[2] > fitted[2] || box[3] > fitted[3])) map.fit();
+    map.draw();
+    byId("clock").textContent = `${(scans.time[state.scan] - scans.time[0]).toFixed(2)} s`;
+    stats.drawn++;
+    this.came.push(scans.came.slice(first, state.scan + 1));
+    this.channel.port2.postMessage(0);  // it arrives after this has been painted
+  }
+
+  // Notes how long it took from each scan to the first picture that has it, once there was a picture.
   measure() {
-    const { delays } = this.stats, came = 1000 * this.came.shift();
-    if (came > performance.timeOrigin) delays.push(performance.timeOrigin + performance.now() - came);
-    if (delays.length > KEPT) delays.shift();
+    const { stats } = this, now = performance.timeOrigin + performance.now();
+    stats.first ??= now;
+    for (const came of this.came.shift()) if (1000 * came > stats.first) stats.delays.push(now - 1000 * came);
+    if (stats.delays.length > KEPT) stats.delays.splice(0, stats.delays.length - KEPT);
   }
 
-  drawDetails(now) {
+  drawDetails() {
     const slider = byId("slider");
-    this.nextDetails = now + DETAILS;
     slider.max = this.data.scans.count - 1;
     slider.value = page.state.scan;
     if (this.following) page.details.show();
@@ -150,20 +149,20 @@ class Live {
     return words.join(" · ");
   }
 
-  // What takes too long to be drawn with each scan: one after the other, so that none waits for all of them.
-  drawSlowly(now) {
-    const job = this.slowly.find(({ next }) => now >= next);
+  // What need not be drawn with each scan, or takes too long: one thing at a time, so that no scan waits for all of them.
+  drawMore() {
+    const now = performance.now(), job = this.jobs.find(({ next, scans }) => now >= next && scans < this.stats.received);
     if (!job) return;
     job.draw();
     const end = performance.now();
-    job.next = end + Math.max(1000, SLOW * (end - now));
+    Object.assign(job, { scans: this.stats.received, next: end + Math.max(job.every, SLOW * (end - now)) });
   }
 
   // Where comparing with the truth is slow, few scans have a value: their lines go on over the others.
   drawCharts() {
     const { covered, count } = this.data.scans, compared = covered.subarray(0, count).filter(Number.isFinite).length;
     page.charts.spans = compared < 0.9 * count;
-    page.charts.rebuild();
+    page.charts.update();
   }
 
   drawOverview() {
@@ -174,8 +173,7 @@ class Live {
   }
 
   drawPaths() {
-    page.map.stale = true;
-    page.map.draw();
+    if (!page.map.stale) page.map.drawPaths();
   }
 
   // A picture of what a camera saw lies under its scan once it is decoded.
@@ -200,35 +198,12 @@ class Live {
     if (window.page) {
       this.follow(false);
       this.button.hidden = true;
-      this.drawDetails(0);
-      for (const job of this.slowly) job.draw();
+      for (const job of this.jobs) job.draw();
       page.details.show();
     }
     this.tell(`${why} · ${this.stats.received} scans`);
     document.documentElement.dataset.ended = why;
   }
-}
-
-// Adds what a scan brought to the paths, which `drawStill` draws whole.
-function drawStillOf(map, scan) {
-  const { data, state } = map, context = map.still.getContext("2d");
-  const add = (table, colour, width, alpha, wanted) => {
-    context.lineWidth = width;
-    context.globalAlpha = alpha;
-    for (let k = table.atScan.first[scan]; k < table.atScan.first[scan + 1]; k++) {
-      const i = table.atScan.row[k], g = (table.track || table.object)[i];
-      if (i === (table === data.entries ? data.tracks : table).first[g] || !wanted(g)) continue;
-      context.strokeStyle = colour(g);
-      context.beginPath();
-      context.moveTo(map.px(table.x[i - 1]), map.py(table.y[i - 1]));
-      context.lineTo(map.px(table.x[i]), map.py(table.y[i]));
-      context.stroke();
-    }
-    context.globalAlpha = 1;
-  };
-  if (state.layers.truth) add(data.truth, () => INK, 1, 0.55, () => true);
-  if (state.layers.paths && data.entries.x)
-    add(data.entries, (t) => data.tracks.colour[t], 1.2, 0.3, (t) => data.tracks.confirmed[t] || state.layers.tentative);
 }
 
 window.live = new Live(JSON.parse(document.getElementById("facts").textContent));

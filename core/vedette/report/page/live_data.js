@@ -2,12 +2,11 @@
 // The tables that `readData` returns, of a run that goes on: scans are added as they come.
 
 const MOST_SCANS = 20000, MOST_ENTRIES = 600000;  // beyond either, the older three quarters of the scans are let go
-const ROOM = 16;                                  // rows that a track has room for at first; later twice as many, and so on
 const WIDTHS = { platform: 2, ray: 2 };           // numbers of a column in each row, if not 1
 const INDICES = {                                 // columns that are not sent
   scans: [["number", "u4"]],
-  entries: [["scan", "u4"], ["track", "u4"], ["slot", "u4"], ["firstWeight", "u4"], ["weightCount", "u1"]],
-  truth: [["scan", "u4"], ["object", "u4"], ["slot", "u4"]],
+  entries: [["scan", "u4"], ["track", "u4"], ["firstWeight", "u4"], ["weightCount", "u1"]],
+  truth: [["scan", "u4"], ["object", "u4"]],
 };
 const UNUSED = ["entries.gap", "truth.gap", "truth.count", "weights.count"];  // what the indices say
 
@@ -22,15 +21,9 @@ class LiveData {
       const own = (INDICES[table] || []).map(([name, type]) => ({ name, type }));
       this.columns[table] = [...names, ...own].map((column) => ({ ...column, width: WIDTHS[column.name] || 1 }));
     }
-    this.clear();
-  }
-
-  clear() {
-    const none = this.facts.objects.map(() => 0);
-    this.records = [];
     this.byId = new Map();
     this.box = [Infinity, Infinity, -Infinity, -Infinity];
-    this.tracks = { id: [], first: [], end: [], room: [], confirmed: [], colour: [] };
+    this.tracks = { id: [], rows: [], confirmed: [], colour: [] };
     this.used = {};
     this.room = {};
     for (const table in this.columns) this[table] = {};
@@ -40,7 +33,7 @@ class LiveData {
     }
     this.scans.count = 0;
     this.scans.firstReturn = [0];
-    Object.assign(this.truth, { first: [...none], end: [...none], room: [...none] });
+    this.truth.rows = facts.objects.map(() => []);
     for (const table of [this.entries, this.truth]) table.atScan = { first: [0], row: [] };
   }
 
@@ -50,7 +43,7 @@ class LiveData {
     this.room[table] = Math.max(rows, 2 * this.room[table]);
     for (const { name, type, width } of this.columns[table]) {
       const before = this[table][name], made = new NUMBERS[type](this.room[table] * width);
-      if (type.startsWith("f")) made.fill(NaN);
+      if (type.startsWith("f")) made.fill(NaN, before?.length ?? 0);
       if (before) made.set(before);
       this[table][name] = made;
     }
@@ -72,7 +65,6 @@ class LiveData {
   // Adds scans; before, lets the oldest go if there are too many.
   append(record) {
     if (this.scans.count >= MOST_SCANS || this.used.entries >= MOST_ENTRIES) this.forget();
-    this.records.push(record);
     this.facts.centre = record.centre;
     this.add("returns", record["returns.x"].length, record);
     this.add("weights", record["weights.weight"].length, record);
@@ -97,65 +89,43 @@ class LiveData {
 
   addEntries(record, before) {
     const { entries, tracks } = this, groups = Array.from(record["tracks.id"], (id) => this.track(id));
-    const rows = this.addRows("entries", tracks, groups, record["tracks.count"], record["entries.gap"], record, before);
-    const { track, firstWeight, weightCount, confirmed, x, y, miss } = entries, counts = record["weights.count"];
-    let weight = this.used.weights - record["weights.weight"].length;
-    rows.row.forEach((e, i) => {
-      const t = track[e] = groups[rows.group[i]];
-      firstWeight[e] = weight;
-      weightCount[e] = counts[i];
-      weight += counts[i];
-      if (confirmed[e] && !tracks.confirmed[t]) this.confirm(t);
-      if (x && confirmed[e] && miss[e] < 0.5) this.extend(x[e], y[e]);
+    const counts = record["weights.count"], first = starts(counts), weights = this.used.weights - record["weights.weight"].length;
+    this.addRows("entries", tracks, groups, record["tracks.count"], record["entries.gap"], record, before, (e, i, t) => {
+      entries.track[e] = t;
+      entries.firstWeight[e] = weights + first[i];
+      entries.weightCount[e] = counts[i];
+      if (entries.confirmed[e] && !tracks.confirmed[t]) this.confirm(t);
+      if (entries.x && entries.confirmed[e] && entries.miss[e] < 0.5) this.extend(entries.x[e], entries.y[e]);
     });
   }
 
   addTruth(record, before) {
-    const { truth } = this, objects = this.facts.objects.map((_, object) => object);
-    const rows = this.addRows("truth", truth, objects, record["truth.count"], record["truth.gap"], record, before);
-    rows.row.forEach((row, i) => {
-      truth.object[row] = rows.group[i];
+    const { truth } = this, objects = truth.rows.map((_, object) => object);
+    this.addRows("truth", truth, objects, record["truth.count"], record["truth.gap"], record, before, (row, _, object) => {
+      truth.object[row] = object;
       this.extend(truth.x[row], truth.y[row]);
     });
   }
 
-  // Adds rows that come group by group, so many of each, every one with its distance in scans from the one before.
-  addRows(name, groups, numbers, counts, gaps, record, before) {
-    const { scan, group, first } = scansAndGroups(counts, gaps), row = new Uint32Array(scan.length);
-    for (let g = 0; g < counts.length; g++) {
-      if (!counts[g]) continue;
-      const begin = this.place(name, groups, numbers[g], counts[g]);
-      for (let i = first[g]; i < first[g + 1]; i++) row[i] = begin + i - first[g];
-    }
+  // Adds rows that come group by group, so many of each, every one with its distance in scans from the one before, in the
+  // order of their scans. `each` is told of every row, where it came from, and of which group it is.
+  addRows(name, groups, numbers, counts, gaps, record, before, each) {
+    const { scan, group } = scansAndGroups(counts, gaps), { first, row: order } = byScan(scan, record.scans);
+    const table = this[name], { atScan } = table, begin = this.used[name];
+    this.grow(name, begin + order.length);
     for (const { name: column, sent } of this.columns[name]) {
-      const to = this[name][column], from = record[sent];
-      if (sent) for (let i = 0; i < row.length; i++) to[row[i]] = from[i];
+      const to = table[column], from = record[sent];
+      if (sent) for (let k = 0; k < order.length; k++) to[begin + k] = from[order[k]];
     }
-    const { atScan, slot, scan: scans } = this[name], place = atScan.row.length, sorted = byScan(scan, record.scans);
-    sorted.row.forEach((i, k) => {
-      slot[row[i]] = place + k;
-      atScan.row.push(row[i]);
-      scans[row[i]] = before + scan[i];
+    order.forEach((i, k) => {
+      const row = begin + k, g = numbers[group[i]];
+      table.scan[row] = before + scan[i];
+      groups.rows[g].push(row);
+      atScan.row.push(row);
+      each(row, i, g);
     });
-    for (let s = 1; s <= record.scans; s++) atScan.first.push(place + sorted.first[s]);
-    return { row, group };
-  }
-
-  // The first of so many new rows at the end of a group. Where it has no room left, it moves to the end of the table.
-  place(name, groups, g, rows) {
-    const table = this[name], size = groups.end[g] - groups.first[g];
-    if (size + rows > groups.room[g]) {
-      const first = this.used[name], room = Math.max(ROOM, 2 * (size + rows));
-      this.grow(name, first + room);
-      for (const column of this.columns[name]) table[column.name].copyWithin(first, groups.first[g], groups.end[g]);
-      for (let i = first; i < first + size; i++) table.atScan.row[table.slot[i]] = i;
-      this.used[name] += room;
-      groups.first[g] = first;
-      groups.end[g] = first + size;
-      groups.room[g] = room;
-    }
-    groups.end[g] += rows;
-    return groups.end[g] - rows;
+    for (let s = 1; s <= record.scans; s++) atScan.first.push(begin + first[s]);
+    this.used[name] += order.length;
   }
 
   // Which row of the table of tracks has this id.
@@ -166,7 +136,7 @@ class LiveData {
     tracks.id.push(id);
     tracks.confirmed.push(0);
     tracks.colour.push("#8a8a8a");
-    for (const name of ["first", "end", "room"]) tracks[name].push(0);
+    tracks.rows.push([]);
     if (this.colours.has(id)) this.confirm(t);
     return t;
   }
@@ -188,11 +158,26 @@ class LiveData {
 
   // Keeps the latest quarter of the scans.
   forget() {
-    const { records, box } = this, count = this.scans.count;
-    this.clear();
-    this.box = box;
-    let scans = 0, from = records.length;
-    while (scans < count / 4) scans += records[--from].scans;
-    for (const record of records.slice(from)) this.append(record);
+    const { scans, entries, truth, tracks, used } = this, gone = scans.count - Math.ceil(scans.count / 4);
+    const weights = entries.firstWeight.subarray(entries.atScan.first[gone], used.entries).reduce((a, b) => Math.min(a, b), used.weights);
+    const from = { scans: gone, returns: scans.firstReturn[gone], entries: entries.atScan.first[gone], truth: truth.atScan.first[gone], weights };
+    for (const table in from) {
+      for (const { name, width } of this.columns[table]) this[table][name].copyWithin(0, from[table] * width, used[table] * width);
+      used[table] -= from[table];
+    }
+    scans.count -= gone;
+    const later = (numbers, less) => numbers.map((number) => number - less).filter((number) => number >= 0);
+    scans.firstReturn = later(scans.firstReturn.slice(gone), from.returns);
+    for (const [table, name] of [[entries, "entries"], [truth, "truth"]]) {
+      for (let row = 0; row < used[name]; row++) table.scan[row] -= gone;
+      table.atScan = { first: later(table.atScan.first.slice(gone), from[name]), row: later(table.atScan.row, from[name]) };
+    }
+    for (let e = 0; e < used.entries; e++) entries.firstWeight[e] -= weights;
+    truth.rows = truth.rows.map((rows) => later(rows, from.truth));
+    tracks.rows = tracks.rows.map((rows) => later(rows, from.entries));
+    const kept = tracks.rows.flatMap((rows, t) => rows.length ? [t] : []);
+    for (const name in tracks) tracks[name] = kept.map((t) => tracks[name][t]);
+    this.byId = new Map(tracks.id.map((id, t) => [id, t]));
+    tracks.rows.forEach((rows, t) => { for (const e of rows) entries.track[e] = t; });
   }
 }

@@ -7,7 +7,7 @@ const TAIL = 40;                      // scans of a track's history that are dra
 class SceneMap {
   constructor(data, state, canvas) {
     Object.assign(this, { data, state, canvas });
-    this.context = canvas.getContext("2d");
+    this.context = canvas.getContext("2d", { alpha: false });  // composed faster
     this.still = document.createElement("canvas");
     this.view = { x: 0, y: 0, scale: 1 };
     this.stale = true;
@@ -97,8 +97,13 @@ class SceneMap {
 
   draw() {
     if (!this.width || !this.height) return;  // not laid out yet
-    this.context.clearRect(0, 0, this.width, this.height);
+    this.clear();
     this.paint();
+  }
+
+  clear() {
+    this.context.fillStyle = "#fff";
+    this.context.fillRect(0, 0, this.width, this.height);
   }
 
   // Draws on what is there.
@@ -116,42 +121,54 @@ class SceneMap {
   }
 
   drawStill() {
-    const context = this.still.getContext("2d"), { data, state } = this;
+    const context = this.still.getContext("2d");
     context.clearRect(0, 0, this.width, this.height);
     if (!this.over) {
       drawUnderlay(this, context);
       drawGrid(this, context);
       drawGraticule(this, context);
     }
-    if (state.layers.truth) this.drawPaths(context, data.truth, () => INK, () => true, 1, 0.55);
-    if (state.layers.paths && data.entries.x) {
-      const wanted = (t) => data.tracks.confirmed[t] || state.layers.tentative;
-      context.setLineDash(this.dash);
-      this.drawPaths(context, { ...data.entries, first: data.tracks.first, end: data.tracks.end }, (t) => data.tracks.colour[t], wanted, 1.2, 0.3);
-      context.setLineDash([]);
-    }
+    this.pens = { truth: [], entries: [] };
+    this.drawPaths();
     this.stale = false;
   }
 
-  drawPaths(context, table, colour, wanted, width, alpha) {
-    context.lineWidth = width;
-    context.globalAlpha = alpha;
-    context.lineJoin = "round";
-    for (let g = 0; g < table.end.length; g++) {
-      if (!wanted(g)) continue;
+  // Draws the paths, each on from where it ended when it was drawn last.
+  drawPaths() {
+    const { data, state, pens } = this, { entries, tracks } = data;
+    if (state.layers.truth) this.drawPathsOf(data.truth, data.truth, pens.truth, () => INK, () => true, 1, 0.55);
+    if (!state.layers.paths || !entries.x) return;
+    const context = this.still.getContext("2d"), wanted = (t) => tracks.confirmed[t] || state.layers.tentative;
+    context.setLineDash(this.dash);
+    this.drawPathsOf(entries, tracks, pens.entries, (t) => tracks.colour[t], wanted, 1.2, 0.3);
+    context.setLineDash([]);
+  }
+
+  drawPathsOf(table, groups, pens, colour, wanted, width, alpha) {
+    const context = this.still.getContext("2d");
+    Object.assign(context, { lineWidth: width, globalAlpha: alpha, lineJoin: "round" });
+    groups.rows.forEach((rows, g) => {
+      const pen = pens[g] ??= { drawn: 0, x: NaN, y: NaN };
+      if (rows.length === pen.drawn || !wanted(g)) return;
       context.strokeStyle = colour(g);
       context.beginPath();
-      let lastX = NaN, lastY = NaN;
-      for (let i = table.first[g]; i < table.end[g]; i++) {
-        const x = this.px(table.x[i]), y = this.py(table.y[i]);
-        if (Math.abs(x - lastX) + Math.abs(y - lastY) < 0.7) continue;  // less than a pixel is not seen
-        if (i === table.first[g]) context.moveTo(x, y);
-        else context.lineTo(x, y);
-        lastX = x; lastY = y;
-      }
+      this.trace(context, table, rows, pen.drawn, rows.length, pen);
       context.stroke();
-    }
+      pen.drawn = rows.length;
+    });
     context.globalAlpha = 1;
+  }
+
+  // Draws a line from the pen on through some of these rows, and leaves the pen where it ends: less than a pixel is not seen.
+  trace(context, { x, y }, rows, from, to, pen) {
+    context.moveTo(pen.x, pen.y);
+    for (let i = from; i < to; i++) {
+      const px = this.px(x[rows[i]]), py = this.py(y[rows[i]]);
+      if (Math.abs(px - pen.x) + Math.abs(py - pen.y) < 0.7) continue;
+      context.lineTo(px, py);
+      pen.x = px;
+      pen.y = py;
+    }
   }
 
   drawTruthNow() {
@@ -193,7 +210,8 @@ class SceneMap {
       context.globalAlpha = confirmed ? 1 : 0.6;
       context.setLineDash(this.dash);
       context.beginPath();
-      for (let i = Math.max(tracks.first[t], e - TAIL); i <= e; i++) context.lineTo(this.px(entries.x[i]), this.py(entries.y[i]));
+      const rows = tracks.rows[t], last = placeAt(data, t, state.scan);
+      this.trace(context, entries, rows, Math.max(0, last - TAIL), last + 1, { x: NaN, y: NaN });
       context.stroke();
       context.setLineDash([]);
       context.lineWidth = chosen ? 2 : 1;
