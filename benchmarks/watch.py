@@ -41,7 +41,8 @@ from vedette.io import write_recording
 SEEN = """() => {
   const sorted = [...live.stats.delays].sort((a, b) => a - b), at = (q) => sorted[Math.floor(q * (sorted.length - 1))];
   const first = live.stats.first - performance.timeOrigin, delays = [at(0.5), at(0.99), at(1)];
-  return { ...live.stats, first, delays, measured: sorted.length, ended: live.ended, tracks: live.data.tracks.confirmed.length };
+  const { ended, data } = live, tracks = data.tracks.confirmed.length;
+  return { ...live.stats, first, delays, measured: sorted.length, ended, tracks };
 }"""
 
 
@@ -163,8 +164,8 @@ def drawn(tracks: int, rate: float, seconds: float, name: str = "drawn") -> None
     own = found["drawn"] / max(found["received"], 1)
     about = f"{name}: {tracks} targets, {rate:g} scans/s, {seconds:g} s, in Chromium"
     print(f"{about}: {found['received']} of {taken} scans, {found['tracks']} tracks")
-    print(f"    {found['drawn']} pictures, the first {found['first']:.0f} ms after the page; {own:.1%} of the scans have their own")
-    print(f"    to the picture of each of {found['measured']} scans {told(found['delays'])}")
+    print(f"    {found['drawn']} pictures, {own:.1%} of the scans on their own; the first after {found['first']:.0f} ms")
+    print(f"    to the picture, of each of the {found['measured']} scans after that: {told(found['delays'])}")
     print(f"    on the console: {found['said'] or 'nothing'}")
 
 
