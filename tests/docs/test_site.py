@@ -17,6 +17,7 @@ from support.paths import ROOT
 from vedette.config.registry import Registry
 from vedette.config.walker import Walker
 
+KNOWN = examples()
 KINDS = [entry for entry in Registry.installed().entries if entry.distribution == "vedette"]
 
 
@@ -43,7 +44,7 @@ def test_the_api_has_the_public_modules():
 
 @pytest.mark.parametrize("entry", KINDS, ids=lambda entry: f"{entry.role}-{entry.kind}")
 def test_the_page_of_a_kind_has_its_parameters_with_units_and_its_source(entry):
-    text = page(entry, examples().get((entry.role, entry.kind)))
+    text = page(entry, KNOWN.get((entry.role, entry.kind)))
     assert text.startswith(f"# {entry.kind}\n")
     for parameter in entry.parameters:
         assert f"| `{parameter.name}` |" in text
@@ -53,9 +54,8 @@ def test_the_page_of_a_kind_has_its_parameters_with_units_and_its_source(entry):
 
 def test_kinds_of_the_shelf_have_formula_reference_example_and_laws():
     shelf = [entry for entry in KINDS if entry.cls.__module__.startswith("vedette_standard.")]
-    known = examples()
     for entry in shelf:
-        text = page(entry, known.get((entry.role, entry.kind)))
+        text = page(entry, KNOWN.get((entry.role, entry.kind)))
         assert f'kind = "{entry.kind}"' in text, entry.kind
         assert text.count("\n- `") >= 5, entry.kind
     assert sum("## Reference" in page(entry, None) for entry in shelf) > 0.9 * len(shelf)
@@ -66,7 +66,7 @@ def test_every_kind_has_an_example_that_builds_it(entry):
     if entry.role == "reproduction":
         assert f"vedette reproduce {entry.kind.replace('_', '-')}" in page(entry, None)
         return
-    line, file = examples()[entry.role, entry.kind]
+    line, file = KNOWN[entry.role, entry.kind]
     assert f"{entry.role} = {line}" in page(entry, (line, file))
     given = tomllib.loads(f"it = {line}")["it"]
     assert given.pop("kind") == entry.kind

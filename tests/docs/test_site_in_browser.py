@@ -95,7 +95,7 @@ def test_search_finds_each_kind_and_each_cure(running, address):
     tab.keyboard.press("/")
     tab.wait_for_timeout(1000)
     field = tab.locator("input[type=text]").last
-    lost = [f"{role} {kind}" for role, kind in KINDS if not found(tab, field, f"{kind} {role}", f"/{role}/{kind}.html")]
+    lost = [f"{role} {kind}" for role, kind in KINDS if not found(tab, field, kind, f"/{role}/{kind}.html")]
     lost += [cure for cure in CURES if not found(tab, field, cure, "/errors.html")]
     assert lost == []
     assert said == []
