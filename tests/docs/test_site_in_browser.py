@@ -22,6 +22,8 @@ pytestmark = [
 ]
 WIDE, PHONE = (1200, 900), (400, 800)
 KINDS = sorted({(entry.role, entry.kind) for entry in Registry.installed().entries if entry.distribution == "vedette"})
+BROKEN_NAMES = """[...document.querySelectorAll('td code')]
+    .filter((code) => /^\\w+$/.test(code.textContent) && code.getClientRects().length > 1).map((code) => code.textContent)"""
 CURES = [
     re.sub(r"[^\w ]", " ", line.removeprefix("### ")).strip()
     for line in (DOCS / "errors.md").read_text(encoding="utf-8").splitlines()
@@ -72,7 +74,9 @@ def test_pages_say_nothing_show_their_pictures_and_need_no_scrolling_sideways(ru
         tab.goto(f"{address}/{name}", wait_until="load")
         broken = tab.evaluate("[...document.images].filter((i) => i.loading != 'lazy' && !i.naturalWidth).map((i) => i.src)")
         wide = tab.evaluate("document.documentElement.scrollWidth > window.innerWidth + 1")
-        wrong += [f"{name}: {what}" for what in [*said, *broken, *(["scrolls sideways"] if wide else [])]]
+        names = tab.evaluate(BROKEN_NAMES)
+        said += ["scrolls sideways"] if wide else []
+        wrong += [f"{name}: {what}" for what in [*said, *broken, *(f"breaks {one}" for one in names)]]
         said.clear()
     assert wrong == []
 
