@@ -135,7 +135,7 @@ def _examples() -> str:
 def _files() -> None:
     """Make links to files of the repository lead to pages that show them."""
     css = ".output { opacity: .85; border-left: 3px solid var(--md-default-fg-color--lightest); }\n"
-    css += "td code { word-break: normal; overflow-wrap: normal; }\n"  # names in narrow columns stay whole
+    css += ".md-typeset td code { word-break: normal; overflow-wrap: normal; }\n"  # names in narrow columns stay whole
     css += "img[src$='.svg'], img[src$='.png'] { background: #fff; max-width: 100%; }\n"
     (PAGES / "site.css").write_text(css, encoding="utf-8")
     wanted: set[str] = set()
