@@ -41,7 +41,7 @@ def errors(experiment: Experiment, result: Result) -> Figure:
         _show_object(places[i * each_has : (i + 1) * each_has], trace, begin, length_unit(experiment))
     if followed:
         nees = position_nees(followed)
-        told = f"{np.mean(nees.value):.3g} on average, {np.mean(nees.axes):.3g} expected" if len(nees.value) else ""
+        told = f"{np.mean(nees.value) / np.mean(nees.axes):.3g} of what is expected" if len(nees.value) else ""
         _show_normalised(places[-2], nees, begin, "NEES of the position", told)
     told = f"{nis_of_expected(experiment, result) or 0.0:.3g} of what is expected"
     _show_normalised(places[-1], seen, begin, "NIS", told)

@@ -50,9 +50,9 @@ class Charts {
     return [
       { ...common, title: `Position error, RMS over the covered objects [${unit}]`,
         lines: [{ name: "error", values: of(scans.position_rmse), colour: "#0072b2" }] },
-      { ...common, title: "NEES of the position, mean over the objects", log: true, band: percent,
+      { ...common, title: "NEES of the position, mean over the objects; expected: its number of axes", log: true, band: percent,
         lines: [{ name: "NEES", values: of(scans.nees), colour: "#0072b2" }], low: of(scans.nees_low), high: of(scans.nees_high) },
-      { ...common, title: "NIS, mean over the tracks with a return", log: true, band: percent,
+      { ...common, title: "NIS, mean over the tracks with a return; expected: the number of measured axes", log: true, band: percent,
         lines: [{ name: "NIS", values: of(scans.nis), colour: "#0072b2" }], low: of(scans.nis_low), high: of(scans.nis_high) },
       { ...common, title: "Objects that a track covers",
         lines: [{ name: "covered", values: this.data.facts.objects.length ? of(scans.covered) : [], colour: "#0072b2" }] },

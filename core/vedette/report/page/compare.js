@@ -130,8 +130,8 @@ function chartsOfRuns(data, state) {
   const chart = (title, name, more = {}, banded = false) => ({ scans: all, log: false, title, ...more, lines: shownRuns.map((i) => line(name, i, banded)) });
   return [
     chart(`Position error, RMS over the covered objects [${unit}]`, "position_rmse"),
-    chart(`NEES of the position, mean over the objects; ${percent}`, "nees", { log: true }, true),
-    chart(`NIS, mean over the tracks with a return; ${percent}`, "nis", { log: true }, true),
+    chart(`NEES of the position, mean over the objects; expected: its number of axes; ${percent}`, "nees", { log: true }, true),
+    chart(`NIS, mean over the tracks with a return; expected: the number of measured axes; ${percent}`, "nis", { log: true }, true),
     ...(facts.objects.length ? [chart("Objects that a track covers", "covered")] : []),
   ];
 }
