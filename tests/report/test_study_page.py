@@ -87,7 +87,7 @@ def test_runs_that_go_one_by_one_are_run_anew_as_they_were(tmp_path, monkeypatch
     [
         (["--run", "7-0"], "--run: must be POINT-RUN with a point from 0 to 2 and a run from 0 to 11, got '7-0'"),
         (["--run", "now"], "got 'now'"),
-        (["--worst", "many"], "--worst: must be a whole number, got 'many'"),
+        (["--worst", "many"], "--worst: must be a whole number of at least 0, got 'many'"),
     ],
 )
 def test_wrong_runs_are_refused(folder, capsys, arguments, piece):
