@@ -9,6 +9,7 @@ import numpy as np
 from attrs import evolve, frozen
 
 from vedette.config import load
+from vedette.drafting.cadence import left_out_period
 from vedette.drafting.chains import Chain, chains, spacing, unbroken
 from vedette.drafting.noise import Noise, Windows, estimated
 from vedette.drafting.table import FLAT, Table, read_table
@@ -89,7 +90,8 @@ def draft_config(path: TablePath) -> str:
     if any("is out of order" in problem.text for problem in recording.refused):
         table = evolve(table, sort=True)
         recording = _opened(table)
-    best = _best(Reading.of(table, recording))
+    best = _gapless(_best(Reading.of(table, recording)))
+    table = best.table if best.table.periods else table
     if table.third and (why := _useless(best)):
         table = table.without_third(why)
         best = _best(Reading.of(table, _opened(table)))
@@ -101,6 +103,21 @@ def draft_config(path: TablePath) -> str:
     accel, floor = float(np.median(accels)) if accels else 0.1, min(each.least_accel for each in best.seen.values())
     speed = _speed([chain for each in best.seen.values() for chain in each.found])
     return written(best.table, facts, max(accel, floor), speed, best.recording.notes, steady=accel < floor)
+
+
+def _gapless(best: Reading) -> Reading:
+    """Return the reading with the scans that the file leaves out for want of returns, if its times show such.
+
+    The targets must still be seen: of reports that come one by one, none is a look at all targets.
+    """
+    found = {name: left_out_period(each.times, [len(own) for own in each.spots]) for name, each in best.seen.items()}
+    periods = {name: period for name, period in found.items() if period is not None}
+    if not periods:
+        return best
+    told = "gaps of whole periods are scans without returns, which the file leaves out"
+    table = evolve(best.table, periods=periods, assumed=(*best.table.assumed, told))
+    filled = Reading.of(table, _opened(table))
+    return filled if filled.followed >= 0.95 * best.followed else best
 
 
 def _useless(best: Reading) -> str:
@@ -162,6 +179,11 @@ class Reading:
         """Read it."""
         seen = _seen(table, recording)
         return cls(table, recording, seen, {name: _noise(table, each) for name, each in seen.items()})
+
+    @property
+    def followed(self) -> int:
+        """How many returns the chains hold."""
+        return sum(len(chain.times) for each in self.seen.values() for chain in each.found)
 
     @property
     def evidence(self) -> float:

@@ -8,7 +8,7 @@ from itertools import islice
 from typing import Any
 
 import numpy as np
-from attrs import evolve, frozen
+from attrs import evolve, field, frozen
 
 from vedette.drafting.third import VELOCITY, own_velocity, third_column
 from vedette.drafting.titles import Meaning, chosen
@@ -48,6 +48,7 @@ class Table:
     assumed: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()
     sort: bool = False
+    periods: Mapping[str, float] = field(factory=dict)
     frame_table: FrameTable | None = None
 
     @property
@@ -84,6 +85,7 @@ class Table:
         timed = {"time": self.time_unit} if self.time_unit else {}
         detections |= {"units": units | timed} if units or timed else {}
         detections |= {"scan": self.scan} if self.scan else {}
+        detections |= {"periods": dict(self.periods)} if self.periods else {}
         if len(self.sensors) > 1:
             detections |= {"sensor_column": self.sensor_column}
         found: dict[str, Any] = {"kind": "csv", "path": self.path, "frame": self.frame, "detections": detections}
