@@ -43,6 +43,9 @@ RANGES = {
     "sensors.radar.detection_probability": "0.05..0.995",
     "sensors.radar.clutter_density": "1e-8..1e-4",
 }
+RATES = {"estimator.transition[0][1]": 0.1, "estimator.transition[1][0]": 0.2}
+"""Of the target that switches; some 27 times each way in 400 scans."""
+MODES = [{"kind": "constant_velocity", "sigma_accel": sigma} for sigma in (0.1, 1.0)]
 
 
 def scene(duration: float) -> dict[str, Any]:
@@ -65,6 +68,44 @@ def recorded(path: Path, seed: int, duration: float = 120.0) -> dict[str, Any]:
     assert experiment.source is not None
     drawn = experiment.source.open(experiment.tracker.sensors, np.random.default_rng(seed))
     write_recording(path, drawn, {"radar": experiment.tracker.sensors["radar"].measurement})
+    return config | {"source": {"kind": "jsonl", "path": str(path)}}
+
+
+def transition(there: float, back: float) -> list[list[float]]:
+    """Return the matrix of two modes."""
+    return [[1.0 - there, there], [back, 1.0 - back]]
+
+
+def switching(path: Path, seed: int, factor: float = 1.0) -> dict[str, Any]:
+    """Write the returns of a target that switches between modes, and return an IMM's config that knows all but the rates.
+
+    Its odds of a switch are so many times too large. Each scan tells position and velocity so well that both modes are as
+    sure of the state after it: what the IMM loses by merging what modes did before is then next to nothing.
+    """
+    config: dict[str, Any] = {
+        "title": "Two modes",
+        "estimator": {
+            "kind": "imm",
+            "modes": [{"kind": "kalman", "motion": motion} for motion in MODES],
+            "transition": transition(*(wrong(rate, factor) for rate in RATES.values())),
+        },
+        "sensors": {
+            "radar": {
+                "kind": "linear", "axes": ["x", "y", "vx", "vy"], "R": np.diag([0.05**2] * 2 + [0.02**2] * 2).tolist(),
+                "clutter_density": 1e-12,
+            }
+        },
+        "associator": {"kind": "pda"},
+        "gate": {"probability": 0.99999},
+        "birth": {"kind": "given", "start": START},
+        "lifecycle": {"kind": "single_target"},
+    }  # fmt: skip
+    drawn = {"models": MODES, "transition": transition(*RATES.values()), "start": START}
+    scene = {"kind": "simulation", "duration": 400.0, "looks": {"radar": {"interval": 1.0}}, "drawn": {"target": drawn}}
+    experiment = vedette.load(config | {"source": scene})
+    assert experiment.source is not None
+    recording = experiment.source.open(experiment.tracker.sensors, np.random.default_rng(seed))
+    write_recording(path, recording, {"radar": experiment.tracker.sensors["radar"].measurement})
     return config | {"source": {"kind": "jsonl", "path": str(path)}}
 
 

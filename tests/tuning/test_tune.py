@@ -181,30 +181,3 @@ def test_the_picture_is_drawn(tuned, tmp_path):
 def test_wrong_use_is_said(config, more, said):
     with pytest.raises(ConfigError, match=said.replace(".", r"\.")):
         tune(config, FREE, **more)
-
-
-def nightly(pytestconfig):
-    if pytestconfig.getoption("vedette_profile") != "nightly":
-        pytest.skip("tunes a hundred data sets, for a quarter of an hour: in the nightly profile")
-
-
-def calibrated(folder, truth, ranges):
-    """Tune 100 data sets from ten times too small and from ten times too large, and count how often the truth is near."""
-    near = {(path, factor): np.zeros(2, dtype=int) for path in truth for factor in (0.1, 10.0)}
-    for seed in range(100):
-        config = recorded(folder / f"{seed}.jsonl", seed)
-        for factor in (0.1, 10.0):
-            free = [f"{path}={ranges[path]}" for path in truth]
-            for each in tune(config, free, overrides=off(truth, factor), part=1.0, starts=2).parameters:
-                away = abs(each.after - truth[each.free.path]) / (each.error or np.nan)
-                near[each.free.path, factor] += [away < 1.0, away < 2.0]
-    return near
-
-
-def test_errors_hold_what_they_promise(tmp_path, pytestconfig):
-    """The truth lies within two standard errors in 90 to 99 of 100 data sets, and within one in 55 to 80."""
-    nightly(pytestconfig)
-    near = calibrated(tmp_path, TRUTH, RANGES)
-    for path, (once, twice) in near.items():
-        assert 55 <= once <= 80, (path, once, twice)
-        assert 90 <= twice <= 99, (path, once, twice)
