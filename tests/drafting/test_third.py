@@ -13,7 +13,8 @@ from vedette.drafting import draft_config
 
 TIMES = 2.0 * np.arange(80)
 SPACE = Space.of(x="m", y="m", z="m")
-BIRTH = '[associator]\nkind = "jpda"\n[lifecycle]\nkind = "m_of_n"\n'
+BIRTH = '[associator]\nkind = "jpda"\n[lifecycle]\nkind = "existence"\nconfirm = 0.99\n'
+"""The lifecycle is the draft's: errors are of the scans in which tracks are shown, and the first are the largest."""
 
 
 def heights(seed=4):

@@ -39,7 +39,7 @@ TRACKER: dict[str, Any] = {
     "estimator": {"kind": "ekf", "motion": {"kind": "constant_velocity", "sigma_accel": 1.0}},
     "associator": {"kind": "jpda"},
     "birth": {"spread": {"vx": 10.0, "vy": 10.0}},
-    "lifecycle": {"kind": "m_of_n"},
+    "lifecycle": {"kind": "existence"},
 }
 
 

@@ -100,7 +100,8 @@ def _lines(
         yield f"spread = {{ vx = {pace!r}, vy = {pace!r}{up} }}  # {told}"
     yield ""
     yield "[lifecycle]"
-    yield 'kind = "m_of_n"'
+    yield 'kind = "existence"'
+    yield "confirm = 0.99  # the probability of being a target at which a track is shown"
 
 
 def _sensor(table: Table, name: str, own: Facts, speed: float) -> Iterator[str]:
