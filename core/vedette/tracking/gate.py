@@ -113,7 +113,9 @@ class Gate:
 
     def stated_density(self, sensor: Sensor, detections: Detections) -> Array:
         """Return the log of the sensor's clutter density at each return (*b, 1, k), over the components that it has."""
-        log_density = kernels.safe_log(np.broadcast_to(sensor.clutter(detections.z), detections.valid.shape))
+        density = np.empty(detections.valid.shape)
+        density[...] = sensor.clutter(detections.z)
+        log_density = kernels.safe_log(density)
         if detections.missing is not None:
             lengths = [sensor.optional.get(name, 1.0) for name in sensor.measurement.names]
             log_density = log_density + detections.missing @ np.log(lengths)
