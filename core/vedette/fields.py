@@ -3,11 +3,11 @@
 >>> from attrs import frozen
 >>> @frozen
 ... class Example:
-...     sigma_accel: float = quantity("m/s^2", "acceleration noise", above=0)
+...     sigma_accel: float = quantity("m/s^1.5", "acceleration noise", above=0)
 >>> Example(-3)
 Traceback (most recent call last):
     ...
-ValueError: sigma_accel: must be > 0, got -3 m/s^2
+ValueError: sigma_accel: must be > 0, got -3 m/s^1.5
 
 `field.metadata["read"]` turns a raw value into the parameter or raises ValueError without the name: configs use it.
 A default of None makes a parameter optional: it may then be None.
