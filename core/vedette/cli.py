@@ -13,7 +13,8 @@ from collections.abc import Iterator, Sequence
 from importlib import import_module
 from typing import Any
 
-from vedette.commands.ending import CLOSED, INTERRUPTED, complain
+from vedette.commands import about
+from vedette.commands.ending import CLOSED, INTERRUPTED, complain, ended
 from vedette.commands.report_options import add_report_options
 from vedette.commands.tune_options import ABOUT, add_options
 from vedette.errors import VedetteError
@@ -26,7 +27,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         code = _command(parsed)
         sys.stdout.flush()
     except VedetteError as error:
-        return complain(str(error))
+        return ended(error, str(error), traceback=parsed.traceback)
     except BrokenPipeError:
         _forget_stdout()
         return CLOSED
@@ -36,6 +37,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("vedette: interrupted", file=sys.stderr)
         return INTERRUPTED
+    except Exception as error:
+        from vedette.tracking.faults import raised_by
+
+        if (text := raised_by(error, None)) is None:
+            raise
+        return ended(error, text, traceback=parsed.traceback)
     return code
 
 
@@ -84,9 +91,10 @@ class _Version(Action):
 def _parser() -> ArgumentParser:
     parser = ArgumentParser("vedette", description="Compose target trackers from small parts and run them.")
     parser.add_argument("--version", action=_Version, nargs=0, help="show the version and exit")
+    parser.add_argument("--traceback", action="store_true", help="show where in the code an error came from")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
 
-    run = commands.add_parser("run", help="run a tracker on a recording or a simulated scene", description=_RUN)
+    run = commands.add_parser("run", help="run a tracker on a recording or a simulated scene", description=about.RUN)
     run.add_argument("config", metavar="CONFIG", help="a TOML, YAML or JSON file that describes tracker and source")
     _takes_overrides(run, "the config")
     run.add_argument("--out", metavar="DIR", help="folder for the results; default: out/ and the config's name")
@@ -109,7 +117,7 @@ def _parser() -> ArgumentParser:
     _draws(run)
     run.add_argument("--keep", action="store_true", help="keep the history of a long run, for its pictures: it takes memory")
 
-    watch = commands.add_parser("watch", help="show a run while it goes", description=_WATCH)
+    watch = commands.add_parser("watch", help="show a run while it goes", description=about.WATCH)
     watch.add_argument("config", metavar="CONFIG", help="a TOML, YAML or JSON file that describes tracker and source")
     _takes_overrides(watch, "the config")
     watch.add_argument("--speed", metavar="X", help="times as fast as recorded, or max: as fast as it goes; default: 1")
@@ -120,17 +128,19 @@ def _parser() -> ArgumentParser:
     watch.add_argument("--underlay", metavar="FILE", help="GeoJSON under the map: in deg if the origin is known, else in m")
     watch.add_argument("--json", action="store_true", help="end standard output with one line of JSON")
 
-    new = commands.add_parser("new", help="draft a config for your data, or a plugin", description=_NEW)
+    new = commands.add_parser("new", help="draft a config for your data, or a plugin", description=about.NEW)
     drafts = new.add_subparsers(dest="what", required=True, metavar="WHAT")
-    draft = drafts.add_parser("config", help="a config that tracks the targets of a file", description=_NEW_CONFIG)
+    draft = drafts.add_parser("config", help="a config that tracks the targets of a file", description=about.NEW_CONFIG)
     draft.add_argument("data", metavar="DATA", help="a CSV or Parquet file with a header: a row a return")
     draft.add_argument("--out", metavar="FILE", help="the config; default: the data's name with .toml, in this folder")
-    package = drafts.add_parser("plugin", help="a package with a component that keeps its laws", description=_NEW_PLUGIN)
+    package = drafts.add_parser(
+        "plugin", help="a package with a component that keeps its laws", description=about.NEW_PLUGIN
+    )
     package.add_argument("name", metavar="NAME", help="of the plugin: a word")
     package.add_argument("--out", metavar="DIR", help="folder for the package; default: vedette-NAME")
 
     explain = commands.add_parser(
-        "explain", help="say what a config composes and what is out of proportion", description=_EXPLAIN
+        "explain", help="say what a config composes and what is out of proportion", description=about.EXPLAIN
     )
     explain.add_argument("config", metavar="CONFIG", help="a TOML, YAML or JSON file that describes tracker and source")
     _takes_overrides(explain, "the config")
@@ -144,10 +154,12 @@ def _parser() -> ArgumentParser:
     _takes_overrides(tune, "the config")
     _draws(tune)
 
-    report = commands.add_parser("report", help="write the page of a run, of several, or of a study", description=_REPORT)
+    report = commands.add_parser(
+        "report", help="write the page of a run, of several, or of a study", description=about.REPORT
+    )
     add_report_options(report)
 
-    export = commands.add_parser("export", help="write the tracks of a run for another program", description=_EXPORT)
+    export = commands.add_parser("export", help="write the tracks of a run for another program", description=about.EXPORT)
     export.add_argument("run", metavar="RUN_DIR", help="the folder that `vedette run` wrote")
     export.add_argument("--to", metavar="FILE", required=True, help="the file: .kml, .geojson, .csv, .parquet or .rrd")
     export.add_argument("--origin", metavar="LAT,LON", help="where x and y are 0, in deg; default: as recorded")
@@ -157,7 +169,7 @@ def _parser() -> ArgumentParser:
     export.add_argument("--ellipses", metavar="N", default="50", help="at most so many a track, as areas; default: 50")
     export.add_argument("--smoothed", action="store_true", help="the smoothed tracks, of `vedette run --smooth`")
 
-    reproduce = commands.add_parser("reproduce", help="reproduce a published study", description=_REPRODUCE)
+    reproduce = commands.add_parser("reproduce", help="reproduce a published study", description=about.REPRODUCE)
     reproduce.add_argument("paper", metavar="PAPER", help="the study: vts, target-oriented, bayes-risk, or a plugin's")
     reproduce.add_argument("--runs", metavar="N", help="Monte-Carlo runs; default: the study's")
     reproduce.add_argument("--seed", metavar="N", help="of everything random; default: 1")
@@ -167,7 +179,7 @@ def _parser() -> ArgumentParser:
     reproduce.add_argument("--resume", action="store_true", help="go on with the unfinished study in the folder --out")
     reproduce.add_argument("--json", action="store_true", help="end standard output with one line of JSON")
 
-    study = commands.add_parser("study", help="run a grid of trackers many times over", description=_STUDY)
+    study = commands.add_parser("study", help="run a grid of trackers many times over", description=about.STUDY)
     study.add_argument(
         "study", metavar="STUDY", help="a TOML, YAML or JSON file: experiment, runs, sweep, trackers, precision"
     )
@@ -184,13 +196,13 @@ def _parser() -> ArgumentParser:
     )
     study.add_argument("--json", action="store_true", help="end standard output with one line of JSON: the tables")
 
-    components = commands.add_parser("components", help="list what is installed", description=_COMPONENTS)
+    components = commands.add_parser("components", help="list what is installed", description=about.COMPONENTS)
     components.add_argument(
         "wanted", nargs="?", metavar="ROLE_OR_KIND", help="all of this role, kind or table: motion, ekf, gate, ..."
     )
     components.add_argument("--json", action="store_true", help="as one JSON object")
 
-    check = commands.add_parser("check", help="test a component against the laws of its role", description=_CHECK)
+    check = commands.add_parser("check", help="test a component against the laws of its role", description=about.CHECK)
     check.add_argument("subject", metavar="WHAT", help="an installed kind, a module, module:Class, or a config's file")
     check.add_argument("--config", metavar="FILE", help="check the kind with the parameters that it has in this config")
     check.add_argument(
@@ -200,7 +212,7 @@ def _parser() -> ArgumentParser:
     check.add_argument("--json", action="store_true", help="end standard output with one line of JSON")
 
     consistency = commands.add_parser(
-        "consistency", help="see whether a tracker's covariances fit a recording", description=_CONSISTENCY
+        "consistency", help="see whether a tracker's covariances fit a recording", description=about.CONSISTENCY
     )
     consistency.add_argument("config", metavar="CONFIG", help="a TOML, YAML or JSON file that describes tracker and source")
     _takes_overrides(consistency, "the config")
@@ -209,14 +221,16 @@ def _parser() -> ArgumentParser:
     _draws(consistency)
     consistency.add_argument("--json", action="store_true", help="end standard output with one line of JSON")
 
-    info = commands.add_parser("info", help="show which kernels, libraries and plugins are used", description=_INFO)
+    info = commands.add_parser("info", help="show which kernels, libraries and plugins are used", description=about.INFO)
     info.add_argument("--json", action="store_true", help="as one JSON object")
 
-    completions = commands.add_parser("completions", help="print what a shell offers after TAB", description=_COMPLETIONS)
+    completions = commands.add_parser(
+        "completions", help="print what a shell offers after TAB", description=about.COMPLETIONS
+    )
     completions.add_argument("shell", metavar="SHELL", choices=["bash", "zsh", "fish"], help="bash, zsh or fish")
     completions.set_defaults(parser=parser)
 
-    commands.add_parser("schema", help="print the JSON Schema of configs", description=_SCHEMA)
+    commands.add_parser("schema", help="print the JSON Schema of configs", description=about.SCHEMA)
     return parser
 
 
@@ -240,54 +254,3 @@ def _draws(command: ArgumentParser) -> None:
         help="size of the pictures: for a screen, or for one or two columns of a paper; default: screen",
     )
     command.add_argument("--style", metavar="FILE", help="a matplotlib style, on top of Vedette's own")
-
-
-_RUN = (
-    "Run a tracker over all scans of its source, judge the tracks where the truth is known, and write tracks, recording, "
-    "config, summary and pictures into a folder. Ctrl-C ends the run and keeps what is done."
-)
-_WATCH = (
-    "Run a tracker and show what it does while it does it: on a page that this machine alone can open, whose address is "
-    "printed, or in the terminal. Recordings go at their own pace, or at --speed. Ctrl-C ends it."
-)
-_NEW = "Write a first version of what you need to begin: a config for your own data, a package for your own plugin."
-_NEW_CONFIG = (
-    "Read the header and the rows of a file of detections; guess its columns, units, rates and noise; write a config that "
-    "tracks its targets, with a comment on each guess."
-)
-_NEW_PLUGIN = "Write a Python package with a motion model, its test against all laws of its role, and its entry point."
-_EXPLAIN = (
-    "Say in plain words what a config composes, which gates, errors and lives of tracks follow from it, and what is out of "
-    "proportion, each with its place. The source is opened for its first scans; nothing is tracked."
-)
-_REPORT = (
-    "Write one HTML file that shows a run scan by scan: map, errors, NEES, NIS, modes and the life of its tracks; or "
-    "several runs side by side, or a study with its worst runs. It needs no network and no other file."
-)
-_EXPORT = (
-    "Write the confirmed tracks of a run, with their times, covariances and ellipses, for maps (KML, GeoJSON), as a table "
-    "(CSV, Parquet), or all of the run for the viewer Rerun (needs vedette[rerun])."
-)
-_CHECK = (
-    "Test a component against every law of its role, with parameters drawn by its fields, and print which laws held, which "
-    "failed and on what, and which did not apply. Exit code 1 if one failed. Needs vedette[testing]."
-)
-_CONSISTENCY = (
-    "Run a tracker on its recording and print what its tracks say of their own covariances: size and whiteness of "
-    "innovations, how often they were detected, and with truth the errors. It reports and does not judge."
-)
-_REPRODUCE = (
-    "Run the whole study of a paper and print its tables, published figures beside measured ones, with a verdict on each "
-    "claim: reproduced, not reproduced, not decided with so many runs, or a remark. Exits 0 whatever the verdicts."
-)
-_STUDY = (
-    "Run every point of a grid of trackers many times on the same drawn scenes, and print means with their standard errors "
-    "and paired differences. With --out, finished chunks are kept, and --resume continues from them."
-)
-_COMPONENTS = (
-    "List what is installed, a line for each kind; of a role, a kind or a table all: distribution, parameters with units, "
-    "bounds and defaults."
-)
-_INFO = "Say which versions run here, whether the kernels are the compiled ones and why, and which plugins are installed."
-_COMPLETIONS = 'Print what a shell offers after TAB, as a script: bash and zsh: eval "$(vedette completions bash)".'
-_SCHEMA = "Print the JSON Schema of all that is installed, for editors that complete and check a config."

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from importlib import import_module
 from time import process_time
 from typing import Any, final
@@ -19,9 +20,10 @@ from vedette.progress import Progress, silent
 from vedette.sampling.recorded import Redraw
 from vedette.space import Array
 from vedette.supporting import Preprocessor, Source
+from vedette.tracking.faults import check_again, check_made, explain_run, read
 from vedette.tracking.history import History, from_the_start
 from vedette.tracking.intake import Intake, Refused
-from vedette.tracking.preprocessing import check_preprocessors, open_source, preprocess
+from vedette.tracking.preprocessing import check_preprocessors, noted, open_source, preprocess, still_to_run
 from vedette.tracking.state import State
 from vedette.tracking.tracker import Tracker
 from vedette.tracking.validation import with_axes, without_bad_returns
@@ -108,27 +110,41 @@ class Steps:
         self.intake = Intake(experiment.tracker.sensors, Refused(named))
         self.intake.refused.extend(recording.refused)
         self._tracker, self._given, self._seeds, self._strict = experiment.tracker, given, seeds, strict
+        self.latest: Scan | None = None
         self.place: int | None = None
         self._frames = deque[tuple[float, str, int]]()
-        scans = _noted(progress(recording.scans, "tracking"), self._frames)
-        self._scans = preprocess(scans, _still_to_run(experiment, recording), self.intake.refused, strict=strict)
-        self.state = self.before = self._tracker.start(given, -np.inf, seeds)
+        scans = noted(progress(recording.scans, "tracking"), self._frames)
+        self._makers = still_to_run(experiment.preprocessors, self.intake.sensors, recording)
+        self._scans = read(preprocess(scans, self._makers, self.intake.refused, strict=strict), experiment)
+        self.state = self.before = self.begin(-np.inf)
 
     def __iter__(self) -> Iterator[tuple[Scan, State]]:
         for i, scan in enumerate(self._scans):
-            if i == 0 and self._given is not None:
-                self.state = self._tracker.start(self._given, scan.time, self._seeds)
-            scan = with_axes(scan, self.intake.sensors)
+            if i == 0:
+                self.state = self.begin(scan.time)
+            self.latest = scan = with_axes(scan, self.intake.sensors)
             before = process_time()
             after, kept, problems = self._step(self.state, scan)
             self.seconds += process_time() - before
             if problems:
                 self.intake.refused.extend(Problem(f"scan {i}, {each.place}", each.text) for each in problems)
             if after is not None:
-                self.intake.add(kept, self.state, after)
                 self.before, self.state = self.state, after
+                self.intake.add(kept, self.before, after)
                 self.place = self._place_of(scan)
                 yield kept, after
+
+    def begin(self, time: float) -> State:
+        """Return the state at the time of the first scan."""
+        return self._tracker.start(self._given, -np.inf if self._given is None else time, self._seeds)
+
+    def again(self, scans: Sequence[Scan | None]) -> None:
+        """Make the first steps, over these scans, once more."""
+        intake, after = Intake(self.intake.sensors), self.begin(-np.inf if scans[0] is None else scans[0].time)
+        for scan in filter(None, scans):
+            before, after = after, self._tracker.step(after, scan)
+            intake.add(scan, before, after)
+            self._tracker.estimate(after)
 
     def _place_of(self, scan: Scan) -> int | None:
         """Return where a scan with a frame stands in the recording, and forget the frames before its time."""
@@ -149,17 +165,9 @@ class Steps:
         try:
             return self._tracker.step(state, kept), kept, problems
         except ScanRefused as error:
+            if scan.sensor in self._makers:
+                check_made(self._makers[scan.sensor], "process", scan.detections, {"preprocessors": self._makers})
             return None, kept, [Problem("left out whole", str(error))]
-
-
-def _still_to_run(experiment: Experiment, recording: Recording) -> dict[str, Preprocessor]:
-    """Return the preprocessors whose scans the recording does not hold already; ConfigError if it holds others' scans."""
-    for name, space in recording.detected.items():
-        sensor = experiment.tracker.sensors.get(name)
-        if sensor is not None and space != sensor.measurement:
-            told = f"the recording's scans of it are over {space}, and the tracker's measure {sensor.measurement}"
-            raise ConfigError([Problem(f"sensors.{name}", told)])
-    return {name: each for name, each in experiment.preprocessors.items() if name not in recording.detected}
 
 
 @final
@@ -181,8 +189,7 @@ class Experiment:
     )
 
     def __repr__(self) -> str:
-        source = "none" if self.source is None else self.source.kind
-        return f"Experiment({self.title!r}, {self.tracker!r}, source {source})"
+        return f"Experiment({self.title!r}, {self.tracker!r}, source {'none' if self.source is None else self.source.kind})"
 
     def _repr_html_(self) -> str:
         return parameters_html(self)
@@ -258,8 +265,7 @@ class Experiment:
         """Make all steps of a run that was opened, and keep them, as `run` does. `watch` is called after each."""
         history, taken, states, interrupted = History(self.tracker), list[Scan](), list[State](), False
         scans_given, framed = steps.recording.scans, list[int]()
-        lazy = isinstance(scans_given, LazyScans)
-        once = isinstance(scans_given, LazyScans) and scans_given.once
+        lazy, once = isinstance(scans_given, LazyScans), getattr(scans_given, "once", False)
         try:
             for scan, state in steps:
                 if steps.place is not None:
@@ -272,7 +278,12 @@ class Experiment:
                     states.append(state)
         except KeyboardInterrupt:
             interrupted = True
+        except Exception as error:
+            explain_run(error, self, partial(steps.again, [*taken, steps.latest]))
+            raise
         tracks = history.tracks()
+        if (bad := history.first_undefined()) is not None:
+            check_again(self, partial(steps.again, taken[: bad + 1]))
         return Result(
             tracks=tuple(map(from_the_start, tracks)) if self.retroactive else tracks,
             recording=steps.recording,
@@ -287,11 +298,3 @@ class Experiment:
             experiment=self,
             framed=() if once else LazyScans(len(framed), lambda k: scans_given[framed[k]]),
         )
-
-
-def _noted(scans: Iterable[Scan], frames: deque[tuple[float, str, int]]) -> Iterator[Scan]:
-    """Yield the scans, and note time, sensor and place of those with a frame."""
-    for i, scan in enumerate(scans):
-        if scan.frame is not None:
-            frames.append((scan.time, scan.sensor, i))
-        yield scan

@@ -12,7 +12,7 @@ pytest.importorskip("pyais")
 pytest.importorskip("pyarrow")
 pytest.importorskip("pandas")
 
-from fuzz import cases, configs, inputs, kernel_calls, plugins, readers, tables
+from fuzz import cases, configs, faulty, inputs, kernel_calls, plugins, readers, tables
 from vedette import kernels
 from vedette.config import plugins as loading
 from vedette.config.contract import check_version, described
@@ -26,6 +26,7 @@ FUZZERS = {
     "inputs": (inputs.case, 250),
     "kernels": (kernel_calls.case, 1500),
     "plugins": (plugins.case, 100),
+    "methods": (faulty.case, 60),
     "tables": (tables.case, 12),
 }
 
@@ -169,6 +170,16 @@ def test_the_fuzzer_of_plugins_bites(monkeypatch, tmp_path):
     monkeypatch.setattr(loading, "_load", trusting)
     found = hunt(plugins.case, tmp_path, 50) or "nothing found"
     assert "one plugin stops all" in found or "Error at" in found
+
+
+def test_the_fuzzer_of_methods_bites(monkeypatch, tmp_path):
+    """Without the diagnosis what fails in kernels and numpy escapes; and one that blames another is found, too."""
+    with monkeypatch.context() as patch:
+        patch.setattr("vedette.tracking.tracker.explain", lambda *given: None)
+        patch.setattr("vedette.experiment.explain_run", lambda *given: None)
+        assert "Error at" in (hunt(faulty.case, tmp_path, 40) or "nothing found")
+    monkeypatch.setattr("vedette.tracking.faults.broken", lambda *given: None)
+    assert "Error at" in (hunt(faulty.case, tmp_path, 40) or "nothing found")
 
 
 def rude(scores):

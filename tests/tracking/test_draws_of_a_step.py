@@ -129,7 +129,8 @@ def test_an_estimator_that_draws_must_say_so():
     made = tracker(KINDS["kalman"])
     made = vedette.Tracker(Sly(), made.sensors, made.associator, made.lifecycle)
     state = made.start()
-    with pytest.raises(TypeError, match=r"rng\.normal: this component draws random numbers but does not declare"):
+    said = r"test_sly \(\S+Sly\)\.predict raised TypeError: rng\.normal: this component draws random numbers"
+    with pytest.raises(vedette.PluginError, match=said):
         made.step(state, scan(0))
     for name in ("random", "standard_normal", "integers", "spawn", "bit_generator"):
         with pytest.raises(TypeError, match=name):

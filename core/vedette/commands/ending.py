@@ -13,3 +13,12 @@ def complain(text: str) -> int:
     for line in text.splitlines() or ["unknown error"]:
         print(f"vedette: error: {line}", file=sys.stderr)
     return WRONG
+
+
+def ended(error: Exception, text: str, *, traceback: bool) -> int:
+    """Say what ended a command, after the traceback if that is asked for, and return the exit code for it."""
+    if traceback:
+        from traceback import print_exception
+
+        print_exception(error)
+    return complain(text)

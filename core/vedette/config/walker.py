@@ -27,6 +27,7 @@ from vedette.config.parameters import (
 from vedette.config.registry import Registry
 from vedette.config.suggestions import did_you_mean, nearest
 from vedette.errors import ConfigError, Problem, VedetteError
+from vedette.tracking.faults import raised_by
 
 T = TypeVar("T")
 
@@ -109,6 +110,10 @@ class Walker:
                 complaints = [str(problem) for problem in error.problems]
             except (ValueError, TypeError, ArithmeticError, VedetteError) as error:
                 complaints = [str(error)]
+            except Exception as error:
+                if (text := raised_by(error, None)) is None:
+                    raise
+                complaints = [text]
         walked = len(self.problems)
         for parameter in stated:
             if not holds_parts(parameter.shape):

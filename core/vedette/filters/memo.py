@@ -58,6 +58,10 @@ class Memo:
         self.frame: tuple[Periods, list[int]] | None = None
         self._constants: dict[int, SensorConstants] = {}
 
+    def clear(self) -> None:
+        """Forget everything: it is asked for anew."""
+        self.__init__()
+
     def step(self, motion: MotionModel, x: Array, dt: float) -> tuple[Array, Array]:
         """Return F and Q of a linear motion over `dt` s."""
         found = self.steps.get(dt)

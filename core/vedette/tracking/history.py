@@ -13,6 +13,7 @@ from vedette.tracking.state import State
 from vedette.tracking.tracker import Tracker
 from vedette.types import Gaussian, Track
 
+_ESTIMATED = ("mean", "cov", "existence")
 _COLUMNS = ("ids", "times", "mean", "cov", "confirmed", "existence", "nis", "hit")
 
 
@@ -79,6 +80,13 @@ class History:
                 associations = [weights[row] for row in own], [returns[row] for row in own]
                 found.append(self._piece(number, {name: column[i:j] for name, column in columns.items()}, *associations))
         return tuple(found)
+
+    def first_undefined(self) -> int | None:
+        """Return the first scan after which an estimate or an existence was no number, counted from 0; None: all were."""
+        for name in _ESTIMATED:
+            if self._rows and np.isnan(np.sum(self._column(name))):
+                return next(i for i, row in enumerate(self._rows) if any(np.isnan(row[n]).any() for n in _ESTIMATED))
+        return None
 
     def _piece(self, number: int, columns: dict[str, Any], weights: list[Array], returns: list[Any]) -> Track:
         """Return a track over some scans; the first piece names its parents."""

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Iterable, Iterator, Mapping
+from copy import deepcopy
 from itertools import groupby
 
 import numpy as np
@@ -11,9 +13,10 @@ from attrs import evolve
 from vedette.errors import ConfigError, Problem, ScanRefused
 from vedette.roles import Sensor
 from vedette.supporting import Preprocessor, Source
+from vedette.tracking.faults import check_made, explain
 from vedette.tracking.intake import Refused
 from vedette.tracking.validation import flaws, with_axes, without_bad_returns
-from vedette.types import Recording, Scan
+from vedette.types import Detections, Recording, Scan
 
 
 def check_preprocessors(preprocessors: Mapping[str, Preprocessor], sensors: Mapping[str, Sensor]) -> None:
@@ -43,10 +46,39 @@ def open_source(
     source: Source, preprocessors: Mapping[str, Preprocessor], sensors: Mapping[str, Sensor], rng: np.random.Generator
 ) -> Recording:
     """Open a source for the sensors that it delivers scans of; a ConfigError has its place in the config, below `source`."""
+    parts = {"source": source, "sensors": sensors, "preprocessors": preprocessors}
+    before = deepcopy(rng)
     try:
-        return source.open(raw_sensors(preprocessors, sensors), rng)
+        recording = source.open(raw_sensors(preprocessors, sensors), rng)
+        check_made(source, "open", recording, parts)
     except ConfigError as error:
         raise error.within("source") from None
+    except OSError:
+        raise
+    except Exception as error:
+        explain(error, parts, lambda: source.open(raw_sensors(preprocessors, sensors), before))
+        raise
+    return recording
+
+
+def still_to_run(
+    preprocessors: Mapping[str, Preprocessor], sensors: Mapping[str, Sensor], recording: Recording
+) -> dict[str, Preprocessor]:
+    """Return the preprocessors whose scans the recording does not hold already; ConfigError if it holds others' scans."""
+    for name, space in recording.detected.items():
+        sensor = sensors.get(name)
+        if sensor is not None and space != sensor.measurement:
+            told = f"the recording's scans of it are over {space}, and the tracker's measure {sensor.measurement}"
+            raise ConfigError([Problem(f"sensors.{name}", told)])
+    return {name: each for name, each in preprocessors.items() if name not in recording.detected}
+
+
+def noted(scans: Iterable[Scan], frames: deque[tuple[float, str, int]]) -> Iterator[Scan]:
+    """Yield the scans, and note time, sensor and place of those with a frame."""
+    for i, scan in enumerate(scans):
+        if scan.frame is not None:
+            frames.append((scan.time, scan.sensor, i))
+        yield scan
 
 
 def preprocessed(scans: Iterable[Scan], preprocessors: Mapping[str, Preprocessor]) -> Iterator[Scan]:
@@ -74,7 +106,10 @@ def preprocessed(scans: Iterable[Scan], preprocessors: Mapping[str, Preprocessor
 
 def _made(name: str, preprocessor: Preprocessor, time: float, parts: Mapping[str, Scan]) -> Scan:
     pose = next((scan.pose for scan in parts.values()), None)
-    return Scan(time, name, preprocessor.process({raw: _whole(scan) for raw, scan in parts.items()}), pose)
+    made = preprocessor.process({raw: _whole(scan) for raw, scan in parts.items()})
+    if not isinstance(made, Detections):
+        check_made(preprocessor, "process", made, {"preprocessors": {name: preprocessor}})
+    return Scan(time, name, made, pose)
 
 
 def _whole(scan: Scan) -> Scan:

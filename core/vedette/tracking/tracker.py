@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any, final
 
 import numpy as np
@@ -18,6 +19,7 @@ from vedette.space import Array, Space
 from vedette.supporting import Birth, Lifecycle
 from vedette.tracking import births, branching, sparse
 from vedette.tracking.ceiling import FEW, is_sparse
+from vedette.tracking.faults import explain, explained
 from vedette.tracking.gate import Gate, SensorGate
 from vedette.tracking.lineage import Gates
 from vedette.tracking.spread import largest_deviation
@@ -65,13 +67,19 @@ class Tracker:
 
     @_sensor_gates.default
     def _gates_of_sensors(self) -> dict[str, SensorGate]:
-        check_sensors(self.sensors, self.estimator, self.gate)
-        return {name: self.gate.for_sensor(sensor) for name, sensor in self.sensors.items()}
+        def gates() -> dict[str, SensorGate]:
+            check_sensors(self.sensors, self.estimator, self.gate)
+            return {name: self.gate.for_sensor(sensor) for name, sensor in self.sensors.items()}
+
+        return explained(self, gates)
 
     @starters.default
     def _sensors_that_start_tracks(self) -> frozenset[str]:
-        births.check_existence(self.birth, self.lifecycle)
-        return frozenset(births.starters(self.birth, self.sensors, self.estimator))
+        def starting() -> frozenset[str]:
+            births.check_existence(self.birth, self.lifecycle)
+            return frozenset(births.starters(self.birth, self.sensors, self.estimator))
+
+        return explained(self, starting)
 
     @_models_unseen.default
     def _birth_keeps_a_memory(self) -> bool:
@@ -144,15 +152,20 @@ class Tracker:
         if prior is None:
             prior = Gaussian(np.zeros((0, n)), np.zeros((0, n, n)))
         shape = prior.mean.shape[:-1]
-        belief, memory = self.estimator.start(prior, self.state, rng), self.lifecycle.start(np.ones(shape[-1]))
-        leaves = None
-        if isinstance(self.associator, HypothesisAssociator):
-            leaves = branching.initial_leaves(self.associator, belief, memory, shape)
+        try:
+            belief, memory = self.estimator.start(prior, self.state, rng), self.lifecycle.start(np.ones(shape[-1]))
+            leaves = None
+            if isinstance(self.associator, HypothesisAssociator):
+                leaves = branching.initial_leaves(self.associator, belief, memory, shape)
+            unseen = self.birth.initial_memory(self.estimator, rng) if self.birth and self._models_unseen else None
+        except Exception as error:
+            explain(error, self, partial(self.start, given, time, source))
+            raise
         return State(
             time=time,
             belief=belief,
             memory=memory,
-            unseen=self.birth.initial_memory(self.estimator, rng) if self.birth and self._models_unseen else None,
+            unseen=unseen,
             ids=np.arange(shape[-1]),
             existence=np.ones(shape),
             confirmed=np.full(shape, confirmed),
@@ -169,53 +182,61 @@ class Tracker:
         """Return the state after one scan; ScanRefused, with the state as it was, if the scan cannot be taken."""
         observed = admitted(scan, self._sensor_gates, state.time)
         many = scan.detections.z.size > FEW and is_sparse(self, state, scan)
-        gate, estimator, lifecycle = self._sensor_gates[scan.sensor], self.estimator, self.lifecycle
-        sensor = gate.sensor if scan.pose is None else gate.sensor.at(scan.pose)
-        dt = scan.time - state.time if state.time != -np.inf else 0.0
+        try:
+            gate, estimator, lifecycle = self._sensor_gates[scan.sensor], self.estimator, self.lifecycle
+            sensor = gate.sensor if scan.pose is None else gate.sensor.at(scan.pose)
+            dt = scan.time - state.time if state.time != -np.inf else 0.0
 
-        rng = state.seed.generator(state.steps) if self._draws else NO_DRAWS
-        branches = self._branches
-        rows = state.leaves if branches else state
-        belief = rows.belief
-        if self._reframes and dt > 0:
-            belief = estimator.reframe(belief, estimator.moments(belief))
-        belief = estimator.predict(belief, dt, rng)
-        existence = rows.existence if lifecycle.certain else lifecycle.predict(rows.existence, dt)
-        unseen, rate, found = births.reveal(self, state, dt, sensor, observed, rng) if self._models_unseen else NOTHING
+            rng = state.seed.generator(state.steps) if self._draws else NO_DRAWS
+            branches = self._branches
+            rows = state.leaves if branches else state
+            belief = rows.belief
+            if self._reframes and dt > 0:
+                belief = estimator.reframe(belief, estimator.moments(belief))
+            belief = estimator.predict(belief, dt, rng)
+            existence = rows.existence if lifecycle.certain else lifecycle.predict(rows.existence, dt)
+            unseen, rate, found = births.reveal(self, state, dt, sensor, observed, rng) if self._models_unseen else NOTHING
 
-        if many and isinstance(observed, Detections):
-            it = sparse.Predicted(belief, existence, sensor, gate, observed, rate, unseen, found)
-            return sparse.concluded(self, state, scan, dt, it, sparse.meet(self, it), rng)
-        innovation = estimator.evaluate(belief, sensor, observed, self.gate.probability)
-        scores = self.gate.scores(innovation, sensor, observed, existence, gate, rate)
-        if branches and isinstance(observed, Detections):
-            evaluated = branching.Evaluated(belief, existence, unseen, found, innovation, scores)
-            return branching.grown(self, state, scan, observed, sensor, evaluated, dt, rng)
-        plain = gate.axes and observed.evidence is None
-        weights = self.associator.associate(scores, None) if plain else self._associate(scores, observed)
-        used = weights if lifecycle.certain else kernels.given_existence(weights, scores, innovation.loglik, existence)
+            if many and isinstance(observed, Detections):
+                it = sparse.Predicted(belief, existence, sensor, gate, observed, rate, unseen, found)
+                return sparse.concluded(self, state, scan, dt, it, sparse.meet(self, it), rng)
+            innovation = estimator.evaluate(belief, sensor, observed, self.gate.probability)
+            scores = self.gate.scores(innovation, sensor, observed, existence, gate, rate)
+            if branches and isinstance(observed, Detections):
+                evaluated = branching.Evaluated(belief, existence, unseen, found, innovation, scores)
+                return branching.grown(self, state, scan, observed, sensor, evaluated, dt, rng)
+            plain = gate.axes and observed.evidence is None
+            weights = self.associator.associate(scores, None) if plain else self._associate(scores, observed)
+            used = weights if lifecycle.certain else kernels.given_existence(weights, scores, innovation.loglik, existence)
 
-        approximated = self._approximated(state, scores, observed) if self._approximates else state.approximated
-        after = new_state(
-            scan.time, estimator.update(belief, innovation, used), state.memory, unseen, state.ids, existence,
-            state.confirmed, weights, innovation.nis, state.born, approximated, state.seed, state.steps + 1,
-            None, None, None,
-        )  # fmt: skip
-        if not lifecycle.permanent:
-            seen = kernels.existence(
-                scores, weights, existence, innovation.loglik, self.gate.probability,
-                self.associator.exclusive or not gate.axes,
+            approximated = self._approximated(state, scores, observed) if self._approximates else state.approximated
+            after = new_state(
+                scan.time, estimator.update(belief, innovation, used), state.memory, unseen, state.ids, existence,
+                state.confirmed, weights, innovation.nis, state.born, approximated, state.seed, state.steps + 1,
+                None, None, None,
             )  # fmt: skip
-            gates = Gates(state.ids, state.confirmed, state.born, state.ids, scores, None, None) if gate.axes else None
-            after = self.reviewed(after, gates, dt, *seen)
-        if self._asks_birth:
-            after = births.begin(self, after, found, sensor, scan.sensor, observed, weights, rng)
-        return after
+            if not lifecycle.permanent:
+                seen = kernels.existence(
+                    scores, weights, existence, innovation.loglik, self.gate.probability,
+                    self.associator.exclusive or not gate.axes,
+                )  # fmt: skip
+                gates = Gates(state.ids, state.confirmed, state.born, state.ids, scores, None, None) if gate.axes else None
+                after = self.reviewed(after, gates, dt, *seen)
+            if self._asks_birth:
+                after = births.begin(self, after, found, sensor, scan.sensor, observed, weights, rng)
+            return after
+        except Exception as error:
+            explain(error, self, partial(self.step, state, scan), self.start)
+            raise
 
     def predict(self, state: State, time: float) -> Any:
         """Return the belief at `time` in s, as `step` predicts it for a scan of that time."""
         rng = state.seed.generator(state.steps) if self._draws else NO_DRAWS
-        return predicted(self.estimator, state.belief, time - state.time if state.time != -np.inf else 0.0, rng)
+        try:
+            return predicted(self.estimator, state.belief, time - state.time if state.time != -np.inf else 0.0, rng)
+        except Exception as error:
+            explain(error, self, partial(self.predict, state, time))
+            raise
 
     def sensor_of(self, scan: Scan) -> Sensor:
         """Return the sensor of a scan, standing where the scan says that it stood."""
@@ -224,7 +245,12 @@ class Tracker:
 
     def estimate(self, state: State, time: float | None = None) -> Gaussian:
         """Return mean (*b, t, n) and covariance (*b, t, n, n) of every track over `self.state`: at `time` in s, or now."""
-        return self.estimator.moments(state.belief if time is None else self.predict(state, time))
+        belief = state.belief if time is None else self.predict(state, time)
+        try:
+            return self.estimator.moments(belief)
+        except Exception as error:
+            explain(error, self, partial(self.estimator.moments, belief))
+            raise
 
     def _approximated(self, state: State, scores: Array, observed: Detections | Frame) -> int:
         """Return how many weights were not exact so far; a frame's are."""

@@ -1,0 +1,145 @@
+"""A method of a third party that raises or returns what it must not: the error names place, kind, class and method."""
+
+import tomllib
+
+import numpy as np
+import pytest
+
+import vedette
+from support.faulty import CONFIG, SOURCE, methods, spoiled, with_plugin
+from vedette import Registry
+from vedette.cli import main
+from vedette.tracking import faults
+from vedette.tracking.tracker import Tracker
+
+INSTALLED = Registry.installed()
+
+WRONG = [
+    ("Drift", "move", 'raise KeyError("gone")', "estimator.of.motion: x_motion", "raised KeyError: 'gone'"),
+    ("Drift", "jacobian", "return given[..., :1]", "estimator.of.motion: x_motion", "must return (*b, 4, 4) or (4, 4)"),
+    ("Drift", "noise", "return given * np.nan", "estimator.of.motion: x_motion", "got nan in 16 of 16"),
+    ("Drift", "noise", "return str(given)", "estimator.of.motion: x_motion", "got a str"),
+    ("Lidar", "measure", "return given.astype(str)", "sensors.lidar: x_sensor", "values"),
+    ("Lidar", "jacobian", "return np.swapaxes(given, -1, -2)", "sensors.lidar: x_sensor", "or (3, 2), *b being"),
+    ("Lidar", "noise", "return given[..., 0]", "sensors.lidar: x_sensor", "must return (*b, 3, 3) or (3, 3)"),
+    ("Lidar", "detects", "return {}['p']", "sensors.lidar: x_sensor", "raised KeyError: 'p'"),
+    ("Lidar", "clutter", "return None", "sensors.lidar: x_sensor", "got nothing"),
+    ("Lidar", "invert", "return given.mean, given.cov", "sensors.lidar: x_sensor", "must return a Gaussian(mean, cov)"),
+    ("Alone", "associate", "return given[..., 1:]", "associator: x_associator", "must return weights"),
+    ("Alone", "associate", "return given, scores", "associator: x_associator", "got a tuple of 2"),
+    (
+        "Filter",
+        "start",
+        "return Gaussian(given.mean, given.cov[..., 0])",
+        "estimator: x_estimator",
+        "must return cov (0, 4, 4)",
+    ),
+    ("Filter", "predict", "return None", "estimator: x_estimator", "must return a belief, a Gaussian as it was given"),
+    ("Filter", "evaluate", "return given.loglik", "estimator: x_estimator", "must return an Innovation"),
+    ("Filter", "update", "return Gaussian(given.mean, given.cov[..., :1])", "estimator: x_estimator", "must return cov"),
+    ("Filter", "moments", "return given.mean", "estimator: x_estimator", "must return a Gaussian(mean, cov)"),
+    ("Unclaimed", "reveal", "return given[0][:1]", "birth: x_birth", "must return the density of each return"),
+    ("Unclaimed", "begin", "return given.prior", "birth: x_birth", "must return a Newborn(returns, prior, existence)"),
+    ("Seen", "start", "return Count(np.ones(7))", "lifecycle: x_lifecycle", "must return a memory whose arrays lead"),
+    ("Seen", "predict", "return given[..., None, None]", "lifecycle: x_lifecycle", "must return (0,); got (0, 1, 1)"),
+    ("Seen", "review", "return given[1:]", "lifecycle: x_lifecycle", "must return memory, confirmed and alive"),
+    ("Same", "process", "return given.z[:, 0]", "preprocessors.lidar: x_preprocessor", "must return Detections"),
+    ("Scene", "open", "return given.scans", "source: x_source", "must return a Recording"),
+    ("Scene", "open", "return Recording([each.time for each in given.scans])", "source: x_source", "got a float"),
+]
+
+
+@pytest.fixture
+def command(monkeypatch, tmp_path):
+    """Run `vedette run` with a plugin; return the exit code."""
+    path = tmp_path / "faulty.toml"
+    path.write_text(CONFIG)
+    monkeypatch.setattr("vedette.commands.run.can_draw", lambda: False)
+
+    def run(source, *options):
+        monkeypatch.setattr(Registry, "installed", lambda: with_plugin(INSTALLED, source))
+        return main([*options, "run", str(path), "--out", str(tmp_path / "out")])
+
+    return run
+
+
+@pytest.mark.parametrize(("cls", "method", "fault", "place", "said"), WRONG)
+def test_a_faulty_method_is_named_in_one_paragraph(cls, method, fault, place, said, command, capsys):
+    assert command(spoiled(cls, method, fault)) == 2
+    error = capsys.readouterr().err.strip()
+    assert error.count("\n") == 0, error
+    assert f"{place} (vedette_x.{cls}).{method} " in error
+    assert said in error
+    assert f"`vedette check {place.split()[-1]}`" in error
+    assert "Traceback" not in error
+
+
+def test_the_plugin_without_a_fault_runs(command, tmp_path):
+    assert command(SOURCE) == 0
+    assert "2 confirmed of 2 begun" in (tmp_path / "out" / "summary.txt").read_text()
+
+
+def test_the_traceback_is_there_for_who_asks(command, capsys):
+    assert command(spoiled("Drift", "move", 'raise KeyError("gone")'), "--traceback") == 2
+    said = capsys.readouterr().err
+    assert "Traceback" in said
+    assert "KeyError: 'gone'" in said
+    assert "vedette_x.py" in said
+
+
+def test_a_step_that_fails_says_so_too_and_leaves_the_state():
+    config = {name: part for name, part in tomllib.loads(CONFIG).items() if name not in ("source", "preprocessors")}
+    wrong = spoiled("Lidar", "jacobian", "return np.swapaxes(given, -1, -2) if len(x) else given")
+    tracker = vedette.build(config, with_plugin(INSTALLED, wrong))
+    one = vedette.Detections.of([[5.0, 3.0, 4.0]])
+    state = tracker.step(tracker.start(), vedette.Scan(0.0, "lidar", one))
+    with pytest.raises(
+        vedette.PluginError, match=r"^sensors\.lidar: x_sensor \(vedette_x\.Lidar\)\.jacobian must return"
+    ) as it:
+        tracker.step(state, vedette.Scan(1.0, "lidar", one))
+    assert isinstance(it.value.__cause__, ValueError), "the original error is behind it"
+    assert len(state.ids) == 1
+
+
+def test_what_the_filters_keep_of_earlier_answers_does_not_hide_the_fault(command, capsys):
+    """The matrices of a linear motion are asked for once: the diagnosis must ask again."""
+    linear = spoiled("Drift", "noise", "return given[:, :3]").replace(
+        'kind = "x_motion"', 'kind = "x_motion"\n    linear = True'
+    )
+    assert command(linear) == 2
+    assert "x_motion (vedette_x.Drift).noise must return (*b, 4, 4) or (4, 4)" in capsys.readouterr().err
+
+
+def test_numbers_that_are_none_are_told_after_the_run():
+    """Nothing fails where a method returns nan, so that the tracks are looked at in the end, and the fault then found."""
+    registry = with_plugin(INSTALLED, spoiled("Lidar", "detects", "return given * np.nan"))
+    with pytest.raises(vedette.PluginError, match=r"x_sensor \(vedette_x\.Lidar\)\.detects must return numbers; got nan"):
+        vedette.config.load(tomllib.loads(CONFIG), registry).run()
+
+
+def test_right_components_break_no_promise():
+    """No false alarm: every call of these runs is looked at."""
+    for config in ("harbour", "flir", "swarm"):
+        experiment = vedette.load(f"examples/{config}.toml")
+
+        def some(experiment=experiment):
+            for scan, state in experiment.steps():
+                experiment.tracker.estimate(state)
+                if state.steps > 4:
+                    return scan
+            return None
+
+        assert faults.broken_promise(experiment, some) is None
+
+
+def test_an_error_that_is_no_components_is_left_as_it_is(monkeypatch):
+    config = {name: part for name, part in tomllib.loads(CONFIG).items() if name not in ("source", "preprocessors")}
+    tracker = vedette.build(config, with_plugin(INSTALLED, SOURCE))
+    monkeypatch.setattr("vedette.tracking.gate.kernels.gate_scores", lambda *given: np.zeros(0)[7])
+    with pytest.raises(IndexError, match="out of bounds"):
+        tracker.step(tracker.start(), vedette.Scan(0.0, "lidar", vedette.Detections.of([[5.0, 3.0, 4.0]])))
+    assert isinstance(tracker, Tracker)
+
+
+def test_every_method_of_the_plugin_is_tried():
+    assert {(cls, method) for cls, method, *_ in WRONG} >= set(methods()) - {("Unclaimed", "predict")}
