@@ -9,7 +9,7 @@ import numpy as np
 
 from vedette.metrics.consistency import nees, pooled_nis
 from vedette.metrics.coverage import NONE, Indices, is_lost, switches
-from vedette.metrics.errors import rmse
+from vedette.metrics.errors import expected_error, rmse
 from vedette.metrics.gospa import gospa, ospa
 from vedette.metrics.histories import Entries, positions, velocities
 from vedette.metrics.matching import Match, Pairs, match
@@ -85,6 +85,7 @@ def _accuracy(pairs: Pairs, found: Match) -> dict[str, Any]:
     modes = found.entries.mode_prob
     return {
         "position_rmse_m": rmse(pairs.error[:, spot]),
+        "position_deviation_m": expected_error(cov[:, spot][:, :, spot]),
         "velocity_rmse_mps": rmse(pairs.error[:, speed]) if speed else None,
         "bias_m": tuple(np.mean(pairs.error[:, spot], axis=0).tolist()),
         "nees_position": _nees_over_axes(pairs.error[:, spot], cov[:, spot][:, :, spot]),

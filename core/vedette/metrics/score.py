@@ -111,6 +111,7 @@ class Score:
     scans: int
     tracks: int
     position_rmse_m: float | None = None
+    position_deviation_m: float | None = None
     velocity_rmse_mps: float | None = None
     bias_m: tuple[float, ...] | None = None
     coverage: float | None = None

@@ -10,6 +10,7 @@ from attrs import Factory, define, field
 
 from vedette.metrics.consistency import gate_truncation, nees
 from vedette.metrics.coverage import NONE, Held, Indices, covering, switches
+from vedette.metrics.errors import expected_error
 from vedette.metrics.gospa import gospa, ospa
 from vedette.metrics.histories import Entries, positions, velocities
 from vedette.metrics.matching import Match
@@ -56,6 +57,7 @@ class _Errors:
 
     count: int = 0
     position: float = 0.0
+    expected: float = 0.0
     velocity: float | None = None
     bias: Array = field(factory=lambda: np.zeros(0))
     nees: float | None = 0.0
@@ -73,6 +75,7 @@ class _Errors:
         self.bias = self.bias + moved if self.count else moved
         self.count += len(entry)
         self.position += float(np.sum(np.sum(error[:, spot] ** 2, axis=-1)))
+        self.expected += len(entry) * expected_error(cov[:, spot][:, :, spot]) ** 2
         if speed:
             self.velocity = (self.velocity or 0.0) + float(np.sum(np.sum(error[:, speed] ** 2, axis=-1)))
         self.nees = _sum_of_nees(self.nees, error[:, spot], cov[:, spot][:, :, spot])
@@ -89,6 +92,7 @@ class _Errors:
             return {}
         return {
             "position_rmse_m": float(np.sqrt(self.position / n)),
+            "position_deviation_m": float(np.sqrt(self.expected / n)),
             "velocity_rmse_mps": None if self.velocity is None else float(np.sqrt(self.velocity / n)),
             "bias_m": tuple((self.bias / n).tolist()),
             "nees_position": None if self.nees is None else self.nees / n / len(self.bias),

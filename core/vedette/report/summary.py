@@ -25,6 +25,11 @@ MOST_OBJECTS = 30
 FACTOR = 2.0
 """A mean NEES of one run that is off by less than this factor is no evidence against the covariance: see docs/metrics.md."""
 
+CUT = 0.5
+"""Errors are judged within the pairing radius. If a filter expects more than this part of it, a right one's NEES falls short
+by 8 % and more in the plane: there is no verdict.
+"""
+
 _TEXT, _WIDE = 21, 118
 """Columns at which texts begin and end, in characters."""
 
@@ -169,7 +174,12 @@ def _objects(score: Score, unit: str) -> list[str]:
 def _consistency(experiment: Experiment, score: Score, bands: Bands) -> Iterator[tuple[str, str]]:
     if score.nees_position is not None:
         yield "NEES", f"{score.nees_position:.3g} of what is expected, of the position; {_inside(bands.nees)}"
-        yield "", _nees_in_words(score.nees_position)
+        expected, radius, unit = score.position_deviation_m or 0.0, experiment.judge.cover_radius, length_unit(experiment)
+        if expected > CUT * radius and score.nees_position <= FACTOR:
+            cut = f"not judged: the pairing radius of {radius:g} {unit} cuts the errors, which the filter expects to be"
+            yield "", f"{cut} {expected:.3g} {unit}; set judge.cover_radius to {float(f'{3 * expected:.2g}'):g} or more"
+        else:
+            yield "", _nees_in_words(score.nees_position)
     if score.nees_state is not None:
         yield "", f"{score.nees_state:.3g} of what is expected, of {', '.join(score.nees_state_axes or ())}"
     if score.nis is not None and bands.nis.count:

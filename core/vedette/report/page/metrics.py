@@ -10,6 +10,7 @@ MEANINGS = {
     "tracks": ("tracks that were ever confirmed", ""),
     "begun": ("tracks begun", ""),
     "position_rmse_m": ("position error, RMS while covered", "m"),
+    "position_deviation_m": ("position error that the covariances expect", "m"),
     "velocity_rmse_mps": ("velocity error, RMS while covered", "m/s"),
     "bias_m": ("mean error", "m"),
     "coverage": ("part of the scans in which an object is covered", ""),
