@@ -10,7 +10,7 @@ from vedette.roles import Sensor
 from vedette.space import Array
 from vedette.testing.judging import Closed, demand, frozen_copy, same
 from vedette.testing.law import Law
-from vedette.testing.laws.looks import Looks, noise_of
+from vedette.testing.laws.looks import Looks, noise_of, regular
 from vedette.types import Gaussian
 
 SHARP = 1e-4
@@ -74,9 +74,10 @@ def _nearly_linear(sensor: Sensor, x: Array, found: Gaussian, root: Array) -> An
 
 def the_usual_noise_is_the_sensors(sensor: Sensor, drawn: Looks) -> None:
     """A return without a noise of its own is inverted with the sensor's."""
-    z = sensor.measure(drawn.x)
+    x = regular(sensor, drawn.x)
+    z = sensor.measure(x)
     usual = inverted(sensor, z)
-    R, there = noise_of(sensor, drawn.x), noise_of(sensor, usual.mean)
+    R, there = noise_of(sensor, x), noise_of(sensor, usual.mean)
     constant = np.ptp(R, axis=0).max() <= 1e-12 * np.abs(R).max()
     if not constant and np.abs(there - R).max() > 0.02 * np.abs(R).max():
         raise Closed("its noise depends on the state, which one return does not tell well enough")

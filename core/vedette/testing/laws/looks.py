@@ -7,10 +7,13 @@ from attrs import frozen
 from hypothesis import strategies as st
 
 from vedette.roles import Sensor
-from vedette.space import Array
-from vedette.testing.judging import frozen_copy
+from vedette.space import Array, Space
+from vedette.testing.judging import derivative, frozen_copy
 from vedette.testing.law import Profile
-from vedette.testing.states import SEEDS, points
+from vedette.testing.states import SEEDS, points, steps_of
+
+SMOOTH = 0.05
+"""Uncertainty of a derivative by differences, as a part of it, beyond which there is none."""
 
 
 @frozen(eq=False)
@@ -30,6 +33,24 @@ def drawn(sensor: Sensor, profile: Profile) -> st.SearchStrategy[Looks]:
     x = points(sensor.observes, 3).map(frozen_copy)
     z, step = points(sensor.measurement, 3).map(frozen_copy), points(sensor.measurement, 3).map(frozen_copy)
     return st.builds(Looks, x, z, step, SEEDS, st.just(profile.runs), st.just(profile.alpha))
+
+
+def regular(sensor: Sensor, x: Array) -> Array:
+    """Return the states (*b, n), those at which `measure` has no derivative moved by a small step along each axis.
+
+    A target over the sensor itself has no bearing: what a return stands for is asked some 20 m beside it. The derivative is
+    that of `measure`, whatever the sensor states, so a wrong jacobian changes nothing.
+    """
+    step = steps_of(sensor.observes)
+
+    def smooth(state: Array) -> bool:
+        with np.errstate(all="ignore"):
+            slope, doubt = derivative(sensor.measure, state, sensor.measurement.difference, 1e-2 * step)
+        largest = np.max(np.abs(slope) * step, axis=-1, keepdims=True)
+        return bool(np.all(np.isfinite(slope)) and np.all(doubt * step <= SMOOTH * largest + 1e-12))
+
+    moved = Space(sensor.observes.axes).displace(x, step)
+    return frozen_copy(np.where(np.array([smooth(state) for state in x])[:, None], x, moved))
 
 
 def full(result: Array, x: Array, shape: tuple[int, ...]) -> Array:

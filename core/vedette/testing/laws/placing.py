@@ -9,7 +9,7 @@ from vedette.space import Array, Space
 from vedette.testing.judging import Closed, same
 from vedette.testing.law import Law
 from vedette.testing.laws.inverting import a_sharp_return_inverts_exactly, inverted
-from vedette.testing.laws.looks import Looks, full, noise_of
+from vedette.testing.laws.looks import Looks, full, noise_of, regular
 from vedette.types import Pose
 
 PLACE, SPEED, HEADING = np.array([120.0, -45.0]), np.array([3.0, 4.0]), 0.7
@@ -76,7 +76,7 @@ def inverts_where_it_stands(sensor: Sensor, drawn: Looks) -> None:
     if not all(name in {*sum(PAIRS, ()), *FIXED} for name in space.names):
         raise Closed("it observes more than a position and its motion")
     # What is assumed of a velocity that one return leaves open does not move along with the platform: it stands still here.
-    there, z = sensor.at(Pose(PLACE, STILL, HEADING)), home.measure(drawn.x)
+    there, z = sensor.at(Pose(PLACE, STILL, HEADING)), home.measure(regular(home, drawn.x))
     usual, found = inverted(home, z), inverted(there, z)
     wanted = shifted(space, turned(space, usual.mean, HEADING), 1.0, STILL)
     turn = turned(space, np.eye(len(space)), HEADING).T
