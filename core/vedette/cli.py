@@ -137,6 +137,8 @@ def _parser() -> ArgumentParser:
         "plugin", help="a package with a component that keeps its laws", description=about.NEW_PLUGIN
     )
     package.add_argument("name", metavar="NAME", help="of the plugin: a word")
+    roles = ("motion", "sensor", "associator", "estimator", "birth", "lifecycle")
+    package.add_argument("--role", choices=roles, default="motion", help="what its component is; default: motion")
     package.add_argument("--out", metavar="DIR", help="folder for the package; default: vedette-NAME")
 
     explain = commands.add_parser(

@@ -13,7 +13,10 @@ NEW_CONFIG = (
     "Read the header and the rows of a file of detections; guess its columns, units, rates and noise; write a config that "
     "tracks its targets, with a comment on each guess."
 )
-NEW_PLUGIN = "Write a Python package with a motion model, its test against all laws of its role, and its entry point."
+NEW_PLUGIN = (
+    "Write a Python package with a component of one role that works, its test against all laws of that role, and its entry "
+    "point."
+)
 EXPLAIN = (
     "Say in plain words what a config composes, which gates, errors and lives of tracks follow from it, and what is out of "
     "proportion, each with its place. The source is opened for its first scans; nothing is tracked."

@@ -34,7 +34,7 @@ def _config(arguments: Namespace) -> int:
 
 def _plugin(arguments: Namespace) -> int:
     folder = Path(arguments.out or distribution_name(arguments.name))
-    for path in draft_package(arguments.name, folder):
+    for path in draft_package(arguments.name, folder, arguments.role):
         print(path)
     print(f"install and test it: cd {folder}; pip install -e '.[test]'; python -m pytest")
     return DONE

@@ -1,89 +1,38 @@
-"""A package for a plugin: a motion model that keeps its laws, the test that says so, and how it is installed."""
+"""A package for a plugin: a component of one role that keeps its laws, the test that says so, and how it is installed.
+
+The files stand in `templates`, with the plugin's own names left open.
+"""
 
 from __future__ import annotations
 
 import keyword
 import re
+from importlib.resources import files
 from pathlib import Path
+from string import Template
 
 from vedette.errors import ConfigError, Problem
 
-FILES = {
-    "pyproject.toml": """build-system = {{ requires = ["hatchling"], build-backend = "hatchling.build" }}
-
-[project]
-name = "{dashed}"
-version = "0.1.0"
-dependencies = ["vedette"]
-entry-points.vedette.{short} = "{module}"
-
-[project.optional-dependencies]
-test = ["vedette[testing]"]
-""",
-    "README.md": """# {dashed}
-
-Components for Vedette. Install it where Vedette is, and test it:
-
-    pip install -e '.[test]'
-    python -m pytest
-    vedette components {short}_motion
-
-A config may then say `motion = {{ kind = "{short}_motion", sigma_accel = 0.5 }}`. docs/write-a-plugin.md of Vedette shows
-sensors, associators, estimators, births and lifecycles.
-""",
-    "src/{module}/__init__.py": '''"""What this package brings to Vedette."""
-
-import vedette
-from {module}.motion import {title}Motion
-
-VEDETTE_CONTRACT = 2
-
-
-@vedette.plugin
-def vedette_components():
-    """Return every component of this package."""
-    return [{title}Motion]
-''',
-    "src/{module}/motion.py": '''"""How a target moves: replace this by your own model, and keep its laws."""
-
-import numpy as np
-from attrs import frozen
-
-import vedette
-
-
-@frozen
-class {title}Motion(vedette.MotionModel):
-    """White-noise acceleration: x' = x + T v, v' = v, with Q = sigma_accel^2 [T^3/3 T^2/2; T^2/2 T] per axis."""
-
-    kind = "{short}_motion"
-    linear = True
-    divisible = True  # two steps give the moments of one of both lengths
-    sigma_accel: float = vedette.fields.quantity("m/s^1.5", "speed gained in 1 s", above=0)
-    state = vedette.Space.of(x="m", y="m", vx="m/s", vy="m/s")
-
-    def move(self, x, dt):
-        """Return the state `dt` s later: (*b, 4) -> (*b, 4)."""
-        return x @ self.jacobian(x, dt).T
-
-    def jacobian(self, x, dt):
-        """Return F (4, 4)."""
-        return np.kron([[1.0, dt], [0.0, 1.0]], np.eye(2))
-
-    def noise(self, x, dt):
-        """Return Q (4, 4)."""
-        return self.sigma_accel**2 * np.kron([[dt**3 / 3, dt**2 / 2], [dt**2 / 2, dt]], np.eye(2))
-''',
-    "tests/test_components.py": '''"""Every component keeps the laws of its role; a failure says which, and on what."""
-
-from {module}.motion import {title}Motion
-
-from vedette.testing import conformance
-
-Test{title}Motion = conformance({title}Motion)
-''',
+USES = {
+    "motion": 'motion = { kind = "${short}_motion", sigma_accel = 0.5 }',
+    "sensor": 'sensors.radar = { kind = "${short}_sensor", sigma_range = 5, sigma_bearing = "0.5 deg" }',
+    "associator": 'associator = { kind = "${short}_associator" }',
+    "estimator": 'estimator = { kind = "${short}_estimator", motion = { kind = "constant_velocity", sigma_accel = 0.5 } }',
+    "birth": 'birth = { kind = "${short}_birth", speed = 10 }',
+    "lifecycle": 'lifecycle = { kind = "${short}_lifecycle", hits = 3, patience = 10 }',
 }
-"""The files of a package, their names and texts with the plugin's own names left open."""
+"""The roles of which a package can be drafted, and how a config uses its component."""
+
+ROLES = tuple(USES)
+
+PLACES = {
+    "pyproject.toml.txt": "pyproject.toml",
+    "README.md.txt": "README.md",
+    "init.py.txt": "src/{module}/__init__.py",
+    "{role}.py.txt": "src/{module}/{role}.py",
+    "test_components.py.txt": "tests/test_components.py",
+}
+"""The templates and where each goes."""
 
 
 def distribution_name(name: str) -> str:
@@ -91,21 +40,25 @@ def distribution_name(name: str) -> str:
     return f"vedette-{_short(name).replace('_', '-')}"
 
 
-def draft_package(name: str, folder: Path) -> list[Path]:
+def draft_package(name: str, folder: Path, role: str = "motion") -> list[Path]:
     """Write the package of a plugin called `name` into `folder`, which must not exist or be empty; return its files.
 
-    ConfigError for a name that is none, or a folder that holds anything.
+    `role` says what its component is. ConfigError for a name that is none, or a folder that holds anything.
     """
     short = _short(name)
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise ConfigError([Problem("--out", f"{str(folder)!r} exists already and is not an empty folder")])
-    title = "".join(word.capitalize() for word in short.split("_"))
-    names = {"short": short, "module": f"vedette_{short}", "dashed": distribution_name(name), "title": title}
-    written = []
-    for place, text in FILES.items():
+    if role not in USES:
+        raise ConfigError([Problem("--role", f"must be one of {', '.join(ROLES)}, got {role!r}")])
+    title = "".join(word.capitalize() for word in short.split("_")) + role.capitalize()
+    names = {"short": short, "module": f"vedette_{short}", "dashed": distribution_name(name), "title": title, "role": role}
+    names["use"] = Template(USES[role]).substitute(names)
+    templates, written = files("vedette.drafting") / "templates", []
+    for template, place in PLACES.items():
+        text = (templates / template.format(**names)).read_text(encoding="utf-8")
         path = folder / place.format(**names)
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text.format(**names), encoding="utf-8", newline="\n")
+        path.write_text(Template(text).substitute(names), encoding="utf-8", newline="\n")
         written.append(path)
     return written
 
