@@ -44,6 +44,12 @@ def test_what_the_radius_cannot_hide_is_still_told(scene):
     assert "underconfident" in text
 
 
+def test_errors_far_within_the_radius_are_judged_whatever_the_filter_expects(scene):
+    text, score = told(scene[0], deviation=0.15 * 50.0, radius=50.0, scale=20.0)
+    assert score.position_deviation_m > 25.0
+    assert "underconfident" in text
+
+
 def test_the_limit_leaves_a_right_filter_its_nees():
     """At the limit, deviations of half the radius, the NEES of a right filter in the plane falls short by 7 to 8 %."""
     square = np.linspace(0.0, 8.0, 200_001)  # of the error over its variance, up to that at the radius

@@ -13,6 +13,7 @@ from vedette.metrics import Score
 from vedette.metrics.consistency import chi_square_band
 from vedette.report.figures import count, length_unit, unused
 from vedette.report.traces import BAND, Bands, Inside, band, mode_names
+from vedette.report.track_rows import aligned, track_rows
 from vedette.report.warnings import ENOUGH, warnings
 from vedette.types import LazyScans
 
@@ -27,7 +28,8 @@ FACTOR = 2.0
 
 CUT = 0.5
 """Errors are judged within the pairing radius. If a filter expects more than this part of it, a right one's NEES falls short
-by 8 % and more in the plane: there is no verdict.
+by 8 % and more in the plane: there is no verdict. Errors of less than half this part are cut by no radius: of a filter
+that expects larger ones they show that it is wrong.
 """
 
 _TEXT, _WIDE = 21, 118
@@ -51,6 +53,8 @@ def summary(experiment: Experiment, result: Result, score: Score, bands: Bands |
         radius = f"a track within {experiment.judge.cover_radius:g} {unit} covers an object"
         lines += ["", f"Against the truth: {radius}; {count(score.scans, 'scan')} judged{few}"]
         lines += [*rows(_against_truth(experiment, score, unit)), "", *_objects(score, unit)]
+    if told := track_rows(result):
+        lines += ["", *told]
     lines += ["", "Are the covariances as large as the errors?", *rows(_consistency(experiment, score, bands))]
     return "\n".join(lines) + "\n"
 
@@ -165,8 +169,7 @@ def _objects(score: Score, unit: str) -> list[str]:
         )
         for fate in score.truths[:MOST_OBJECTS]
     ]
-    widths = [max(len(row[i]) for row in (titles, *table)) for i in range(len(titles))]
-    lines = ["  " + "  ".join([row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])]) for row in (titles, *table)]
+    lines = list(aligned((titles, *table)))
     more = len(score.truths) - MOST_OBJECTS
     return [*lines, f"  and {more:,} more, which summary.json has"] if more > 0 else lines
 
@@ -175,7 +178,8 @@ def _consistency(experiment: Experiment, score: Score, bands: Bands) -> Iterator
     if score.nees_position is not None:
         yield "NEES", f"{score.nees_position:.3g} of what is expected, of the position; {_inside(bands.nees)}"
         expected, radius, unit = score.position_deviation_m or 0.0, experiment.judge.cover_radius, length_unit(experiment)
-        if expected > CUT * radius and score.nees_position <= FACTOR:
+        reaching = expected > CUT * radius and (score.position_rmse_m or 0.0) > CUT / 2 * radius
+        if reaching and score.nees_position <= FACTOR:
             cut = f"not judged: the pairing radius of {radius:g} {unit} cuts the errors, which the filter expects to be"
             yield "", f"{cut} {expected:.3g} {unit}; set judge.cover_radius to {float(f'{3 * expected:.2g}'):g} or more"
         else:
