@@ -169,6 +169,8 @@ def _parser() -> ArgumentParser:
         "--epoch", metavar="DATE", help="when the time was 0, as 2024-05-01T12:00:00Z, if times are no dates"
     )
     export.add_argument("--ellipses", metavar="N", default="50", help="at most so many a track, as areas; default: 50")
+    export.add_argument("--lasting", metavar="TIME", help="only tracks that were confirmed for so long, as in '30 s'")
+    export.add_argument("--covering", action="store_true", help="only tracks that covered a true object: no false ones")
     export.add_argument("--smoothed", action="store_true", help="the smoothed tracks, of `vedette run --smooth`")
 
     reproduce = commands.add_parser("reproduce", help="reproduce a published study", description=about.REPRODUCE)

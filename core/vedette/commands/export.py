@@ -7,6 +7,8 @@ from argparse import Namespace
 from collections.abc import Callable
 from pathlib import Path
 
+from attrs import evolve
+
 from vedette.commands import asked
 from vedette.commands.ending import DONE
 from vedette.errors import ConfigError, Problem
@@ -15,7 +17,9 @@ from vedette.exporting.kml import write_kml
 from vedette.exporting.run import Run, read_epoch
 from vedette.exporting.tables import write_csv, write_parquet
 from vedette.exporting.viewer import write_rerun
+from vedette.io.series import read_series
 from vedette.report.page.geography import read_origin
+from vedette.units import in_unit
 
 FORMATS: dict[str, Callable[[Path, Run, int], None]] = {
     ".kml": write_kml,
@@ -44,9 +48,27 @@ def run(arguments: Namespace) -> int:
         raise ConfigError([Problem("--smoothed", f"{folder} has no {tracks}: `vedette run --smooth` writes it")])
     origin = asked.read("--origin", arguments.origin, read_origin)
     found = Run.read(folder, tracks, origin, asked.read("--epoch", arguments.epoch, read_epoch))
+    whole, found = len(found.tracks), _chosen(found, arguments)
     write(target, found, asked.whole("--ellipses", arguments.ellipses, 0))
     if target.suffix.lower() == ".kml" and not found.terms.dated:
         print("vedette: KML has dates only, so 0 s stands at 1970-01-01T00:00:00Z; --epoch gives another", file=sys.stderr)
     points = sum(len(track.times) for track in found.tracks)
-    print(f"{target}: {len(found.tracks)} tracks, {points} estimates, {target.stat().st_size / 1e6:.2g} MB")
+    rest = f" of {whole}" if whole > len(found.tracks) else ""
+    print(f"{target}: {len(found.tracks)}{rest} tracks, {points} estimates, {target.stat().st_size / 1e6:.2g} MB")
     return DONE
+
+
+def _chosen(found: Run, arguments: Namespace) -> Run:
+    """Return the run with those of its tracks that are asked for."""
+    tracks = found.tracks
+    if arguments.lasting is not None:
+        least = asked.read("--lasting", arguments.lasting, lambda text: float(in_unit(text, "s")))
+        tracks = tuple(track for track in tracks if track.times[-1] - track.times[0] >= least)
+    if arguments.covering:
+        if not found.about["objects"]:
+            told = "needs the truth, and this run has none: --lasting leaves out what was confirmed for a short time only"
+            raise ConfigError([Problem("--covering", told)])
+        entries = read_series(found.folder / "series.npz")["entries"]
+        covering = set(entries["track"][entries["object"] >= 0].tolist())
+        tracks = tuple(track for track in tracks if track.id in covering)
+    return evolve(found, tracks=tracks)
