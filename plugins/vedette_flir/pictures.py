@@ -59,7 +59,7 @@ def _bounds(found: Found) -> tuple[Panel, ...]:
             figures = np.array([_error(found[case][name]) for case in cases]).T
             curves.append(Curve(name, snr, figures[0], "points", doubt=2 * figures[1]))
         title = f"Jitter {jitter:g} px, spread {spread:g} px"
-        panels.append(Panel(title, "signal-to-noise ratio", "RMS error [px]", tuple(curves), log=True))
+        panels.append(Panel(title, "signal-to-noise ratio", "RMS error [px]", tuple(curves), log=True, log_across=True))
     return tuple(panels)
 
 

@@ -2,7 +2,7 @@
 
 import os
 from pathlib import Path
-from time import sleep
+from time import sleep, time
 
 import numpy as np
 import pytest
@@ -26,7 +26,7 @@ class Watched:
 
     def __init__(self, running, folder, size=(1400, 900)):
         self.experiment = vedette.load(config())
-        pace = Pace(float("inf"))
+        pace = self.pace = Pace(float("inf"))
         self.steps, self.folder = self.experiment.steps(progress=pace), folder
         self.live = LivePage(self.experiment, self.steps, pace)
         self.told = []
@@ -42,6 +42,7 @@ class Watched:
 
     def send(self, until):
         for told in self.told[self.sent : until]:
+            self.pace.came = time()
             self.live.take(*told)
             sleep(0.01)
         self.sent = min(until, len(self.told))
@@ -128,6 +129,33 @@ def test_paths_drawn_scan_by_scan_are_those_drawn_at_once(watched):
     far, drawn = watched.tab.evaluate(COMPARED)
     assert drawn > 2000
     assert far < 0.02 * drawn
+
+
+CHARTS = "page.charts.plots.map(({ chart, spec }) => [spec.title, spec.scans.length, chart.data.map((one) => [...one])])"
+
+
+def test_charts_that_go_on_are_those_made_anew_and_reach_the_last_scan(watched):
+    watched.send(HALF + 4)
+    watched.wait(f"page.charts.plots.length && page.charts.plots.every(({{ spec }}) => spec.scans.length === {HALF + 4})")
+    made = "page.charts.plots.map(({ chart }) => chart)"
+    watched.tab.evaluate(f"window.kept = {made}")
+    watched.send(HALF + 5)
+    watched.wait(f"page.charts.plots.every(({{ spec }}) => spec.scans.length === {HALF + 5})")
+    assert watched.tab.evaluate(f"{made}.every((chart, i) => chart === window.kept[i])")
+    went_on = watched.tab.evaluate(CHARTS)
+    watched.tab.evaluate("page.charts.rebuild()")
+    assert watched.tab.evaluate(CHARTS) == went_on
+    assert len(went_on) == 4
+
+
+def test_the_delay_of_every_scan_after_the_first_picture_is_known(watched):
+    watched.wait("live.came.length === 0")
+    told = watched.tab.evaluate("live.stats")
+    after = watched.tab.evaluate(
+        "Array.from(page.data.scans.came.subarray(0, page.data.scans.count)).filter(t => 1000 * t > live.stats.first).length"
+    )
+    assert 0 < after == len(told["delays"])
+    assert min(told["delays"]) > 0
 
 
 def test_a_line_goes_on_over_scans_that_were_not_compared(watched):

@@ -24,6 +24,8 @@ _LETTERS = 170
 """Letters of labels that one line above a chart of 12 inches holds, their marks reckoned as eight."""
 _UNDER_TITLE = 0.38
 """Inches from the upper edge to the labels."""
+_TICKS, _EDGE = 6, 0.09
+"""Numbers on an axis of a map, at most: they may be as long as -2000; part of a map that stays free around what it shows."""
 _MANY = 300
 """Points of a line that is drawn thinner."""
 _SHADES = {"reproduced": "#00527f", "not reproduced": "#b0413e", "not decided": "#8a6d00", "remark": canvas.SOFT}
@@ -60,7 +62,7 @@ def draw(chart: Chart) -> Figure:
     for i, panel in enumerate(chart.panels):
         beside = drawn[0] if chart.shared and drawn else None
         drawn.append(made.add_subplot(rows, columns, i + 1, sharey=beside))
-        _draw_panel(drawn[-1], panel)
+        _draw_panel(drawn[-1], panel, _room(columns))
     for axes, panel in zip(drawn, chart.panels, strict=True):
         if panel.log:
             _plain_numbers(axes.yaxis, *axes.get_ylim())
@@ -124,21 +126,25 @@ def _draw_claims(made: Figure, claims: Sequence[Claim], lines: Sequence[Sequence
             y -= text * _INCHES
 
 
-def _draw_panel(axes: Axes, panel: Panel) -> None:
+def _draw_panel(axes: Axes, panel: Panel, room: int) -> None:
+    """Draw a panel that `room` letters go into, beside one another."""
     canvas.plain(axes)
     axes.set_title(panel.title, loc="left", fontsize=canvas.letters(11), color=canvas.INK)
     axes.set(xlabel=panel.across, ylabel=panel.upright)
     if panel.equal:
         axes.set_aspect("equal", adjustable="datalim")
+        axes.locator_params(nbins=_TICKS)
+        axes.margins(_EDGE)
     if panel.log:
         axes.set_yscale("log")
     if panel.log_across:
         axes.set_xscale("log")
     if panel.ticks:
-        turned = max(map(len, panel.ticks)) * len(panel.ticks) > 60 * canvas.width() / 12.0 / canvas.letters(1.0)
+        turned = max(map(len, panel.ticks)) * len(panel.ticks) > 0.8 * room
         axes.set_xticks(
             range(len(panel.ticks)), panel.ticks, rotation=20 if turned else 0, ha="right" if turned else "center"
         )
+        axes.set_xlim(-0.5, len(panel.ticks) - 0.5)
     for i, curve in enumerate(panel.curves):
         _draw_curve(axes, curve, canvas.colour(i if curve.colour is None else curve.colour), panel.within)
     if panel.within is not None and not panel.log:
@@ -174,6 +180,8 @@ def _look(curve: Curve) -> dict[str, Any]:
 
 
 def _draw_curve(axes: Axes, curve: Curve, shade: str, within: tuple[float, float] | None) -> None:
+    from matplotlib.patheffects import withStroke
+
     shade = _OWN.get(curve.style, shade)
     if curve.doubt is not None:
         low, high = np.clip([curve.y - curve.doubt, curve.y + curve.doubt], *(within or (-np.inf, np.inf)))
@@ -184,6 +192,8 @@ def _draw_curve(axes: Axes, curve: Curve, shade: str, within: tuple[float, float
         else:
             axes.fill_between(curve.x, low, high, color=shade, alpha=0.2, linewidth=0)
     axes.plot(curve.x, curve.y, color=shade, label=curve.label or None, **_look(curve))
+    halo = withStroke(linewidth=canvas.stroke(3.0), foreground="white")  # lines may go on below a note
     for x, y, note in zip(curve.x, curve.y, curve.notes, strict=False):
-        words: dict[str, Any] = {"fontsize": canvas.letters(8.5), "color": canvas.SOFT}
-        axes.annotate(note, (x, y), (canvas.letters(6), -canvas.letters(11)), textcoords="offset points", **words)
+        words: dict[str, Any] = {"fontsize": canvas.letters(8.5), "color": canvas.SOFT, "path_effects": [halo]}
+        up = 4 if y < np.mean(axes.get_ylim()) else -11
+        axes.annotate(note, (x, y), (canvas.letters(6), canvas.letters(up)), textcoords="offset points", **words)

@@ -23,17 +23,19 @@ MOST_CURVES = 8
 """More points than this are too many for one panel."""
 _WORDS = {
     "position_rmse": "RMS position error [m]",
-    "nees": "NEES over the number of axes",
+    "nees": "NEES per axis",
     "nis": "NIS over what is expected",
     "lost": "share of lost runs",
 }
 """What is drawn, and what it is called."""
+_MORE = {"gospa": "GOSPA [m]", "coverage": "share of time covered", "false_tracks": "false tracks at a time"}
+"""What is drawn of points beside one another, too."""
 _TOLD = frozenset(UNITS) - {name for name in UNITS if name.startswith(("siap_", "hota_")) or name in ("motp", "ospa2")}
 """The figures in the text; the files have all."""
 _SERIES = tuple(_WORDS)[:3]
 _RIGHT = ("nees", "nis")
 """Figures that are 1 on matched truth."""
-_WITHIN = {"position_rmse": (0.0, np.inf), "nees": (0.0, np.inf), "nis": (0.0, np.inf), "lost": (0.0, 1.0)}
+_WITHIN = dict.fromkeys((*_WORDS, *_MORE), (0.0, np.inf)) | dict.fromkeys(("lost", "coverage"), (0.0, 1.0))
 """The values that there can be."""
 
 
@@ -108,7 +110,10 @@ def _flat(row: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def charts(outcome: Outcome) -> Iterator[Chart]:
-    """Yield errors against time, and the figures along each swept axis of numbers; bands are two standard errors."""
+    """Yield errors against time, and the figures along each swept axis of numbers, or else of the points beside one another.
+
+    Bands and bars are two standard errors.
+    """
     points = outcome.plan.points
     title = outcome.plan.title or "Study"
     shown = range(min(len(points), MOST_CURVES))
@@ -121,7 +126,10 @@ def charts(outcome: Outcome) -> Iterator[Chart]:
                 curves.append(Curve(points[i].name, each.times, each.values[name], doubt=2 * each.errors[name]))
             panels.append(_panel(outcome, name, "time [s]", curves, first=not panels))
         yield Chart("time", title, tuple(panels))
-    for path in numeric_axes(outcome.plan):
+    swept = tuple(numeric_axes(outcome.plan))
+    if len(points) > 1 and not swept:
+        yield Chart("points", title, _beside(outcome))
+    for path in swept:
         name, log = short_names(outcome.plan.axes)[path], spaced_evenly_in_log(outcome.plan.axes[path])
         unit = unit_at(points[0].experiment, path)
         across = f"{path} [{unit}]" if unit else path
@@ -135,14 +143,31 @@ def charts(outcome: Outcome) -> Iterator[Chart]:
             yield Chart(f"coverage_{name}", title, (_operating(outcome, path, name),))
 
 
+def _beside(outcome: Outcome) -> tuple[Panel, ...]:
+    """Return each figure at the first points, as trackers that differ by name."""
+    shown, panels = outcome.plan.points[:MOST_CURVES], list[Panel]()
+    ticks = tuple(", ".join(map(told, at.labels.values())) for at in shown)
+    across = ", ".join(short_names(outcome.plan.axes).values())
+    for name, words in (_WORDS | _MORE).items():
+        y, error = np.array([_numbers(outcome, i, name) for i in range(len(shown))]).T
+        if not np.any(np.isfinite(y)):
+            continue
+        curves = [Curve("", np.arange(len(y), dtype=float), y, "points", 0, doubt=2 * np.nan_to_num(error))]
+        title = "" if panels else f"{outcome.runs:,} runs; bars: two standard errors"
+        if name in _RIGHT:
+            title = "1 is expected"
+            curves.append(_expected(-0.5, len(y) - 0.5))
+        panels.append(Panel(title, across, words, tuple(curves), ticks=ticks, within=_WITHIN[name]))
+    return tuple(panels)
+
+
 def _panel(outcome: Outcome, name: str, across: str, curves: Sequence[Curve], *, first: bool, log: bool = False) -> Panel:
     """Draw one figure. The first panel states what holds for all: which curve is which, and what the bands are."""
     title = f"{outcome.runs:,} runs; bands: two standard errors" if first else ""
     drawn = [curve if first else evolve(curve, label="") for curve in curves]
     if name in _RIGHT:
         title = "1 is expected"
-        ends = np.array([np.min(curves[0].x), np.max(curves[0].x)])
-        drawn.append(Curve("", ends, np.ones(2), "expected"))
+        drawn.append(_expected(curves[0].x.min(), curves[0].x.max()))
     return Panel(title, across, _WORDS[name], tuple(drawn), within=_WITHIN.get(name), log_across=log)
 
 
@@ -169,12 +194,20 @@ def _along(outcome: Outcome, path: str, name: str) -> list[Curve]:
     names = short_names(outcome.plan.axes)
     lines: dict[str, list[tuple[float, float, float]]] = {}
     for i, at in enumerate(outcome.plan.points):
-        found = outcome.means(i).get(name, Mean(None, None, 0))
         rest = ", ".join(f"{names[other]} {told(value)}" for other, value in at.labels.items() if other != path)
-        value, error = (np.nan if each is None else each for each in (found.value, found.error))
-        lines.setdefault(rest, []).append((float(at.labels[path]), value, error))
+        lines.setdefault(rest, []).append((float(at.labels[path]), *_numbers(outcome, i, name)))
     curves = []
     for label, line in list(lines.items())[:MOST_CURVES]:
         x, y, error = np.array(sorted(line)).T
         curves.append(Curve(label, x, y, "marked", doubt=2 * error))
     return curves
+
+
+def _numbers(outcome: Outcome, i: int, name: str) -> tuple[float, float]:
+    """Return the mean of a figure at a point, and its error; NaN where there is none."""
+    found = outcome.means(i).get(name, Mean(None, None, 0))
+    return np.nan if found.value is None else found.value, np.nan if found.error is None else found.error
+
+
+def _expected(begin: float, end: float) -> Curve:
+    return Curve("", np.array([begin, end]), np.ones(2), "expected")

@@ -48,24 +48,28 @@ function ends(curve, i, [least, most]) {
 function plotOf(panel) {
   const { curves, within } = panel;
   const shownAt = (curve) => curve.y.map((_, i) => i).filter((i) => curve.y[i] !== null && curve.x[i] !== null);
-  const across = axisOf(curves.flatMap((curve) => shownAt(curve).flatMap((i) => curve.doubtAcross ? [curve.x[i] - (curve.doubtAcross[i] || 0), curve.x[i] + (curve.doubtAcross[i] || 0)] : [curve.x[i]])), panel.logAcross);
+  const names = panel.ticks, places = curves.flatMap((curve) => shownAt(curve).flatMap((i) => curve.doubtAcross ? [curve.x[i] - (curve.doubtAcross[i] || 0), curve.x[i] + (curve.doubtAcross[i] || 0)] : [curve.x[i]]));
+  const across = axisOf(names.length ? [-0.4, names.length - 0.6] : places, panel.logAcross);
   const upright = axisOf(curves.flatMap((curve) => shownAt(curve).flatMap((i) => ends(curve, i, within))), panel.log, within);
   const px = (x) => LEFT + across.at(x) * (WIDE - LEFT - RIGHT), py = (y) => HIGH - BOTTOM - upright.at(y) * (HIGH - TOP - BOTTOM);
   const figure = svg("svg", { viewBox: `0 0 ${WIDE} ${HIGH}`, class: "plot", role: "img", "aria-label": `${panel.upright} against ${panel.across}` });
-  for (const value of across.ticks) {
-    figure.append(svg("line", { x1: px(value), x2: px(value), y1: TOP, y2: HIGH - BOTTOM, class: "grid" }));
-    figure.append(svg("text", { x: px(value), y: HIGH - BOTTOM + 14, "text-anchor": "middle", class: "tick" }, String(value)));
+  const length = Math.floor((WIDE - LEFT - RIGHT) / names.length / 5.5);  // letters that a name has room for
+  for (const value of names.length ? names.keys() : across.ticks) {
+    const name = names.length ? names[value] : String(value), words = names.length && name.length > length ? `${name.slice(0, length - 1)}…` : name;
+    const tick = svg("text", { x: px(value), y: HIGH - BOTTOM + 14, "text-anchor": "middle", class: "tick" }, words);
+    if (words !== name) tick.append(svg("title", {}, name));
+    figure.append(svg("line", { x1: px(value), x2: px(value), y1: TOP, y2: HIGH - BOTTOM, class: "grid" }), tick);
   }
   for (const value of upright.ticks) {
     figure.append(svg("line", { x1: LEFT, x2: WIDE - RIGHT, y1: py(value), y2: py(value), class: "grid" }));
     figure.append(svg("text", { x: LEFT - 5, y: py(value) + 4, "text-anchor": "end", class: "tick" }, String(value)));
   }
   figure.append(svg("text", { x: (LEFT + WIDE - RIGHT) / 2, y: HIGH - 6, "text-anchor": "middle" }, panel.across));
-  for (const curve of curves) drawCurve(figure, curve, shownAt(curve), within, px, py);
+  for (const curve of curves) drawCurve(figure, curve, shownAt(curve), within, px, py, (x) => names.length ? ` ${names[x]}` : ` at ${x}`);
   return figure;
 }
 
-function drawCurve(figure, curve, rows, within, px, py) {
+function drawCurve(figure, curve, rows, within, px, py, where) {
   const line = (points) => points.map(([x, y]) => `${x.toFixed(1)},${y.toFixed(1)}`).join(" "), bars = curve.doubtAcross || curve.style === "points";
   const bounds = rows.map((i) => ends(curve, i, within));
   if (curve.doubt && !bars) {
@@ -84,7 +88,7 @@ function drawCurve(figure, curve, rows, within, px, py) {
     if (curve.style === "expected") return;
     const spot = svg("circle", { cx: x, cy: y, r: size || 4, fill: hollow ? "none" : curve.colour, stroke: hollow ? curve.colour : "none", "stroke-width": 2, opacity: size ? 1 : 0 });
     const doubt = curve.doubt && curve.doubt[i] !== null ? ` ± ${Number(curve.doubt[i].toPrecision(3))}` : "";
-    spot.append(svg("title", {}, `${curve.label ? curve.label + ": " : ""}${Number(curve.y[i].toPrecision(4))}${doubt} at ${curve.x[i]}`));
+    spot.append(svg("title", {}, `${curve.label ? curve.label + ": " : ""}${Number(curve.y[i].toPrecision(4))}${doubt}${where(curve.x[i])}`));
     figure.append(spot);
   });
 }

@@ -77,6 +77,7 @@ def _panel(panel: Panel) -> dict[str, Any]:
         "upright": panel.upright,
         "logAcross": panel.log_across,
         "log": panel.log,
+        "ticks": panel.ticks,
         "within": [low if np.isfinite(low) else None, high if np.isfinite(high) else None],
         "curves": [_curve(i, curve) for i, curve in enumerate(panel.curves)],
     }
