@@ -190,3 +190,26 @@ def test_figures_of_the_summaries_stand_beside_each_other_with_differences(folde
     first, smoothed, last = one["position_rmse_m"], one["smoothed"]["position_rmse_m"], other["position_rmse_m"]
     for text, value in zip(cells, (first, smoothed, smoothed - first, last, last - first), strict=True):
         assert on_the_page(text.replace("\N{MINUS SIGN}", "-"), value)
+
+
+def test_the_life_of_the_tracks_of_all_runs_is_shown_and_a_click_chooses_one(folders, opened):
+    tab = opened.tab
+    tab.evaluate("page.choose({}); page.goTo(25)")
+    folder, other = folders
+    lived = []
+    for run, path in enumerate((folder / "series.npz", folder / "smoothed.npz", other / "series.npz")):
+        entries = read_series(path)["entries"]
+        lived += [[run, track] for track in np.unique(entries["track"][entries["confirmed"]]).tolist()]
+    told = "page.timeline.rows.map(({ run, track }) => [run, page.data.runs[run].tracks.id[track]])"
+    assert tab.evaluate(told) == lived
+    number = next(i for i, (run, _) in enumerate(lived) if run == 2)
+    spot = tab.evaluate(f"[page.timeline.at(page.data.scans.time[25]), ({number} + 0.5) * page.timeline.step]")
+    tab.locator("#timeline").click(position={"x": spot[0], "y": spot[1]})
+    assert tab.locator("#chosen").inner_text().startswith(f"Track {lived[number][1]}")
+    assert tab.locator("#details p").first.inner_text() == "other"
+    tab.evaluate("page.choose({})")
+    colour = "([x, y]) => [...page.timeline.canvas.getContext('2d').getImageData(x, y, 1, 1).data].slice(0, 3)"
+    assert tab.evaluate(colour, spot) == [0x00, 0x9E, 0x73], "the colour of the third run"
+    tab.locator("#runs label").nth(2).click()
+    assert tab.evaluate(told) == [each for each in lived if each[0] < 2]
+    tab.locator("#runs label").nth(2).click()

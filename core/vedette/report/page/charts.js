@@ -166,21 +166,22 @@ function lastAtOrBefore(sorted, value) {
   return high;
 }
 
-// The life of each track: a bar from its first scan to its last, grey while tentative. A click chooses the track.
+// The life of each track: a bar from its first scan to its last, grey while tentative. A click chooses the track. Of several
+// runs those that are shown are below one another.
 class Timeline {
   constructor(data, state, canvas, onTrack) {
     Object.assign(this, { data, state, canvas, onTrack });
     this.left = 44;
     canvas.addEventListener("click", (event) => {
-      const row = Math.floor(event.offsetY / this.step);
-      if (row >= 0 && row < this.rows.length) onTrack(this.rows[row]);
+      const row = this.rows[Math.floor(event.offsetY / this.step)];
+      if (row) onTrack(row.track, row.run);
     });
   }
 
   draw() {
-    const { data, state, canvas } = this, { tracks, entries, scans } = data;
-    this.rows = [];
-    for (let t = 0; t < tracks.id.length; t++) if (tracks.confirmed[t]) this.rows.push(t);
+    const { data, state, canvas } = this, runs = data.runs || [data];
+    const lived = ({ tracks }, run) => Array.from(tracks.id.keys()).filter((track) => tracks.confirmed[track]).map((track) => ({ run, track }));
+    this.rows = runs.flatMap((run, i) => !state.runs || state.runs[i] ? lived(run, i) : []);
     this.step = this.rows.length > 60 ? 6 : 14;
     const ratio = window.devicePixelRatio || 1, width = canvas.parentElement.clientWidth, height = Math.max(20, this.rows.length * this.step + 4);
     canvas.style.height = `${height}px`;
@@ -190,22 +191,26 @@ class Timeline {
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     context.font = "11px system-ui, sans-serif";
     this.width = width;
-    this.rows.forEach((t, row) => {
-      const y = row * this.step, every = this.step > 10 ? 1 : 5;
-      context.fillStyle = t === state.track ? INK : SOFT;
-      if (row % every === 0 || t === state.track) context.fillText(String(tracks.id[t]), 4, y + Math.min(this.step - 3, 11));
-      const rows = tracks.rows[t], goesOn = (e, next) => entries.confirmed[next] === entries.confirmed[e] && entries.scan[next] === entries.scan[e] + 1;
-      for (let from = 0; from < rows.length;) {
-        let to = from;
-        while (to + 1 < rows.length && goesOn(rows[to], rows[to + 1])) to++;
-        const begin = this.at(scans.time[entries.scan[rows[from]]]), end = this.at(scans.time[Math.min(entries.scan[rows[to]] + 1, scans.count - 1)]);
-        context.fillStyle = entries.confirmed[rows[from]] ? tracks.colour[t] : "#c4c4c4";
-        const thin = t === state.track ? 0 : 2;
-        context.fillRect(begin, y + 1 + thin / 2, Math.max(end - begin, 1.5), this.step - 2 - thin);
-        from = to + 1;
-      }
+    this.rows.forEach(({ run, track }, row) => {
+      const chosen = track === state.track && run === state.run, every = this.step > 10 ? 1 : 5;
+      context.fillStyle = chosen ? INK : SOFT;
+      if (row % every === 0 || chosen) context.fillText(String(runs[run].tracks.id[track]), 4, row * this.step + Math.min(this.step - 3, 11));
+      this.drawLife(context, runs[run], track, row * this.step, chosen);
     });
     this.moveTo(state.scan);
+  }
+
+  drawLife(context, { tracks, entries, scans, shift = 0 }, track, y, chosen) {
+    const rows = tracks.rows[track], thin = chosen ? 0 : 2, at = (scan) => this.at(scans.time[Math.min(scan, scans.count - 1)] + shift);
+    const goesOn = (e, next) => entries.confirmed[next] === entries.confirmed[e] && entries.scan[next] === entries.scan[e] + 1;
+    for (let from = 0; from < rows.length;) {
+      let to = from;
+      while (to + 1 < rows.length && goesOn(rows[to], rows[to + 1])) to++;
+      const begin = at(entries.scan[rows[from]]), end = at(entries.scan[rows[to]] + 1);
+      context.fillStyle = entries.confirmed[rows[from]] ? tracks.colour[track] : "#c4c4c4";
+      context.fillRect(begin, y + 1 + thin / 2, Math.max(end - begin, 1.5), this.step - 2 - thin);
+      from = to + 1;
+    }
   }
 
   at(time) {

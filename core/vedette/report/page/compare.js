@@ -194,10 +194,9 @@ function partsOfRuns(page, data, state) {
     return box;
   });
   byId("runs").append(...page.switches);
-  byId("life").remove();
   return {
     charts: new Charts(data, state, byId("charts"), (scan) => page.goTo(scan), () => chartsOfRuns(data, state)),
-    timeline: { draw() {}, moveTo() {} },
+    timeline: new Timeline(data, state, byId("timeline"), (track, run) => page.choose({ track, run })),
     details: new DetailsOfRuns(page, data, state, byId("details")),
   };
 }

@@ -48,7 +48,7 @@ class Page {
     byId("words").textContent = facts.words;
     byId("config").textContent = facts.config;
     byId("figures").append(...metricsTables(facts.metrics, facts.names || [""]));
-    if (byId("life")) byId("life-about").textContent = "grey while tentative; those that were ever confirmed";
+    byId("life-about").textContent = `grey while tentative; those that were ever confirmed${this.data.runs ? ", run by run" : ""}`;
     if (!facts.map) byId("scene").classList.add("no-map");
   }
 
@@ -87,7 +87,10 @@ class Page {
     input.addEventListener("change", () => {
       flags[key] = input.checked;
       this.map.stale = true;
-      if (flags !== this.state.layers) this.charts.rebuild();
+      if (flags !== this.state.layers) {
+        this.charts.rebuild();
+        this.timeline.draw();
+      }
       this.map.draw();
     });
     box.append(input, label);
