@@ -14,16 +14,17 @@ function drawFrame(map) {
   context.imageSmoothingEnabled = true;
 }
 
+// On whole pixels, where squares are drawn fastest.
 function drawReturns(map) {
   const { data, state, context } = map, { returns, scans } = data;
   for (let s = Math.max(0, state.scan - FADE); s <= state.scan; s++) {
     if (!state.sensors[scans.sensor[s]]) continue;
-    const now = s === state.scan, size = now ? 4 : 2.2;
+    const now = s === state.scan, size = now ? 4 : 2;
     context.globalAlpha = now ? 0.95 : 0.14 + 0.3 * (1 - (state.scan - s) / FADE);
     context.fillStyle = now ? INK : RETURN;
     for (let r = scans.firstReturn[s]; r < scans.firstReturn[s + 1]; r++) {
       const x = map.px(returns.x[r]), y = map.py(returns.y[r]);
-      if (x >= -5 && y >= -5 && x <= map.width + 5 && y <= map.height + 5) context.fillRect(x - size / 2, y - size / 2, size, size);
+      if (x >= -5 && y >= -5 && x <= map.width + 5 && y <= map.height + 5) context.fillRect(Math.round(x - size / 2), Math.round(y - size / 2), size, size);
       else if (now && returns.ray && Number.isFinite(returns.ray[2 * r])) drawRay(map, r, s);
     }
   }
