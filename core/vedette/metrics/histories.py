@@ -101,8 +101,11 @@ def truth_at(truth: Sequence[Trajectory], times: Array, space: Space | None, mos
     if not truth:
         none = np.zeros((len(times), 0), dtype=bool)
         return Truth(Space(), np.zeros((len(times), 0, 0)), none, np.zeros(len(times), dtype=bool))
-    shared = truth[0].space if space is None else space
+    shared, seen = truth[0].space if space is None else space, set[Space]()
     for trajectory in truth:
+        if trajectory.space in seen:
+            continue
+        seen.add(trajectory.space)
         try:
             shared.union(trajectory.space)
         except SpaceError as error:
@@ -127,7 +130,7 @@ def velocities(space: Space) -> list[int]:
 def _sample(trajectory: Trajectory, times: Array, space: Space, most: float | None) -> tuple[Array, Mask, Mask]:
     """Return `trajectory.at` of all times at once: states (s, n) over `space`, where there is one (s,), gaps (s,)."""
     known = trajectory.times
-    states = trajectory.states[:, trajectory.space.locate(space)]
+    axes = trajectory.space.locate(space)
     nowhere = np.zeros(len(times), dtype=bool)
     if not len(known):
         return np.zeros((len(times), len(space))), nowhere, nowhere
@@ -135,7 +138,8 @@ def _sample(trajectory: Trajectory, times: Array, space: Space, most: float | No
     j = np.minimum(i + 1, len(known) - 1)
     gap = known[j] - known[i]
     part = np.clip(np.divide(times - known[i], gap, out=np.zeros(len(times)), where=gap > 0), 0.0, 1.0)
-    step = part[:, None] * space.difference(states[j], states[i])
+    begin, end = trajectory.states[i][:, axes], trajectory.states[j][:, axes]  # of these scans alone: a truth may be long
+    step = part[:, None] * space.difference(end, begin)
     inside = (known[0] <= times) & (times <= known[-1])
     wide = nowhere if most is None else (gap > most) & (part > 0) & (part < 1)
-    return space.displace(states[i], step), inside & ~wide, wide
+    return space.displace(begin, step), inside & ~wide, wide
