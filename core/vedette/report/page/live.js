@@ -1,7 +1,7 @@
 "use strict";
 // The page of a run that goes on: takes each scan that comes, and draws as many of them as it can.
 
-const BEHIND = 3;    // scans that may wait for their own picture; of more, those before the last share its picture
+const BEHIND = 2;    // scans that may wait for their own picture; of more, those before the last share its picture
 const SLOW = 25;     // what is not drawn with each scan waits so many times as long as it takes, at least
 const KEPT = 5000;   // delays of scans from which their quantiles are told
 const FRAMES = 50;   // pictures of a camera that are kept
@@ -11,7 +11,7 @@ class Live {
     this.data = new LiveData(facts);
     this.following = true;
     this.shown = -1;                 // which of the received scans was drawn last
-    this.stats = { received: 0, drawn: 0, lost: 0, delays: [] };
+    this.stats = { received: 0, drawn: 0, after: 0, lost: 0, delays: [] };
     this.jobs = [                    // what is not drawn with each scan: how often at most, in ms; when again; of how many scans
       { draw: () => this.drawPaths(), every: 100 }, { draw: () => this.drawDetails(), every: 200 },
       { draw: () => this.drawCharts(), every: 300 }, { draw: () => this.drawOverview(), every: 1000 },
@@ -129,7 +129,9 @@ class Live {
   measure() {
     const { stats } = this, now = performance.timeOrigin + performance.now();
     stats.first ??= now;
-    for (const came of this.came.shift()) if (1000 * came > stats.first) stats.delays.push(now - 1000 * came);
+    const later = this.came.shift().filter((came) => 1000 * came > stats.first);
+    for (const came of later) stats.delays.push(now - 1000 * came);
+    stats.after += later.length;
     if (stats.delays.length > KEPT) stats.delays.splice(0, stats.delays.length - KEPT);
   }
 
