@@ -5,9 +5,9 @@
 
 Each line is a run of the command in a process of its own, on a recording of a simulated scene, as recorded.
 
-drawn: 200 tracks at 60 scans/s in Chromium. Every scan is in some picture. Of those after the page's first picture, those `on
-their own` are the last ones on a picture; the others were drawn together with a later one. The delay is from when a scan came
-until the first picture that has it has been painted, by the browser's clock, of the last 5,000 of them.
+drawn: 200 tracks at 60 scans/s in Chromium. Every scan is in some picture. Of those after the page's first picture, those
+`on their own` are the last ones on a picture; the others were drawn together with a later one. The delay is from when a
+scan came until the first picture that has it has been painted, by the browser's clock, of the last 5,000 of them.
 received: 1,000 scans/s of 5 targets, by a client that counts and by Chromium.
 slow: a reader that takes 20 kB/s beside one that counts: whether the run or the other reader notices.
 """
@@ -164,8 +164,8 @@ def drawn(tracks: int, rate: float, seconds: float, name: str = "drawn") -> None
     own = (found["drawn"] - 1) / max(found["after"], 1)
     about = f"{name}: {tracks} targets, {rate:g} scans/s, {seconds:g} s, in Chromium"
     print(f"{about}: {found['received']} of {taken} scans, {found['tracks']} tracks")
-    print(f"    {found['drawn']} pictures, the first after {found['first']:.0f} ms; {found['after']} scans came later, of which")
-    print(f"    {own:.1%} are on their own; to the picture {told(found['delays'])}")
+    print(f"    {found['drawn']} pictures, the first after {found['first']:.0f} ms; {found['after']} scans came later,")
+    print(f"    {own:.1%} of them on their own; to the picture {told(found['delays'])}")
     print(f"    on the console: {found['said'] or 'nothing'}")
 
 
