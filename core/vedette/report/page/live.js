@@ -79,6 +79,7 @@ class Live {
     this.button.addEventListener("click", () => { if (page.state.playing) play.call(page, false); this.follow(true); this.ask(); });
     byId("player").append(this.button);
     this.follow(true);
+    for (const job of this.jobs) job.next = performance.now() + job.every;  // the page has just drawn all that
     document.documentElement.dataset.ready = String(Math.round(performance.now()));
   }
 
