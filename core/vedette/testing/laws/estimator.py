@@ -103,8 +103,8 @@ def noise_of_steps_adds_up(estimator: Estimator[Any], drawn: Scene) -> None:
     started(estimator, drawn, rng)
     added = np.diagonal(motion.noise(drawn.prior.mean[0, 0], steps * drawn.dt))
     sure_of = Gaussian(
-        np.broadcast_to(drawn.prior.mean[0, 0], (16, 16, len(state))),
-        np.broadcast_to(np.diag(1e-6 * np.where(added > 0, added, 1.0)), (16, 16, len(state), len(state))),
+        np.broadcast_to(drawn.prior.mean[0, 0], (4, 8, len(state))),
+        np.broadcast_to(np.diag(1e-6 * np.where(added > 0, added, 1.0)), (4, 8, len(state), len(state))),
     )
     once = estimator.start(sure_of, state, rng)
     belief, once = once, predicted(estimator, once, steps * drawn.dt, rng)
@@ -225,7 +225,7 @@ def return_likelihood_is_a_density(estimator: Estimator[Any], drawn: Scene) -> N
     low, high = float(centres.min()) - 9 * spread, float(centres.max()) + 9 * spread
     if period is not None and high - low > period:
         raise Closed("the measured angle is too uncertain for an unwrapped integral")
-    cells = 4000 if modes_of(estimator) else 1500
+    cells = 4000 if modes_of(estimator) else 600 if estimator.draws else 1500  # particles cost a thousand times as much
     grid = np.linspace(low, high, cells)
     z = np.broadcast_to(observes.canonical(grid[:, None]), (2, cells, 1))
     loglik = estimator.evaluate(belief, watch, Detections(z, np.ones((2, cells), dtype=bool)), P_GATE).loglik[..., 1:]

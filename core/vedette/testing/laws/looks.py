@@ -53,6 +53,12 @@ def regular(sensor: Sensor, x: Array) -> Array:
     return frozen_copy(np.where(np.array([smooth(state) for state in x])[:, None], x, moved))
 
 
+def slopes(sensor: Sensor, x: Array) -> Array:
+    """Return the derivatives (*b, m, n) of `measure` at states (*b, n), by differences."""
+    step = 1e-2 * steps_of(sensor.observes)
+    return np.stack([derivative(sensor.measure, state, sensor.measurement.difference, step)[0] for state in x])
+
+
 def full(result: Array, x: Array, shape: tuple[int, ...]) -> Array:
     """Return a result of states x (*b, n) with all their batch axes, also where it left them out."""
     return np.broadcast_to(result, (*x.shape[:-1], *shape))

@@ -1,0 +1,23 @@
+"""`vedette check KIND` answers in under 10 s of CPU time, whatever the kind; in the nightly profile, as all take minutes."""
+
+import time
+
+import pytest
+
+from vedette import Registry
+from vedette.commands.check import check
+from vedette.testing.law import Profile
+
+LIMIT = 10.0
+ENTRIES = [entry for entry in Registry.installed() if entry.role != "reproduction"]
+
+
+@pytest.mark.parametrize("entry", ENTRIES, ids=[f"{entry.role}-{entry.kind}" for entry in ENTRIES])
+def test_a_check_is_short(entry, pytestconfig, capsys):
+    if pytestconfig.getoption("vedette_profile") != "nightly":
+        pytest.skip("runs in the nightly profile")
+    began = time.process_time()
+    check(entry.cls, Profile.named("fast", 0))
+    taken = time.process_time() - began
+    assert capsys.readouterr().out.startswith(f"{entry.role} {entry.kind} ")
+    assert taken < LIMIT, f"{entry.kind}: {taken:.1f} s of CPU time"
