@@ -10,7 +10,8 @@ Traceback (most recent call last):
 ValueError: sigma_accel: must be > 0, got -3 m/s^1.5
 
 `field.metadata["read"]` turns a raw value into the parameter or raises ValueError without the name: configs use it.
-A default of None makes a parameter optional: it may then be None.
+A default of None makes a parameter optional: it may then be None. `tried` are values for the conformance kit to try, where
+most of what the limits allow means nothing: else it draws from the limits.
 """
 
 from __future__ import annotations
@@ -70,6 +71,7 @@ def quantity(
     at_least: float | None = None,
     below: float | None = None,
     at_most: float | None = None,
+    tried: Sequence[float] = (),
 ) -> Any:
     """Declare a number in `unit` within bounds; a config may write it with a unit of the same kind: "1.5 deg"."""
     bounds = {"above": above, "at_least": at_least, "below": below, "at_most": at_most}
@@ -80,14 +82,14 @@ def quantity(
         _within(number, unit, limits)
         return number
 
-    return _field(read, default, unit, doc, limits=limits)
+    return _field(read, default, unit, doc, limits=limits, tried=tried)
 
 
-def probability(doc: str, *, default: Any = NOTHING, **limits: float) -> Any:
+def probability(doc: str, *, default: Any = NOTHING, tried: Sequence[float] = (), **limits: float) -> Any:
     """Declare a number in [0, 1], or in the narrower `limits` of `quantity`."""
     wide = {} if "above" in limits else {"at_least": 0.0}
     wide |= {} if "below" in limits else {"at_most": 1.0}
-    return quantity("1", doc, default=default, **(wide | limits))
+    return quantity("1", doc, default=default, tried=tried, **(wide | limits))
 
 
 def integer(doc: str, *, default: Any = NOTHING, at_least: int = 0, at_most: int = 10**9) -> Any:
@@ -195,7 +197,9 @@ def _numeric(value: Any) -> bool:
     return np.asarray(value).dtype.kind in "iufO"  # O: an integer too large for numpy, judged next
 
 
-def table(doc: str, *, unit: str = "1", pairs: bool = False, at_least: float | None = None) -> Any:
+def table(
+    doc: str, *, unit: str = "1", pairs: bool = False, at_least: float | None = None, tried: Sequence[Any] = ()
+) -> Any:
     """Declare names to numbers in `unit`, empty by default; with `pairs`, names to [mean, standard deviation >= 0]."""
 
     def one(key: str, item: Any) -> Any:
@@ -216,9 +220,9 @@ def table(doc: str, *, unit: str = "1", pairs: bool = False, at_least: float | N
             raise ValueError(f"must be a table of names, got {value!r}")
         return {str(key): one(str(key), item) for key, item in value.items()}
 
-    return _field(read, Factory(dict), unit, doc, pairs=pairs)
+    return _field(read, Factory(dict), unit, doc, pairs=pairs, tried=tried)
 
 
-def part(doc: str, *, default: Any = NOTHING) -> Any:
+def part(doc: str, *, default: Any = NOTHING, tried: Sequence[Any] = ()) -> Any:
     """Declare another component, a tuple or a table of them, of the annotation's role; or a plain attrs class."""
-    return field(default=default, metadata={"unit": "", "doc": doc})
+    return field(default=default, metadata={"unit": "", "doc": doc, "tried": tried})

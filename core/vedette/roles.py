@@ -33,6 +33,9 @@ class Component(ABC):
     misprint: ClassVar[str] = ""
     """What a paper misprints, if the component exists only to show it; listings keep it apart from what users choose."""
 
+    known_failures: ClassVar[Mapping[str, str]] = {}
+    """Laws of its role that it breaks on purpose, each with why: the conformance kit expects these to fail, and says so."""
+
     def _repr_html_(self) -> str:
         return parameters_html(self)
 

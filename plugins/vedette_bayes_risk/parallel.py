@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import ClassVar, final
 
 import numpy as np
@@ -22,6 +23,9 @@ class ParallelKalmanPrinted(GaussianFilter):
     """
 
     kind: ClassVar[str] = "parallel_kalman_printed"
+    known_failures: ClassVar[Mapping[str, str]] = {
+        "soft_weights_give_the_mixtures_moments": "the paper prints the covariance without the spread of the means"
+    }
     misprint: ClassVar[str] = "equation 6: the covariance lacks the spread of the means"
     takes_frames: ClassVar[bool] = True
 

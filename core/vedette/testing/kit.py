@@ -154,10 +154,11 @@ def conformance(cls: type[Component], *, known_failures: Mapping[str, str] | Non
 
     `strategies` draw the parameters, as in `hypothesis.strategies.builds`; where none is given, one is inferred
     from the field's type, limits and unit. `known_failures` names laws that the component is known to break, with the
-    reason: a strict expected failure. A law that does not apply is skipped with its reason. Misuse says how to put it right.
+    reason: a strict expected failure; by default those that the class declares. A law that does not apply is skipped with
+    its reason. Misuse says how to put it right.
     """
     laws = laws_of(cls)
-    known = dict(known_failures or {})
+    known = dict(cls.known_failures if known_failures is None else known_failures)
     names = [law.name for law in laws]
     for name in known:
         if name not in names:

@@ -107,6 +107,8 @@ def _built(draw: st.DrawFn, cls: type, parts: Given) -> Any:
 
 def _parameter(parameter: Parameter, cls: type, registry: Registry) -> st.SearchStrategy[Any]:
     place = f"{cls.__name__}.{parameter.name}"
+    if tried := parameter.field.metadata.get("tried"):
+        return st.sampled_from(tried)
     try:
         found = _of(parameter.shape, parameter, place, registry)
     except Misuse:

@@ -25,6 +25,11 @@ class ReappearingTarget(Lifecycle):
 
     kind: ClassVar[str] = "reappearing_target"
     usual_birth: ClassVar[Mapping[str, Any]] = {"kind": "given"}
+    known_failures: ClassVar[Mapping[str, str]] = {
+        "survival_is_a_probability": "a target that is away comes back, so its existence may rise with time",
+        "unseen_tracks_end": "the given targets are kept to the end, lost or not",
+        "what_does_not_exist_is_not_confirmed": "the given targets are confirmed throughout",
+    }
 
     shown: float = fields.quantity("s", "mean time for which the target stays in view", default=60.0, above=0)
     away: float = fields.quantity("s", "mean time for which it stays away", default=3.0, above=0)

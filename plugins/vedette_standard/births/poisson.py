@@ -18,6 +18,12 @@ FADED = 0.01
 """A Gaussian is dropped only if it is also below this share of what appears anew in a place."""
 
 
+_TRIED = (
+    (Appearance({"x": (0.0, 200.0), "y": (50.0, 300.0), "vx": (0.0, 50.0), "vy": (0.0, 50.0)}, 1.0, 0.05),),
+    (Appearance({"x": (99.0, 50.0), "y": (-99.0, 50.0), "vx": (9.0, 50.0), "vy": (-9.0, 99.0)}, 0.1, 0.1),),
+)
+
+
 @frozen(eq=False)
 class Intensity:
     """Unseen targets: their expected number (c,) in each of c Gaussians, which are the beliefs of the tracker's filter."""
@@ -40,9 +46,11 @@ class Poisson(Birth):
     kind: ClassVar[str] = "poisson"
     models_unseen: ClassVar[bool] = True
 
-    appear: tuple[Appearance, ...] = fields.part("where targets appear, and how many", default=())
-    enter: tuple[Edge, ...] = fields.part("lines across which targets come in, and how many", default=())
-    lifetime: float = fields.quantity("s", "mean time for which an unseen target stays in view", default=600.0, above=0)
+    appear: tuple[Appearance, ...] = fields.part("where targets appear, and how many", default=(), tried=_TRIED)
+    enter: tuple[Edge, ...] = fields.part("lines across which targets come in, and how many", default=(), tried=((),))
+    lifetime: float = fields.quantity(
+        "s", "mean time for which an unseen target stays in view", default=600.0, above=0, tried=(60.0, 600.0)
+    )
     sensors: tuple[str, ...] = fields.words("sensors whose returns may start tracks; default: all", default=())
     least: float = fields.probability("existence below which no track is started", default=1e-5)
     negligible: float = fields.quantity("1", "expected number below which a Gaussian is dropped", default=1e-5, at_least=0)

@@ -32,11 +32,22 @@ class Uniform(Birth):
     kind: ClassVar[str] = "uniform"
     models_unseen: ClassVar[bool] = True
 
-    view: Mapping[str, Bounds] = fields.part("axis that the sensors observe to low and high: the box")
-    spread: dict[str, float] = fields.table("state axis that the sensors do not observe to its standard deviation")
-    initial: float = fields.quantity("1", "expected number of targets before the first scan", default=0.0, at_least=0)
-    rate: float = fields.quantity("1/s", "expected number that appear per second", default=0.0, at_least=0)
-    lifetime: float = fields.quantity("s", "mean time for which an unseen target stays in view", default=600.0, above=0)
+    view: Mapping[str, Bounds] = fields.part(
+        "axis that the sensors observe to low and high: the box",
+        tried=({"x": Bounds(-500.0, 500.0), "y": Bounds(-400.0, 400.0)},),
+    )
+    spread: dict[str, float] = fields.table(
+        "state axis that the sensors do not observe to its standard deviation", tried=({"vx": 5.0, "vy": 5.0},)
+    )
+    initial: float = fields.quantity(
+        "1", "expected number of targets before the first scan", default=0.0, at_least=0, tried=(0.1, 5.0)
+    )
+    rate: float = fields.quantity(
+        "1/s", "expected number that appear per second", default=0.0, at_least=0, tried=(0.01, 0.1)
+    )
+    lifetime: float = fields.quantity(
+        "s", "mean time for which an unseen target stays in view", default=600.0, above=0, tried=(60.0, 600.0)
+    )
     sensors: tuple[str, ...] = fields.words("sensors whose returns may start tracks; default: all", default=())
     least: float = fields.probability("existence below which no track is started", default=1e-5)
 

@@ -26,7 +26,9 @@ class FadingMemory(GaussianFilter):
     conservative: ClassVar[bool] = True
 
     motion: MotionModel = fields.part("how the target moves")
-    alpha: float = fields.quantity("1", "growth of the standard deviations in a step beside that of the motion", at_least=1)
+    alpha: float = fields.quantity(
+        "1", "growth of the standard deviations in a step beside that of the motion", at_least=1, tried=(1.0, 1.01, 1.1)
+    )
     step: float = fields.quantity("s", "time in which they grow by alpha", default=1.0, above=0)
 
     def predict(self, belief: Gaussian, dt: float, rng: np.random.Generator) -> Gaussian:

@@ -32,8 +32,10 @@ class HInfinity(GaussianFilter):
     conservative: ClassVar[bool] = True
 
     motion: MotionModel = fields.part("how the target moves")
-    theta: float = fields.quantity("1", "inverse of the bound on the worst error", at_least=0)
-    weight: dict[str, float] = fields.table("state axis to its weight W, in 1 over its unit squared", at_least=0)
+    theta: float = fields.quantity("1", "inverse of the bound on the worst error", at_least=0, tried=(0.0, 1e-3, 1e-2))
+    weight: dict[str, float] = fields.table(
+        "state axis to its weight W, in 1 over its unit squared", at_least=0, tried=({"x": 1.0, "vy": 0.1},)
+    )
     step: float = fields.quantity("s", "time that theta is for", default=1.0, above=0)
 
     def __attrs_post_init__(self) -> None:

@@ -39,7 +39,9 @@ class MOfN(Limited):
     misses: int = fields.integer(
         "looks in a row without a detection that end a confirmed track", default=5, at_least=1, at_most=60
     )
-    worth: float = fields.probability("least detection probability for a scan to count as a look", default=0.1)
+    worth: float = fields.probability(
+        "least detection probability for a scan to count as a look", default=0.1, tried=(0.01, 0.1, 0.9)
+    )
 
     def __attrs_post_init__(self) -> None:
         if self.hits > self.looks:
