@@ -19,6 +19,7 @@ class FadingMemory(GaussianFilter):
     """
 
     kind = "fading_memory"
+    conservative = True
     motion: vedette.MotionModel = vedette.fields.part("how the target moves")
     memory: float = vedette.fields.quantity("s", "time after which a return counts 1/e", default=200, at_least=1)
 
