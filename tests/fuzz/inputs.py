@@ -70,7 +70,7 @@ def _lines(rng: Rng, data: bytes) -> bytes:
         head, rest = lines[:1], lines[1:]
         lines = head + [rest[i] for i in rng.permutation(len(rest)).tolist()]
     elif change == 3:
-        lines[at] = b"" if rng.random() < 0.5 else b"[" * 2000
+        lines[at] = b"" if rng.random() < 0.5 else b"[" * 100_000
     else:
         return b"\r\n".join(lines)
     return b"\n".join(lines)
