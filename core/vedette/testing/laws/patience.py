@@ -76,11 +76,11 @@ def waiting_in_parts_is_waiting(lifecycle: Lifecycle, drawn: Lives) -> None:
 
 
 def a_look_at_nothing_keeps_the_verdict(lifecycle: Lifecycle, drawn: Lives) -> None:
-    """A scan of no time that could not detect a sure track leaves it confirmed: one that a missed look would not undo."""
-    memory, confirmed, alive = after(lifecycle, [scan(drawn.dt, 1.0, 0.9)] * 30)
-    _, missed, _ = after(lifecycle, [scan(0.0, 0.0, 0.9)], memory)
+    """A scan of no time that could not detect a sure track leaves it confirmed: one confirmed by 3 hits that had 30."""
+    memory, soon, _ = after(lifecycle, [scan(drawn.dt, 1.0, 0.9)] * 3)
+    memory, confirmed, alive = after(lifecycle, [scan(drawn.dt, 1.0, 0.9)] * 27, memory)
     _, still, _ = after(lifecycle, [scan(0.0, 0.0, 0.0)], memory)
-    sure = missed & confirmed & alive
+    sure = soon & confirmed & alive
     demand(np.all(still | ~sure), "confirmed: a track is no longer, after a scan that could not detect it")
 
 
