@@ -11,7 +11,7 @@ import numpy as np
 from attrs import evolve, field, frozen
 
 from vedette.drafting.third import VELOCITY, own_velocity, third_column
-from vedette.drafting.titles import Meaning, chosen
+from vedette.drafting.titles import Meaning, chosen, is_number
 from vedette.errors import InputError
 from vedette.io import cells_of, lines
 from vedette.io.columnar import FrameTable, TablePath, header_and_rows, is_columnar
@@ -160,7 +160,7 @@ def _first_rows(path: TablePath) -> tuple[list[str], list[list[str]], Dialect]:
     text = [line for _, line in islice(lines(path), LOOKED_AT)]
     delimiter = max((",", ";", "\t", "|"), key=text[0].count)
     header = cells_of(text[0], delimiter)
-    if not header or all(_is_number(cell) for cell in header):
+    if not header or all(is_number(cell) for cell in header):
         raise InputError(f"{path}:1: must be a header line with the titles of the columns, got {text[0][:80]!r}")
     dialect = Dialect(delimiter, _decimal(text[1:], delimiter))
     rows = [cells for line in text[1:] if (cells := dialect.cells(line)) and len(cells) == len(header)]
@@ -172,7 +172,7 @@ def _decimal(text: Sequence[str], delimiter: str) -> str:
     if delimiter == ",":
         return "."
     point, comma = (
-        sum(_is_number(cell) for line in text for cell in Dialect(delimiter, each).cells(line) or ()) for each in ".,"
+        sum(is_number(cell) for line in text for cell in Dialect(delimiter, each).cells(line) or ()) for each in ".,"
     )
     return "," if comma > point else "."
 
@@ -230,11 +230,4 @@ def _time_unit(time: Meaning, values: Array, assumed: list[str]) -> str:
 
 
 def _numbers(cells: Sequence[str]) -> Array:
-    return np.array([float(cell) for cell in cells if _is_number(cell)])
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        return math.isfinite(float(cell))
-    except ValueError:
-        return False
+    return np.array([float(cell) for cell in cells if is_number(cell)])

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from vedette.drafting.chains import Chain
-from vedette.drafting.titles import Meaning
+from vedette.drafting.titles import Meaning, is_number
 from vedette.space import Array
 
 THIRD: dict[str, dict[str, tuple[str, ...]]] = {
@@ -33,7 +33,7 @@ def third_column(first: str, measured: Mapping[str, Meaning], columns: Mapping[s
     for key, names in THIRD[first].items():
         for name in names:
             cells = columns[measured[name].title] if name in measured else []
-            if len(set(cells)) > 1 and all(map(_is_number, cells)):
+            if len(set(cells)) > 1 and all(map(is_number, cells)):
                 return {key: name}
     return {}
 
@@ -47,7 +47,7 @@ def own_velocity(
     pairs = {"vx": named[0], "vy": named[1]} if north or named[0] == "vx" else {"vx": named[1], "vy": named[0]}
     for names in (pairs, {"speed": "speed", "course": "course"}):
         found = {axis: own[name] for axis, name in names.items() if name in own}
-        if len(found) == 2 and all(all(map(_is_number, columns[each.title])) for each in found.values()):
+        if len(found) == 2 and all(all(map(is_number, columns[each.title])) for each in found.values()):
             return found
     return {}
 
@@ -109,10 +109,3 @@ def _mean_rates(chain: Chain, thirds: Sequence[Array]) -> Array:
 
 def _along(chain: Chain, thirds: Sequence[Array]) -> Array:
     return np.array([thirds[i][j] for i, j in zip(chain.scans.tolist(), chain.returns.tolist(), strict=True)])
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        return bool(np.isfinite(float(cell)))
-    except ValueError:
-        return False

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Sequence
 
@@ -109,3 +110,11 @@ def chosen(titles: Sequence[str]) -> tuple[dict[str, Meaning], dict[str, Meaning
             own = each.axis == "heading" or (each.own and bool(positions) and each.axis not in ("time", "scan", "sensor"))
             (platform if own else measured).setdefault(each.axis, each)
     return measured, platform
+
+
+def is_number(cell: str) -> bool:
+    """Return whether a cell holds a finite number."""
+    try:
+        return math.isfinite(float(cell))
+    except ValueError:
+        return False
