@@ -9,6 +9,7 @@ from typing import Any
 import attrs
 import numpy as np
 
+from vedette.report.columns import aligned
 from vedette.reproduction import Cell, Claim, Condition, Findings, Table
 
 _WIDTH = 118
@@ -54,9 +55,7 @@ def rows(table: Table) -> Iterator[str]:
         lines.append((label, *map(_measured, cells)))
         if any(cell.published is not None for cell in cells):
             lines.append(("  published", *("" if cell.published is None else f"{cell.published:g}" for cell in cells)))
-    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
-    for first, *rest in lines:
-        yield "  ".join([first.ljust(widths[0]), *(part.rjust(width) for part, width in zip(rest, widths[1:], strict=True))])
+    yield from aligned(lines)
 
 
 def _measured(cell: Cell) -> str:

@@ -11,9 +11,10 @@ from vedette.experiment import Experiment, Result
 from vedette.io.terms import Terms, utc
 from vedette.metrics import Score
 from vedette.metrics.consistency import chi_square_band
+from vedette.report.columns import aligned
 from vedette.report.figures import count, length_unit, unused
 from vedette.report.traces import BAND, Bands, Inside, band, mode_names
-from vedette.report.track_rows import aligned, track_rows
+from vedette.report.track_rows import track_rows
 from vedette.report.warnings import ENOUGH, warnings
 from vedette.types import LazyScans
 
@@ -169,7 +170,7 @@ def _objects(score: Score, unit: str) -> list[str]:
         )
         for fate in score.truths[:MOST_OBJECTS]
     ]
-    lines = list(aligned((titles, *table)))
+    lines = [f"  {line}" for line in aligned((titles, *table))]
     more = len(score.truths) - MOST_OBJECTS
     return [*lines, f"  and {more:,} more, which summary.json has"] if more > 0 else lines
 

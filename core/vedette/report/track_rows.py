@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-
 import numpy as np
 
 from vedette.experiment import Result
 from vedette.io.terms import Terms, utc
+from vedette.report.columns import aligned
 from vedette.types import Track
 
 MOST_TRACKS = 30
@@ -27,7 +26,7 @@ def track_rows(result: Result) -> list[str]:
         titles += [f"speed [{unit}]", "course [deg]"]
     table = [_row(track, terms, moving=moving) for track in tracks[:MOST_TRACKS]]
     lines = ["Confirmed tracks" + (f": the last speed, and the course {_sense(terms)}" if moving else "")]
-    lines += aligned([titles, *table])
+    lines += [f"  {line}" for line in aligned([titles, *table])]
     more = len(tracks) - MOST_TRACKS
     return [*lines, f"  and {more:,} more, which tracks.csv has"] if more > 0 else lines
 
@@ -58,9 +57,3 @@ def _motion(track: Track, terms: Terms) -> tuple[str, str]:
     if across > speed:  # it may point anywhere
         return f"{speed:.3g} +- {spread:.2g}", "-"
     return f"{speed:.3g} +- {spread:.2g}", f"{round(course) % 360} +- {np.degrees(across / speed):.2g}"
-
-
-def aligned(table: Sequence[Sequence[str]]) -> Iterable[str]:
-    """Return the rows of a table with its columns under one another, the first one to the left."""
-    widths = [max(len(row[i]) for row in table) for i in range(len(table[0]))]
-    return ["  " + "  ".join([row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])]) for row in table]
