@@ -30,15 +30,13 @@ from vedette.config.renames import renamed, with_birth
 from vedette.config.walker import Walker, told
 from vedette.errors import ConfigError, Problem
 from vedette.experiment import Experiment
+from vedette.tracking.parts import INLINE
 from vedette.tracking.tracker import Tracker
 
 __all__ = ["apply_overrides", "build", "load", "to_config"]
 
 Config = Mapping[str, Any] | str | Path
 """A table, with or without component objects in it, or the path to a TOML, YAML or JSON file."""
-
-INLINE = "tracker"
-"""The part of an experiment whose parameters are at the config's top level, beside the experiment's own."""
 
 
 def build(config: Config, registry: Registry | None = None) -> Tracker:

@@ -8,7 +8,6 @@ from typing import Any, get_args, get_origin
 import attrs
 import numpy as np
 
-from vedette.config import INLINE
 from vedette.config.parameters import (
     ROLES,
     Leaf,
@@ -26,6 +25,7 @@ from vedette.config.parameters import (
 )
 from vedette.config.registry import Registry
 from vedette.experiment import Experiment
+from vedette.tracking.parts import INLINE
 from vedette.tracking.tracker import Tracker
 from vedette.units import spellings
 

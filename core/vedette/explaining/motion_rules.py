@@ -9,11 +9,12 @@ import numpy as np
 
 from vedette.explaining.finding import Finding
 from vedette.explaining.manoeuvres import Manoeuvre, strongest
-from vedette.explaining.parts import parts, square
+from vedette.explaining.parameters import square
 from vedette.explaining.settled import inverts
 from vedette.explaining.situation import Seen, Situation
 from vedette.roles import Estimator, MotionModel, Sensor
 from vedette.space import Array, Axis
+from vedette.tracking.parts import parts
 from vedette.units import say
 
 LOUD, QUIET_SCANS = 10.0, 300

@@ -1,33 +1,11 @@
-"""The components of an experiment with their places in its config."""
+"""The parameters of a component, by what they are."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
 from typing import Any
 
 import attrs
 import numpy as np
-
-from vedette.config import INLINE
-from vedette.experiment import Experiment
-from vedette.roles import Component
-
-
-def parts(value: Any, place: str = "") -> Iterator[tuple[str, Component]]:
-    """Yield each component below `value`, outer ones first, with its place in the config."""
-    if isinstance(value, Component):
-        yield place, value
-    if attrs.has(type(value)):
-        inner = [(each.name, getattr(value, each.name)) for each in attrs.fields(type(value)) if each.init]
-        for name, part in inner:
-            inline = isinstance(value, Experiment) and name == INLINE
-            yield from parts(part, place if inline else f"{place}.{name}".lstrip("."))
-    elif isinstance(value, Mapping):
-        for name, part in value.items():
-            yield from parts(part, f"{place}.{name}")
-    elif isinstance(value, list | tuple):
-        for i, part in enumerate(value):
-            yield from parts(part, f"{place}[{i}]")
 
 
 def in_seconds(component: Any) -> dict[str, float]:

@@ -7,12 +7,12 @@ from attrs import frozen
 
 from vedette.experiment import Experiment
 from vedette.explaining.lives import Lives, lives
-from vedette.explaining.parts import parts
 from vedette.explaining.settled import FAR, Settled, reach, settle
 from vedette.explaining.source import Came, Opened, opened
 from vedette.roles import MotionModel, Sensor
 from vedette.space import Array, Space
 from vedette.supporting import ImagingSensor
+from vedette.tracking.parts import parts
 
 NONE = Came(None, None, np.zeros((0, 0)), (), None)
 

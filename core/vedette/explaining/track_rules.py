@@ -8,7 +8,7 @@ import numpy as np
 
 from vedette.explaining.finding import Finding
 from vedette.explaining.lives import LOOKS
-from vedette.explaining.parts import in_seconds
+from vedette.explaining.parameters import in_seconds
 from vedette.explaining.settled import SCANS, inverts
 from vedette.explaining.situation import Seen, Situation, deviation, positions
 from vedette.space import Array

@@ -12,10 +12,10 @@ import numpy as np
 
 from vedette.config.parameters import Maybe, holds_parts, parameters
 from vedette.display import shown
-from vedette.explaining.parts import parts
 from vedette.explaining.settled import SCANS
 from vedette.explaining.situation import Seen, Situation, deviation, positions
 from vedette.supporting import ImagingSensor
+from vedette.tracking.parts import parts
 from vedette.units import say
 
 WIDTH = 120

@@ -8,7 +8,7 @@ from __future__ import annotations
 import dis
 import inspect
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from pathlib import Path
 from traceback import walk_tb
@@ -20,6 +20,7 @@ import attrs
 from vedette.errors import PluginError, VedetteError
 from vedette.filters.memo import Memo
 from vedette.roles import Component
+from vedette.tracking.parts import parts as parts_of
 from vedette.tracking.promises import METHODS, broken
 from vedette.types import Scan
 
@@ -123,7 +124,7 @@ def check_made(component: Component, method: str, gave: object, parts: object) -
 
 def _watched(watch: _Watch, parts: object, again: Callable[[], object]) -> None:
     """Do something once more under a watch, without what filters have kept of the components' answers."""
-    for _, component in _places(parts):
+    for _, component in parts_of(parts):
         for value in _values(component):
             if isinstance(value, Memo):
                 value.clear()
@@ -155,9 +156,9 @@ def raised_by(error: BaseException, parts: object) -> str | None:
 
 
 def _said(component: Component, method: str, complaint: str, parts: object) -> str:
-    place = next((place for place, each in _places(parts) if each is component), None)
+    place = next((place for place, each in parts_of(parts) if each is component), None)
     if place is None:  # a sensor that was placed elsewhere, say
-        place = next((place for place, each in _places(parts) if type(each) is type(component)), None)
+        place = next((place for place, each in parts_of(parts) if type(each) is type(component)), None)
     cls = type(component)
     who = f"{component.kind} ({cls.__module__}.{cls.__qualname__}).{method}"
     hint = f"`vedette check {component.kind}` tries all that it must keep"
@@ -166,24 +167,6 @@ def _said(component: Component, method: str, complaint: str, parts: object) -> s
 
 def _values(value: Any) -> list[Any]:
     return [getattr(value, field.name, None) for field in attrs.fields(type(value))] if attrs.has(type(value)) else []
-
-
-def _places(value: Any, place: str = "") -> Iterator[tuple[str, Component]]:
-    """Yield the components in a value and below it, each with its place in a config."""
-    if isinstance(value, Component):
-        yield place, value
-    if isinstance(value, Mapping):
-        for name, each in value.items():
-            yield from _places(each, f"{place}.{name}" if place else str(name))
-    elif isinstance(value, tuple | list):
-        for i, each in enumerate(value):
-            yield from _places(each, f"{place}[{i}]")
-    elif attrs.has(type(value)):
-        for field in attrs.fields(type(value)):
-            if field.init and field.name != "tracker":
-                yield from _places(getattr(value, field.name, None), f"{place}.{field.name}" if place else field.name)
-            elif field.init:
-                yield from _places(getattr(value, field.name, None), place)
 
 
 def explain_run(error: Exception, parts: object, again: Callable[[], object]) -> None:

@@ -213,17 +213,7 @@ PROMISES: dict[type[Component], dict[str, Promise]] = {
         "noise": _noise("state", "state"),
         "reframe": _GAUSSIAN,
     },
-    ImagingSensor: {
-        "observes": _SPACE,
-        "measurement": _SPACE,
-        "measure": _over_x("measurement"),
-        "jacobian": _over_x("measurement", "observes"),
-        "noise": _noise("measurement", "measurement"),
-        "detects": _over_x(),
-        "information": _informs,
-        "seek": _over_x("observes"),
-        "learn": _over_x("observes"),
-    },
+    ImagingSensor: {"information": _informs, "seek": _over_x("observes"), "learn": _over_x("observes")},
     Sensor: {
         "observes": _SPACE,
         "measurement": _SPACE,
