@@ -124,7 +124,7 @@ def p_values(trackers: list[Tracker], problems: int, seed: int, runs: int = 40, 
     return {name: np.concatenate(parts) for name, parts in found.items() if parts}
 
 
-def size(problems: int = 2000) -> None:
+def size(problems: int = 2048) -> None:
     """Print how p-values and alarms of correct problems are distributed, by what the problems are."""
     kinds = right_problems()
     for seed, (kind, trackers) in enumerate(kinds.items()):
