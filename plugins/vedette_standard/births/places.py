@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import final
 
 import numpy as np
@@ -25,6 +26,11 @@ class Appearance:
             raise ValueError(f"at: must state [mean, standard deviation] of {', '.join(map(repr, lacking))}")
         mean, deviation = np.array([self.at[name] for name in state.names]).T
         return Gaussian(state.canonical(mean[None]), np.diag(deviation**2)[None])
+
+
+def present(dt: float, lifetime: float) -> float:
+    """Return how many are there after dt s, if one a second has come and each stays for a mean `lifetime`, in s."""
+    return -lifetime * math.expm1(-dt / lifetime)
 
 
 def _pair(numbers: Array) -> str | None:

@@ -12,7 +12,7 @@ from vedette import Array, Birth, Detections, Estimator, Gaussian, Indices, Newb
 from vedette.filters import mixed
 from vedette.sampling import NO_DRAWS
 from vedette.tracking import join, take
-from vedette_standard.births.places import Appearance, Edge
+from vedette_standard.births.places import Appearance, Edge, present
 
 FADED = 0.01
 """A Gaussian is dropped only if it is also below this share of what appears anew in a place."""
@@ -65,7 +65,7 @@ class Poisson(Birth):
         return not self.sensors or sensor in self.sensors
 
     def _appearing(self, estimator: Estimator[Any], initial: bool, dt: float, rng: np.random.Generator) -> Intensity:
-        """Return the intensity of targets that are there before the first scan, or that appear within dt."""
+        """Return the intensity of targets there before the first scan, or of those that came within dt and have stayed."""
         weights, means, covs = [], [], []
         named: list[tuple[str, Appearance | Edge]] = [(f"appear[{i}]", place) for i, place in enumerate(self.appear)]
         named += [(f"enter[{i}]", edge) for i, edge in enumerate(self.enter)]
@@ -74,7 +74,7 @@ class Poisson(Birth):
                 parts = place.gaussians(estimator.state)
             except ValueError as error:
                 raise ValueError(f"{name}.{error}") from None
-            count = place.initial if initial else place.rate * dt
+            count = place.initial if initial else place.rate * present(dt, self.lifetime)
             weights.append(np.full(len(parts.mean), count / len(parts.mean)))
             means.append(parts.mean)
             covs.append(parts.cov)

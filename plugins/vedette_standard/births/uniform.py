@@ -12,6 +12,7 @@ from attrs import frozen
 from vedette import Array, Birth, Detections, Estimator, Newborn, Sensor, fields
 from vedette.sampling import Bounds
 from vedette_standard.births.one_point import complete, one_point
+from vedette_standard.births.places import present
 
 PLACES = 16
 """Points per axis at which the mean detection probability is taken."""
@@ -67,7 +68,7 @@ class Uniform(Birth):
 
     def predict(self, memory: Array, estimator: Estimator[Any], dt: float, rng: np.random.Generator) -> Array:
         """Return their number `dt` later: some have left, others have come."""
-        return np.asarray(memory * math.exp(-dt / self.lifetime) + self.rate * dt)
+        return np.asarray(memory * math.exp(-dt / self.lifetime) + self.rate * present(dt, self.lifetime))
 
     def reveal(
         self, memory: Array, estimator: Estimator[Any], sensor: Sensor, detections: Detections, p_gate: float

@@ -76,7 +76,7 @@ def test_anywhere_in_a_box_a_new_track_exists_by_the_rate_against_the_clutter():
 def test_undetected_targets_come_leave_and_are_found():
     birth = Uniform(BOX, SPREAD, initial=4.0, rate=0.5, lifetime=50.0)
     later = birth.predict(birth.initial_memory(FILTER, RNG), FILTER, 10.0, RNG)
-    np.testing.assert_allclose(later, 4.0 * np.exp(-0.2) + 5.0)
+    np.testing.assert_allclose(later, 4.0 * np.exp(-0.2) + 0.5 * 50.0 * (1.0 - np.exp(-0.2)))
     left = birth.update(later, FILTER, RADAR, Detections.of([], 2), np.zeros(0), 0.9)
     np.testing.assert_allclose(left, later * (1 - 0.8 * 0.9))
     half = CartesianPosition(2.0, 0.8, 1e-5, view={"x": Bounds(0.0, 500.0)})

@@ -45,7 +45,7 @@ def test_a_new_track_exists_by_its_rate_against_the_clutter_and_has_the_posterio
 def test_what_is_not_detected_is_thinned_and_what_comes_is_added():
     birth = Poisson((Appearance(AT, initial=2.0, rate=0.1),), lifetime=50.0)
     memory, _ = revealed(birth, [[0.0, 0.0]], dt=5.0)
-    np.testing.assert_allclose(memory.weights, [2.0 * np.exp(-0.1), 0.5])
+    np.testing.assert_allclose(memory.weights, [2.0 * np.exp(-0.1), 0.1 * 50.0 * (1.0 - np.exp(-0.1))])
     np.testing.assert_allclose(
         birth.update(memory, FILTER, RADAR, Detections.of([], 2), np.zeros(0), 0.9).weights, memory.weights * (1 - 0.72)
     )

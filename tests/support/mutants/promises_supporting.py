@@ -66,6 +66,8 @@ BIRTHS = [
      {"predict": lambda s, m, e, dt, rng: np.asarray(m + s.rate)}, BOX),
     ("the unseen never leave", Poisson, "the_unseen_fade",
      {"predict": lambda s, m, e, dt, rng: Poisson.predict(Poisson(s.appear, lifetime=1e9), m, e, dt, rng)}, HERE),
+    ("those who come never leave within a step", Uniform, "the_unseen_settle",
+     {"predict": lambda s, m, e, dt, rng: np.asarray(m * np.exp(-dt / s.lifetime) + s.rate * dt)}, BOX),
     ("the unseen stand still", Poisson, "the_unseen_move",
      {"predict": lambda s, m, e, dt, rng: Intensity(m.weights * np.exp(-dt / s.lifetime), m.belief)}, HERE),
     ("rates in another unit", Uniform, "rates_are_densities",

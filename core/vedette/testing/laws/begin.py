@@ -173,6 +173,18 @@ def the_unseen_fade(birth: Birth, drawn: Returns) -> None:
     )
 
 
+def the_unseen_settle(birth: Birth, drawn: Returns) -> None:
+    """If it models targets without a track and has `lifetime`: in time as many leave as come, in steps of any length."""
+    _unseen(birth)
+    lifetime = getattr(birth, "lifetime", None)
+    if not isinstance(lifetime, float):
+        raise Closed("it has no `lifetime`")
+    begin = birth.initial_memory(drawn.estimator, drawn.rng())
+    ends = [birth.predict(begin, drawn.estimator, lives * lifetime, drawn.rng()) for lives in (25.0, 50.0)]
+    before, soon, late = (_rate(birth, memory, drawn, PLACES) for memory in (begin, *ends))
+    same("density after 50 lifetimes", late, soon, 1e-6, scale=max(float(before.max()), float(soon.max()), 1e-30))
+
+
 def a_track_of_the_unseen_exists_by_their_density(birth: Birth, drawn: Returns) -> None:
     """If it models targets without a track: a new one exists with e / (e + clutter) at most, e their density there."""
     _unseen(birth)
@@ -200,5 +212,6 @@ LAWS = (
     Law(the_unseen_come_and_go_with_time),
     Law(the_unseen_move),
     Law(the_unseen_fade),
+    Law(the_unseen_settle),
     Law(a_track_of_the_unseen_exists_by_their_density),
 )
