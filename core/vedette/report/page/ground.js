@@ -55,7 +55,7 @@ function drawGrid(map, context) {
   for (let x = Math.ceil((left + centre[0]) / step) * step; x <= right + centre[0]; x += step) {
     const at = Math.round(map.px(x - centre[0])) + 0.5;
     context.moveTo(at, 0); context.lineTo(at, map.height);
-    if (at > 60 && at < map.width - 30) words.push([label(x), at + 3, map.height - 5]);
+    if (at > 60 && at + 6 + context.measureText(label(x)).width < map.width) words.push([label(x), at + 3, map.height - 5]);
   }
   const [low, high] = [Math.min(top, bottom) + centre[1], Math.max(top, bottom) + centre[1]];
   for (let y = Math.ceil(low / step) * step; y <= high; y += step) {
