@@ -98,47 +98,47 @@ def _parser() -> ArgumentParser:
     run.add_argument("config", metavar="CONFIG", help="a TOML, YAML or JSON file that describes tracker and source")
     _takes_overrides(run, "the config")
     run.add_argument("--out", metavar="DIR", help="folder for the results; default: out/ and the config's name")
-    run.add_argument("--seed", metavar="N", help="of everything random; the same as --set seed=N")
-    run.add_argument("--json", action="store_true", help="end standard output with one line of JSON: the figures")
+    run.add_argument("--seed", metavar="N", help="seed of all random numbers; the same as --set seed=N")
+    run.add_argument("--json", action="store_true", help="end standard output with one line of JSON: the results")
     run.add_argument(
         "--smooth",
         nargs="?",
         const="",
         metavar="LAG",
-        help="also smooth: by all later scans, or by those of up to LAG later, as in --smooth '10 s'",
+        help="also smooth the tracks, with all later scans, or with those within LAG, as in --smooth '10 s'",
     )
-    run.add_argument("--strict", action="store_true", help="stop at the first scan or return that cannot be taken")
+    run.add_argument("--strict", action="store_true", help="stop at the first bad scan or return")
     run.add_argument(
         "--stream",
         action="store_true",
-        help="judge and write as the run goes and keep nothing; the default for more than 10,000 scans",
+        help="write results during the run and keep no history in memory; default for more than 10,000 scans",
     )
-    run.add_argument("--report", action="store_true", help="also write report.html, the page of the run")
+    run.add_argument("--report", action="store_true", help="also write report.html, a page that shows the run")
     _draws(run)
-    run.add_argument("--keep", action="store_true", help="keep the history of a long run, for its pictures: it takes memory")
+    run.add_argument("--keep", action="store_true", help="keep the history of a long run in memory, for its pictures")
 
-    watch = commands.add_parser("watch", help="show a run while it goes", description=about.WATCH)
+    watch = commands.add_parser("watch", help="run a tracker and show it live", description=about.WATCH)
     watch.add_argument("config", metavar="CONFIG", help="a TOML, YAML or JSON file that describes tracker and source")
     _takes_overrides(watch, "the config")
-    watch.add_argument("--speed", metavar="X", help="times as fast as recorded, or max: as fast as it goes; default: 1")
-    watch.add_argument("--terminal", action="store_true", help="show it here, and not on a page")
+    watch.add_argument("--speed", metavar="X", help="times as fast as recorded, or max: as fast as possible; default: 1")
+    watch.add_argument("--terminal", action="store_true", help="show the run in this terminal instead of in a browser")
     watch.add_argument("--out", metavar="DIR", help="also write what `vedette run --stream` writes into this folder")
-    watch.add_argument("--seed", metavar="N", help="of everything random; the same as --set seed=N")
-    watch.add_argument("--port", metavar="N", help="of the page; default: any that is free")
+    watch.add_argument("--seed", metavar="N", help="seed of all random numbers; the same as --set seed=N")
+    watch.add_argument("--port", metavar="N", help="port of the page; default: any free port")
     watch.add_argument("--underlay", metavar="FILE", help="GeoJSON under the map: in deg if the origin is known, else in m")
     watch.add_argument("--json", action="store_true", help="end standard output with one line of JSON")
 
     new = commands.add_parser("new", help="draft a config for your data, or a plugin", description=about.NEW)
     drafts = new.add_subparsers(dest="what", required=True, metavar="WHAT")
     draft = drafts.add_parser("config", help="a config that tracks the targets of a file", description=about.NEW_CONFIG)
-    draft.add_argument("data", metavar="DATA", help="a CSV or Parquet file with a header: a row a return")
+    draft.add_argument("data", metavar="DATA", help="a CSV or Parquet file with a header and one row for each return")
     draft.add_argument("--out", metavar="FILE", help="the config; default: the data's name with .toml, in this folder")
     package = drafts.add_parser(
-        "plugin", help="a package with a component that keeps its laws", description=about.NEW_PLUGIN
+        "plugin", help="a Python package with one component and its tests", description=about.NEW_PLUGIN
     )
-    package.add_argument("name", metavar="NAME", help="of the plugin: a word")
+    package.add_argument("name", metavar="NAME", help="name of the plugin: one word")
     roles = ("motion", "sensor", "associator", "estimator", "birth", "lifecycle")
-    package.add_argument("--role", choices=roles, default="motion", help="what its component is; default: motion")
+    package.add_argument("--role", choices=roles, default="motion", help="role of its component; default: motion")
     package.add_argument("--out", metavar="DIR", help="folder for the package; default: vedette-NAME")
 
     explain = commands.add_parser(
@@ -146,18 +146,16 @@ def _parser() -> ArgumentParser:
     )
     explain.add_argument("config", metavar="CONFIG", help="a TOML, YAML or JSON file that describes tracker and source")
     _takes_overrides(explain, "the config")
-    explain.add_argument(
-        "--interval", metavar="TIME", help="from scan to scan, as in '2.5 s'; default: as the source has it"
-    )
+    explain.add_argument("--interval", metavar="TIME", help="time between scans, as in '2.5 s'; default: that of the source")
     explain.add_argument("--json", action="store_true", help="end standard output with one line of JSON")
 
-    tune = commands.add_parser("tune", help="find parameters by the detections of a recording", description=ABOUT)
+    tune = commands.add_parser("tune", help="estimate parameters from a recording without truth", description=ABOUT)
     add_options(tune)
     _takes_overrides(tune, "the config")
     _draws(tune)
 
     report = commands.add_parser(
-        "report", help="write the page of a run, of several, or of a study", description=about.REPORT
+        "report", help="write a page that shows a run, several runs, or a study", description=about.REPORT
     )
     add_report_options(report)
 
@@ -165,22 +163,24 @@ def _parser() -> ArgumentParser:
     export.add_argument("run", metavar="RUN_DIR", help="the folder that `vedette run` wrote")
     export.add_argument("--to", metavar="FILE", required=True, help="the file: .kml, .geojson, .csv, .parquet or .rrd")
     export.add_argument("--origin", metavar="LAT,LON", help="where x and y are 0, in deg; default: as recorded")
+    export.add_argument("--epoch", metavar="DATE", help="date of time 0, as in 2024-05-01T12:00:00Z, if the run has none")
+    export.add_argument("--ellipses", metavar="N", default="50", help="at most N ellipses for each track; default: 50")
     export.add_argument(
-        "--epoch", metavar="DATE", help="when the time was 0, as 2024-05-01T12:00:00Z, if times are no dates"
+        "--lasting", metavar="TIME", help="only tracks that lived this long after they were confirmed, as in '30 s'"
     )
-    export.add_argument("--ellipses", metavar="N", default="50", help="at most so many a track, as areas; default: 50")
-    export.add_argument("--lasting", metavar="TIME", help="only tracks that were confirmed for so long, as in '30 s'")
-    export.add_argument("--covering", action="store_true", help="only tracks that covered a true object: no false ones")
-    export.add_argument("--smoothed", action="store_true", help="the smoothed tracks, of `vedette run --smooth`")
+    export.add_argument(
+        "--covering", action="store_true", help="only tracks that covered a true object, hence no false tracks"
+    )
+    export.add_argument("--smoothed", action="store_true", help="write the smoothed tracks that `vedette run --smooth` made")
 
     reproduce = commands.add_parser("reproduce", help="reproduce a published study", description=about.REPRODUCE)
     reproduce.add_argument("paper", metavar="PAPER", help="the study: vts, target-oriented, bayes-risk, or a plugin's")
     reproduce.add_argument("--runs", metavar="N", help="Monte-Carlo runs; default: the study's")
-    reproduce.add_argument("--seed", metavar="N", help="of everything random; default: 1")
-    reproduce.add_argument("--full", action="store_true", help="as many runs as the study is worth, however long they take")
-    reproduce.add_argument("--out", metavar="DIR", help="folder for tables and figures; default: they are not written")
+    reproduce.add_argument("--seed", metavar="N", help="seed of all random numbers; default: 1")
+    reproduce.add_argument("--full", action="store_true", help="take the study's larger number of runs, however long it takes")
+    reproduce.add_argument("--out", metavar="DIR", help="folder for tables and pictures; default: none are written")
     _draws(reproduce)
-    reproduce.add_argument("--resume", action="store_true", help="go on with the unfinished study in the folder --out")
+    reproduce.add_argument("--resume", action="store_true", help="continue the unfinished study in the folder --out")
     reproduce.add_argument("--json", action="store_true", help="end standard output with one line of JSON")
 
     study = commands.add_parser("study", help="run a grid of trackers many times over", description=about.STUDY)
@@ -189,12 +189,12 @@ def _parser() -> ArgumentParser:
     )
     _takes_overrides(study, "the study's experiment")
     study.add_argument("--runs", metavar="N", help="runs at each point of the grid; default: the study's")
-    study.add_argument("--seed", metavar="N", help="of everything random; default: the study's")
-    study.add_argument("--chunk", metavar="N", help="runs that go in lock-step; default: the study's")
-    study.add_argument("--threads", metavar="N", help="how many chunks at once; default: as many as there are cores")
-    study.add_argument("--out", metavar="DIR", help="folder for finished chunks and results; default: they are not kept")
+    study.add_argument("--seed", metavar="N", help="seed of all random numbers; default: the study's")
+    study.add_argument("--chunk", metavar="N", help="runs that are computed together; default: the study's")
+    study.add_argument("--threads", metavar="N", help="chunks that run at once; default: the number of cores")
+    study.add_argument("--out", metavar="DIR", help="folder for finished chunks and results; default: none are kept")
     _draws(study)
-    study.add_argument("--resume", action="store_true", help="resume the study in the folder --out")
+    study.add_argument("--resume", action="store_true", help="continue the unfinished study in the folder --out")
     study.add_argument(
         "--scheduler", metavar="ADDRESS", help="run on the Dask cluster of this scheduler, as tcp://host:8786"
     )
@@ -202,9 +202,9 @@ def _parser() -> ArgumentParser:
 
     components = commands.add_parser("components", help="list what is installed", description=about.COMPONENTS)
     components.add_argument(
-        "wanted", nargs="?", metavar="ROLE_OR_KIND", help="all of this role, kind or table: motion, ekf, gate, ..."
+        "wanted", nargs="?", metavar="ROLE_OR_KIND", help="describe this role, kind or table in full: motion, ekf, gate, ..."
     )
-    components.add_argument("--json", action="store_true", help="as one JSON object")
+    components.add_argument("--json", action="store_true", help="print one JSON object")
 
     check = commands.add_parser("check", help="test a component against the laws of its role", description=about.CHECK)
     check.add_argument("subject", metavar="WHAT", help="an installed kind, a module, module:Class, or a config's file")
@@ -212,24 +212,24 @@ def _parser() -> ArgumentParser:
     check.add_argument(
         "--profile", default="fast", choices=["fast", "nightly"], help="how thoroughly to test; default: fast"
     )
-    check.add_argument("--seed", metavar="N", type=int, default=0, help="of everything random; default: 0")
+    check.add_argument("--seed", metavar="N", type=int, default=0, help="seed of all random numbers; default: 0")
     check.add_argument("--json", action="store_true", help="end standard output with one line of JSON")
 
     consistency = commands.add_parser(
-        "consistency", help="see whether a tracker's covariances fit a recording", description=about.CONSISTENCY
+        "consistency", help="report whether a tracker's covariances fit a recording", description=about.CONSISTENCY
     )
     consistency.add_argument("config", metavar="CONFIG", help="a TOML, YAML or JSON file that describes tracker and source")
     _takes_overrides(consistency, "the config")
-    consistency.add_argument("--seed", metavar="N", help="of everything random; the same as --set seed=N")
-    consistency.add_argument("--out", metavar="DIR", help="folder for text, figures and picture; default: not written")
+    consistency.add_argument("--seed", metavar="N", help="seed of all random numbers; the same as --set seed=N")
+    consistency.add_argument("--out", metavar="DIR", help="folder for text, JSON and picture; default: none are written")
     _draws(consistency)
     consistency.add_argument("--json", action="store_true", help="end standard output with one line of JSON")
 
     info = commands.add_parser("info", help="show which kernels, libraries and plugins are used", description=about.INFO)
-    info.add_argument("--json", action="store_true", help="as one JSON object")
+    info.add_argument("--json", action="store_true", help="print one JSON object")
 
     completions = commands.add_parser(
-        "completions", help="print what a shell offers after TAB", description=about.COMPLETIONS
+        "completions", help="print a script that completes commands in a shell", description=about.COMPLETIONS
     )
     completions.add_argument("shell", metavar="SHELL", choices=["bash", "zsh", "fish"], help="bash, zsh or fish")
     completions.set_defaults(parser=parser)
@@ -250,11 +250,13 @@ def _takes_overrides(command: ArgumentParser, changed: str) -> None:
 
 
 def _draws(command: ArgumentParser) -> None:
-    command.add_argument("--format", default="png", choices=["png", "svg", "pdf"], help="of the pictures; default: png")
+    command.add_argument(
+        "--format", default="png", choices=["png", "svg", "pdf"], help="format of the pictures; default: png"
+    )
     command.add_argument(
         "--columns",
         default="screen",
         choices=["screen", "one", "two"],
         help="size of the pictures: for a screen, or for one or two columns of a paper; default: screen",
     )
-    command.add_argument("--style", metavar="FILE", help="a matplotlib style, on top of Vedette's own")
+    command.add_argument("--style", metavar="FILE", help="a matplotlib style file, applied after Vedette's own")

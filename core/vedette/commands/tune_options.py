@@ -5,9 +5,9 @@ from __future__ import annotations
 from argparse import ArgumentParser
 
 ABOUT = (
-    "Find the values of parameters under which a recording's detections are likeliest, without truth, on the first part of "
-    "the scans; judge them on the rest; say how well each is known, and whether Q or R was at fault. Writes a config that "
-    "runs. Ctrl-C keeps what is done: --resume goes on."
+    "Find the parameters of greatest likelihood given a recording's returns, without truth, on the first part of the scans; "
+    "test them on the rest; state the error of each, and whether Q or R was wrong. Writes a config that runs. After Ctrl-C, "
+    "--resume continues."
 )
 METHODS = ["nelder-mead", "powell", "l-bfgs-b"]
 
@@ -21,16 +21,20 @@ def add_options(tune: ArgumentParser) -> None:
         action="extend",
         default=[],
         metavar="PATH.TO.KEY=LOW..HIGH",
-        help="what to tune and its range, as in estimator.motion.sigma_accel=0.01..10; default: a tenth to ten times",
+        help="parameters to tune and their ranges, as in estimator.motion.sigma_accel=0.01..10; default: a tenth to ten times",
     )
-    tune.add_argument("--part", default="0.5", metavar="P", help="part of the scans to tune on, the first; default: 0.5")
+    tune.add_argument(
+        "--part", default="0.5", metavar="P", help="fraction of the scans to tune on, from the first on; default: 0.5"
+    )
     tune.add_argument(
         "--by", default="likelihood", choices=["likelihood", "consistency"], help="the criterion; default: likelihood"
     )
-    tune.add_argument("--starts", default="3", metavar="N", help="searches, the first from the config's values; default: 3")
-    tune.add_argument("--method", default=METHODS[0], choices=METHODS, help="of the searches; default: nelder-mead")
-    tune.add_argument("--workers", default="1", metavar="N", help="processes; they change no result; default: 1")
-    tune.add_argument("--seed", metavar="N", help="of everything random; the same as --set seed=N")
-    tune.add_argument("--out", metavar="DIR", help="folder for config, figures and picture; default: out/NAME-tuned")
-    tune.add_argument("--resume", action="store_true", help="go on with the unfinished tuning in the folder --out")
-    tune.add_argument("--json", action="store_true", help="end standard output with one line of JSON: the figures")
+    tune.add_argument(
+        "--starts", default="3", metavar="N", help="number of searches; the first starts at the config's values; default: 3"
+    )
+    tune.add_argument("--method", default=METHODS[0], choices=METHODS, help="search method; default: nelder-mead")
+    tune.add_argument("--workers", default="1", metavar="N", help="number of processes; it changes no result; default: 1")
+    tune.add_argument("--seed", metavar="N", help="seed of all random numbers; the same as --set seed=N")
+    tune.add_argument("--out", metavar="DIR", help="folder for config, results and picture; default: out/NAME-tuned")
+    tune.add_argument("--resume", action="store_true", help="continue the unfinished tuning in the folder --out")
+    tune.add_argument("--json", action="store_true", help="end standard output with one line of JSON: the results")
