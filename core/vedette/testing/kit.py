@@ -95,8 +95,10 @@ def examine(cls: type[Component], law: Law, drawn: st.SearchStrategy[Any], profi
     pairs = drawn.flatmap(lambda component: st.tuples(st.just(component), drawer(component, profile)))
     tried: list[Any] = []
     closed: list[str] = []
+    judged = False
 
     def attempt(pair: Any) -> None:
+        nonlocal judged
         component, data = pair
         tried[:] = [component, data, *(tried[2:] or [0])]
         try:
@@ -105,9 +107,13 @@ def examine(cls: type[Component], law: Law, drawn: st.SearchStrategy[Any], profi
             law.check(component, data)
         except Closed as reason:
             closed.append(str(reason))
-            if not tried[2] and len(closed) >= max(MOST_CLOSED, law.examples(profile) // 2):
+            if not judged and len(closed) >= max(MOST_CLOSED, law.examples(profile) // 2):
                 raise SkipTest(str(reason)) from None  # Hypothesis ends at once
+        except Exception:
+            judged = True  # the smaller ones that Hypothesis tries now may all be closed: it has failed nevertheless
+            raise
         else:
+            judged = True
             tried[2] += 1
 
     attempt.__name__ = attempt.__qualname__ = law.name
