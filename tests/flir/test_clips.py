@@ -148,7 +148,7 @@ def test_colour_and_depth():
         grey_of(np.stack([grey, grey, grey + 100], axis=-1))
     with pytest.raises(ValueError, match="8 or 16 bit"):
         grey_of(grey.astype(np.float32))
-    with pytest.raises(ValueError, match="one channel, got 4"):
+    with pytest.raises(ValueError, match="one channel, or three of a colour, got 4"):
         grey_of(np.stack([grey] * 4, axis=-1))
 
 

@@ -26,7 +26,8 @@ class Segment:
 
 def read_boxes(path: Path, first_pixel: float) -> dict[int, Array]:
     """Label number to centre x, y, width and height in px; boxes whose cells are empty are left out."""
-    found = {}
+    found: dict[int, Array] = {}
+    places: dict[int, str] = {}
     for place, row in _rows(path, ("frame", "x", "y", "w", "h")):
         cells = [row[name] for name in ("x", "y", "w", "h")]
         if not any(cells):
@@ -37,7 +38,14 @@ def read_boxes(path: Path, first_pixel: float) -> dict[int, Array]:
             raise InputError(
                 f"{place}: frame must be a whole number and x, y, w, h numbers, got {shown(', '.join(row.values()))}"
             ) from None
-        found[number] = centred(box, first_pixel)
+        if number in found:
+            raise InputError(
+                f"{place}: frame {number} has a box already: {places[number]}; a file holds those of one target"
+            )
+        try:
+            found[number], places[number] = centred(box, first_pixel), place
+        except ValueError as error:
+            raise InputError(f"{place}: {error}; where the target is not in the frame, leave the cells empty") from None
     return found
 
 
@@ -78,9 +86,18 @@ def given_boxes(box: Array | None, boxes: Array | None, first_pixel: float, shap
     return found
 
 
+def meets(box: Array, shape: tuple[int, ...]) -> bool:
+    """Return whether some of a box lies in an image of `shape` (height, width)."""
+    size = np.array(shape[::-1])
+    return bool(np.all((box[:2] + 0.5 * box[2:] > -0.5) & (box[:2] - 0.5 * box[2:] < size - 0.5)))
+
+
 def _within(box: Array, shape: tuple[int, ...]) -> Array:
-    """Return a box whose centre lies in an image of `shape` (height, width); ValueError for others."""
+    """Return a box of 1 px or more whose centre lies in an image of `shape` (height, width); ValueError for others."""
     height, width = shape
+    if not (1 <= box[2] <= width and 1 <= box[3] <= height):
+        sides = f"sides of {box[2]:g} and {box[3]:g} px"
+        raise ValueError(f"must have sides of 1 px or more that fit into the image of {width} x {height} px, got {sides}")
     if not (-0.5 <= box[0] <= width - 0.5 and -0.5 <= box[1] <= height - 0.5):
         raise ValueError(
             f"must lie in the image of {width} x {height} px, got one whose middle is at {box[0]:g}, {box[1]:g} px"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -45,7 +46,7 @@ def grey_of(image: NDArray[Any], grey: str = "equal") -> Grey:
     if image.ndim == 2:
         return image
     if image.shape[2] not in (1, 3):
-        raise ValueError(f"must have one channel, got {image.shape[2]}")
+        raise ValueError(f"must have one channel, or three of a colour, got {image.shape[2]}")
     if grey != "equal" and image.shape[2] == 3:
         levels: Grey = np.rint(image @ np.array(WEIGHTS[grey])).astype(image.dtype)
         return levels
@@ -135,6 +136,12 @@ def look_through(path: Path, how: str = "equal") -> Clip:
     )
 
 
+def in_order(file: Path) -> tuple[list[int | str], str]:
+    """Return what puts files in the order of their names, numbers in them by value: f2.png before f10.png."""
+    parts = re.split(r"([0-9]+)", file.name)
+    return [int(part) if i % 2 else part for i, part in enumerate(parts)], file.name
+
+
 class _Folder:
     """Images in the order of their names; those that cannot be read are told once, when the folder is looked through."""
 
@@ -142,7 +149,7 @@ class _Folder:
 
     def __init__(self, path: Path, problems: list[Problem]) -> None:
         self.cv2 = opencv()
-        self.files = sorted(file for file in path.iterdir() if file.suffix.lower() in IMAGES)
+        self.files = sorted((file for file in path.iterdir() if file.suffix.lower() in IMAGES), key=in_order)
         if not self.files:
             raise InputError(f"{path}: holds no image; their names must end in {', '.join(IMAGES)}")
         self.most = len(self.files)

@@ -72,7 +72,7 @@ class VideoStream(Source):
         if self.box is None and self.boxes is None:
             raise ConfigError([Problem("box", "is missing: [x, y, w, h] in px, of the target in the first frame")])
         video = self._opened()
-        frames = _Frames(video, self.grey, self.negative)
+        frames = _Frames(self.address, video, self.grey, self.negative)
         rate = self.rate or frames.rate or 30.0
         try:
             starts = given_boxes(self.box, self.boxes, self.first_pixel, frames.first.shape)
@@ -99,6 +99,8 @@ class VideoStream(Source):
                 path = user_path(at)
             except ValueError as error:
                 raise ConfigError([Problem("address", str(error))]) from None
+            if path.is_dir():
+                raise InputError(f"{path}: is a folder; the source 'video' takes one of images")
             if not path.is_file():
                 raise InputError(f"{path}: there is no such file; name a camera by its number, a URL, or a file")
             check_regular(path)
@@ -117,19 +119,19 @@ class VideoStream(Source):
 class _Frames:
     """The frames of a capture, of which it holds the last one, `at`; the first is read at once."""
 
-    def __init__(self, video: Any, grey: str, negative: bool) -> None:
+    def __init__(self, address: str, video: Any, grey: str, negative: bool) -> None:
         self.video, self.grey, self.negative, self.at = video, grey, negative, 0
         rate = float(video.get(opencv().CAP_PROP_FPS))
         self.rate = rate if 0 < rate < 1e9 else None
         read, image = video.read()
         if not read:
             video.release()
-            raise InputError("the stream gives no frame")
+            raise InputError(f"{address}: gives no frame")
         try:
             self.first = self._signed(grey_of(image, grey))
         except ValueError as error:
             video.release()
-            raise InputError(f"frame 0: {error}") from None
+            raise InputError(f"{address}: frame 0: {error}") from None
         self.began, self.last = monotonic(), (self.first, 0.0)
 
     def read(self, number: int) -> tuple[NDArray[Any], float]:

@@ -26,7 +26,7 @@ from vedette import (
     fields,
 )
 from vedette.io import inside, user_path
-from vedette_flir.sources.boxes import BOX, Segment, four, fours, given_boxes, read_boxes, read_segment
+from vedette_flir.sources.boxes import BOX, Segment, four, fours, given_boxes, meets, read_boxes, read_segment
 from vedette_flir.sources.images import WEIGHTS, Grey, look_through
 
 
@@ -47,7 +47,7 @@ class VideoSource(Source):
     kind: ClassVar[str] = "video"
     draws: ClassVar[bool] = False
 
-    path: str = fields.text("a video file, or a folder of images in the order of their names", default="")
+    path: str = fields.text("a video file, or a folder of images in the order of their names and numbers", default="")
     truth: str = fields.text(
         "file of true boxes, frame,x,y,w,h; default: NAME_truth.csv beside NAME, if it is there", default=""
     )
@@ -80,7 +80,15 @@ class VideoSource(Source):
         part = Segment(0, clip.numbers[-1] + 1, 0)
         if self.segment is not None:
             part = read_segment(self._beside(path, "segments", "segments.csv"), path.stem, self.segment)
-        boxes, starts = self._boxes(path, part), given_boxes(self.box, self.boxes, self.first_pixel, clip.shape)
+        starts = given_boxes(self.box, self.boxes, self.first_pixel, clip.shape)
+        known, labels = self._boxes(path, part)
+        boxes = {number: box for number, box in known.items() if meets(box, clip.shape)}
+        size = f"{clip.shape[1]} x {clip.shape[0]} px"
+        outside = [
+            Problem(f"box of frame {number}", f"is outside the image of {size}") for number in sorted({*known} - {*boxes})
+        ]
+        if outside and not boxes:
+            raise InputError(f"{path}: all {len(outside)} true boxes are outside the image of {size}")
         begin = part.start if starts else min(boxes)
         kept = [number for number in clip.numbers if begin <= number < part.end]
         if not kept:
@@ -94,12 +102,14 @@ class VideoSource(Source):
             times = np.array(sorted(boxes)) / rate
             truth = [Trajectory("target", BOX, times, np.array([boxes[number] for number in sorted(boxes)]))]
         given = [Trajectory(f"box {i}", BOX, np.array([kept[0] / rate]), box[None]) for i, box in enumerate(starts)]
-        size = f"{clip.shape[1]} x {clip.shape[0]} px, {clip.dtype}"
-        notes = {"frames": f"{kept[0]} to {kept[-1]} of {path.name}, {size}"}
+        notes = {"frames": f"{kept[0]} to {kept[-1]} of {path.name}, {size}, {clip.dtype}"}
         lost = sum(problem.rows for problem in clip.problems)
         rows = {"frames": Rows(clip.total, len(kept), lost, len(clip.numbers) - len(kept))}
-        frames = LazyScans(len(kept), make)
-        return Recording(frames, tuple(truth), clip.problems, notes, rows=rows, starts=tuple(given))
+        if labels:
+            used = len(boxes.keys() & set(kept))
+            rows["true boxes"] = Rows(labels, used, len(outside), labels - used - len(outside))
+        frames, problems = LazyScans(len(kept), make), (*clip.problems, *outside)
+        return Recording(frames, tuple(truth), problems, notes, rows=rows, starts=tuple(given))
 
     def _beside(self, path: Path, parameter: str, name: str) -> Path:
         """Return the file that a parameter names, or else `name`, in the clip's folder; ConfigError if it lies elsewhere."""
@@ -109,25 +119,23 @@ class VideoSource(Source):
         except ValueError as error:
             raise ConfigError([Problem(parameter, str(error))]) from None
 
-    def _boxes(self, path: Path, part: Segment) -> dict[int, Array]:
-        """Frame number to the true centre, width and height, of this part; none only where boxes are given."""
+    def _boxes(self, path: Path, part: Segment) -> tuple[dict[int, Array], int]:
+        """Frame number to the true centre, width and height, of this part, and how many the file holds.
+
+        None without a file, where boxes are given.
+        """
         name = f"{path.stem}_truth.csv"
         file = self._beside(path, "truth", name)
-        boxes = {}
-        try:
-            if self.truth or (not self._given and file.exists()):
-                labels = read_boxes(file, self.first_pixel)
-                boxes = {number - part.label_offset: box for number, box in labels.items()}
-            elif not self._given:
-                raise ConfigError([Problem("box", f"is missing: [x, y, w, h] in px, as there is no file {name}")])
-            inside = {number: box for number, box in boxes.items() if part.start <= number < part.end}
-        except ValueError as error:
-            if isinstance(error, ConfigError | InputError):
-                raise
-            raise ConfigError([Problem("box", str(error))]) from None
+        if not self.truth and not file.exists():
+            if self._given:
+                return {}, 0
+            raise ConfigError([Problem("box", f"is missing: [x, y, w, h] in px, as there is no file {name}")])
+        labels = read_boxes(file, self.first_pixel)
+        boxes = {number - part.label_offset: box for number, box in labels.items()}
+        inside = {number: box for number, box in boxes.items() if part.start <= number < part.end}
         if not inside and not self._given:
             raise InputError(f"{file}: has no box from frame {part.start} to {part.end - 1}")
-        return inside
+        return inside, len(labels)
 
     @property
     def _given(self) -> bool:
