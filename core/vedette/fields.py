@@ -170,6 +170,7 @@ def array(
     check: Callable[[Array], str | None] | None = None,
 ) -> Any:
     """Declare numbers in `unit` with `ndim` axes, read-only; `check` returns what is wrong with them, or None."""
+    wanted = "a list of numbers" if ndim == 1 else f"numbers with {ndim} axes and rows of one length"
 
     def read(value: Any) -> Array:
         try:
@@ -177,7 +178,9 @@ def array(
                 raise TypeError
             numbers = np.array(value, dtype=float)
         except (TypeError, ValueError, OverflowError):
-            raise ValueError(f"must be numbers with {ndim} axes and rows of one length, got {value!r}") from None
+            raise ValueError(f"must be {wanted}, got {value!r}") from None
+        if numbers.ndim != ndim and ndim == 1:
+            raise ValueError(f"must be {wanted}, got {value!r}")
         if numbers.ndim != ndim:
             raise ValueError(f"must have {ndim} axes, got {numbers.ndim}: {value!r}")
         if not np.all(np.abs(numbers) <= ABSURD):  # also False for NaN

@@ -96,31 +96,46 @@ def _drawn(cv2: Any, grey: Grey, scan: Scan, experiment: Experiment, result: Res
         x, y = np.rint(scale * (point - corner + 0.5)).clip(-1e4, 1e4).astype(int)
         return int(x), int(y)
 
+    taken = []
     for truth in result.recording.truth:
         state = truth.at(scan.time)
         if state is None or not {"x", "y", "width", "height"} <= set(truth.space.names):
             continue
         at = dict(zip(truth.space.names, state, strict=True))
         middle, half = np.array([at["x"], at["y"]]), 0.5 * np.array([at["width"], at["height"]])
-        cv2.rectangle(image, place(middle - half), place(middle + half), BOX, 1)
+        taken.append((*place(middle - half), *place(middle + half)))
+        cv2.rectangle(image, taken[-1][:2], taken[-1][2:], BOX, 1)
+    zoomed = None
     for number, track in enumerate(result.tracks):
         k = int(np.searchsorted(track.times, scan.time))
         if k >= len(track.times) or track.times[k] != scan.time:
             continue
         points = _appears(track, slice(max(0, k - TRAIL), k + 1), experiment.tracker.sensors[scan.sensor])
-        colour, size = LOST if is_lost(track)[k] else HELD, _size(track, k)
+        lost = bool(is_lost(track)[k])
+        colour, size = LOST if lost else HELD, _size(track, k)
         if number == 0 and size.max() <= SMALL:
-            _enlarge(image, scale, points[-1] - corner)
+            zoomed = _enlarged(image, scale, points[-1] - corner)
         outside = np.any(np.abs(points - points[-1]) > 0.5 * size + 1.0, axis=1)
         for before, now in pairwise(points[outside]):
             cv2.line(image, place(before), place(now), colour, 1)
-        cv2.rectangle(image, place(points[-1] - 0.5 * size - 1.0), place(points[-1] + 0.5 * size + 1.0), colour, 1)
-        if is_lost(track)[k]:
-            x, y = place(points[-1] + [-0.5, -0.5] * size - [0.0, 3.0])
-            cv2.putText(image, "lost", (x, y), cv2.FONT_HERSHEY_SIMPLEX, 0.4, colour, 1, cv2.LINE_AA)
-    cv2.putText(image, f"{scan.time:.2f} s", (4, image.shape[0] - 6), cv2.FONT_HERSHEY_SIMPLEX, 0.4, TEXT, 1, cv2.LINE_AA)
+        taken.append((*place(points[-1] - 0.5 * size - 1.0), *place(points[-1] + 0.5 * size + 1.0)))
+        cv2.rectangle(image, taken[-1][:2], taken[-1][2:], colour, 1)
+        words = [str(track.id)] * (len(result.tracks) > 1) + ["lost"] * lost
+        _write(cv2, image, " ".join(words), (taken[-1][0], taken[-1][1] - 3), colour)
+    if zoomed is not None:
+        _put(image, zoomed, taken)
+    _write(cv2, image, f"{scan.time:.2f} s", (4, image.shape[0] - 6), TEXT)
     drawn: NDArray[Any] = image
     return drawn
+
+
+def _write(cv2: Any, image: NDArray[Any], text: str, at: tuple[int, int], colour: tuple[int, int, int]) -> None:
+    """Write words whose lower left corner is at a place, or as near to it as they are in the image, on a dark rim."""
+    (width, height), below = cv2.getTextSize(text, cv2.FONT_HERSHEY_SIMPLEX, 0.4, 1)
+    x = max(2, min(at[0], image.shape[1] - width - 2))
+    y = max(height + 2, min(at[1], image.shape[0] - below))
+    for shade, thick in (((0, 0, 0), 3), (colour, 1)):
+        cv2.putText(image, text, (x, y), cv2.FONT_HERSHEY_SIMPLEX, 0.4, shade, thick, cv2.LINE_AA)
 
 
 def is_lost(track: Track) -> Mask:
@@ -155,12 +170,31 @@ def _size(track: Track, k: int) -> Array:
     return np.array([track.mean[k, names.index(name)] if name in names else 12.0 for name in ("width", "height")])
 
 
-def _enlarge(image: NDArray[Any], scale: int, at: Array) -> None:
-    """Show what is around a place, in px of the frame, enlarged in the corner that is farthest from it."""
+def _enlarged(image: NDArray[Any], scale: int, at: Array) -> NDArray[Any] | None:
+    """Return what is around a place, in px of the frame, enlarged; None for a place outside the image."""
     height, width = image.shape[:2]
+    middle = scale * (at + 0.5)
+    if np.any(middle < 0) or np.any(middle > [width, height]):
+        return None
     side = min(ASIDE * scale, height // (2 * ZOOM), width // (2 * ZOOM))
-    x, y = np.clip(np.rint(scale * (at + 0.5) - side / 2).astype(int), 0, [width - side, height - side])
-    part = np.kron(image[y : y + side, x : x + side], np.ones((ZOOM, ZOOM, 1), np.uint8))
-    down = slice(0, ZOOM * side) if y + side / 2 > height / 2 else slice(height - ZOOM * side, height)
-    across = slice(0, ZOOM * side) if x + side / 2 > width / 2 else slice(width - ZOOM * side, width)
-    image[down, across] = part
+    x, y = np.clip(np.rint(middle - side / 2).astype(int), 0, [width - side, height - side])
+    return np.kron(image[y : y + side, x : x + side], np.ones((ZOOM, ZOOM, 1), np.uint8))
+
+
+def _put(image: NDArray[Any], zoomed: NDArray[Any], taken: Sequence[tuple[int, int, int, int]]) -> None:
+    """Put an enlarged part, framed, into the corner farthest from the boxes in which it covers none; nowhere without one.
+
+    `taken`: left, top, right and bottom of each box.
+    """
+    side = len(zoomed)
+    boxes = np.array(taken)
+    best, where = 0.0, None
+    for x in (0, image.shape[1] - side):
+        for y in (0, image.shape[0] - side):
+            gaps = np.maximum([x, y] - boxes[:, 2:], boxes[:, :2] - [x + side, y + side]).max(axis=1)
+            if gaps.min() > best:
+                best, where = float(gaps.min()), (x, y)
+    if where is None:
+        return
+    zoomed[[0, -1]] = zoomed[:, [0, -1]] = TEXT
+    image[where[1] : where[1] + side, where[0] : where[0] + side] = zoomed

@@ -24,6 +24,7 @@ from vedette.report.series import recorded_run
 from vedette.report.smoothed import read_lag, smooth_result, smoothed_figures, smoothed_summary, write_smoothed
 from vedette.report.summary import summary
 from vedette.tracking.smoothing import check_smoothing
+from vedette.types import LazyScans
 
 LONG = 10_000
 """More scans than this are judged and written as they come, and not kept."""
@@ -80,7 +81,10 @@ def _stream(experiment: Experiment, steps: Steps, folder: Path, arguments: Names
 
     done = stream(experiment, folder, steps=steps)
     if not arguments.stream:
-        why = f"a run of more than {LONG:,} scans keeps no history, so there are no pictures; --keep draws them"
+        scans = steps.recording.scans
+        endless = isinstance(scans, LazyScans) and scans.once
+        long = "whose end is not known" if endless else f"of more than {LONG:,} scans"
+        why = f"a run {long} keeps no history, so there are no pictures; --keep draws them"
         print(f"vedette: {why}", file=sys.stderr)
     written = [*done.files, *([_page(folder)] if arguments.report else [])]
     return _tell(arguments, done.result, done.text, done.figures, f"{folder}: {', '.join(written)}")

@@ -179,7 +179,8 @@ def header_of(path: Path, line: str, wanted: Sequence[str], optional: Sequence[s
         raise InputError(f"{path}:1: {UNCLOSED}")
     lacking = [title for title in wanted if title not in header]
     if lacking:
-        raise InputError(f"{path}:1: must have the columns {', '.join(wanted)}; lacks {', '.join(lacking)}")
+        told = f"must have the columns {', '.join(wanted)}; lacks {', '.join(lacking)}"
+        raise InputError(f"{path}:1: {told}, got {shown(line.strip())}")
     twice = [title for title in (*wanted, *optional) if header.count(title) > 1]
     if twice:
         raise InputError(f"{path}:1: must have each column once; has {', '.join(twice)} more often")

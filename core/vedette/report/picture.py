@@ -83,7 +83,10 @@ def show(axes: Axes, experiment: Experiment, result: Result) -> tuple[dict[str, 
 
 def _facts(result: Result, spots: dict[str, Array | None], outside: int) -> str:
     span = result.scans[-1].time - result.scans[0].time if result.scans else 0.0
-    facts = [f"{count(len(result.scans), 'scan')} over {span:,.0f} s", count(len(result.tracks), "confirmed track")]
+    facts = [
+        f"{count(len(result.scans), 'scan')} over {span:,.{0 if span >= 100 else 1}f} s",
+        count(len(result.tracks), "confirmed track"),
+    ]
     if result.recording.truth:
         facts.append(count(len(result.recording.truth), "true object"))
     if outside:

@@ -20,7 +20,8 @@ def strip(experiment: Experiment, result: Result) -> Figure:
     from matplotlib.patches import Rectangle
 
     made = canvas.figure(6.38)
-    canvas.head(made, experiment.title or "Run", "cut-outs around the track (cross); the true box dashed; times in s")
+    of = f"first of {len(result.tracks)} tracks" if len(result.tracks) > 1 else "track"
+    canvas.head(made, experiment.title or "Run", f"cut-outs around the {of} (cross); the true box dashed; times in s")
     track = result.tracks[0] if result.tracks else None
     frames = result.framed
     chosen: list[int] = (
@@ -32,9 +33,8 @@ def strip(experiment: Experiment, result: Result) -> Figure:
         assert scan.frame is not None
         axes = made.add_subplot(DOWN, ACROSS, place + 1)
         pixels, corner = scan.frame.pixels, np.zeros(2) if scan.frame.corner is None else scan.frame.corner
-        x, y = (
-            float(track.mean[np.argmin(np.abs(track.times - scan.time)), track.space.names.index(name)]) for name in "xy"
-        )
+        near = int(np.argmin(np.abs(track.times - scan.time)))
+        x, y = (float(track.mean[near, track.space.names.index(name)]) for name in "xy")
         low, high = corner - 0.5, corner + np.array(pixels.shape[::-1]) - 0.5
         axes.imshow(pixels, cmap="gray", extent=(low[0], high[0], high[1], low[1]), interpolation="nearest")
         axes.plot([x], [y], "+", color=canvas.colour(1), markersize=canvas.mark(12))
@@ -52,5 +52,6 @@ def strip(experiment: Experiment, result: Result) -> Figure:
         axes.set_ylim(y + box, y - box)
         axes.set_xticks([])
         axes.set_yticks([])
-        axes.set_title(f"{scan.time:.2f}", fontsize=canvas.letters(8), color=canvas.SOFT)
+        lost = ", lost" if track.existence[near] < 0.5 else ""
+        axes.set_title(f"{scan.time:.2f}{lost}", fontsize=canvas.letters(8), color=canvas.SOFT)
     return made

@@ -38,7 +38,7 @@ _TEXT, _WIDE = 21, 118
 
 _NOISE = 1e-9
 """Anything smaller than this is the rounding of sums, and reported as 0."""
-_NOTHING = ("", "nothing to judge by: no confirmed track")
+_NOTHING = "nothing to judge by: no confirmed track"
 
 
 def summary(experiment: Experiment, result: Result, score: Score, bands: Bands | None = None) -> str:
@@ -71,6 +71,10 @@ def _head(experiment: Experiment, result: Result, score: Score) -> list[str]:
 def _tracked(result: Result, score: Score) -> Iterator[tuple[str, str]]:
     """Return how many tracks there were, and how often their weights were not exact."""
     yield "tracks", f"{score.tracks:,} confirmed of {result.begun:,} begun"
+    intake = result.intake
+    if intake.doubted:
+        when = f"{intake.doubted:,} of {count(intake.frames, 'frame')}"
+        yield "", f"a target was lost in {when}, where existence is below one half; at the end: {intake.lost:,}"
     if result.approximated:
         times = count(result.approximated, "time")
         yield "association", f"a track's weights were approximated {times}: its cluster was too large for exact sums"
@@ -87,7 +91,11 @@ def rows(pairs: Iterable[tuple[str, str]]) -> list[str]:
 def _read(result: Result) -> Iterator[tuple[str, str]]:
     intake = result.intake
     for name, came in intake.came.items():
-        yield name, f"{count(came.scans, 'scan')}, {count(came.returns, 'return')}"
+        frames = came.frames == came.scans
+        yield (
+            name,
+            count(came.frames, "frame") if frames else f"{count(came.scans, 'scan')}, {count(came.returns, 'return')}",
+        )
     for name, part in unused(result).items():
         others = (part.refused, "refused"), (part.left_out, "left out")
         rest = "".join(f", {number:,} {what}" for number, what in others if number)
@@ -191,7 +199,7 @@ def _consistency(experiment: Experiment, score: Score, bands: Bands) -> Iterator
         yield "NIS", f"{score.nis:.3g} of what is expected; {_inside(bands.nis)}"
         yield "", _nis_in_words(score.nis, float(sum(axes * count for axes, count in bands.nis.axes.items())))
     if score.nees_position is None and score.nis is None:
-        yield _NOTHING
+        yield "", f"{_NOTHING} took a return" if score.tracks else _NOTHING
     if score.mode_prob is not None:
         names = mode_names(experiment, len(score.mode_prob))
         yield "modes", ", ".join(f"{name} {share:.2f}" for name, share in zip(names, score.mode_prob, strict=True))

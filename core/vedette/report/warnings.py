@@ -35,7 +35,12 @@ def warnings(experiment: Experiment, result: Result, score: Score) -> Iterator[s
     gap = 0.0 if intake.times is None else (intake.times[1] - intake.times[0]) / max(intake.scans - 1, 1)
     if intake.scans >= ENOUGH and (gap >= _LONG or 0 < gap < _SHORT):
         yield f"scans are {gap:.3g} s apart on average: are their times in another unit, such as ms? They are read as s"
-    if intake.tracked >= ENOUGH and intake.hits == 0:
+    if intake.tracked >= ENOUGH and intake.hits == 0 and intake.frames == intake.scans:
+        yield (
+            f"there were tracks in {intake.tracked:,} frames, and in none of them was a target found: does it stand "
+            "out in the first frame, where its track begins?"
+        )
+    elif intake.tracked >= ENOUGH and intake.hits == 0:
         yield (
             f"there were tracks and returns in {intake.tracked:,} scans, and in none of them did a track take a return: "
             "compare the sensor's noise and the motion's with the units of the data"

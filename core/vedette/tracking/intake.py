@@ -104,7 +104,8 @@ class Intake:
     """The input of one run over `sensors`, the tracker's.
 
     `times`: of the first and of the last scan taken; `tracked`: scans with returns while there were tracks; `hits`: those
-    of them in which some track took a return.
+    of them in which some track took a return; `doubted`: frames after which a confirmed track's existence is below one
+    half, as its target is lost; `lost`: number of such tracks after the last frame.
     """
 
     sensors: Mapping[str, Sensor]
@@ -114,6 +115,8 @@ class Intake:
     scans: int = 0
     tracked: int = 0
     hits: int = 0
+    doubted: int = 0
+    lost: int = 0
 
     @property
     def returns(self) -> int:
@@ -140,6 +143,9 @@ class Intake:
         if len(before.ids) and after.distances.shape[-1]:
             self.tracked += 1
             self.hits += bool(np.any(after.nis > 0))
+        if scan.frame is not None:
+            self.lost = int(np.count_nonzero(after.confirmed & (after.existence < 0.5)))
+            self.doubted += self.lost > 0
 
     def _count(self, scan: Scan) -> None:
         self.scans += 1
