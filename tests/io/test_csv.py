@@ -58,8 +58,10 @@ def test_a_decimal_comma_that_was_not_declared_is_refused_with_the_cure(tmp_path
     (tmp_path / "d.csv").write_text("t;north;east\n1;1,5;2\n2;1;2\n")
     recording = CsvSource(DetectionColumns(time="t", columns=XY), str(tmp_path / "d.csv"), delimiter=";").open(PLANE, RNG)
     assert "north must be a number, got '1,5'; decimal = \",\" reads it" in str(recording.refused[0])
-    with pytest.raises(ValueError, match=r"decimal: .* needs another delimiter"):
-        CsvSource(DetectionColumns(time="t", columns=XY), decimal=",")
+    (tmp_path / "d.csv").write_text('t,north,east\n"1,5","1,5","2"\n2,5,1,2\n')
+    recording = CsvSource(DetectionColumns(time="t", columns=XY), str(tmp_path / "d.csv"), decimal=",").open(PLANE, RNG)
+    assert shown(recording) == [(1.5, [[1.5, 2]])]
+    assert "must have 3 columns as in the header, got 4" in str(recording.refused[0])
 
 
 def test_sensors_of_one_file_are_told_apart_and_merged_in_time(tmp_path):

@@ -11,7 +11,7 @@ from attrs import evolve, frozen
 from vedette.config import load
 from vedette.drafting.cadence import left_out_period
 from vedette.drafting.chains import Chain, chains, spacing, unbroken
-from vedette.drafting.noise import Noise, Windows, estimated
+from vedette.drafting.noise import Noise, Windows, estimated, plausible
 from vedette.drafting.table import FLAT, Table, read_table
 from vedette.drafting.text import Facts, written
 from vedette.drafting.third import UNSURE, VELOCITY, own_share, recedes, third_noise
@@ -70,7 +70,7 @@ class Seen:
     def least_accel(self) -> float:
         """Return the acceleration noise, m/s^2, that moves a target by the sensor's own error in `FORGETTING` scans.
 
-        Over t s it moves a target by accel t^1.5 / sqrt(3). With less, the filter believes its prediction for ever.
+        Over t s that is accel t^1.5 / sqrt(3). With less, the filter believes its prediction for ever.
         """
         return float(np.sqrt(3) * self.error / (FORGETTING * self.period) ** 1.5) if self.found else 0.0
 
@@ -98,7 +98,7 @@ def draft_config(path: TablePath) -> str:
     if best.table.third == "range_rate" and _taken_out(best):
         title = best.table.measured["range_rate"]
         best = evolve(best, table=best.table.at_rest(f"{title} is over ground: the platform's own motion is not in it"))
-    facts = {name: _facts(each, best.noise[name].sensor) for name, each in best.seen.items()}
+    facts = {name: _facts(each, plausible(best.noise[name].sensor)) for name, each in best.seen.items()}
     accels = [best.noise[name].accel for name, each in best.seen.items() for _ in each.found]
     accel, floor = float(np.median(accels)) if accels else 0.1, min(each.least_accel for each in best.seen.values())
     speed = _speed([chain for each in best.seen.values() for chain in each.found])

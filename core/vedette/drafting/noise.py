@@ -119,3 +119,10 @@ def loglik(windows: Windows, sigmas: Array, accel: float, speed: float) -> float
         gain = np.where((distance < OUTLIER)[:, None, None], gain, 0.0)
         mean, P = mean + gain @ apart, P - gain @ P[:, :2, :]
     return float(np.sum(singles))
+
+
+def plausible(sigmas: tuple[float, ...]) -> tuple[float, ...]:
+    """Return noise in m, then in rad of a bearing, as a sensor may have it: returns that all lie in one place show none."""
+    return tuple(
+        float(np.clip(sigma, *limits)) for sigma, limits in zip(sigmas, ((1e-3, np.inf), (1e-6, 1.0)), strict=False)
+    )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from itertools import islice
 from typing import Any
@@ -11,11 +12,12 @@ import numpy as np
 from attrs import evolve, field, frozen
 
 from vedette.drafting.third import VELOCITY, own_velocity, third_column
-from vedette.drafting.titles import Meaning, chosen, is_number
+from vedette.drafting.titles import UNITS, Meaning, chosen, meaning
 from vedette.errors import InputError
 from vedette.io import cells_of, lines
 from vedette.io.columnar import FrameTable, TablePath, header_and_rows, is_columnar
-from vedette.io.csv_table import COMMAS, Dialect
+from vedette.io.csv_table import COMMAS, Dialect, fitted, header_line, is_number, listed
+from vedette.io.opening import shown
 from vedette.io.reading import FRAMES, NORTH_EAST
 from vedette.space import Array
 
@@ -24,6 +26,12 @@ LOOKED_AT = 2000
 
 MOST_SENSORS = 20
 """A column of more names than these is not taken to name sensors."""
+
+MANY = 20
+"""So many times of which none ends in 60 to 99 are times of day without their colons."""
+
+DELIMITERS = (",", ";", "\t", "|")
+_DAY = re.compile(r"\d{4}-\d\d-\d\d")
 
 ANGLES, SPEEDS = ("bearing", "heading", "course"), ("range_rate", "vx", "vy", "speed")
 COMPASS = ("bearing", "brg", "azimuth", "az", "azi")
@@ -104,19 +112,21 @@ class Table:
 def read_table(path: TablePath) -> Table:
     """Return what a CSV or Parquet file holds; InputError if no time or no position can be found among its titles."""
     titles, rows, dialect = _first_rows(path)
+    below = rows.pop(0) if rows and _states_units(rows[0]) else []
     columns = {title: [row[i] for row in rows] for i, title in enumerate(titles)}
-    measured, own = chosen(titles)
-    listed = ", ".join(titles)
+    measured, own = chosen(titles, below)
     if "time" not in measured:
-        raise InputError(f"{path}: no column looks like a time among {listed}; name it `time` or `t`")
+        index = "; an index counts if it has a name" if isinstance(path, FrameTable) else ""
+        raise InputError(f"{path}: no column looks like a time among {listed(titles)}; name it `time` or `t`{index}")
+    measured["time"] = time = _with_time_of_day(measured["time"], columns)
     axes = next((pair for pair in (POLAR, GEODETIC, FLAT, ("east", "north")) if set(pair) <= set(measured)), None)
     if axes is None:
         wanted = "range and bearing, latitude and longitude, or x and y"
-        raise InputError(f"{path}: no columns look like {wanted} among {listed}")
+        raise InputError(f"{path}: no columns look like {wanted} among {listed(titles)}")
     names = dict(zip(FLAT, axes, strict=True)) if axes[0] == "east" else {axis: axis for axis in axes}
     names |= third_column(axes[0], measured, columns)
     units: dict[str, str] = {}
-    assumed: list[str] = []
+    assumed = ["the row below the header states units; as a return it is refused"] if below else []
     for axis, name in names.items():
         _unit(axis, axis, measured[name], columns, units, assumed)
     compass = axes == GEODETIC or any(word in measured["bearing"].title.lower() for word in COMPASS if axes == POLAR)
@@ -125,10 +135,14 @@ def read_table(path: TablePath) -> Table:
         platform |= own_velocity(own, platform, columns, compass)
     for axis, given in platform.items():
         _unit(f"own {axis}", axis, given, columns, units, assumed)
-    time = measured["time"]
-    unit = _time_unit(time, _numbers(columns[time.title]), assumed)
+    times = _numbers(columns[time.title])
+    if advice := joined(times):
+        raise InputError(f"{path}: {time.title}: {advice}, got {times[0]:.15g}")
+    unit = _time_unit(time, times, assumed)
     who = measured["sensor"].title if "sensor" in measured else ""
-    sensors = tuple(sorted({cell for cell in columns.get(who, []) if cell}))
+    sensors = tuple(sorted({cell for cell in columns[who] if cell})) if who else ()
+    if len(sensors) == 1:
+        assumed.append(f"all returns are of one sensor: {who} names only {sensors[0]}")
     if len(sensors) > MOST_SENSORS:
         assumed.append(f"{who} has more than {MOST_SENSORS} names, so all returns are of one sensor")
         who, sensors = "", ()
@@ -157,20 +171,38 @@ def _first_rows(path: TablePath) -> tuple[list[str], list[list[str]], Dialect]:
         titles, _ = header_and_rows(path, ())
         titles, given = header_and_rows(path, titles)
         return titles, list(islice(given, LOOKED_AT)), COMMAS
-    text = [line for _, line in islice(lines(path), LOOKED_AT)]
-    delimiter = max((",", ";", "\t", "|"), key=text[0].count)
-    header = cells_of(text[0], delimiter)
+    number, first, below = header_line(lines(path))
+    text = [line for _, line in islice(below, LOOKED_AT) if line.strip()]
+    delimiter = max(DELIMITERS, key=first.count)
+    header = cells_of(first, delimiter)
     if not header or all(is_number(cell) for cell in header):
-        raise InputError(f"{path}:1: must be a header line with the titles of the columns, got {text[0][:80]!r}")
-    dialect = Dialect(delimiter, _decimal(text[1:], delimiter))
-    rows = [cells for line in text[1:] if (cells := dialect.cells(line)) and len(cells) == len(header)]
+        raise InputError(f"{path}:{number}: must be a header line with the titles of the columns, got {shown(first)}")
+    if len(header) == 1:
+        between = "a comma, a semicolon, a tab or |"
+        raise InputError(
+            f"{path}:{number}: must be the titles of the columns with {between} between them, got {shown(first)}"
+        )
+    dialect = Dialect(delimiter, _decimal(text, delimiter))
+    rows = [cells for line in text if (cells := fitted(dialect.cells(line), len(header))) and len(cells) == len(header)]
     return header, rows, dialect
+
+
+def _states_units(row: Sequence[str]) -> bool:
+    """Return whether a row below the header holds no number, but units."""
+    words = [cell.strip("[]() ").lower() for cell in row]
+    return not any(map(is_number, row)) and any(word in known for word in words for known in UNITS.values())
+
+
+def _with_time_of_day(time: Meaning, columns: Mapping[str, list[str]]) -> Meaning:
+    """Return the column of the time, or, if that holds bare days, another one that says when on a day it was."""
+    if not all(map(_DAY.fullmatch, filter(None, columns[time.title]))):
+        return time
+    others = [meaning(title) for title in columns if title != time.title]
+    return next((each for each in others if each.axis == "time" and not each.own and any(columns[each.title])), time)
 
 
 def _decimal(text: Sequence[str], delimiter: str) -> str:
     """Return what numbers have before their decimals: the comma where more cells become numbers with it."""
-    if delimiter == ",":
-        return "."
     point, comma = (
         sum(is_number(cell) for line in text for cell in Dialect(delimiter, each).cells(line) or ()) for each in ".,"
     )
@@ -203,11 +235,15 @@ def _unit(
     if not unit and axis in ANGLES:
         largest = float(np.max(np.abs(_numbers(columns[given.title])), initial=0.0))
         unit = "deg" if largest > 2.0001 * math.pi else "rad"
-        assumed.append(f"{given.title} is in {unit}: it goes up to {largest:.4g}")
+        assumed.append(f"{given.title} is in {unit}: it goes up to {largest:.4g}{_unknown(given)}")
     elif not unit:
-        assumed.append(f"{given.title} is in {usual}")
+        assumed.append(f"{given.title} is in {usual}{_unknown(given)}")
     if unit and unit != usual:
         units[place] = unit
+
+
+def _unknown(given: Meaning) -> str:
+    return f", for {given.unknown!r} is no unit that is known" if given.unknown else ""
 
 
 def _time_unit(time: Meaning, values: Array, assumed: list[str]) -> str:
@@ -221,11 +257,27 @@ def _time_unit(time: Meaning, values: Array, assumed: list[str]) -> str:
         if size > least:
             assumed.append(f"{time.title} counts {unit} since 1970")
             return unit
-    whole, apart = bool(np.all(values == np.rint(values))), np.diff(np.unique(values))
-    if whole and len(apart) and float(np.median(apart)) >= 100:
+    apart = np.diff(np.unique(values))
+    if 2e4 < size < 8e4 and len(apart) and float(np.median(apart)) < 1e-3:
+        assumed.append(f"{time.title} counts days, as spreadsheets do")
+        return "86400 s"
+    if np.all(values == np.rint(values)) and len(apart) and float(np.median(apart)) >= 100:
         assumed.append(f"{time.title} counts ms: whole numbers {np.median(apart):.0f} apart")
         return "ms"
-    assumed.append(f"{time.title} is in s")
+    assumed.append(f"{time.title} is in s{_unknown(time)}")
+    return ""
+
+
+def joined(times: Array) -> str:
+    """Say what to do with numbers that are dates or times of day without their colons, or return ""."""
+    if not len(times):
+        return ""
+    if np.all((times > 1.9e13) & (times < 2.1e13)):
+        return "must be dates and times as 2026-11-22T08:39:04"
+    seconds, minutes, hours = times % 100, times // 100 % 100, times // 10_000
+    looks = np.all((times >= 0) & (seconds < 60) & (minutes < 60) & (hours < 24))
+    if looks and len(np.unique(times)) >= MANY and len(np.unique(seconds)) > 5 and np.ptp(minutes + 60 * hours) > 0:
+        return "must be times of day as 08:39:04, for no number ends in 60 to 99"
     return ""
 
 

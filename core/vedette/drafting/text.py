@@ -82,7 +82,7 @@ def _lines(
     yield "[estimator]"
     yield f'kind = "{"ekf" if table.polar else "kalman"}"'
     fitted = sum(own.chains for own in facts.values())
-    told = f"of greatest likelihood over {fitted} stretches of tracks" if fitted else _GUESS
+    told = f"of greatest likelihood over {_count(fitted, 'stretch', 'stretches')} of tracks" if fitted else _GUESS
     told = "these targets keep their courses; with less a filter would hardly notice a turn" if steady else told
     space = ', axes = ["x", "y", "z"]' if table.third in HEIGHTS else ""
     yield f'motion = {{ kind = "constant_velocity", sigma_accel = {rounded(accel)!r}{space} }}  # {told}'
@@ -106,7 +106,8 @@ def _lines(
 
 def _sensor(table: Table, name: str, own: Facts, speed: float) -> Iterator[str]:
     yield f"[sensors.{toml_text.key(name)}]"
-    yield f"# {own.scans} scans, usually {own.period:.3g} s apart; {own.chains} stretches of tracks found"
+    apart = f", usually {own.period:.3g} s apart" if own.scans > 1 else ""
+    yield f"# {_count(own.scans, 'scan')}{apart}; {_count(own.chains, 'stretch', 'stretches')} of tracks found"
     doubt = "" if own.chains else f"  # {_GUESS}"
     if table.polar:
         yield f'kind = "range_bearing{"_rate" if table.third else ""}"'
@@ -128,6 +129,10 @@ def _sensor(table: Table, name: str, own: Facts, speed: float) -> Iterator[str]:
             yield 'kind = "cartesian_position"'
             yield f"sigma = {rounded(own.sigmas[0])!r}{doubt}"
         density = rounded(own.clutter / own.area / (own.height if table.third else 1.0))
-        clutter = f"clutter_density = {density!r}  # {own.clutter:.2g} returns a scan that belong to no track"
+        clutter = f"clutter_density = {density!r}  # {rounded(own.clutter):g} returns a scan that belong to no track"
     yield f"detection_probability = {rounded(own.probability)!r}"
     yield clutter
+
+
+def _count(number: int, one: str, many: str = "") -> str:
+    return f"{number} {one if number == 1 else many or f'{one}s'}"

@@ -7,7 +7,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from vedette.drafting.chains import Chain
-from vedette.drafting.titles import Meaning, is_number
+from vedette.drafting.titles import Meaning
+from vedette.io.csv_table import is_number
 from vedette.space import Array
 
 THIRD: dict[str, dict[str, tuple[str, ...]]] = {

@@ -2,29 +2,43 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Sequence
+from itertools import zip_longest
 
 from attrs import frozen
 
-UNITS = {
-    **dict.fromkeys(("m", "metre", "metres", "meter", "meters"), "m"),
-    **dict.fromkeys(("km", "kilometres", "kilometers"), "km"),
-    **dict.fromkeys(("nm", "nmi"), "NM"),
-    **dict.fromkeys(("ft", "feet"), "ft"),
-    **dict.fromkeys(("deg", "degs", "degree", "degrees", "°"), "deg"),
-    **dict.fromkeys(("rad", "rads", "radian", "radians"), "rad"),
-    "mrad": "mrad",
-    **dict.fromkeys(("s", "sec", "secs", "seconds"), "s"),
-    **dict.fromkeys(("ms", "msec", "millis", "milliseconds"), "ms"),
-    **dict.fromkeys(("us", "usec", "microseconds"), "us"),
-    **dict.fromkeys(("ns", "nsec", "nanoseconds"), "ns"),
-    **dict.fromkeys(("kn", "kt", "kts", "knot", "knots"), "kn"),
-    **dict.fromkeys(("mps", "m/s"), "m/s"),
-    **dict.fromkeys(("kmh", "kph", "km/h"), "km/h"),
+UNITS: dict[str, dict[str, str]] = {
+    "m": {
+        **dict.fromkeys(("m", "metre", "metres", "meter", "meters"), "m"),
+        **dict.fromkeys(("km", "kilometres", "kilometers"), "km"),
+        **dict.fromkeys(("nm", "nmi"), "NM"),
+        **dict.fromkeys(("ft", "feet"), "ft"),
+        **dict.fromkeys(("yd", "yds", "yards"), "0.9144 m"),
+        "cm": "0.01 m",
+    },
+    "rad": {
+        **dict.fromkeys(("deg", "degs", "degree", "degrees", "°"), "deg"),
+        **dict.fromkeys(("rad", "rads", "radian", "radians"), "rad"),
+        **dict.fromkeys(("gon", "grad", "grads"), "0.9 deg"),
+        "mrad": "mrad",
+    },
+    "s": {
+        **dict.fromkeys(("s", "sec", "secs", "seconds"), "s"),
+        **dict.fromkeys(("ms", "msec", "millis", "milliseconds"), "ms"),
+        **dict.fromkeys(("us", "usec", "microseconds", "µs"), "us"),
+        **dict.fromkeys(("ns", "nsec", "nanoseconds"), "ns"),
+        **dict.fromkeys(("min", "mins", "minutes"), "min"),
+        **dict.fromkeys(("h", "hr", "hrs", "hours"), "h"),
+        **dict.fromkeys(("d", "day", "days"), "86400 s"),
+    },
+    "m/s": {
+        **dict.fromkeys(("kn", "kt", "kts", "knot", "knots"), "kn"),
+        **dict.fromkeys(("mps", "m/s", "ms"), "m/s"),
+        **dict.fromkeys(("kmh", "kph", "km/h"), "km/h"),
+    },
 }
-"""Units as titles write them."""
+"""Units as titles write them, by the SI unit of what they measure."""
 
 OWN = ("own", "ownship", "own_ship", "platform", "ego", "ship", "vessel", "os", "self", "carrier", "boat")
 """Words that say a column is of the sensors' own platform."""
@@ -55,66 +69,84 @@ AXES: dict[str, tuple[str, ...]] = {
 }
 """The words for each axis, the surest first."""
 
+MEASURES = {
+    "time": "s",
+    **dict.fromkeys(("range", "altitude", "east", "north", "x", "y", "z"), "m"),
+    **dict.fromkeys(("bearing", "elevation", "latitude", "longitude", "heading", "course"), "rad"),
+    **dict.fromkeys(("range_rate", "vnorth", "veast", "vx", "vy", "speed"), "m/s"),
+}
+"""The SI unit of each axis that has one."""
+
 
 @frozen
 class Meaning:
-    """What a title means: an axis ("" if none is known), a unit ("" if it states none), of the own platform or not."""
+    """What a title means: an axis ("" if none is known), a unit ("" if it states none), of the own platform or not.
+
+    `unknown` is a unit that it states and nobody knows.
+    """
 
     title: str
     axis: str
     unit: str
     own: bool
     sure: bool
+    unknown: str = ""
 
 
-def meaning(title: str) -> Meaning:
-    """Return what a title means.
+def meaning(title: str, below: str = "") -> Meaning:
+    """Return what a title means; `below` is its cell in a row of units.
 
     >>> meaning("own_lat [deg]")
-    Meaning(title='own_lat [deg]', axis='latitude', unit='deg', own=True, sure=True)
+    Meaning(title='own_lat [deg]', axis='latitude', unit='deg', own=True, sure=True, unknown='')
     >>> meaning("SlantRangeMetres").axis, meaning("SlantRangeMetres").unit
     ('range', 'm')
+    >>> meaning("range [cubits]").unknown
+    'cubits'
     """
-    unit = ""
-    if bracket := re.search(r"[\[(]\s*([^\])]+?)\s*[\])]", title):
-        unit = UNITS.get(bracket[1].lower(), "")
-        plain = title.replace(bracket[0], " ")
-    else:
-        plain = title
+    bracket = re.search(r"[\[(]\s*([^\])]+?)\s*[\])]", title)
+    stated = bracket[1] if bracket else below
+    plain = title.replace(bracket[0], " ") if bracket else title
     words = [word.lower() for word in re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|°", plain)]
-    if not unit and len(words) > 1 and words[-1] in UNITS:
-        unit = UNITS[words.pop()]
+    axis, own, sure = _axis(words)
+    unit = _unit(stated, axis)
+    if not unit and len(words) > 1:
+        shorter = _axis(words[:-1])
+        if last := _unit(words[-1], shorter[0]):
+            (axis, own, sure), unit = shorter, last
+    return Meaning(title, axis, unit, own, sure, "" if unit or axis not in MEASURES else stated)
+
+
+def _axis(words: Sequence[str]) -> tuple[str, bool, bool]:
+    """Return the axis that words name, whether it is of the own platform, and whether that is sure."""
     own = any(word in OWN for word in words)
-    words = [word for word in words if word not in OWN] or words
-    whole = "_".join(words)
+    whole = "_".join([word for word in words if word not in OWN] or words)
     for axis, names in AXES.items():
         if whole in names:
-            return Meaning(title, axis, unit, own, True)
+            return axis, own, True
     for axis, names in AXES.items():
         if any(re.search(rf"(^|_){name}(_|$)", whole) for name in names if len(name) > 2):
-            return Meaning(title, axis, unit, own, False)
-    return Meaning(title, "", unit, own, False)
+            return axis, own, False
+    return "", own, False
 
 
-def chosen(titles: Sequence[str]) -> tuple[dict[str, Meaning], dict[str, Meaning]]:
+def _unit(stated: str, axis: str) -> str:
+    """Return the unit that a text states of an axis, as a config writes it; "" if it is none. "deg T" is in deg."""
+    known = UNITS.get(MEASURES.get(axis, ""), {})
+    first, *_ = stated.lower().split() or [""]
+    return known.get(stated.lower(), known.get(first, ""))
+
+
+def chosen(titles: Sequence[str], below: Sequence[str] = ()) -> tuple[dict[str, Meaning], dict[str, Meaning]]:
     """Return the columns by axis: what the sensors measure, and what the own platform does. A sure title goes first.
 
     A heading is always the platform's. Positions that all say they are of a ship are what is measured, if nothing else is.
     """
     measured: dict[str, Meaning] = {}
     platform: dict[str, Meaning] = {}
-    found = [meaning(title) for title in titles]
+    found = [meaning(title, stated) for title, stated in zip_longest(titles, below, fillvalue="")]
     positions = {each.axis for each in found if not each.own} & {"range", "latitude", "x", "east"}
     for each in sorted(found, key=lambda each: not each.sure):
         if each.axis:
             own = each.axis == "heading" or (each.own and bool(positions) and each.axis not in ("time", "scan", "sensor"))
             (platform if own else measured).setdefault(each.axis, each)
     return measured, platform
-
-
-def is_number(cell: str) -> bool:
-    """Return whether a cell holds a finite number."""
-    try:
-        return math.isfinite(float(cell))
-    except ValueError:
-        return False

@@ -66,8 +66,6 @@ class CsvSource(Source):
     sort: bool = fields.flag("sort all rows by time; default: those that go back in time are refused", default=False)
 
     def __attrs_post_init__(self) -> None:
-        if self.decimal == self.delimiter == ",":
-            raise ValueError('decimal: "," needs another delimiter, ";" say')
         if self.platform is not None and self.platform.scan and not self.detections.scan:
             raise ValueError("platform.scan: needs the detections' `scan` column too")
 

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import csv
+import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import chain
 from pathlib import Path
 
 from attrs import frozen
@@ -22,11 +24,19 @@ WIDEST = 131_072
 LARGEST = {"latitude": 90.0, "longitude": 360.0}
 """Limits of some columns, in deg."""
 
+LEAST = {"range": 0.0}
+"""What some columns are at least."""
+
 UNCLOSED = f"a quotation mark is not closed, or a cell has more than {WIDEST:,} characters"
 
 
 _COMMA = re.compile(r"([-+\d:T ]*),(\d[\deE:Z+-]*)")
 """A number, or a time with a part of a second, that has a comma where a program wants a point."""
+
+_SEPARATOR_LINE = re.compile(r'"?sep=.?"?', re.IGNORECASE)
+"""What Excel writes above a header to say what stands between columns."""
+
+_BETWEEN = re.compile(r"[,;\t|]")
 
 
 @frozen
@@ -64,6 +74,7 @@ class Number:
     title: str
     factor: float
     largest: float | None = None
+    least: float = -math.inf
 
     def of(self, row: Row) -> float:
         """Return the row's number; ValueError if it is not a number or is too large."""
@@ -72,12 +83,16 @@ class Number:
             number = float(cell)
         except ValueError:
             advice = '; decimal = "," reads it' if _COMMA.fullmatch(cell) else ""
+            if not advice and self.largest is not None and cell[:1].isdigit():
+                advice = "; write degrees with decimals, negative in the south and in the west"
             raise ValueError(f"{self.title} must be a number, got {shown(cell)}{advice}") from None
         if not abs(number) * self.factor <= ABSURD:  # also False for NaN
             raise ValueError(f"{self.title} must be a finite number of at most {ABSURD:g}, got {shown(cell)}")
         if self.largest is not None and abs(number) * self.factor > self.largest:
             bounds = f"from {-self.largest / self.factor:.6g} to {self.largest / self.factor:.6g}"
             raise ValueError(f"{self.title} must be {bounds}, got {shown(cell)}")
+        if number < self.least:
+            raise ValueError(f"{self.title} must be >= {self.least:g}, got {shown(cell)}")
         return number * self.factor
 
 
@@ -103,7 +118,7 @@ def numbers(axes: Space, time: str, columns: Mapping[str, str], units: Mapping[s
             factor = in_unit(unit if multiple else f"1 {unit}", axis.unit)
             if factor <= 0:
                 raise ValueError(f"must be a unit, or a multiple of one above 0, got {unit!r}")
-            found[axis.name] = Number(name, title, factor, LARGEST.get(axis.name))
+            found[axis.name] = Number(name, title, factor, LARGEST.get(axis.name), LEAST.get(axis.name, -math.inf))
         except ValueError as error:
             problems.append(Problem(f"{place}.units.{axis.name}", str(error)))
     if problems:
@@ -114,6 +129,8 @@ def numbers(axes: Space, time: str, columns: Mapping[str, str], units: Mapping[s
 def rows(path: TablePath, wanted: Mapping[str, str], place: str, dialect: Dialect, refused: list[Problem]) -> Iterator[Row]:
     """Yield the rows of a table without blank lines; rows of another length than the header's are added to `refused`.
 
+    Comments may stand above the header, and empty cells beyond its last column.
+
     wanted: name in the config -> title of the column; `place` is the config's table that names them, for messages. Each
     line is a row by itself, so a stray quotation mark costs one row. InputError: no file, no rows, a header that lacks a
     column or has it twice.
@@ -121,18 +138,18 @@ def rows(path: TablePath, wanted: Mapping[str, str], place: str, dialect: Dialec
     if isinstance(path, FrameTable) or is_columnar(path):
         yield from _columnar(path, wanted, place)
         return
-    given = lines(path)
-    header = dialect.cells(next(given)[1])
+    top, first, given = header_line(lines(path))
+    header = dialect.cells(first)
     if header is None:
-        raise InputError(f"{path}:1: the header has {UNCLOSED.replace(' is not', ' that is not')}")
-    _check_titles(header, f"{path}:1", wanted, place)
+        raise InputError(f"{path}:{top}: the header has {UNCLOSED.replace(' is not', ' that is not')}")
+    _check_titles(header, f"{path}:{top}", wanted, place)
     where = {name: header.index(title) for name, title in wanted.items()}
     empty = True
     for number, line in given:
         if not line.strip():
             continue
         empty = False
-        cells = dialect.cells(line)
+        cells = fitted(dialect.cells(line), len(header))
         line_place = f"{path.name}:{number}"
         if cells is None:
             refused.append(Problem(line_place, UNCLOSED))
@@ -142,6 +159,37 @@ def rows(path: TablePath, wanted: Mapping[str, str], place: str, dialect: Dialec
             yield Row(line_place, {name: cells[i] for name, i in where.items()})
     if empty:
         raise InputError(f"{path}: has a header and no rows")
+
+
+def header_line(given: Iterator[tuple[int, str]]) -> tuple[int, str, Iterator[tuple[int, str]]]:
+    """Return the number and the text of the header's line, and the lines below it.
+
+    Above it may stand blank lines, Excel's `sep=;` and comments that begin with #. The last comment is the header if
+    numbers follow it: so numpy.savetxt writes one.
+    """
+    comment = (1, "")
+    for number, line in given:
+        text = line.strip()
+        if text.startswith("#"):
+            comment = (number, line)
+        elif text and not _SEPARATOR_LINE.fullmatch(text):
+            if comment[1] and any(map(is_number, _BETWEEN.split(text))):
+                return *comment, chain([(number, line)], given)
+            return number, line, given
+    return *comment, given
+
+
+def fitted(cells: list[str] | None, width: int) -> list[str] | None:
+    """Return a row's cells without empty ones beyond the header's: some programs end a row with a delimiter."""
+    return cells if cells is None or any(cells[width:]) else cells[:width]
+
+
+def is_number(cell: str) -> bool:
+    """Return whether a cell holds a finite number."""
+    try:
+        return math.isfinite(float(cell))
+    except ValueError:
+        return False
 
 
 def _columnar(path: TablePath, wanted: Mapping[str, str], place: str) -> Iterator[Row]:
@@ -162,13 +210,13 @@ def _check_titles(header: Sequence[str], where: str, wanted: Mapping[str, str], 
         if header.count(title) != 1:
             there = "no column" if title not in header else "more than one column"
             raise InputError(
-                f"{where}: there is {there} {title!r}, which {place}.{name} asks for; the columns are {_titles(header)}"
+                f"{where}: there is {there} {title!r}, which {place}.{name} asks for; the columns are {listed(header)}"
             )
 
 
-def _titles(header: Sequence[str]) -> str:
+def listed(header: Sequence[str]) -> str:
     """Return a header as a message shows it."""
-    named = ", ".join(title if len(title) <= 60 else shown(title) for title in header[:20])
+    named = ", ".join(title if len(title) <= 60 and title.isprintable() else shown(title) for title in header[:20])
     return named if len(header) <= 20 else f"{named} and {len(header) - 20} more"
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Iterable
 from datetime import UTC, datetime, time
@@ -26,6 +27,8 @@ DAY = 86_400.0
 
 LOOKED_AT = 50
 """So many times of a table decide in which form they all are."""
+
+_DATE = re.compile(r"\d{1,4}[./-]\d{1,2}[./-]\d{1,4}")
 
 EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 
@@ -92,9 +95,11 @@ class Times:
 
     def of(self, row: Row) -> float:
         """Return the row's time in s; ValueError if it is none, or not in the form of the others."""
-        if self._form.name == NUMBER:
-            return self._column.of(row)
         cell = row.cells[self.name]
+        if self._form.name == NUMBER:
+            if _DATE.match(cell):
+                raise ValueError(f"{self.title} must be a number, or a date and time {EXAMPLES[ZONED]}, got {shown(cell)}")
+            return self._column.of(row)
         try:
             name, seconds = stamp(cell)
         except (ValueError, OverflowError):

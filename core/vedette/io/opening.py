@@ -16,6 +16,17 @@ from vedette.errors import InputError
 LONGEST_LINE = 2**25
 """Characters of a line; a scan of 100,000 returns with their covariances takes a third of it."""
 
+NOT_TEXT = {
+    b"PAR1": "is a Parquet file: its name must end in .parquet",
+    b"PK\x03\x04": "is an Excel workbook or a ZIP archive, not text: save the table as CSV",
+    b"\xd0\xcf\x11\xe0": "is an old Excel workbook, not text: save the table as CSV",
+    b"\x1f\x8b": "is compressed by gzip: unpack it",
+}
+"""How files begin that are taken for text, and what to do with them."""
+
+UTF_16 = (b"\xff\xfe", b"\xfe\xff")
+"""How text begins that Windows calls Unicode."""
+
 LARGEST_WHOLE = 2**28
 """Bytes of a file that is read whole: a JSON file takes some twenty times as much memory."""
 
@@ -75,15 +86,15 @@ def whole_text(path: Path, most: int = 0) -> str:
 
 
 def lines(path: Path) -> Iterator[tuple[int, str]]:
-    """Yield the lines of a UTF-8 file, counted from 1, without their ends.
+    """Yield the lines of a file in UTF-8, or in UTF-16 with its mark, counted from 1, without their ends.
 
-    What is not UTF-8 becomes U+FFFD, so that one bad byte costs one line and not the file. InputError if it cannot be read,
-    holds nothing, or has a line of more than LONGEST_LINE characters.
+    What is neither becomes U+FFFD, so that one bad byte costs one line and not the file. InputError if it cannot be read,
+    is no text, holds nothing, or has a line of more than LONGEST_LINE characters.
     """
     number, most = 0, LONGEST_LINE
     check_regular(path)
     try:
-        with path.open(encoding="utf-8-sig", errors="replace") as file:
+        with path.open(encoding=_encoding(path), errors="replace") as file:
             while line := file.readline(most + 1):
                 number += 1
                 if len(line) > most:
@@ -93,6 +104,16 @@ def lines(path: Path) -> Iterator[tuple[int, str]]:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from None
     if number == 0:
         raise InputError(f"{path}: is empty")
+
+
+def _encoding(path: Path) -> str:
+    """Return how a text is encoded, by its first bytes; InputError if they are those of a file that is no text."""
+    with path.open("rb") as file:
+        first = file.read(4)
+    for begins, told in NOT_TEXT.items():
+        if first.startswith(begins):
+            raise InputError(f"{path}: {told}")
+    return "utf-16" if first.startswith(UTF_16) else "utf-8-sig"
 
 
 def shown(text: str, most: int = 60) -> str:
