@@ -177,7 +177,7 @@ def _parser() -> ArgumentParser:
     reproduce.add_argument("paper", metavar="PAPER", help="the study: vts, target-oriented, bayes-risk, or a plugin's")
     reproduce.add_argument("--runs", metavar="N", help="Monte-Carlo runs; default: the study's")
     reproduce.add_argument("--seed", metavar="N", help="seed of all random numbers; default: 1")
-    reproduce.add_argument("--full", action="store_true", help="take the study's larger number of runs, however long it takes")
+    reproduce.add_argument("--full", action="store_true", help="take the larger number of runs, however long it lasts")
     reproduce.add_argument("--out", metavar="DIR", help="folder for tables and pictures; default: none are written")
     _draws(reproduce)
     reproduce.add_argument("--resume", action="store_true", help="continue the unfinished study in the folder --out")

@@ -48,6 +48,6 @@ COMPONENTS = (
     "List what is installed, one line for each kind. With a role, a kind or a table, describe it in full: distribution, and "
     "parameters with units, bounds and defaults."
 )
-INFO = "Print the versions of Vedette and its libraries, whether it uses compiled kernels and why, and the installed plugins."
+INFO = "Print the versions of Vedette and its libraries, which kernels it uses and why, and the installed plugins."
 COMPLETIONS = 'Print a script that makes a shell complete commands after TAB. In bash: eval "$(vedette completions bash)".'
 SCHEMA = "Print the JSON Schema of all that is installed, for editors that complete and check a config."

@@ -21,7 +21,7 @@ def add_options(tune: ArgumentParser) -> None:
         action="extend",
         default=[],
         metavar="PATH.TO.KEY=LOW..HIGH",
-        help="parameters to tune and their ranges, as in estimator.motion.sigma_accel=0.01..10; default: a tenth to ten times",
+        help="parameters to tune, and ranges, as in estimator.motion.sigma_accel=0.01..10; default: a tenth to ten times",
     )
     tune.add_argument(
         "--part", default="0.5", metavar="P", help="fraction of the scans to tune on, from the first on; default: 0.5"
