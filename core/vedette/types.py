@@ -34,16 +34,25 @@ def _array(name: str, value: Any, dtype: np.dtype[Any]) -> Any:
     if value is None or (type(value) is np.ndarray and value.dtype is dtype):
         return value
     try:
-        return np.asarray(value, dtype=dtype)
+        if isinstance(value, np.ma.MaskedArray):  # what is masked says nothing: it is no number, and not valid
+            value = np.ma.filled(value.astype(dtype), np.nan if dtype is _FLOAT else False)
+        given = np.asarray(value)
+        if given.dtype.kind != "c":
+            return given.astype(dtype, copy=False)
     except (TypeError, ValueError):
-        raise ValueError(f"{name}: must be numbers in rows of equal length, got {short(value)}") from None
+        pass
+    raise ValueError(f"{name}: must be numbers in rows of equal length, got {short(value)}") from None
 
 
 def _z(value: Any) -> Array:
+    if value is None:
+        raise ValueError("z: must be numbers in rows, [] for a scan without returns, got None")
     return _array("z", value, _FLOAT)  # type: ignore[no-any-return]
 
 
 def _valid(value: Any) -> Mask:
+    if value is None:
+        raise ValueError("valid: must be true or false for each return, got None; `Detections.of(z)` takes all as valid")
     return _array("valid", value, _BOOL)  # type: ignore[no-any-return]
 
 
@@ -60,6 +69,8 @@ def _missing(value: Any) -> Mask | None:
 
 
 def _position(value: Any) -> Array:
+    if value is None:
+        raise ValueError("position: must be 2 or 3 numbers, got None")
     return _array("position", value, _FLOAT)  # type: ignore[no-any-return]
 
 

@@ -93,7 +93,7 @@ def test_a_seed_is_a_value_of_whatever_it_is_made_from():
     rng = np.random.default_rng(1)
     assert Seed.of(rng) != Seed.of(rng)
     assert Seeds(5, (3,)).child(1).generators()[0].random() == np.random.default_rng(sequence(5, 3, (1,))).random()
-    with pytest.raises(ValueError, match="non-negative"):
+    with pytest.raises(ValueError, match="must be a whole number >= 0"):
         Seed.of(-1)
 
 

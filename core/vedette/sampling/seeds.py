@@ -11,6 +11,7 @@ from numpy.random.bit_generator import ISeedSequence
 from numpy.typing import NDArray
 
 from vedette.sampling.generators import Generators
+from vedette.units import short
 
 _POOL, _WORD = 4, 0xFFFFFFFF
 
@@ -30,7 +31,10 @@ class Seed:
             return seed
         if isinstance(seed, np.random.Generator):
             return cls(int(seed.integers(2**63)))
-        given = seed if isinstance(seed, np.random.SeedSequence) else np.random.SeedSequence(seed)
+        try:
+            given = seed if isinstance(seed, np.random.SeedSequence) else np.random.SeedSequence(seed)
+        except (TypeError, ValueError):
+            raise ValueError(f"seed: must be a whole number >= 0, or a Generator of numpy, got {short(seed)}") from None
         entropy = given.entropy
         whole = tuple(map(int, entropy)) if isinstance(entropy, Sequence) else int(entropy or 0)
         return cls(whole, tuple(given.spawn_key))

@@ -22,13 +22,21 @@ from vedette.tracking.ceiling import FEW, is_sparse
 from vedette.tracking.faults import explain, explained
 from vedette.tracking.gate import Gate, SensorGate
 from vedette.tracking.lineage import Gates
+from vedette.tracking.mistaken import check_given, check_state, time_from, time_of_start
 from vedette.tracking.spread import largest_deviation
 from vedette.tracking.state import State, new_state
 from vedette.tracking.validation import admitted, check_sensors, checked_prior
-from vedette.types import Detections, Frame, Gaussian, Recording, Review, Scan
+from vedette.types import Detections, Frame, Gaussian, Recording, Review, Scan, new_gaussian
 
 NOTHING = None, None, None
 """The result of a birth without a model of undetected targets: no memory, no rate, nothing found."""
+
+
+def _shown(estimate: Gaussian) -> Gaussian:
+    """Return an estimate that nobody can write into: its arrays may be those of the state."""
+    mean, cov = estimate.mean.view(), estimate.cov.view()
+    mean.flags.writeable = cov.flags.writeable = False
+    return new_gaussian(mean, cov)
 
 
 @final
@@ -144,6 +152,7 @@ class Tracker:
 
         Without it, the tracks that the birth has before any recording is seen: none, unless it says otherwise.
         """
+        time = time_of_start(time)
         source = Seed.of(seed)
         rng = source.generator(0) if self._draws else NO_DRAWS
         n = len(self.state)
@@ -180,7 +189,11 @@ class Tracker:
 
     def step(self, state: State, scan: Scan) -> State:
         """Return the state after one scan; ScanRefused, with the state as it was, if the scan cannot be taken."""
-        observed = admitted(scan, self._sensor_gates, state.time)
+        try:
+            observed = admitted(scan, self._sensor_gates, state.time)
+        except AttributeError:
+            check_state(state)
+            raise
         many = scan.detections.z.size > FEW and is_sparse(self, state, scan)
         try:
             gate, estimator, lifecycle = self._sensor_gates[scan.sensor], self.estimator, self.lifecycle
@@ -226,6 +239,7 @@ class Tracker:
                 after = births.begin(self, after, found, sensor, scan.sensor, observed, weights, rng)
             return after
         except Exception as error:
+            check_given(state, self.start, observed)
             explain(error, self, partial(self.step, state, scan), self.start)
             raise
 
@@ -245,9 +259,10 @@ class Tracker:
 
     def estimate(self, state: State, time: float | None = None) -> Gaussian:
         """Return mean (*b, t, n) and covariance (*b, t, n, n) of every track over `self.state`: at `time` in s, or now."""
-        belief = state.belief if time is None else self.predict(state, time)
+        check_state(state)
+        belief = state.belief if time is None else self.predict(state, time_from(state, time))
         try:
-            return self.estimator.moments(belief)
+            return _shown(self.estimator.moments(belief))
         except Exception as error:
             explain(error, self, partial(self.estimator.moments, belief))
             raise

@@ -43,7 +43,7 @@ def flaws(scan: Scan, sensors: Mapping[str, Sensor], since: float) -> list[Probl
         return [Problem("sensor", f"must be one of {', '.join(map(repr, sensors))}, got {scan.sensor!r}")]
     found = []
     if not abs(scan.time) <= ABSURD:
-        found.append(Problem("time", f"must be a finite number of s, got {scan.time}"))
+        found.append(Problem("time", f"must be a finite number of s{_at_most(scan.time)}, got {scan.time}"))
     elif scan.time < since:
         found.append(
             Problem("time", f"must not go back: {scan.time:.6f} s is {since - scan.time:.6g} s before the last scan")
@@ -70,10 +70,18 @@ def checked_prior(given: Any, axes: int) -> Gaussian:
     """Return a user's prior for the start; ValueError if it is not a Gaussian over so many axes for each track."""
     if not isinstance(given, Gaussian):
         raise ValueError(f"given: must be vedette.Gaussian(mean, cov), got {short(given)}")
-    mean, cov = np.asarray(given.mean, dtype=float), np.asarray(given.cov, dtype=float)
+    try:
+        mean, cov = np.asarray(given.mean, dtype=float), np.asarray(given.cov, dtype=float)
+    except (TypeError, ValueError):
+        raise ValueError(f"given: must hold numbers in rows of equal length, got {short(given)}") from None
     if mean.ndim < 2 or mean.shape[-1] != axes or cov.shape != (*mean.shape, axes):
         wanted = f"mean (..., tracks, {axes}) and cov (..., tracks, {axes}, {axes})"
         raise ValueError(f"given: must have {wanted}, got {mean.shape} and {cov.shape}")
+    bad = ~(np.all(np.abs(mean) <= ABSURD, axis=-1) & _is_covariance(cov, -1e-9))
+    if bad.any():
+        i = tuple(map(int, np.argwhere(bad)[0]))
+        told = "must have finite numbers and a symmetric positive semi-definite covariance"
+        raise ValueError(f"given: track {list(i)} {told}, got {short(mean[i].tolist())} and {short(cov[i].tolist())}")
     return Gaussian(mean, cov)
 
 
@@ -89,6 +97,9 @@ def admitted(scan: Scan, gates: Mapping[str, SensorGate], since: float) -> Detec
             raise
         told = "a scan: must be a vedette.Scan, as Scan(time, sensor, Detections.of(z)) makes one of returns z"
         raise TypeError(f"{told}, got {type(scan).__name__}") from None
+    except TypeError:  # a list, say, names no sensor
+        told = f"must be one of {', '.join(map(repr, gates))}, got {short(scan.sensor)}"
+        raise ScanRefused(str(Problem("sensor", told))) from None
     if (  # the most common kind of scan, without problems
         sensor_gate is not None
         and since <= scan.time <= ABSURD
@@ -134,10 +145,17 @@ def without_bad_returns(scan: Scan) -> tuple[Scan, list[Problem]]:
     return evolve(scan, detections=kept), problems
 
 
+def _at_most(values: Array | float) -> str:
+    """Return what is to be added to "finite" where numbers are refused that are, but are too large for anything."""
+    return f" of at most {ABSURD:g}" if np.all(np.isfinite(values)) else ""
+
+
 def _pose_flaws(pose: Pose) -> list[Problem]:
+    if not isinstance(pose, Pose):
+        return [Problem("pose", f"must be a vedette.Pose, as Pose([x, y]) makes one, got {short(pose)}")]
     parts = {"position": pose.position, "velocity": pose.velocity, "heading": pose.heading}
     return [
-        Problem(f"pose.{name}", f"must be finite numbers, got {np.asarray(value).tolist()}")
+        Problem(f"pose.{name}", f"must be finite numbers{_at_most(value)}, got {np.asarray(value).tolist()}")
         for name, value in parts.items()
         if value is not None and not np.all(np.abs(value) <= ABSURD)
     ] + [
@@ -149,6 +167,8 @@ def _pose_flaws(pose: Pose) -> list[Problem]:
 
 def _frame_flaws(frame: Frame) -> list[Problem]:
     """Return what is wrong with a frame; NaN pixels are allowed, as they carry no information, but infinite ones are not."""
+    if not isinstance(frame, Frame):
+        return [Problem("frame", f"must be a vedette.Frame, as Frame(pixels) makes one, got {short(frame)}")]
     pixels, corner = frame.pixels, frame.corner
     if pixels.ndim < 2 or 0 in pixels.shape[-2:]:
         return [Problem("frame", f"pixels must have shape (..., height, width), got {pixels.shape}")]
@@ -196,11 +216,14 @@ def _good(detections: Detections) -> Mask:
     return good | ~detections.valid
 
 
-def _is_covariance(noise: Array) -> Mask:
+def _is_covariance(noise: Array, least: float = 0.0) -> Mask:
+    """Return which matrices (*b, n, n) are symmetric with eigenvalues above `least` times their largest element."""
     finite: Mask = np.all(np.abs(noise) <= ABSURD, axis=(-1, -2))
     safe = np.where(finite[..., None, None], noise, np.eye(noise.shape[-1]))
     skew = np.max(np.abs(safe - np.swapaxes(safe, -1, -2)), axis=(-1, -2))
-    usable: Mask = (skew <= 1e-9 * np.max(np.abs(safe), axis=(-1, -2))) & (np.linalg.eigvalsh(safe)[..., 0] > 0)
+    most = np.max(np.abs(safe), axis=(-1, -2))
+    lowest = np.linalg.eigvalsh(safe)[..., 0]
+    usable: Mask = (skew <= 1e-9 * most) & ((lowest > 0) if least == 0 else (lowest >= least * most))
     return finite & usable
 
 
@@ -208,7 +231,7 @@ def _complaint(detections: Detections, i: Any) -> str:
     if detections.missing is not None and detections.missing[i].all():
         return "must have at least one component"
     if not np.all((np.abs(detections.z[i]) <= ABSURD) | (False if detections.missing is None else detections.missing[i])):
-        return f"must be finite numbers, got {detections.z[i].tolist()}"
+        return f"must be finite numbers{_at_most(detections.z[i])}, got {detections.z[i].tolist()}"
     if detections.evidence is not None and not np.isfinite(detections.evidence[i]):
         return f"its evidence must be a finite number, got {detections.evidence[i]}"
     assert detections.noise is not None
