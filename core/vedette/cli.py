@@ -11,10 +11,12 @@ import sys
 from argparse import Action, ArgumentParser, Namespace
 from collections.abc import Iterator, Sequence
 from importlib import import_module
+from pathlib import Path
 from typing import Any
 
 from vedette.commands import about
 from vedette.commands.ending import CLOSED, INTERRUPTED, complain, ended
+from vedette.commands.parser import Parser
 from vedette.commands.report_options import add_report_options
 from vedette.commands.tune_options import ABOUT, add_options
 from vedette.errors import VedetteError
@@ -22,7 +24,8 @@ from vedette.errors import VedetteError
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code. SystemExit only from argparse: for --help, --version and wrong use."""
-    parsed = _parser().parse_args(list(_values_joined(sys.argv[1:] if arguments is None else arguments)))
+    _open_streams()
+    parsed = _parser().given(list(_values_joined(sys.argv[1:] if arguments is None else arguments)))
     try:
         code = _command(parsed)
         sys.stdout.flush()
@@ -31,9 +34,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:
         _forget_stdout()
         return CLOSED
+    except UnicodeEncodeError as error:
+        part = ascii(error.object[error.start : error.end])
+        return complain(f"{part} cannot be written in {error.encoding}: a name in another encoding? LANG=C.UTF-8 reads more")
     except OSError as error:
-        where = f"{error.filename}: " if error.filename else ""
-        return complain(f"{where}{error.strerror or error}")
+        return complain(f"{error.filename or 'a file or the output'}: {error.strerror or error}")
     except KeyboardInterrupt:
         print("vedette: interrupted", file=sys.stderr)
         return INTERRUPTED
@@ -70,6 +75,13 @@ def _command(parsed: Namespace) -> int:
     return code
 
 
+def _open_streams() -> None:
+    """Write nowhere what is meant for a stream that the caller has closed."""
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115
+
+
 def _forget_stdout() -> None:
     """Write nowhere from now on: the reader closed the pipe, as `| head` does, and nothing is wrong."""
     try:
@@ -88,11 +100,12 @@ class _Version(Action):
         parser.exit()
 
 
-def _parser() -> ArgumentParser:
-    parser = ArgumentParser("vedette", description="Compose target trackers from small parts and run them.")
+def _parser() -> Parser:
+    parser = Parser("vedette", description="Compose target trackers from small parts and run them.")
     parser.add_argument("--version", action=_Version, nargs=0, help="show the version and exit")
     parser.add_argument("--traceback", action="store_true", help="show where in the code an error came from")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    parser.below = commands.choices
 
     run = commands.add_parser("run", help="run a tracker on a recording or a simulated scene", description=about.RUN)
     run.add_argument("config", metavar="CONFIG", help="a TOML, YAML or JSON file that describes tracker and source")

@@ -1,15 +1,18 @@
 """Wrong use is told without a traceback, before anything is written."""
 
+import errno
 import importlib.metadata
 import os
 import re
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
 from support.commands import command
 from vedette.cli import main
+from vedette.io.atomic import whole_file
 
 WRONG = {
     "no such file": (lambda path: ["run", path.with_name("none.toml")], "there is no such file"),
@@ -29,6 +32,9 @@ WRONG = {
     ),
     "an output that is a file": (lambda path: ["run", path, "--out", path], "is a file, and results need a folder"),
     "an output inside a file": (lambda path: ["run", path, "--out", path / "deep" / "er"], "is a file, and results need"),
+    "no name": (lambda path: ["new", "config", ""], ".: cannot be read: Is a directory"),
+    "a draft of another format": (lambda path: ["new", "config", path, "--out", "c.yaml"], "--out: must end in .toml"),
+    "a report of what is no folder": (lambda path: ["report", path], "there is no such file; `vedette run` writes it"),
     "no such role": (lambda path: ["components", "motions"], "did you mean 'motion'?"),
 }
 
@@ -89,3 +95,49 @@ def test_a_reader_that_goes_away_is_no_error():
     done = subprocess.run(line, stdout=writing, stderr=subprocess.PIPE, text=True, timeout=300)
     os.close(writing)
     assert (done.returncode, done.stderr) == (141, "")
+
+
+MEANT = {
+    "a command": (["runn", "c.toml"], "invalid choice: 'runn'", "did you mean run?"),
+    "an option": (["run", "c.toml", "--frmat", "svg"], "vedette run: error: unknown: --frmat svg", "did you mean --format?"),
+    "a second word": (["new", "confg", "d.csv"], "invalid choice: 'confg'", "did you mean config?"),
+    "no command, but data": (["d.csv"], "invalid choice: 'd.csv'", "`vedette new config d.csv` drafts a config for it"),
+}
+
+
+@pytest.mark.parametrize("case", MEANT)
+def test_a_misspelled_word_gets_the_one_that_was_meant(case, capsys):
+    arguments, *told = MEANT[case]
+    with pytest.raises(SystemExit) as ended:
+        main(arguments)
+    assert ended.value.code == 2
+    last = capsys.readouterr().err.splitlines()[-1]
+    assert all(text in last for text in told)
+
+
+@pytest.mark.parametrize(
+    ("redirected", "code", "told"),
+    [
+        (">&-", 0, ""),
+        ("2>&- >/dev/null", 0, ""),
+        (">/dev/full", 2, "vedette: error: a file or the output: No space left on device\n"),
+    ],
+)
+def test_closed_streams_and_full_ones_end_without_a_traceback(redirected, code, told):
+    line = ["sh", "-c", f'"$0" -m vedette completions bash {redirected}', sys.executable]
+    done = subprocess.run(line, stderr=subprocess.PIPE, text=True)
+    assert (done.returncode, done.stderr) == (code, told)
+
+
+def test_a_name_that_is_no_text_is_told(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    name = os.fsdecode(b"Me\xdfwerte.csv")
+    Path(name).write_text("t,x,y\n0,1,2\n")
+    assert main(["new", "config", name]) == 2
+    assert "cannot be written in utf-8: a name in another encoding?" in capsys.readouterr().err
+
+
+def test_a_disk_that_is_full_names_the_file(tmp_path):
+    with pytest.raises(OSError, match="No space left") as full, whole_file(tmp_path / "a.txt"):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    assert full.value.filename == str(tmp_path / "a.txt")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from argparse import Namespace
 from pathlib import Path
+from shlex import quote
 
 from vedette.commands.ending import DONE
 from vedette.config import load
@@ -19,7 +20,9 @@ def run(arguments: Namespace) -> int:
 
 def _config(arguments: Namespace) -> int:
     data = Path(arguments.data)
-    path = Path(arguments.out) if arguments.out else Path(data.stem).with_suffix(".toml")
+    path = Path(arguments.out) if arguments.out else Path(f"{data.stem}.toml")
+    if arguments.out and path.suffix != ".toml":
+        raise ConfigError([Problem("--out", f"must end in .toml, got {str(path)!r}")])
     if path.exists():
         raise ConfigError([Problem("--out", f"{str(path)!r} exists already: delete it, or name another file")])
     text = draft_config(data)
@@ -28,7 +31,7 @@ def _config(arguments: Namespace) -> int:
         file.write(text)
     load(path)
     print(text)
-    print(f"written to {path}; run it: vedette run {path}")
+    print(f"written to {path}; run it: vedette run {quote(str(path))}")
     return DONE
 
 

@@ -16,7 +16,7 @@ from vedette.drafting.config import draft_config
 from vedette.errors import ConfigError, Problem
 from vedette.experiment import Experiment, Result
 from vedette.io import CsvSource
-from vedette.io.columnar import FrameTable
+from vedette.io.columnar import FrameTable, frame_of
 from vedette.roles import Sensor
 from vedette.supporting import Source
 from vedette.types import Recording
@@ -41,7 +41,7 @@ class FrameSource(Source):
 def track(
     data: Any, config: Mapping[str, Any] | str | Path | None = None, overrides: Iterable[str] = (), *, strict: bool = False
 ) -> Result:
-    """Track the targets of a file or of a data frame of pandas; a row is a return.
+    """Track the targets of a file, of a data frame of pandas, or of columns or rows by name; a row is a return.
 
     >>> result = vedette.track("plots.csv")                                  # doctest: +SKIP
     >>> result.to_dataframe(), result.plot()                                 # doctest: +SKIP
@@ -50,7 +50,10 @@ def track(
     drafted, as `vedette new config` does. `overrides` change it as `--set` does. With `strict`, a scan or a return that
     cannot be taken raises ScanRefused instead of being left out.
     """
+    if isinstance(overrides, str):
+        raise ConfigError([Problem("overrides", f"must be a list of 'path.to.key=value', got the text {overrides!r}")])
     in_memory = not isinstance(data, str | Path)
+    data = frame_of(data) if in_memory else data
     table = FrameTable(data) if in_memory else Path(data)
     if config is None:
         config = tomllib.loads(draft_config(table))

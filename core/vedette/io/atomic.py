@@ -33,5 +33,8 @@ def unfinished(path: Path) -> Iterator[Path]:
     try:
         yield place
         place.replace(path)
+    except OSError as error:
+        error.filename = error.filename or str(path)  # a full disk does not say where
+        raise
     finally:
         place.unlink(missing_ok=True)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
-from datetime import date, time
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from datetime import date, time, timedelta
 from pathlib import Path
 from typing import Any
 
@@ -47,6 +47,27 @@ def pyarrow() -> tuple[Any, Any]:
     return pa, parquet
 
 
+def frame_of(data: Any) -> Any:
+    """Return a data frame of pandas as it is; columns by name, rows by name or a structured array as one.
+
+    InputError for anything else: an array without names does not say what its columns are.
+    """
+    if hasattr(data, "columns") and hasattr(data, "iloc"):
+        return data
+    named = isinstance(data, Mapping) or getattr(getattr(data, "dtype", None), "names", None)
+    if named or (isinstance(data, list | tuple) and data and all(isinstance(row, Mapping) for row in data)):
+        try:
+            import pandas as pd
+
+            return pd.DataFrame(data)
+        except ImportError:
+            raise InputError("tables in memory need pandas: pip install 'vedette[data]'") from None
+        except ValueError as error:
+            raise InputError(f"the data are no table: {error}") from None
+    wanted = "a file's path, a data frame of pandas, or columns by name as { 't': [...], 'x': [...], 'y': [...] }"
+    raise InputError(f"the data must be {wanted}, got {type(data).__name__}")
+
+
 def is_columnar(path: TablePath) -> bool:
     """Return whether a table is a Parquet file or a data frame, not text."""
     return isinstance(path, FrameTable) or path.suffix.lower() == SUFFIX
@@ -83,8 +104,8 @@ def _of_parquet(path: Path, wanted: set[str]) -> tuple[list[str], Iterator[list[
 
     def given() -> Iterator[list[str]]:
         try:
-            for batch in file.iter_batches(BATCH, columns=names):
-                columns = [_values(batch.column(name)) for name in names]
+            for batch in file.iter_batches(BATCH, columns=list(dict.fromkeys(names))):
+                columns = [_values(column) for column in batch.columns]
                 yield from (list(map(cell, row)) for row in zip(*columns, strict=True))
         except (OSError, pa.ArrowException) as error:
             raise InputError(f"{path}: cannot be read as Parquet: {error}") from None
@@ -105,11 +126,15 @@ def _values(column: Any) -> Sequence[Any]:
 
 
 def cell(value: Any) -> str:
-    """Return a value as a CSV file shows it: a number by its fewest digits, a date by ISO 8601, nothing as ""."""
-    if value is None or value != value:  # NaN and NaT
-        return ""
-    if isinstance(value, float):
-        return repr(float(value))
-    if isinstance(value, date | time):
-        return value.isoformat()
-    return str(value).strip()
+    """Return a value as a CSV file shows it: a number by its fewest digits, a date by ISO 8601, nothing as "".
+
+    A duration is a number of s.
+    """
+    if value is None or isinstance(value, float | date | time):
+        if value is None or value != value:  # NaN and NaT
+            return ""
+        return repr(float(value)) if isinstance(value, float) else value.isoformat()
+    if isinstance(value, timedelta):
+        return repr(value.total_seconds())
+    text = str(value).strip()
+    return "" if text in ("<NA>", "NaN") and not isinstance(value, str) else text

@@ -115,7 +115,7 @@ def _opened(path: Path | str) -> Iterator[Any]:
     try:
         with Path(path).open("rb") as file, np.load(file, allow_pickle=False) as archive:
             yield archive
-    except FileNotFoundError:
+    except (FileNotFoundError, NotADirectoryError):
         raise InputError(f"{path}: there is no such file; `vedette run` writes it") from None
     except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error) as error:
         raise InputError(f"{path}: must be the series of a run: {' '.join(str(error).split())}") from None

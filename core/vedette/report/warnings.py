@@ -32,6 +32,8 @@ def warnings(experiment: Experiment, result: Result, score: Score) -> Iterator[s
     yield from result.recording.warnings
     for name, came in intake.came.items():
         yield from _of_sensor(name, came, experiment.tracker.sensors[name])
+    if intake.scans == 1 and intake.returns >= ENOUGH:
+        yield f"all {intake.returns:,} returns are of one scan, and one confirms no track: is the right column the time?"
     gap = 0.0 if intake.times is None else (intake.times[1] - intake.times[0]) / max(intake.scans - 1, 1)
     if intake.scans >= ENOUGH and (gap >= _LONG or 0 < gap < _SHORT):
         yield f"scans are {gap:.3g} s apart on average: are their times in another unit, such as ms? They are read as s"
