@@ -121,3 +121,14 @@ def test_sweeps_have_a_logarithmic_axis_with_plain_numbers():
     assert made.axes[0].get_xscale() == "log"
     told = [text.get_text() for text in made.axes[0].get_xticklabels()]
     assert {"0.1", "1", "10"} <= set(told)
+
+
+def test_whole_numbers_have_ticks_at_whole_numbers():
+    """A sweep of 2 and 3 hits has no 2.25, and one of 0.1 to 0.3 keeps its parts."""
+    for values in ([2.0, 3.0], [1.0, 2.0, 4.0], [0.1, 0.3]):
+        curve = Curve("", np.array(values), np.ones(len(values)))
+        made = draw(Chart("name", "A title", (panel("hits", curve),)))
+        low, high = made.axes[0].get_xlim()
+        ticks = [tick for tick in made.axes[0].get_xticks() if low <= tick <= high]
+        assert len(ticks) >= 2
+        assert all(float(tick).is_integer() for tick in ticks) == (values[0] >= 1)

@@ -159,6 +159,13 @@ def test_its_tables_and_curves_are_the_study_s_and_the_worst_runs_one_click_away
         assert tab.evaluate(f"{sweep}.logAcross")
         assert tab.evaluate(f"{sweep}.across") == f"{SWEPT} [m/s^1.5]"
         assert tab.locator("polygon.band").count() == 3 * 3 + 4
+        assert tab.evaluate("[[2, 3], [1, 2, 4], [0.1, 0.3]].map((values) => axisOf(values, false).ticks)") == [
+            [2, 3],
+            [1, 2, 3, 4],
+            [0.1, 0.15, 0.2, 0.25, 0.3],
+        ]
+        heads = "[...document.querySelectorAll('#tables th')].filter((head) => head.clientHeight > 30).length"
+        assert tab.evaluate(heads) == 0, "a heading is broken within its word"
         curve = tab.evaluate(f"{sweep}.curves[0]")
         for i, found in enumerate(outcome.means(i)["position_rmse"] for i in range(3)):
             assert [curve["y"][i], curve["doubt"][i]] == pytest.approx([found.value, 2 * found.error], rel=1e-5)

@@ -145,6 +145,8 @@ def _draw_panel(axes: Axes, panel: Panel, room: int) -> None:
             range(len(panel.ticks)), panel.ticks, rotation=20 if turned else 0, ha="right" if turned else "center"
         )
         axes.set_xlim(-0.5, len(panel.ticks) - 0.5)
+    elif not panel.log_across and not panel.equal and all(np.all(curve.x == np.rint(curve.x)) for curve in panel.curves):
+        axes.xaxis.get_major_locator().set_params(integer=True)  # type: ignore[call-arg]
     for i, curve in enumerate(panel.curves):
         _draw_curve(axes, curve, canvas.colour(i if curve.colour is None else curve.colour), panel.within)
     if panel.within is not None and not panel.log:

@@ -20,19 +20,20 @@ function drawUnderlay(map, context) {
   }
 }
 
-// Meridians and parallels, each named where it enters the map.
+// Meridians and parallels, each named where it enters the map; parallels clear of the grid's own numbers.
 function drawGraticule(map, context) {
   context.strokeStyle = "#c9d8e4";
   context.fillStyle = "#47708f";
   context.lineWidth = 1;
   context.font = "11px system-ui, sans-serif";
   for (const { points, label } of map.data.facts.graticule) {
+    const left = /[NS]$/.test(label) ? 60 : 6;
     let named = false;
     context.beginPath();
     for (const [x, y] of points) {
       const px = map.px(x - map.data.facts.centre[0]), py = map.py(y - map.data.facts.centre[1]);
       context.lineTo(px, py);
-      if (!named && px > 6 && py > 14 && px < map.width - 90 && py < map.height - 24) {
+      if (!named && px > left && py > 14 && px < map.width - 90 && py < map.height - 24) {
         context.fillText(label, px + 3, py - 3);
         named = true;
       }

@@ -22,12 +22,13 @@ function axisOf(values, log, [least, most] = [null, null]) {
   high = back(of(high) + edge);
   if (least !== null && low < least) low = least;
   if (most !== null && high > most) high = most;
-  return { at: (value) => (of(value) - of(low)) / (of(high) - of(low)), ticks: log ? ticksOfLog(low, high) : ticksOf(low, high) };
+  const ticks = log ? ticksOfLog(low, high) : ticksOf(low, high, known.every(Number.isInteger) ? 1 : 0);
+  return { at: (value) => (of(value) - of(low)) / (of(high) - of(low)), ticks };
 }
 
-function ticksOf(low, high) {
+function ticksOf(low, high, least) {
   const rough = (high - low) / 5, power = 10 ** Math.floor(Math.log10(rough)), found = [];
-  const step = power * [1, 2, 5, 10].find((each) => each * power >= rough);
+  const step = Math.max(power * [1, 2, 5, 10].find((each) => each * power >= rough), least);
   for (let i = Math.ceil(low / step - 1e-9); i * step <= high + 1e-9 * step; i++) found.push(Number((i * step).toPrecision(12)));
   return found;
 }
@@ -99,7 +100,8 @@ function labelsOf(curves) {
   labels.className = "labels";
   for (const curve of curves.filter(({ label }) => label)) {
     const label = document.createElement("span"), mark = document.createElement("i");
-    mark.style.background = curve.colour;
+    mark.className = curve.style === "rings" ? "rings" : "";
+    mark.style[mark.className ? "borderColor" : "background"] = curve.colour;
     label.append(mark, curve.label);
     labels.append(label);
   }
