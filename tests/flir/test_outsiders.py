@@ -1,5 +1,6 @@
 """What an outsider gives a video by mistake: each ends in a right result, or in an error that says where and what."""
 
+import tomllib
 from pathlib import Path
 
 import cv2
@@ -8,7 +9,9 @@ import pytest
 
 import vedette
 from support.paths import EXAMPLES
-from vedette import ConfigError, InputError
+from vedette import ConfigError, Frame, InputError, Scan, ScanRefused
+from vedette.drafting import draft_config
+from vedette.metrics.pixels import pixel_figures
 from vedette_flir.sources.images import in_order
 
 EXAMPLE = EXAMPLES / "flir_clip.toml"
@@ -91,6 +94,31 @@ def test_a_box_beside_true_boxes_is_judged_by_them(tmp_path):
     np.testing.assert_array_equal(result.tracks[0].mean[0, :2], [19, 31])
 
 
+def test_a_target_that_is_away_for_a_while_is_not_judged_meanwhile(tmp_path):
+    folder, rows = spot(tmp_path / "clip")
+    gone = [(k, *("",) * 4) if 4 <= k < 8 else row for k, row in enumerate(rows)]
+    recording = run(written(folder, gone)).recording
+    assert [(path.name, len(path.times)) for path in recording.truth] == [("target 1", 4), ("target 2", 4)]
+    assert [sum(path.at(scan.time) is not None for path in recording.truth) for scan in recording.scans] == [
+        *([1] * 4 + [0] * 4 + [1] * 4)
+    ]
+    sparse = run(written(folder, [row for row in rows if row[0] % 4 != 2])).recording
+    assert [(path.name, len(path.times)) for path in sparse.truth] == [("target", 9)]
+
+
+def test_figures_in_px_are_those_of_the_frames_in_which_the_target_is_there(tmp_path):
+    folder, rows = spot(tmp_path / "clip")
+    gone = [(k, *("",) * 4) if 4 <= k < 8 else row for k, row in enumerate(rows)]
+    result = run(written(folder, gone))
+    parts = [
+        np.hypot(*(result.tracks[0].mean[part, :2] - [[20 + 2 * k, 30] for k in part]).T)
+        for part in (range(4), range(8, 12))
+    ]
+    figures = pixel_figures(result.tracks, result.recording.truth)
+    assert figures["centre_error_median_px"] == pytest.approx(np.median(np.concatenate(parts)), abs=1e-9)
+    assert pixel_figures(result.tracks, result.recording.truth[:1] * 2) == {}
+
+
 @pytest.mark.parametrize("box", ["[0.3, 0.4, 0.1, 0.1]", "[20, 20, 0.5, 7]", "[-10, -10, 90, 7]", "[-9, -19, 70, 90]"])
 def test_a_box_of_no_pixel_or_larger_than_the_image_is_an_error(tmp_path, box):
     folder, _ = spot(tmp_path / "clip", frames=2)
@@ -114,3 +142,27 @@ def test_an_error_of_a_stream_names_it(tmp_path):
         stream(file)
     with pytest.raises(InputError, match="is a folder; the source 'video' takes one of images"):
         stream(tmp_path)
+
+
+def test_no_boxes_at_all_are_told(tmp_path):
+    folder, _ = spot(tmp_path / "clip", frames=2)
+    config = tomllib.loads(EXAMPLE.read_text())
+    config["source"] |= {"path": str(folder), "boxes": np.zeros((0, 4))}
+    with pytest.raises(ConfigError, match=r"source\.boxes: must be rows of \[x, y, w, h\], got none"):
+        vedette.load(config).run()
+
+
+@pytest.mark.parametrize(
+    ("pixels", "got"), [([[1, 2], [3, 4]], "list"), (np.array([["a"]]), "<U1"), (np.ones((4, 4)) * 1j, "complex128")]
+)
+def test_a_frame_that_holds_no_numbers_is_refused(pixels, got):
+    tracker = vedette.load(EXAMPLE).tracker
+    with pytest.raises(ScanRefused, match=f"frame: pixels must be an array of real numbers, got {got}"):
+        tracker.step(tracker.start(), Scan.image(0.0, "camera", Frame(pixels)))
+
+
+def test_a_video_is_no_table(tmp_path):
+    file = tmp_path / "clip.avi"
+    file.write_bytes(b"RIFF\0\1\2\0AVI LIST\0\0")
+    with pytest.raises(InputError, match="is no text; a table is CSV or Parquet, and the source `video` reads frames"):
+        draft_config(file)

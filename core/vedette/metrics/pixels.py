@@ -17,19 +17,23 @@ LAST = 10
 
 
 def pixel_figures(tracks: Sequence[Track], truth: Sequence[Trajectory]) -> dict[str, Any]:
-    """Judge the first track against the one true object at the frames of both; nothing if it is not tracked in px.
+    """Judge the first track against the true object at the frames of both; nothing if it is not tracked in px.
+
+    There is one object at a time, which may be away in between; nothing is judged where there are two.
 
     within_10px: part of the frames; centre_error_median_px and centre_error_p90_px; lost: 1 if all of the last 10 frames are
     farther off than 10 px and than the longer side of the true box, else 0.
     """
-    if len(truth) != 1 or not tracks:
+    if not truth or not tracks or any(path.space != truth[0].space for path in truth):
         return {}
     track, path = tracks[0], truth[0]
     axes = [axis for axis in track.space.axes if axis.name in ("x", "y")]
     if [axis.unit for axis in axes] != ["px", "px"] or any(axis not in path.space.axes for axis in axes):
         return {}
-    states = [(i, state) for i, time in enumerate(track.times) if (state := path.at(float(time))) is not None]
-    if not states:
+    states = [
+        (i, state) for i, time in enumerate(track.times) for each in truth if (state := each.at(float(time))) is not None
+    ]
+    if not states or len({i for i, _ in states}) < len(states):
         return {}
     found = track.mean[[i for i, _ in states]][:, [track.space.names.index(name) for name in ("x", "y")]]
     true = np.array([state for _, state in states])

@@ -170,6 +170,9 @@ def _frame_flaws(frame: Frame) -> list[Problem]:
     if not isinstance(frame, Frame):
         return [Problem("frame", f"must be a vedette.Frame, as Frame(pixels) makes one, got {short(frame)}")]
     pixels, corner = frame.pixels, frame.corner
+    if not isinstance(pixels, np.ndarray) or pixels.dtype.kind not in "buif":
+        kind = pixels.dtype if isinstance(pixels, np.ndarray) else type(pixels).__name__
+        return [Problem("frame", f"pixels must be an array of real numbers, got {kind}")]
     if pixels.ndim < 2 or 0 in pixels.shape[-2:]:
         return [Problem("frame", f"pixels must have shape (..., height, width), got {pixels.shape}")]
     if pixels.dtype.kind == "f" and np.any(np.abs(pixels) > ABSURD):

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from bisect import bisect
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -26,18 +27,25 @@ class Segment:
 
 def read_boxes(path: Path, first_pixel: float) -> dict[int, Array]:
     """Label number to centre x, y, width and height in px; boxes whose cells are empty are left out."""
+    return boxes_and_absences(path, first_pixel)[0]
+
+
+def boxes_and_absences(path: Path, first_pixel: float) -> tuple[dict[int, Array], set[int]]:
+    """Label number to centre x, y, width and height in px; and the labels whose cells are empty: there is no target."""
     found: dict[int, Array] = {}
+    absent: set[int] = set()
     places: dict[int, str] = {}
     for place, row in _rows(path, ("frame", "x", "y", "w", "h")):
         cells = [row[name] for name in ("x", "y", "w", "h")]
-        if not any(cells):
-            continue
         try:
-            number, box = int(row["frame"]), [float(cell) for cell in cells]
+            number, box = int(row["frame"]), [float(cell) for cell in cells if any(cells)]
         except ValueError:
             raise InputError(
                 f"{place}: frame must be a whole number and x, y, w, h numbers, got {shown(', '.join(row.values()))}"
             ) from None
+        if not box:
+            absent.add(number)
+            continue
         if number in found:
             raise InputError(
                 f"{place}: frame {number} has a box already: {places[number]}; a file holds those of one target"
@@ -46,7 +54,16 @@ def read_boxes(path: Path, first_pixel: float) -> dict[int, Array]:
             found[number], places[number] = centred(box, first_pixel), place
         except ValueError as error:
             raise InputError(f"{place}: {error}; where the target is not in the frame, leave the cells empty") from None
-    return found
+    return found, absent
+
+
+def in_sight(numbers: Iterable[int], absent: Iterable[int]) -> list[list[int]]:
+    """Return the labels that have a box in order, parted where the target was absent in between."""
+    away = sorted(absent)
+    parts: dict[int, list[int]] = {}
+    for number in sorted(numbers):
+        parts.setdefault(bisect(away, number), []).append(number)
+    return list(parts.values())
 
 
 def centred(box: Sequence[float] | Array, first_pixel: float) -> Array:
@@ -67,6 +84,8 @@ def four(values: Array) -> str | None:
 
 def fours(values: Array) -> str | None:
     """Return what is wrong with several boxes of a config."""
+    if not len(values):
+        return "must be rows of [x, y, w, h], got none"
     return None if values.shape[1] == 4 else f"must be rows of [x, y, w, h], got {values.shape[1]} numbers"
 
 

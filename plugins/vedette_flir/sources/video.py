@@ -26,7 +26,17 @@ from vedette import (
     fields,
 )
 from vedette.io import inside, user_path
-from vedette_flir.sources.boxes import BOX, Segment, four, fours, given_boxes, meets, read_boxes, read_segment
+from vedette_flir.sources.boxes import (
+    BOX,
+    Segment,
+    boxes_and_absences,
+    four,
+    fours,
+    given_boxes,
+    in_sight,
+    meets,
+    read_segment,
+)
 from vedette_flir.sources.images import WEIGHTS, Grey, look_through
 
 
@@ -81,7 +91,7 @@ class VideoSource(Source):
         if self.segment is not None:
             part = read_segment(self._beside(path, "segments", "segments.csv"), path.stem, self.segment)
         starts = given_boxes(self.box, self.boxes, self.first_pixel, clip.shape)
-        known, labels = self._boxes(path, part)
+        known, absent, labels = self._boxes(path, part)
         boxes = {number: box for number, box in known.items() if meets(box, clip.shape)}
         size = f"{clip.shape[1]} x {clip.shape[0]} px"
         outside = [
@@ -97,10 +107,13 @@ class VideoSource(Source):
         def make(i: int) -> Scan:
             return Scan.image(kept[i] / rate, camera, Frame(self._signed(clip.frame(kept[i]))))
 
-        truth = []
-        if boxes:
-            times = np.array(sorted(boxes)) / rate
-            truth = [Trajectory("target", BOX, times, np.array([boxes[number] for number in sorted(boxes)]))]
+        seen = in_sight(boxes, absent)
+        truth = [
+            Trajectory(
+                f"target {i}" if len(seen) > 1 else "target", BOX, np.array(own) / rate, np.array([boxes[k] for k in own])
+            )
+            for i, own in enumerate(seen, 1)
+        ]
         given = [Trajectory(f"box {i}", BOX, np.array([kept[0] / rate]), box[None]) for i, box in enumerate(starts)]
         notes = {"frames": f"{kept[0]} to {kept[-1]} of {path.name}, {size}, {clip.dtype}"}
         lost = sum(problem.rows for problem in clip.problems)
@@ -119,8 +132,8 @@ class VideoSource(Source):
         except ValueError as error:
             raise ConfigError([Problem(parameter, str(error))]) from None
 
-    def _boxes(self, path: Path, part: Segment) -> tuple[dict[int, Array], int]:
-        """Frame number to the true centre, width and height, of this part, and how many the file holds.
+    def _boxes(self, path: Path, part: Segment) -> tuple[dict[int, Array], set[int], int]:
+        """Frame number to the true centre, width and height, of this part, frames without target, and boxes in the file.
 
         None without a file, where boxes are given.
         """
@@ -128,14 +141,14 @@ class VideoSource(Source):
         file = self._beside(path, "truth", name)
         if not self.truth and not file.exists():
             if self._given:
-                return {}, 0
+                return {}, set(), 0
             raise ConfigError([Problem("box", f"is missing: [x, y, w, h] in px, as there is no file {name}")])
-        labels = read_boxes(file, self.first_pixel)
+        labels, absent = boxes_and_absences(file, self.first_pixel)
         boxes = {number - part.label_offset: box for number, box in labels.items()}
         inside = {number: box for number, box in boxes.items() if part.start <= number < part.end}
         if not inside and not self._given:
             raise InputError(f"{file}: has no box from frame {part.start} to {part.end - 1}")
-        return inside, len(labels)
+        return inside, {number - part.label_offset for number in absent}, len(labels)
 
     @property
     def _given(self) -> bool:
