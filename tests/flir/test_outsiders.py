@@ -9,7 +9,7 @@ import pytest
 
 import vedette
 from support.paths import EXAMPLES
-from vedette import ConfigError, Frame, InputError, Scan, ScanRefused
+from vedette import ConfigError, Frame, Gaussian, InputError, Scan, ScanRefused
 from vedette.drafting import draft_config
 from vedette.metrics.pixels import pixel_figures
 from vedette_flir.sources.images import in_order
@@ -157,8 +157,11 @@ def test_no_boxes_at_all_are_told(tmp_path):
 )
 def test_a_frame_that_holds_no_numbers_is_refused(pixels, got):
     tracker = vedette.load(EXAMPLE).tracker
+    n = len(tracker.state)
     with pytest.raises(ScanRefused, match=f"frame: pixels must be an array of real numbers, got {got}"):
-        tracker.step(tracker.start(), Scan.image(0.0, "camera", Frame(pixels)))
+        tracker.step(
+            tracker.start(Gaussian(np.zeros((0, n)), np.zeros((0, n, n)))), Scan.image(0.0, "camera", Frame(pixels))
+        )
 
 
 def test_a_video_is_no_table(tmp_path):

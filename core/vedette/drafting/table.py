@@ -112,8 +112,6 @@ class Table:
 def read_table(path: TablePath) -> Table:
     """Return what a CSV or Parquet file holds; InputError if no time or no position can be found among its titles."""
     titles, rows, dialect = _first_rows(path)
-    if any("\0" in title for title in titles):
-        raise InputError(f"{path}: is no text; a table is CSV or Parquet, and the source `video` reads frames")
     below = rows.pop(0) if rows and _states_units(rows[0]) else []
     columns = {title: [row[i] for row in rows] for i, title in enumerate(titles)}
     measured, own = chosen(titles, below)
@@ -174,6 +172,8 @@ def _first_rows(path: TablePath) -> tuple[list[str], list[list[str]], Dialect]:
         titles, given = header_and_rows(path, titles)
         return titles, list(islice(given, LOOKED_AT)), COMMAS
     number, first, below = header_line(lines(path))
+    if "\0" in first:
+        raise InputError(f"{path}: is no text; a table is CSV or Parquet, and the source `video` reads frames")
     text = [line for _, line in islice(below, LOOKED_AT) if line.strip()]
     delimiter = max(DELIMITERS, key=first.count)
     header = cells_of(first, delimiter)
