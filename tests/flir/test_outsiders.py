@@ -158,6 +158,7 @@ def test_no_boxes_at_all_are_told(tmp_path):
 def test_a_frame_that_holds_no_numbers_is_refused(pixels, got):
     tracker = vedette.load(EXAMPLE).tracker
     n = len(tracker.state)
+    none = Gaussian(np.zeros((0, n)), np.zeros((0, n, n)))
     with pytest.raises(ScanRefused, match=f"frame: pixels must be an array of real numbers, got {got}"):
         tracker.step(
             tracker.start(Gaussian(np.zeros((0, n)), np.zeros((0, n, n)))), Scan.image(0.0, "camera", Frame(pixels))
