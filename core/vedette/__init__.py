@@ -1,4 +1,4 @@
-"""Vedette: compose target trackers from small parts, and prove that the parts are right.
+"""Vedette: compose target trackers from small parts, and test that each part is right.
 
 >>> import vedette
 >>> tracker = vedette.build({

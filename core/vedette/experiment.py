@@ -1,4 +1,4 @@
-"""A tracker, the scans to run it on, and how the result is judged: what one config file describes."""
+"""A tracker, the source of its scans, and how its tracks are compared with the truth: what one config file describes."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ Watch = Callable[[Scan, State, State, Gaussian, Array | None], None]
 """Is told of a scan, the states before and after it, and that one's estimates (t,) and mode probabilities (t, r), if any."""
 
 NAMED = 100
-"""Number of refused parts that a run which keeps nothing names; all are counted."""
+"""The greatest number of refused parts that a streamed run names; all are counted."""
 
 
 @frozen(eq=False, repr=False)

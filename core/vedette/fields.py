@@ -10,8 +10,8 @@ Traceback (most recent call last):
 ValueError: sigma_accel: must be > 0, got -3 m/s^1.5
 
 `field.metadata["read"]` turns a raw value into the parameter or raises ValueError without the name: configs use it.
-A default of None makes a parameter optional: it may then be None. `tried` are values for the conformance kit to try, where
-most of what the limits allow means nothing: else it draws from the limits.
+A default of None makes a parameter optional: it may then be None. The conformance kit draws values within the limits, or,
+if most of these make no sense, takes those of `tried`.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from vedette.space import Array
 from vedette.units import in_unit, say
 
 ABSURD = 1e15
-"""No physical quantity of a tracker is larger: beyond it squares of squares overflow."""
+"""The largest allowed number: no physical quantity of a tracker is larger, and products of larger ones could overflow."""
 
 _LIMITS: dict[str, tuple[str, Callable[[float, float], bool]]] = {
     "above": (">", lambda value, bound: value > bound),
@@ -107,7 +107,7 @@ def integer(doc: str, *, default: Any = NOTHING, at_least: int = 0, at_most: int
 
 
 def choice(doc: str, options: Sequence[str], *, default: Any = NOTHING) -> Any:
-    """Declare one of a few words."""
+    """Declare a string that is one of `options`."""
 
     def read(value: Any) -> str:
         if value not in options:

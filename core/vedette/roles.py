@@ -31,7 +31,7 @@ class Component(ABC):
     kind: ClassVar[str]
 
     misprint: ClassVar[str] = ""
-    """What a paper misprints, if the component exists only to show it; listings keep it apart from what users choose."""
+    """What a paper misprints, if the component exists only to show it; listings name such components separately."""
 
     known_failures: ClassVar[Mapping[str, str]] = {}
     """Laws of its role that it breaks on purpose, each with why: the conformance kit expects these to fail, and says so."""
@@ -45,7 +45,7 @@ class MotionModel(Component):
 
     Laws: move(x, 0) = x. noise is symmetric, PSD, and 0 at dt = 0. jacobian is the derivative of move.
     If divisible, two steps make one: F(a+b) = F(b) F(a), Q(a+b) = F(b) Q(a) F(b)' + Q(b).
-    A model that defines `reframe` declares `reframes`: whoever predicts then calls it first.
+    A model that defines `reframe` declares `reframes`: the caller of `move` then calls `reframe` first.
     """
 
     divisible: ClassVar[bool] = False
@@ -138,12 +138,12 @@ class Associator(Component):
     """Which return belongs to which track, as probabilities.
 
     Laws: rows sum to 1. A score of -inf gets weight 0. A constant added to a row, or a permutation of tracks or
-    returns, changes nothing. If exclusive, no return is claimed more than once in total.
+    returns, changes nothing. If exclusive, the weights of a return over all tracks sum to 1 at most.
     """
 
     exclusive: ClassVar[bool] = False
     by_cluster: ClassVar[bool] = False
-    """Whether tracks count for each other only through returns they share: clusters may then be associated apart."""
+    """Whether tracks affect each other only through shared returns: clusters may then be associated separately."""
 
     @property
     def solves(self) -> str:
@@ -170,11 +170,11 @@ class Estimator(Component, Generic[B]):
     Laws: if exact_when_linear, it equals conditioning the joint Gaussian. Every covariance stays symmetric positive
     definite by construction. A scan without returns is k = 0.
 
-    Capabilities are declared, and a wrapper forwards what it wraps: `draws`, that it takes numbers from `rng` (any other is
-    given one that refuses); `reframes`, that `reframe` is to be called before each prediction; `takes_frames`, that
-    `evaluate` takes a camera's frame; `gaussian_belief`, that its belief is its moments, as `vedette.filters.GaussianFilter`
-    defines `start` and `moments`, which are then final; `bounded`, that `extent` says where a track's returns can lie;
-    `conservative`, that its covariance is larger than that of its errors on purpose.
+    Capabilities are declared, and a wrapper forwards those of what it wraps: `draws`, it takes numbers from `rng` (any other
+    estimator gets a generator that raises); `reframes`, `reframe` is to be called before each prediction; `takes_frames`,
+    `evaluate` takes a camera's frame; `gaussian_belief`, its belief is its moments, as `vedette.filters.GaussianFilter`
+    defines `start` and `moments`, which are then final; `bounded`, `extent` says where a track's returns can lie;
+    `conservative`, its covariance is larger than that of its errors on purpose.
     """
 
     exact_when_linear: ClassVar[bool] = False
@@ -206,14 +206,15 @@ class Estimator(Component, Generic[B]):
     def reframe(self, belief: B, combined: Gaussian) -> B:
         """Return the belief in the frame of the `combined` estimate over `state`.
 
-        Whoever predicts an estimator that `reframes` calls this first, for dt > 0: `vedette.filters.predicted` does both. A
-        mixture does it for its modes, after they are mixed, with its own estimate from before, and declares no `reframes`.
+        The caller of `predict` calls this first for an estimator that `reframes`, if dt > 0: `vedette.filters.predicted`
+        does both. A mixture does so for its modes, after mixing, with its own estimate from before, and declares no
+        `reframes`.
         """
         return belief
 
     @abstractmethod
     def predict(self, belief: B, dt: float, rng: np.random.Generator) -> B:
-        """Return the belief `dt` later; dt == 0 returns it as it is."""
+        """Return the belief `dt` s later; for dt == 0, return it unchanged."""
 
     @abstractmethod
     def evaluate(self, belief: B, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
@@ -240,7 +241,7 @@ class Estimator(Component, Generic[B]):
 
     def cross_covariance(self, belief: B, dt: float) -> Array:
         """Return the covariance (*b, t, n, n) of the state now (rows) and `dt` s later (columns), dt > 0, for smoothing."""
-        raise NotImplementedError(f"{self.kind!r} does not state how the state of one moment goes with that of another")
+        raise NotImplementedError(f"{self.kind!r} does not state the covariance of its states at two times")
 
     def smooth_step(self, belief: B, later: B, dt: float, rng: np.random.Generator) -> B:
         """Return the belief at one time given all scans.

@@ -1,4 +1,4 @@
-"""The supporting roles: cameras, where tracks come from and when they end, what prepares scans and where they come from.
+"""The supporting roles: cameras, births, lifecycles, preprocessors and sources.
 
 Shapes and rules are those of `vedette.roles`.
 """
@@ -19,8 +19,8 @@ from vedette.types import Detections, Frame, Gaussian, Newborn, Recording, Revie
 class ImagingSensor(Sensor):
     """A camera. It gives no returns: from each frame it derives the information on where the target appears.
 
-    `measure` is the apparent position; `noise` that of one frame at best, the inverse of the information in a target that
-    looks as expected. `at` and the state `x` hold the axes of `observes`, for each track (*b, t, n).
+    `measure` is the apparent position; `noise` is the least covariance of one frame, the inverse of the information from a
+    target that looks as expected. `at` and the state `x` hold the axes of `observes`, for each track (*b, t, n).
     Laws: J is symmetric PSD, and 0 where no pixel is informative; g is the derivative of llr with respect to the apparent
     position at `at`. learn changes nothing but axes without variance.
     """
@@ -29,7 +29,7 @@ class ImagingSensor(Sensor):
     def information(self, x: Array, frame: Frame, at: Array) -> tuple[Array, Array, Array]:
         """Return information J (*b, t, m, m), score g (*b, t, m), and log-likelihood ratio to the background llr (*b, t).
 
-        `x` is where the target is expected, so where to look; `at` is where the image is linearised.
+        `x` is the predicted state, around which to look; `at` is the state at which the image is linearised.
         """
 
     def seek(self, x: Array, cov: Array, frame: Frame) -> Array:
@@ -48,12 +48,12 @@ class ImagingSensor(Sensor):
 class Birth(Component):
     """How tracks start: the undetected targets that no track holds yet, and the prior of a track that starts at one.
 
-    Memory: what it knows of targets without a track, attrs values, tuples and arrays; None if it keeps nothing. It asks
-    `estimator` for whatever it needs of the tracker's filter, so that one kind works with every filter.
+    Memory: what it knows of targets without a track, attrs values, tuples and arrays; None if it keeps nothing. It calls
+    `estimator` for whatever depends on the tracker's filter, so that one kind works with every filter.
     """
 
     draws: ClassVar[bool] = False
-    """Whether it takes numbers from `rng`; otherwise it is given one that refuses."""
+    """Whether it takes numbers from `rng`; otherwise it gets a generator that raises."""
     models_unseen: ClassVar[bool] = False
     """Whether it models targets without a track; otherwise only `given` and `begin` are called."""
 
@@ -81,9 +81,9 @@ class Birth(Component):
     def reveal(
         self, memory: Any, estimator: Estimator[Any], sensor: Sensor, detections: Detections, p_gate: float
     ) -> tuple[Array | None, Any]:
-        """Return the density (k,) with which targets without a track give each return, and whatever `begin` needs of them.
+        """Return the density (k,) of returns from targets without a track, at each return, and what `begin` needs of them.
 
-        The density is in the unit of the clutter's, with which it competes in the gate; None: not stated.
+        The density is in the unit of the clutter density, to which the scores add it; None: not stated.
         """
         return None, memory
 
@@ -100,7 +100,7 @@ class Birth(Component):
     def update(
         self, memory: Any, estimator: Estimator[Any], sensor: Sensor, detections: Detections, claimed: Array, p_gate: float
     ) -> Any:
-        """Return the memory after a scan: what it says about targets without a track, detected or not.
+        """Return the memory after a scan, which updates the targets without a track, detected or not.
 
         claimed (k,): the probability that a return is from an existing track.
         """
@@ -118,10 +118,10 @@ class Lifecycle(Component):
     """
 
     certain: ClassVar[bool] = False
-    """Whether every track is taken to exist, and judged by its detections alone: existence is 1 throughout."""
+    """Whether every track counts as existing, and is reviewed by its hits alone: existence is always 1."""
 
     permanent: ClassVar[bool] = False
-    """Whether every track is certain, confirmed and permanent, whatever is detected: a tracker then need not ask."""
+    """Whether every track is certain, confirmed and permanent, whatever is detected: then `review` need not be called."""
 
     usual_birth: ClassVar[Mapping[str, Any]] = {"kind": "from_returns"}
     """The birth used where a config names none."""
@@ -172,7 +172,7 @@ class Preprocessor(Component):
 
 
 class Source(Component):
-    """Where scans come from: a recording, a simulated scene. `draws`: whether another generator gives other scans."""
+    """Where scans come from: a recording or a simulated scene. `draws`: whether the scans depend on the generator."""
 
     draws: ClassVar[bool] = True
 

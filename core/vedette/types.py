@@ -30,7 +30,7 @@ _FLOAT, _BOOL = np.dtype(float), np.dtype(bool)
 
 
 def _array(name: str, value: Any, dtype: np.dtype[Any]) -> Any:
-    """Return an array of what a user's hand gave as `name`: a list, whole numbers; None and what is one stay as they are."""
+    """Return what a user gave as `name`, such as a list, as an array; None and arrays are returned unchanged."""
     if value is None or (type(value) is np.ndarray and value.dtype is dtype):
         return value
     try:
@@ -121,8 +121,8 @@ class Frame:
     """One image of a camera: `pixels` (*b, h, w) in counts, row first; a NaN pixel carries no information.
 
     The pixel in column i and row j covers the unit square around x = i, y = j, in px; x points right and y down. `corner`
-    (*b, 2) or (2,): x and y of the first pixel if the image is a window of a larger one; else 0, 0. `geometry` is how
-    pixels lie in the world, as plain data for the preprocessor that reads it. A radar picture in colour is (3, h, w): its
+    (*b, 2) or (2,): x and y of the first pixel if the image is a window of a larger one; else 0, 0. `geometry` maps
+    pixels to positions, as plain data for the preprocessor that reads it. A radar picture in colour is (3, h, w): its
     channels come first, as runs do. A frame is one return, without evidence and with nothing missing.
     """
 
@@ -160,7 +160,7 @@ class Scan:
 
     @classmethod
     def image(cls, time: float, sensor: str, frame: Frame) -> Scan:
-        """Make the scan of a camera."""
+        """Return the scan of a camera with this frame."""
         return cls(time, sensor, Detections.of([], 2), frame=frame)
 
 
@@ -211,7 +211,7 @@ class Review:
 
 @frozen(eq=False)
 class Trajectory:
-    """Where one true object was: times (s,) in s, states (s, n) over `space`. Linear in between."""
+    """The states of one true object: times (s,) in s, states (s, n) over `space`. Linear in between."""
 
     name: str
     space: Space
@@ -279,7 +279,7 @@ class LazyScans(Sequence[Scan]):
 
 @frozen
 class Rows:
-    """Rows of a table, lines of a file or frames of a clip: used, refused, or left out as no sensor asks for them."""
+    """The numbers of rows, lines or frames read: used, refused, or left out because the tracker has no such sensor."""
 
     total: int
     used: int
@@ -291,9 +291,9 @@ class Rows:
 class Recording:
     """What a source delivers: scans in time order, the truth if it is known, and what was refused on the way.
 
-    `scans` may be lazy. `warnings`: a sentence for each thing that looks wrong and was read all the same. `rows` accounts
-    for all that was read. `detected`: sensors whose scans a preprocessor made already, and what they measure; a run takes
-    them as they are. `starts`: where targets are known to be at the first scan; nothing is judged by them.
+    `scans` may be lazy. `warnings`: a sentence for each thing that looks wrong but was read. `rows` counts all that was
+    read. `detected`: sensors whose scans a preprocessor has already made, and what they measure; a run uses these scans as
+    they are. `starts`: known states of targets at the first scan; tracks are not compared with them.
     """
 
     scans: Sequence[Scan]

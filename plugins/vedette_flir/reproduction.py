@@ -31,8 +31,8 @@ PASSES = {"one pass": 1, "three passes": 3}
 class FlirReproduction(Reproduction):
     """The extended Kalman filter on 8 x 8 pixels, with one pass as printed and iterated, against a bound and in trials.
 
-    A filter that matches the truth is set against the Riccati bound, the paper's own of eight states against what the paper
-    says that it must bear.
+    A filter that matches the truth is compared with the Riccati bound, and the paper's filter of eight states is run in the
+    conditions that the paper names.
 
     Yang, Lee, Lee, development of an image tracking technique for moving targets (in Korean).
     """

@@ -33,8 +33,8 @@ class ResidualMonitored(Estimator[Monitored]):
     """A Gaussian filter with process noise a Q; a follows the residuals: log a += gain * (NIS / m - 1), weighted by the hit.
 
     On matched truth the mean of NIS / m is 1, so a stays near 1; where residuals exceed their covariance, a grows until
-    they no longer do. NIS / m is capped at `most`, so that one outlier is one step. The filter's own prediction F P F' + Q
-    gets (a - 1) Q more, Q at the previous state. A well-chosen fixed Q is as good; this is for unknown targets.
+    they no longer do. NIS / m is limited to `most`, so that one outlier changes little. The filter's own prediction F P F'
+    + Q gets (a - 1) Q more, Q at the previous state. A well-chosen fixed Q is as good; this is for unknown targets.
     Maybeck, Stochastic Models, Estimation, and Control, vol. 2, 1982, section 10.8.
     """
 

@@ -74,10 +74,10 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
     where the same shape is much fainter, as a correlation coefficient would not. The log-likelihood ratio is (n / 2)
     log[(1 - limit^2) / (1 - s^2)] of n independent cells, at most 60, and 60 (s / limit - 1) below the limit: a weak match
     is a miss, and the track coasts while its covariance, and so the area searched, grows.
-    Where nothing stands out, likeness proves nothing: with c the contrast over the spread of what is around it, and k the
-    smaller of `clear` and .9 times what c is as a rule, the ratio is at most 60 (c / k - 1), once c has been below k for
-    nine frames, as a codec may erase a target for a few, or the whole frame shows another scene. From then on k is at
-    least `again` times what c was as a rule, until it is reached.
+    Where no contrast stands out, similarity does not show a target: with c the contrast over the spread of what is around
+    it, and k the smaller of `clear` and .9 times what c is as a rule, the ratio is at most 60 (c / k - 1), once c has been
+    below k for nine frames, as a codec may erase a target for a few, or the whole frame shows another scene. From then on k
+    is at least `again` times what c was as a rule, until it is reached.
     Rogers, Maybeck, Adaptive Tracking of Multiple Hot-Spot Target IR Images, IEEE T-AC 28, 1983, for the smoothed template.
     """
 

@@ -17,8 +17,8 @@ class KBest(Growing):
 
     A hypothesis of weight w gets the ceil(w hypotheses) best associations of the scan, found by Murty's algorithm, each
     weighted by w times the product of its scores. Those with at most `least` of all weight are dropped, and equal ones
-    merged. The tracks that are shown are those of the heaviest; or, with `show = "mean"`, the independent targets that are
-    closest to all hypotheses, as `variational` finds them: these err less, as they are means, but need a Gaussian belief.
+    merged. The tracks shown are those of the heaviest hypothesis; or, with `show = "mean"`, the independent targets that are
+    closest to all hypotheses, as in `variational`: being means, these have a smaller error, but need a Gaussian belief.
     Garcia-Fernandez, Williams, Granstrom, Svensson, Poisson Multi-Bernoulli Mixture Filter: Direct Derivation and
     Implementation, IEEE T-AES 54, 2018.
     """

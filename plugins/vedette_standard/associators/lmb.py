@@ -25,9 +25,9 @@ class Mixtures:
 class LabelledMultiBernoulli(HypothesisAssociator):
     """Keeps each track as a mixture of leaves, and forgets which leaves of different tracks go together.
 
-    A track scores by its mixture; the scan's marginals, from its best joint associations, say how likely each of its
-    returns is; and each leaf branches by each return in its gate. Of a track the heaviest leaves are kept. The tracks shown
-    are all, each by its heaviest leaf.
+    The score of a track is that of its mixture. The best joint associations of the scan give the marginal probability of
+    each return for each track, and each leaf branches by each return in its gate. The heaviest leaves of each track are
+    kept. All tracks are shown, each by its heaviest leaf.
     Reuter, Vo, Vo, Dietmayer, The Labeled Multi-Bernoulli Filter, IEEE Trans. Signal Processing 62, 2014.
     """
 
@@ -35,7 +35,9 @@ class LabelledMultiBernoulli(HypothesisAssociator):
 
     leaves: int = fields.integer("most leaves of a track", default=20, at_least=1)
     least: float = fields.probability("weight in its track at or below which a leaf is dropped", default=1e-4, below=1)
-    associations: int = fields.integer("most joint associations of a scan that are looked at", default=200, at_least=1)
+    associations: int = fields.integer(
+        "largest number of joint associations of a scan that are computed", default=200, at_least=1
+    )
 
     def associate(self, scores: Array, evidence: Array | None) -> Array:
         """Return the marginals of the scan's best joint associations: (*b, t, 1+k) -> (*b, t, 1+k)."""

@@ -14,8 +14,8 @@ from vedette import Array, Associator, fields, kernels
 class MBestJpda(Associator):
     """Returns the marginal probabilities of the m best joint associations of a scan, as if there were no others.
 
-    They are found by Murty's algorithm. Where there are no more than `m`, this is `jpda`; else it leaves out what is least
-    likely, and the weight that it had.
+    They are found by Murty's algorithm. If there are no more than `m`, this equals `jpda`; otherwise the least likely
+    associations are left out, and the weights of the others normalised.
     Hamid Rezatofighi et al., Joint Probabilistic Data Association Revisited, ICCV 2015.
     """
 

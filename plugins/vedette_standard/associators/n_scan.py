@@ -24,8 +24,8 @@ class Window:
 class NScan(HypothesisAssociator):
     """Keeps the best joint associations of all scans, and decides those of `scans` scans ago: multiple hypothesis tracking.
 
-    Tracks are trees of leaves. The best hypotheses are grown as `k_best` grows them, and in each tree only the leaves stay
-    that descend from the one which the best hypothesis had `scans` scans ago; hypotheses that hold another are dropped.
+    Tracks are trees of leaves. The best hypotheses are found as in `k_best`. In each tree only those leaves remain that
+    descend from the leaf which the best hypothesis had `scans` scans ago; hypotheses with other leaves are dropped.
     Blackman, Multiple Hypothesis Tracking for Multiple Target Tracking, IEEE Aerospace and Electronic Systems Magazine 19,
     2004.
     """

@@ -15,9 +15,9 @@ from vedette_standard.associators.growing import Growing
 class Variational(Growing):
     """Keeps independent tracks, as `jpda` does, but lets their identities change where that loses least.
 
-    The best joint associations of a scan are a mixture. Of all products of independent tracks the one of the smallest
-    Kullback-Leibler divergence from it is sought, in which each association may call any target by any track's name: so two
-    tracks that met part again as two targets, and not as two averages of both (coalescence). Leaves are merged by their
+    The best joint associations of a scan are a mixture. The filter replaces it by the product of independent tracks with the
+    smallest Kullback-Leibler divergence from it, where each association may give any target any track's id. So two tracks
+    that met part again as two targets, and not as two averages of both (coalescence). Leaves are merged by their
     moments, so the estimator's belief must be a Gaussian.
     Williams, An Efficient, Variational Approximation of the Best Fitting Multi-Bernoulli Filter, IEEE T-SP 63, 2015.
     Hypotheses take the place of the paper's marginals.
@@ -25,7 +25,9 @@ class Variational(Growing):
 
     kind: ClassVar[str] = "variational"
 
-    hypotheses: int = fields.integer("most joint associations of a scan that are looked at", default=200, at_least=1)
+    hypotheses: int = fields.integer(
+        "largest number of joint associations of a scan that are computed", default=200, at_least=1
+    )
     least: float = fields.probability("weight at or below which a joint association is dropped", default=1e-4, below=1)
 
     @property

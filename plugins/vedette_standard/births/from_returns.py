@@ -14,7 +14,7 @@ from vedette_standard.births.one_point import complete, one_point
 @final
 @frozen
 class FromReturns(Birth):
-    """Starts a track at every return that no existing track explains: one-point initiation.
+    """Starts a track at every return that belongs to no existing track: one-point initiation.
 
     The axes that the sensor observes have the mean and covariance of the return, from `Sensor.invert`; the others are 0 with
     the standard deviations in `spread`, uncorrelated.

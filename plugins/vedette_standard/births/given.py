@@ -16,8 +16,8 @@ from vedette.tracking import GivenTracks
 class Given(GivenTracks):
     """One track before the first scan, or one for each start that the source knows, and none after it.
 
-    It starts at `start`; an axis missing there starts where the source says, else at the recording's first true state, moved
-    by `offset`, with `spread` as its standard deviation (an axis that is not known: at 0).
+    An axis in `start` begins there. Another axis begins at the state that the source gives, or else at the recording's first
+    true state, plus `offset`; its standard deviation is that of `spread`. An axis without such a state begins at 0.
     """
 
     kind: ClassVar[str] = "given"

@@ -35,7 +35,7 @@ class Intensity:
 @final
 @frozen
 class Poisson(Birth):
-    """Unseen targets are a Poisson process whose intensity is a sum of Gaussians: it moves, decays and is thinned by misses.
+    """Undetected targets are a Poisson process; its intensity, a sum of Gaussians, moves, decays and falls with each look.
 
     A return z comes from one of them with the density e(z) = sum_c w_c P_D N(z; c), against clutter lambda(z): a track that
     starts there exists with probability e / (e + lambda), times that of coming from no track, and has the Gaussians'
@@ -49,12 +49,12 @@ class Poisson(Birth):
     appear: tuple[Appearance, ...] = fields.part("where targets appear, and how many", default=(), tried=_TRIED)
     enter: tuple[Edge, ...] = fields.part("lines across which targets come in, and how many", default=(), tried=((),))
     lifetime: float = fields.quantity(
-        "s", "mean time for which an unseen target stays in view", default=600.0, above=0, tried=(60.0, 600.0)
+        "s", "mean time for which an undetected target stays in view", default=600.0, above=0, tried=(60.0, 600.0)
     )
     sensors: tuple[str, ...] = fields.words("sensors whose returns may start tracks; default: all", default=())
     least: float = fields.probability("existence below which no track is started", default=1e-5)
     negligible: float = fields.quantity("1", "expected number below which a Gaussian is dropped", default=1e-5, at_least=0)
-    recycles: bool = fields.flag("count tracks that end as undetected targets, by what they had of existence", default=False)
+    recycles: bool = fields.flag("count tracks that end as undetected targets, weighted by their existence", default=False)
 
     def __attrs_post_init__(self) -> None:
         if not self.appear and not self.enter:

@@ -26,7 +26,7 @@ class TwoPoint(Birth):
     """Starts a track at a return that a target of up to `max_speed` can have reached from one of the scan before.
 
     z2 and z1, dt apart, give the position z2 and the velocity (z2 - z1) / dt, with the covariances R2, (R1 + R2) / dt^2 and
-    R2 / dt between them: two-point differencing. Both are returns that no track claims; of several earlier ones the nearest
+    R2 / dt between them: two-point differencing. Both returns belong to no track; of several earlier ones the nearest
     counts. Other axes are 0 with the standard deviations in `spread`.
     Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, section 5.5.3.
     """

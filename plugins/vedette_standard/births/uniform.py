@@ -21,7 +21,7 @@ PLACES = 16
 @final
 @frozen
 class Uniform(Birth):
-    """Undetected targets are a Poisson process of even density over a box: a track may start anywhere, by one return.
+    """Undetected targets are a Poisson process of uniform density over a box: a track may start at any return.
 
     Of n targets, a return z comes from one with the density e(z) = n P_D |dx/dz| / volume, against clutter lambda(z): a
     track that starts there exists with probability e / (e + lambda), times that of coming from no track. |dx/dz| is the
@@ -47,7 +47,7 @@ class Uniform(Birth):
         "1/s", "expected number that appear per second", default=0.0, at_least=0, tried=(0.01, 0.1)
     )
     lifetime: float = fields.quantity(
-        "s", "mean time for which an unseen target stays in view", default=600.0, above=0, tried=(60.0, 600.0)
+        "s", "mean time for which an undetected target stays in view", default=600.0, above=0, tried=(60.0, 600.0)
     )
     sensors: tuple[str, ...] = fields.words("sensors whose returns may start tracks; default: all", default=())
     least: float = fields.probability("existence below which no track is started", default=1e-5)

@@ -45,8 +45,9 @@ class AuxiliaryParticles(OverMotion[Particles | Predicted]):
     """A particle filter that looks at the scan before it chooses which points to propagate.
 
     With m_p the noise-free prediction of point p and g(x) the likelihood of the scan at x: ancestors are drawn with
-    w_p g(m_p), their offspring x get weight g(x) / g(m_p). It does so where the look leaves few effective points; elsewhere,
-    as on an uninformative scan, it reweights like the bootstrap filter. The second move's draws are made with the first.
+    w_p g(m_p), their offspring x get weight g(x) / g(m_p). It does so where the likelihood leaves few effective points;
+    elsewhere, as on an uninformative scan, it reweights like the bootstrap filter. The draws of the second move are made
+    with the first.
     Pitt, Shephard, Filtering via Simulation: Auxiliary Particle Filters, J. American Statistical Association 94, 1999.
     """
 

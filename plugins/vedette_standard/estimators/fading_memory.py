@@ -14,9 +14,10 @@ from vedette.filters import GaussianFilter, evaluate_linearised, extent_linearis
 @final
 @frozen
 class FadingMemory(GaussianFilter):
-    """The extended Kalman filter that trusts its past less: P- = a^2 F P F' + Q, with a = alpha^(T / step).
+    """The extended Kalman filter that gives old returns less weight: P- = a^2 F P F' + Q, with a = alpha^(T / step).
 
-    For motion that the model does not know: a return that is T old weighs a^-2 of what it would. With alpha = 1 it is `ekf`.
+    For motion that the model does not describe: a return that is T s old has a^-2 times the weight that it has in `ekf`.
+    With alpha = 1 it is `ekf`.
     Simon, Optimal State Estimation, 2006, section 7.4.
     """
 

@@ -24,9 +24,9 @@ from vedette.filters import (
 class GH(GaussianFilter):
     """A filter of constant gains, also known as the alpha-beta filter, and with k as alpha-beta-gamma.
 
-    A residual nu moves what is observed by g nu, its rate by h nu / T, the rate of that by 2 k nu / T^2. nu is taken back to
-    the axes that the sensor observes by the pseudo-inverse of H. The covariance is that of such a filter's errors, by
-    Joseph's form P+ = (I - K H) P- (I - K H)' + K R K', which holds for any gain.
+    A residual nu changes the observed axes by g nu, their rates by h nu / T, the rates of these by 2 k nu / T^2. The
+    pseudo-inverse of H converts nu to the axes that the sensor observes. The covariance is that of such a filter's errors,
+    by Joseph's form P+ = (I - K H) P- (I - K H)' + K R K', which holds for any gain.
     Brookner, Tracking and Kalman Filtering Made Easy, 1998, sections 1.2 and 1.3.
     """
 
@@ -34,7 +34,7 @@ class GH(GaussianFilter):
     bounded: ClassVar[bool] = True
 
     motion: MotionModel = fields.part("how the target moves: with velocities, or for k with accelerations too")
-    g: float = fields.quantity("1", "gain of what is observed", above=0, at_most=1)
+    g: float = fields.quantity("1", "gain of the observed axes", above=0, at_most=1)
     h: float = fields.quantity("1", "gain of its rate, times `step`", at_least=0)
     k: float = fields.quantity("1", "gain of its second rate, times `step` squared over 2", default=0.0, at_least=0)
     step: float = fields.quantity("s", "time between scans, T, that the gains are for", default=1.0, above=0)

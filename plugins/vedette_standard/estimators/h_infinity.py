@@ -17,12 +17,12 @@ MOST = 0.99
 @final
 @frozen
 class HInfinity(GaussianFilter):
-    """Bounds the worst error instead of the mean one, for noises of unknown kind.
+    """Bounds the worst-case error instead of the mean square error, for noises of unknown distribution.
 
-    P- = ((F P F' + Q)^-1 - theta W T / step)^-1, with W the diagonal matrix of `weight`, which says what is to be estimated
-    well. The update is the Kalman filter's, linearised. The sum of squared errors, weighted by W, then stays below 1 / theta
-    times that of all noises, each weighted by its inverse covariance. With theta = 0 it is `ekf`. Where theta is so large
-    that there is no such bound, it is lowered for that step.
+    P- = ((F P F' + Q)^-1 - theta W T / step)^-1, with W the diagonal matrix of `weight`, which is large for the axes to be
+    estimated well. The update is the Kalman filter's, linearised. The sum of squared errors, weighted by W, then stays
+    below 1 / theta times that of all noises, each weighted by its inverse covariance. With theta = 0 it is `ekf`. Where
+    theta is so large that there is no such bound, it is lowered for that step.
     Simon, Optimal State Estimation, 2006, section 11.3.
     """
 

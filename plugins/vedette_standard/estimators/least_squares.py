@@ -39,8 +39,8 @@ def _filter(estimator: LeastSquares) -> SquareRootKalman:
 class LeastSquares(OverMotion[Root]):
     """Fits one trajectory to all returns of a track's life, each weighted by its noise: no noise of the motion, P- = F P F'.
 
-    With `forgetting` L < 1, a return that is T old weighs L^(T / step) of a new one: P- = L^(-T / step) F P F'. The track's
-    start counts as a return; the wider it is, the less. A root of the covariance is kept, so that it may be very wide.
+    With `forgetting` L < 1, a return that is T old weighs L^(T / step) of a new one: P- = L^(-T / step) F P F'. The prior of
+    a track counts like a return. The filter keeps a square root of the covariance, so the prior may be very wide.
     Zarchan, Musoff, Fundamentals of Kalman Filtering: A Practical Approach, 2009, chapter 3.
     """
 

@@ -31,7 +31,7 @@ class RootHypotheses:
 @final
 @frozen
 class SquareRootKalman(OverMotion[Root]):
-    """The extended Kalman filter on a root of the covariance, which it never forms: this doubles the effective precision.
+    """The extended Kalman filter on a square root of the covariance, never on P itself: this doubles the precision.
 
     All steps are orthogonal triangularisations: [F L, Q^1/2] -> L-, and [R^1/2, H L-; 0, L-] -> [S^1/2, 0; K S^1/2, L+]. So
     noises may differ by 1e12 and more. Soft association stacks its hypotheses' roots in the same way.

@@ -16,8 +16,9 @@ class ConstantAcceleration(PerAxis):
     """White-noise jerk, exactly discretised: the acceleration is a Wiener process.
 
     Per axis F = [1 T T^2/2; 0 1 T; 0 0 1], Q = q [T^5/20 T^4/8 T^3/6; T^4/8 T^3/3 T^2/2; T^3/6 T^2/2 T].
-    `sigma_jerk` is the root of the jerk's spectral density, q = sigma_jerk^2 in m^2/s^5: in T s the acceleration gains
-    sigma_jerk sqrt(T). A config may also give it in m/s^3, as what is gained in the first second.
+    `sigma_jerk` is the root of the jerk's spectral density, q = sigma_jerk^2 in m^2/s^5: in T s the acceleration
+    changes by sigma_jerk sqrt(T), one standard deviation. A config may also give it in m/s^3, with the same number: the
+    change in 1 s.
     Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, section 6.2.3.
     """
 

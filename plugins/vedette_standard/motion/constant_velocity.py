@@ -15,8 +15,9 @@ from vedette_standard.motion.blocks import PerAxis, free_flight, white_accelerat
 class ConstantVelocity(PerAxis):
     """White-noise acceleration, exactly discretised: per axis F = [1 T; 0 1], Q = q [T^3/3 T^2/2; T^2/2 T].
 
-    `sigma_accel` is the root of the acceleration's spectral density, q = sigma_accel^2 in m^2/s^3: in T s the velocity gains
-    sigma_accel sqrt(T). A config may also give it in m/s^2, as what is gained in the first second: the number is the same.
+    `sigma_accel` is the root of the acceleration's spectral density, q = sigma_accel^2 in m^2/s^3: in T s the velocity
+    changes by sigma_accel sqrt(T), one standard deviation. A config may also give it in m/s^2, with the same number: the
+    change in 1 s.
     Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, section 6.2.2.
     """
 

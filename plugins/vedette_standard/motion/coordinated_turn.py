@@ -24,7 +24,8 @@ class CoordinatedTurn(MotionModel):
     + sin(h)/h J u), J = [0 -1; 1 0].
     Q is that of constant velocity over x, y, vx, vy and sigma_turn_rate^2 T for the rate, whatever the state: the noise of
     the velocity is not turned within a step, nor does that of the rate reach the position, so two steps do not equal one.
-    Both deviations are roots of spectral densities: velocity and turn rate gain them in 1 s, and sqrt(T) times them in T s.
+    Both deviations are roots of spectral densities: velocity and turn rate change by them in 1 s, by sqrt(T) times them in
+    T s.
     Li, Jilkov, Survey of Maneuvering Target Tracking, Part I: Dynamic Models, IEEE T-AES 39, 2003.
     """
 

@@ -31,9 +31,9 @@ def _observed(self: Biased) -> Space:
 class Biased(WrappedSensor):
     """z = h(x + o - l v) + a + noise, with biases as state axes: a on the measurement, o on the position, a lag l.
 
-    For a bearing that is turned, a range that is long, a position too far north and east, a time stamp that is late.
+    It describes a bearing with a constant error, a range that is too long, a wrong position, a time stamp that is late.
     The estimator's motion must have the biases' axes, as 'gauss_markov' or 'random_walk' in a 'product' does. Only biases
-    that move the returns differently can be told apart: a turned bearing and an offset east need a target that moves.
+    that move the returns differently can be told apart: a bearing error and an offset east need a target that moves.
     Every track has its own estimate of the biases.
     Lin, Bar-Shalom, Kirubarajan, Exact Multisensor Dynamic Bias Estimation with Local Tracks, IEEE T-AES 40, 2004.
     """

@@ -15,9 +15,10 @@ class Partial(WrappedSensor):
     """A sensor of which some components may be missing from a return, as `Detections.missing` states.
 
     Such a return is scored by, and updates with, the components that it has. `optional` states the interval over which
-    clutter is uniform on each axis that may be missing, independently of the others: the density over the rest is that much
-    larger. Whether a component is missing is independent of target and clutter. Only complete returns start tracks.
-    Little, Rubin, Statistical Analysis with Missing Data, 2002 (what is missing at random leaves the rest its likelihood).
+    clutter is uniform on each axis that may be missing, independently of the others: over the remaining axes, the density
+    is larger by this factor. Whether a component is missing is independent of target and clutter. Only complete returns
+    start tracks. Little, Rubin, Statistical Analysis with Missing Data, 2002 (what is missing at random leaves the rest its
+    likelihood).
     """
 
     kind: ClassVar[str] = "partial"
