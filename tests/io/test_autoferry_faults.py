@@ -64,7 +64,7 @@ def test_bad_truth_is_refused_by_itself(tmp_path):
     (boat,) = recording.truth
     assert boat.states.tolist() == [[0, 0, 2, 0], [2, 0, 2, 0]]
     assert told(recording) == [
-        "scenario7_groundTruth.json[0][2]: boat 1 is elsewhere at 1.0 s in an earlier entry",
+        "scenario7_groundTruth.json[0][2]: boat 1 has another position at 1.0 s in an earlier entry",
         "scenario7_groundTruth.json[0][3]: position must be a list of 3 numbers, got [0.0, 0.0]",
         'scenario7_groundTruth.json[0][5]: must be an object with targetID, position and time, got "boat"',
         "scenario7_groundTruth.json: boat 3 has a position at one time only, which gives no velocity",

@@ -109,7 +109,7 @@ def test_platform_by_scan(tmp_path):
     assert (pose.position.tolist(), pose.velocity.tolist()) == ([11, 22], [1, 2])
     assert pose.heading == pytest.approx(math.pi / 2)
     assert told(recording) == [
-        "own.csv:4: the platform stood elsewhere in an earlier row of scan '8'",
+        "own.csv:4: the platform has another position in an earlier row of scan '8'",
         "d.csv:4: the recording does not say where the platform was at 3.0 s",
     ]
 

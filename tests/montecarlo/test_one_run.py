@@ -41,6 +41,6 @@ def test_a_config_of_one_run_is_told_how_to_become_a_study(tmp_path, capsys, mon
 def test_a_study_given_as_a_config_is_called_one(capsys):
     for command in ("run", "check", "explain"):
         assert main([command, str(EXAMPLES / "study.toml")]) == 2
-        assert "experiment: makes this a study of many runs, not the config of one: run it by vedette study" in (
+        assert "experiment: this file is a study of many runs, not the config of one run: use vedette study" in (
             capsys.readouterr().err
         )

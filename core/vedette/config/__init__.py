@@ -57,7 +57,7 @@ def load(config: Config, registry: Registry | None = None, overrides: Iterable[s
         raise ConfigError([Problem("", f"a config must be a table, or the path to a file, got {told(given)}")])
     if "experiment" in given and "estimator" not in given:
         raise ConfigError(
-            [Problem("experiment", "makes this a study of many runs, not the config of one: run it by vedette study")]
+            [Problem("experiment", "this file is a study of many runs, not the config of one run: use vedette study")]
         )
     registry = Registry.installed() if registry is None else registry
     before = renamed(given, registry)

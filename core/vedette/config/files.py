@@ -107,7 +107,7 @@ def _json(text: str) -> Any:
         table = dict(pairs)
         if len(table) < len(pairs):
             names = [name for name, _ in pairs]
-            raise ValueError(f"{next(name for name in names if names.count(name) > 1)!r} stands twice in one table")
+            raise ValueError(f"{next(name for name in names if names.count(name) > 1)!r} appears twice in one table")
         return table
 
     return json.loads(text, object_pairs_hook=once)
@@ -128,7 +128,7 @@ def _yaml(text: str) -> Any:
 
 
 def _once_each(node: Any, mapping: Any, seen: set[int]) -> None:
-    """Refuse a name that stands twice in one table; `seen` keeps repeated references from being walked again."""
+    """Refuse a name that appears twice in one table; `seen` keeps repeated references from being walked again."""
     if id(node) in seen or not isinstance(getattr(node, "value", None), list):
         return
     seen.add(id(node))
@@ -136,7 +136,7 @@ def _once_each(node: Any, mapping: Any, seen: set[int]) -> None:
         names = [name.value for name, _ in node.value if isinstance(name.value, str)]
         for i, name in enumerate(names):
             if name in names[:i]:
-                raise ValueError(f"{name!r} stands twice in one table, {node.start_mark}".replace("\n", " "))
+                raise ValueError(f"{name!r} appears twice in one table, {node.start_mark}".replace("\n", " "))
     for part in node.value:
         for child in part if isinstance(part, tuple) else (part,):
             _once_each(child, mapping, seen)

@@ -21,7 +21,7 @@ def renamed(given: Mapping[str, Any], registry: Registry) -> dict[str, Any]:
     config, problems = dict(given), []
     for old, new in RENAMED.items():
         if old in config and new in config:
-            problems.append(Problem(old, f"is the old name of `{new}`; give only that"))
+            problems.append(Problem(old, f"is the old name of `{new}`; give only `{new}`"))
         elif old in config:
             config[new] = config.pop(old)
     lifecycle, birth = config.get("lifecycle"), config.get("birth", {})
@@ -29,7 +29,7 @@ def renamed(given: Mapping[str, Any], registry: Registry) -> dict[str, Any]:
         own = _own_names(lifecycle, registry)
         moved = {name: lifecycle[name] for name in MOVED if name in lifecycle and name not in own}
         problems += [
-            Problem(f"lifecycle.{n}", f"is the old place of `birth.{n}`; give only that") for n in moved if n in birth
+            Problem(f"lifecycle.{n}", f"is the old name of `birth.{n}`; give only `birth.{n}`") for n in moved if n in birth
         ]
         if moved:
             config["lifecycle"] = {name: value for name, value in lifecycle.items() if name not in moved}

@@ -74,7 +74,7 @@ def truth(path: Path, refused: list[Problem]) -> tuple[tuple[Trajectory, ...], R
                 time = number(sample.get("time"), "time")
                 north, east, _ = vector(sample.get("position"), "position", 3)
                 if positions.setdefault(sample["targetID"], {}).setdefault(time, (north, east)) != (north, east):
-                    raise ValueError(f"boat {sample['targetID']} is elsewhere at {time!r} s in an earlier entry")
+                    raise ValueError(f"boat {sample['targetID']} has another position at {time!r} s in an earlier entry")
                 good[sample["targetID"]] += 1
             except ValueError as error:
                 refused.append(Problem(f"{place}[{j}]", str(error)))

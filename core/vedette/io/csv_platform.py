@@ -86,7 +86,9 @@ class PlatformColumns:
                 elif by_scan.setdefault((name, row.cells["scan"]), state) == state:
                     used += 1
                 else:
-                    raise ValueError(f"the platform stood elsewhere in an earlier row of scan {shown(row.cells['scan'])}")
+                    raise ValueError(
+                        f"the platform has another position in an earlier row of scan {shown(row.cells['scan'])}"
+                    )
             except ValueError as error:
                 refused.append(Problem(row.place, str(error)))
         kept = {name: in_time_order(found, refused, sort=layout.sort) for name, found in at_times.items()}

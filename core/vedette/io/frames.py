@@ -48,7 +48,7 @@ class FrameFiles:
 def read_frame(given: Any, folder: Path) -> Frame:
     """Return the frame that a line of a recording in `folder` names; ValueError says what is wrong with it."""
     if not isinstance(given, dict) or not isinstance(given.get("file"), str) or set(given) - {"file", "corner"}:
-        raise ValueError(f"frame must be an object with file and perhaps corner, got {short(given)}")
+        raise ValueError(f"frame must be an object with file and optionally corner, got {short(given)}")
     corner = np.array(vector(given["corner"], "frame.corner", 2)) if "corner" in given else None
     file = inside(folder, given["file"])
     try:

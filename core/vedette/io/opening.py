@@ -51,7 +51,9 @@ def inside(folder: Path, name: str) -> Path:
     except (OSError, RuntimeError, ValueError) as error:
         raise ValueError(f"{shown(name)} cannot be looked up: {error}") from None
     if not stays:
-        raise ValueError(f"{shown(name)} leads out of the folder {str(folder)!r}: what a recording is made of lies in it")
+        raise ValueError(
+            f"{shown(name)} leads out of the folder {str(folder)!r}, which must hold all files of the recording"
+        )
     return found
 
 
