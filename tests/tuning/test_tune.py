@@ -57,15 +57,15 @@ def test_a_loss_on_the_scans_held_back_is_told_with_its_size_and_both_causes(tun
     said = text(lower)
     assert "lower there, by 2.2 times the error of the scans" in said
     assert "keep the values you had" in said
-    assert "those scans want sensors.radar.sigma smaller: one standard error that way gains 7.2" in said
-    assert "want estimator" not in said
-    assert "fit chance" in said
-    assert "the parts differ" in said
+    assert "those scans favour a smaller sensors.radar.sigma: one standard error smaller gains 7.2" in said
+    assert "larger estimator" not in said and "smaller estimator" not in said
+    assert "overfitted" in said
+    assert "the two parts differ" in said
     assert "over all scans they gain +8.5" in said
-    assert "known badly" not in said
+    assert "not known well" not in said
     assert "are better: keep them" in toml(lower)
     assert data(lower)["advice"] == "keep"
-    for one in ("fit chance", "keep the values", "those scans want"):
+    for one in ("overfitted", "keep the values", "those scans favour"):
         assert one not in text(tuned)
     assert data(tuned)["advice"] == "take"
 
@@ -75,7 +75,7 @@ def test_values_that_are_known_badly_are_still_not_to_be_taken_where_they_are_wo
     judged = evolve(tuned.judged, held=Gain(50, 0.0, -30.0, 6.0, 40.0))
     said = text(evolve(tuned, judged=judged))
     assert judged.advice == "keep"
-    assert "so large a loss is within the tuned values' errors: they are known badly" in said
+    assert "a loss of this size is within what the errors of the tuned values allow: these are not known well" in said
     by_chance = evolve(judged, held=Gain(50, 0.0, -5.0, 6.0, 0.0))
     assert by_chance.advice == "either"
     assert "no worse there than chance allows" in text(evolve(tuned, judged=by_chance))

@@ -23,7 +23,7 @@ def at_fault(size: float, whiteness: float, dof: float, pairs: float) -> str:
     large, small = size > max(high, 1.1), size < min(low, 0.9)
     lags, leaps = whiteness > max(reach, 0.1), whiteness < -max(reach, 0.1)
     if lags or leaps:
-        slow = "each innovation goes on in the next" if lags else "each innovation is taken back by the next"
+        slow = "successive innovations are correlated" if lags else "successive innovations are anticorrelated"
         if large or small:
             which = (
                 ("Q is too small" if large else "R is too large")

@@ -64,11 +64,12 @@ def _lines(tuned: Tuned) -> Iterator[str]:
         yield "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
     yield ""
     for other in tuned.blurred:
-        yield f"the data do not tell {other}"
+        yield f"the data do not determine {other}"
     for i, j, r in _tied(tuned):
         yield f"errors of {tuned.parameters[i].free.path} and {tuned.parameters[j].free.path} correlate by {r:+.2f}"
     if tuned.jumps > JUMPS:
-        yield f"about the top it jumps by up to {tuned.jumps:.1f}, as tracks come and go there; the errors allow for that"
+        jumps = f"near its maximum the criterion jumps by up to {tuned.jumps:.1f}"
+        yield f"{jumps}, as tracks start or end there; the errors allow for that"
     if judged.on is not None:
         yield f"log-likelihood of the scans tuned on: {judged.on.text}"
     if judged.held is not None:
@@ -80,8 +81,8 @@ def _lines(tuned: Tuned) -> Iterator[str]:
     yield from _noises(judged.noises_before, judged.noises_after, off)
     if tuned.onward:
         again = "once" if tuned.onward == 1 else f"{tuned.onward} times"
-        yield f"the search went on {again} from a better point, far from where it had ended: more --starts look more widely"
-    yield f"{tuned.ends} of {tuned.starts} searches ended there; {tuned.evaluations} runs of the tracker" + (
+        yield f"the search went on {again} from a better point, far from where it had ended: take more --starts"
+    yield f"{tuned.ends} of {tuned.starts} searches ended at this maximum; {tuned.evaluations} runs of the tracker" + (
         f", {tuned.resumed} kept from before" if tuned.resumed else ""
     )
 
@@ -125,11 +126,11 @@ def _causes(tuned: Tuned) -> Iterator[str]:
     for pull, each in wanted:
         if abs(pull) > PULL:
             way = "larger" if pull > 0 else "smaller"
-            yield f"  those scans want {each.free.path} {way}: one standard error that way gains {abs(pull):.1f}"
+            yield f"  those scans favour a {way} {each.free.path}: one standard error {way} gains {abs(pull):.1f}"
     if judged.held.difference > -2 * judged.held.error:
-        yield "  so large a loss is within the tuned values' errors: they are known badly"
-    yield "  either the values fit chance: the scans tuned on are too few for so many parameters"
-    yield "  or the parts differ, as where targets turn in one only, or others are tracked: then no values suit both"
+        yield "  a loss of this size is within what the errors of the tuned values allow: these are not known well"
+    yield "  either the values are overfitted: the scans tuned on are too few for so many parameters"
+    yield "  or the two parts differ, for example in the targets or in their turns: then no values suit both"
     total = judged.on.difference + judged.held.difference
     yield f"  over all scans they gain {total:+.1f}; --part 1 tunes on all, and truth or another recording decides"
 
