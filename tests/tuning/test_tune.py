@@ -58,7 +58,8 @@ def test_a_loss_on_the_scans_held_back_is_told_with_its_size_and_both_causes(tun
     assert "lower there, by 2.2 times the error of the scans" in said
     assert "keep the values you had" in said
     assert "those scans favour a smaller sensors.radar.sigma: one standard error smaller gains 7.2" in said
-    assert "larger estimator" not in said and "smaller estimator" not in said
+    assert "larger estimator" not in said
+    assert "smaller estimator" not in said
     assert "overfitted" in said
     assert "the two parts differ" in said
     assert "over all scans they gain +8.5" in said
