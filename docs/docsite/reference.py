@@ -30,7 +30,7 @@ ROLE_OF = {role: role for role in ROLES} | {"sensors": "sensor", "preprocessors"
 ROLE_OF |= {"models": "motion", "wander": "motion", "scene": "source"}
 _ROW = re.compile(r"^\| `(?P<kind>\w+)` \| [^|]+ \| `(?P<line>\{.*\})` \|")
 _ROW_OF_PLUGIN = re.compile(r"^\| (?P<role>\w+) \| `(?P<kind>\w+)` \| .* \| `(?P<line>\{.*\})` \|$")
-"""A row of the table of parts on the page of another plugin than the standard shelf."""
+"""A row of the table of parts on the page of another plugin than the standard one."""
 _REFERENCE = re.compile(r"^[A-Z][A-Za-z-]+(?: [A-Z][A-Za-z-]+)*, .*", re.MULTILINE)
 _SIGNS = {"above": ">", "at_least": "≥", "below": "<", "at_most": "≤"}
 
