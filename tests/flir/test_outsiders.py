@@ -160,9 +160,7 @@ def test_a_frame_that_holds_no_numbers_is_refused(pixels, got):
     n = len(tracker.state)
     none = Gaussian(np.zeros((0, n)), np.zeros((0, n, n)))
     with pytest.raises(ScanRefused, match=f"frame: pixels must be an array of real numbers, got {got}"):
-        tracker.step(
-            tracker.start(Gaussian(np.zeros((0, n)), np.zeros((0, n, n)))), Scan.image(0.0, "camera", Frame(pixels))
-        )
+        tracker.step(tracker.start(none), Scan.image(0.0, "camera", Frame(pixels)))
 
 
 def test_a_video_is_no_table(tmp_path):
