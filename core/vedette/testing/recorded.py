@@ -159,7 +159,7 @@ def recorded_consistency(experiment: Experiment, progress: Progress = silent) ->
     if not result.recording.truth:
         found = [_told(tracker, track, _gathered(tracker, entries[track.id])) for track in known.values()]
     told = tuple(one for one in found if one is not None)
-    if not told and result.intake.frames == result.intake.scans:
+    if not told and 0 < result.intake.frames == result.intake.scans:
         raise Misuse("source: gives frames of a camera alone, and no returns to judge by; `vedette run` tells NIS and NEES")
     if not told:
         raise Misuse("source: gives no track with enough scans of returns to judge by; is any ever confirmed?")
