@@ -131,6 +131,8 @@ function weightsOf(data, entry) {
   return found;
 }
 
+const counted = (count, what) => `${count} ${what}${count === 1 ? "" : "s"}`;
+
 // A number with four significant digits, a dash where there is none.
 function shown(value) {
   if (value === undefined || !Number.isFinite(value)) return "–";

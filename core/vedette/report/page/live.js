@@ -170,8 +170,8 @@ class Live {
 
   drawOverview() {
     const { confirmed } = this.data.tracks, objects = this.data.facts.objects.length;
-    const words = [`${confirmed.reduce((sum, each) => sum + each, 0)} confirmed tracks of ${confirmed.length} begun`];
-    byId("overview").textContent = [...words, ...(objects ? [`${objects} true objects`] : [])].join(" · ");
+    const words = [`${counted(confirmed.reduce((sum, each) => sum + each, 0), "confirmed track")} of ${confirmed.length} begun`];
+    byId("overview").textContent = [...words, ...(objects ? [counted(objects, "true object")] : [])].join(" · ");
     page.timeline.draw();
   }
 

@@ -11,8 +11,8 @@ const byId = (id) => document.getElementById(id);
 function overview({ facts, scans, tracks, runs }) {
   if (runs) return runs.map((run) => `${run.facts.name}: ${overview(run)}`).join("; ");
   const confirmed = tracks.confirmed.reduce((sum, each) => sum + each, 0), span = scans.time[scans.count - 1] - scans.time[0];
-  const counts = [`${scans.count} scans over ${shown(span)} s`, `${confirmed} confirmed tracks of ${tracks.id.length} begun`];
-  if (facts.objects.length) counts.push(`${facts.objects.length} true objects`);
+  const counts = [`${counted(scans.count, "scan")} over ${shown(span)} s`, `${counted(confirmed, "confirmed track")} of ${tracks.id.length} begun`];
+  if (facts.objects.length) counts.push(counted(facts.objects.length, "true object"));
   return counts.join(" · ");
 }
 
