@@ -101,6 +101,7 @@ REFUSED = {
         table("time,x,y", lambda time, x, y: (f"12.05.2026 08:30:{time % 60:02.0f}", x, y)),
         r"d.csv:2: time must be a number, or a date and time as 2026-11-22T08:39:04.5Z, got '12.05.2026 08:30:00'",
     ),
+    "AIS": ("!AIVDM,1,1,,B,177KQJ5000G?tO`K>RA1wUbN0TKH,0*5C\n" * 3, "d.csv:1: holds sentences of NMEA 0183, not a table"),
     "letters after latitudes": (
         table("time,lat,lon", lambda *look: (look[0], "59.4N", "10.5E")),
         r"lat must be a number, got '59.4N'; write degrees with decimals, negative in the south and in the west",
@@ -115,6 +116,14 @@ def test_it_is_refused_with_what_would_be_right(name, tmp_path):
     path.write_bytes(text if isinstance(text, bytes) else text.encode())
     with pytest.raises(InputError, match=told):
         draft_config(path)
+
+
+def test_the_wrong_delimiter_is_suspected(tmp_path):
+    (tmp_path / "d.csv").write_text(PLAIN)
+    config = tomllib.loads(drafted(PLAIN))
+    config["source"] |= {"path": str(tmp_path / "d.csv"), "delimiter": ";"}
+    with pytest.raises(InputError, match=r"the only column is 'time,x,y'; is source.delimiter right\?"):
+        vedette.load(config).run()
 
 
 def test_a_unit_that_nobody_knows_is_said():

@@ -31,6 +31,7 @@ MANY = 20
 """So many times of which none ends in 60 to 99 are times of day without their colons."""
 
 DELIMITERS = (",", ";", "\t", "|")
+_SENTENCE = re.compile(r"(^|\\)[!$][A-Z]{5},")
 _DAY = re.compile(r"\d{4}-\d\d-\d\d")
 
 ANGLES, SPEEDS = ("bearing", "heading", "course"), ("range_rate", "vx", "vy", "speed")
@@ -175,6 +176,8 @@ def _first_rows(path: TablePath) -> tuple[list[str], list[list[str]], Dialect]:
     if "\0" in first:
         raise InputError(f"{path}: is no text; a table is CSV or Parquet, and the source `video` reads frames")
     text = [line for _, line in islice(below, LOOKED_AT) if line.strip()]
+    if _SENTENCE.search(first):
+        raise InputError(f"{path}:{number}: holds sentences of NMEA 0183, not a table: decode them to one first")
     delimiter = max(DELIMITERS, key=first.count)
     header = cells_of(first, delimiter)
     if not header or all(is_number(cell) for cell in header):

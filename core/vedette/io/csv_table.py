@@ -209,9 +209,9 @@ def _check_titles(header: Sequence[str], where: str, wanted: Mapping[str, str], 
     for name, title in wanted.items():
         if header.count(title) != 1:
             there = "no column" if title not in header else "more than one column"
-            raise InputError(
-                f"{where}: there is {there} {title!r}, which {place}.{name} asks for; the columns are {listed(header)}"
-            )
+            found = f"the columns are {listed(header)}" if len(header) > 1 else f"the only column is {shown(header[0])}"
+            split = "; is source.delimiter right?" if len(header) == 1 else ""
+            raise InputError(f"{where}: there is {there} {title!r}, which {place}.{name} asks for; {found}{split}")
 
 
 def listed(header: Sequence[str]) -> str:

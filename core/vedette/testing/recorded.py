@@ -162,7 +162,10 @@ def recorded_consistency(experiment: Experiment, progress: Progress = silent) ->
     if not told and 0 < result.intake.frames == result.intake.scans:
         raise Misuse("source: gives frames of a camera alone, and no returns to judge by; `vedette run` tells NIS and NEES")
     if not told:
-        raise Misuse("source: gives no track with enough scans of returns to judge by; is any ever confirmed?")
+        clocks = (
+            "do the times of the truth agree with theirs" if known and result.recording.truth else "is any ever confirmed"
+        )
+        raise Misuse(f"source: gives no track with enough scans of returns to judge by; {clocks}?")
     return told
 
 
