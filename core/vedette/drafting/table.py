@@ -193,9 +193,11 @@ def _first_rows(path: TablePath) -> tuple[list[str], list[list[str]], Dialect]:
 
 
 def _states_units(row: Sequence[str]) -> bool:
-    """Return whether a row below the header holds no number, but units."""
+    """Return whether a row below the header holds units, and no number or date."""
     words = [cell.strip("[]() ").lower() for cell in row]
-    return not any(map(is_number, row)) and any(word in known for word in words for known in UNITS.values())
+    return not any(cell[:1].isdigit() or is_number(cell) for cell in row) and any(
+        word in known for word in words for known in UNITS.values()
+    )
 
 
 def _with_time_of_day(time: Meaning, columns: Mapping[str, list[str]]) -> Meaning:
