@@ -62,7 +62,10 @@ class WrappedMotion(MotionModel):
 
 @frozen
 class WrappedSensor(Sensor):
-    """A sensor that passes everything on to another one, `of`, except for what a subclass defines."""
+    """A sensor that passes everything on to another one, `of`, except for what a subclass defines.
+
+    `at` places `of` alone: a subclass whose own methods ask where the target is defines it too, or refuses.
+    """
 
     @property
     @abstractmethod

@@ -19,6 +19,8 @@ LIFECYCLES = [
     ("keeps a state between calls", Existence, "pure",
      {"review": lambda s, m, r0: (lambda r: (r[0], r[1], r[2] & (next(CALLS) % 2 == 0)))(
          Existence.review(s, m, r0))}),
+    ("writes into the memory that it is given", MOfN, "pure",
+     {"review": lambda s, m, r0: (lambda r: (m.detected.__setitem__(..., r[0].detected), r)[1])(MOfN.review(s, m, r0))}),
     ("one run's verdict for all", Existence, "batches_as_it_loops",
      {"review": lambda s, m, r0: (lambda r: (r[0], r[1] | (r[1].any() & (r[1].ndim > 1)), r[2]))(
          Existence.review(s, m, r0))}),

@@ -22,6 +22,7 @@ from vedette_standard.motion.product import Product
 from vedette_standard.motion.random_walk import RandomWalk
 from vedette_standard.sensors.cartesian_position import CartesianPosition
 from vedette_standard.sensors.range_bearing import RangeBearing
+from vedette_standard.sensors.range_bearing_rate import RangeBearingRate
 
 RB, CP, CV, EKF = RangeBearing, CartesianPosition, ConstantVelocity, ExtendedKalman
 LINEAR = {"motion": st.just(CV(0.5))}
@@ -58,6 +59,9 @@ SENSORS = [
     ("no bearing behind", RB, "gives_finite_numbers", {"measure": not_there}, {}),
     ("x counts to the left", CP, "names_mean_the_same",
      {"measure": lambda s, x: x * [-1, 1], "jacobian": lambda s, x: np.diag([-1.0, 1.0])}, {}),
+    ("a rate that falls as the range grows", RangeBearingRate, "rates_are_derivatives",
+     {"measure": lambda s, x: RangeBearingRate.measure(s, x) * [1, 1, -1],
+      "jacobian": lambda s, x: RangeBearingRate.jacobian(s, x) * [[1], [1], [-1]]}, {}),
     ("inverse with the noise of two returns", RB, "a_sharp_return_inverts_exactly",
      {"invert": lambda s, z, noise=None: (lambda g: Gaussian(g.mean, 2 * g.cov))(RB.invert(s, z, noise))}, {}),
     ("inverse of fixed noise", RB, "the_usual_noise_is_the_sensors",

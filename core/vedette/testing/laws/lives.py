@@ -58,6 +58,13 @@ def live(lifecycle: Lifecycle, lives: Lives, tracks: Any = slice(None)) -> list[
     memory = trees.take(lifecycle.start(lives.initial), np.arange(lives.hit.shape[1])[tracks], 0)
     verdicts = []
     for scan in range(len(lives.hit)):
-        memory, confirmed, alive = lifecycle.review(memory, lives.review(scan, tracks))
+        memory, confirmed, alive = lifecycle.review(still(memory), lives.review(scan, tracks))
         verdicts.append((np.array(confirmed), np.array(alive)))
     return verdicts
+
+
+def still(memory: Any) -> Any:
+    """Return a copy of a memory that cannot be written into: it is part of a state, which somebody may have kept."""
+    if isinstance(memory, np.ndarray):
+        return frozen_copy(memory)
+    return trees._rebuild(memory, [still(part) for part in trees._parts(memory)])

@@ -16,7 +16,7 @@ from vedette.space import Array, Axis, Space
 from vedette.testing.bands import judge_frequency, judge_standard_normal
 from vedette.testing.judging import Closed, covariance, demand, finite, frozen_copy, is_derivative, same
 from vedette.testing.law import Law
-from vedette.testing.laws import clutter, imaging, inverting, placing
+from vedette.testing.laws import clutter, imaging, inverting, placing, rates
 from vedette.testing.laws import space as spaces
 from vedette.testing.laws.looks import Looks, full, noise_of, regular, slopes
 from vedette.testing.states import random_covariance, size, steps_of
@@ -262,5 +262,6 @@ LAWS = (
     *inverting.LAWS,
     *placing.LAWS,
     *clutter.LAWS,
+    *rates.LAWS,
     *imaging.LAWS,
 )
