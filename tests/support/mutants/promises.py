@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from support.mutants.mixtures import TWO
 from support.mutants.parts import put
 from vedette import Gaussian
+from vedette.filters import embedded, evaluate_each, prepare
 from vedette_flir.sensors.gaussian_spot import GaussianSpot
 from vedette_standard.associators.global_nearest import GlobalNearest
 from vedette_standard.associators.jpda import Jpda
@@ -37,6 +38,15 @@ MOTION = [
 ]  # fmt: skip
 
 
+def sees_what_lacks(self, belief, sensor, observed, p_gate):
+    """An innovation whose H has the rows of missing components too."""
+    where = self.state.locate(sensor.observes)
+    x = belief.mean[..., where]
+    ready = evolve(prepare(sensor, observed, sensor.measure(x), sensor.noise(x)), present=None)
+    H = embedded(sensor.jacobian(x), where, len(self.state))
+    return evaluate_each(belief, ready, H[..., None, :, :], x, p_gate)
+
+
 def not_there(sensor, x):
     return np.where(x[..., :1] > 0, RB.measure(sensor, x), np.nan)
 
@@ -59,6 +69,7 @@ SENSORS = [
     ("no bearing behind", RB, "gives_finite_numbers", {"measure": not_there}, {}),
     ("x counts to the left", CP, "names_mean_the_same",
      {"measure": lambda s, x: x * [-1, 1], "jacobian": lambda s, x: np.diag([-1.0, 1.0])}, {}),
+    ("missing components count as expected", EKF, "missing_components_say_nothing", {"evaluate": sees_what_lacks}, {}),
     ("a rate that falls as the range grows", RangeBearingRate, "rates_are_derivatives",
      {"measure": lambda s, x: RangeBearingRate.measure(s, x) * [1, 1, -1],
       "jacobian": lambda s, x: RangeBearingRate.jacobian(s, x) * [[1], [1], [-1]]}, {}),

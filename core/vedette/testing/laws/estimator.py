@@ -12,7 +12,7 @@ from vedette.sampling.generators import NO_DRAWS
 from vedette.space import Axis, Space
 from vedette.testing.judging import Closed, demand, frozen_copy, same
 from vedette.testing.law import Law
-from vedette.testing.laws import credible, exact, limit, mixture
+from vedette.testing.laws import credible, exact, limit, mixture, partly
 from vedette.testing.laws.scene import (
     P_GATE,
     Scene,
@@ -267,4 +267,5 @@ LAWS = (
     *credible.LAWS,
     *mixture.LAWS,
     *limit.LAWS,
+    *partly.LAWS,
 )
