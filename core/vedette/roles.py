@@ -130,7 +130,7 @@ class Sensor(Component):
         raise NotImplementedError(f"one return of {self.kind!r} does not give a position, so it cannot start a track")
 
     def at(self, pose: Pose) -> Sensor:
-        """Return the same sensor placed at `pose`, which leads with runs (*b) where states lead with runs and tracks (*b, t)."""
+        """Return the same sensor placed at `pose`, whose arrays lead with runs (*b) where states lead with (*b, t)."""
         raise NotImplementedError(f"sensor {self.kind!r} cannot be placed on a moving platform")
 
 
