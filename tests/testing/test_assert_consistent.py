@@ -146,7 +146,12 @@ def test_the_picture_is_drawn(tmp_path):
     [
         ({"prior": {"z": (0, 1)}}, r"prior\.z: the tracker has no such axis; its axes are x, y, vx, vy"),
         ({"prior": {"x": (0, 1)}}, r"prior: must give \[mean, standard deviation\] of y, vx, vy too"),
-        ({"runs": 10}, "runs: must be at least 30"),
+        ({"runs": 10}, "runs: must be a whole number of at least 30, got 10"),
+        ({"runs": "all"}, "runs: must be a whole number of at least 30, got 'all'"),
+        ({"runs": 99.5}, "runs: must be a whole number of at least 30, got 99.5"),
+        ({"seed": -1}, "seed: must be a whole number of at least 0, got -1"),
+        ({"interval": 0.0}, r"interval: must be a number of s above 0, got 0\.0"),
+        ({"alpha": 2}, "alpha: must be between 0 and 1, got 2"),
     ],
 )
 def test_misuse_is_told_in_one_line(how, words):

@@ -14,6 +14,7 @@ from attrs import frozen
 from vedette.config import build
 from vedette.display import html_table
 from vedette.experiment import Experiment
+from vedette.fields import ABSURD
 from vedette.metrics.consistency import (
     Verdict,
     chi_square_band,
@@ -127,8 +128,7 @@ def consistency(
     start, unless the birth states it. `world`, a tracker over the same axes with sensors of the same names, draws truth and
     returns from its models instead, to see how far this tracker's may be off. Misuse if no truth can be drawn.
     """
-    if runs < 30 or scans < 2 * LAGS:
-        raise Misuse(f"runs: must be at least 30 and scans at least {2 * LAGS}, got {runs} and {scans}")
+    _check_options(runs, scans, interval, alpha, seed)
     if isinstance(tracker, Experiment):
         tracker = tracker.tracker
     elif not isinstance(tracker, Tracker):
@@ -139,6 +139,19 @@ def consistency(
     wrong = {verdict.name for verdict in report.verdicts if not verdict.inside}
     cause = likely_cause(played, wrong, tracker, world or tracker, start, runs, seed) if wrong else ""
     return attrs.evolve(report, cause=cause)
+
+
+def _check_options(runs: int, scans: int, interval: float, alpha: float, seed: int) -> None:
+    """Raise Misuse for options with which nothing can be judged."""
+    for name, given, least in (("runs", runs, 30), ("scans", scans, 2 * LAGS), ("seed", seed, 0)):
+        if not isinstance(given, int | np.integer) or given < least:
+            raise Misuse(f"{name}: must be a whole number of at least {least}, got {given!r}")
+    for name, given, most, said in (
+        ("interval", interval, ABSURD, "a number of s above 0"),
+        ("alpha", alpha, 1.0, "between 0 and 1"),
+    ):
+        if not isinstance(value, int | float | np.number) or not 0 < value < most:
+            raise Misuse(f"{name}: must be {said}, got {value!r}")
 
 
 def _asserted(judged: Callable[P, Report]) -> Callable[P, Report]:
