@@ -146,7 +146,7 @@ def _check_options(runs: int, scans: int, interval: float, alpha: float, seed: i
     for name, given, least in (("runs", runs, 30), ("scans", scans, 2 * LAGS), ("seed", seed, 0)):
         if not isinstance(given, int | np.integer) or given < least:
             raise Misuse(f"{name}: must be a whole number of at least {least}, got {given!r}")
-    for name, given, most, said in (
+    for name, value, most, said in (
         ("interval", interval, ABSURD, "a number of s above 0"),
         ("alpha", alpha, 1.0, "between 0 and 1"),
     ):
