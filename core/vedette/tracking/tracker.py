@@ -34,8 +34,9 @@ NOTHING = None, None, None
 
 def _shown(estimate: Gaussian) -> Gaussian:
     """Return an estimate that nobody can write into: its arrays may be those of the state."""
-    mean, cov = estimate.mean.view(), estimate.cov.view()
-    mean.flags.writeable = cov.flags.writeable = False
+    mean, cov = estimate.mean[...], estimate.cov[...]
+    mean.setflags(write=False)
+    cov.setflags(write=False)
     return new_gaussian(mean, cov)
 
 
