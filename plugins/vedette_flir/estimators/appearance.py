@@ -23,6 +23,9 @@ from vedette.filters import (
 MOST = 60.0
 """Greatest log-likelihood ratio of a match."""
 
+WEAK = 40.0
+"""How fast that falls as a match falls below the limit. Faster, and two smeared frames are misses that widen the search."""
+
 
 @frozen(eq=False)
 class Appearance:
@@ -168,9 +171,9 @@ def known_pixels(pixels: Array) -> Array:
 
 
 def match_ratio(match: float, limit: float, independent: float) -> float:
-    """Return (n / 2) log[(1 - limit^2) / (1 - match^2)], n cells, at most 60; below the limit 60 (match / limit - 1)."""
+    """Return (n / 2) log[(1 - limit^2) / (1 - match^2)], n cells, at most 60; below the limit 40 (match / limit - 1)."""
     if match < limit:
-        return MOST * (match / limit - 1.0)
+        return WEAK * (match / limit - 1.0)
     ratio = 0.5 * independent * float(np.log((1.0 - limit**2) / max(1.0 - match**2, 1e-12)))
     return min(ratio, MOST)
 

@@ -72,7 +72,7 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
     sign or beyond 1.5 times the target's own is clipped. The best place maximises s - prior_weight d^2, d^2 the squared
     distance from the prediction, s = 2 cov / (var + var) the similarity of contrast to template and first template: it falls
     where the same shape is much fainter, as a correlation coefficient would not. The log-likelihood ratio is (n / 2)
-    log[(1 - limit^2) / (1 - s^2)] of n independent cells, at most 60, and 60 (s / limit - 1) below the limit: a weak match
+    log[(1 - limit^2) / (1 - s^2)] of n independent cells, at most 60, and 40 (s / limit - 1) below the limit: a weak match
     is a miss, and the track coasts while its covariance, and so the area searched, grows.
     Where no contrast stands out, similarity does not show a target: with c the contrast over the spread of what is around
     it, and k the smaller of `clear` and .9 times what c is as a rule, the ratio is at most 60 (c / k - 1), once c has been
@@ -91,9 +91,7 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
     brighten: float = fields.probability("part of the way that the amplitude follows each frame", default=0.1)
     limit: float = fields.probability("likeness below which a match is none", default=0.6, above=0, below=1)
     independent: float = fields.quantity("1", "independent cells of a template", default=20.0, above=0)
-    prior_weight: float = fields.quantity(
-        "1", "likeness that one squared standard deviation costs", default=0.05, at_least=0
-    )
+    prior_weight: float = fields.quantity("1", "likeness that one squared standard deviation costs", default=0.1, at_least=0)
     cells: int = fields.integer("side of the template's grid", default=36, at_least=8, at_most=128)
     search: int = fields.integer("cells searched to each side, at most", default=40, at_least=3, at_most=128)
     margin: float = fields.quantity("1", "side of the template over that of the target", default=1.6, at_least=0.5)
