@@ -93,13 +93,13 @@ def test_a_few_faint_frames_are_not_worth_another_target(monkeypatch):
     """For three frames the bird has .4 of its contrast, just below the limit, and 16 px beside it is another one."""
     frames = [bird(k, step=1.2, trees=False, bright=24.0 if 10 <= k < 13 else 60.0) for k in range(30)]
     y, x = np.mgrid[:60, :80]
-    other = 48.0 * np.exp(-0.5 * ((x - 43.2) ** 2 + (y - 36.2) ** 2) / 1.3**2)
+    other = 42.0 * np.exp(-0.5 * ((x - 43.2) ** 2 + (y - 36.2) ** 2) / 1.3**2)
     shown = [(pixels + other * (k >= 8), at) for k, (pixels, at) in enumerate(frames)]
     true = np.array([at for _, at in frames])
     found, _ = follow(tracker(limit=0.72), shown)
     assert np.abs(found - true).max() < 0.5
     monkeypatch.setattr(appearance, "WEAK", 60.0)  # the mutant: a weak match is a sure miss, and the search widens
-    fooled, _ = follow(tracker(limit=0.72, prior_weight=0.05), shown)
+    fooled, _ = follow(tracker(limit=0.72), shown)
     assert np.abs(fooled - true)[-1].max() > 10.0
 
 
@@ -109,7 +109,7 @@ def test_a_drifting_template_is_held_by_its_centroid():
     true = np.array([at for _, at in frames])
     free, _ = follow(tracker(smoothing=1.0, anchor=0.0), frames)
     held, _ = follow(tracker(smoothing=1.0, anchor=0.0, recentre=0.3), frames)
-    assert np.abs(free - true)[60:].mean() > 2.0 * np.abs(held - true)[60:].mean()
+    assert np.abs(free - true)[60:].mean() > 2.5 * np.abs(held - true)[60:].mean()
     assert np.abs(held - true)[60:].mean() < 0.3
 
 
