@@ -91,7 +91,9 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
     brighten: float = fields.probability("part of the way that the amplitude follows each frame", default=0.1)
     limit: float = fields.probability("likeness below which a match is none", default=0.6, above=0, below=1)
     independent: float = fields.quantity("1", "independent cells of a template", default=20.0, above=0)
-    prior_weight: float = fields.quantity("1", "likeness that one squared standard deviation costs", default=0.05, at_least=0)
+    prior_weight: float = fields.quantity(
+        "1", "likeness that one squared standard deviation costs", default=0.05, at_least=0
+    )
     cells: int = fields.integer("side of the template's grid", default=36, at_least=8, at_most=128)
     search: int = fields.integer("cells searched to each side, at most", default=40, at_least=3, at_most=128)
     margin: float = fields.quantity("1", "side of the template over that of the target", default=1.6, at_least=0.5)
