@@ -264,7 +264,7 @@ class Turning(Linear):
 def test_what_cannot_be_smoothed_is_told_with_its_place():
     motion, sensors, prior, scans = random_problem(4)
     silent = tracker_of(Silent(Kalman(motion)), sensors)
-    with pytest.raises(ConfigError, match="estimator: cannot smooth: 'test_silent' does not state the covariance of its states at two times"):
+    with pytest.raises(ConfigError, match="estimator: cannot smooth: 'test_silent' does not state the covariance"):
         check_smoothing(silent)
     with pytest.raises(ConfigError, match="estimator: cannot smooth: 'bootstrap"):
         check_smoothing(tracker_of(BootstrapParticles(motion), sensors))
