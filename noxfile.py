@@ -57,7 +57,7 @@ def lowest_versions() -> list[str]:
     extras = dict(project["optional-dependencies"])
     extras.pop("site")  # pinned, and for no user
     extras.pop("rerun")  # it needs a newer pyarrow than vedette[data] does
-    tools = [tool for tool in extras.pop("dev") if tool.startswith(("jsonschema", "pytest-xdist"))]
+    tools = [tool for tool in extras.pop("dev") if tool.startswith(("jsonschema", "markdown", "pytest-xdist"))]
     declared = [*builders, *project["dependencies"], *(one for extra in extras.values() for one in extra), *tools]
     return sorted({one.partition(",")[0].replace(">=", "==") for one in declared})
 

@@ -54,6 +54,8 @@ def pictures_inform(sensor: Sensor, drawn: Looks) -> None:
     J, g, _ = camera.information(x, frame, at)
     same("information again", camera.information(x, frame, at)[0], J, 0.0)
     covariance("information", J, definite=False)
+    if not J.any():
+        raise Closed("no pixel of the kit's picture informs: all are saturated, say")
     where = [camera.observes.names.index(name) for name in ("x", "y")]
     h, slope = 1e-3, np.zeros((2, 2))
     for i, axis in enumerate(where):
