@@ -11,10 +11,12 @@ import vedette
 from foreign.catalogue import COMPONENTS
 from vedette import Estimator, Gaussian
 from vedette.testing import FAST, consistency, examine, laws_of
-from vedette.testing.strategies import components
+from vedette.testing.strategies import SENSOR, components
+from vedette_sim import Look, Ship, Simulation
 from vedette_standard.estimators.imm import Imm
 from vedette_standard.estimators.kalman import Kalman
 from vedette_standard.motion.constant_velocity import ConstantVelocity
+from vedette_standard.sensors.cartesian_position import CartesianPosition
 
 AT_REST = {"x": [0, 20], "y": [0, 20], "vx": [0, 2], "vy": [0, 2]}
 
@@ -117,3 +119,12 @@ def test_noise_that_would_wrap_is_no_fault():
         profile = attrs.evolve(FAST, seed=seed, runs=20, trials=1, alpha=1e-9)
         outcome = examine(right, law, components(right), profile)
         assert outcome.verdict == "held", outcome.text
+
+
+def test_a_scene_may_have_another_sensor_than_the_tracker():
+    scene = Simulation(
+        30.0, {SENSOR: Look(1.0)}, ships={"boat": Ship([0.5, 0.5])}, sensors={SENSOR: CartesianPosition(sigma=60.0)}
+    )
+    (law,) = (law for law in laws_of(Simulation) if law.name == "returns_are_of_the_truth")
+    outcome = examine(Simulation, law, st.just(scene), FAST)
+    assert outcome.verdict == "held", outcome.text

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import zipfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -14,7 +13,7 @@ import attrs
 import numpy as np
 
 from vedette.errors import ConfigError, Problem
-from vedette.io.atomic import whole_file
+from vedette.io.atomic import whole_file, write_arrays
 
 R = TypeVar("R")
 FOLDER, ABOUT = "parts", "study.json"
@@ -71,13 +70,7 @@ class Parts:
 def _write(path: Path, name: str, part: Any) -> None:
     fields = {each.name: getattr(part, each.name) for each in attrs.fields(type(part))}
     arrays: dict[str, Any] = {field: value for field, value in fields.items() if value is not None} | {"its name": name}
-    unfinished = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        with unfinished.open("wb") as file:
-            np.savez(file, **arrays)
-        unfinished.replace(path)
-    finally:
-        unfinished.unlink(missing_ok=True)
+    write_arrays(path, arrays)
 
 
 def _read(path: Path, name: str, kind: type[R]) -> R:

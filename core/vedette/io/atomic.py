@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import io
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import BinaryIO, TextIO
+from typing import Any, BinaryIO, TextIO
+
+import numpy as np
 
 
 @contextmanager
@@ -24,6 +27,14 @@ def whole_bytes(path: Path) -> Iterator[BinaryIO]:
     """Open a file for bytes, as `whole_file` does for text."""
     with unfinished(path) as place, place.open("wb") as file:
         yield file
+
+
+def write_arrays(path: Path, arrays: Mapping[str, Any], *, compressed: bool = False) -> None:
+    """Write arrays by name, as numpy's `.npz`."""
+    content = io.BytesIO()  # older numpy leaves the archive open on a full disk, and closing it prints a traceback
+    (np.savez_compressed if compressed else np.savez)(content, **arrays)
+    with whole_bytes(path) as file:
+        file.write(content.getbuffer())
 
 
 @contextmanager

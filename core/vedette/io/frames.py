@@ -8,6 +8,7 @@ from typing import Any, final
 
 import numpy as np
 
+from vedette.io.atomic import write_arrays
 from vedette.io.image_header import check_pixels
 from vedette.io.json_values import short, vector
 from vedette.io.opening import check_regular, inside
@@ -37,10 +38,9 @@ class FrameFiles:
         self.folder.mkdir(exist_ok=True)
         file = self.folder / f"{self.count:06d}.npz"
         self.count += 1
-        if np.issubdtype(frame.pixels.dtype, np.integer):
-            np.savez_compressed(file, pixels=np.ascontiguousarray(frame.pixels))
-        else:
-            np.savez(file, pixels=np.ascontiguousarray(frame.pixels, dtype=float))
+        whole = np.issubdtype(frame.pixels.dtype, np.integer)
+        pixels = np.ascontiguousarray(frame.pixels, dtype=None if whole else float)
+        write_arrays(file, {"pixels": pixels}, compressed=bool(whole))
         corner = {} if frame.corner is None else {"corner": np.asarray(frame.corner, dtype=float).tolist()}
         return {"file": f"{self.folder.name}/{file.name}", **corner}
 

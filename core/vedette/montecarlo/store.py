@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 import json
-import os
 import platform
 import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy as np
 from attrs import frozen
 
 from vedette import kernels
 from vedette.errors import ConfigError, InputError, Problem, VedetteError
-from vedette.io.atomic import whole_file
+from vedette.io.atomic import whole_file, write_arrays
 from vedette.montecarlo.chunk import Chunk
 from vedette.montecarlo.plan import Plan
 
@@ -43,8 +42,8 @@ class Store:
     def write(self, point: int, k: int, chunk: Chunk) -> None:
         """Write a finished chunk. VedetteError if the disk does not take it."""
         arrays = {f"f_{name}": values for name, values in chunk.figures.items()}
-        with told(self.folder), whole_binary(self._path(point, k)) as file:
-            np.savez(file, times=chunk.times, sums=chunk.sums, **arrays)  # type: ignore[arg-type]
+        with told(self.folder):
+            write_arrays(self._path(point, k), {"times": chunk.times, "sums": chunk.sums} | arrays)
 
     def _path(self, point: int, k: int) -> Path:
         return self.folder / CHUNKS / f"{point:05d}-{k:07d}.npz"
@@ -58,18 +57,6 @@ def told(folder: Path) -> Iterator[None]:
     except OSError as error:
         reason = error.strerror or str(error)
         raise VedetteError(f"{folder}: {reason}; the finished chunks are kept, and --resume continues from them") from None
-
-
-@contextmanager
-def whole_binary(path: Path) -> Iterator[BinaryIO]:
-    """Open a binary file that takes its name only once all is written."""
-    unfinished = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        with unfinished.open("wb") as file:
-            yield file
-        unfinished.replace(path)
-    finally:
-        unfinished.unlink(missing_ok=True)
 
 
 def made_by() -> dict[str, str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import cache
 from typing import ClassVar, final
 
@@ -187,8 +187,13 @@ def _near(sensor: Sensor, recording: Recording) -> Iterator[tuple[int, NDArray[n
 
 
 def returns_are_of_the_truth(source: Source, drawn: Opened) -> None:
-    """If it has truth: over a few openings, returns lie around it as often as the sensor detects."""
-    looks = [look for k in range(6) for look in _near(drawn.sensor, drawn.again(k).open(source))]
+    """If it has truth: over a few openings, returns lie around it as often as the sensor detects.
+
+    A source may have a sensor of its own for the scene, in `sensors`: then as often as that one detects.
+    """
+    own = getattr(source, "sensors", None)
+    sensor = own.get(SENSOR, drawn.sensor) if isinstance(own, Mapping) else drawn.sensor
+    looks = [look for k in range(6) for look in _near(sensor, drawn.again(k).open(source))]
     hits, chances = sum(len(near) > 0 for _, near, _ in looks), sum(chance for _, _, chance in looks)
     if chances < 20:
         raise Closed("it has too little truth for that")
