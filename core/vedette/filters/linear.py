@@ -10,7 +10,7 @@ from vedette.filters.frames import evaluate_frame
 from vedette.filters.gaussian import Hypotheses, new_hypotheses
 from vedette.filters.memo import Memo, embedded
 from vedette.roles import MotionModel, Sensor
-from vedette.space import Array, Space
+from vedette.space import Array, Space, wrapped
 from vedette.types import Detections, Frame, Gaussian, Innovation, new_gaussian, new_innovation
 
 
@@ -21,8 +21,11 @@ def predict_linearised(belief: Gaussian, motion: MotionModel, dt: float, memo: M
     """
     x = belief.mean
     if motion.linear:
-        return new_gaussian(*kernels.predict(x, belief.cov, *(memo or Memo()).step(motion, x, dt)))
-    return Gaussian(motion.move(x, dt), kernels.propagate(belief.cov, motion.jacobian(x, dt), motion.noise(x, dt)))
+        F, Q, periods = (memo or Memo()).step(motion, x, dt)
+        mean, cov = kernels.predict(x, belief.cov, F, Q)
+        return new_gaussian(wrapped(mean, periods), cov)
+    moved = motion.state.canonical(motion.move(x, dt))
+    return Gaussian(moved, kernels.propagate(belief.cov, motion.jacobian(x, dt), motion.noise(x, dt)))
 
 
 def evaluate_linearised(

@@ -46,14 +46,14 @@ class SensorConstants:
 class Memo:
     """A filter's cache of the matrices of its motion and its sensors. It saves time and changes no result.
 
-    steps: time step in s to F and Q, if known; last: the most recent request; frame: the state's
+    steps: time step in s to F, Q and the periods of the state, if known; last: the most recent request; frame: the state's
     periods, and its zero-variance axes.
     """
 
     __slots__ = ("_constants", "frame", "last", "steps")
 
     def __init__(self) -> None:
-        self.steps: dict[float, tuple[Array, Array]] = {}
+        self.steps: dict[float, tuple[Array, Array, Periods]] = {}
         self.last: SensorConstants | None = None
         self.frame: tuple[Periods, list[int]] | None = None
         self._constants: dict[int, SensorConstants] = {}
@@ -62,11 +62,11 @@ class Memo:
         """Forget everything: it is asked for anew."""
         self.__init__()
 
-    def step(self, motion: MotionModel, x: Array, dt: float) -> tuple[Array, Array]:
-        """Return F and Q of a linear motion over `dt` s."""
+    def step(self, motion: MotionModel, x: Array, dt: float) -> tuple[Array, Array, Periods]:
+        """Return F and Q of a linear motion over `dt` s, and the periods of its state."""
         found = self.steps.get(dt)
         if found is None:
-            found = motion.jacobian(x, dt), motion.noise(x, dt)
+            found = motion.jacobian(x, dt), motion.noise(x, dt), motion.state.periods
             if found[0].ndim == found[1].ndim == 2:
                 keep(self.steps, dt, found)
         return found

@@ -40,9 +40,9 @@ class Kalman(GaussianFilter):
         if dt == 0:
             return belief
         x, memo = belief.mean, self._memo
-        F, Q = memo.steps.get(dt) or memo.step(self.motion, x, dt)
+        F, Q, periods = memo.steps.get(dt) or memo.step(self.motion, x, dt)
         mean, cov = kernels.predict(x, belief.cov, F, Q)
-        return new_gaussian(mean, cov)
+        return new_gaussian(self.state.canonical(mean) if periods else mean, cov)
 
     def evaluate(self, belief: Gaussian, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
         """Return the innovation of each track."""

@@ -60,7 +60,7 @@ class SquareRootKalman(OverMotion[Root]):
         x = belief.mean
         moved = self.motion.jacobian(x, dt) @ belief.root
         added = np.broadcast_to(kernels.root(self.motion.noise(x, dt)), moved.shape)
-        return Root(self.motion.move(x, dt), _triangular(np.concatenate([moved, added], axis=-1)))
+        return Root(self.state.canonical(self.motion.move(x, dt)), _triangular(np.concatenate([moved, added], axis=-1)))
 
     def cross_covariance(self, belief: Root, dt: float) -> Array:
         """Return P F' (*b, t, n, n)."""

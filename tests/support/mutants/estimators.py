@@ -78,6 +78,19 @@ def iterated(self, belief, innovation, weights):
     return Gaussian(once.mean, np.swapaxes(gain, -1, -2) @ once.cov)
 
 
+def averaged(self, belief, innovation, weights):
+    """Means under each return averaged as plain numbers: pi and -pi make 0."""
+    after = EKF.update(self, belief, innovation, weights)
+    each = self.state.displace(belief.mean[..., None, :], innovation.detail.shift)
+    mean = np.sum(weights[..., 1:, None] * each, axis=-2) + weights[..., :1] * belief.mean
+    return Gaussian(mean, after.cov)
+
+
+def beyond(self, belief, innovation, weights):
+    after = EKF.update(self, belief, innovation, weights)
+    return Gaussian(belief.mean + self.state.difference(after.mean, belief.mean), after.cov)
+
+
 @frozen(eq=False)
 class Shared:
     """A belief with an array that does not lead with the tracks."""
@@ -99,6 +112,10 @@ ESTIMATORS = [
      LINEAR),
     ("weights of the points for another kappa", UKF, "equals_joint_conditioning",
      {"predict": lambda s, b, dt, rng: UKF.predict(s, wider(b, 4 / 5), dt, rng)}, LINEAR),
+    ("a prediction beyond the period", KF, "an_angle_has_no_seam",
+     {"predict": lambda s, b, dt, rng: predicted(s, b, dt, lambda F, Q: (F, Q))}, LINEAR),
+    ("an update beyond the period", EKF, "an_angle_has_no_seam", {"update": beyond}, LINEAR),
+    ("headings averaged as numbers", EKF, "an_angle_has_no_seam", {"update": averaged}, LINEAR),
     ("Joseph's form missing", EKF, "covariances_survive_a_long_run", {"evaluate": without_joseph}, LINEAR),
     ("covariance not kept symmetric", EKF, "covariances_survive_a_long_run",
      {"update": lambda s, b, i, w: Gaussian((a := EKF.update(s, b, i, w)).mean, a.cov * np.triu(np.full((4, 4), 1 + 1e-8)) +

@@ -12,7 +12,7 @@ from vedette.sampling.generators import NO_DRAWS
 from vedette.space import Axis, Space
 from vedette.testing.judging import Closed, demand, frozen_copy, same
 from vedette.testing.law import Law
-from vedette.testing.laws import credible, exact, limit, mixture, partly
+from vedette.testing.laws import credible, exact, limit, mixture, partly, turning
 from vedette.testing.laws.scene import (
     P_GATE,
     Scene,
@@ -268,4 +268,5 @@ LAWS = (
     *mixture.LAWS,
     *limit.LAWS,
     *partly.LAWS,
+    *turning.LAWS,
 )
