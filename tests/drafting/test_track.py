@@ -70,6 +70,8 @@ def test_a_result_is_drawn_on_axes_of_ones_own(result):
     assert result.plot(axes) is axes
     assert len(axes.lines) > 5
     assert axes.get_xlabel() == "x [m]"
+    with pytest.raises(vedette.InputError, match=r"axes: must be axes of matplotlib, got 'map.png'; .*savefig"):
+        result.plot("map.png")
 
 
 def test_values_show_themselves_in_short(result):

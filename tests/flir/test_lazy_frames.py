@@ -9,6 +9,7 @@ import pytest
 
 import vedette
 from vedette import InputError, LazyScans
+from vedette.cli import main
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "flir_clip.toml"
 
@@ -72,3 +73,16 @@ def test_a_frame_that_goes_away_is_told(tmp_path):
     (path / "001.png").unlink()
     with pytest.raises(InputError, match=r"frame 1: cannot be read any more: the file was changed"):
         recording.scans[1]
+
+
+def test_a_recording_of_a_video_says_where_its_frames_are(clip, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    run = ["run", str(EXAMPLE), "--set", f"source.path={clip}", "--set", "source.box=[36, 56, 11, 11]"]
+    assert main([*run, "--out", "first"]) == 0
+    capsys.readouterr()
+    again = "source={kind='jsonl', path='first/recording.jsonl'}"
+    assert main(["run", "first/config.json", "--set", again, "--out", "second"]) == 2
+    told = capsys.readouterr().err
+    assert "holds none of the frames of 'camera'" in told
+    assert "config.json" in told
+    assert not (tmp_path / "second").exists()

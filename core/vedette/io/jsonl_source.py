@@ -15,7 +15,7 @@ from vedette.io.opening import shown
 from vedette.io.reading import find
 from vedette.roles import Sensor
 from vedette.space import Space
-from vedette.supporting import Source
+from vedette.supporting import ImagingSensor, Source
 from vedette.types import Recording, Scan
 
 
@@ -39,7 +39,7 @@ class JsonLinesSource(Source):
         """Return the scans in time order.
 
         InputError if the file is missing or empty, its header is invalid, its axes are not what the tracker's sensors
-        measure, or no scan can be used.
+        measure, it lacks the frames of a camera, or no scan can be used.
         """
         path = find(self.path, f"{self.about or 'a recording'}. Format: Vedette's JSON lines")
         recording, spaces = read_recording(path, sort=self.sort)
@@ -59,6 +59,14 @@ class JsonLinesSource(Source):
             first = f"; the first problem: {recording.refused[0]}" if recording.refused else ""
             names = ", ".join(map(repr, spaces)) or "no sensor"
             raise InputError(f"{path}: holds no usable scan of {', '.join(map(repr, sensors))}, but of {names}{first}")
+        seen = {scan.sensor for scan in kept if scan.frame is not None}
+        for name in spaces:
+            if isinstance(sensors.get(name), ImagingSensor) and name not in made and name not in seen:
+                there = f" ({recording.notes['frames']})" if "frames" in recording.notes else ""
+                raise InputError(
+                    f"{path}: holds none of the frames of {shown(name)}: those that a run reads from a video{there} stay "
+                    "there; run the video again, with the config.json of that run"
+                )
         notes = dict(recording.notes)
         for name in spaces:
             if name not in sensors and name not in made:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vedette.errors import InputError
 from vedette.experiment import Experiment, Result
 from vedette.report import canvas
 from vedette.report.figures import count
@@ -49,11 +50,15 @@ def picture(experiment: Experiment, result: Result) -> Figure:
 
 
 def plot(result: Result, axes: Axes | None = None) -> Axes:
-    """Draw the map of a run on given axes, or on new ones; return them."""
+    """Draw the map of a run on given axes, or on new ones; return them. InputError if these are no axes."""
+    from matplotlib import axes as of_matplotlib
+
     if axes is None:
         from matplotlib import pyplot as plt
 
         axes = plt.subplots(figsize=(9.0, 6.5))[1]
+    elif not isinstance(axes, of_matplotlib.Axes):
+        raise InputError(f"axes: must be axes of matplotlib, got {axes!r}; result.plot().figure.savefig(...) writes a file")
     show(axes, experiment_of(result), result)
     axes.legend(fontsize=canvas.letters(8), frameon=False)
     return axes
