@@ -16,7 +16,7 @@ from textwrap import fill
 ROOT = Path(__file__).parents[1]
 PICTURE = ROOT / "docs" / "architecture.svg"
 
-GROUND = ("display", "errors", "fields", "progress", "space", "types", "units", "values")
+GROUND = ("display", "errors", "fields", "given", "progress", "space", "types", "units", "values")
 """What all rooms may use, drawn as one."""
 FRONT = ("__main__", "cli", "commands")
 """The command line, drawn as one."""

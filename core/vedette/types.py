@@ -12,9 +12,9 @@ import numpy as np
 from attrs import field, frozen
 from numpy.typing import NDArray
 
+from vedette import given
 from vedette.errors import Problem
 from vedette.space import Array, Mask, Space
-from vedette.units import short
 from vedette.values import maker
 
 
@@ -24,58 +24,6 @@ class Gaussian:
 
     mean: Array
     cov: Array
-
-
-_FLOAT, _BOOL = np.dtype(float), np.dtype(bool)
-
-
-def _array(name: str, value: Any, dtype: np.dtype[Any]) -> Any:
-    """Return what a user gave as `name`, such as a list, as an array; None and arrays are returned unchanged."""
-    if value is None or (type(value) is np.ndarray and value.dtype is dtype):
-        return value
-    try:
-        if isinstance(value, np.ma.MaskedArray):  # what is masked says nothing: it is no number, and not valid
-            value = np.ma.filled(value.astype(dtype), np.nan if dtype is _FLOAT else False)
-        given = np.asarray(value)
-        if given.dtype.kind != "c":
-            return given.astype(dtype, copy=False)
-    except (TypeError, ValueError):
-        pass
-    raise ValueError(f"{name}: must be numbers in rows of equal length, got {short(value)}") from None
-
-
-def _z(value: Any) -> Array:
-    if value is None:
-        raise ValueError("z: must be numbers in rows, [] for a scan without returns, got None")
-    return _array("z", value, _FLOAT)  # type: ignore[no-any-return]
-
-
-def _valid(value: Any) -> Mask:
-    if value is None:
-        raise ValueError("valid: must be true or false for each return, got None; `Detections.of(z)` takes all as valid")
-    return _array("valid", value, _BOOL)  # type: ignore[no-any-return]
-
-
-def _evidence(value: Any) -> Array | None:
-    return _array("evidence", value, _FLOAT)  # type: ignore[no-any-return]
-
-
-def _noise(value: Any) -> Array | None:
-    return _array("noise", value, _FLOAT)  # type: ignore[no-any-return]
-
-
-def _missing(value: Any) -> Mask | None:
-    return _array("missing", value, _BOOL)  # type: ignore[no-any-return]
-
-
-def _position(value: Any) -> Array:
-    if value is None:
-        raise ValueError("position: must be 2 or 3 numbers, got None")
-    return _array("position", value, _FLOAT)  # type: ignore[no-any-return]
-
-
-def _velocity(value: Any) -> Array | None:
-    return _array("velocity", value, _FLOAT)  # type: ignore[no-any-return]
 
 
 @frozen(eq=False)
@@ -89,16 +37,16 @@ class Detections:
     missing   (*b, k, m)   True where a return lacks a component: its z and noise are ignored
     """
 
-    z: Array = field(converter=_z)
-    valid: Mask = field(converter=_valid)
-    evidence: Array | None = field(default=None, converter=_evidence)
-    noise: Array | None = field(default=None, converter=_noise)
-    missing: Mask | None = field(default=None, converter=_missing)
+    z: Array = field(converter=given.z)
+    valid: Mask = field(converter=given.valid)
+    evidence: Array | None = field(default=None, converter=given.evidence)
+    noise: Array | None = field(default=None, converter=given.noise)
+    missing: Mask | None = field(default=None, converter=given.missing)
 
     @classmethod
     def of(cls, z: Any, axes: int | None = None) -> Detections:
         """Return all returns of one scan, each valid: `z` (k, m); [] is none, of any number of axes unless that is given."""
-        values = _z(z)
+        values = given.z(z)
         if values.size == 0:
             values = values.reshape(0, axes or 0)
         return cls(values, np.ones(values.shape[:-1], dtype=bool))
@@ -107,13 +55,6 @@ class Detections:
 def _as_detections(value: Any) -> Detections:
     """Return the returns that a list or an array of them holds."""
     return value if isinstance(value, Detections) else Detections.of(value)
-
-
-def _as_time(value: Any) -> float:
-    try:
-        return float(value)
-    except (TypeError, ValueError):
-        raise ValueError(f"time: must be a number of s, got {short(value)}") from None
 
 
 @frozen(eq=False)
@@ -140,8 +81,8 @@ class Pose:
     The heading turns the measured bearings: measured = true - heading. 0 for a north-stabilised sensor.
     """
 
-    position: Array = field(converter=_position)
-    velocity: Array | None = field(default=None, converter=_velocity)
+    position: Array = field(converter=given.position)
+    velocity: Array | None = field(default=None, converter=given.velocity)
     heading: float | Array = 0.0
 
 
@@ -152,7 +93,7 @@ class Scan:
     A camera's scan brings a `frame`, and then no detections.
     """
 
-    time: float = field(converter=_as_time)
+    time: float = field(converter=given.time)
     sensor: str
     detections: Detections = field(converter=_as_detections)
     pose: Pose | None = None

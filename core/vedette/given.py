@@ -1,0 +1,68 @@
+"""Values from a user's hand, such as lists, as arrays: the converters of `vedette.types`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from vedette.space import Array, Mask
+from vedette.units import short
+
+_FLOAT, _BOOL = np.dtype(float), np.dtype(bool)
+
+
+def _array(name: str, value: Any, dtype: np.dtype[Any]) -> Any:
+    """Return what a user gave as `name`, such as a list, as an array; None and arrays are returned unchanged."""
+    if value is None or (type(value) is np.ndarray and value.dtype is dtype):
+        return value
+    try:
+        if isinstance(value, np.ma.MaskedArray):  # what is masked says nothing: it is no number, and not valid
+            value = np.ma.filled(value.astype(dtype), np.nan if dtype is _FLOAT else False)
+        given = np.asarray(value)
+        if given.dtype.kind != "c":
+            return given.astype(dtype, copy=False)
+    except (TypeError, ValueError):
+        pass
+    raise ValueError(f"{name}: must be numbers in rows of equal length, got {short(value)}") from None
+
+
+def z(value: Any) -> Array:
+    if value is None:
+        raise ValueError("z: must be numbers in rows, [] for a scan without returns, got None")
+    return _array("z", value, _FLOAT)  # type: ignore[no-any-return]
+
+
+def valid(value: Any) -> Mask:
+    if value is None:
+        raise ValueError("valid: must be true or false for each return, got None; `Detections.of(z)` takes all as valid")
+    return _array("valid", value, _BOOL)  # type: ignore[no-any-return]
+
+
+def evidence(value: Any) -> Array | None:
+    return _array("evidence", value, _FLOAT)  # type: ignore[no-any-return]
+
+
+def noise(value: Any) -> Array | None:
+    return _array("noise", value, _FLOAT)  # type: ignore[no-any-return]
+
+
+def missing(value: Any) -> Mask | None:
+    return _array("missing", value, _BOOL)  # type: ignore[no-any-return]
+
+
+def position(value: Any) -> Array:
+    if value is None:
+        raise ValueError("position: must be 2 or 3 numbers, got None")
+    return _array("position", value, _FLOAT)  # type: ignore[no-any-return]
+
+
+def velocity(value: Any) -> Array | None:
+    return _array("velocity", value, _FLOAT)  # type: ignore[no-any-return]
+
+
+def time(value: Any) -> float:
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        raise ValueError(f"time: must be a number of s, got {short(value)}") from None
