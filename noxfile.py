@@ -1,4 +1,4 @@
-"""Sessions for developers: `nox` for the quick checks, `nox -s wheel lowest instruction_sets nightly` before a release."""
+"""Sessions for developers: `nox` for the quick checks; docs/releasing.md names those that come before a release."""
 
 import os
 import tomllib
@@ -158,6 +158,7 @@ def memory(session: nox.Session) -> None:
     session.chdir(session.create_tmp())  # away from the checkout, so that the installed kernels are tested
     sanitized = {"LD_PRELOAD": str(runtime).strip(), "ASAN_OPTIONS": "detect_leaks=0:quarantine_size_mb=1"}
     options = ["-q", "-s", "-p", "no:cacheprovider", "-c", os.devnull, "--rootdir", str(HERE), "--import-mode=importlib"]
+    options += ["-o", f"pythonpath={HERE / 'tests'}"]
     session.run("python", "-m", "pytest", *options, *tests, env=sanitized)
 
 
