@@ -19,6 +19,7 @@ from attrs import frozen
 from numpy.typing import NDArray
 
 from vedette.errors import InputError
+from vedette.io.growing_zip import append
 
 FORMAT = "vedette series"
 VERSION = 1
@@ -59,12 +60,14 @@ class SeriesFile:
         """Write what waits."""
         if not self._waiting:
             return
-        with zipfile.ZipFile(self._target, "a") as archive:
-            for name, parts in self._waiting.items():
-                content = io.BytesIO()
-                np.lib.format.write_array(content, np.ascontiguousarray(np.concatenate(parts)), allow_pickle=False)
-                archive.writestr(_member(f"{name}.{self._block}.npy"), content.getvalue(), compresslevel=_LEVEL)
+        append(self._target, self._write)
         self._waiting, self._bytes, self._block = {}, 0, self._block + 1
+
+    def _write(self, archive: zipfile.ZipFile) -> None:
+        for name, parts in self._waiting.items():
+            content = io.BytesIO()
+            np.lib.format.write_array(content, np.ascontiguousarray(np.concatenate(parts)), allow_pickle=False)
+            archive.writestr(_member(f"{name}.{self._block}.npy"), content.getvalue(), compresslevel=_LEVEL)
 
 
 def _member(name: str) -> zipfile.ZipInfo:
