@@ -18,6 +18,8 @@ from vedette.testing.states import size
 
 FARTHEST = 1e9
 """Farther than this, in units of an axis' usual size, no density may reach."""
+FAINT = 1e-6
+"""A density of less than this share of the greatest that is found does not count: the grid would be wasted on its tail."""
 CELLS = {1: 4001, 2: 161, 3: 49}
 
 
@@ -89,17 +91,23 @@ def _bounds(sensor: Sensor, start: Array, i: int, axis: Axis) -> tuple[float, fl
     if most is not None:
         least = getattr(sensor, f"min_{axis.name}", 0.0 if axis.name == "range" else -most)
         return float(least), float(most)
-    low, high = (_end(sensor, start, i, axis, sign) for sign in (-1.0, 1.0))
-    return low, high
+    high = _end(sensor, start, i, axis, 1.0)
+    low = getattr(sensor, "min_range", 0.0) if axis.name == "range" else _end(sensor, start, i, axis, -1.0)
+    return float(low), high
 
 
 def _end(sensor: Sensor, start: Array, i: int, axis: Axis, sign: float) -> float:
-    """Return where along axis i the density ends, towards one side."""
+    """Return where along axis i the density ends, or is too low to count, towards one side."""
 
-    def dense(step: float) -> bool:
+    def density(step: float) -> float:
         z = start.copy()
         z[i] += sign * step
-        return float(np.broadcast_to(sensor.clutter(sensor.measurement.canonical(z[None])), 1)[0]) > 0
+        return float(np.broadcast_to(sensor.clutter(sensor.measurement.canonical(z[None])), 1)[0])
+
+    least = FAINT * density(0.0)
+
+    def dense(step: float) -> bool:
+        return density(step) > least
 
     if axis.unit == "rad":  # an angle without a period is an elevation
         far = np.pi / 2 - sign * start[i]

@@ -14,6 +14,8 @@ from vedette.types import Pose
 
 PLACE, SPEED, HEADING = np.array([120.0, -45.0]), np.array([3.0, 4.0]), 0.7
 STILL = np.zeros(2)
+FAR = np.array([2.0**20, -(2.0**19)])
+"""A place so far that no sensor sees from there what it sees from the origin; powers of 2 add and go without rounding."""
 PAIRS = (("x", "y"), ("vx", "vy"), ("ax", "ay"))
 FIXED = ("z", "vz", "az")
 """Axes that a platform in the plane does not turn."""
@@ -68,6 +70,13 @@ def sees_from_where_it_stands(sensor: Sensor, drawn: Looks) -> None:
         same("detects, placed", full(there.detects(x), x, ())[far], full(home.detects(seen), seen, ())[far], 1e-9)
         same("noise, placed", noise_of(there, x)[far], noise_of(home, seen)[far], 1e-6)
         same("clutter, placed", np.broadcast_to(there.clutter(drawn.z), (3,)), np.broadcast_to(home.clutter(drawn.z), (3,)))
+    # Far away nothing is in view both from there and from the origin.
+    away, places = x.copy(), space.locate(Space.of(x="m", y="m"))
+    away[:, places] += FAR
+    seen = away.copy()
+    seen[:, places] -= FAR
+    p, wanted = (full(one.detects(at), x, ()) for one, at in ((sensor.at(Pose(FAR, STILL, 0.0)), away), (home, seen)))
+    same(f"detects, placed at x, y = {FAR.tolist()} m", p, wanted, 1e-9)
 
 
 def inverts_where_it_stands(sensor: Sensor, drawn: Looks) -> None:
