@@ -29,6 +29,7 @@ from vedette.testing.laws import (
     lives,
     looks,
     motion,
+    moves,
     preprocessor,
     scene,
     sensor,
@@ -42,7 +43,7 @@ from vedette.testing.telling import counterexample, line_of, method_of
 Drawer = Callable[[Any, Profile], st.SearchStrategy[Any]]
 
 _ROLES: dict[str, tuple[tuple[Law, ...], Drawer]] = {
-    "motion": (motion.LAWS, motion.drawn),
+    "motion": (motion.LAWS, moves.drawn),
     "sensor": (sensor.LAWS, looks.drawn),
     "associator": (associator.LAWS, trials.drawn),
     "estimator": (estimator.LAWS, scene.drawn),

@@ -73,6 +73,17 @@ def careless_turn(self, x, dt):
     return moved
 
 
+def turns_the_other_way(self, x, dt):
+    """The velocity turns to the left, and the path bends to the right."""
+    moved, other = CoordinatedTurn.move(self, x, dt), CoordinatedTurn.move(self, x * [1, 1, 1, 1, -1], dt)
+    return np.concatenate([other[..., :2], moved[..., 2:]], axis=-1)
+
+
+def turns_in_degrees(self, x, dt):
+    scale = np.array([1.0, 1.0, 1.0, 1.0, np.pi / 180.0])
+    return CoordinatedTurn.move(self, x * scale, dt) / scale
+
+
 def writes_in_place(self, x, dt):
     x[..., 0] += dt * x[..., 2]
     x[..., 1] += dt * x[..., 3]
@@ -129,4 +140,6 @@ MOTION = [
      {"noise": lambda s, x, dt: Heading.noise(s, x, dt) + 0.01 * dt * np.eye(5)}),
     ("settles to what is no covariance", CV, "reframing_keeps_a_belief",
      {"reframe": lambda s, own, combined: Gaussian(own.mean, own.cov - 2 * np.eye(4) * own.cov)}),
+    ("a path that bends the other way", CoordinatedTurn, "paths_bend_with_their_velocities", {"move": turns_the_other_way}),
+    ("a turn rate in deg/s", CoordinatedTurn, "turn_rates_turn", {"move": turns_in_degrees}),
 ]  # fmt: skip

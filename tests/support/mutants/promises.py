@@ -6,6 +6,7 @@ import numpy as np
 from attrs import evolve
 from hypothesis import strategies as st
 
+import vedette
 from support.mutants.mixtures import TWO
 from support.mutants.parts import put
 from vedette import Gaussian
@@ -16,7 +17,7 @@ from vedette_standard.associators.jpda import Jpda
 from vedette_standard.associators.pda import Pda
 from vedette_standard.estimators.bootstrap import BootstrapParticles
 from vedette_standard.estimators.extended import ExtendedKalman
-from vedette_standard.estimators.imm import Imm
+from vedette_standard.estimators.imm import Imm, Modes
 from vedette_standard.estimators.kalman import Kalman
 from vedette_standard.motion.constant_velocity import ConstantVelocity
 from vedette_standard.motion.product import Product
@@ -81,6 +82,8 @@ SENSORS = [
      at(lambda pose: evolve(pose, heading=0.0 * pose.heading)), {}),
     ("the platform's place ignored", RB, "sees_from_where_it_stands",
      at(lambda pose: evolve(pose, position=0.0 * pose.position)), {}),
+    ("covers a circle around the origin", RB, "sees_from_where_it_stands",
+     {"detects": lambda s, x: np.where(np.hypot(x[..., 0], x[..., 1]) < s.max_range, 0.9, 0.0)}, RANGED),
     ("inverse forgets the heading", RB, "inverts_where_it_stands",
      {"invert": lambda s, z, noise=None: RB.invert(
          RB(s.sigma_range, s.sigma_bearing).at(evolve(s._pose, heading=0.0 * s._pose.heading)), z, noise)}, {}),
@@ -159,6 +162,19 @@ def spread_twice(self, belief, dt, rng):
     return after if dt == 0 else Gaussian(after.mean, after.cov * np.where(np.eye(4), 1.0, 0.9))
 
 
+def drawn_once(self, belief, dt, rng):
+    """Moved points, with the noise of one track for every track and every run."""
+    if dt == 0:
+        return belief
+    root = vedette.kernels.root(self.motion.noise(belief.points, dt))
+    noise = root @ rng.standard_normal((*belief.points.shape[-2:], 1))
+    return evolve(belief, points=self.state.displace(self.motion.move(belief.points, dt), noise[..., 0]))
+
+
+def as_if_new(belief):
+    return Modes(belief.beliefs, 0.0 * belief.log_prob - np.log(2))
+
+
 ESTIMATORS = [
     ("noise of another place", EKF, "an_unlike_sensor_is_linearised",
      {"evaluate": lambda s, b, z, d, g: EKF.evaluate(s, b, Elsewhere(z), d, g)}, LINEAR),
@@ -177,6 +193,10 @@ ESTIMATORS = [
     ("numbers taken and not used", BootstrapParticles, "draws_from_its_generator",
      {"predict": lambda s, b, dt, rng: BootstrapParticles.predict(s, b, dt, np.random.default_rng(0 * rng.integers(9)))},
      LINEAR),
+    ("one track's numbers for all", BootstrapParticles, "tracks_draw_their_own", {"predict": drawn_once}, LINEAR),
+    ("scans before the last forgotten", Imm, "modes_remember_every_scan",
+     {"evaluate": lambda s, b, z, d, g: Imm.evaluate(s, as_if_new(b), z, d, g),
+      "update": lambda s, b, i, w: Imm.update(s, as_if_new(b), i, w)}, TWO),
     ("smooths over half of the time", Kalman, "smooths_as_joint_conditioning",
      {"cross_covariance": lambda s, b, dt: Kalman.cross_covariance(s, b, 0.5 * dt)}, LINEAR),
 ]  # fmt: skip

@@ -11,14 +11,18 @@ from support.mutants.preprocessors import remade
 from support.mutants.sources import SCENE, rescanned
 from vedette import Detections, Gaussian
 from vedette.sampling import Bounds
-from vedette_sim import Simulation
+from vedette.testing.laws.source import OTHER
+from vedette.testing.strategies import SENSOR
+from vedette_sim import Look, Simulation
 from vedette_standard.births.from_returns import FromReturns
 from vedette_standard.births.places import Appearance
 from vedette_standard.births.poisson import Intensity, Poisson
 from vedette_standard.births.uniform import Uniform
+from vedette_standard.estimators.kalman import Kalman
 from vedette_standard.lifecycles.existence import Existence
 from vedette_standard.lifecycles.m_of_n import MOfN
 from vedette_standard.lifecycles.score import Score
+from vedette_standard.motion.constant_velocity import ConstantVelocity
 from vedette_standard.preprocessors.unbiased_conversion import UnbiasedConversion
 from vedette_standard.sensors.cartesian_position import CartesianPosition
 
@@ -49,7 +53,27 @@ def blind(self, found, estimator, sensor, name, detections, claimed):
         return FromReturns.begin(self, found, estimator, CP(5.0), name, Detections.of(np.zeros((0, 2)), 2), claimed[:0])
 
 
+def noises_in_a_row(self, found, estimator, sensor, name, detections, claimed):
+    """The j-th new track has the noise of the j-th return, whichever it started from."""
+    made = FromReturns.begin(self, found, estimator, sensor, name, detections, claimed)
+    if detections.noise is None:
+        return made
+    cov = np.array(made.prior.cov)
+    cov[:, :2, :2] = detections.noise[: len(cov)]
+    return evolve(made, prior=Gaussian(made.prior.mean, cov))
+
+
+PLAIN = Kalman(ConstantVelocity(0.5))
+
 BIRTHS = [
+    ("the axes of the sensor taken for the first", FromReturns, "axes_are_found_by_name",
+     {"begin": lambda s, f, e, o, n, d, c: FromReturns.begin(s, f, PLAIN, o, n, d, c)}, SPREAD),
+    ("noises by the number of the track", FromReturns, "each_return_has_its_own_noise", {"begin": noises_in_a_row}, SPREAD),
+    ("tracks from what is missing", FromReturns, "what_is_missing_says_nothing",
+     {"begin": lambda s, f, e, o, n, d, c: FromReturns.begin(s, f, e, o, n, evolve(d, missing=None), c)}, SPREAD),
+    ("fades once a scan", Uniform, "the_unseen_come_and_go_with_time",
+     {"predict": lambda s, m, e, dt, rng: s.rate * s.lifetime + (m - s.rate * s.lifetime) * np.exp(-1.0 / s.lifetime)},
+     BOX | {"initial": st.just(10.0)}),
     ("a return's own noise ignored", FromReturns, "a_sharper_return_starts_a_surer_track",
      {"begin": lambda s, f, e, o, n, d, c: FromReturns.begin(s, f, e, o, n, evolve(d, noise=None), c)}, SPREAD),
     ("bearings start nothing, silently", FromReturns, "refuses_what_starts_no_track", {"begin": blind}, SPREAD),
@@ -124,6 +148,9 @@ LIFECYCLES = [
      LIMITED),
     ("one miss is forgiven", MOfN, "misses_in_a_row",
      {"review": lambda s, m, r: (lambda a: (a[0], a[1], a[2] | (a[0].own.hits & 64 > 0)))(MOfN.review(s, m, r))}, FEW),
+    ("one miss too many", MOfN, "misses_in_a_row",
+     {"review": lambda s, m, r: MOfN.review(MOfN(hits=s.hits, looks=s.looks, misses=s.misses + 1, worth=s.worth), m, r)},
+     FEW),
     ("the first hit not counted", MOfN, "confirms_after_hits",
      {"start": lambda s, e: (lambda m: evolve(m, own=evolve(m.own, hits=0 * m.own.hits)))(MOfN.start(s, e))}, FEW),
     ("the fall counted from 0", Score, "falls_by_its_drop",
@@ -154,6 +181,9 @@ SOURCES = [
      {"open": lambda s, sensors, rng: Simulation.open(s, sensors, np.random.default_rng(1))}, SCENE),
     ("times in ms", Simulation, "scans_last_as_stated",
      rescanned(lambda scans: [evolve(scan, time=1000 * scan.time) for scan in scans]), SCENE),
+    ("sensor by sensor", Simulation, "scans_come_in_time_order",
+     rescanned(lambda scans: sorted(scans, key=lambda scan: scan.sensor)),
+     SCENE | {"looks": st.just({name: Look(interval=1.0) for name in (SENSOR, OTHER)})}),
     ("each scan twice", Simulation, "scans_come_once",
      rescanned(lambda scans: [scan for scan in scans for _ in range(2)]), SCENE),
     ("returns lie elsewhere", Simulation, "returns_are_of_the_truth",

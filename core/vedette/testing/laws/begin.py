@@ -117,23 +117,26 @@ def the_unseen_come_and_go_with_time(birth: Birth, drawn: Returns) -> None:
     """If it models targets without a track: densities stay >= 0 over any time, and parts of a time do what it does."""
     _unseen(birth)
     begin = birth.initial_memory(drawn.estimator, drawn.rng())
-    before = _rate(birth, begin, drawn, PLACES)
     for dt in (1.0, 100.0, 1e5):
         rate = _rate(birth, birth.predict(begin, drawn.estimator, dt, drawn.rng()), drawn, PLACES)
         demand(
             np.all(np.isfinite(rate) & (rate >= 0)), f"reveal: after {dt:g} s densities must be >= 0, got {rate.min():.3g}"
         )
     total, parts = 0.25, 32  # short enough that those who appear hardly move meanwhile
-    memory = begin
-    for _ in range(parts):
-        memory = birth.predict(memory, drawn.estimator, total / parts, drawn.rng())
-    at_once = birth.predict(begin, drawn.estimator, total, drawn.rng())
-    grown = [float(np.sum(_rate(birth, one, drawn, PLACES) - before)) for one in (at_once, memory)]
-    scale = max(abs(grown[0]), 0.02 * float(before.sum()))
-    demand(
-        abs(grown[1] - grown[0]) <= 0.6 * scale,
-        f"predict: {total:g} s change the densities by {grown[0]:.3g} at once, by {grown[1]:.3g} in {parts} parts",
-    )
+    # After a look there are fewer than come and go in the long run: a time step then changes something.
+    thinned = birth.update(begin, drawn.estimator, drawn.sensor, Detections.of([], 2), np.zeros(0), P_GATE)
+    for start, when in ((begin, ""), (thinned, " after a look at nothing")):
+        memory = start
+        for _ in range(parts):
+            memory = birth.predict(memory, drawn.estimator, total / parts, drawn.rng())
+        at_once = birth.predict(start, drawn.estimator, total, drawn.rng())
+        before = _rate(birth, start, drawn, PLACES)
+        grown = [float(np.sum(_rate(birth, one, drawn, PLACES) - before)) for one in (at_once, memory)]
+        scale = max(abs(grown[0]), 0.02 * float(before.sum()))
+        demand(
+            abs(grown[1] - grown[0]) <= 0.6 * scale,
+            f"predict{when}: {total:g} s change the densities by {grown[0]:.3g} at once, by {grown[1]:.3g} in {parts} parts",
+        )
 
 
 def the_unseen_move(birth: Birth, drawn: Returns) -> None:

@@ -7,7 +7,7 @@ import numpy as np
 from vedette.supporting import Birth
 from vedette.testing.judging import Closed, covariance, demand, same
 from vedette.testing.law import Law
-from vedette.testing.laws import begin
+from vedette.testing.laws import begin, returned
 from vedette.testing.laws.births import P_GATE, Returns, begun
 from vedette.types import Detections
 
@@ -88,5 +88,6 @@ LAWS = (
     Law(padding_starts_nothing),
     Law(tracks_start_near_their_returns),
     Law(rates_are_densities),
+    *returned.LAWS,
     *begin.LAWS,
 )

@@ -12,7 +12,7 @@ from vedette.sampling.generators import NO_DRAWS
 from vedette.space import Axis, Space
 from vedette.testing.judging import Closed, demand, frozen_copy, same
 from vedette.testing.law import Law
-from vedette.testing.laws import credible, exact, limit, mixture, partly, turning
+from vedette.testing.laws import credible, drawing, exact, limit, mixture, partly, turning
 from vedette.testing.laws.scene import (
     P_GATE,
     Scene,
@@ -252,6 +252,7 @@ LAWS = (
     Law(predicts_the_same_again),
     Law(draws_only_if_it_says_so),
     Law(draws_from_its_generator),
+    *drawing.LAWS,
     Law(noise_of_steps_adds_up),
     Law(batches_as_it_loops),
     Law(tracks_come_and_go),

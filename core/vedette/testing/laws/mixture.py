@@ -14,6 +14,7 @@ from vedette.testing.law import Law
 from vedette.testing.laws.scene import (
     P_GATE,
     Scene,
+    after_scan,
     ahead,
     alike,
     innovation_of,
@@ -109,9 +110,28 @@ def switching_moves_nothing(estimator: Estimator[Any], drawn: Scene) -> None:
     alike(estimator, predicted(estimator, belief, 1e-7, drawn.rng()), wanted, 1e-4, "after 0.1 us: ")
 
 
+def modes_remember_every_scan(estimator: Estimator[Any], drawn: Scene) -> None:
+    """If a mixture of modes that are exact when linear: two sensors at one time weigh the modes alike in any order."""
+    modes = _like_modes(estimator)
+    not_if_it_draws(estimator, "what it draws hides it")
+    if not all(mode.exact_when_linear for mode in modes):
+        raise Closed("its modes are not exact when linear")
+    belief = ahead(estimator, drawn, drawn.rng())
+    pairs = ((drawn.watch, drawn.seen), (drawn.other, drawn.others))
+    ends = []
+    for order in (pairs, pairs[::-1]):
+        after = belief
+        for watch, detections in order:
+            after = after_scan(estimator, predicted(estimator, after, 0.0, drawn.rng()), watch, detections)
+        ends.append(after)
+    one, other = (np.asarray(estimator.mode_prob(end)) for end in ends)
+    same("mode probabilities after two scans at one time, in the other order", other, one, 1e-7, 1.0)
+
+
 LAWS = (
     Law(modes_follow_their_chain),
     Law(first_scan_is_the_exact_mixture),
     Law(equal_modes_are_one),
     Law(switching_moves_nothing),
+    Law(modes_remember_every_scan),
 )

@@ -5,38 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from attrs import frozen
-from hypothesis import strategies as st
 
 from vedette.roles import MotionModel
 from vedette.sampling.trajectories import draw_states, psd_root
 from vedette.space import Array
 from vedette.testing.bands import judge_standard_normal
 from vedette.testing.judging import Closed, covariance, demand, finite, frozen_copy, is_derivative, same
-from vedette.testing.law import Law, Profile
+from vedette.testing.law import Law
+from vedette.testing.laws import bending
 from vedette.testing.laws import space as spaces
-from vedette.testing.states import SEEDS, STEPS, points, random_gaussian, steps_of
+from vedette.testing.laws.moves import Moves
+from vedette.testing.states import random_gaussian, steps_of
 from vedette.types import Gaussian
-
-
-@frozen(eq=False)
-class Moves:
-    """States x (3, n), steps over their axes (3, n), two time steps in s, and what statistical laws need."""
-
-    x: Array
-    step: Array
-    dt: float
-    later: float
-    seed: int
-    runs: int
-    alpha: float
-
-
-def drawn(model: MotionModel, profile: Profile) -> st.SearchStrategy[Moves]:
-    """What every law of a motion model is given."""
-    x, step = points(model.state, 3).map(frozen_copy), points(model.state, 3).map(frozen_copy)
-    return st.builds(Moves, x, step, STEPS, STEPS, SEEDS, st.just(profile.runs), st.just(profile.alpha))
-
 
 Method = Callable[[Array, float], Array]
 
@@ -225,6 +205,7 @@ LAWS = (
     Law(two_steps_make_one, needs="divisible"),
     Law(noise_matches_draws, effort="statistical"),
     Law(velocities_move_their_positions),
+    *bending.LAWS,
     Law(parts_keep_their_own),
     Law(reframing_keeps_a_belief),
     Law(differences_undo_steps),

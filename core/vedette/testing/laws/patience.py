@@ -172,8 +172,8 @@ def misses_in_a_row(lifecycle: Lifecycle, drawn: Lives) -> None:
         raise Closed("it ends tracks that are detected")
     _, _, lived = after(lifecycle, [scan(0.001, 0.0, 1.0)] * (limit - 1), found)
     demand(lived.all(), f"review: a track ended after fewer than {limit} misses in a row")
-    _, _, lived = after(lifecycle, [scan(0.001, 0.0, 1.0)] * (limit + 1), found)
-    demand(not lived.any(), f"review: a track lives after {limit + 1} misses in a row")
+    _, _, lived = after(lifecycle, [scan(0.001, 0.0, 1.0)] * limit, found)
+    demand(not lived.any(), f"review: a track lives after {limit} misses in a row, which is `misses`")
 
 
 def confirms_after_hits(lifecycle: Lifecycle, drawn: Lives) -> None:

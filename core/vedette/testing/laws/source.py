@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from functools import cache
 from typing import ClassVar, final
 
@@ -23,6 +24,9 @@ from vedette.testing.states import SEEDS
 from vedette.testing.strategies import SENSOR, components, usual
 from vedette.types import Recording
 from vedette.wrapping import WrappedSensor
+
+OTHER = "kit_other"
+"""The name of a second sensor, which a source may not know."""
 
 
 @final
@@ -99,10 +103,20 @@ def draws_as_declared(source: Source, drawn: Opened) -> None:
 
 
 def scans_come_in_time_order(source: Source, drawn: Opened) -> None:
-    """No scan lies before the one that came before it."""
-    times = np.array([scan.time for scan in drawn.open(source).scans])
-    finite("times", times)
-    demand(np.all(np.diff(times) >= 0), "times: must not go back")
+    """No scan lies before the one that came before it, whichever sensor's it is."""
+    recordings = []
+    for names in ((SENSOR,), (OTHER, SENSOR)):
+        with suppress(ConfigError, InputError):  # it may know one sensor only, or ask for both
+            recordings.append(source.open(dict.fromkeys(names, drawn.sensor), np.random.default_rng(drawn.seed)))
+    if not recordings:
+        drawn.open(source)
+    for recording in recordings:
+        times = np.array([scan.time for scan in recording.scans])
+        finite("times", times)
+        for i in np.flatnonzero(np.diff(times) < 0)[:1]:
+            late, early = recording.scans[i], recording.scans[i + 1]
+            told = f"that of {early.sensor!r} at {early.time:g} s comes after that of {late.sensor!r} at {late.time:g} s"
+            demand(False, f"times: must not go back, {told}")
 
 
 def scans_are_the_sensors(source: Source, drawn: Opened) -> None:

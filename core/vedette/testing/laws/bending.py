@@ -1,0 +1,70 @@
+"""Laws of motion models whose velocities change: what their axes' names say of a curved path."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vedette.roles import MotionModel
+from vedette.space import Array
+from vedette.testing.judging import Closed, demand
+from vedette.testing.law import Law
+from vedette.testing.laws.moves import Moves
+
+STEP = 1e-2
+"""Time of a step, in s."""
+TURNING = ("x", "y", "vx", "vy", "heading", "speed", "turn_rate")
+
+
+def paths_bend_with_their_velocities(model: MotionModel, drawn: Moves) -> None:
+    """An axis vx is the velocity of x: what vx gains in a short time, x gains with it, and not the other way.
+
+    From 0 to twice dt * what vx gains is right: a model may move by the velocity at the beginning, or at the end, of a step.
+    """
+    names = model.state.names
+    pairs = [(i, names.index(f"v{name}")) for i, name in enumerate(names) if f"v{name}" in names]
+    if not pairs:
+        raise Closed("it has no velocity of a position")
+    places, speeds = (list(each) for each in zip(*pairs, strict=True))
+    once, twice = (model.state.difference(model.move(drawn.x, k * STEP), drawn.x) for k in (1, 2))
+    bend, gain = twice[:, places] - 2 * once[:, places], STEP * once[:, speeds]
+    off, most = np.linalg.norm(bend - gain, axis=-1), 1.3 * np.linalg.norm(gain, axis=-1)
+    rounding = 1e-11 * (1.0 + np.max(np.abs(drawn.x[:, places]), axis=-1))
+    F = np.broadcast_to(model.jacobian(drawn.x, STEP), (*drawn.x.shape, len(names)))[..., speeds, speeds]
+    calm = np.all(np.abs(F - 1.0) < 0.05, axis=-1)  # a stiff model loses its velocity even in this time
+    for i in np.flatnonzero(calm & (off > most + rounding)):
+        moved, changed = (", ".join(names[k] for k in each) for each in (places, speeds))
+        demand(
+            False,
+            f"move: in a short time dt {changed} gain dt * {_told(gain[i] / STEP**2)}, so {moved} must bend by about "
+            f"dt^2 / 2 * the same, bend by dt^2 / 2 * {_told(bend[i] / STEP**2)}",
+        )
+
+
+def turn_rates_turn(model: MotionModel, drawn: Moves) -> None:
+    """An axis `turn_rate` in rad/s says how fast the velocity, or the heading, turns, either way round."""
+    state = model.state
+    names = state.names
+    turned = "heading" in names or {"vx", "vy"} <= {*names}
+    if "turn_rate" not in names or state.axes[names.index("turn_rate")].unit != "rad/s" or not turned:
+        raise Closed("it has no `turn_rate` in rad/s that turns something")
+    x = np.where([name in TURNING for name in names], drawn.x, 0.0)  # nothing else that could turn it
+    rate = np.abs(x[:, names.index("turn_rate")])
+    with np.errstate(all="ignore"):
+        after = model.move(x, STEP)
+    if "heading" in names:
+        moves = np.ones(len(x), dtype=bool)
+        turn = state.difference(after, x)[:, names.index("heading")]
+    else:
+        v, w = (each[:, [names.index("vx"), names.index("vy")]] for each in (x, after))
+        moves = np.hypot(v[:, 0], v[:, 1]) > 1e-3
+        turn = np.arctan2(v[:, 0] * w[:, 1] - v[:, 1] * w[:, 0], np.sum(v * w, axis=-1))
+    found = np.abs(turn) / STEP
+    for i in np.flatnonzero(moves & np.isfinite(found) & (np.abs(found - rate) > 0.05 * rate + 1e-6)):
+        demand(False, f"move: a turn_rate of {rate[i]:.6g} rad/s must turn it that fast, turns it by {found[i]:.6g} rad/s")
+
+
+def _told(values: Array) -> str:
+    return f"[{', '.join(f'{value:.3g}' for value in values)}]"
+
+
+LAWS = (Law(paths_bend_with_their_velocities), Law(turn_rates_turn))

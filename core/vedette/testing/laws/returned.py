@@ -1,0 +1,86 @@
+"""Laws of how a birth reads a scan and a state: returns row by row, axes by their names, and nothing that is missing."""
+
+from __future__ import annotations
+
+import numpy as np
+from attrs import evolve
+
+from vedette.space import Array
+from vedette.supporting import Birth
+from vedette.testing.judging import Closed, demand, frozen_copy, same
+from vedette.testing.law import Law
+from vedette.testing.laws.births import Returns, begun, elsewise
+from vedette.testing.strategies import usual
+from vedette.types import Detections
+
+
+def axes_are_found_by_name(birth: Birth, drawn: Returns) -> None:
+    """The order of the axes in the filter's state is free: the same tracks start, over the axes of the same names."""
+    if birth.draws:
+        raise Closed("what it draws hides it")
+    free = np.zeros(len(drawn.claimed))
+    other = elsewise(drawn)
+    here, there = begun(birth, drawn, free), begun(birth, other, free)
+    same("returns, of a state of y, x, vy, vx", there.returns.astype(float), here.returns.astype(float), 0.0)
+    where = other.estimator.state.locate(drawn.estimator.state)
+    mean, cov = there.prior.mean[:, where], there.prior.cov[:, where][..., where]
+    spread = np.sqrt(np.maximum(np.diagonal(here.prior.cov, axis1=-2, axis2=-1), 1e-300))
+    told = "where the state has the axes y, x, vy, vx"
+    off = (mean - here.prior.mean) / spread
+    demand(np.all(np.abs(off) < 1e-6), f"begin: {told} priors must have the same means, are {_most(off)} deviations off")
+    apart = (cov - here.prior.cov) / (spread[..., :, None] * spread[..., None, :])
+    demand(np.all(np.abs(apart) < 1e-6), f"begin: {told} priors must have the same covariances, are {_most(apart)} off")
+
+
+def each_return_has_its_own_noise(birth: Birth, drawn: Returns) -> None:
+    """A new track comes from its own return and that one's noise, wherever they stand in the scan, whatever is claimed."""
+    k = len(drawn.claimed)
+    order = np.arange(k)[::-1]
+    own = drawn.sensor.noise(np.zeros(2)) * 4.0 ** np.arange(k)[:, None, None]
+    starts = []
+    for rows in (np.arange(k), order):
+        scan = Detections(drawn.detections.z[rows], drawn.detections.valid[rows], None, own[rows])
+        made = begun(birth, evolve(drawn, detections=scan), frozen_copy(np.round(drawn.claimed[rows])))
+        starts.append({int(rows[i]): (made.prior.mean[j], made.prior.cov[j]) for j, i in enumerate(made.returns)})
+    for i in starts[0].keys() & starts[1].keys():
+        (mean, cov), (again, same_cov) = (start[i] for start in starts)
+        spread = np.sqrt(np.maximum(np.diagonal(cov), 1e-300))
+        off = np.append((again - mean) / spread, (same_cov - cov) / (spread[:, None] * spread))
+        demand(
+            np.all(np.abs(off) < 1e-6),
+            f"begin: the prior of a return with its own noise changes with its row, by {_most(off)}",
+        )
+
+
+def what_is_missing_says_nothing(birth: Birth, drawn: Returns) -> None:
+    """What a return holds where it lacks a component, or where it only pads the scan, starts nothing and changes nothing."""
+    k = len(drawn.claimed)
+    if not k:
+        raise Closed("a scan without returns lacks nothing")
+    sensor = usual("sensor", "partial")(drawn.sensor, {"y": 1000.0})
+    missing, valid = np.zeros((k, 2), dtype=bool), np.ones(k, dtype=bool)
+    missing[0, 1], valid[-1] = True, k < 2
+    made = []
+    for junk in (0.0, -3e5):
+        z = np.array(drawn.detections.z)
+        z[0, 1] = junk
+        if k > 1:
+            z[-1] = junk
+        scan = Detections(frozen_copy(z), valid, None, None, missing)
+        made.append(begun(birth, evolve(drawn, detections=scan, sensor=sensor), np.zeros(k)))
+    first, other = made
+    told = "what stands where a component is missing, or in padding,"
+    demand(
+        np.array_equal(first.returns, other.returns),
+        f"begin: {told} decides which returns start tracks: {first.returns} or {other.returns}",
+    )
+    same("mean, with something else where a component is missing", other.prior.mean, first.prior.mean, 1e-9)
+    same("covariance, with something else where a component is missing", other.prior.cov, first.prior.cov, 1e-9)
+    same("existence, with something else where a component is missing", other.existence, first.existence, 1e-9)
+
+
+def _most(values: Array) -> str:
+    return f"{np.max(np.abs(values), initial=0.0):.3g}"
+
+
+LAWS = (Law(axes_are_found_by_name), Law(each_return_has_its_own_noise), Law(what_is_missing_says_nothing))
