@@ -122,7 +122,10 @@ class Sensor(Component):
 
     @property
     def optional(self) -> Mapping[str, float]:
-        """Measured axes that a return may lack, each with the length of the interval over which clutter is uniform there."""
+        """Measured axes that a return may lack, each with the length of the interval over which clutter is uniform there.
+
+        The gate multiplies the clutter density by it. A likelihood is that of the components that a return has, without it.
+        """
         return {}
 
     def invert(self, z: Array, noise: Array | None = None) -> Gaussian:

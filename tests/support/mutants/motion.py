@@ -142,4 +142,6 @@ MOTION = [
      {"reframe": lambda s, own, combined: Gaussian(own.mean, own.cov - 2 * np.eye(4) * own.cov)}),
     ("a path that bends the other way", CoordinatedTurn, "paths_bend_with_their_velocities", {"move": turns_the_other_way}),
     ("a turn rate in deg/s", CoordinatedTurn, "turn_rates_turn", {"move": turns_in_degrees}),
+    ("a deviation for its square", ConstantVelocity, "variances_are_squares",
+     {"noise": lambda s, x, dt: ConstantVelocity.noise(s, x, dt) / s.sigma_accel}),
 ]  # fmt: skip

@@ -82,6 +82,8 @@ SENSORS = [
      at(lambda pose: evolve(pose, heading=0.0 * pose.heading)), {}),
     ("the platform's place ignored", RB, "sees_from_where_it_stands",
      at(lambda pose: evolve(pose, position=0.0 * pose.position)), {}),
+    ("deviations for their squares", RB, "variances_are_squares",
+     {"noise": lambda s, x: np.diag([s.sigma_range**2, s.sigma_bearing])}, {"sigma_extent": st.just(0.0)}),
     ("covers a circle around the origin", RB, "sees_from_where_it_stands",
      {"detects": lambda s, x: np.where(np.hypot(x[..., 0], x[..., 1]) < s.max_range, 0.9, 0.0)}, RANGED),
     ("inverse forgets the heading", RB, "inverts_where_it_stands",

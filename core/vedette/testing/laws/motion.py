@@ -15,6 +15,7 @@ from vedette.testing.law import Law
 from vedette.testing.laws import bending
 from vedette.testing.laws import space as spaces
 from vedette.testing.laws.moves import Moves
+from vedette.testing.laws.squares import demand_squares
 from vedette.testing.states import random_gaussian, steps_of
 from vedette.types import Gaussian
 
@@ -67,6 +68,11 @@ def zero_step_changes_nothing(model: MotionModel, drawn: Moves) -> None:
 def noise_is_a_covariance(model: MotionModel, drawn: Moves) -> None:
     """The noise is symmetric and positive semi-definite."""
     covariance("noise", _full(model.noise(drawn.x, drawn.dt), drawn.x, 2), definite=False)
+
+
+def variances_are_squares(model: MotionModel, drawn: Moves) -> None:
+    """A deviation is squared: no variance grows as a parameter does that is a length or an angle, as the axis is."""
+    demand_squares(model, model.state, model.state, drawn.x, lambda other, x: other.noise(x, drawn.dt))
 
 
 def zero_variance_axes_have_no_noise(model: MotionModel, drawn: Moves) -> None:
@@ -199,6 +205,7 @@ LAWS = (
     Law(gives_finite_numbers),
     Law(zero_step_changes_nothing),
     Law(noise_is_a_covariance),
+    Law(variances_are_squares),
     Law(zero_variance_axes_have_no_noise),
     Law(jacobian_is_the_derivative),
     Law(linear_as_declared, needs="linear"),

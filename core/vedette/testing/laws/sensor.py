@@ -19,6 +19,7 @@ from vedette.testing.law import Law
 from vedette.testing.laws import clutter, imaging, inverting, placing, rates
 from vedette.testing.laws import space as spaces
 from vedette.testing.laws.looks import Looks, full, noise_of, regular, slopes
+from vedette.testing.laws.squares import demand_squares
 from vedette.testing.states import random_covariance, size, steps_of
 from vedette.types import Detections, Gaussian, Pose
 
@@ -68,6 +69,11 @@ def gives_finite_numbers(sensor: Sensor, drawn: Looks) -> None:
 def noise_is_positive_definite(sensor: Sensor, drawn: Looks) -> None:
     """The noise is symmetric and positive definite."""
     covariance("noise", noise_of(sensor, drawn.x), definite=True)
+
+
+def variances_are_squares(sensor: Sensor, drawn: Looks) -> None:
+    """A deviation is squared: no variance grows as a parameter does that is a length or an angle, as the axis is."""
+    demand_squares(sensor, sensor.measurement, sensor.observes, drawn.x, lambda other, x: other.noise(x))
 
 
 def jacobian_is_the_derivative(sensor: Sensor, drawn: Looks) -> None:
@@ -246,6 +252,7 @@ LAWS = (
     Law(batches_as_it_loops),
     Law(gives_finite_numbers),
     Law(noise_is_positive_definite),
+    Law(variances_are_squares),
     Law(jacobian_is_the_derivative),
     Law(linear_as_declared, needs="linear"),
     Law(measurement_lies_in_its_domain),

@@ -1,0 +1,103 @@
+"""The law that a noise's variances are squares of what its parameters' units say: of a model's Q and of a sensor's R."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+from attrs import evolve
+
+from vedette.config.parameters import holds_parts, parameters
+from vedette.roles import Component
+from vedette.space import Array, Space
+from vedette.testing.judging import Closed, demand
+
+_LENGTHS, _ANGLES = ("m", "km", "NM", "ft", "px"), ("rad", "deg", "mrad")
+_PART = re.compile(r"(m|km|NM|ft|px|rad|deg|mrad|1)(?:\^([\d.]+))?$")
+Noise = Callable[[Any, Array], Array]
+
+
+def power(unit: str, words: tuple[str, ...]) -> float:
+    """Return the power of lengths, or of angles, in a unit: -2 of lengths in "1/m^2"."""
+    found, sign = 0.0, 1.0
+    for part in unit.partition(" mod ")[0].split("/"):
+        match = _PART.match(part)
+        if match and match[1] in words:
+            found += sign * float(match[2] or 1.0)
+        sign = -1.0
+    return found
+
+
+def demand_squares(component: Any, space: Space, states: Space, x: Array, noise: Noise) -> None:
+    """Broken if a variance grows as a parameter does that is no square of a length or an angle, and nothing makes it one.
+
+    Such as sigma * dt for sigma^2 dt. `space` holds the axes of the noise, `states` those of `x`.
+    """
+    known = {p.name: p for p in parameters(type(component))}
+    if any(holds_parts(p.shape) for p in known.values()):
+        raise Closed("it holds other components, whose parameters count too")
+    numbers = {
+        name: value for name in known if isinstance(value := getattr(component, name), float) and 0 < abs(value) < np.inf
+    }
+    usual = _variances(component, x, noise)
+    judged = False
+    for name, value in numbers.items():
+        unit = known[name].unit
+        lengths, angles = power(unit, _LENGTHS), power(unit, _ANGLES)
+        if (lengths, angles) not in ((1.0, 0.0), (0.0, 1.0)):
+            continue
+        words = _LENGTHS if lengths else _ANGLES
+        doubled = _changed(component, {name: 2.0 * value})
+        if doubled is None:
+            continue
+        judged = True
+        after = _variances(doubled, x, noise)
+        for i, axis in enumerate(space.axes):
+            grown = (usual[:, i] > 0) & (np.abs(after[:, i] - 2.0 * usual[:, i]) <= 1e-9 * usual[:, i])
+            demand(
+                power(axis.unit, words) != 1.0
+                or not np.all(grown)
+                or _made_square(component, known, name, i, states, x, noise),
+                f"noise: the variance of {axis.name} grows as {name}, in {unit}, and not as its square: it is in ({axis.unit})^2",
+            )
+    if not judged:
+        raise Closed("no parameter is a length or an angle")
+
+
+def _made_square(
+    component: Component, known: Mapping[str, Any], name: str, i: int, states: Space, x: Array, noise: Noise
+) -> bool:
+    """Tell whether other parameters, or the state, make variance `i` a square: in half the unit of length all have it."""
+    words = _LENGTHS if power(known[name].unit, _LENGTHS) else _ANGLES
+    others = {n: power(p.unit, words) for n, p in known.items()}
+    if words is _ANGLES:  # a state cannot be given another unit of angle: does any other angle matter?
+        return any(_matters(component, n, i, x, noise) for n, p in others.items() if p and n != name)
+    values = {n: getattr(component, n) for n, p in others.items() if p}
+    if not all(isinstance(value, float | int | np.ndarray) or value is None for value in values.values()):
+        return True
+    other = _changed(component, {n: None if v is None else v * 2.0 ** others[n] for n, v in values.items()})
+    if other is None:
+        return True
+    scale = np.array([2.0 ** power(axis.unit, _LENGTHS) for axis in states.axes])
+    usual, there = _variances(component, x, noise)[:, i], _variances(other, x * scale, noise)[:, i]
+    return bool(np.any(np.abs(there - 2.0 * usual) > 1e-6 * usual))
+
+
+def _matters(component: Component, name: str, i: int, x: Array, noise: Noise) -> bool:
+    value = getattr(component, name)
+    other = _changed(component, {name: 1.5 * value + 0.01}) if isinstance(value, float) else None
+    return other is None or not np.array_equal(_variances(other, x, noise)[:, i], _variances(component, x, noise)[:, i])
+
+
+def _variances(component: Any, x: Array, noise: Noise) -> Array:
+    full = np.asarray(noise(component, x))
+    return np.broadcast_to(np.diagonal(full, axis1=-2, axis2=-1), (len(x), full.shape[-1]))
+
+
+def _changed(component: Any, values: Mapping[str, Any]) -> Any:
+    try:
+        return evolve(component, **values)
+    except (TypeError, ValueError):
+        return None
