@@ -60,7 +60,7 @@ def demand_squares(component: Any, space: Space, states: Space, x: Array, noise:
                 power(axis.unit, words) != 1.0
                 or not np.all(grown)
                 or _made_square(component, known, name, i, states, x, noise),
-                f"noise: the variance of {axis.name} grows as {name}, in {unit}, and not as its square: it is in ({axis.unit})^2",
+                f"noise: the variance of {axis.name}, in ({axis.unit})^2, grows as {name}, in {unit}, and not as its square",
             )
     if not judged:
         raise Closed("no parameter is a length or an angle")
