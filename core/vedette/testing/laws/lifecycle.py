@@ -72,7 +72,10 @@ def survival_is_a_probability(lifecycle: Lifecycle, drawn: Lives) -> None:
     """Time does not make a target exist more, and no time changes nothing."""
     existence = drawn.existence[0]
     after = lifecycle.predict(existence, drawn.dt)
-    demand(np.all((after >= 0) & (after <= existence)), f"predict: must be in [0, {existence}], got {after}")
+    demand(
+        np.all((after >= 0) & (after <= existence)),
+        f"predict: existence {existence} must become less over {drawn.dt:g} s, and not less than 0, got {after}",
+    )
     same("predict(e, 0)", lifecycle.predict(existence, 0.0), existence, 1e-12, 1.0)
 
 

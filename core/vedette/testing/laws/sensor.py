@@ -221,11 +221,12 @@ def angles_wrap(sensor: Sensor, drawn: Looks) -> None:
         for way in _ways_around(sensor.observes, drawn.x[0]):
             with np.errstate(all="ignore"):
                 jumps = np.abs(np.diff(sensor.measure(way)[:, i]))
-            axis = sensor.measurement.axes[i]
+            axis, turns = sensor.measurement.axes[i], [other.name for other in sensor.measurement.axes if other.period]
+            order = f", unless it is {turns[0]} that stands there: values and axes must have one order" if turns else ""
             demand(
                 np.nanmax(jumps, initial=0.0) < 4.0,
                 f"{axis.name}: jumps by {np.nanmax(jumps, initial=0.0):.3g} rad on the way around: it needs a period, "
-                "'rad mod 2pi'",
+                f"'rad mod 2pi'{order}",
             )
     spaces.wraps_are_canonical(sensor.measurement, drawn.z, drawn.step)
 
