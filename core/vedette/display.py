@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
 from html import escape
 from typing import Any
@@ -11,6 +12,18 @@ import numpy as np
 
 LONGEST = 80
 """Characters of a value; a longer one is cut."""
+
+
+_IN_ADDRESS = re.compile(r"(?<=://)([^\s/?#:@]*):[^\s/?#]*@")
+"""User and password before a host: what stands between // and the last @ before a slash."""
+
+_IN_QUERY = re.compile(r"(?<=[?&/])((?:pass(?:word|wd)?|pwd|token|secret|api_?key)=)[^\s&\"'#]+", re.IGNORECASE)
+"""A password among the parameters of an address: many cameras take it so."""
+
+
+def without_passwords(text: str) -> str:
+    """Return a text with *** in the place of the passwords that stand in addresses, as in rtsp://user:password@host."""
+    return _IN_QUERY.sub(r"\1***", _IN_ADDRESS.sub(r"\1:***@", text))
 
 
 def html_table(title: str, rows: Iterable[tuple[str, str]]) -> str:
@@ -31,7 +44,7 @@ def named(value: Any) -> str:
         return ", ".join(named(item) for item in value) or "none"
     if isinstance(value, np.ndarray):
         return str(value.tolist())
-    return f"{value:.6g}" if isinstance(value, float) else "none" if value is None else str(value)
+    return f"{value:.6g}" if isinstance(value, float) else "none" if value is None else without_passwords(str(value))
 
 
 def shown(value: Any) -> str:

@@ -40,3 +40,9 @@ def vedette_components() -> Iterable[type[vedette.Component]]:
 def vedette_files(folder: Path, experiment: vedette.Experiment, result: vedette.Result) -> Iterable[str]:
     """Write a video of a run through images, and when its tracks were lost and found again."""
     return [*annotated(folder, experiment, result), *episodes(folder, result)]
+
+
+@vedette.plugin
+def vedette_files_of_stream(folder: Path, result: vedette.Result) -> Iterable[str]:
+    """Write when the tracks of a run through images were lost and found again."""
+    return episodes(folder, result)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import os
 from collections.abc import Sequence
 from itertools import pairwise
@@ -21,6 +22,9 @@ LEAST = 320
 
 HELD, LOST, BOX, TEXT = (0, 128, 255), (60, 60, 255), (0, 200, 0), (200, 200, 200)
 """Colours in OpenCV's order: blue, green, red."""
+
+DOUBT = 0.5
+"""A track that exists with a lower probability has lost its target."""
 
 TRAIL = 30
 """Frames whose positions are drawn behind a track."""
@@ -139,23 +143,30 @@ def _write(cv2: Any, image: NDArray[Any], text: str, at: tuple[int, int], colour
 
 
 def is_lost(track: Track) -> Mask:
-    """Return in which scans a track says that it has lost its target (s,): it exists with probability under one half."""
-    lost: Mask = track.existence < 0.5
+    """Return in which scans a track says that it has lost its target (s,): it exists with probability below DOUBT."""
+    lost: Mask = track.existence < DOUBT
     return lost
 
 
 def episodes(folder: Path, result: Result) -> list[str]:
-    """Write when tracks lost their target and found it again, if any did; return the names of the files."""
-    rows = []
-    for track in result.tracks:
-        lost = is_lost(track)
-        rows += [
-            f"{track.id},{float(track.times[k])!r},{'lost' if lost[k] else 'found again'}\n"
-            for k in np.flatnonzero(np.diff(lost, prepend=False))
-        ]
-    if not rows or not len(result.framed):
+    """Write when tracks lost their target and found it again, if any did; return the names of the files.
+
+    They are those of tracks.csv in the folder: a run that was written as it went has kept none.
+    """
+    if not result.intake.frames:
         return []
-    (folder / EPISODES).write_text("".join(["track,time,event\n", *rows]), encoding="utf-8", newline="\n")
+    rows, lost = list[tuple[int, str]](), dict[int, bool]()
+    with (folder / "tracks.csv").open(encoding="utf-8", newline="") as file:
+        for row in csv.DictReader(file):
+            track, now = int(row["track"]), float(row["existence"] or "nan") < DOUBT
+            if now != lost.get(track, False):
+                rows.append((track, f"{track},{float(row['time'])!r},{'lost' if now else 'found again'}\n"))
+            lost[track] = now
+    if not rows:
+        return []
+    rows.sort(key=lambda row: row[0])
+    text = "".join(["track,time,event\n", *(line for _, line in rows)])
+    (folder / EPISODES).write_text(text, encoding="utf-8", newline="\n")
     return [EPISODES]
 
 

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import sys
 
+from vedette.display import without_passwords
+
 DONE, FAILED, WRONG, INTERRUPTED, CLOSED = 0, 1, 2, 130, 141
 """Done; a law failed; wrong use, config or input; interrupted; the reader closed the pipe."""
 
 
 def complain(text: str) -> int:
     """Print what is wrong, each line by itself, and return the exit code for it."""
-    for line in text.splitlines() or ["unknown error"]:
+    for line in without_passwords(text).splitlines() or ["unknown error"]:
         print(f"vedette: error: {line}", file=sys.stderr)
     return WRONG
 

@@ -86,6 +86,8 @@ def _stream(experiment: Experiment, steps: Steps, folder: Path, arguments: Names
         long = "whose end is not known" if endless else f"of more than {LONG:,} scans"
         why = f"a run {long} keeps no history, so there are no pictures; --keep draws them"
         print(f"vedette: {why}", file=sys.stderr)
+    for problem in done.problems:
+        print(f"vedette: {problem}", file=sys.stderr)
     written = [*done.files, *([_page(folder)] if arguments.report else [])]
     return _tell(arguments, done.result, done.text, done.figures, f"{folder}: {', '.join(written)}")
 

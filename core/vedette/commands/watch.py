@@ -54,6 +54,8 @@ def _follow(
             done = stream(experiment, folder, steps=steps, watch=view.take)
             interrupted, found = done.result.interrupted, done.figures
             lines = [done.text, f"{folder}: {', '.join(done.files)}"]
+            for problem in done.problems:
+                print(f"vedette: {problem}", file=sys.stderr)
         if isinstance(view, LivePage) and not interrupted and not view.server.greeted.is_set():
             print("vedette: the run has ended, and waits until somebody has seen the page; Ctrl-C ends it", file=sys.stderr)
             _wait_for_somebody(view)

@@ -1,7 +1,7 @@
 """The hooks through which every component is registered, Vedette's own included.
 
 A plugin is a module, named by an entry point in the group `vedette`, that states the version of the contract it was written
-for and implements the first hook, and optionally the second::
+for and implements the first hook, and optionally the others::
 
     import vedette
 
@@ -38,3 +38,8 @@ def vedette_components() -> Iterable[type[Component]]:  # type: ignore[empty-bod
 @specification
 def vedette_files(folder: Path, experiment: Experiment, result: Result) -> Iterable[str]:  # type: ignore[empty-body]
     """Write further files of a run into `folder`; return their names, none if there is nothing to write."""
+
+
+@specification
+def vedette_files_of_stream(folder: Path, experiment: Experiment, result: Result) -> Iterable[str]:  # type: ignore[empty-body]
+    """Do so for a run that was written as it went: `result` has no tracks and no scans, tracks.csv in `folder` has them."""

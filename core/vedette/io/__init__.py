@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 
 from vedette.config.hooks import plugin
+from vedette.display import without_passwords
 from vedette.io.autoferry import AutoferrySource
 from vedette.io.csv_source import CsvSource
 from vedette.io.csv_table import UNCLOSED, cells_of, header_of
@@ -47,6 +48,7 @@ __all__ = [
     "shown",
     "user_path",
     "whole_text",
+    "without_passwords",
     "write_recording",
     "write_tracks_csv",
     "write_tracks_jsonl",

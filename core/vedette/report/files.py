@@ -73,17 +73,19 @@ def write_series(folder: Path, packed: bytes) -> list[str]:
     return ["series.npz"]
 
 
-def write_of_plugins(folder: Path, experiment: Experiment, result: Result) -> tuple[list[str], list[Problem]]:
-    """Let plugins write their files of a run, by their hook `vedette_files`; return the names, and what went wrong."""
+def write_of_plugins(
+    folder: Path, experiment: Experiment, result: Result, hook: str = "vedette_files"
+) -> tuple[list[str], list[Problem]]:
+    """Let plugins write their files of a run, by one of their hooks; return the names, and what went wrong."""
     names, problems = [], []
     for plugin in load_plugins()[0]:
         try:
-            found = plugin.hooks.vedette_files(folder=folder, experiment=experiment, result=result)
+            found = getattr(plugin.hooks, hook)(folder=folder, experiment=experiment, result=result)
             names += [name for written in found for name in written]
         except (OSError, VedetteError):
             raise
         except Exception as error:
-            problems.append(Problem(str(plugin), f"its vedette_files failed: {type(error).__name__}: {error}"))
+            problems.append(Problem(str(plugin), f"its {hook} failed: {type(error).__name__}: {error}"))
     return names, problems
 
 

@@ -24,6 +24,7 @@ from vedette.io.tracks import csv_head, csv_rows, jsonl_head, jsonl_rows
 from vedette.metrics import RunningJudge, Score
 from vedette.progress import Progress, silent
 from vedette.report.figures import figures
+from vedette.report.files import write_of_plugins
 from vedette.report.series import SeriesWriter
 from vedette.report.summary import summary
 from vedette.report.traces import Bands
@@ -36,13 +37,17 @@ _SCANS, _ENTRIES = 200, 5_000
 
 @frozen(eq=False)
 class Streamed:
-    """What remains of a run whose results were written: `result` without tracks and scans, its score and figures."""
+    """What remains of a run whose results were written: `result` without tracks and scans, its score and figures.
+
+    `problems`: what went wrong where plugins wrote files of their own.
+    """
 
     result: Result
     score: Score
     text: str
     figures: dict[str, Any]
     files: tuple[str, ...]
+    problems: tuple[Problem, ...] = ()
 
 
 def stream(
@@ -136,7 +141,8 @@ def stream(
         with whole_file(folder / name) as file:
             file.write(content)
     written = ("tracks.csv", "tracks.jsonl", "recording.jsonl", "series.npz", "config.json", "summary.json", "summary.txt")
-    return Streamed(result, score, text, found, (*written, *names))
+    own, problems = write_of_plugins(folder, experiment, result, "vedette_files_of_stream")
+    return Streamed(result, score, text, found, (*written, *names, *own), tuple(problems))
 
 
 def _in_its_terms(

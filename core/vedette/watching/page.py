@@ -12,6 +12,7 @@ from typing import Any, final
 import numpy as np
 
 from vedette.config import to_config
+from vedette.display import without_passwords
 from vedette.experiment import Experiment, Steps
 from vedette.io.terms import Terms
 from vedette.report import canvas
@@ -101,7 +102,7 @@ class LivePage:
             "columns": self._records.columns,
             "words": "",
             "metrics": {"rows": [], "of_objects": {}, "objects": []},
-            "config": json.dumps(to_config(experiment), indent=2) + "\n",
+            "config": without_passwords(json.dumps(to_config(experiment), indent=2)) + "\n",
             "colours": {"tracks": canvas.TRACKS, "modes": canvas.MODES},
             "frames": [],
             "underlay": [] if underlay is None else read_underlay(underlay, origin),

@@ -26,13 +26,16 @@ from vedette import (
     Trajectory,
     fields,
 )
-from vedette.io import check_pixels, check_regular, user_path
+from vedette.io import check_pixels, check_regular, short, user_path, without_passwords
 from vedette_flir.sources.boxes import BOX, four, fours, given_boxes
 from vedette_flir.sources.images import WEIGHTS, grey_of, opencv
 from vedette_flir.sources.video import camera_of
 
 ENDLESS = 10**9
 """Frames of a stream whose end is not said: a year's at 30 a second."""
+
+MOST_CAMERA = 9999
+"""OpenCV adds the number of its backend in hundreds; no machine has that many cameras."""
 
 URL = re.compile(r"[a-z][a-z0-9+.-]+://", re.IGNORECASE)
 
@@ -72,7 +75,7 @@ class VideoStream(Source):
         if self.box is None and self.boxes is None:
             raise ConfigError([Problem("box", "is missing: [x, y, w, h] in px, of the target in the first frame")])
         video = self._opened()
-        frames = _Frames(self.address, video, self.grey, self.negative)
+        frames = _Frames(self._told, video, self.grey, self.negative)
         rate = self.rate or frames.rate or 30.0
         try:
             starts = given_boxes(self.box, self.boxes, self.first_pixel, frames.first.shape)
@@ -86,14 +89,21 @@ class VideoStream(Source):
 
         given = [Trajectory(f"box {i}", BOX, np.zeros(1), box[None]) for i, box in enumerate(starts)]
         height, width = frames.first.shape
-        notes = {"frames": f"as they come from {self.address}, {width} x {height} px, {frames.first.dtype}"}
+        notes = {"frames": f"as they come from {self._told}, {width} x {height} px, {frames.first.dtype}"}
         return Recording(LazyScans(self.frames or ENDLESS, make, once=True), notes=notes, starts=tuple(given))
+
+    @property
+    def _told(self) -> str:
+        """The address as notes and messages tell it."""
+        return without_passwords(self.address)
 
     def _opened(self) -> Any:
         """Return OpenCV's capture; ConfigError without an address, InputError where there is nothing to read."""
         if not self.address:
             raise ConfigError([Problem("address", "is missing: the number of a camera, a URL, or a file")])
         cv2, at = opencv(), self.address
+        if at.isdecimal() and int(at) > MOST_CAMERA:
+            raise ConfigError([Problem("address", f"must be the number of a camera, up to {MOST_CAMERA}, got {short(at)}")])
         if not at.isdecimal() and not URL.match(at):
             try:
                 path = user_path(at)
@@ -102,16 +112,17 @@ class VideoStream(Source):
             if path.is_dir():
                 raise InputError(f"{path}: is a folder; the source 'video' takes one of images")
             if not path.is_file():
-                raise InputError(f"{path}: there is no such file; name a camera by its number, a URL, or a file")
+                there = "is no regular file" if path.exists() else "there is no such file"
+                raise InputError(f"{path}: {there}; name a camera by its number, a URL, or a file")
             check_regular(path)
             at = str(path)
         video = cv2.VideoCapture(int(at) if at.isdecimal() else at)
         if not video.isOpened():
-            raise InputError(f"{at}: is no camera, stream or file that OpenCV can open")
+            raise InputError(f"{without_passwords(at)}: is no camera, stream or file that OpenCV can open")
         try:
             check_pixels(int(video.get(cv2.CAP_PROP_FRAME_WIDTH)), int(video.get(cv2.CAP_PROP_FRAME_HEIGHT)))
         except ValueError as error:
-            raise InputError(f"{at}: its frames {error}") from None
+            raise InputError(f"{without_passwords(at)}: its frames {error}") from None
         return video
 
 

@@ -9,6 +9,7 @@ from typing import Any, final
 import numpy as np
 from attrs import frozen
 
+from vedette.display import without_passwords
 from vedette.errors import InputError
 from vedette.io import Series, read_series
 from vedette.io.geodesy import Origin
@@ -38,13 +39,17 @@ class Shown:
     @classmethod
     def read(cls, path: Path) -> Shown:
         """Read the folder of a run, or series in it, as `smoothed.npz`. InputError if a file is missing."""
+        if path.suffix != ".npz" and not path.is_dir():
+            there = "is a file" if path.exists() else "there is no such folder"
+            raise InputError(f"{path}: {there}; must be the folder that `vedette run` or `vedette study` wrote")
         own = path if path.suffix == ".npz" else path / SERIES
         series, folder = read_series(own), own.parent
         figures = json.loads(_text(folder / "summary.json")) if (folder / "summary.json").exists() else {}
         name = folder.resolve().name
         if own.name == SMOOTHED:
             name, figures = f"{name} (smoothed)", figures.get("smoothed", {})
-        return cls(name, folder, series, _renamed(figures), _text(folder / "summary.txt"), _text(folder / "config.json"))
+        config = without_passwords(_text(folder / "config.json"))
+        return cls(name, folder, series, _renamed(figures), _text(folder / "summary.txt"), config)
 
     def facts(
         self, underlay: Path | None, origin: Origin | None, centre: Array | None = None
