@@ -34,7 +34,15 @@ WRONG = {
     "an output inside a file": (lambda path: ["run", path, "--out", path / "deep" / "er"], "is a file, and results need"),
     "no name": (lambda path: ["new", "config", ""], ".: cannot be read: Is a directory"),
     "a draft of another format": (lambda path: ["new", "config", path, "--out", "c.yaml"], "--out: must end in .toml"),
-    "a report of what is no folder": (lambda path: ["report", path], "there is no such file; `vedette run` writes it"),
+    "a report of what is no folder": (lambda path: ["report", path], "ships.toml: is a file; must be the folder that"),
+    "a report of nothing": (
+        lambda path: ["report", "none"],
+        "error: none: there is no such folder; must be the folder that",
+    ),
+    "a draft for a config": (
+        lambda path: ["new", "config", path],
+        "ships.toml: is a config, not data; `vedette run` runs it",
+    ),
     "no such role": (lambda path: ["components", "motions"], "did you mean 'motion'?"),
 }
 

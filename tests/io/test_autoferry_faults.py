@@ -76,7 +76,7 @@ BAD_FILES = {
     "truncated": (WHOLE[:-20], "scenario7_detections.json: is not JSON, or cut short, at column"),
     "empty": (" \n", "scenario7_detections.json: is empty. Wanted: the Autoferry sensor fusion benchmark"),
     "no list": ("{}", "scenario7_detections.json: must be a list, got {}"),
-    "too deep": ("[" * 200_000, "scenario7_detections.json: is not JSON that can be read"),
+    "too deep": ("[" * 200_000, "scenario7_detections.json: is nested deeper than 32 levels"),
     "absurdly long number": ("[" + "1" * 5000 + "]", "scenario7_detections.json: is not JSON that can be read"),
     "no scan": ("[]", "scenario7_detections.json: holds no usable scan of radar"),
     "only bad scans": ("[1]", "the first problem: scenario7_detections.json[0]: must be an object, got 1"),

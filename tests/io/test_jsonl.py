@@ -163,7 +163,7 @@ def test_sensors_may_interleave_and_each_keeps_its_order(tmp_path):
 BAD_LINES = {
     "not JSON": ('{"time": 1.0,', "is not JSON, or cut short, at column 14"),
     "text": ("time", "is not JSON, or cut short, at column 1"),
-    "too deep": ("[" * 100_000, "is not JSON that can be read"),
+    "too deep": ("[" * 100_000, "is nested deeper than 32 levels"),
     "no object": ("3", "must be an object, got 3"),
     "unknown field": (GOOD | {"speed": 3}, "unknown field 'speed'; known are time, sensor, z, noise, evidence, pose"),
     "unknown sensor": (GOOD | {"sensor": "sonar"}, "sensor must be one of the header's, 'radar', got \"sonar\""),

@@ -68,7 +68,7 @@ def test_what_is_right_is_not_said():
         (steady(far=1852.0), "radar: all of the first 30 returns lie where the sensor says that it detects nothing"),
         ([polar(t) for t in range(30)], "radar: none of 30 scans holds a return"),
         ([plane(t // 10, [0.0, 0.0]) for t in range(30)], "beacon: 27 of 30 scans have the very time of the one before"),
-        ([plane(2500.0 * t, [5.0 * t, 0.0]) for t in range(30)], "scans are 2.5e+03 s apart on average"),
+        ([plane(2500.0 * t, [5.0 * t, 0.0]) for t in range(30)], "scans are 2,500 s apart on average"),
         ([plane(t, [1e5 * t * t, 0.0]) for t in range(30)], "in none of them did a track take a return"),
         ([plane(t, [0.0, 0.0]) for t in [*range(3), *range(-30, 0)]], "30 of them go back in time: sort the recording"),
         ([plane(t, [np.nan, 0.0]) for t in range(30)], "most of the input was left out: 30 parts, and 30 scans taken"),

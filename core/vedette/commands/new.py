@@ -9,8 +9,11 @@ from shlex import quote
 from vedette.commands.ending import DONE
 from vedette.config import load
 from vedette.drafting import distribution_name, draft_config, draft_package
-from vedette.errors import ConfigError, Problem
+from vedette.errors import ConfigError, InputError, Problem
 from vedette.io.atomic import whole_file
+
+CONFIGS = (".toml", ".yaml", ".yml")
+"""How the names of configs end, and those of no table."""
 
 
 def run(arguments: Namespace) -> int:
@@ -23,6 +26,8 @@ def _config(arguments: Namespace) -> int:
     path = Path(arguments.out) if arguments.out else Path(f"{data.stem}.toml")
     if arguments.out and path.suffix != ".toml":
         raise ConfigError([Problem("--out", f"must end in .toml, got {str(path)!r}")])
+    if data.suffix in CONFIGS:
+        raise InputError(f"{data}: is a config, not data; `vedette run` runs it")
     if path.exists():
         raise ConfigError([Problem("--out", f"{str(path)!r} exists already: delete it, or name another file")])
     text = draft_config(data)

@@ -114,7 +114,7 @@ class CsvSource(Source):
         notes |= {f"rows of {shown(sensor)}, which the tracker lacks": str(count) for sensor, count in left_out.items()}
         used, scans, odd = 0, [], list[str]()
         for name, reading in readings.items():
-            odd += [*_odd(name, reading, looks[name]), *_far(name, reading, looks[name], layout)]
+            odd += [*_odd(name, reading, looks[name], self.detections.units), *_far(name, reading, looks[name], layout)]
             placed = []
             for look in looks[name]:
                 scan = _scan(name, look, reading, platform, refused["detections"])
@@ -177,12 +177,12 @@ def _rows(used: int, refused: list[Problem], left_out: int = 0) -> Rows:
     return Rows(used + lost + left_out, used, lost, left_out)
 
 
-def _odd(name: str, reading: Reading, looks: list[Sample[Look]]) -> Iterator[str]:
+def _odd(name: str, reading: Reading, looks: list[Sample[Look]], units: Mapping[str, str]) -> Iterator[str]:
     """Yield the angles that are larger than a whole turn, in words; the scans wrap them."""
     values = [np.array(look.value.returns).reshape(-1, len(reading.placed)) for look in looks]
     for i, axis in enumerate(reading.placed.axes):
         if axis.period is not None and values:
-            said = beyond_period(name, axis, np.concatenate(values)[:, i])
+            said = beyond_period(name, axis, np.concatenate(values)[:, i], units.get(axis.name, ""))
             if said is not None:
                 yield said
 

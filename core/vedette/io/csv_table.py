@@ -142,6 +142,8 @@ def rows(path: TablePath, wanted: Mapping[str, str], place: str, dialect: Dialec
     header = dialect.cells(first)
     if header is None:
         raise InputError(f"{path}:{top}: the header has {UNCLOSED.replace(' is not', ' that is not')}")
+    if not header:
+        raise InputError(f"{path}: holds blank lines only, and must begin with a header line: the titles of the columns")
     _check_titles(header, f"{path}:{top}", wanted, place)
     where = {name: header.index(title) for name, title in wanted.items()}
     empty = True

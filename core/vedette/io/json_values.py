@@ -18,7 +18,9 @@ def parse(text: str) -> Any:
     except json.JSONDecodeError as error:
         where = f"line {error.lineno}, column {error.colno}" if "\n" in text else f"column {error.colno}"
         raise ValueError(f"is not JSON, or cut short, at {where}: {error.msg}") from None
-    except (ValueError, RecursionError) as error:
+    except RecursionError:
+        raise ValueError(f"is nested deeper than {DEEPEST} levels") from None
+    except ValueError as error:
         raise ValueError(f"is not JSON that can be read: {error}") from None
     _check_depth(found)
     if "\\u" in text:

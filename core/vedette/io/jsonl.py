@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -198,11 +198,15 @@ def _check_fields(given: Mapping[str, Any], known: tuple[str, ...], what: str = 
             raise ValueError(f"unknown field {what}{shown(name)}; known are {', '.join(known)}")
 
 
+def _listed(known: Iterable[str]) -> str:
+    return f"one of the header's, {names}" if (names := ", ".join(map(repr, known))) else "in the header, which lists none"
+
+
 def _state(given: Mapping[str, Any], truth: Mapping[str, Space]) -> tuple[str, float, list[float]]:
     _check_fields(given, STATE_FIELDS)
     name = given["truth"]
     if not isinstance(name, str) or name not in truth:
-        raise ValueError(f"truth must be one of the header's, {', '.join(map(repr, truth))}, got {short(name)}")
+        raise ValueError(f"truth must be {_listed(truth)}, got {short(name)}")
     return name, number(given.get("time"), "time"), vector(given.get("state"), "state", len(truth[name]))
 
 
@@ -213,7 +217,7 @@ def _scan(given: Any, sensors: Mapping[str, Space], folder: Path) -> tuple[Scan 
     _check_fields(given, SCAN_FIELDS)
     name = given.get("sensor")
     if not isinstance(name, str) or name not in sensors:
-        raise ValueError(f"sensor must be one of the header's, {', '.join(map(repr, sensors))}, got {short(name)}")
+        raise ValueError(f"sensor must be {_listed(sensors)}, got {short(name)}")
     m = len(sensors[name])
     time, pose = number(given.get("time"), "time"), _pose(given.get("pose"))
     frame = read_frame(given["frame"], folder) if "frame" in given else None

@@ -57,8 +57,9 @@ class JsonLinesSource(Source):
         )
         if not kept:
             first = f"; the first problem: {recording.refused[0]}" if recording.refused else ""
-            names = ", ".join(map(repr, spaces)) or "no sensor"
-            raise InputError(f"{path}: holds no usable scan of {', '.join(map(repr, sensors))}, but of {names}{first}")
+            names = ", ".join(shown(name) for name in spaces if name not in sensors) or ("" if spaces else "no sensor")
+            others = f", but of {names}" if names else ""
+            raise InputError(f"{path}: holds no usable scan of {', '.join(map(repr, sensors))}{others}{first}")
         seen = {scan.sensor for scan in kept if scan.frame is not None}
         for name in spaces:
             if isinstance(sensors.get(name), ImagingSensor) and name not in made and name not in seen:

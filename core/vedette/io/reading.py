@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from bisect import bisect_right
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -14,6 +15,7 @@ from vedette.errors import ConfigError, InputError, Problem
 from vedette.io.opening import inside, shown, user_path
 from vedette.space import Array, Axis, Space
 from vedette.types import Detections
+from vedette.units import in_unit
 
 V = TypeVar("V")
 
@@ -131,15 +133,29 @@ def detections(columns: Mapping[str, Array], measured: Space) -> Detections:
     return Detections.of(measured.canonical(z), len(measured))
 
 
-def beyond_period(name: str, axis: Axis, values: Array) -> str | None:
-    """Say that `values` on an axis that wraps exceed its period, so are probably in another unit; None if they do not."""
+def beyond_period(name: str, axis: Axis, values: Array, unit: str = "") -> str | None:
+    """Say that `values` on an axis that wraps exceed its period, so are probably in another unit; None if they do not.
+
+    `unit` is the one that the config states for them, if it does. What exceeds a turn in degrees, too, is not in degrees.
+    """
     largest = float(np.max(np.abs(values[np.isfinite(values)]), initial=0.0))
     if axis.period is None or largest <= 1.0001 * axis.period:
         return None
-    return (
-        f"{name}: {axis.name} goes up to {largest:.4g} {axis.unit}, beyond its period of {axis.period:.4g} {axis.unit}: are "
-        "the values in degrees? Then state it, as in source.detections.units.bearing = 'deg'"
-    )
+    size, went = f"{_figure(largest)} {axis.unit}", f"{name}: {axis.name} goes up to"
+    beyond = f"beyond its period of {axis.period:.4g} {axis.unit}"
+    place = f"source.detections.units.{axis.name}"
+    if unit not in ("", axis.unit):
+        as_read = largest / in_unit(unit if unit[:1].isdigit() else f"1 {unit}", axis.unit)
+        stated = f"{_figure(as_read)} ({size} by {place} = {unit!r})"
+        return f"{went} {stated}, {beyond}: is it the right column, and the right unit?"
+    if largest > 1.0001 * math.degrees(axis.period):
+        other = f"is it the right column, and its unit another, as in {place} = '0.1 deg'?"
+        return f"{went} {size}, {beyond}, and beyond a turn in degrees, too: {other}"
+    return f"{went} {size}, {beyond}: are the values in degrees? Then state it, as in {place} = 'deg'"
+
+
+def _figure(value: float) -> str:
+    return f"{value:,.0f}" if value >= 1000 else f"{value:.4g}"
 
 
 def polar(x: Array, y: Array, heading: float = 0.0) -> dict[str, Array]:

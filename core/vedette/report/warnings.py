@@ -36,7 +36,7 @@ def warnings(experiment: Experiment, result: Result, score: Score) -> Iterator[s
         yield f"all {intake.returns:,} returns are of one scan, and one confirms no track: is the right column the time?"
     gap = 0.0 if intake.times is None else (intake.times[1] - intake.times[0]) / max(intake.scans - 1, 1)
     if intake.scans >= ENOUGH and (gap >= _LONG or 0 < gap < _SHORT):
-        yield f"scans are {gap:.3g} s apart on average: are their times in another unit, such as ms? They are read as s"
+        yield f"scans are {_interval(gap)} apart on average: are their times in another unit, such as ms? They are read as s"
     if intake.tracked >= ENOUGH and intake.hits == 0 and intake.frames == intake.scans:
         yield (
             f"there were tracks in {intake.tracked:,} frames, and in none of them was a target found: does it stand "
@@ -62,6 +62,10 @@ def warnings(experiment: Experiment, result: Result, score: Score) -> Iterator[s
             f"of {score.tracks:,} confirmed tracks none was ever near a true object: compare axes, units and origin of "
             "truth and tracks, and judge.cover_radius"
         )
+
+
+def _interval(gap: float) -> str:
+    return f"{gap:,.0f} s" if gap >= _LONG else f"{gap:.3g} s"
 
 
 def _refused(intake: Intake) -> str | None:
