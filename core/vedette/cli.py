@@ -42,7 +42,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("vedette: interrupted", file=sys.stderr)
         return INTERRUPTED
-    except Exception as error:
+    except (Exception, SystemExit) as error:  # a component that ends the process is told as one that raises
         from vedette.tracking.faults import raised_by
 
         if (text := raised_by(error, None)) is None:

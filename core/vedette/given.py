@@ -61,6 +61,15 @@ def velocity(value: Any) -> Array | None:
     return _array("velocity", value, _FLOAT)  # type: ignore[no-any-return]
 
 
+def heading(value: Any) -> float | Array:
+    if type(value) is float:
+        return value
+    if value is None:
+        raise ValueError("heading: must be a number of rad, got None")
+    found = _array("heading", value, _FLOAT)
+    return found if found.ndim else float(found)
+
+
 def time(value: Any) -> float:
     try:
         return float(value)

@@ -83,7 +83,7 @@ class Pose:
 
     position: Array = field(converter=given.position)
     velocity: Array | None = field(default=None, converter=given.velocity)
-    heading: float | Array = 0.0
+    heading: float | Array = field(default=0.0, converter=given.heading)
 
 
 @frozen(eq=False)

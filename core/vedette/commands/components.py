@@ -49,9 +49,14 @@ def _chosen(registry: Registry, wanted: str | None) -> tuple[Installed, ...]:
         return registry.of_role(wanted)
     if found := tuple(entry for entry in registry.entries if entry.kind == wanted):
         return found
+    if unused := registry.unused(wanted):
+        raise ConfigError([Problem(wanted, reason) for reason in unused])
     kinds = [entry.kind for entry in registry.entries]
     question = did_you_mean(wanted, [*ROLES, *_top_tables()]) or which_kind(wanted, kinds)
-    text = f"is no role and no kind;{question} the roles are {', '.join(ROLES)}; `vedette components` lists the kinds"
+    causes = "".join(f" {cause};" for cause in registry.unreadable())
+    text = (
+        f"is no role and no kind;{question}{causes} the roles are {', '.join(ROLES)}; `vedette components` lists the kinds"
+    )
     raise ConfigError([Problem(wanted, text)])
 
 

@@ -17,8 +17,9 @@ from vedette.progress import on_terminal
 from vedette.report.canvas import Look
 from vedette.report.consistency_recorded import Lines, draw
 from vedette.report.files import check_folder
+from vedette.report.warnings import of_input
 from vedette.testing.pooled import pooled
-from vedette.testing.recorded import Recorded, recorded_consistency
+from vedette.testing.recorded import Recorded, recorded
 
 
 def run(arguments: Namespace) -> int:
@@ -29,9 +30,11 @@ def run(arguments: Namespace) -> int:
         check_folder(folder)
     look = look_of(arguments)
     with on_terminal() as progress:
-        told = recorded_consistency(experiment, progress)
+        result = experiment.run(progress=progress, keep_states=True)
+    told = recorded(experiment, result)
     objects = pooled(told, experiment.tracker.gate.probability)
-    text = "\n".join([*(one.text for one in told), *(one.text for one in objects if one.text)])
+    odd = [f"LOOKS WRONG: {said}" for said in of_input(result.intake, result.recording)]
+    text = "\n".join([*odd, *(one.text for one in told), *(one.text for one in objects if one.text)])
     found = {
         "title": experiment.title,
         "seed": experiment.seed,

@@ -17,7 +17,7 @@ def complain(text: str) -> int:
     return WRONG
 
 
-def ended(error: Exception, text: str, *, traceback: bool) -> int:
+def ended(error: BaseException, text: str, *, traceback: bool) -> int:
     """Say what ended a command, after the traceback if that is asked for, and return the exit code for it."""
     if traceback:
         from traceback import print_exception

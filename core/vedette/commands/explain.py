@@ -6,19 +6,24 @@ import json
 from argparse import Namespace
 from textwrap import wrap
 
+import numpy as np
+
 from vedette.commands import asked
 from vedette.commands.ending import DONE
 from vedette.config import load
 from vedette.explaining import findings, situation
 from vedette.explaining.words import WIDTH, composed, figures, lines
+from vedette.tracking.faults import explained
 from vedette.units import in_unit
 
 
 def run(arguments: Namespace) -> int:
     """Print the parts, what follows from them, and the findings, each with its place."""
     experiment = load(arguments.config, overrides=arguments.overrides)
-    it = situation(experiment, asked.read("--interval", arguments.interval, _seconds))
-    found = list(findings(it))
+    interval = asked.read("--interval", arguments.interval, _seconds)
+    with np.errstate(invalid="ignore"):  # a component that gives nan is told by name
+        it = explained(experiment, lambda: situation(experiment, interval))
+        found = explained(experiment, lambda: list(findings(it)))
     for line in lines(it):
         print(line)
     print()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -34,6 +35,10 @@ OLD_NAMES: dict[str, dict[str, str]] = {
     "reproduction": {"usual_runs": "`default_runs`"},
 }
 """By role, the names of contract 1 that nothing calls any more, and their replacements."""
+
+
+_KIND = re.compile(r"\w[\w.+-]*")
+"""What configs and messages can name: nothing that splits a line, or that a terminal obeys."""
 
 
 @frozen
@@ -108,7 +113,8 @@ def described(cls: type[Component], distribution: str, version: str) -> Installe
     if old := _old_name(cls, role):
         raise PluginError(f"{who} defines `{old}`, a name of contract 1; since contract 2 it is {OLD_NAMES[role][old]}")
     if missing := sorted(getattr(cls, "__abstractmethods__", ())):
-        raise PluginError(f"{who} is incomplete; a {role} must also define {', '.join(missing)}")
+        article = "an" if role[0] in "aeiou" else "a"
+        raise PluginError(f"{who} is incomplete; {article} {role} must also define {', '.join(missing)}")
     if reason := contradiction(cls):
         raise PluginError(f"{who}: {reason}")
     if "__attrs_attrs__" not in vars(cls):
@@ -120,6 +126,8 @@ def described(cls: type[Component], distribution: str, version: str) -> Installe
     kind = getattr(cls, "kind", None)
     if not isinstance(kind, str) or not kind:
         raise PluginError(f"{who} has no `kind: ClassVar[str]`, the name that configs use")
+    if not _KIND.fullmatch(kind):
+        raise PluginError(f"{who}: its kind must be one word, as 'my_model': letters, digits and _ - . +, got {kind!r}")
     try:
         own = parameters(cls)
         inner = tables(own)

@@ -19,6 +19,19 @@ LEAST_GATE, LEAST_DETECTION = 0.8, 0.3
 FACTOR = 10.0
 
 
+def odd_input(it: Situation) -> Iterator[Finding]:
+    """Find what the source says of its values, and a source that refuses most of its rows."""
+    recording = it.opened.recording
+    if recording is None:
+        return
+    refused, used = (sum(getattr(rows, part) for rows in recording.rows.values()) for part in ("refused", "used"))
+    if recording.refused and refused > used:
+        text = f"refuses {refused:,} rows and uses {used:,}; the first that it refuses: {recording.refused[0]}"
+        yield Finding("source", text, "none refused")
+    for said in recording.warnings:
+        yield Finding("source", said, "values within their range")
+
+
 def crowded_gate(it: Situation) -> Iterator[Finding]:
     """Find more false returns in the gate of a track than its own."""
     for seen in it.sensors:
@@ -194,6 +207,6 @@ def open_gate(it: Situation) -> Iterator[Finding]:
 
 
 RULES = (
-    crowded_gate, no_clutter, clutter_against_data, rarely_detects, never_misses, out_of_view, long_reach, coarse_sensor,
-    gate_against_target, open_gate,
+    odd_input, crowded_gate, no_clutter, clutter_against_data, rarely_detects, never_misses, out_of_view, long_reach,
+    coarse_sensor, gate_against_target, open_gate,
 )  # fmt: skip

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 from attrs import frozen
 
@@ -12,7 +14,9 @@ from vedette.explaining.source import Came, Opened, opened
 from vedette.roles import MotionModel, Sensor
 from vedette.space import Array, Space
 from vedette.supporting import ImagingSensor
+from vedette.tracking.faults import check_again
 from vedette.tracking.parts import parts
+from vedette.types import Recording
 
 NONE = Came(None, None, np.zeros((0, 0)), (), None)
 
@@ -74,7 +78,7 @@ def situation(experiment: Experiment, interval: float | None = None) -> Situatio
     for name, sensor in tracker.sensors.items():
         came = source.came.get(name, NONE)
         dt = interval if interval is not None else came.interval
-        settled = None if dt is None else settle(tracker, name, dt, source.recording, came.returns, came.pose)
+        settled = None if dt is None else _settled(experiment, name, dt, source.recording, came)
         far = None if isinstance(sensor, ImagingSensor) else reach(sensor)[1]
         boxed, stated = _clutter(sensor, came)
         seen.append(
@@ -86,6 +90,16 @@ def situation(experiment: Experiment, interval: float | None = None) -> Situatio
     found = [(place, part) for place, part in parts(tracker.estimator, "estimator") if isinstance(part, MotionModel)]
     outer = [(place, part) for place, part in found if not any(place.startswith(f"{other}.") for other, _ in found)]
     return Situation(experiment, source, tuple(seen), tuple(outer))
+
+
+def _settled(experiment: Experiment, name: str, dt: float, recording: Recording | None, came: Came) -> Settled | None:
+    """Return how a track settles; PluginError if a component makes it nan, None if it is nan and none is at fault."""
+    again = partial(settle, experiment.tracker, name, dt, recording, came.returns, came.pose)
+    settled = again()
+    if settled is None or (np.isfinite(settled.mean).all() and np.isfinite(settled.S).all()):
+        return settled
+    check_again(experiment, again)
+    return None
 
 
 def positions(state: Space) -> list[int]:

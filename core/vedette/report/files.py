@@ -84,7 +84,7 @@ def write_of_plugins(
             names += [name for written in found for name in written]
         except (OSError, VedetteError):
             raise
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             problems.append(Problem(str(plugin), f"its {hook} failed: {type(error).__name__}: {error}"))
     return names, problems
 

@@ -51,7 +51,8 @@ def text(outcome: Outcome) -> str:
     if plan.redraw is not None:
         lines.append(_drawn(plan.redraw))
     for table in tables(outcome):
-        lines += ["", table.title, *rows(table)]
+        nothing = "no figure exists: no run confirmed a track, or compared one with a truth"
+        lines += ["", table.title, *(rows(table) if table.columns else [nothing])]
     return "\n".join(lines)
 
 

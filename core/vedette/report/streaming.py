@@ -68,6 +68,17 @@ def stream(
     if experiment.retroactive:
         raise ConfigError([Problem("retroactive", "must be false where tracks are judged as they go, got true")])
     folder.mkdir(parents=True, exist_ok=True)
+    try:
+        return _written(experiment, folder, strict, progress, steps, watch)
+    except OSError as error:
+        if error.filename is not None:
+            raise
+        raise OSError(error.errno, f"{error.strerror}; what was written before is kept", str(folder)) from None
+
+
+def _written(
+    experiment: Experiment, folder: Path, strict: bool, progress: Progress, steps: Steps | None, watch: Watch | None
+) -> Streamed:
     steps = experiment.steps(strict=strict, progress=progress) if steps is None else steps
     steps.intake.refused.limit(NAMED)
     tracker, interrupted, bands = experiment.tracker, False, Bands()

@@ -15,6 +15,7 @@ from vedette.metrics import Score
 from vedette.report.figures import count
 from vedette.roles import Sensor
 from vedette.tracking.intake import Came, Intake
+from vedette.types import Recording
 
 MOST = 0.5
 """A larger fraction of the input than this must be odd before it is reported."""
@@ -27,16 +28,7 @@ _SHORT, _LONG = 1e-5, 1000.0
 def warnings(experiment: Experiment, result: Result, score: Score) -> Iterator[str]:
     """Yield a sentence for each thing that looks wrong, the most serious first."""
     intake = result.intake
-    if (said := _refused(intake)) is not None:
-        yield said
-    yield from result.recording.warnings
-    for name, came in intake.came.items():
-        yield from _of_sensor(name, came, experiment.tracker.sensors[name])
-    if intake.scans == 1 and intake.returns >= ENOUGH:
-        yield f"all {intake.returns:,} returns are of one scan, and one confirms no track: is the right column the time?"
-    gap = 0.0 if intake.times is None else (intake.times[1] - intake.times[0]) / max(intake.scans - 1, 1)
-    if intake.scans >= ENOUGH and (gap >= _LONG or 0 < gap < _SHORT):
-        yield f"scans are {_interval(gap)} apart on average: are their times in another unit, such as ms? They are read as s"
+    yield from of_input(intake, result.recording)
     if intake.tracked >= ENOUGH and intake.hits == 0 and intake.frames == intake.scans:
         yield (
             f"there were tracks in {intake.tracked:,} frames, and in none of them was a target found: does it stand "
@@ -62,6 +54,20 @@ def warnings(experiment: Experiment, result: Result, score: Score) -> Iterator[s
             f"of {score.tracks:,} confirmed tracks none was ever near a true object: compare axes, units and origin of "
             "truth and tracks, and judge.cover_radius"
         )
+
+
+def of_input(intake: Intake, recording: Recording) -> Iterator[str]:
+    """Yield a sentence for each thing that looks wrong with the input alone, whatever the tracks made of it."""
+    if (said := _refused(intake)) is not None:
+        yield said
+    yield from recording.warnings
+    for name, came in intake.came.items():
+        yield from _of_sensor(name, came, intake.sensors[name])
+    if intake.scans == 1 and intake.returns >= ENOUGH:
+        yield f"all {intake.returns:,} returns are of one scan, and one confirms no track: is the right column the time?"
+    gap = 0.0 if intake.times is None else (intake.times[1] - intake.times[0]) / max(intake.scans - 1, 1)
+    if intake.scans >= ENOUGH and (gap >= _LONG or 0 < gap < _SHORT):
+        yield f"scans are {_interval(gap)} apart on average: are their times in another unit, such as ms? They are read as s"
 
 
 def _interval(gap: float) -> str:

@@ -23,6 +23,7 @@ from vedette.metrics.consistency import (
 )
 from vedette.metrics.noises import at_fault
 from vedette.progress import Progress, silent
+from vedette.report.warnings import of_input
 from vedette.roles import Sensor
 from vedette.space import Array, Mask, Space
 from vedette.supporting import ImagingSensor
@@ -141,7 +142,11 @@ def recorded_consistency(experiment: Experiment, progress: Progress = silent) ->
     Of an object that no track covered, as the judge pairs them, the track that is nearest on average. Misuse if no track can
     be compared: too few scans, or cameras alone, which give no returns.
     """
-    result = experiment.run(progress=progress, keep_states=True)
+    return recorded(experiment, experiment.run(progress=progress, keep_states=True))
+
+
+def recorded(experiment: Experiment, result: Result) -> tuple[Recorded, ...]:
+    """Report the tracks of a run that has kept its states, as `recorded_consistency` does."""
     tracker, entries = experiment.tracker, _entries(experiment.tracker, result)
     known = {track.id: track for track in result.tracks if track.id in entries}
     found: list[Recorded | None] = []
@@ -165,7 +170,8 @@ def recorded_consistency(experiment: Experiment, progress: Progress = silent) ->
         clocks = (
             "do the times of the truth agree with theirs" if known and result.recording.truth else "is any ever confirmed"
         )
-        raise Misuse(f"source: gives no track with enough scans of returns to judge by; {clocks}?")
+        odd = next(of_input(result.intake, result.recording), f"{clocks}?")
+        raise Misuse(f"source: gives no track with enough scans of returns to judge by; {odd}")
     return told
 
 

@@ -30,6 +30,13 @@ def time_from(state: State, time: Any) -> float:
     raise ValueError(f"time: must be a number of s, not before the state's {state.time:.6f} s, got {short(time)}")
 
 
+def check_predicted(state: Any, time: Any) -> None:
+    """Raise TypeError for what is no state at all, ValueError for what is no time."""
+    check_state(state)
+    if not _is_number(time):
+        raise ValueError(f"time: must be a number of s, got {short(time)}")
+
+
 def _is_number(value: Any) -> bool:
     return np.ndim(value) == 0 and np.asarray(value).dtype.kind in "iufb"
 

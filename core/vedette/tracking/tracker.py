@@ -22,7 +22,7 @@ from vedette.tracking.ceiling import FEW, is_sparse
 from vedette.tracking.faults import explain, explained
 from vedette.tracking.gate import Gate, SensorGate
 from vedette.tracking.lineage import Gates
-from vedette.tracking.mistaken import check_given, check_state, time_from, time_of_start
+from vedette.tracking.mistaken import check_given, check_predicted, check_state, time_from, time_of_start
 from vedette.tracking.spread import largest_deviation
 from vedette.tracking.state import State, new_state
 from vedette.tracking.validation import admitted, check_sensors, checked_prior
@@ -250,6 +250,7 @@ class Tracker:
         try:
             return predicted(self.estimator, state.belief, time - state.time if state.time != -np.inf else 0.0, rng)
         except Exception as error:
+            check_predicted(state, time)
             explain(error, self, partial(self.predict, state, time))
             raise
 

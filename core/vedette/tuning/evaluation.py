@@ -12,6 +12,7 @@ from attrs import evolve, frozen
 from vedette.errors import ConfigError, Problem, VedetteError
 from vedette.experiment import Experiment, Steps
 from vedette.progress import silent
+from vedette.report.warnings import of_input
 from vedette.roles import Sensor
 from vedette.space import Array
 from vedette.supporting import ImagingSensor
@@ -33,7 +34,8 @@ class Data:
 
     Scans before the time `cut` are tuned on, `tuned` of them, the others judged by; `times` (s,). `scans` are those that
     the tracker took; None of cameras, whose frames need not fit into memory. `covers` are the sensors' views at each scan,
-    `densities` stand in where the gate counts clutter itself.
+    `densities` stand in where the gate counts clutter itself. `odd`: what looks wrong with
+    the input.
     """
 
     experiment: Experiment
@@ -43,6 +45,7 @@ class Data:
     tuned: int
     covers: Sequence[Cover]
     densities: dict[str, float] | None
+    odd: tuple[str, ...] = ()
 
     @property
     def cut(self) -> float:
@@ -106,16 +109,16 @@ def data_of(experiment: Experiment, recording: Recording, part: float) -> Data:
     times = np.array([scan.time for scan in scans])
     tuned = len(scans) if part == 1 else int(np.searchsorted(times, times[int(part * len(times))])) if len(times) else 0
     if tuned < LEAST or (part < 1 and len(scans) - tuned < LEAST):
-        text = (
-            f"gives {len(scans)} scans, of which {tuned} are to tune on: at least {LEAST} are needed there and in the rest"
-        )
+        told = f"gives {len(scans)} scan{'' if len(scans) == 1 else 's'}, of which {tuned} are to tune on"
+        text = "; ".join([f"{told}: at least {LEAST} are needed there and in the rest", *of_input(steps.intake, recording)])
         raise ConfigError([Problem("source", text)])
     seen = views(tracker.sensors, scans)
     densities = None
     if tracker.gate.clutter == "nonparametric":
         densities = {name: _density(seen[name], name, scans) for name in seen}
     covers = tuple(_cover(tracker.sensors, seen, scan) for scan in scans)
-    return Data(experiment, recording, None if framed else scans, times, tuned, covers, densities)
+    odd = tuple(of_input(steps.intake, recording))
+    return Data(experiment, recording, None if framed else scans, times, tuned, covers, densities, odd)
 
 
 def evaluate(

@@ -25,6 +25,7 @@ def data(tuned: Tuned) -> dict[str, Any]:
     judged = tuned.judged
     return {
         "title": tuned.title,
+        "warnings": list(tuned.odd),
         "by": tuned.by,
         "parameters": [each.data() for each in tuned.parameters],
         "correlation": [[None if np.isnan(one) else one for one in row] for row in tuned.correlation.tolist()],
@@ -52,6 +53,7 @@ def summary(each: Found) -> str:
 
 def _lines(tuned: Tuned) -> Iterator[str]:
     judged = tuned.judged
+    yield from (f"LOOKS WRONG: {said}" for said in tuned.odd)
     rows = [("parameter", "before", "after", "error", "95 % within", "")]
     for each in tuned.parameters:
         unit = "" if each.free.place.unit == "1" else f" {each.free.place.unit}"

@@ -58,6 +58,7 @@ class Tuned:
 
     `ends` counts the searches that ended at the best point, of `starts`; `onward`: how often the search went on from
     a higher point that was met while the errors were found; `jumps`: by how much the criterion jumps about it.
+    `odd`: what looks wrong with the input.
     """
 
     title: str
@@ -75,6 +76,7 @@ class Tuned:
     config: dict[str, Any] = field(repr=False)
     own: dict[str, Any] = field(repr=False)
     written: dict[str, Any] = field(repr=False)
+    odd: tuple[str, ...] = ()
 
     @property
     def values(self) -> dict[str, float]:
@@ -142,6 +144,7 @@ def tune(
         ended_there(settling.ends, known.position),
         settling.onward, known.jumps, evaluations, kept.resumed, to_config(applied(experiment, parameters, values)),
         own, {_written(path): value for path, value in changes(experiment, parameters, values).items()},
+        data.odd,
     )  # fmt: skip
     kept.forget()
     return result

@@ -87,7 +87,7 @@ class TerminalView:
         cells = [[(" ", "")] * width for _ in range(height)]
         span = np.maximum(self._high - self._low, 1e-9) * (1 + 2 * _MARGIN)
         step = max(span[0] / width, span[1] / (2 * height))  # a character is twice as high as it is wide
-        middle = (self._low + self._high) / 2 if np.isfinite(span).all() else np.zeros(2)
+        middle = (self._low + self._high) / 2 if np.isfinite(self._low).all() else np.zeros(2)
         down = self._unit == "px"
         marks = [*((spot, "\N{MIDDLE DOT}", "dim") for spot in returns)]
         marks += [
