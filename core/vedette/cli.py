@@ -222,6 +222,7 @@ def _parser() -> Parser:
     check = commands.add_parser("check", help="test a component against the laws of its role", description=about.CHECK)
     check.add_argument("subject", metavar="WHAT", help="an installed kind, a module, module:Class, or a config's file")
     check.add_argument("--config", metavar="FILE", help="check the kind with the parameters that it has in this config")
+    _takes_overrides(check, "the config")
     check.add_argument(
         "--profile", default="fast", choices=["fast", "nightly"], help="how thoroughly to test; default: fast"
     )

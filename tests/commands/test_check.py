@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from support.paths import EXAMPLES
 from vedette.cli import main
 from vedette.commands import check
 from vedette.testing import laws_of
@@ -25,6 +26,7 @@ HOOK = "import vedette\n@vedette.plugin\ndef vedette_components(): "
 CASES = {
     "an import that fails": ("raise ImportError('no tides')", "could not be imported: ImportError: no tides"),
     "no Python": ("def (", "could not be imported: SyntaxError"),
+    "an import that ends the process": ("raise SystemExit(3)", "could not be imported: SystemExit: 3"),
     "a hook that fails": (HOOK + "return 1 / 0", "its vedette_components failed: ZeroDivisionError"),
     "a class of no role": (HOOK + "return [dict]", "dict plays none of the roles"),
     "a class that is incomplete": (HOOK + "return [vedette.Associator]", "Associator is incomplete"),
@@ -113,3 +115,16 @@ def test_what_cannot_be_drawn_is_told_with_its_cure(capsys: pytest.CaptureFixtur
         told = capsys.readouterr().out
         assert "cannot be drawn" in told
         assert "vedette check KIND --config FILE" in told
+
+
+HARBOUR = str(EXAMPLES / "harbour.toml")
+
+
+def test_set_changes_the_config_whose_components_are_checked(capsys: pytest.CaptureFixture[str]) -> None:
+    (radar,) = check.parts_of(HARBOUR, "range_bearing", ["sensors.radar.sigma_range=7"])
+    assert getattr(radar, "sigma_range", None) == 7.0
+    for given in ([HARBOUR], ["pda", "--config", HARBOUR]):
+        assert main(["check", *given, "--set", "gate.probability=2"]) == 2
+        assert capsys.readouterr().err == "vedette: error: gate.probability: must be > 0 and <= 1, got 2\n"
+    assert main(["check", "pda", "--set", "gate.probability=0.9"]) == 2
+    assert "--set: changes a config: name one, as in --config tracker.toml" in capsys.readouterr().err

@@ -86,7 +86,7 @@ def test_an_experiment_is_flat_and_build_checks_all_of_it(registry: Registry) ->
         ),
         (
             {"low": 1, "high": 2, "inner": "band"},
-            ["inner: must be a table that names its kind, got 'band'; installed: band"],
+            ["inner: must be a table that names its kind, as { kind = 'band' }, got 'band'; installed: band"],
         ),
         ({"low": 1, "high": 2, "inner": {"knd": "band"}}, ["inner.knd: unknown; did you mean 'kind'?"]),
         ({"low": 1, "high": 2, "inner": {"low": 1}}, ["inner.kind: missing; installed: band"]),

@@ -123,7 +123,7 @@ WRONG: list[tuple[str, Any, str, str]] = [
     ("title", 3, "title", "must be a string, got 3"),
     ("lifecycle.hits", 0, "lifecycle.hits", "must be >= 1"),
     # shapes
-    ("estimator", "imm", "estimator", "must be a table that names its kind, got 'imm'; installed: "),
+    ("estimator", "imm", "estimator", "must be a table that names its kind, as { kind = 'imm' }, got 'imm'; installed: "),
     ("estimator", [], "estimator", "got a list of 0"),
     ("estimator.modes", {"kind": "ekf"}, "estimator.modes", "must be a list of estimators, got a table"),
     ("estimator.modes", [], "estimator.modes", "must hold at least one"),

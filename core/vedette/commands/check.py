@@ -7,7 +7,7 @@ import json
 import warnings
 from argparse import Namespace
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
@@ -38,9 +38,12 @@ def run(arguments: Namespace) -> int:
 
         profile = Profile.named(arguments.profile, arguments.seed)
         if Path(arguments.subject).suffix in FORMATS:
-            found = [check(type(each), profile, each) for each in parts_of(arguments.subject)]
+            found = [check(type(each), profile, each) for each in parts_of(arguments.subject, None, arguments.overrides)]
         elif arguments.config is not None:
-            found = [check(type(each), profile, each) for each in parts_of(arguments.config, arguments.subject)]
+            parts = parts_of(arguments.config, arguments.subject, arguments.overrides)
+            found = [check(type(each), profile, each) for each in parts]
+        elif arguments.overrides:
+            raise ConfigError([Problem("--set", "changes a config: name one, as in --config tracker.toml")])
         else:
             found = [check(cls, profile) for cls in classes_of(arguments.subject, Registry.installed())]
     except ModuleNotFoundError as missing:
@@ -50,7 +53,7 @@ def run(arguments: Namespace) -> int:
     return FAILED if any(component["failed"] for component in found) else DONE
 
 
-def parts_of(config: str, kind: str | None = None) -> list[Component]:
+def parts_of(config: str, kind: str | None = None, overrides: Sequence[str] = ()) -> list[Component]:
     """Return the components of a config, or those of one kind, each with its parameters; ConfigError if there are none."""
     found: list[Component] = []
 
@@ -67,7 +70,7 @@ def parts_of(config: str, kind: str | None = None) -> list[Component]:
             for each in value:
                 gather(each)
 
-    gather(load(config))
+    gather(load(config, overrides=overrides))
     parts = [each for each in found if role_of(type(each)) and kind in (None, each.kind)]
     if not parts:
         kinds = ", ".join(sorted({each.kind for each in found}))
@@ -92,7 +95,7 @@ def classes_of(subject: str, registry: Registry) -> list[type[Component]]:
         hints += "".join(f" {cause};" for cause in registry.unreadable())
         text = f"is neither an installed kind nor a module;{hints} `vedette components` lists the kinds"
         raise ConfigError([Problem(subject, text)]) from None
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise PluginError(f"{name}: could not be imported: {type(error).__name__}: {error}") from error
     found = _components(module)
     if one:

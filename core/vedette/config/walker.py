@@ -205,7 +205,8 @@ class Walker:
             return given
         candidates = [entry for entry in self.registry.of_role(shape.role) if issubclass(entry.cls, shape.base)]
         if not isinstance(given, Mapping):
-            return self.fail(place, f"must be a table that names its kind, got {told(given)}; {_kinds(candidates)}")
+            named = f", as {{ kind = {given!r} }}" if given in [entry.kind for entry in candidates] else ""
+            return self.fail(place, f"must be a table that names its kind{named}, got {told(given)}; {_kinds(candidates)}")
         at_kind = below(place, "kind")
         if "kind" not in given:
             typo = nearest("kind", [name for name in given if isinstance(name, str)])

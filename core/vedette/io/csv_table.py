@@ -120,7 +120,8 @@ def numbers(axes: Space, time: str, columns: Mapping[str, str], units: Mapping[s
                 raise ValueError(f"must be a unit, or a multiple of one above 0, got {unit!r}")
             found[axis.name] = Number(name, title, factor, LARGEST.get(axis.name), LEAST.get(axis.name, -math.inf))
         except ValueError as error:
-            problems.append(Problem(f"{place}.units.{axis.name}", str(error)))
+            text = str(error).replace(repr(f"1 {unit}"), repr(unit))
+            problems.append(Problem(f"{place}.units.{axis.name}", text))
     if problems:
         raise ConfigError(problems)
     return found
