@@ -69,13 +69,20 @@ MIXED, RIGHT = (1.0, SHUFFLED, "in time"), (1.0, None, None)
         *(("explain", *each) for each in (DEGREES, MIXED, RIGHT)),
         *(("consistency", *each) for each in (DEGREES, MIXED, RIGHT)),
         ("tune", *MIXED),
+        *(("watch", *each) for each in (DEGREES, MIXED, RIGHT)),
+        *(("study", *each) for each in (DEGREES, MIXED, RIGHT)),
     ],
 )
 def test_every_command_that_reads_a_recording_says_what_looks_wrong_with_it(
     config, tmp_path, capsys, command, factor, order, told
 ):
     more = [*TUNE, "--out", str(tmp_path / "tuned")] if command == "tune" else []
-    code = main([command, config(factor, order), *more])
+    given = config(factor, order)
+    if command == "study":
+        (tmp_path / "study.toml").write_text('experiment = "radar.toml"\nruns = 2\n')
+        given, more = str(tmp_path / "study.toml"), ["--threads", "1"]
+    more += ["--terminal", "--speed", "max"] if command == "watch" else []
+    code = main([command, given, *more])
     out, err = capsys.readouterr()
     if told is None:
         assert code == 0

@@ -19,6 +19,7 @@ from vedette.progress import on_terminal
 from vedette.report.canvas import Look
 from vedette.report.files import check_folder
 from vedette.report.montecarlo import charts, text, write_study
+from vedette.report.warnings import of_recording
 
 
 def run(arguments: Namespace) -> int:
@@ -40,6 +41,8 @@ def run(arguments: Namespace) -> int:
             planned, threads=threads, out=folder, resume=arguments.resume, scheduler=arguments.scheduler, progress=progress
         )
     seconds = perf_counter() - began
+    for said in dict.fromkeys(said for point in planned.points for said in of_recording(point.experiment)):
+        print(f"LOOKS WRONG: {said}")
     print(text(outcome))
     print(f"{seconds:.1f} s, {process_time() - cpu:.1f} s of CPU time in this process")
     if folder is not None:

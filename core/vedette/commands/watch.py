@@ -15,6 +15,7 @@ from vedette.errors import ConfigError, Problem
 from vedette.experiment import Experiment, Steps, Watch
 from vedette.report.files import check_folder
 from vedette.report.streaming import stream
+from vedette.report.warnings import of_input
 from vedette.watching.pace import Pace, read_speed
 from vedette.watching.page import LivePage
 from vedette.watching.terminal import TerminalView
@@ -49,7 +50,8 @@ def _follow(
         if folder is None:
             interrupted, confirmed = _through(experiment, steps, view.take)
             found = {"scans_taken": steps.intake.scans, "begun": steps.state.born, "confirmed": confirmed}
-            lines = [f"{steps.intake.scans} scans, {confirmed} confirmed tracks of {steps.state.born} begun"]
+            lines = [f"LOOKS WRONG: {said}" for said in of_input(steps.intake, steps.recording)]
+            lines += [f"{steps.intake.scans} scans, {confirmed} confirmed tracks of {steps.state.born} begun"]
         else:
             done = stream(experiment, folder, steps=steps, watch=view.take)
             interrupted, found = done.result.interrupted, done.figures

@@ -15,7 +15,8 @@ from vedette.metrics import Score
 from vedette.report.figures import count
 from vedette.roles import Sensor
 from vedette.tracking.intake import Came, Intake
-from vedette.types import Recording
+from vedette.tracking.preprocessing import open_source
+from vedette.types import LazyScans, Recording
 
 MOST = 0.5
 """A larger fraction of the input than this must be odd before it is reported."""
@@ -68,6 +69,16 @@ def of_input(intake: Intake, recording: Recording) -> Iterator[str]:
     gap = 0.0 if intake.times is None else (intake.times[1] - intake.times[0]) / max(intake.scans - 1, 1)
     if intake.scans >= ENOUGH and (gap >= _LONG or 0 < gap < _SHORT):
         yield f"scans are {_interval(gap)} apart on average: are their times in another unit, such as ms? They are read as s"
+
+
+def of_recording(experiment: Experiment) -> Iterator[str]:
+    """Yield what looks wrong with the input of an experiment that reads a recording, opened for that; no frame is read."""
+    if experiment.source is None or experiment.source.draws:
+        return
+    sensors = experiment.tracker.sensors
+    recording = open_source(experiment.source, experiment.preprocessors, sensors, np.random.default_rng(experiment.seed))
+    unread = isinstance(recording.scans, LazyScans) or bool(experiment.preprocessors)
+    yield from of_input(Intake.of(sensors, () if unread else recording.scans, recording.refused), recording)
 
 
 def _interval(gap: float) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 import zlib
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from typing import Any, Literal
 from unittest import SkipTest
 
@@ -39,6 +40,7 @@ from vedette.testing.laws import (
 from vedette.testing.repeatable import constants_of_no_module
 from vedette.testing.strategies import components
 from vedette.testing.telling import counterexample, line_of, method_of
+from vedette.tracking.faults import broken_promise
 
 Drawer = Callable[[Any, Profile], st.SearchStrategy[Any]]
 
@@ -147,13 +149,25 @@ def examine(cls: type[Component], law: Law, drawn: st.SearchStrategy[Any], profi
     except Exception as error:
         what = str(error)
         if not isinstance(error, AssertionError):
-            what = f"{method_of(error)}raised {type(error).__name__}: {error}{line_of(error)}"
+            method = method_of(error)
+            what = f"{method}raised {type(error).__name__}: {error}{line_of(error)}"
+            what = what if method else _promise(law, *tried[:2]) or what
         component, data = tried[:2]
         told = counterexample(what, component, data, lambda: law.check(component, data))
         return Outcome(law, "failed", told, tried[2] + 1, alpha)
     if not tried[2]:
         return Outcome(law, "skipped", closed[0], 0, 0.0)
     return Outcome(law, "held", "", tried[2], alpha)
+
+
+def _promise(law: Law, component: Component, data: Any) -> str:
+    """Return which method gives what it must not, where that is why a law's own sums failed; "" if none does."""
+
+    def again() -> None:
+        with suppress(Exception):
+            law.check(component, data)
+
+    return (broken_promise(component, again) or "").partition("; `vedette check")[0]
 
 
 def conformance(cls: type[Component], *, known_failures: Mapping[str, str] | None = None, **strategies: Any) -> type:
