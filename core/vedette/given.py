@@ -70,6 +70,20 @@ def heading(value: Any) -> float | Array:
     return found if found.ndim else float(found)
 
 
+def pixels(value: Any) -> Any:
+    """Return rows of numbers as an array; anything else as it is, for the tracker to refuse with its place."""
+    if not isinstance(value, list | tuple):
+        return value
+    try:
+        return np.asarray(value)
+    except ValueError:
+        return value
+
+
+def corner(value: Any) -> Array | None:
+    return _array("corner", value, _FLOAT)  # type: ignore[no-any-return]
+
+
 def time(value: Any) -> float:
     try:
         return float(value)

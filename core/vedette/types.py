@@ -69,8 +69,8 @@ class Frame:
 
     evidence: ClassVar[None] = None
     missing: ClassVar[None] = None
-    pixels: Array
-    corner: Array | None = None
+    pixels: Array = field(converter=given.pixels)
+    corner: Array | None = field(default=None, converter=given.corner)
     geometry: Mapping[str, Any] | None = None
 
 

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import vedette
-from vedette import Detections, Pose, Scan
+from support.paths import EXAMPLES
+from vedette import Detections, Frame, Gaussian, Pose, Scan
 
 
 def tracker():
@@ -50,3 +51,45 @@ def test_what_is_no_time_cannot_be_predicted_to(wrong):
     state = own.step(own.start(seed=1), Scan(0.0, "radar", Detections.of([[1000.0, 0.1]])))
     with pytest.raises(ValueError, match=r"^time: must be a number of s, got "):
         own.predict(state, wrong)
+
+
+def camera():
+    own = vedette.load(EXAMPLES / "flir_clip.toml").tracker
+    start = Gaussian(np.array([[20.0, 20.0, 0.0, 0.0, 8.0, 8.0]]), np.eye(6)[None])
+    return own, own.start(start, 0.0, seed=1)
+
+
+PIXELS = np.random.default_rng(0).normal(60.0, 5.0, (48, 64))
+
+
+def test_lists_of_pixels_and_of_a_corner_are_what_their_arrays_are():
+    own, state = camera()
+    after = [
+        own.step(state, Scan.image(1.0, "camera", Frame(pixels, corner)))
+        for pixels, corner in [(PIXELS, np.array([1.0, 2.0])), (PIXELS.tolist(), [1, 2]), (tuple(PIXELS.tolist()), (1, 2))]
+    ]
+    for each in after[1:]:
+        np.testing.assert_array_equal(own.estimate(each).mean, own.estimate(after[0]).mean)
+
+
+@pytest.mark.parametrize(
+    ("pixels", "corner", "told"),
+    [
+        (PIXELS, [1], r"^frame: corner must be finite with shape"),
+        (PIXELS, 5, r"^frame: corner must be finite with shape"),
+        (PIXELS, [1, np.nan], r"^frame: corner must be finite with shape"),
+        (PIXELS, "x", r"^corner: must be numbers in rows of equal length, got 'x'"),
+        ([[1, 2], [3]], None, r"^frame: pixels must be an array of real numbers, got list"),
+        ([["a"]], None, r"^frame: pixels must be an array of real numbers, got <U1"),
+        ("x", None, r"^frame: pixels must be an array of real numbers, got str"),
+        (
+            np.zeros((2, 3, 48, 64)),
+            None,
+            r"^pixels: must have shape \(height, width\) as the state is of one run, got \(",
+        ),
+    ],
+)
+def test_a_frame_that_cannot_be_taken_is_refused_with_what_is_right(pixels, corner, told):
+    own, state = camera()
+    with pytest.raises(ValueError, match=told):
+        own.step(state, Scan.image(1.0, "camera", Frame(pixels, corner)))

@@ -52,25 +52,30 @@ def check_given(state: State, start: Callable[[], State], observed: Detections |
     """Raise ValueError for a state unlike those with which a tracker starts, ScanRefused for returns of other runs."""
     check_state(state)
     try:
-        own = start()
-    except Exception:  # then that is what failed
-        return
-    for what, its, mine in (("belief", _belief(state), _belief(own)), ("memory", state.memory, own.memory)):
+        own: State | None = start()
+    except Exception:  # it needs what only a user can give, or that is what failed
+        own = None
+    pairs = [] if own is None else [("belief", _belief(state), _belief(own)), ("memory", state.memory, own.memory)]
+    for what, its, mine in pairs:
         axes, wanted = set(_axes(its)), set(_axes(mine))
         if unlike := _unlike(its, mine) or (axes and wanted and axes != wanted and (its, mine)):
             told = f"its {what} is of {_said(unlike[0], axes)}, where this one starts with {_said(unlike[1], wanted)}"
             raise ValueError(f"state: is one of another tracker: {told}")
-    if isinstance(observed, Detections):
-        batch, runs = observed.z.shape[:-2], state.existence.shape[:-1]
-        try:
-            fits = np.broadcast_shapes(batch, runs) == runs
-        except ValueError:
-            fits = False
-        if not fits:
-            wanted_shape = ", ".join([*map(str, runs), "returns", str(observed.z.shape[-1])])
-            raise ScanRefused(
-                f"z: must have shape ({wanted_shape}) as the state is of {_runs(runs)}, got {observed.z.shape}"
-            )
+    _check_runs(state, observed)
+
+
+def _check_runs(state: State, observed: Detections | Frame) -> None:
+    """Raise ScanRefused for returns or a frame of other runs than the state's."""
+    framed, runs = isinstance(observed, Frame), state.existence.shape[:-1]
+    given = observed.pixels if isinstance(observed, Frame) else observed.z
+    try:
+        fits = np.broadcast_shapes(given.shape[:-2], runs) == runs
+    except ValueError:
+        fits = False
+    if not fits:
+        wanted_shape = ", ".join([*map(str, runs), *(("height", "width") if framed else ("returns", str(given.shape[-1])))])
+        name = "pixels" if framed else "z"
+        raise ScanRefused(f"{name}: must have shape ({wanted_shape}) as the state is of {_runs(runs)}, got {given.shape}")
 
 
 def _runs(shape: tuple[int, ...]) -> str:
