@@ -60,9 +60,11 @@ def _bytes(rng: Rng, data: bytes) -> bytes:
 
 def _lines(rng: Rng, data: bytes) -> bytes:
     lines = data.split(b"\n")
-    change = int(rng.integers(5))
+    change = int(rng.integers(6))
     at = int(rng.integers(len(lines)))
-    if change == 0:
+    if change == 5:  # nothing but blank lines, from somewhere on
+        lines[pick(rng, [0, at]) :] = [pick(rng, [b"", b" ", b"\r", b"\t "])] * int(rng.integers(1, 5))
+    elif change == 0:
         del lines[at]
     elif change == 1:
         lines.insert(at, lines[int(rng.integers(len(lines)))])
