@@ -80,7 +80,7 @@ def checked_prior(given: Any, axes: int) -> Gaussian:
     bad = ~(np.all(np.abs(mean) <= ABSURD, axis=-1) & _is_covariance(cov, -1e-9))
     if bad.any():
         i = tuple(map(int, np.argwhere(bad)[0]))
-        told = "must have finite numbers and a symmetric positive semi-definite covariance"
+        told = f"must have finite numbers{_sizes(mean[i], cov[i])} and a symmetric positive semi-definite covariance"
         raise ValueError(f"given: track {list(i)} {told}, got {short(mean[i].tolist())} and {short(cov[i].tolist())}")
     return Gaussian(mean, cov)
 
@@ -148,6 +148,14 @@ def without_bad_returns(scan: Scan) -> tuple[Scan, list[Problem]]:
 def _at_most(values: Array | float) -> str:
     """Return what is to be added to "finite" where numbers are refused that are, but are too large for anything."""
     return f" of at most {ABSURD:g}" if np.all(np.isfinite(values)) else ""
+
+
+def _sizes(mean: Array, cov: Array) -> str:
+    """Return what is to be added to "finite" where a prior's numbers are too large for anything."""
+    if not np.all(np.isfinite(mean)) or not np.all(np.isfinite(cov)):
+        return ""
+    large = np.any(np.abs(mean) > ABSURD) or np.any(np.abs(cov) > ABSURD**2)
+    return f", means of at most {ABSURD:g} and variances of at most {ABSURD**2:g}," if large else ""
 
 
 def _pose_flaws(pose: Pose) -> list[Problem]:
@@ -219,14 +227,20 @@ def _good(detections: Detections) -> Mask:
     return good | ~detections.valid
 
 
-def _is_covariance(noise: Array, least: float = 0.0) -> Mask:
-    """Return which matrices (*b, n, n) are symmetric with eigenvalues above `least` times their largest element."""
-    finite: Mask = np.all(np.abs(noise) <= ABSURD, axis=(-1, -2))
-    safe = np.where(finite[..., None, None], noise, np.eye(noise.shape[-1]))
-    skew = np.max(np.abs(safe - np.swapaxes(safe, -1, -2)), axis=(-1, -2))
-    most = np.max(np.abs(safe), axis=(-1, -2))
-    lowest = np.linalg.eigvalsh(safe)[..., 0]
-    usable: Mask = (skew <= 1e-9 * most) & ((lowest > 0) if least == 0 else (lowest >= least * most))
+def _is_covariance(given: Array, least: float = 1e-14) -> Mask:
+    """Return which matrices (*b, n, n) are symmetric, their correlations' eigenvalues above `least`.
+
+    Axes have scales of their own, so each is measured by its deviation; one without variance only counts if `least` < 0.
+    """
+    finite: Mask = np.all(np.abs(given) <= ABSURD**2, axis=(-1, -2))
+    safe = np.where(finite[..., None, None], given, np.eye(given.shape[-1]))
+    variance = np.diagonal(safe, axis1=-2, axis2=-1)
+    deviation = np.sqrt(np.where(variance > 0, variance, 1.0))
+    with np.errstate(over="ignore"):
+        correlation = np.clip(safe / deviation[..., :, None] / deviation[..., None, :], -2.0, 2.0)  # beyond 1 none is good
+    skew = np.max(np.abs(correlation - np.swapaxes(correlation, -1, -2)), axis=(-1, -2))
+    varies = np.all((variance >= 0) if least < 0 else (variance > 0), axis=-1)
+    usable: Mask = varies & (skew <= 1e-9) & (np.linalg.eigvalsh(correlation)[..., 0] > least)
     return finite & usable
 
 
@@ -238,4 +252,7 @@ def _complaint(detections: Detections, i: Any) -> str:
     if detections.evidence is not None and not np.isfinite(detections.evidence[i]):
         return f"its evidence must be a finite number, got {detections.evidence[i]}"
     assert detections.noise is not None
-    return f"its noise must be symmetric and positive definite, got {detections.noise[i].tolist()}"
+    own = detections.noise[i]
+    too_large = np.all(np.isfinite(own)) and np.any(np.abs(own) > ABSURD**2)
+    told = f", its elements at most {ABSURD**2:g}" if too_large else ", its correlations within 1 by 1e-14 at least"
+    return f"its noise must be symmetric and positive definite{told}, got {own.tolist()}"

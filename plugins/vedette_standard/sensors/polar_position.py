@@ -14,6 +14,8 @@ from vedette_standard.sensors.station import POSITION, covers, offsets, placed
 
 _NEAR = 1e-6
 """Distance in m within which the direction fades out of the noise."""
+_ROUNDING = 1e-14
+"""Least part of the noise in one direction that is in the other: R would be singular to rounding with less."""
 
 
 @final
@@ -68,8 +70,10 @@ class PolarPosition(DirectSensor):
         """Return R: (*b, 2) -> (*b, 2, 2)."""
         dx, dy = offsets(x, self._pose)
         xx, yy, square = dx * dx + 0.5 * _NEAR**2, dy * dy + 0.5 * _NEAR**2, dx * dx + dy * dy + _NEAR**2
-        along = self.sigma_range**2
-        across = (square + along) * self.sigma_bearing**2
+        radial = self.sigma_range**2
+        tangential = (square + radial) * self.sigma_bearing**2
+        least = _ROUNDING * (radial + tangential)
+        along, across = np.maximum(radial, least), np.maximum(tangential, least)
         R = np.empty((*dx.shape, 2, 2))
         R[..., 0, 0] = (along * xx + across * yy) / square + self.sigma_extent**2
         R[..., 1, 1] = (along * yy + across * xx) / square + self.sigma_extent**2
