@@ -12,6 +12,8 @@ from vedette import Array, Lifecycle, Mask, Review, fields
 
 DETECTED = 0.5
 """A track counts as detected if a return was its own with a greater probability."""
+COVERED = 0.01
+"""A scan covers a track if it should detect it with this probability at least."""
 
 
 @frozen(eq=False)
@@ -28,7 +30,7 @@ class Limited(Lifecycle):
     """A lifecycle that also ends tracks that no sensor covers, that are not detected, or whose position is too uncertain."""
 
     max_out_of_coverage: float | None = fields.quantity(
-        "s", "a track ends after this time in places where no sensor can detect it", default=60.0, above=0
+        "s", "a track ends after this time in places where no sensor is likely to detect it", default=60.0, above=0
     )
     max_without_detection: float | None = fields.quantity(
         "s", "a track ends after this time without a detection; default: never for that alone", default=None, above=0
@@ -43,6 +45,11 @@ class Limited(Lifecycle):
         """Whether the spread is limited."""
         return self.max_spread is not None
 
+    @property
+    def least_covered(self) -> float:
+        """The detection probability from which on a scan covers a track; with less, misses say too little to end it."""
+        return COVERED
+
     def start(self, existence: Array) -> Since:
         """Return the memory of tracks that start now, at a return."""
         return Since(np.zeros(existence.shape), np.zeros(existence.shape), self.start_own(existence))
@@ -50,8 +57,9 @@ class Limited(Lifecycle):
     def review(self, memory: Since, scan: Review) -> tuple[Since, Mask, Mask]:
         """Return the lifecycle's own judgement, and end the tracks that are beyond a limit."""
         own, confirmed, alive = self.judge(memory.own, scan)
-        covered = np.where(scan.p_detect > 0, 0.0, memory.covered + scan.dt)
-        detected = np.where(scan.hit > DETECTED, 0.0, memory.detected + scan.dt)
+        hit = scan.hit > DETECTED
+        covered = np.where(hit | (scan.p_detect >= self.least_covered), 0.0, memory.covered + scan.dt)
+        detected = np.where(hit, 0.0, memory.detected + scan.dt)
         if self.max_out_of_coverage is not None:
             alive = alive & (covered <= self.max_out_of_coverage)
         if self.max_without_detection is not None:

@@ -9,7 +9,7 @@ from attrs import frozen
 from numpy.typing import NDArray
 
 from vedette import Array, Mask, Review, fields
-from vedette_standard.lifecycles.limited import DETECTED, Limited
+from vedette_standard.lifecycles.limited import COVERED, DETECTED, Limited
 
 
 @frozen(eq=False)
@@ -46,6 +46,11 @@ class MOfN(Limited):
     def __attrs_post_init__(self) -> None:
         if self.hits > self.looks:
             raise ValueError(f"hits: must be <= looks, {self.looks}, got {self.hits}")
+
+    @property
+    def least_covered(self) -> float:
+        """The detection probability from which on a scan counts as a look."""
+        return max(self.worth, COVERED)
 
     def start_own(self, existence: Array) -> Looks:
         """Return one look and one hit for each track, which confirms it where `hits` is 1."""

@@ -9,6 +9,7 @@ from vedette.types import Review
 from vedette_standard.lifecycles.coast_limited import CoastLimited
 from vedette_standard.lifecycles.existence import Existence
 from vedette_standard.lifecycles.m_of_n import MOfN
+from vedette_standard.lifecycles.score import Score
 
 
 def review(hit, p_detect, dt=1.0, spread=None):
@@ -92,6 +93,9 @@ ENDING = [
     (MOfN(max_out_of_coverage=30.0), lambda t: review(0.0, 0.0, 10.0), 3),
     (CoastLimited(max_out_of_coverage=30.0), lambda t: review(0.0, 0.0, 10.0), 3),
     (Existence(max_out_of_coverage=30.0), lambda t: review(0.0, 0.0, 10.0), 3),
+    (MOfN(max_out_of_coverage=30.0), lambda t: review(0.0, 0.05, 10.0), 3),
+    (CoastLimited(max_out_of_coverage=30.0), lambda t: review(0.0, 1e-6, 10.0), 3),
+    (Score(max_out_of_coverage=30.0), lambda t: review(0.0, 1e-6, 10.0), 3),
     (CoastLimited(confirmed=99.0, tentative=99.0, max_without_detection=25.0), lambda t: review(0.0, 0.9, 10.0), 2),
     (CoastLimited(max_spread=100.0), lambda t: review(1.0, 0.9, 10.0, np.array([30.0 * t])), 3),
 ]
@@ -99,7 +103,7 @@ ENDING = [
 
 @pytest.mark.parametrize(("life", "scan", "last"), ENDING)
 def test_tracks_end_at_their_limits(life, scan, last):
-    """Scans 10 s apart: out of coverage for 30 s, undetected for 25 s, uncertain by 30 m more each scan up to 100 m."""
+    """Scans 10 s apart: (nearly) out of coverage for 30 s, undetected for 25 s, uncertain by 30 m more each up to 100 m."""
     memory, lived = life.start(np.ones(1)), []
     for t in range(1, 6):
         memory, _, alive = life.review(memory, scan(t))
@@ -112,4 +116,12 @@ def test_a_look_at_the_track_starts_its_time_out_of_coverage_anew():
     memory = life.start(np.ones(1))
     for t in range(1, 40):
         memory, _, alive = life.review(memory, review(t % 3 == 0, 0.9 if t % 3 == 0 else 0.0, 10.0))
+        assert alive[0]
+
+
+def test_a_detection_where_none_was_likely_starts_the_time_out_of_coverage_anew():
+    life = MOfN(hits=1, max_out_of_coverage=30.0)
+    memory = life.start(np.ones(1))
+    for t in range(1, 40):
+        memory, _, alive = life.review(memory, review(t % 3 == 0, 0.001, 10.0))
         assert alive[0]

@@ -29,6 +29,7 @@ LIFECYCLES = [
     ("certain, but existence falls", Existence, "certain_as_declared", {"certain": True}),
     ("tracks out of coverage go on", MOfN, "unseen_tracks_end",
      {"review": lambda s, m, r0: (lambda r: (r[0], r[1], r[2] | (r0.p_detect == 0)))(MOfN.review(s, m, r0))}),
+    ("a chance in a million is coverage", MOfN, "unseen_tracks_end", {"least_covered": 1e-7}),
     ("a hit ends a track", MOfN, "a_hit_never_harms",
      {"review": lambda s, m, r0: MOfN.review(s, m, evolve(r0, hit=1.0 - r0.hit))}),
 ]  # fmt: skip
