@@ -2,6 +2,6 @@
 
 from vedette.tracking.permanent import GivenTracks, PermanentTracks
 from vedette.tracking.preprocessing import preprocessed, raw_sensors
-from vedette.tracking.trees import join, take
+from vedette.tracking.trees import Common, join, take
 
-__all__ = ["GivenTracks", "PermanentTracks", "join", "preprocessed", "raw_sensors", "take"]
+__all__ = ["Common", "GivenTracks", "PermanentTracks", "join", "preprocessed", "raw_sensors", "take"]

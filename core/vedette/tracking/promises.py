@@ -94,12 +94,22 @@ def _believes(estimator: Estimator[Any], given: Sequence[Any], gave: Any) -> Ite
     before = given[0]
     if before is None:
         yield "was given no belief: `start`, `predict` and `update` must return one"
-    elif type(gave) is not type(before):
+    elif type(gave) is not type(before) and not _is_another_belief(estimator, before, gave):
         yield f"must return a belief, a {type(before).__name__} as it was given; got {told(gave)}"
     elif isinstance(before, Gaussian):
         yield from gaussian_flaws(given, gave, np.shape(before.mean)[:-1], np.shape(before.mean)[-1])
     elif (count := undefined(gave)) and not undefined(tuple(given)):
         yield f"must return a belief in numbers; got nan in {count} places"
+
+
+def _is_another_belief(estimator: Estimator[Any], before: Any, gave: Any) -> bool:
+    """Return whether the estimator, whose beliefs are no Gaussians, has several types of beliefs, and this is one."""
+    if isinstance(before, Gaussian) or gave is None or not is_tree(gave):
+        return False
+    try:
+        return isinstance(estimator.moments(gave), Gaussian)
+    except Exception:
+        return False
 
 
 def _evaluates(estimator: Estimator[Any], given: Sequence[Any], gave: Any) -> Iterator[str]:

@@ -1,4 +1,4 @@
-"""Take and join tracks in the beliefs of any estimator: attrs values, tuples and arrays that lead with (*b, t)."""
+"""Take and join tracks in beliefs and innovations of any estimator: attrs values, tuples, arrays that lead with (*b, t)."""
 
 from __future__ import annotations
 
@@ -8,6 +8,13 @@ import attrs
 import numpy as np
 
 T = TypeVar("T")
+
+
+@attrs.frozen(eq=False)
+class Common:
+    """A value that all tracks have in common, such as the scan: it stays as it is where tracks are taken or joined."""
+
+    value: Any
 
 
 def take(tree: T, index: Any, axis: int) -> T:
@@ -31,7 +38,7 @@ def size(tree: Any) -> int:
 
 
 def _parts(tree: Any) -> list[Any]:
-    if tree is None:
+    if tree is None or isinstance(tree, Common):
         return []
     if isinstance(tree, tuple):
         return list(tree)
@@ -39,7 +46,7 @@ def _parts(tree: Any) -> list[Any]:
 
 
 def _rebuild(tree: T, parts: list[Any]) -> T:
-    if tree is None:
+    if tree is None or isinstance(tree, Common):
         return tree
     if isinstance(tree, tuple):
         return tuple(parts)  # type: ignore[return-value]

@@ -10,6 +10,7 @@ from attrs import frozen
 
 from vedette import Array, Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, Space, fields, filters, kernels
 from vedette.filters import OverMotion, Particles
+from vedette.tracking import Common
 
 
 @frozen(eq=False)
@@ -30,11 +31,9 @@ class Predicted:
 
 @frozen(eq=False)
 class PointHypotheses:
-    """The scan, and its log likelihoods (*b, t, 1+k, p) at the points and, if there are any, at the centres."""
+    """The scan: sensor, detections, P_G; its log likelihoods (*b, t, 1+k, p) at the points and, if any, at the centres."""
 
-    sensor: Sensor
-    detections: Detections
-    p_gate: float
+    scan: Common
     at_points: Array
     at_centres: Array | None
 
@@ -94,7 +93,7 @@ class AuxiliaryParticles(OverMotion[Particles | Predicted]):
         if isinstance(belief, Predicted):
             at_centres = filters.point_likelihoods(belief.centres, self.state, sensor, observed, p_gate)
         points = Particles(belief.points, belief.log_weights)
-        detail = PointHypotheses(sensor, observed, p_gate, at_points, at_centres)
+        detail = PointHypotheses(Common((sensor, observed, p_gate)), at_points, at_centres)
         return filters.particle_innovation(points, at_points, self.state, sensor, observed, detail)
 
     def update(self, belief: Particles | Predicted, innovation: Innovation, weights: Array) -> Particles:
@@ -112,7 +111,7 @@ class AuxiliaryParticles(OverMotion[Particles | Predicted]):
         index = filters.resample(first, belief.offset)
         roots = np.take_along_axis(belief.roots, index[..., None, None], axis=-3)
         points = self._scattered(filters.points_at(belief.centres, index), roots, belief.standard)
-        again = filters.point_likelihoods(points, self.state, detail.sensor, detail.detections, detail.p_gate)
+        again = filters.point_likelihoods(points, self.state, *detail.scan.value)
         second = filters.log_association(again, innovation.loglik, weights) - np.take_along_axis(foreseen, index, axis=-1)
         points = np.where(news[..., None], points, belief.points)
         return Particles(points, np.where(news, filters.normalised(second), log_weights))

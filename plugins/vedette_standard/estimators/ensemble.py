@@ -24,7 +24,7 @@ class Ensemble:
 @frozen(eq=False)
 class Pulls:
     """What pulls the points for each return: the residual of their mean (*b, t, k, m), how far each one's own measurement
-    lies from the mean's (*b, t, 1|k, p, m), the gain (*b, t, 1|k, n, m), and a root of the noise (*b, 1|t, 1|k, m, m).
+    lies from the mean's (*b, t, 1|k, p, m), the gain (*b, t, 1|k, n, m), and a root of the noise (*b, t, 1|k, m, m).
     """
 
     residuals: Array
@@ -86,7 +86,8 @@ class EnsembleKalman(OverMotion[Ensemble]):
         loglik = -0.5 * (distance + S.shape[-1] * math.log(2 * math.pi)) - log_volume + ready.log_constant
         gain = np.swapaxes(np.linalg.solve(S, np.swapaxes(C, -1, -2)), -1, -2)
         root = ready.columns(np.swapaxes(np.linalg.cholesky(R), -1, -2))  # what is missing is not perturbed
-        detail = Pulls(ready.residuals, dz, gain, np.swapaxes(root, -1, -2))
+        root = np.broadcast_to(np.swapaxes(root, -1, -2), (*x.shape[:-1], *root.shape[-3:]))
+        detail = Pulls(ready.residuals, dz, gain, root)
         return filters.make_innovation(sensor, x, p_gate, loglik, distance, log_volume, detail)
 
     def update(self, belief: Ensemble, innovation: Innovation, weights: Array) -> Ensemble:

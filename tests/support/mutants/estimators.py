@@ -44,6 +44,11 @@ def change_detail(innovation, **changes):
     return evolve(innovation, detail=evolve(innovation.detail, **changes))
 
 
+def one_for_all(innovation):
+    """The innovation with the first track's posterior covariance for all, on an axis of one."""
+    return change_detail(innovation, post=innovation.detail.post[:, :1])
+
+
 def wider(belief, factor):
     return Gaussian(belief.mean, belief.cov * factor)
 
@@ -167,6 +172,8 @@ ESTIMATORS = [
     ("called conservative, and short of F P F'", EKF, "predicts_as_its_motion_linearised",
      {"predict": lambda s, b, dt, rng: predicted(s, b, dt, lambda F, Q: (0.8 * F, Q)), "exact_when_linear": False,
       "conservative": True}, LINEAR),
+    ("an innovation with a shared array", EKF, "tracks_come_and_go",
+     {"evaluate": lambda s, b, sensor, seen, p_gate: one_for_all(EKF.evaluate(s, b, sensor, seen, p_gate))}, LINEAR),
     ("a belief with a shared array", EKF, "tracks_come_and_go",
      {"start": lambda s, p, a, rng: Shared(EKF.start(s, p, a, rng), np.zeros(1)),
       "predict": lambda s, b, dt, rng: Shared(EKF.predict(s, b.belief, dt, rng), b.extra),

@@ -140,8 +140,19 @@ def batches_as_it_loops(estimator: Estimator[Any], drawn: Scene) -> None:
 
 
 def tracks_come_and_go(estimator: Estimator[Any], drawn: Scene) -> None:
-    """A belief's tracks can be taken and joined: every array of it leads with the batch axes and the tracks."""
+    """Tracks of a belief and an innovation can be taken and joined: every array leads with the batch axes and the tracks."""
     belief = ahead(estimator, drawn, drawn.rng())
+    innovation = innovation_of(estimator, belief, drawn)
+    weights = soft(innovation.loglik, drawn.seed)
+    after = estimator.moments(estimator.update(belief, innovation, weights))
+    for i in ([0], [1], [1, 0]):
+        own = np.array(i)
+        taken = estimator.update(trees.take(belief, own, 1), trees.take(innovation, own, 1), weights[:, own])
+        found = estimator.moments(taken)
+        if estimator.draws:  # what it draws in an update may depend on the tracks beside
+            demand(found.mean.shape == (2, *own.shape, len(estimator.state)), f"update: mean of {found.mean.shape}")
+        else:
+            alike(estimator, found, Gaussian(after.mean[:, own], after.cov[:, own]), 1e-9)
     wanted = estimator.moments(belief)
     swapped = estimator.moments(trees.take(belief, np.array([1, 0]), 1))
     same("mean of swapped tracks", swapped.mean, wanted.mean[:, ::-1])
