@@ -64,3 +64,11 @@ def test_few_of_them_are_weighted_as_if_there_were_no_others():
         expected[range(2), choice] += share
     np.testing.assert_allclose(kernels.best_marginals(scores, 2), expected, rtol=1e-12)
     np.testing.assert_allclose(kernels.best_marginals(np.stack([scores, scores]), 2)[1], expected, rtol=1e-12)
+
+
+def test_a_joint_association_that_is_all_but_impossible_weighs_nothing():
+    scores = np.stack([[[-offset, 0.0]] for offset in np.linspace(700.0, 760.0, 121)])
+    weights = kernels.best_marginals(scores, ALL)
+    assert not np.any((weights > 0) & (weights < np.finfo(float).tiny))
+    assert np.any(weights[:, 0, 0] > 0)
+    assert np.any(weights[:, 0, 0] == 0)

@@ -7,9 +7,10 @@ import pytest
 from attrs import evolve, frozen
 
 import vedette
-from vedette import Detections, Scan, ScanRefused
+from vedette import Axis, Detections, Scan, ScanRefused, Space
 from vedette.experiment import Experiment
 from vedette.tracking import ceiling
+from vedette.tracking.spread import check_spread
 
 KALMAN = {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 1.0}}
 ESTIMATORS = {
@@ -20,14 +21,17 @@ ESTIMATORS = {
 
 
 def tracker(parts):
-    return vedette.build(
-        {
-            "estimator": ESTIMATORS[parts],
-            "sensors": {"radar": {"kind": "cartesian_position", "sigma": 5.0, "clutter_density": 1e-6}},
-            "associator": {"kind": "pda"},
-            "lifecycle": {"kind": "m_of_n", "spread": {"vx": 10.0, "vy": 10.0}},
-        }
-    )
+    return vedette.build(_config(ESTIMATORS[parts]))
+
+
+def _config(estimator):
+    return {
+        "estimator": estimator,
+        "sensors": {"radar": {"kind": "cartesian_position", "sigma": 5.0, "clutter_density": 1e-6}},
+        "associator": {"kind": "pda"},
+        "birth": {"kind": "from_returns", "spread": {"vx": 10.0, "vy": 10.0}},
+        "lifecycle": {"kind": "m_of_n"},
+    }
 
 
 def scan(time, count):
@@ -89,3 +93,36 @@ class _Given(vedette.Source):
 
     def open(self, sensors, rng):
         return vedette.Recording(tuple(scan(t, 500 if t == 2 else 5) for t in range(5)))
+
+
+def test_the_particles_of_tracks_that_would_begin_count(monkeypatch):
+    particles = {"kind": "bootstrap_particles", "motion": KALMAN["motion"], "particles": 200}
+    built = vedette.build(_config(particles))
+    monkeypatch.setattr(ceiling, "MOST_STARTED", 60_000)
+    state = built.step(built.start(seed=3), scan(0, 1150))
+    assert len(state.ids) == 1150
+    with pytest.raises(ScanRefused, match="1,210 tracks that would begin have 60,500 modes or particles"):
+        built.step(built.start(seed=3), scan(0, 1210))
+    monkeypatch.setattr("vedette.tracking.births.LEAST_STARTED", 10**9)
+    np.testing.assert_array_equal(built.step(built.start(seed=3), scan(0, 1150)).belief.points, state.belief.points)
+
+
+def test_leaves_count_where_a_tracker_keeps_hypotheses(monkeypatch):
+    built = vedette.build(
+        _config({**KALMAN, "kind": "ukf"}) | {"associator": {"kind": "k_best"}, "lifecycle": {"kind": "existence"}}
+    )
+    state = built.start()
+    for time in range(3):
+        state = built.step(state, scan(time, 12))
+    leaves = len(state.leaves.ids)
+    assert leaves > len(state.ids)
+    monkeypatch.setattr(ceiling, "MOST_PAIRS", leaves * 70 - 1)
+    with pytest.raises(ScanRefused, match=rf"{leaves} leaves of tracks and 70 returns make"):
+        built.step(state, scan(3, 70))
+
+
+def test_a_spread_in_metres_needs_a_position_in_metres():
+    life = tracker(1).lifecycle
+    check_spread(life, Space((Axis("u", "px"),)))
+    with pytest.raises(ValueError, match=r"^lifecycle: .* as no axis of the state is in m: u \[px\]"):
+        check_spread(evolve(life, max_spread=30.0), Space((Axis("u", "px"),)))

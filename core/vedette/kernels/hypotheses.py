@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vedette.kernels.assignment import k_best
+from vedette.kernels.reference import exp_or_zero, normal_or_zero
 from vedette.space import Array, Indices
 
 FARTHEST = 3000.0
@@ -50,7 +51,7 @@ def best_marginals(scores: Array, most: int) -> Array:
     tracks = np.arange(t)
     for run in np.ndindex(scores.shape[:-2]):
         _, choice, total = best_joint(scores[run], tracks[None], wanted)
-        likely = np.exp(total - total[0])
+        likely = exp_or_zero(total - total[0])
         share = np.repeat(likely / np.sum(likely), t)
         weights[run] = np.bincount((tracks * columns + choice).ravel(), share, t * columns).reshape(t, columns)
-    return weights
+    return normal_or_zero(weights)

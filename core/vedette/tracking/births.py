@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from copy import deepcopy
 from typing import Any, Protocol
 
 import numpy as np
@@ -12,7 +13,7 @@ from vedette.roles import Associator, Estimator, Sensor
 from vedette.space import Array, Indices, Mask, Space
 from vedette.supporting import Birth, Lifecycle
 from vedette.tracking import trees
-from vedette.tracking.ceiling import LEAST_PAIRS, check_births
+from vedette.tracking.ceiling import LEAST_PAIRS, LEAST_STARTED, check_births, check_started
 from vedette.tracking.gate import Gate
 from vedette.tracking.state import State, compact, kept
 from vedette.types import Detections, Frame, Newborn
@@ -159,6 +160,9 @@ def _joined(tracker: Parts, state: State, newborn: Newborn, rng: np.random.Gener
         state = compact(state)
     k = state.distances.shape[-1]
     check_births(state, count, k)
+    if count >= LEAST_STARTED:  # one is started by a copy of the generator, which stays as it is
+        one = tracker.estimator.start(trees.take(newborn.prior, slice(1), 0), tracker.state, deepcopy(rng))
+        check_started(one, len(tracker.state), count)
     existence = np.ones(count) if tracker.lifecycle.certain else newborn.existence
     belief = tracker.estimator.start(newborn.prior, tracker.state, rng)
     weights, returns = np.zeros((count, 1 + k)), state.returns

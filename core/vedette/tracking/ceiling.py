@@ -13,6 +13,10 @@ from vedette.types import Scan
 
 MOST_PAIRS = 20_000_000
 """Pairs of a track, or a mode or particle of one, and a return; each takes some 100 bytes, so all of them some 2 GB."""
+MOST_STARTED = 4_000_000
+"""Modes or particles of all tracks that begin at a scan; each takes some 500 bytes on the way, so all of them some 2 GB."""
+LEAST_STARTED = 1000
+"""Tracks from which on those that begin at a scan are measured before they do."""
 FEW = 128
 """Scans with at most so many numbers are taken without a count."""
 LEAST_PAIRS = 30_000
@@ -52,12 +56,14 @@ def is_sparse(tracker: Parts, state: State, scan: Scan) -> bool:
 
 def check_pairs(state: State, scan: Scan, axes: int) -> None:
     """Raise ScanRefused if the tracks, over so many state axes, and a scan's returns make more pairs than are allowed."""
-    k, tracks = scan.detections.z.shape[-2], state.existence.size
+    rows = state if state.leaves is None else state.leaves
+    k, tracks = scan.detections.z.shape[-2], rows.existence.size
     if tracks * k < MOST_PAIRS / _MOST_PARTS:
         return
-    parts = _parts(state.belief, tracks, axes)
+    parts = _parts(rows.belief, tracks, axes)
     if (pairs := tracks * k * parts) > MOST_PAIRS:
-        told = f"{tracks:,} tracks" if parts == 1 else f"{tracks:,} tracks of {parts:,} modes or particles"
+        told = f"{tracks:,} {'tracks' if rows is state else 'leaves of tracks'}"
+        told = told if parts == 1 else f"{told} of {parts:,} modes or particles"
         raise ScanRefused(_told(f"{told} and {k:,} returns", pairs))
 
 
@@ -80,6 +86,16 @@ def check_births(state: State, count: int, returns: int) -> None:
     """Raise ScanRefused if so many tracks that begin at a scan of so many returns make more pairs than allowed at once."""
     if (len(state.ids) + count) * returns > MOST_PAIRS:
         raise ScanRefused(_told(f"{count:,} tracks that would begin at {returns:,} returns", count * returns))
+
+
+def check_started(one: Any, axes: int, count: int) -> None:
+    """Raise ScanRefused if so many tracks that begin, each with a belief as large as this `one`, take too much memory."""
+    parts = _parts(one, 1, axes)
+    if parts > 1 and count * parts > MOST_STARTED:
+        raise ScanRefused(
+            f"{count:,} tracks that would begin have {count * parts:,} modes or particles, and at most {MOST_STARTED:,} are "
+            "taken at once: a birth that begins fewer tracks (birth.sensors), or an estimator with fewer of them"
+        )
 
 
 def refused(tracks: int, returns: int, most: int) -> ScanRefused:

@@ -5,7 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from vedette.space import Array, Space
+from vedette.supporting import Lifecycle
 from vedette.types import Gaussian
+
+
+def check_spread(lifecycle: Lifecycle, state: Space) -> None:
+    """Raise ValueError, with its place, if a lifecycle limits the spread of positions that the state does not have."""
+    if lifecycle.needs_spread and not any(axis.unit == "m" for axis in state.axes):
+        units = ", ".join(f"{axis.name} [{axis.unit}]" for axis in state.axes)
+        raise ValueError(f"lifecycle: must not limit the position's spread, in m, as no axis of the state is in m: {units}")
 
 
 def largest_deviation(estimate: Gaussian, state: Space) -> Array:

@@ -23,7 +23,7 @@ from vedette.tracking.faults import explain, explained
 from vedette.tracking.gate import Gate, SensorGate
 from vedette.tracking.lineage import Gates
 from vedette.tracking.mistaken import check_given, check_predicted, check_state, time_from, time_of_start
-from vedette.tracking.spread import largest_deviation
+from vedette.tracking.spread import check_spread, largest_deviation
 from vedette.tracking.state import State, new_state
 from vedette.tracking.validation import admitted, check_sensors, checked_prior
 from vedette.types import Detections, Frame, Gaussian, Recording, Review, Scan, new_gaussian
@@ -86,6 +86,7 @@ class Tracker:
     def _sensors_that_start_tracks(self) -> frozenset[str]:
         def starting() -> frozenset[str]:
             births.check_existence(self.birth, self.lifecycle)
+            check_spread(self.lifecycle, self.estimator.state)
             return frozenset(births.starters(self.birth, self.sensors, self.estimator))
 
         return explained(self, starting)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from attrs import evolve
 
+from vedette.space import Array
 from vedette.supporting import Lifecycle
 from vedette.testing.judging import Closed, demand, same
 from vedette.testing.law import Law
@@ -123,7 +124,8 @@ def unseen_tracks_end(lifecycle: Lifecycle, drawn: Lives) -> None:
     for _ in range(3):
         found, _, _ = lifecycle.review(found, Review(drawn.dt, ones, ones, ones, none + 1.0))
     for chance in (0.0, 1e-6):
-        memory, existence, alive = found, ones, ones > 0
+        memory, alive = found, ones > 0
+        existence: Array = ones
         for _ in range(40):
             existence = lifecycle.predict(existence, 6 * 3600.0)
             memory, _, alive = lifecycle.review(memory, Review(6 * 3600.0, existence, none, none + chance, none + 1e6))
