@@ -86,5 +86,8 @@ class HypothesisAssociator(Associator):
         return existence
 
     @abstractmethod
-    def reported(self, hypotheses: Any) -> Indices:
-        """Return the rows of the leaves that are shown, at most one of each track, the oldest track first."""
+    def reported(self, hypotheses: Any, existence: Array) -> Indices:
+        """Return the rows of the leaves that are shown, at most one of each track, the oldest track first.
+
+        existence (l,): that of each leaf. If a track's leaves are alternatives, its best is that of a target that exists.
+        """

@@ -6,6 +6,7 @@ from attrs import evolve
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import vedette
 from vedette import Detections, Scan, Tracker, kernels
 from vedette_standard.associators.global_nearest import GlobalNearest
 from vedette_standard.associators.jpda import Jpda
@@ -126,3 +127,25 @@ def test_the_comparison_of_errors_bites(monkeypatch):
     apart = doubting - sure
     error = apart.std(axis=0, ddof=1) / np.sqrt(len(apart))
     assert np.max(np.abs(apart.mean(axis=0)) / error) > 4.0
+
+
+def test_the_leaf_that_is_shown_is_that_of_a_target_that_exists():
+    """`lmb` shows one leaf of each track: a miss that is likely since there is no target is not the estimate of one."""
+    tracker = vedette.build(
+        {
+            "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 0.5}},
+            "sensors": {"radar": {"kind": "cartesian_position", "sigma": 5.0, "clutter_density": 1e-4}},
+            "associator": {"kind": "lmb"},
+            "birth": {"kind": "from_returns", "spread": {"vx": 10.0, "vy": 10.0}},
+            "lifecycle": {"kind": "existence", "delete": 0.0},
+        }
+    )
+    before = tracker.start(vedette.Gaussian(np.zeros((1, 4)), np.diag([90.0, 90.0, 9.0, 9.0])[None]), 0.0)
+    found = []
+    for existence in (1e-3, 1.0):
+        leaves = evolve(before.leaves, existence=np.array([existence]))
+        state = evolve(before, existence=np.array([existence]), leaves=leaves)
+        after = tracker.step(state, vedette.Scan(1.0, "radar", vedette.Detections.of([[8.0, 4.0]])))
+        found.append(tracker.estimate(after).mean[after.ids == 0])
+    np.testing.assert_allclose(found[0], found[1], atol=1e-12)
+    assert found[1][0, 0] > 4.0

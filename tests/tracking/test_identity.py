@@ -35,7 +35,7 @@ def states_of(kind, seed):
 
 def changes(tracker, states):
     """In how many scans a leaf is shown that does not continue the one shown before."""
-    shown = [tracker.associator.reported(state.leaves.hypotheses) for state in states]
+    shown = [tracker.associator.reported(state.leaves.hypotheses, state.leaves.existence) for state in states]
     pairs = zip(states[1:], shown, shown[1:], strict=False)
     return sum(not np.isin(state.leaves.parent[now], before).all() for state, before, now in pairs)
 

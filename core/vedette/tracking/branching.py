@@ -115,7 +115,7 @@ def grown(
     if associator.merges == "shown":
         branching, leaves, _ = _merged(tracker, Branching(kept.parent, kept.choice, hypotheses), kept, hit[rows], rng)
         existence, alive = leaves.existence, np.ones(len(leaves.ids), dtype=bool)
-    shown = associator.reported(branching.hypotheses)
+    shown = associator.reported(branching.hypotheses, leaves.existence)
     shown = shown[alive[shown]]
     weights, distances = _of_the_scan(branching, it.innovation, shown, k)
     gates = Gates(state.ids, state.confirmed, state.born, state.leaves.ids, it.scores, None, newborn.returns)

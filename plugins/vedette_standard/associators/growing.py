@@ -37,6 +37,6 @@ class Growing(HypothesisAssociator):
         """Return the probability of each leaf."""
         return leaf_probability(hypotheses)
 
-    def reported(self, hypotheses: GlobalHypotheses) -> Indices:
+    def reported(self, hypotheses: GlobalHypotheses, existence: Array) -> Indices:
         """Return the leaves of the heaviest hypothesis."""
         return heaviest(hypotheses)

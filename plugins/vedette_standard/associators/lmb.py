@@ -27,7 +27,7 @@ class LabelledMultiBernoulli(HypothesisAssociator):
 
     The score of a track is that of its mixture. The best joint associations of the scan give the marginal probability of
     each return for each track, and each leaf branches by each return in its gate. The heaviest leaves of each track are
-    kept. All tracks are shown, each by its heaviest leaf.
+    kept. All tracks are shown, each by the leaf that is heaviest given that its target exists.
     Reuter, Vo, Vo, Dietmayer, The Labeled Multi-Bernoulli Filter, IEEE Trans. Signal Processing 62, 2014.
     """
 
@@ -91,7 +91,7 @@ class LabelledMultiBernoulli(HypothesisAssociator):
         judged: Array = np.minimum(total, 1.0)[hypotheses.track]
         return judged
 
-    def reported(self, hypotheses: Mixtures) -> Indices:
-        """Return the heaviest leaf of each track."""
-        order = np.lexsort((-hypotheses.weights, hypotheses.track))
+    def reported(self, hypotheses: Mixtures, existence: Array) -> Indices:
+        """Return the leaf of each track that is heaviest if its target exists."""
+        order = np.lexsort((-hypotheses.weights * existence, hypotheses.track))
         return order[np.unique(hypotheses.track[order], return_index=True)[1]]

@@ -67,6 +67,6 @@ class NScan(HypothesisAssociator):
         """Return the probability of each leaf."""
         return leaf_probability(hypotheses.hypotheses)
 
-    def reported(self, hypotheses: Window) -> Indices:
+    def reported(self, hypotheses: Window, existence: Array) -> Indices:
         """Return the leaves of the heaviest hypothesis."""
         return heaviest(hypotheses.hypotheses)

@@ -168,7 +168,9 @@ def test_of_a_track_the_heaviest_leaves_are_kept_with_its_whole_weight():
     kept, rows = associator.keep(branching.hypotheses, np.ones(4, dtype=bool))
     assert branching.choice[rows].tolist() == [2, 3]
     np.testing.assert_allclose(kept.weights, [3 / 7, 4 / 7])
-    assert branching.choice[associator.reported(branching.hypotheses)].tolist() == [3]
+    own = branching.hypotheses
+    assert branching.choice[associator.reported(own, np.ones(4))].tolist() == [3]
+    assert branching.choice[associator.reported(own, np.array([1.0, 1.0, 1.0, 0.1]))].tolist() == [2]
 
 
 def two_that_swap():

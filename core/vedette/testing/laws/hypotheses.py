@@ -154,7 +154,7 @@ def histories_multiply(associator: Associator, drawn: Scores) -> None:
         wanted /= wanted.sum()
         same("probability of a lone track's leaves", np.asarray(kept.probability(hypotheses)), wanted, 1e-6, 1.0)
         two = np.sort(wanted)[-2:]
-        shown = np.asarray(kept.reported(hypotheses)).tolist()
+        shown = np.asarray(kept.reported(hypotheses, np.ones(len(logs)))).tolist()
         demand(len(shown) == 1, f"reported: a lone track is shown {len(shown)} times")
         if two[-1] - two[0] > 1e-6:
             best = int(np.argmax(wanted))
@@ -211,7 +211,7 @@ def shown_once_oldest_first(associator: Associator, drawn: Scores) -> None:
     """If it keeps hypotheses: at most one leaf of each track is shown, the oldest track first."""
     kept = keeping(associator)
     scan = first_scan(kept, drawn.scores[0], _begins(drawn))
-    shown: Indices = np.asarray(kept.reported(scan.branching.hypotheses))
+    shown: Indices = np.asarray(kept.reported(scan.branching.hypotheses, np.ones(len(scan.probability))))
     demand(np.all((shown >= 0) & (shown < len(scan.probability))), f"reported: must be rows of leaves, got {shown}")
     parent, choice = scan.branching.parent[shown], scan.branching.choice[shown]
     track = np.where(parent >= 0, parent, len(scan.scores) + choice)
