@@ -9,6 +9,7 @@
 namespace vedette::VEDETTE_ISA {
 
 constexpr double kLeastNoiseShare = 1e-3;  // the least |R| / |S| at which a covariance is updated by the short form
+constexpr double kLeastIndependence = 1e-3;  // the least |S| / (S_11 S_22) at which it is: K S K' errs by its inverse
 
 // What one noise R makes of a predicted P (n, n) seen through H (m, n): H P (m, n), inverse of S, the gain transposed (m, n),
 // log |S|, and whether the noise is so large a part of S that P - K S K' keeps its digits (ADR 11); if not, whether S has an
@@ -34,8 +35,8 @@ struct Correction {
         if (m == 1) keeps_digits = all_of(R[0] > kLeastNoiseShare * S[0]);
         if (m == 2)
             keeps_digits =
-                all_of(R[0] * R[3] - R[1] * R[1] >
-                       Lane<T>::maximum(kLeastNoiseShare * (S[0] * S[3] - S[1] * S[1]), kSingular * S[0] * S[3]));
+                all_of((R[0] * R[3] - R[1] * R[1] > kLeastNoiseShare * (S[0] * S[3] - S[1] * S[1])) &
+                       (S[0] * S[3] - S[1] * S[1] > kLeastIndependence * S[0] * S[3]));
         if (keeps_digits) return;
         if (m == 1) is_regular = S[0] > 0.0;
         if (m == 2) is_regular = S[0] * S[3] - S[1] * S[1] > kSingular * S[0] * S[3];

@@ -158,3 +158,23 @@ def test_noise_far_below_the_prior_along_nearly_parallel_rows(twin):
     assert_covariances(cov, twin)
     log_det = np.log(3e16 * (1e-6 + 1e-6 + 1e-6))  # S is 3e16 [1 1; 1 1] + diag(0, 1e-6) + R
     assert loglik == pytest.approx(-0.5 * log_det - np.log(2 * np.pi), rel=1e-3)
+
+
+@pytest.mark.parametrize(("name", "kernel"), TWINS, ids=[name for name, _ in TWINS])
+def test_a_noise_as_flat_as_the_prior_leaves_a_covariance(name, kernel):
+    """|R| is a good part of |S|, yet S is all but singular: what is computed by its inverse has lost the digits."""
+    rng = np.random.default_rng(4)
+    turn, flat = rng.uniform(0, 2 * np.pi, 512), 10.0 ** rng.uniform(-14, -4, 512)
+    along = np.stack([np.cos(turn), np.sin(turn)], axis=-1)
+    across = np.stack([-along[:, 1], along[:, 0]], axis=-1)
+    R = along[:, :, None] * along[:, None] + flat[:, None, None] * across[:, :, None] * across[:, None]
+    P = np.zeros((512, 4, 4))
+    P[:, :2, :2] = R * 10.0 ** rng.uniform(-1, 1, (512, 1, 1))
+    P[:, [2, 3], [2, 3]] = 10.0 ** rng.uniform(-2, 2, (512, 2))
+    F = np.eye(4) + np.zeros((512, 1, 1))
+    F[:, 0, 2] = F[:, 1, 3] = 10.0 ** rng.uniform(-8, 0, 512)
+    P = F @ P @ np.swapaxes(F, -1, -2)
+    P, R = 0.5 * (P + np.swapaxes(P, -1, -2)), 0.5 * (R + np.swapaxes(R, -1, -2))
+    z, H = np.zeros((1, 1, 2)), np.eye(4)[:2]
+    post = kernel("evaluate_returns")(P[None], z, np.zeros((1, 512, 2)), H, R[None, :, None], 0.9, 0.99, ())[4]
+    assert smallest(post) >= LEAST, name
