@@ -163,7 +163,8 @@ def inverts_what_it_measures(sensor: Sensor, drawn: Looks) -> None:
     cov = found.cov
     if len(sensor.measurement) < n:
         slope = slopes(sensor, x)
-        apart, cov = (slope @ apart[..., None])[..., 0], slope @ cov @ np.swapaxes(slope, -1, -2)
+        apart = sensor.measurement.difference(sensor.measure(x), sensor.measure(found.mean))
+        cov = slope @ cov @ np.swapaxes(slope, -1, -2)
     worst = float(np.max(nees(apart, cov)))
     demand(worst <= 9.0, f"invert: the true state is {np.sqrt(worst):.3g} standard deviations off, allowed 3")
 
