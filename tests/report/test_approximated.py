@@ -1,8 +1,12 @@
 """A summary says how often association was not exact."""
 
+import numpy as np
+
 import vedette
 from support.paths import EXAMPLES
+from vedette.config import to_config
 from vedette.metrics import judge
+from vedette.report.montecarlo import text as montecarlo_text
 from vedette.report.summary import summary
 
 
@@ -20,3 +24,14 @@ def test_approximate_weights_are_told_and_exact_ones_are_not():
     result, text = told()
     assert result.approximated == 0
     assert "approximated" not in text
+
+
+def test_a_study_tells_it_too():
+    def studied(exact):
+        overrides = ["associator.kind=jpda", f"associator.exact={exact}", "source.duration=300"]
+        return vedette.monte_carlo(to_config(vedette.load(EXAMPLES / "harbour.toml", overrides=overrides)), 2, 1)
+
+    found = studied(1)
+    assert np.any(found.figures["approximated"] > 0)
+    assert "approximated: how often in a run a track's association weights were not exact" in montecarlo_text(found)
+    assert "approximated" not in montecarlo_text(studied(14))

@@ -206,7 +206,8 @@ def _one_by_one(experiment: Experiment, seeds: Seeds, redraw: Redraw | None) -> 
             raise KeyboardInterrupt
         tracker, truth = experiment.tracker, result.recording.truth
         score = judge(result.tracks, truth, result.scans, experiment.judge, tracker.gate.probability, tracker.sensors)
-        rows.append([*(getattr(score, name) for name in ONE_BY_ONE.values()), score.nees_state])
+        judged = (getattr(score, name) for name in ONE_BY_ONE.values())
+        rows.append([*judged, score.nees_state, result.approximated])
     table = np.array([[np.nan if value is None else float(value) for value in row] for row in rows])
-    figures = dict(zip((*ONE_BY_ONE, "nees"), table.T, strict=True))
+    figures = dict(zip((*ONE_BY_ONE, "nees", "approximated"), table.T, strict=True))
     return Chunk(figures | {name: figures[name] ** 2 for name in SQUARED}, np.zeros(0), np.zeros((3, 5, 0)))

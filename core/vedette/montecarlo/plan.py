@@ -54,6 +54,7 @@ UNITS = {
     "siap_changes": "1/s",
     "siap_longest": "1",
     "position_bound": "m",
+    "approximated": "1",
 }
 """All figures of a study. NEES is over the number of axes and NIS over its expectation: both 1 on matched truth."""
 NAMES = ("title", "experiment", "runs", "seed", "chunk", "sweep", "trackers", "average", "redraw", "precision")

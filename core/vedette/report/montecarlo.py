@@ -18,6 +18,7 @@ from vedette.montecarlo.statistics import Mean
 from vedette.report.reproduction import rows
 from vedette.reproduction import Cell, Chart, Curve, Panel, Table
 from vedette.sampling.recorded import Redraw
+from vedette.space import Array
 
 MOST_CURVES = 8
 """More points than this are too many for one panel."""
@@ -53,6 +54,9 @@ def text(outcome: Outcome) -> str:
     for table in tables(outcome):
         nothing = "no figure exists: no run confirmed a track, or compared one with a truth"
         lines += ["", table.title, *(rows(table) if table.columns else [nothing])]
+    if np.any(outcome.figures.get("approximated", 0) > 0):
+        why = "how often in a run a track's association weights were not exact: its cluster was too large"
+        lines += ["", f"approximated: {why}"]
     return "\n".join(lines)
 
 
@@ -66,7 +70,7 @@ def _drawn(redraw: Redraw) -> str:
 def tables(outcome: Outcome) -> Iterator[Table]:
     """Yield the means, with several points the paired differences, and the means at each place that was averaged over."""
     points = outcome.plan.points
-    names = [name for name, values in outcome.figures.items() if name in _TOLD and np.any(np.isfinite(values))]
+    names = [name for name, values in outcome.figures.items() if name in _TOLD and _says_something(name, values)]
     columns = tuple(name if UNITS[name] == "1" else f"{name} [{UNITS[name]}]" for name in names)
     over = f", each the mean over {', '.join(outcome.plan.average)}" if outcome.parts is not None else ""
     means = tuple((at.name, _cells(outcome.means(i), names)) for i, at in enumerate(points))
@@ -78,6 +82,11 @@ def tables(outcome: Outcome) -> Iterator[Table]:
         each = outcome.parts.plan.points
         means = tuple((at.name, _cells(outcome.parts.means(i), names)) for i, at in enumerate(each))
         yield Table("Each by itself", columns, means)
+
+
+def _says_something(name: str, values: Array) -> bool:
+    """Return whether there is a figure at all; of one that is 0 where all is well, whether something is not."""
+    return bool(np.any(values > 0) if name == "approximated" else np.any(np.isfinite(values)))
 
 
 def _cells(means: Mapping[str, Mean], names: Sequence[str]) -> tuple[Cell, ...]:
