@@ -153,7 +153,7 @@ def test_no_boxes_at_all_are_told(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("pixels", "got"), [([[1, 2], [3, 4]], "list"), (np.array([["a"]]), "<U1"), (np.ones((4, 4)) * 1j, "complex128")]
+    ("pixels", "got"), [([[1, 2], [3]], "list"), (np.array([["a"]]), "<U1"), (np.ones((4, 4)) * 1j, "complex128")]
 )
 def test_a_frame_that_holds_no_numbers_is_refused(pixels, got):
     tracker = vedette.load(EXAMPLE).tracker

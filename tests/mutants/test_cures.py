@@ -87,7 +87,7 @@ CURES: dict[str, tuple[Any, str, Any, Check]] = {
     ),
     "units: the sensor's silence": (warnings, "_of_sensor", lambda *given: iter(()), said("radar: none of 30 scans")),
     "units: equal times": (warnings, "MOST", 1.0, said("beacon: 27 of 30 scans")),
-    "units: long steps": (warnings, "_LONG", np.inf, said("scans are 2.5e+03 s apart")),
+    "units: long steps": (warnings, "_LONG", np.inf, said("scans are 2,500 s apart")),
     "units: any step is long": (warnings, "_LONG", 0.0, plain(units.test_what_is_right_is_not_said)),
     "units: what is right is odd": (warnings, "MOST", -1.0, plain(units.test_what_is_right_is_not_said)),
     "units: refused input": (warnings, "_refused", nothing, plain(units.test_refused_input_is_said_first)),

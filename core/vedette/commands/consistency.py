@@ -33,7 +33,7 @@ def run(arguments: Namespace) -> int:
         result = experiment.run(progress=progress, keep_states=True)
     told = recorded(experiment, result)
     objects = pooled(told, experiment.tracker.gate.probability)
-    odd = [f"LOOKS WRONG: {said}" for said in of_input(result.intake, result.recording)]
+    odd = [f"LOOKS WRONG: {said}" for said in of_input(result.intake, result.recording, experiment.tracker.sensors)]
     text = "\n".join([*odd, *(one.text for one in told), *(one.text for one in objects if one.text)])
     found = {
         "title": experiment.title,

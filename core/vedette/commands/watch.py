@@ -50,7 +50,7 @@ def _follow(
         if folder is None:
             interrupted, confirmed = _through(experiment, steps, view.take)
             found = {"scans_taken": steps.intake.scans, "begun": steps.state.born, "confirmed": confirmed}
-            lines = [f"LOOKS WRONG: {said}" for said in of_input(steps.intake, steps.recording)]
+            lines = [f"LOOKS WRONG: {said}" for said in of_input(steps.intake, steps.recording, experiment.tracker.sensors)]
             lines += [f"{steps.intake.scans} scans, {confirmed} confirmed tracks of {steps.state.born} begun"]
         else:
             done = stream(experiment, folder, steps=steps, watch=view.take)

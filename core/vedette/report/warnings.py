@@ -5,7 +5,7 @@ A run does not end for any of it, and none of it is certain; each is one sentenc
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
@@ -29,7 +29,7 @@ _SHORT, _LONG = 1e-5, 1000.0
 def warnings(experiment: Experiment, result: Result, score: Score) -> Iterator[str]:
     """Yield a sentence for each thing that looks wrong, the most serious first."""
     intake = result.intake
-    yield from of_input(intake, result.recording)
+    yield from of_input(intake, result.recording, experiment.tracker.sensors)
     if intake.tracked >= ENOUGH and intake.hits == 0 and intake.frames == intake.scans:
         yield (
             f"there were tracks in {intake.tracked:,} frames, and in none of them was a target found: does it stand "
@@ -57,13 +57,13 @@ def warnings(experiment: Experiment, result: Result, score: Score) -> Iterator[s
         )
 
 
-def of_input(intake: Intake, recording: Recording) -> Iterator[str]:
+def of_input(intake: Intake, recording: Recording, sensors: Mapping[str, Sensor]) -> Iterator[str]:
     """Yield a sentence for each thing that looks wrong with the input alone, whatever the tracks made of it."""
     if (said := _refused(intake)) is not None:
         yield said
     yield from recording.warnings
     for name, came in intake.came.items():
-        yield from _of_sensor(name, came, intake.sensors[name])
+        yield from _of_sensor(name, came, sensors[name])
     if intake.scans == 1 and intake.returns >= ENOUGH:
         yield f"all {intake.returns:,} returns are of one scan, and one confirms no track: is the right column the time?"
     gap = 0.0 if intake.times is None else (intake.times[1] - intake.times[0]) / max(intake.scans - 1, 1)
@@ -78,7 +78,7 @@ def of_recording(experiment: Experiment) -> Iterator[str]:
     sensors = experiment.tracker.sensors
     recording = open_source(experiment.source, experiment.preprocessors, sensors, np.random.default_rng(experiment.seed))
     unread = isinstance(recording.scans, LazyScans) or bool(experiment.preprocessors)
-    yield from of_input(Intake.of(sensors, () if unread else recording.scans, recording.refused), recording)
+    yield from of_input(Intake.of(sensors, () if unread else recording.scans, recording.refused), recording, sensors)
 
 
 def _interval(gap: float) -> str:

@@ -170,7 +170,7 @@ def recorded(experiment: Experiment, result: Result) -> tuple[Recorded, ...]:
         clocks = (
             "do the times of the truth agree with theirs" if known and result.recording.truth else "is any ever confirmed"
         )
-        odd = next(of_input(result.intake, result.recording), f"{clocks}?")
+        odd = next(of_input(result.intake, result.recording, tracker.sensors), f"{clocks}?")
         raise Misuse(f"source: gives no track with enough scans of returns to judge by; {odd}")
     return told
 
