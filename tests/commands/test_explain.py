@@ -48,3 +48,10 @@ def test_without_a_recording_it_says_why_and_takes_the_interval_given(capsys):
 def test_a_wrong_interval_is_named(given, told, capsys):
     assert main(["explain", str(EXAMPLES / "harbour.toml"), "--interval", given]) == 2
     assert f"--interval: {told}" in capsys.readouterr().err
+
+
+def test_a_source_that_cannot_be_opened_limits_what_is_said(tmp_path, capsys):
+    main(["explain", str(EXAMPLES / "harbour.toml"), "--set", f'source={{kind="jsonl", path="{tmp_path}/none.jsonl"}}'])
+    said = capsys.readouterr().out
+    assert "The source was not opened: " in said
+    assert "out of proportion in the config alone" in said

@@ -163,7 +163,7 @@ def test_a_cluster_that_is_too_large_is_refused_and_nothing_is_lost(monkeypatch)
     monkeypatch.setattr(ceiling, "MOST_PAIRS", max(sizes) - 1)
     with pytest.raises(ScanRefused, match=r"tracks hang together by the .* returns that they share") as caught:
         tracker.step(states[-1], given[4])
-    assert "lifecycle.delete" in str(caught.value)
+    assert "ends doubtful tracks sooner" in str(caught.value)
     monkeypatch.undo()
     assert len(tracker.step(states[-1], given[4]).ids)
 

@@ -27,12 +27,9 @@ def run(arguments: Namespace) -> int:
     for line in lines(it):
         print(line)
     print()
-    count = len(found)
-    print(
-        f"{count} {'thing is' if count == 1 else 'things are'} out of proportion"
-        if found
-        else "nothing is out of proportion"
-    )
+    count = {0: "nothing is", 1: "1 thing is"}.get(len(found), f"{len(found)} things are")
+    unseen = experiment.source is not None and it.opened.recording is None
+    print(f"{count} out of proportion{' in the config alone' if unseen else ''}")
     for each in found:
         for line in wrap(str(each), WIDTH, initial_indent="  ", subsequent_indent="    "):
             print(line)

@@ -77,8 +77,8 @@ def check_clusters(count: int, tracks: int, returns: int) -> None:
     if count * tracks * returns > MOST_PAIRS:
         raise ScanRefused(
             f"{tracks:,} tracks hang together by the {returns:,} returns that they share, and make {tracks * returns:,} "
-            f"pairs; at most {MOST_PAIRS:,} are taken at once: a lifecycle that ends doubtful tracks sooner "
-            "(lifecycle.delete), a narrower gate, or a birth that begins fewer tracks (birth.sensors, birth.initial)"
+            f"pairs; at most {MOST_PAIRS:,} are taken at once: a lifecycle that ends doubtful tracks sooner, "
+            "a narrower gate, or a birth that begins fewer tracks (birth.sensors, birth.initial)"
         )
 
 
