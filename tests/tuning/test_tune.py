@@ -1,6 +1,7 @@
 """Tuning from end to end: the top found from afar, judged, written, resumed, and told."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -182,3 +183,14 @@ def test_the_picture_is_drawn(tuned, tmp_path):
 def test_wrong_use_is_said(config, more, said):
     with pytest.raises(ConfigError, match=said.replace(".", r"\.")):
         tune(config, FREE, **more)
+
+
+def test_a_recording_without_returns_is_refused(config, tmp_path):
+    lines = [json.loads(line) for line in Path(config["source"]["path"]).read_text(encoding="utf-8").splitlines()]
+    for line in lines:
+        if "z" in line:
+            line["z"] = []
+    path = tmp_path / "quiet.jsonl"
+    path.write_text("".join(json.dumps(line) + "\n" for line in lines))
+    with pytest.raises(ConfigError, match=r"source: gives \d+ scans without any return: there is nothing to tune by"):
+        tune(config | {"source": {"kind": "jsonl", "path": str(path)}}, FREE)

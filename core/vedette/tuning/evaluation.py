@@ -108,21 +108,18 @@ def data_of(experiment: Experiment, recording: Recording, part: float) -> Data:
     scans = [evolve(scan, frame=None) if framed else scan for scan, _ in steps]
     times = np.array([scan.time for scan in scans])
     tuned = len(scans) if part == 1 else int(np.searchsorted(times, times[int(part * len(times))])) if len(times) else 0
+    odd = tuple(of_input(steps.intake, recording, tracker.sensors))
     if tuned < LEAST or (part < 1 and len(scans) - tuned < LEAST):
         told = f"gives {len(scans)} scan{'' if len(scans) == 1 else 's'}, of which {tuned} are to tune on"
-        text = "; ".join(
-            [
-                f"{told}: at least {LEAST} are needed there and in the rest",
-                *of_input(steps.intake, recording, tracker.sensors),
-            ]
-        )
+        text = "; ".join([f"{told}: at least {LEAST} are needed there and in the rest", *odd])
         raise ConfigError([Problem("source", text)])
+    if not steps.intake.returns + steps.intake.frames:
+        raise ConfigError([Problem("source", f"gives {len(scans)} scans without any return: there is nothing to tune by")])
     seen = views(tracker.sensors, scans)
     densities = None
     if tracker.gate.clutter == "nonparametric":
         densities = {name: _density(seen[name], name, scans) for name in seen}
     covers = tuple(_cover(tracker.sensors, seen, scan) for scan in scans)
-    odd = tuple(of_input(steps.intake, recording, tracker.sensors))
     return Data(experiment, recording, None if framed else scans, times, tuned, covers, densities, odd)
 
 
