@@ -113,7 +113,8 @@ class Innovation:
     distance    (*b, t, k)    squared Mahalanobis distance, the least over modes (union gate)
     log_volume  (*b, t)       log sqrt|S|, the largest over modes
     nis         (*b, t, k)    squared distance expected over modes given the return: its mean is m on matched truth
-    detail      what the estimator that made it needs for `update`
+    detail      what the estimator that made it needs for `update`; its arrays lead with (*b, t), too, as some of the tracks
+                may be taken from it; what is common to all tracks, such as the scan, is in a `vedette.tracking.Common`
     """
 
     loglik: Array

@@ -105,7 +105,8 @@ class InformationFilter(OverMotion):
         root = vedette.kernels.root(now.cov)[..., None, :, :]
         S = H @ now.cov[..., None, :, :] @ np.swapaxes(H, -1, -2) + ready.noise
         made = with_gain(sensor, x, ready, root, H @ root, S, post @ turned, p_gate)
-        return evolve(made, detail=(turned @ ready.residuals[..., None], turned @ H))
+        added, gained = turned @ ready.residuals[..., None], turned @ H
+        return evolve(made, detail=(added, np.broadcast_to(gained, (*x.shape[:-1], *gained.shape[-3:]))))
 
     def update(self, belief, innovation, weights):
         now = self.moments(belief)
