@@ -5,10 +5,12 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from contextlib import ExitStack
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from attrs import evolve, frozen
 
 from vedette.config import to_config
@@ -29,7 +31,11 @@ from vedette.report.series import SeriesWriter
 from vedette.report.summary import summary
 from vedette.report.traces import Bands
 from vedette.space import Space
+from vedette.tracking.faults import check_again
 from vedette.tracking.history import History
+from vedette.tracking.state import State
+from vedette.tracking.tracker import Tracker
+from vedette.types import Scan
 
 _SCANS, _ENTRIES = 200, 5_000
 """After so many scans, or tracks times scans, the tracks' histories are written and dropped."""
@@ -113,10 +119,14 @@ def _written(
             for file in (table, lines, recording):
                 file.flush()
 
+        whole = True
         try:
             for scan, state in steps:
                 recording.write(scan_line(scan, spaces, frames))
                 estimate, modes = history.add(state)
+                if whole and np.isnan(np.sum(estimate.mean) + np.sum(state.existence)):  # told once, of the first scan
+                    whole = False
+                    check_again(experiment, partial(_again, tracker, steps.before, scan))
                 series.add(scan, steps.before, state, estimate, modes)
                 judge.add(scan, state.ids, state.confirmed, estimate, state.nis, state.hit, modes)
                 if watch is not None:
@@ -154,6 +164,10 @@ def _written(
     written = ("tracks.csv", "tracks.jsonl", "recording.jsonl", "series.npz", "config.json", "summary.json", "summary.txt")
     own, problems = write_of_plugins(folder, experiment, result, "vedette_files_of_stream")
     return Streamed(result, score, text, found, (*written, *names, *own), tuple(problems))
+
+
+def _again(tracker: Tracker, before: State, scan: Scan) -> None:
+    tracker.estimate(tracker.step(before, scan))
 
 
 def _in_its_terms(
