@@ -34,9 +34,9 @@ XY = {"x": "x", "y": "y"}
 
 
 def count(data: bytes, skip: int = 1) -> int:
-    """Count the lines that hold something, after the first: what docs/formats.md calls a row."""
+    """Count the lines that hold something, after the first of these: what docs/formats.md calls a row."""
     text = data.decode("utf-8-sig", errors="replace").replace("\r\n", "\n").replace("\r", "\n")
-    return sum(bool(line.strip()) for line in text.split("\n")[skip:])
+    return max(sum(bool(line.strip()) for line in text.split("\n")) - skip, 0)
 
 
 def check_rows(rows: Mapping[str, Rows], totals: Mapping[str, int]) -> None:

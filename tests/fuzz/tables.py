@@ -112,7 +112,11 @@ def read_frame(rng: Rng, folder: Path) -> None:
     """Track the targets of a data frame, drafted or as told."""
     import pandas as pd
 
-    frame = pd.DataFrame(changed(rng, pick(rng, [dated, polar, counted])(rng)))
+    columns = changed(rng, pick(rng, [dated, polar, counted])(rng))
+    try:
+        frame = pd.DataFrame(columns)
+    except UnicodeEncodeError:  # half a character, for which pandas' own strings have no place
+        frame = pd.DataFrame(columns, dtype=object)
     result = vedette.track(frame)
     check_rows(result.recording.rows, {"detections": len(frame)})
 
