@@ -21,6 +21,9 @@ from vedette.report.files import check_folder
 from vedette.report.montecarlo import charts, text, write_study
 from vedette.report.warnings import of_recording
 
+INPUT = ("source", "sensors", "preprocessors")
+"""The parts of a config by which its input is read: points that are alike in them read the same."""
+
 
 def run(arguments: Namespace) -> int:
     """Run the study, print its tables, write its files; return 130 if Ctrl-C ended it early."""
@@ -41,7 +44,8 @@ def run(arguments: Namespace) -> int:
             planned, threads=threads, out=folder, resume=arguments.resume, scheduler=arguments.scheduler, progress=progress
         )
     seconds = perf_counter() - began
-    for said in dict.fromkeys(said for point in planned.points for said in of_recording(point.experiment)):
+    inputs = {json.dumps([at.config.get(part) for part in INPUT], default=str): at.experiment for at in planned.points}
+    for said in dict.fromkeys(said for experiment in inputs.values() for said in of_recording(experiment)):
         print(f"LOOKS WRONG: {said}")
     print(text(outcome))
     print(f"{seconds:.1f} s, {process_time() - cpu:.1f} s of CPU time in this process")

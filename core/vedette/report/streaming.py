@@ -119,13 +119,13 @@ def _written(
             for file in (table, lines, recording):
                 file.flush()
 
-        whole = True
+        defined = True
         try:
             for scan, state in steps:
                 recording.write(scan_line(scan, spaces, frames))
                 estimate, modes = history.add(state)
-                if whole and np.isnan(np.sum(estimate.mean) + np.sum(state.existence)):  # told once, of the first scan
-                    whole = False
+                if defined and np.isnan(np.sum(estimate.mean) + np.sum(state.existence)):  # told once, of the first scan
+                    defined = False
                     check_again(experiment, partial(_again, tracker, steps.before, scan))
                 series.add(scan, steps.before, state, estimate, modes)
                 judge.add(scan, state.ids, state.confirmed, estimate, state.nis, state.hit, modes)

@@ -34,8 +34,7 @@ class Data:
 
     Scans before the time `cut` are tuned on, `tuned` of them, the others judged by; `times` (s,). `scans` are those that
     the tracker took; None of cameras, whose frames need not fit into memory. `covers` are the sensors' views at each scan,
-    `densities` stand in where the gate counts clutter itself. `odd`: what looks wrong with
-    the input.
+    `densities` stand in where the gate counts clutter itself. `odd`: what looks wrong with the input.
     """
 
     experiment: Experiment

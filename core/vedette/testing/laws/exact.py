@@ -14,9 +14,8 @@ from vedette.testing.law import Law
 from vedette.testing.laws.scene import (
     P_GATE,
     Scene,
-    after_scan,
-    ahead,
     alike,
+    in_either_order,
     linear_motion,
     started,
     sure,
@@ -71,15 +70,8 @@ def _log_normal(x: Array, cov: Array) -> float:
 def order_of_sensors_is_free(estimator: Estimator[Any], drawn: Scene) -> None:
     """If exact when linear: two independent sensors at one time may report in any order."""
     linear_motion(estimator)
-    belief = ahead(estimator, drawn, drawn.rng())
-    pairs = ((drawn.watch, drawn.seen), (drawn.other, drawn.others))
-    ends = []
-    for order in (pairs, pairs[::-1]):
-        after = belief
-        for watch, detections in order:
-            after = after_scan(estimator, predicted(estimator, after, 0.0, drawn.rng()), watch, detections)
-        ends.append(estimator.moments(after))
-    alike(estimator, ends[1], ends[0], 1e-7)
+    one, other = (estimator.moments(end) for end in in_either_order(estimator, drawn))
+    alike(estimator, other, one, 1e-7)
 
 
 LAWS = (

@@ -14,9 +14,9 @@ from vedette.testing.law import Law
 from vedette.testing.laws.scene import (
     P_GATE,
     Scene,
-    after_scan,
     ahead,
     alike,
+    in_either_order,
     innovation_of,
     mixture_moments,
     not_if_it_draws,
@@ -116,15 +116,7 @@ def modes_remember_every_scan(estimator: Estimator[Any], drawn: Scene) -> None:
     not_if_it_draws(estimator, "what it draws hides it")
     if not all(mode.exact_when_linear for mode in modes):
         raise Closed("its modes are not exact when linear")
-    belief = ahead(estimator, drawn, drawn.rng())
-    pairs = ((drawn.watch, drawn.seen), (drawn.other, drawn.others))
-    ends = []
-    for order in (pairs, pairs[::-1]):
-        after = belief
-        for watch, detections in order:
-            after = after_scan(estimator, predicted(estimator, after, 0.0, drawn.rng()), watch, detections)
-        ends.append(after)
-    one, other = (np.asarray(estimator.mode_prob(end)) for end in ends)
+    one, other = (np.asarray(estimator.mode_prob(end)) for end in in_either_order(estimator, drawn))
     same("mode probabilities after two scans at one time, in the other order", other, one, 1e-7, 1.0)
 
 

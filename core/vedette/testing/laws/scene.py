@@ -129,6 +129,18 @@ def after_scan(estimator: Estimator[Any], belief: Any, watch: Watch, detections:
     return estimator.update(belief, innovation, sure(innovation.loglik, column))
 
 
+def in_either_order(estimator: Estimator[Any], scene: Scene) -> list[Any]:
+    """The beliefs after scans of both sensors at one time, of which every track takes the first return, in either order."""
+    scans = ((scene.watch, scene.seen), (scene.other, scene.others))
+    ends = []
+    for order in (scans, scans[::-1]):
+        belief = ahead(estimator, scene, scene.rng())
+        for watch, detections in order:
+            belief = after_scan(estimator, predicted(estimator, belief, 0.0, scene.rng()), watch, detections)
+        ends.append(belief)
+    return ends
+
+
 def alike(estimator: Estimator[Any], got: Any, wanted: Gaussian, tolerance: float, what: str = "") -> None:
     """Broken unless moments agree, judged against each axis' standard deviation."""
     found = got if isinstance(got, Gaussian) else estimator.moments(got)
