@@ -135,15 +135,11 @@ def _show_normalised(axes: Axes, seen: Normalised, begin: float, name: str, told
         low, high = band(count)
         axes.axhspan(low, high, color=canvas.FAINT, linewidth=0, zorder=0)
         axes.axhline(count, color=canvas.SOFT, linewidth=canvas.stroke(1.0), linestyle="--", zorder=1)
-    shades = [canvas.colour(track) for track in seen.track.tolist()]
-    axes.scatter(
-        seen.times - begin,
-        np.maximum(seen.value, 1e-3),
-        s=max(canvas.mark(2.65), 1.4) ** 2,
-        c=shades,
-        linewidths=0,
-        zorder=3,
-    )
+    dot = {"markersize": max(canvas.mark(2.65), 1.4), "markeredgewidth": 0.0}
+    points = np.stack([seen.times - begin, np.maximum(seen.value, 1e-3)], axis=-1)
+    drawn = np.array([canvas.colour(track) for track in range(int(np.max(seen.track)) + 1)])[seen.track]
+    for shade in np.unique(drawn).tolist():
+        axes.plot(*points[drawn == shade].T, "o", color=shade, zorder=3, **dot)
     axes.set_yscale("log")
     axes.set_ylabel(canvas.wrapped(name))
     inside = seen.inside() or 0.0
