@@ -50,6 +50,7 @@ def errors(experiment: Experiment, result: Result) -> Figure:
     for each, (row, _) in zip(places, spots, strict=True):
         canvas.plain(each)
         each.set_xlim(-0.01 * end, 1.01 * end)
+        each.locator_params(axis="x", nbins=6)
         if row == last:
             each.set_xlabel("time since the first scan [s]")
         elif len(each.get_xticks()):
@@ -101,6 +102,7 @@ def _show_error(axes: Axes, times: Array, trace: Trace, error: Array, sigma: Arr
             times, own, ".-", color=canvas.colour(track), linewidth=canvas.stroke(1.2), markersize=canvas.mark(2.5), zorder=3
         )
     if np.isfinite(error).any():
+        axes.locator_params(axis="y", nbins=4)
         axes.set_ylim(0.0, 1.1 * max(float(np.nanmax(error)), float(np.nanquantile(2.0 * sigma, 0.9))))
     else:
         axes.set_yticks([])
@@ -121,7 +123,7 @@ def _show_modes(axes: Axes, times: Array, modes: Array | None) -> None:
     for k in range(top.shape[1]):
         bottom = top[:, k - 1] if k else np.zeros(len(times))
         axes.fill_between(times, bottom, top[:, k], color=canvas.MODES[k % len(canvas.MODES)], linewidth=0, zorder=1)
-    axes.set_ylim(0.0, 1.0)
+    axes.set(ylim=(0.0, 1.0), yticks=(0.0, 0.5, 1.0))
     axes.set_ylabel("mode probability")
 
 
@@ -141,6 +143,8 @@ def _show_normalised(axes: Axes, seen: Normalised, begin: float, name: str, told
     for shade in np.unique(drawn).tolist():
         axes.plot(*points[drawn == shade].T, "o", color=shade, zorder=3, **dot)
     axes.set_yscale("log")
+    axes.minorticks_off()
+    axes.yaxis.set_major_formatter("{x:g}")
     axes.set_ylabel(canvas.wrapped(name))
     inside = seen.inside() or 0.0
     words = f"{told}; {100 * inside:.3g} % of {len(seen.value):,} in the 95 % band"
