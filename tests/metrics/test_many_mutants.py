@@ -65,22 +65,21 @@ MUTANTS = [
     ("for side in (part.truth, part.track) for each", "for side in (part.truth,) for each"),
     ("((up, after, before), (down, before, after))", "((up, after, before),)"),
     ("if part.truth[-1] == 0 or np.max(part.track) == 0:", "if True:"),
-    ("np.nonzero(each < cutoff)", "np.nonzero(each < 0.5 * cutoff)"),
+    ("near(each, cutoff)", "near(each, 0.5 * cutoff)"),
 ]
 OF_OSPA2 = [
-    ("+ there[named] - both[part]", "+ there[named]"),
-    ("np.minimum(each[rows] / cutoff, 1.0) ** order", "np.minimum(each[rows] / cutoff, 1.0)"),
-    ("known, named = np.flatnonzero(alive.any(axis=0))", "known, named = np.arange(alive.shape[1])"),
-    (
-        "ospa(cutoff * np.maximum(1.0 - excess[part] / either, 0.0) ** (1 / order)",
-        "ospa(cutoff * (1.0 - excess[part] / either)",
-    ),
+    ("+ there[track] - _both(truth, track, present, alive)", "+ there[track]"),
+    ("(pairs.distance / cutoff) ** order", "(pairs.distance / cutoff)"),
+    ("whole.among(np.any(alive, axis=0), there > 0)", "whole"),
+    ("np.maximum(1.0 - excess / either, 0.0) ** (1 / order)", "(1.0 - excess / either)"),
+    ("(np.diff(scan) == 1) & ", ""),
+    ("before[scan[last[run]] + 1, truth[pair]]", "before[scan[last[run]], truth[pair]]"),
 ]
 OF_HOTA = [
     ("np.arange(1, 20) / 20", "np.arange(1, 19) / 20"),
-    ("linear_sum_assignment(alignment[:, columns] * each", "linear_sum_assignment(each"),
-    ("objects[:, None] + entries - alignment", "objects[:, None] + entries"),
-    ("np.sum(own, axis=1)[:, None] + np.sum(each, axis=0) - own", "np.sum(own, axis=1)[:, None] + np.sum(each, axis=0)"),
+    ("pairs.track, -gain, 0.0)", "pairs.track, -own, 0.0)"),
+    ("entries[pair % max(tracks, 1)] - shared", "entries[pair % max(tracks, 1)]"),
+    ("of_truth + of_track - like", "of_truth + of_track"),
     ("np.sum(objects) + np.sum(entries)) - positives", "np.sum(objects) + np.sum(entries))"),
     ("entries[key % max(len(entries), 1)] - count", "entries[key % max(len(entries), 1)]"),
     ("np.mean((count / own)[again.reshape(-1)])", "np.mean(count / own)"),

@@ -108,9 +108,8 @@ def _sets(found: Match, options: Judge) -> dict[str, Any]:
     cutoff, order = options.gospa_cutoff, options.gospa_order
     counted, every, plain = [], [], []
     for apart, alive in zip(found.apart, found.truth.alive, strict=True):
-        nearest = np.min(apart, axis=0)
-        there = apart[alive]
-        within = there if options.far is None else there[:, nearest <= options.far]
+        there = apart.among(alive)
+        within = there if options.far is None else there.among(tracks=apart.nearest <= options.far)
         counted.append(gospa(within, cutoff, order))
         every.append(counted[-1].value if options.far is None else gospa(there, cutoff, order).value)
         plain.append(ospa(within, cutoff, order))
@@ -129,7 +128,7 @@ def _idle(found: Match, near: float | None) -> list[int]:
     false = []
     for apart, present, covered in zip(found.apart, found.present, found.cover, strict=True):
         idle = ~np.isin(present, covered)
-        false.append(int(np.count_nonzero(idle if near is None else idle & (np.min(apart, axis=0) <= near))))
+        false.append(int(np.count_nonzero(idle if near is None else idle & (apart.nearest <= near))))
     return false
 
 

@@ -200,13 +200,12 @@ class Tally:
         cutoff, order = options.gospa_cutoff, options.gospa_order
         scans = zip(found.apart, found.truth.alive, found.present, found.cover, strict=True)
         for apart, alive, present, covered in list(scans)[begin:]:
-            nearest = np.min(apart, axis=0, initial=np.inf)
-            there = apart[alive]
-            within = there if options.far is None else there[:, nearest <= options.far]
+            there = apart.among(alive)
+            within = there if options.far is None else there.among(tracks=apart.nearest <= options.far)
             counted, plain = gospa(within, cutoff, order), ospa(within, cutoff, order)
             every = counted.value if options.far is None else gospa(there, cutoff, order).value
             idle = ~np.isin(present, covered)
-            false = np.count_nonzero(idle if options.near is None else idle & (nearest <= options.near))
+            false = np.count_nonzero(idle if options.near is None else idle & (apart.nearest <= options.near))
             yield (counted.value, counted.localisation, counted.missed, counted.false, every, plain, float(false))
 
     def _covered_longer(self, found: Match, which: Indices | None) -> Indices:

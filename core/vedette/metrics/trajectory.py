@@ -9,6 +9,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette.metrics.coverage import Indices
+from vedette.metrics.near import Near, near
 from vedette.space import Array, Mask
 
 
@@ -37,7 +38,7 @@ class _Part:
 
 
 def trajectory_gospa(
-    apart: Sequence[Array],
+    apart: Sequence[Array | Near],
     present: Sequence[Indices],
     alive: Mask,
     cutoff: float,
@@ -73,7 +74,7 @@ def trajectory_gospa(
     return TrajectoryGospa(value, power * near, power * missed, power * false, power * changes)
 
 
-def _parts(apart: Sequence[Array], present: Sequence[Indices], cutoff: float, order: float) -> Iterator[_Part]:
+def _parts(apart: Sequence[Array | Near], present: Sequence[Indices], cutoff: float, order: float) -> Iterator[_Part]:
     """Yield the parts of the problem that can be solved on their own.
 
     A pair that is never nearer than c costs at every scan what leaving both out costs. A scan at which no pair of a part is
@@ -84,15 +85,17 @@ def _parts(apart: Sequence[Array], present: Sequence[Indices], cutoff: float, or
 
     found = []
     for k, (each, tracks) in enumerate(zip(apart, present, strict=True)):
-        rows, picked = np.nonzero(each < cutoff)
-        found.append((np.full(len(rows), k), rows, tracks[picked], (each[rows, picked] / cutoff) ** order - 1.0))
+        close = near(each, cutoff)
+        found.append(
+            (np.full(len(close.truth), k), close.truth, tracks[close.track], (close.distance / cutoff) ** order - 1.0)
+        )
     if not sum(len(rows) for _, rows, _, _ in found):
         return
     scan, truth, track = (np.concatenate([one[i] for one in found]) for i in range(3))
     gain = np.concatenate([one[3] for one in found])
-    pairs, pair = np.unique(np.stack([truth, track]), axis=1, return_inverse=True)
-    pair = pair.reshape(-1)
-    truths, nodes = len(apart[0]), len(apart[0]) + int(np.max(track)) + 1
+    wide, truths = int(np.max(track)) + 1, apart[0].shape[0]
+    keys, pair = np.unique(truth * wide + track, return_inverse=True)
+    pairs, pair, nodes = np.stack(np.divmod(keys, wide)), pair.reshape(-1), truths + wide
     links = coo_matrix((np.ones(pairs.shape[1]), (pairs[0], truths + pairs[1])), shape=(nodes, nodes))
     part = connected_components(links, directed=False)[1][pairs[0]]
     order_of = np.argsort(part[pair], kind="stable")

@@ -12,8 +12,8 @@ from vedette.metrics.clear import clear_mot
 from vedette.metrics.coverage import NONE, Indices
 from vedette.metrics.histories import positions, truth_at, velocities
 from vedette.metrics.hota import hota
-from vedette.metrics.kept import kept
 from vedette.metrics.matching import Match
+from vedette.metrics.near import Near
 from vedette.metrics.ospa2 import ospa2
 from vedette.metrics.score import Judge
 from vedette.metrics.siap import assigned, siap
@@ -32,8 +32,7 @@ def whole_tracks(found: Match, options: Judge, times: Array, false: int) -> dict
     apart, present = found.apart, found.present
     if options.far is not None:
         present = tuple(columns[some] for columns, some in zip(present, counted, strict=True))
-        numbers = alive.shape[1] * sum(map(len, present))
-        apart = kept(len(counted), lambda i: found.apart[i][:, counted[i]], numbers)
+        apart = tuple(each.among(tracks=some) for each, some in zip(apart, counted, strict=True))
     switch = cutoff if options.switch_penalty is None else options.switch_penalty
     gospa = trajectory_gospa(apart, present, alive, cutoff, switch, order, options.largest_program)
     mot = clear_mot(found.apart, found.present, alive, found.cover, false)
@@ -59,13 +58,13 @@ def _counted(found: Match, far: float | None) -> list[Mask]:
     """Return which tracks of each scan are within `far` of an object."""
     if far is None:
         return [np.ones(len(columns), dtype=bool) for columns in found.present]
-    return [np.min(each, axis=0, initial=np.inf) <= far for each in found.apart]
+    return [each.nearest <= far for each in found.apart]
 
 
 def _siap(
     found: Match,
     counted: Sequence[Mask],
-    apart: Sequence[Array],
+    apart: Sequence[Near],
     present: Sequence[Indices],
     times: Array,
     radius: float,

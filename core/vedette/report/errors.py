@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -137,7 +137,7 @@ def _show_normalised(axes: Axes, seen: Normalised, begin: float, name: str, told
         low, high = band(count)
         axes.axhspan(low, high, color=canvas.FAINT, linewidth=0, zorder=0)
         axes.axhline(count, color=canvas.SOFT, linewidth=canvas.stroke(1.0), linestyle="--", zorder=1)
-    dot = {"markersize": max(canvas.mark(2.65), 1.4), "markeredgewidth": 0.0}
+    dot: dict[str, Any] = {"markersize": max(canvas.mark(2.65), 1.4), "markeredgewidth": 0.0}
     points = np.stack([seen.times - begin, np.maximum(seen.value, 1e-3)], axis=-1)
     drawn = np.array([canvas.colour(track) for track in range(int(np.max(seen.track)) + 1)])[seen.track]
     for shade in np.unique(drawn).tolist():

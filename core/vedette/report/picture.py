@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -176,7 +176,7 @@ def _show_tracks(axes: Axes, tracks: Sequence[Track], plane: Plane, *, in_image:
     paths = [plane.points(track.space, track.mean) for track in tracks]
     held = [track.confirmed & (track.existence >= 0.5) if in_image else track.confirmed for track in tracks]
     sure = [np.where(some[:, None], path, np.nan) for some, path in zip(held, paths, strict=True)]
-    dotted = {"linewidth": canvas.stroke(0.8), "linestyle": (0, (1, 2))}
+    dotted: dict[str, Any] = {"linewidth": canvas.stroke(0.8), "linestyle": (0, (1, 2))}
     canvas.lines(axes, paths, shades, zorder=2, **dotted)
     canvas.lines(axes, sure, shades, linewidth=canvas.stroke(3.0), alpha=0.85, zorder=3, solid_capstyle="round")
     every = max(time[-1] - time[0] for time in times) / _ELLIPSES
