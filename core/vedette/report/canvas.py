@@ -100,12 +100,17 @@ def read_style(path: Path) -> Any:
 
 def colour(i: int) -> str:
     """Return the colour of the i-th track or object: that of the style, if one was given."""
+    return colours(i + 1)[i]
+
+
+def colours(count: int) -> list[str]:
+    """Return the colours of the first tracks or objects."""
     import matplotlib as mpl
 
     cycle = mpl.rcParams["axes.prop_cycle"]
     given = [] if cycle == mpl.rcParamsDefault["axes.prop_cycle"] else cycle.by_key().get("color", [])
-    colours = given or TRACKS
-    return str(colours[i % len(colours)])
+    one_turn = [str(shade) for shade in given or TRACKS]
+    return (one_turn * (1 + count // len(one_turn)))[:count]
 
 
 def letters(points: float = 10.0) -> float:

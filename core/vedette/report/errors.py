@@ -10,7 +10,7 @@ import numpy as np
 from vedette.experiment import Experiment, Result
 from vedette.report import canvas
 from vedette.report.figures import length_unit
-from vedette.report.traces import Normalised, Trace, band, innovations, mode_names, nis_of_expected, position_nees, traces
+from vedette.report.traces import Judged, Normalised, Trace, band, mode_names
 from vedette.space import Array, Mask
 
 if TYPE_CHECKING:
@@ -28,11 +28,12 @@ def errors(experiment: Experiment, result: Result) -> Figure:
 
     In one column of a page there is a panel a row, and of each object its position error alone.
     """
-    followed, seen = traces(experiment, result), innovations(experiment, result)
-    shown, begin = followed[:_MOST], result.scans[0].time if result.scans else 0.0
+    judged = Judged.of(experiment, result)
+    shown, followed = judged.traces(_MOST), len(result.recording.truth) if judged.found.scans.size else 0
+    begin = result.scans[0].time if result.scans else 0.0
     modes = next((track.mode_prob.shape[1] for track in result.tracks if track.mode_prob is not None), 0)
     names = mode_names(experiment, modes) if shown and canvas.across(2) > 1 else ()
-    spots = _places(len(shown), bool(followed), 3 if names else 2)
+    spots = _places(len(shown), followed > 0, 3 if names else 2)
     made = canvas.figure(_height(len(shown)), 2, words=1.4 if canvas.across(2) > 1 else 1.8)
     grid = made.add_gridspec(1 + max(row for row, _ in spots), 6)
     places = [made.add_subplot(grid[row, columns]) for row, columns in spots]
@@ -40,11 +41,11 @@ def errors(experiment: Experiment, result: Result) -> Figure:
     for i, trace in enumerate(shown):
         _show_object(places[i * each_has : (i + 1) * each_has], trace, begin, length_unit(experiment))
     if followed:
-        nees = position_nees(followed)
+        nees = judged.position_nees()
         told = f"{np.mean(nees.value) / np.mean(nees.axes):.3g} of what is expected" if len(nees.value) else ""
         _show_normalised(places[-2], nees, begin, "NEES of the position", told)
-    told = f"{nis_of_expected(experiment, result) or 0.0:.3g} of what is expected"
-    _show_normalised(places[-1], seen, begin, "NIS", told)
+    told = f"{judged.nis_of_expected() or 0.0:.3g} of what is expected"
+    _show_normalised(places[-1], judged.innovations(), begin, "NIS", told)
     end = (result.scans[-1].time - begin if result.scans else 0.0) or 1.0
     last = max(row for row, _ in spots)
     for each, (row, _) in zip(places, spots, strict=True):
@@ -56,8 +57,8 @@ def errors(experiment: Experiment, result: Result) -> Figure:
         elif len(each.get_xticks()):
             each.tick_params(labelbottom=False)
     facts = "lines and dots have the colours of the tracks in the map; all times are since the first scan"
-    if len(followed) > len(shown):
-        facts += f"   ·   the first {len(shown)} of {len(followed)} true objects; NEES and NIS are of all"
+    if followed > len(shown):
+        facts += f"   ·   the first {len(shown)} of {followed:,} true objects; NEES and NIS are of all"
     canvas.head(made, f"Errors: {experiment.title}" if experiment.title else "Errors", facts)
     _explain(made, names, bool(shown))
     return made
@@ -139,7 +140,7 @@ def _show_normalised(axes: Axes, seen: Normalised, begin: float, name: str, told
         axes.axhline(count, color=canvas.SOFT, linewidth=canvas.stroke(1.0), linestyle="--", zorder=1)
     dot: dict[str, Any] = {"markersize": max(canvas.mark(2.65), 1.4), "markeredgewidth": 0.0}
     points = np.stack([seen.times - begin, np.maximum(seen.value, 1e-3)], axis=-1)
-    drawn = np.array([canvas.colour(track) for track in range(int(np.max(seen.track)) + 1)])[seen.track]
+    drawn = np.array(canvas.colours(int(np.max(seen.track)) + 1))[seen.track]
     for shade in np.unique(drawn).tolist():
         axes.plot(*points[drawn == shade].T, "o", color=shade, zorder=3, **dot)
     axes.set_yscale("log")

@@ -172,7 +172,7 @@ def _show_tracks(axes: Axes, tracks: Sequence[Track], plane: Plane, *, in_image:
     if not tracks:
         return
     times = [track.times for track in tracks]
-    shades = [canvas.colour(i) for i in range(len(tracks))]
+    shades = canvas.colours(len(tracks))
     paths = [plane.points(track.space, track.mean) for track in tracks]
     held = [track.confirmed & (track.existence >= 0.5) if in_image else track.confirmed for track in tracks]
     sure = [np.where(some[:, None], path, np.nan) for some, path in zip(held, paths, strict=True)]

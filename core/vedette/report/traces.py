@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import final
 
 import numpy as np
@@ -98,7 +97,8 @@ class Bands:
     @classmethod
     def of(cls, experiment: Experiment, result: Result) -> Bands:
         """Return those of a run that kept all."""
-        errors, seen = position_nees(traces(experiment, result)), innovations(experiment, result)
+        judged = Judged.of(experiment, result)
+        errors, seen = judged.position_nees(), judged.innovations()
         return cls(Inside().add(errors.value, errors.axes), Inside().add(seen.value, seen.axes))
 
     def add(self, block: Block) -> None:
@@ -119,14 +119,61 @@ def band(axes: int) -> tuple[float, float]:
     return axes * low, axes * high
 
 
-def traces(experiment: Experiment, result: Result) -> tuple[Trace, ...]:
-    """Return a trace for each true object, in the order of the recording; none if the tracks' positions are unknown."""
-    found = match(result.tracks, result.recording.truth, result.scans, experiment.judge)
-    if not found.scans.size:
-        return ()
-    times = np.array([result.scans[i].time for i in found.scans])
-    pairs = found.pairs()
-    return tuple(_trace(found, pairs, j, path.name, times) for j, path in enumerate(result.recording.truth))
+@final
+@frozen(eq=False)
+class Judged:
+    """A run that kept all, matched with its truth once for all that is drawn and told of it."""
+
+    experiment: Experiment
+    result: Result
+    found: Match
+
+    @classmethod
+    def of(cls, experiment: Experiment, result: Result) -> Judged:
+        """Match the tracks of a run with its truth."""
+        return cls(experiment, result, match(result.tracks, result.recording.truth, result.scans, experiment.judge))
+
+    def traces(self, most: int | None = None) -> tuple[Trace, ...]:
+        """Return a trace for each true object, or for the first of the recording; none if no scan is judged."""
+        if not self.found.scans.size:
+            return ()
+        names = [path.name for path in self.result.recording.truth[:most]]
+        times, pairs = self._times[self.found.scans], self.found.pairs()
+        return tuple(_trace(self.found, pairs, j, name, times) for j, name in enumerate(names))
+
+    def position_nees(self) -> Normalised:
+        """Return the NEES of the positions of all covered objects, object after object."""
+        pairs, spot = self.found.pairs(), positions(self.found.truth.space)
+        order = np.argsort(pairs.truth, kind="stable")
+        entry, truth = pairs.entry[order], pairs.truth[order]
+        error, cov = pairs.error[order][:, spot], self.found.entries.cov[entry][:, spot][:, :, spot]
+        value = nees_of(error, cov)
+        if not np.isfinite(value).all():  # a singular covariance takes only the object that has it
+            objects = np.split(np.arange(len(truth)), np.flatnonzero(np.diff(truth)) + 1)
+            value = np.concatenate([nees_of(error[rows], cov[rows]) for rows in objects])
+        kept = np.isfinite(value)
+        times, track = self._times[self.found.scans[pairs.scan[order]]], self.found.entries.track[entry]
+        return Normalised(times[kept], track[kept], value[kept], np.full(np.count_nonzero(kept), len(spot), dtype=np.intp))
+
+    def innovations(self) -> Normalised:
+        """Return the NIS of confirmed tracks where a return was probably theirs (over 1/2), given that one was."""
+        entries, scans = self.found.entries, self.result.scans
+        measured = np.array([scan.detections.z.shape[-1] for scan in scans], dtype=np.intp)
+        chosen = with_innovation(entries, self.experiment.judge.choose(scans))
+        scan = entries.scan[chosen]
+        return Normalised(
+            self._times[scan], entries.track[chosen], entries.nis[chosen] / entries.hit[chosen], measured[scan]
+        )
+
+    def nis_of_expected(self) -> float | None:
+        """Return the NIS over what is expected, as the summary tells it."""
+        scans = self.result.scans
+        chosen = self.experiment.judge.choose(scans)
+        return nis_ratio(self.found.entries, scans, chosen, self.experiment.tracker.gate.probability)
+
+    @property
+    def _times(self) -> Array:
+        return np.array([scan.time for scan in self.result.scans])
 
 
 def _trace(found: Match, pairs: Pairs, j: int, name: str, times: Array) -> Trace:
@@ -169,36 +216,6 @@ def nees_of(error: Array, cov: Array) -> Array:
         return nees(error, cov)
     except ValueError:  # a covariance is singular: then there is none
         return np.full(len(error), np.nan)
-
-
-def position_nees(found: Sequence[Trace]) -> Normalised:
-    """Return the NEES of all traces together."""
-    kept = [trace.covered & np.isfinite(trace.nees) for trace in found]
-    pairs = list(zip(found, kept, strict=True))
-    none = np.zeros(0)
-    return Normalised(
-        np.concatenate([none, *(trace.times[mask] for trace, mask in pairs)]),
-        np.concatenate([none, *(trace.track[mask] for trace, mask in pairs)]).astype(np.intp),
-        np.concatenate([none, *(trace.nees[mask] for trace, mask in pairs)]),
-        np.concatenate([none, *(np.full(np.count_nonzero(mask), trace.axes) for trace, mask in pairs)]).astype(np.intp),
-    )
-
-
-def innovations(experiment: Experiment, result: Result) -> Normalised:
-    """Return the NIS of confirmed tracks where a return was probably theirs (over 1/2), given that one was."""
-    found = match(result.tracks, (), result.scans, experiment.judge).entries
-    measured = np.array([scan.detections.z.shape[-1] for scan in result.scans], dtype=np.intp)
-    times = np.array([scan.time for scan in result.scans])
-    chosen = with_innovation(found, experiment.judge.choose(result.scans))
-    scan = found.scan[chosen]
-    return Normalised(times[scan], found.track[chosen], found.nis[chosen] / found.hit[chosen], measured[scan])
-
-
-def nis_of_expected(experiment: Experiment, result: Result) -> float | None:
-    """Return the NIS over what is expected, as the summary tells it."""
-    found = match(result.tracks, (), result.scans, experiment.judge).entries
-    chosen = experiment.judge.choose(result.scans)
-    return nis_ratio(found, result.scans, chosen, experiment.tracker.gate.probability)
 
 
 def with_innovation(entries: Entries, scans: Indices) -> Mask:
