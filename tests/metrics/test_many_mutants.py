@@ -64,7 +64,8 @@ MUTANTS = [
     ("at = at if stays[k, at] else int(from_pair[k])", "at = at"),
     ("for side in (part.truth, part.track) for each", "for side in (part.truth,) for each"),
     ("((up, after, before), (down, before, after))", "((up, after, before),)"),
-    ("if part.truth[-1] == 0 or np.max(part.track) == 0:", "if True:"),
+    (".max() <= 1.0 for member", ".max() <= 9.0 for member"),
+    ("((part.truth, part.track), (part.track, part.truth)):", "((part.truth, part.truth), (part.track, part.track)):"),
     ("near(each, cutoff)", "near(each, 0.5 * cutoff)"),
 ]
 OF_OSPA2 = [

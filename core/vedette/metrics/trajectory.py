@@ -53,7 +53,7 @@ def trajectory_gospa(
     with 0 <= W and sums over each object and each track <= 1. `apart`: per scan the distances (j, t) in m, infinite for an
     object that is not there; `present`: which tracks the columns are; `alive` (s, j); `switch`: g in m, what a track that
     passes from one object to another costs. Not divided by the number of scans. None if a linear program would have more
-    than `limit` variables.
+    than `limit` variables: objects and tracks need one where they compete, and its cost grows faster than its size.
     Garcia-Fernandez, Rahmathullah, Svensson, A Metric on the Space of Finite Sets of Trajectories, IEEE T-SP 68, 2020.
     """
     if not (cutoff > 0 and switch >= 0 and order >= 1):
@@ -110,8 +110,13 @@ def _parts(apart: Sequence[Array | Near], present: Sequence[Indices], cutoff: fl
 
 def _assigned(part: _Part, penalty: float, limit: float) -> Array | None:
     """Return the weights (k, q) of the pairs at the least cost, in units of c^p; None beyond the limit."""
-    if part.truth[-1] == 0 or np.max(part.track) == 0:
-        return _star(part.gain, penalty)
+    for side, other in ((part.truth, part.track), (part.track, part.truth)):
+        # without the sums over one side the other side's members are solved apart: a bound, and the solution where it fits
+        weight = np.zeros(part.gain.shape)
+        for member in range(int(np.max(side)) + 1):
+            weight[:, side == member] = _star(part.gain[:, side == member], penalty)
+        if all(np.sum(weight[:, other == member], axis=1).max() <= 1.0 for member in range(int(np.max(other)) + 1)):
+            return weight
     scans, pairs = part.gain.shape
     return _program(part, penalty) if (2 * scans - 1) * pairs <= limit else None
 
