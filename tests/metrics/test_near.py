@@ -5,12 +5,14 @@ import tracemalloc
 import numpy as np
 import pytest
 from scipy.optimize import linear_sum_assignment
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
 
 import vedette
 from support.many import problem
 from support.paths import EXAMPLES
 from vedette.metrics import clear_mot, covering, distances, gospa, hota, judge, ospa2, trajectory_gospa
-from vedette.metrics.near import near, near_points, one_to_one
+from vedette.metrics.near import hanging_together, near, near_points, one_to_one
 
 
 @pytest.fixture(scope="module")
@@ -46,11 +48,12 @@ def test_near_points_are_those_of_all_distances_bit_for_bit(seed, monkeypatch):
     assert (part.truth.tolist(), part.track.tolist()) == (whole.truth.tolist(), whole.track.tolist())
 
 
-@pytest.mark.parametrize("small", [0, 2**14])
+@pytest.mark.parametrize(("small", "few"), [(0, 0), (0, 4), (2**14, 0)])
 @pytest.mark.parametrize("seed", range(30))
-def test_the_best_pairs_are_those_of_the_whole_table(seed, small, monkeypatch):
+def test_the_best_pairs_are_those_of_the_whole_table(seed, small, few, monkeypatch):
     """Stars, chains and knots of pairs, in one table and divided; ties and pairs that cost as much as none."""
     monkeypatch.setattr("vedette.metrics.near._SMALL", small)
+    monkeypatch.setattr("vedette.metrics.near._FEW", few)
     rng = np.random.default_rng(seed)
     table = np.where(rng.random((12, 9)) < (0.08, 0.15, 0.3)[seed % 3], rng.choice([0.0, 0.1, 0.5, 0.9, 1.0], (12, 9)), 1.0)
     truth, track = np.nonzero(rng.permuted(table < 1.0, axis=1) | (table < 1.0))
@@ -61,6 +64,19 @@ def test_the_best_pairs_are_those_of_the_whole_table(seed, small, monkeypatch):
     for side in (truth, track):
         assert len(set(side[best].tolist())) == len(best)
     assert np.sum(cost[best] - 1.0) == pytest.approx(np.sum(table[linear_sum_assignment(table)] - 1.0), abs=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_pairs_that_hang_together_are_the_parts_of_the_graph(seed):
+    """Sparse and dense graphs, and a chain through all."""
+    rng = np.random.default_rng(seed)
+    pairs = [rng.integers(0, (30, 25), (count, 2)) for count in (10, 25, 60)]
+    chain = rng.permutation(40)
+    for truth, track in [*(each.T for each in pairs), (chain, chain), (np.r_[chain, chain[1:]], np.r_[chain, chain[:-1]])]:
+        links = coo_matrix((np.ones(len(truth)), (truth, 40 + track)), shape=(80, 80))
+        part = connected_components(links, directed=False)[1][truth]
+        found = hanging_together(truth, track)
+        np.testing.assert_array_equal(found[:, None] == found, part[:, None] == part)
 
 
 @pytest.mark.parametrize("seed", range(10))

@@ -9,7 +9,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette.metrics.coverage import Indices
-from vedette.metrics.near import Near, near
+from vedette.metrics.near import Near, hanging_together, near
 from vedette.space import Array, Mask
 
 
@@ -80,9 +80,6 @@ def _parts(apart: Sequence[Array | Near], present: Sequence[Indices], cutoff: fl
     A pair that is never nearer than c costs at every scan what leaving both out costs. A scan at which no pair of a part is
     near changes nothing in it: W may stay as it is there. So only near pairs, and their scans, count.
     """
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-
     found = []
     for k, (each, tracks) in enumerate(zip(apart, present, strict=True)):
         close = near(each, cutoff)
@@ -93,11 +90,10 @@ def _parts(apart: Sequence[Array | Near], present: Sequence[Indices], cutoff: fl
         return
     scan, truth, track = (np.concatenate([one[i] for one in found]) for i in range(3))
     gain = np.concatenate([one[3] for one in found])
-    wide, truths = int(np.max(track)) + 1, apart[0].shape[0]
+    wide = int(np.max(track)) + 1
     keys, pair = np.unique(truth * wide + track, return_inverse=True)
-    pairs, pair, nodes = np.stack(np.divmod(keys, wide)), pair.reshape(-1), truths + wide
-    links = coo_matrix((np.ones(pairs.shape[1]), (pairs[0], truths + pairs[1])), shape=(nodes, nodes))
-    part = connected_components(links, directed=False)[1][pairs[0]]
+    pairs, pair = np.stack(np.divmod(keys, wide)), pair.reshape(-1)
+    part = hanging_together(pairs[0], pairs[1])
     order_of = np.argsort(part[pair], kind="stable")
     for entries in np.split(order_of, np.flatnonzero(np.diff(part[pair][order_of])) + 1):
         own, column = np.unique(pair[entries], return_inverse=True)
