@@ -22,6 +22,9 @@ _MOST = 6
 
 _GAP = "#f6c8c0"
 
+_LAYERS = 6
+"""Dots of one colour are one line, which is fast; in so many layers no colour hides the others where dots are dense."""
+
 
 def errors(experiment: Experiment, result: Result) -> Figure:
     """Draw errors against time, a row for each true object; then NEES and NIS against their bands.
@@ -141,8 +144,10 @@ def _show_normalised(axes: Axes, seen: Normalised, begin: float, name: str, told
     dot: dict[str, Any] = {"markersize": max(canvas.mark(2.65), 1.4), "markeredgewidth": 0.0}
     points = np.stack([seen.times - begin, np.maximum(seen.value, 1e-3)], axis=-1)
     drawn = np.array(canvas.colours(int(np.max(seen.track)) + 1))[seen.track]
-    for shade in np.unique(drawn).tolist():
-        axes.plot(*points[drawn == shade].T, "o", color=shade, zorder=3, **dot)
+    for first in range(_LAYERS):
+        some, shades = points[first::_LAYERS], drawn[first::_LAYERS]
+        for shade in np.unique(shades).tolist():
+            axes.plot(*some[shades == shade].T, "o", color=shade, zorder=3, **dot)
     axes.set_yscale("log")
     axes.minorticks_off()
     axes.yaxis.set_major_formatter("{x:g}")
