@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,9 +21,6 @@ _MOST = 6
 """Number of true objects with a row of their own; the others still count in the NEES."""
 
 _GAP = "#f6c8c0"
-
-_LAYERS = 6
-"""Dots of one colour are one line, which is fast; in so many layers no colour hides the others where dots are dense."""
 
 
 def errors(experiment: Experiment, result: Result) -> Figure:
@@ -133,6 +130,8 @@ def _show_modes(axes: Axes, times: Array, modes: Array | None) -> None:
 
 def _show_normalised(axes: Axes, seen: Normalised, begin: float, name: str, told: str) -> None:
     """Draw normalised squared errors on a logarithmic scale, over the band of chi-square, and `told` as in the summary."""
+    from matplotlib.colors import to_rgba_array
+
     if not len(seen.value):
         axes.text(0.5, 0.5, f"no {name}", transform=axes.transAxes, ha="center")
         axes.set(xticks=[], yticks=[])
@@ -141,13 +140,9 @@ def _show_normalised(axes: Axes, seen: Normalised, begin: float, name: str, told
         low, high = band(count)
         axes.axhspan(low, high, color=canvas.FAINT, linewidth=0, zorder=0)
         axes.axhline(count, color=canvas.SOFT, linewidth=canvas.stroke(1.0), linestyle="--", zorder=1)
-    dot: dict[str, Any] = {"markersize": max(canvas.mark(2.65), 1.4), "markeredgewidth": 0.0}
-    points = np.stack([seen.times - begin, np.maximum(seen.value, 1e-3)], axis=-1)
-    drawn = np.array(canvas.colours(int(np.max(seen.track)) + 1))[seen.track]
-    for first in range(_LAYERS):
-        some, shades = points[first::_LAYERS], drawn[first::_LAYERS]
-        for shade in np.unique(shades).tolist():
-            axes.plot(*some[shades == shade].T, "o", color=shade, zorder=3, **dot)
+    shades, size = to_rgba_array(canvas.colours(int(np.max(seen.track)) + 1)), max(canvas.mark(2.65), 1.4)
+    values = np.maximum(seen.value, 1e-3)
+    axes.scatter(seen.times - begin, values, s=size**2, c=shades[seen.track], linewidths=0, zorder=3)
     axes.set_yscale("log")
     axes.minorticks_off()
     axes.yaxis.set_major_formatter("{x:g}")
