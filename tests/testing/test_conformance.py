@@ -1,4 +1,7 @@
-"""Every component that is installed here keeps the laws of its role. One that nobody thought of is in the loop too."""
+"""Every component that is installed here keeps the laws of its role. One that nobody thought of is in the loop too.
+
+By day those that changed and a fifth of the others are tried (`support.selection`), by night and with `--all` all.
+"""
 
 import sys
 
@@ -171,7 +174,8 @@ INSTALLED = [entry for entry in Registry.installed() if entry.role != "reproduct
 for entry in INSTALLED:
     if (entry.role, entry.kind) not in NEED_FILES:
         name = f"Test_{entry.role}_{entry.kind}"
-        vars(sys.modules[__name__])[name] = conformance(entry.cls, **GIVEN.get((entry.role, entry.kind), {}))
+        laws = conformance(entry.cls, **GIVEN.get((entry.role, entry.kind), {}))
+        vars(sys.modules[__name__])[name] = pytest.mark.kind.with_args(entry.cls)(laws)  # `kind(cls)` would mark the class
 
 
 @pytest.mark.parametrize("kind", ["csv", "jsonl"])
