@@ -44,12 +44,8 @@ TestPolarSensor = conformance(
 )
 
 
-@pytest.fixture(autouse=True)
-def _sensors_nightly(request):
-    """Sensors are called a state at a time: their laws take long, and the tutorials try them too."""
-    slow = request.cls in (TestLinearSensor, TestPolarSensor)
-    if slow and request.config.getoption("vedette_profile") != "nightly":
-        pytest.skip("runs in the nightly profile")
+for laws in (TestLinearSensor, TestPolarSensor):
+    pytest.mark.nightly("sensors are called a state at a time: their laws take long, and the tutorials try them too")(laws)
 
 
 def test_a_turning_model_moves_as_stone_soup_moves_it():

@@ -72,10 +72,9 @@ def test_from_an_empty_folder_to_tracks_on_a_map_in_two_commands(make, tmp_path,
     assert covered >= least - 0.02
 
 
-def test_over_many_draws_the_error_is_within_a_twentieth(tmp_path, monkeypatch, pytestconfig):
+@pytest.mark.nightly("ten draws of three files")
+def test_over_many_draws_the_error_is_within_a_twentieth(tmp_path, monkeypatch):
     """By the mean of the log ratio over ten draws of all three files: -.03, and its standard error .012."""
-    if pytestconfig.getoption("vedette_profile") != "nightly":
-        pytest.skip("runs in the nightly profile")
     pytest.importorskip("pymap3d")
     monkeypatch.chdir(tmp_path)
     ratios = []

@@ -84,10 +84,9 @@ def test_all_of_them_work_together(tmp_path, monkeypatch):
     assert tracks_of(config, vedette.Registry(tuple(entries))).shape == (2, 4)
 
 
+@pytest.mark.nightly("its laws take seconds, and a wheel is built")
 @pytest.mark.parametrize("role", ROLES)
-def test_each_package_keeps_its_laws_and_becomes_a_wheel(role, tmp_path, pytestconfig):
-    if pytestconfig.getoption("vedette_profile") != "nightly":
-        pytest.skip("runs in the nightly profile: its laws take seconds, and a wheel is built")
+def test_each_package_keeps_its_laws_and_becomes_a_wheel(role, tmp_path):
     out = tmp_path / "package"
     assert main(["new", "plugin", "wheel", "--role", role, "--out", str(out)]) == 0
     run = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-o", "pythonpath=src"]

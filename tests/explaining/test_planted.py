@@ -219,10 +219,12 @@ def examples() -> list[str]:
     return [str(path) for path in found if not path.stem.endswith("study") and path.parts[0] != "plugin_template"]
 
 
-@pytest.mark.parametrize("name", examples())
-def test_no_shipped_example_has_any(name: str, pytestconfig: pytest.Config) -> None:
-    if DENSE in name and pytestconfig.getoption("vedette_profile") != "nightly":
-        pytest.skip("takes 2 s: in the nightly profile")
+def by_night(name: str) -> tuple[pytest.MarkDecorator, ...]:
+    return (pytest.mark.nightly("takes 2 s"),) if DENSE in name else ()
+
+
+@pytest.mark.parametrize("name", [pytest.param(name, marks=by_night(name)) for name in examples()])
+def test_no_shipped_example_has_any(name: str) -> None:
     it = situation(load(EXAMPLES / name, installed()))
     if it.opened.recording is None:
         it = situation(load(EXAMPLES / name, installed()), INTERVAL)

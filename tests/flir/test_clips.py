@@ -28,6 +28,7 @@ def errors(path, *overrides):
     return np.hypot(*(track.mean[:, :2] - true[:, :2]).T), true[:, 2:].max(axis=1)
 
 
+@pytest.mark.nightly("twenty segments, twice: 18 s")
 @pytest.mark.parametrize("negative", [False, True])
 def test_recorded_segments(negative):
     folder = recording("ir_clips")

@@ -114,6 +114,7 @@ def test_bad_sweeps_and_settings_are_told():
     assert len(seen(Cfar(SCREEN, cell=5.0), np.ones((4, 20))).z) == 0  # shorter than a window
 
 
+@pytest.mark.nightly("runs of raw video: 4 s")
 @pytest.mark.parametrize("test", TESTS)
 def test_boats_are_tracked_from_simulated_sweeps(test):
     """Raw video instead of pictures, from a config; false alarms of the sea's spikes are left to the tracker."""

@@ -19,23 +19,24 @@ FOLDERS = ("core", "plugins", "simulators")
 
 def closure(names: Iterable[str]) -> set[Path]:
     """Return the files of modules of the repository and of all that they import."""
-    known, found, todo = _known(), set[str](), [*names]
+    found, todo = set[str](), [*names]
     while todo:
         name = todo.pop()
-        if name in known and name not in found:
+        if name in known() and name not in found:
             found.add(name)
             todo += _needs(name)
-    return {known[name] for name in found}
+    return {known()[name] for name in found}
 
 
 @cache
-def _known() -> dict[str, Path]:
+def known() -> dict[str, Path]:
+    """Return the modules of the repository that a component may import."""
     return {name: path for folder in FOLDERS for name, path in modules(ROOT / folder).items()}
 
 
 @cache
 def _tree(name: str) -> ast.Module:
-    return ast.parse(_known()[name].read_text(encoding="utf-8"))
+    return ast.parse(known()[name].read_text(encoding="utf-8"))
 
 
 @cache
@@ -69,10 +70,9 @@ def _run(node: ast.AST) -> Iterator[ast.AST]:
 @cache
 def _home(module: str, name: str) -> str:
     """Return the module that defines a name which `module` has."""
-    known = _known()
-    if f"{module}.{name}" in known:
+    if f"{module}.{name}" in known():
         return f"{module}.{name}"
-    if module in known and known[module].name == "__init__.py":
+    if module in known() and known()[module].name == "__init__.py":
         for node in ast.walk(_tree(module)):
             if (
                 isinstance(node, ast.ImportFrom)

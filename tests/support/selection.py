@@ -9,12 +9,11 @@ from __future__ import annotations
 import hashlib
 import subprocess
 from collections.abc import Iterable
-from inspect import getfile
 from pathlib import Path
 
 from attrs import frozen
 
-from support.closure import closure
+from support.closure import closure, known
 from support.paths import ROOT
 from vedette.roles import Component
 from vedette.testing import laws_of
@@ -66,11 +65,11 @@ def _git(root: Path, *words: str) -> str | None:
 
 
 def changed(classes: Iterable[type[Component]], files: frozenset[str]) -> set[type[Component]]:
-    """Return the classes that these files of the repository, their role's laws among them, may have changed."""
+    """Return the classes that these files may have changed, their role's laws among them; those of others always."""
     classes = set(classes)
     if any(file.startswith(OF_ALL) for file in files):
         return classes
-    return {cls for cls in classes if not Path(getfile(cls)).is_relative_to(ROOT) or files & files_of(cls)}
+    return {cls for cls in classes if cls.__module__ not in known() or files & files_of(cls)}
 
 
 def files_of(cls: type[Component]) -> set[str]:
@@ -98,6 +97,6 @@ def chosen(classes: Iterable[type[Component]], what: Since | None) -> tuple[set[
     others = drawn(classes - touched, what.head)
     names = ", ".join(sorted(cls.__name__ for cls in others))
     return touched | others, (
-        f"laws of {len(touched)} kinds that changed since {what.base[:10]}, and of {len(others)} of {len(classes - touched)} "
-        f"others, drawn by {what.head[:10]} ({names}); --all tries all"
+        f"laws of {len(touched)} kinds that changed since {what.base[:10]}, and of {len(others)} of the others"
+        f" ({len(classes - touched)}), drawn by {what.head[:10]} ({names}); --all tries all"
     )

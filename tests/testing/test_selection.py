@@ -4,11 +4,14 @@ import os
 import subprocess
 import sys
 from inspect import getfile
+from pathlib import Path
 
 import pytest
 from attrs import evolve
 
+from mutants.foreign import MUTANTS as FOREIGN
 from support.closure import closure
+from support.mutants.table import MUTANTS as OURS
 from support.paths import ROOT
 from support.selection import OF_ALL, SHARE, Since, changed, chosen, drawn, files_of, since
 from vedette.config.registry import Registry
@@ -52,8 +55,8 @@ def test_an_import_is_seen_wherever_it_stands(line, reached, tmp_path, monkeypat
     from support import closure as written
 
     (tmp_path / "it.py").write_text(line)
-    known = {name: path for name, path in written._known().items() if name in ("vedette", "vedette.space")}
-    monkeypatch.setattr(written, "_known", lambda: known | {"it": tmp_path / "it.py"})
+    known = {name: path for name, path in written.known().items() if name in ("vedette", "vedette.space")}
+    monkeypatch.setattr(written, "known", lambda: known | {"it": tmp_path / "it.py"})
     written._needs.cache_clear()
     written._tree.cache_clear()
     assert {path.stem for path in closure(["it"])} - {"it", "__init__"} == reached
@@ -94,11 +97,19 @@ def test_a_change_is_of_the_kinds_that_import_it():
     assert of("core/vedette/roles.py") == of("core/cpp/gauss.hpp") == {cls.__name__ for cls in KINDS}
 
 
-def test_a_kind_of_somebody_else_is_always_tried(tmp_path, monkeypatch):
-    from support import selection
+def test_a_kind_of_somebody_else_is_always_tried():
+    theirs = type("Theirs", (Nearest,), {"__module__": "elsewhere"})
+    assert changed({Nearest, theirs}, frozenset()) == {theirs}
 
-    monkeypatch.setattr(selection, "getfile", lambda cls: str(tmp_path / "it.py") if cls is Nearest else getfile(cls))
-    assert of() == {"Nearest"}
+
+def test_whoever_puts_a_mutant_s_fault_into_a_kind_has_its_laws_tried():
+    """A fault is a change: which kinds are drawn loses no mutant, ours nor those of others."""
+    ours = {base for _, base, *_ in OURS if base in KINDS}
+    assert len(ours) > 30
+    for base in ours:
+        assert base in changed(KINDS, frozenset(names([Path(getfile(base))])))
+    others = {type(mutant.make()) for mutant in FOREIGN}
+    assert changed(others, frozenset()) == others
 
 
 def test_a_commit_draws_the_same_fifth_and_another_commit_another():

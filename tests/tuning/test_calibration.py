@@ -10,12 +10,6 @@ from vedette.tuning import tune
 FACTORS = (0.1, 10.0)
 
 
-@pytest.fixture
-def nightly(pytestconfig):
-    if pytestconfig.getoption("vedette_profile") != "nightly":
-        pytest.skip("tunes some two hundred times, for ten minutes: in the nightly profile")
-
-
 def ended(config, ranges, overrides=()):
     """Return path to the tuned value, its error and the parameter."""
     free = [f"{path}={bounds}" for path, bounds in ranges.items()]
@@ -29,7 +23,7 @@ def apart(ends):
     return max(abs(first[path][0] - second[path][0]) / max(first[path][1], second[path][1]) for path in first)
 
 
-@pytest.mark.usefixtures("nightly")
+@pytest.mark.nightly("tunes some two hundred times, for ten minutes")
 def test_errors_hold_what_they_promise(tmp_path):
     """The truth lies within two standard errors in 90 to 99 of 100 data sets, and within one in 55 to 80.
 
@@ -52,7 +46,7 @@ def test_errors_hold_what_they_promise(tmp_path):
 SETS = 40
 
 
-@pytest.mark.usefixtures("nightly")
+@pytest.mark.nightly("tunes some two hundred times, for ten minutes")
 def test_an_imms_transition_is_found_within_its_error(tmp_path):
     """Counts of 40 data sets, from ten times too small odds, within what a normal error makes of them in 998 of 1,000."""
     ranges, near = dict.fromkeys(RATES, "0.001..0.9"), {path: np.zeros(2, dtype=int) for path in RATES}

@@ -155,10 +155,9 @@ def test_consistency_finds_the_noises_too(config):
     assert abs(each.after - TRUTH["sensors.radar.sigma"]) < 3.0 * each.error
 
 
-def test_workers_change_nothing(config, pytestconfig):
+@pytest.mark.nightly("starts processes")
+def test_workers_change_nothing(config):
     """Two processes, which open the recording themselves, come to the same figures to the last bit."""
-    if pytestconfig.getoption("vedette_profile") != "nightly":
-        pytest.skip("starts processes: in the nightly profile")
     one, two = (tune(config, FREE, part=0.7, starts=2, workers=workers) for workers in (1, 2))
     assert data(one) == data(two)
 
