@@ -10,6 +10,7 @@ from __future__ import annotations
 import ast
 import sys
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 from textwrap import fill
 
@@ -80,6 +81,7 @@ def room(module: str) -> str:
     return "ground" if name in (*GROUND, "_values") else "commands" if name in FRONT else name
 
 
+@cache
 def arrows() -> set[tuple[str, str]]:
     """Return which room of the core imports which, today; what all may use is not told."""
     known, found = homes(), set()
