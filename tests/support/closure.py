@@ -74,11 +74,8 @@ def _home(module: str, name: str) -> str:
         return f"{module}.{name}"
     if module in known() and known()[module].name == "__init__.py":
         for node in ast.walk(_tree(module)):
-            if (
-                isinstance(node, ast.ImportFrom)
-                and node.module
-                and name in (alias.asname or alias.name for alias in node.names)
-            ):
-                original = next(alias.name for alias in node.names if (alias.asname or alias.name) == name)
-                return _home(node.module, original)
+            if isinstance(node, ast.ImportFrom) and node.module:
+                for alias in node.names:
+                    if name == (alias.asname or alias.name):
+                        return _home(node.module, alias.name)
     return module
