@@ -165,7 +165,7 @@ def test_returns_that_the_gate_shuts_out_are_told(scene, untold):
 
 def test_a_recording_of_no_track_is_wrong_use(scene, capsys):
     assert main(["consistency", str(scene), "--set", "source.duration=1"]) == 2
-    assert "gives no track with enough scans" in capsys.readouterr().err
+    assert "gives no track with enough" in capsys.readouterr().err
 
 
 def test_tracks_that_lost_their_target_are_told_too(losing, capsys):

@@ -168,12 +168,12 @@ def test_a_new_plugin_keeps_its_laws(tmp_path, monkeypatch, capsys, pytestconfig
     else:
         assert_moves_alike(motion(0.5), ConstantVelocity(0.5))
     assert main(["new", "plugin", "my-lake"]) == 2
-    assert "exists already and is not an empty folder" in capsys.readouterr().err
+    assert "exists already and is not" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("name", ["", "9lives", "a/b", "class", "../up"])
 def test_a_name_that_is_none_is_refused(name, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert main(["new", "plugin", name]) == 2
-    assert "must be a word of letters, digits and hyphens" in capsys.readouterr().err
+    assert "must be a word of letters" in capsys.readouterr().err
     assert not list(tmp_path.iterdir())

@@ -64,7 +64,7 @@ def test_a_study_prints_its_tables_and_verdicts_and_ends_well(paper, capsys, tmp
         (["vts", "--runs", "many"], "--runs: must be a whole number of at least 2, got 'many'"),
         (["vts", "--runs", "2.5"], "--runs: must be a whole number of at least 2, got '2.5'"),
         (["vts", "--seed", "-1"], "--seed: must be a whole number of at least 0, got '-1'"),
-        (["vts", "--out", __file__], "is a file, and results need a folder"),
+        (["vts", "--out", __file__], "is a file, and results need"),
     ],
 )
 def test_wrong_use_is_told(arguments, message, capsys):

@@ -83,7 +83,7 @@ def test_an_interrupted_study_goes_on_to_the_same_result(study, tmp_path, capsys
     assert sorted(path.name for path in (folder / "parts").iterdir()) == ["part-0.npz", "part-1.npz", "study.json"]
     study(3)
     assert main(["reproduce", "noise", "--runs", "4", "--out", str(folder)]) == 2
-    assert "holds parts of an unfinished study: go on with --resume, or delete it" in capsys.readouterr().err
+    assert "holds parts of an unfinished" in capsys.readouterr().err
     assert main(["reproduce", "noise", "--runs", "4", "--out", str(folder), "--resume"]) == 0
     assert made == [2]
     for name in ("study.txt", "study.json", "power.png"):
@@ -126,11 +126,11 @@ def test_a_damaged_part_is_named(content, study, tmp_path, capsys):
 def test_resume_needs_a_folder_and_what_the_parts_are_of(study, tmp_path, capsys):
     study(3)
     assert main(["reproduce", "noise", "--resume"]) == 2
-    assert "--resume: needs the folder of the study that it is to go on with: --out" in capsys.readouterr().err
+    assert "--resume: needs the folder" in capsys.readouterr().err
     (tmp_path / "parts").mkdir()
     (tmp_path / "parts" / "study.json").write_text("[")
     assert main(["reproduce", "noise", "--out", str(tmp_path), "--resume"]) == 2
-    assert "does not say which study's parts these are: delete them" in capsys.readouterr().err
+    assert "does not say which study's" in capsys.readouterr().err
 
 
 def test_full_takes_the_runs_that_the_study_is_worth(study, capsys):

@@ -11,7 +11,7 @@ def test_a_long_run_keeps_nothing_and_says_what_it_leaves_out(config, tmp_path, 
     assert main(["run", str(config), "--out", str(tmp_path / "short")]) == 0
     monkeypatch.setattr(command, "LONG", 30)
     assert main(["run", str(config), "--out", str(tmp_path / "long")]) == 0
-    assert "more than 30 scans keeps no history, so there are no pictures" in capsys.readouterr().err
+    assert "more than 30 scans keeps no" in capsys.readouterr().err
     short, long = files(tmp_path / "short"), files(tmp_path / "long")
     assert set(short) - set(long) == PICTURES
     for name in ("recording.jsonl", "config.json"):
@@ -29,4 +29,4 @@ def test_it_keeps_all_when_it_is_told_to_or_must(config, tmp_path, monkeypatch, 
 
 def test_stream_and_keep_exclude_each_other(config, capsys):
     assert main(["run", str(config), "--stream", "--keep"]) == 2
-    assert "--stream: keeps nothing of the past, which --keep keeps: give one of the two" in capsys.readouterr().err
+    assert "--stream: keeps nothing of the past" in capsys.readouterr().err

@@ -116,9 +116,7 @@ def test_a_long_value_is_not_quoted_whole() -> None:
 
 def test_a_ready_object_of_another_role_is_refused(registry: Registry) -> None:
     sensor = build(tracker_config(), registry).sensors["lidar"]
-    with pytest.raises(
-        ConfigError, match=r"^associator: must be a table that names its kind, got a CartesianPosition; installed: "
-    ):
+    with pytest.raises(ConfigError, match=r"^associator: must be a table.*got a CartesianPosition; installed: "):
         build({**tracker_config(), "associator": sensor}, registry)
 
 

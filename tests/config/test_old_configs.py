@@ -46,9 +46,7 @@ def test_an_override_of_the_lifecycle_takes_its_birth_along():
 
 def test_both_names_are_an_error():
     twice = PARTS | {"birth": {"spread": SPREAD}, "lifecycle": {"kind": "m_of_n", "spread": SPREAD}}
-    with pytest.raises(
-        ConfigError, match=r"lifecycle\.spread: is the old name of `birth\.spread`; give only `birth\.spread`"
-    ):
+    with pytest.raises(ConfigError, match=r"lifecycle\.spread: is the old name of `birth\.spread`.*`birth\.spread`"):
         vedette.build(twice)
-    with pytest.raises(ConfigError, match="detectors: is the old name of `preprocessors`; give only `preprocessors`"):
+    with pytest.raises(ConfigError, match=r"detectors: is the old name of `preprocessors`.*`preprocessors`"):
         vedette.build(PARTS | {"lifecycle": {"kind": "m_of_n", "spread": SPREAD}, "detectors": {}, "preprocessors": {}})

@@ -115,9 +115,7 @@ def test_a_kind_that_two_third_parties_bring_is_of_neither(distribution: Distrib
 
 def test_a_stranger_does_not_replace_a_kind_of_vedettes(distribution: Distribution) -> None:
     distribution("one-dist", "vedette_test_one", drifting(kind="constant_velocity"))
-    with pytest.raises(
-        ConfigError, match=r"'constant_velocity' is brought by one-dist 1\.0 .* and by vedette .*, so neither"
-    ):
+    with pytest.raises(ConfigError, match=r"'constant_velocity' is brought by one-dist 1\.0 "):
         vedette.build(config())
     assert Registry.installed().find("motion", "constant_acceleration") is not None
 

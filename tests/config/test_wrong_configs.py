@@ -214,7 +214,7 @@ def test_all_problems_are_told_at_once_in_the_order_of_the_config(registry: Regi
 
 @pytest.mark.parametrize("config", [[], 3, None, ["estimator"]])
 def test_a_config_that_is_no_table_is_refused(registry: Registry, config: Any) -> None:
-    with pytest.raises(ConfigError, match="a config must be a table, or the path to a file"):
+    with pytest.raises(ConfigError, match="a config must be a table"):
         build(config, registry)
 
 

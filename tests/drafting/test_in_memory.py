@@ -43,16 +43,16 @@ def test_what_is_no_table_is_told(data):
 
 
 def test_columns_of_different_length_and_an_override_that_is_no_list_are_told():
-    with pytest.raises(VedetteError, match="the data are no table: All arrays must be of the same length"):
+    with pytest.raises(VedetteError, match="the data are no table"):
         vedette.track({"t": [1, 2], "x": [1], "y": [2]})
-    with pytest.raises(VedetteError, match=r"overrides: must be a list of 'path.to.key=value', got the text 'seed=3'"):
+    with pytest.raises(VedetteError, match=r"overrides: must be a list of 'path.to.key=value'.*'seed=3'"):
         vedette.track(FRAME, None, "seed=3")
 
 
 def test_a_title_that_stands_twice_in_parquet_is_told(tmp_path):
     pa, parquet = pytest.importorskip("pyarrow"), pytest.importorskip("pyarrow.parquet")
     parquet.write_table(pa.table([TIMES, TIMES, TIMES, TIMES], names=["t", "x", "x", "y"]), tmp_path / "d.parquet")
-    with pytest.raises(VedetteError, match="there is more than one column 'x'"):
+    with pytest.raises(VedetteError, match=r"there is more than one.*'x'"):
         vedette.track(tmp_path / "d.parquet")
 
 

@@ -44,11 +44,11 @@ def test_what_cannot_be_tracked_is_said(result):
     scene = vedette.to_config(vedette.load(EXAMPLES / "harbour.toml"))
     with pytest.raises(ConfigError, match=r"source\.kind: must be 'csv'"):
         vedette.track(pd.DataFrame({"t": [0.0]}), scene)
-    with pytest.raises(ConfigError, match="source: must be of a kind with a path"):
+    with pytest.raises(ConfigError, match="source: must be of a kind"):
         vedette.track("plots.csv", scene)
-    with pytest.raises(InputError, match="data frame: no column looks like a time"):
+    with pytest.raises(InputError, match="data frame: no column looks"):
         vedette.track(pd.DataFrame({"a": [0.0]}))
-    with pytest.raises(ConfigError, match="trucks: there is no such table; did you mean 'tracks'"):
+    with pytest.raises(ConfigError, match=r"trucks: there is no such table.*'tracks'"):
         result.to_dataframe("trucks")
 
 
@@ -70,7 +70,7 @@ def test_a_result_is_drawn_on_axes_of_ones_own(result):
     assert result.plot(axes) is axes
     assert len(axes.lines) > 5
     assert axes.get_xlabel() == "x [m]"
-    with pytest.raises(vedette.InputError, match=r"axes: must be axes of matplotlib, got 'map.png'; .*savefig"):
+    with pytest.raises(vedette.InputError, match=r"axes: must be axes.*'map.png'"):
         result.plot("map.png")
 
 

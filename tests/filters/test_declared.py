@@ -90,7 +90,7 @@ def test_a_class_that_contradicts_itself_is_refused_wherever_it_is_given():
     with pytest.raises(Misuse, match=why):
         laws_of(Undeclared)
     assert contradiction(Wide) == ""
-    with pytest.raises(ValueError, match="of: must be a filter whose belief is a mean and a covariance, got 'test_wide'"):
+    with pytest.raises(ValueError, match=r"of: must be a filter whose.*got 'test_wide'"):
         ResidualMonitored(Wide(CV))
 
 
@@ -117,7 +117,7 @@ class Declared(Turning):
 
 
 def test_a_frame_that_turns_without_saying_so_is_refused():
-    with pytest.raises(PluginError, match="Turning defines `reframe`, which nobody calls unless it declares"):
+    with pytest.raises(PluginError, match="Turning defines `reframe`, which nobody calls"):
         Registry.of(Turning)
     assert contradiction(Declared) == contradiction(TargetOrientedLiteral) == contradiction(Carrying) == ""
     for estimator in (Imm, ExtendedKalman, SquareRootKalman, ResidualMonitored, BootstrapParticles):
@@ -134,7 +134,7 @@ def test_wrappers_forward_what_they_wrap(kind):
         assert ResidualMonitored(kind(carried)).reframes
     mixture = Imm((kind(carried), kind(carried)), transition=np.eye(2))
     assert not mixture.reframes, "a mixture re-expresses its modes itself"
-    with pytest.raises(ValueError, match=r"models\[0\]: 'carrying' turns its frame with its target"):
+    with pytest.raises(ValueError, match=r"models\[0\]: 'carrying' turns its frame"):
         Product((carried,))
     Product((Carrying(CV, {"width": "m"}),))
 
@@ -176,5 +176,5 @@ def test_a_motion_that_only_carries_axes_along_is_no_hindrance():
         np.testing.assert_allclose(found.cov[..., :4, :4], expected.cov, atol=1e-9)
         turning = kind(Declared())
         start = turning.start(PRIOR, CV.state, RNG)
-        with pytest.raises(NotImplementedError, match="turns its frame: two moments have none in common"):
+        with pytest.raises(NotImplementedError, match="turns its frame: two moments"):
             turning.smooth_step(start, start, 1.0, RNG)

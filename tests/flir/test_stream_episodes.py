@@ -121,5 +121,5 @@ def test_a_number_that_no_camera_has_is_a_wrong_address(tmp_path):
     for number in (str(stream.MOST_CAMERA + 1), "9" * 30):
         with pytest.raises(ConfigError, match=f'source.address: must be the number of a camera, up to 9999, got "{number}'):
             vedette.load(EXAMPLE, overrides=streamed(number)[1:]).steps()
-    with pytest.raises(InputError, match=r"/dev/null: is no regular file; name a camera by its number"):
+    with pytest.raises(InputError, match="/dev/null: is no regular file"):
         vedette.load(EXAMPLE, overrides=streamed("/dev/null")[1:]).steps()

@@ -129,7 +129,7 @@ def test_which_of_two_sensors_must_be_said(tmp_path):
 
 
 def test_positions_do_not_become_bearings_without_a_platform(tmp_path):
-    with pytest.raises(ConfigError, match=r"measures \(range .* name a column for range, bearing"):
+    with pytest.raises(ConfigError, match=r"measures \(range .* name a column for range"):
         opened(tmp_path, "t,north,east\n1,2,3\n", POLAR)
 
 

@@ -148,9 +148,9 @@ def test_truth_in_latitude_and_longitude_lies_on_the_returns(tmp_path):
 @pytest.mark.parametrize(
     ("columns", "text"),
     [
-        ({"latitude": "lat"}, "columns: must also name a column for longitude"),
-        (EARTH | {"x": "t"}, "columns: name columns for x, or for latitude and longitude, not for both"),
-        ({"x": "t", "y": "t", "altitude": "t"}, "columns: altitude goes with latitude and longitude, without z"),
+        ({"latitude": "lat"}, "columns: must also name a column"),
+        (EARTH | {"x": "t"}, "columns: name columns for x"),
+        ({"x": "t", "y": "t", "altitude": "t"}, "columns: altitude goes with latitude"),
     ],
 )
 def test_columns_that_do_not_go_together(columns, text):

@@ -82,8 +82,8 @@ def damaged(folder, **changes):
         ({"file": "clip_frames/7.npz"}, "No such file"),
         ({"file": "clip.jsonl"}, "not a zip file"),
         ({"corner": [1.0]}, "frame.corner must be a list of 2 numbers"),
-        ({"file": 3}, "frame must be an object with file"),
-        ({"colour": "red"}, "frame must be an object with file"),
+        ({"file": 3}, "frame must be an object"),
+        ({"colour": "red"}, "frame must be an object"),
     ],
 )
 def test_a_frame_that_cannot_be_read_costs_its_scan(tmp_path, changes, told):

@@ -278,10 +278,10 @@ def test_axes_that_the_sensor_does_not_measure(tmp_path):
 
 
 def test_no_scan_of_the_trackers_sensors(tmp_path):
-    with pytest.raises(InputError, match="holds no usable scan of 'sonar', but of 'radar', 'camera'"):
+    with pytest.raises(InputError, match=r"holds no usable scan of 'sonar'.*'camera'"):
         opened(tmp_path, example(), {"sonar": CartesianPosition(sigma=1.0)}, SPACES)
 
 
 def test_without_the_recording_the_error_says_what_it_is():
-    with pytest.raises(ConfigError, match=r"path: is not given\. Wanted: sea trial 4\. Format: Vedette's JSON lines"):
+    with pytest.raises(ConfigError, match=r"path: is not given\. Wanted: sea trial 4\."):
         JsonLinesSource(about="sea trial 4").open({}, RNG)

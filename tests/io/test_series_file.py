@@ -55,12 +55,12 @@ def test_a_bad_file_is_refused_with_its_name(tmp_path):
         with pytest.raises(InputError, match=rf"bad{i}\.npz: must be the series of a run"):
             read_series(tmp_path / f"bad{i}.npz")
     SeriesFile(tmp_path / "later.npz", {"version": 2})
-    with pytest.raises(InputError, match="this Vedette reads 'vedette series' of version 1"):
+    with pytest.raises(InputError, match=r"this Vedette reads 'vedette series'.*1"):
         read_series(tmp_path / "later.npz")
     np.savez(tmp_path / "other.npz", pixels=np.zeros(3))
     with pytest.raises(InputError, match=r"it has no about\.json"):
         read_series(tmp_path / "other.npz")
     file.add({"scans": {"time": np.zeros(2)}})
     file.flush()
-    with pytest.raises(InputError, match="columns of 'scans' must have as many rows"):
+    with pytest.raises(InputError, match="columns of 'scans' must have"):
         read_series(tmp_path / "s.npz")

@@ -119,7 +119,7 @@ def test_the_vendored_script_is_the_registry_s_and_has_its_licence():
 
 def test_a_folder_that_no_run_wrote_is_told(tmp_path, capsys):
     assert main(["report", str(tmp_path)]) == 2
-    assert "series.npz: there is no such file; `vedette run` writes it" in capsys.readouterr().err
+    assert "series.npz: there is no such file; `vedette run`" in capsys.readouterr().err
     assert not (tmp_path / "report.html").exists()
 
 

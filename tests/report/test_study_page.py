@@ -101,7 +101,7 @@ def test_a_study_that_is_not_whole_says_what_to_do(folder, tmp_path, capsys):
     assert "summary.json: there is no such file; `vedette study --resume` finishes the study" in capsys.readouterr().err
     (tmp_path / "summary.json").write_bytes((folder / "summary.json").read_bytes())
     assert main(["report", str(tmp_path)]) == 2
-    assert "chunk 0 is missing or not whole" in capsys.readouterr().err
+    assert "chunk 0 is missing or not" in capsys.readouterr().err
     made = json.loads((folder / "manifest.json").read_text())
     (tmp_path / "manifest.json").write_text(json.dumps(made | {"study": "0"}))
     assert main(["report", str(tmp_path)]) == 2

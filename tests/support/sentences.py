@@ -1,7 +1,7 @@
 """Which tests hold sentences of errors: `PYTHONPATH=tests python -m support.sentences` lists them.
 
-A test holds the place of an error, its kind and the number that matters; the words are for their author to better. A sentence is
-a text of six words or more that `match=` asks for, or that a text of errors is compared with.
+A test holds the place of an error, its kind and the number that matters; its author may better the words. A sentence is a
+text of six words or more that `match=` asks for, or that a text of errors is compared with.
 """
 
 from __future__ import annotations
@@ -34,8 +34,9 @@ class Text:
 
     @property
     def sentence(self) -> bool:
-        """Whether it holds a sentence."""
-        return len(re.findall(r"[a-zA-Z]{2,}", re.sub(r"\\[a-zA-Z]", " ", self.text))) >= LEAST
+        """Whether it holds a sentence; the place that it begins with and names in quotes are no words of it."""
+        words = re.sub(r"^\S+: |\\[a-zA-Z]|'[^' ]*'|`[^` ]*`", " ", self.text)
+        return len(re.findall(r"\b[a-zA-Z]{2,}\b", words)) >= LEAST
 
 
 def texts(source: str, file: str = "") -> Iterator[Text]:
@@ -54,9 +55,9 @@ def _asked(function: ast.FunctionDef) -> Iterator[ast.expr]:
     for node in ast.walk(function):
         if isinstance(node, ast.Call):
             yield from (keyword.value for keyword in node.keywords if keyword.arg == "match")
-            if isinstance(node.func, ast.Attribute) and node.func.attr in ("startswith", "endswith"):
-                if _OF_ERRORS.search(ast.unparse(node.func.value)):
-                    yield from node.args
+            ends = isinstance(node.func, ast.Attribute) and node.func.attr in ("startswith", "endswith")
+            if ends and _OF_ERRORS.search(ast.unparse(node.func)):
+                yield from node.args
         elif isinstance(node, ast.Compare):
             sides = [node.left, *node.comparators]
             if any(_OF_ERRORS.search(ast.unparse(side)) for side in sides):

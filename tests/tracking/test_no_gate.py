@@ -74,7 +74,7 @@ def test_the_word_stands_for_a_probability_of_one_and_is_written_as_that():
 @pytest.mark.parametrize(
     ("gate", "told"),
     [
-        ("of", r"gate: must be a table of probability, clutter, largest_distance, got 'of'; or 'off'"),
+        ("of", r"gate: must be a table.*'off'"),
         ({"probability": 1, "clutter": "nonparametric"}, r"gate.clutter: 'nonparametric' counts the returns in a gate"),
     ],
 )

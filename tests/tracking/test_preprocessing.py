@@ -113,7 +113,7 @@ def test_a_source_delivers_what_detectors_take():
 @pytest.mark.parametrize(
     ("preprocessors", "sensors", "message"),
     [
-        (JOINED, {"sonar": RADAR}, "preprocessors.radar: must be named as one of the sensors: 'sonar'"),
+        (JOINED, {"sonar": RADAR}, r"preprocessors.radar: must be named as one.*'sonar'"),
         (
             JOINED,
             {"radar": RangeBearing(1.0, 0.1)},
@@ -122,12 +122,12 @@ def test_a_source_delivers_what_detectors_take():
         (
             JOINED,
             {"radar": RADAR, "a": RADAR},
-            "preprocessors.radar.sensors.a: scans of this name go to the tracker's own sensor 'a'",
+            r"preprocessors.radar.sensors.a: scans of this name go.*'a'",
         ),
         (
             JOINED | {"two": Joined({"b": RADAR})},
             {"radar": RADAR, "two": RADAR},
-            "preprocessors.two.sensors.b: scans of this name go to the preprocessor 'radar'",
+            r"preprocessors.two.sensors.b: scans of this name go.*'radar'",
         ),
     ],
 )
@@ -174,5 +174,5 @@ def test_an_experiment_tracks_what_its_detectors_make():
 
 
 def test_an_experiment_refuses_a_detector_of_no_sensor():
-    with pytest.raises(ValueError, match=r"preprocessors.sonar: must be named as one of the sensors"):
+    with pytest.raises(ValueError, match=r"preprocessors.sonar: must be named as one"):
         vedette.Experiment(experiment().tracker, preprocessors={"sonar": JOINED["radar"]})

@@ -145,7 +145,7 @@ def test_too_many_pairs_within_gates_are_refused_and_nothing_is_lost(monkeypatch
     given = list(scans(9, count=3))
     tracker, states, _ = run(monkeypatch, config(), given[:2], 1)
     monkeypatch.setattr(ceiling, "MOST_PAIRS", 20)
-    with pytest.raises(ScanRefused, match="make more than 20 pairs within gates"):
+    with pytest.raises(ScanRefused, match="make more than 20 pairs within"):
         tracker.step(states[-1], given[2])
     monkeypatch.undo()
     assert len(tracker.step(states[-1], given[2]).ids)
@@ -161,7 +161,7 @@ def test_a_cluster_that_is_too_large_is_refused_and_nothing_is_lost(monkeypatch)
     assert max(sizes) > 3 * pairs
     monkeypatch.setattr(clusters, "check_clusters", real)
     monkeypatch.setattr(ceiling, "MOST_PAIRS", max(sizes) - 1)
-    with pytest.raises(ScanRefused, match=r"tracks hang together by the .* returns that they share") as caught:
+    with pytest.raises(ScanRefused, match="tracks hang together by the ") as caught:
         tracker.step(states[-1], given[4])
     assert "ends doubtful tracks sooner" in str(caught.value)
     monkeypatch.undo()

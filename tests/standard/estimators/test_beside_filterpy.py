@@ -48,7 +48,7 @@ def test_h_infinity_without_theta_is_the_extended_filter_and_with_too_much_stays
 
 
 def test_a_weight_of_no_axis_is_refused():
-    with pytest.raises(ValueError, match=r"weight\.z: there is no such axis; those are x, y, vx, vy"):
+    with pytest.raises(ValueError, match=r"weight\.z: there is no such axis"):
         HInfinity(MOTION, 0.1, {"z": 1.0})
 
 
@@ -78,7 +78,7 @@ def test_constant_gains_take_a_polar_return_to_the_plane():
 
 
 def test_gains_whose_errors_grow_are_refused():
-    with pytest.raises(ValueError, match=r"h: must be < 4 - 2 g = 3, or errors grow, got 3\.5"):
+    with pytest.raises(ValueError, match=r"h: must be < 4 - 2 g = 3, or errors.*got 3\.5"):
         GH(MOTION, 0.5, 3.5)
 
 
