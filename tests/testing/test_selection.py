@@ -3,14 +3,12 @@
 import os
 import subprocess
 import sys
-from inspect import getfile
-from pathlib import Path
 
 import pytest
 from attrs import evolve
 
 from mutants.foreign import MUTANTS as FOREIGN
-from support.closure import closure
+from support.closure import closure, known
 from support.mutants.table import MUTANTS as OURS
 from support.paths import ROOT
 from support.selection import OF_ALL, SHARE, Since, changed, chosen, drawn, files_of, since
@@ -55,8 +53,8 @@ def test_an_import_is_seen_wherever_it_stands(line, reached, tmp_path, monkeypat
     from support import closure as written
 
     (tmp_path / "it.py").write_text(line)
-    known = {name: path for name, path in written.known().items() if name in ("vedette", "vedette.space")}
-    monkeypatch.setattr(written, "known", lambda: known | {"it": tmp_path / "it.py"})
+    two = {name: known()[name] for name in ("vedette", "vedette.space")}
+    monkeypatch.setattr(written, "known", lambda: two | {"it": tmp_path / "it.py"})
     written._needs.cache_clear()
     written._tree.cache_clear()
     assert {path.stem for path in closure(["it"])} - {"it", "__init__"} == reached
@@ -107,7 +105,7 @@ def test_whoever_puts_a_mutant_s_fault_into_a_kind_has_its_laws_tried():
     ours = {base for _, base, *_ in OURS if base in KINDS}
     assert len(ours) > 30
     for base in ours:
-        assert base in changed(KINDS, frozenset(names([Path(getfile(base))])))
+        assert base in changed(KINDS, frozenset(names([known()[base.__module__]])))
     others = {type(mutant.make()) for mutant in FOREIGN}
     assert changed(others, frozenset()) == others
 
