@@ -78,7 +78,7 @@ def lowest(session: nox.Session) -> None:
     session.install("--only-binary", ":all:", *lowest_versions(), older, "cmake", "ninja")
     session.install("--no-deps", "--no-build-isolation", "-e", ".")  # kernels draw random numbers for one numpy only
     session.run("python", "-m", "pip", "check")
-    session.run("python", "-m", "pytest", "-n", "auto", *session.posargs)
+    session.run("python", "-m", "pytest", "-n", "auto", "--all", *session.posargs)
 
 
 @nox.session(python=PYTHONS)

@@ -95,8 +95,7 @@ def chosen(classes: Iterable[type[Component]], what: Since | None) -> tuple[set[
         return classes, f"laws of all {len(classes)} kinds, as git does not tell what changed"
     touched = changed(classes, what.files)
     others = drawn(classes - touched, what.head)
-    names = ", ".join(sorted(cls.__name__ for cls in others))
-    return touched | others, (
-        f"laws of {len(touched)} kinds that changed since {what.base[:10]}, and of {len(others)} of the others"
-        f" ({len(classes - touched)}), drawn by {what.head[:10]} ({names}); --all tries all"
-    )
+    line = f"laws of {len(touched)} of {len(classes)} kinds, which changed since {what.base[:10]}"
+    if others:
+        line += f", and of {len(others)} that {what.head[:10]} draws: {', '.join(sorted(cls.__name__ for cls in others))}"
+    return touched | others, f"{line}; --all tries all"
