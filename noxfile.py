@@ -108,7 +108,7 @@ def nightly(session: nox.Session) -> None:
 
 @nox.session
 def plugin_template(session: nox.Session) -> None:
-    """Test the example of a third-party plugin against Vedette, both as wheels; `-- compiled` takes the checkout's kernels."""
+    """Test the example of a third-party plugin against Vedette, both as wheels; `-- compiled`: with the kernels here."""
     example = HERE / "examples" / "plugin_template"
     session.install("build")
     options = compiled(session) if "compiled" in session.posargs else ()
