@@ -10,8 +10,8 @@ import vedette
 from support.paths import EXAMPLES, recording
 from vedette import metrics
 from vedette.config.files import read_file
-from vedette.montecarlo.plan import plan, read_study
-from vedette.montecarlo.study import perform
+from vedette_study.plan import plan, read_study
+from vedette_study.study import perform
 
 JOYRIDE_WINDOW = ("judge.last_scan=211",)
 

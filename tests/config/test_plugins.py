@@ -187,7 +187,7 @@ def test_check_tells_the_reason(kind: str, place: int, capsys: pytest.CaptureFix
 
 @pytest.mark.usefixtures("three")
 def test_a_run_without_them_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vedette.commands.run.can_draw", lambda: False)
+    monkeypatch.setattr("vedette_report.drawing.can_draw", lambda: False)
     path = _scene(tmp_path)
     assert main(["run", str(path), "--out", str(tmp_path / "out")]) == 0
 
@@ -198,7 +198,7 @@ def test_a_plugin_that_fails_to_write_its_files_does_not_take_the_others_with_it
     capsys: pytest.CaptureFixture[str],
     distribution: Distribution,
 ) -> None:
-    monkeypatch.setattr("vedette.commands.run.can_draw", lambda: False)
+    monkeypatch.setattr("vedette_report.drawing.can_draw", lambda: False)
     hook = "\n@vedette.plugin\ndef vedette_files(folder):\n    {}\n"
     distribution("bad-dist", "vedette_test_bad", drifting() + hook.format("raise ValueError('no ink')"))
     distribution("fine-dist", "vedette_test_fine", drifting("Tide", "tide") + hook.format("return ['tides.txt']"))

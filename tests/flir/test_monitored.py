@@ -6,9 +6,9 @@ import pytest
 import vedette
 from vedette import Detections, Gaussian, Scan
 from vedette.metrics.consistency import nees
-from vedette.montecarlo.lockstep import run_together
 from vedette.sampling.trajectories import draw_states
 from vedette_standard.motion.constant_velocity import ConstantVelocity
+from vedette_study.lockstep import run_together
 
 
 def figures(true_accel, gain, runs=200, scans=150):

@@ -8,10 +8,10 @@ import vedette
 from support.paths import EXAMPLES
 from vedette.config.files import read_file
 from vedette.metrics import Score
-from vedette.montecarlo.plan import plan
-from vedette.montecarlo.study import perform
 from vedette.testing import consistency
 from vedette.testing.recorded import recorded_consistency
+from vedette_study.plan import plan
+from vedette_study.study import perform
 
 CONFIG = EXAMPLES / "harbour.toml"
 

@@ -11,9 +11,9 @@ import vedette
 from support.ships import AROUND, RADAR, radar_and_beacon
 from vedette import Detections, LazyScans, Recording, Scan, Source
 from vedette.cli import main
-from vedette.io import read_recording, read_tracks
-from vedette.report import streaming
-from vedette.report.streaming import stream
+from vedette_files import read_recording, read_tracks
+from vedette_report import streaming
+from vedette_report.streaming import stream
 
 MODES = [{"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": s}} for s in (0.1, 1.0)]
 CONFIG = radar_and_beacon(

@@ -8,8 +8,8 @@ import vedette
 from support.results import config, drawn_lines, result, still, track, words
 from vedette import Space, Trajectory, metrics
 from vedette.metrics.coverage import NONE
-from vedette.report.errors import errors
-from vedette.report.traces import Normalised, innovations, mode_names, position_nees, traces
+from vedette_report.errors import errors
+from vedette_report.traces import Normalised, innovations, mode_names, position_nees, traces
 
 
 def test_traces_agree_with_the_figures(scene):

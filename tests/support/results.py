@@ -1,11 +1,13 @@
 """Runs and results made for reports."""
 
 import numpy as np
+from attrs import evolve
 
 import vedette
 from support.ships import radar_and_beacon
 from vedette import Recording, Result, Scan, Space, Track, Trajectory
 from vedette.types import Detections
+from vedette_report.drawing import drawing
 
 PLANE = Space.of(x="m", y="m", vx="m/s", vy="m/s")
 
@@ -69,3 +71,8 @@ def drawn_lines(axes):
 def words(made):
     axes_texts = [text.get_text() for axes in made.axes for text in axes.texts]
     return axes_texts + [text.get_text() for text in made.texts]
+
+
+def write_pictures(folder, experiment, done):
+    """Write the pictures of a result into a folder, whatever its experiment is; return their names."""
+    return drawing().of_run(evolve(done, experiment=experiment), folder)

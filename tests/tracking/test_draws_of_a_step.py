@@ -6,11 +6,11 @@ from attrs import frozen
 
 import vedette
 from vedette import Detections, Estimator, Gaussian, Scan
-from vedette.montecarlo.lockstep import run_together
 from vedette.sampling.generators import NO_DRAWS
 from vedette.sampling.seeds import Seed, Seeds, sequence
 from vedette_standard.estimators.kalman import Kalman
 from vedette_standard.motion.constant_velocity import ConstantVelocity
+from vedette_study.lockstep import run_together
 
 CV = {"kind": "constant_velocity", "sigma_accel": 0.5}
 

@@ -14,17 +14,20 @@ for and implements the first hook, and optionally the others::
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
 import pluggy
 
-from vedette.roles import Component
+from vedette.roles import Component, Sensor
+from vedette.types import Recording
 
 if TYPE_CHECKING:
+    from argparse import Namespace
     from pathlib import Path
 
     from vedette.experiment import Experiment, Result
+    from vedette.tracking.intake import Intake
 
 plugin = pluggy.HookimplMarker("vedette")
 specification = pluggy.HookspecMarker("vedette")
@@ -43,3 +46,13 @@ def vedette_files(folder: Path, experiment: Experiment, result: Result) -> Itera
 @specification
 def vedette_files_of_stream(folder: Path, experiment: Experiment, result: Result) -> Iterable[str]:  # type: ignore[empty-body]
     """Do so for a run that was written as it went: `result` has no tracks and no scans, tracks.csv in `folder` has them."""
+
+
+@specification
+def vedette_warnings(intake: Intake, recording: Recording, sensors: Mapping[str, Sensor]) -> Iterable[str]:  # type: ignore[empty-body]
+    """Return a sentence for each thing that looks wrong with the input of a run, none if all looks right."""
+
+
+@specification
+def vedette_page(folder: Path, arguments: Namespace) -> Path | None:
+    """Write the page that `vedette report` was asked for, if this plugin wrote the `folder`, and return it; else None."""

@@ -16,7 +16,7 @@ from vedette.errors import ConfigError, Problem
 
 _STEP = re.compile(r'(?:^|\.)(?:(?P<name>[A-Za-z0-9_-]+)|"(?P<quoted>[^"]*)")|\[(?P<index>\d+)\]')
 
-Path = tuple[str | int, ...]
+KeyPath = tuple[str | int, ...]
 
 
 def apply_overrides(config: Mapping[str, Any], overrides: Iterable[str], registry: Registry | None = None) -> dict[str, Any]:
@@ -55,19 +55,22 @@ def apply_changes(
     return _changed(config, split, problems, registry)
 
 
-def path_of(written: str) -> Path:
+def path_of(written: str) -> KeyPath:
     """Return the path that a change or an override names, in today's keys; () if it names none."""
     path, _ = _leading_path(written)
     return renamed_path(path) if path else ()
 
 
 def _changed(
-    config: Mapping[str, Any], changes: Iterable[tuple[str, Path, Any]], problems: list[Problem], registry: Registry | None
+    config: Mapping[str, Any],
+    changes: Iterable[tuple[str, KeyPath, Any]],
+    problems: list[Problem],
+    registry: Registry | None,
 ) -> dict[str, Any]:
     """Return the config with each change made; ConfigError with all problems at their places."""
     registry = Registry.installed() if registry is None else registry
     changed: Any = dict(config)
-    done: list[Path] = []
+    done: list[KeyPath] = []
     for told_at, written, value in changes:
         path = renamed_path(written)
         try:
@@ -85,7 +88,7 @@ def _changed(
 class _Change:
     """One override; `kept` are the names in its table that earlier overrides have set."""
 
-    path: Path
+    path: KeyPath
     value: Any
     registry: Registry
     kept: frozenset[str | int]
@@ -139,7 +142,7 @@ class _Change:
         return place or "the config"
 
 
-def _leading_path(written: str) -> tuple[Path, str]:
+def _leading_path(written: str) -> tuple[KeyPath, str]:
     """Return the path that a text begins with, and the rest of the text."""
     path: list[str | int] = []
     rest = written.strip()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from attrs import field, frozen
@@ -10,7 +10,9 @@ from attrs import field, frozen
 from vedette.config.contract import Installed, check_version, described
 from vedette.config.parameters import role_of
 from vedette.errors import PluginError
-from vedette.roles import Component
+from vedette.roles import Component, Sensor
+from vedette.tracking.intake import Intake
+from vedette.types import Recording
 
 if TYPE_CHECKING:
     from importlib.metadata import Distribution, EntryPoint
@@ -137,3 +139,16 @@ def _would_bring(module: Any) -> tuple[tuple[str, str], ...] | None:
         return _kinds(_components(_hooks(module)))
     except (Exception, SystemExit):
         return None
+
+
+def answers(hook: str, **given: Any) -> Iterator[tuple[Loaded, Any]]:
+    """Yield each plugin that implements a hook, with what it returns for the arguments `given` to it."""
+    for used in load_plugins()[0]:
+        for answer in getattr(used.hooks, hook)(**given):
+            yield used, answer
+
+
+def warnings_of(intake: Intake, recording: Recording, sensors: Mapping[str, Sensor]) -> Iterator[str]:
+    """Yield what looks wrong with the input of a run, in the words of every plugin that judges it."""
+    for _, sentences in answers("vedette_warnings", intake=intake, recording=recording, sensors=sensors):
+        yield from sentences

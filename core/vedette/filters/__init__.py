@@ -18,7 +18,7 @@ from vedette.filters.declared import contradiction
 from vedette.filters.detections import Prepared, make_innovation, prepare, present_noise
 from vedette.filters.frames import evaluate_frame
 from vedette.filters.gaussian import GaussianFilter, Hypotheses, marginal, without_variance
-from vedette.filters.linear import evaluate_each, evaluate_linearised, extent_linearised, predict_linearised
+from vedette.filters.linear import evaluate_each, evaluate_linearised, expected_return, extent_linearised, predict_linearised
 from vedette.filters.memo import Memo, SensorConstants, embedded, keep
 from vedette.filters.mixing import merged, mixed
 from vedette.filters.motion import OverMotion, predicted
@@ -53,6 +53,7 @@ __all__ = [
     "evaluate_each",
     "evaluate_frame",
     "evaluate_linearised",
+    "expected_return",
     "extent_linearised",
     "keep",
     "log_association",

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 from attrs import evolve, field, frozen
 
+from vedette.config import warnings_of
 from vedette.display import figures_html
 from vedette.experiment import Experiment, Result
 from vedette.filters.linear import expected_return
@@ -23,7 +24,6 @@ from vedette.metrics.consistency import (
 )
 from vedette.metrics.noises import at_fault
 from vedette.progress import Progress, silent
-from vedette.report.warnings import of_input
 from vedette.roles import Sensor
 from vedette.space import Array, Mask, Space
 from vedette.supporting import ImagingSensor
@@ -170,7 +170,7 @@ def recorded(experiment: Experiment, result: Result) -> tuple[Recorded, ...]:
         clocks = (
             "do the times of the truth agree with theirs" if known and result.recording.truth else "is any ever confirmed"
         )
-        odd = next(of_input(result.intake, result.recording, tracker.sensors), f"{clocks}?")
+        odd = next(warnings_of(result.intake, result.recording, tracker.sensors), f"{clocks}?")
         raise Misuse(f"source: gives no track with enough scans of returns to judge by; {odd}")
     return told
 
