@@ -123,9 +123,6 @@ class Lifecycle(Component):
     permanent: ClassVar[bool] = False
     """Whether every track is certain, confirmed and permanent, whatever is detected: then `review` need not be called."""
 
-    usual_birth: ClassVar[Mapping[str, Any]] = {"kind": "from_returns"}
-    """The birth used where a config names none."""
-
     @property
     def needs_spread(self) -> bool:
         """Whether `review` uses the uncertainty of the positions."""

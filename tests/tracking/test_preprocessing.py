@@ -158,7 +158,8 @@ def experiment(*scans):
                 "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 1.0}},
                 "sensors": {"radar": RADAR},
                 "associator": {"kind": "nearest"},
-                "lifecycle": {"kind": "m_of_n", "hits": 1, "looks": 1, "spread": {"vx": 5.0, "vy": 5.0}},
+                "birth": {"kind": "from_returns", "spread": {"vx": 5.0, "vy": 5.0}},
+                "lifecycle": {"kind": "m_of_n", "hits": 1, "looks": 1},
             }
         ),
         source=Given(scans),

@@ -26,7 +26,6 @@ from vedette.config.files import check_size, read_file
 from vedette.config.overrides import apply_overrides
 from vedette.config.parameters import parameters, plain
 from vedette.config.registry import Registry
-from vedette.config.renames import renamed, with_birth
 from vedette.config.walker import Walker, told
 from vedette.errors import ConfigError, Problem
 from vedette.experiment import Experiment
@@ -60,8 +59,7 @@ def load(config: Config, registry: Registry | None = None, overrides: Iterable[s
             [Problem("experiment", "this file is a study of many runs, not the config of one run: use vedette study")]
         )
     registry = Registry.installed() if registry is None else registry
-    before = renamed(given, registry)
-    given = with_birth(apply_overrides(before, overrides, registry), before, registry)
+    given = apply_overrides(given, overrides, registry)
     check_size(given)
     walker = Walker(registry)
     experiment = _experiment(walker, {name: value for name, value in given.items() if name != "$schema"})

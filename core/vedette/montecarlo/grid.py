@@ -15,7 +15,6 @@ from vedette.config import apply_overrides, load
 from vedette.config.overrides import apply_changes, path_of
 from vedette.config.parameters import parameters, plain
 from vedette.config.registry import Registry
-from vedette.config.renames import with_birth
 from vedette.errors import ConfigError, Problem
 from vedette.experiment import Experiment
 
@@ -57,9 +56,8 @@ def told(value: Any) -> str:
 
 @frozen
 class Grid:
-    """All combinations of trackers and swept values, each a change of `base`, which is `given` with its overrides."""
+    """All combinations of trackers and swept values, each a change of `base`."""
 
-    given: Mapping[str, Any]
     base: Mapping[str, Any]
     trackers: Mapping[str, Mapping[str, Any]]
     sweep: Mapping[str, list[Any]]
@@ -88,8 +86,7 @@ class Grid:
         return self._point(({} if tracker is None else {"tracker": tracker}) | swept, config, place)
 
     def _point(self, labels: dict[str, Any], config: Mapping[str, Any], place: str) -> Point:
-        whole = with_birth(config, self.given, self.registry)
-        return Point(labels, whole, _load(whole, place, self.registry))
+        return Point(labels, config, _load(config, place, self.registry))
 
 
 def overridden(

@@ -15,7 +15,6 @@ from vedette.config import to_config
 from vedette.config.files import read_file
 from vedette.config.parameters import plain
 from vedette.config.registry import Registry
-from vedette.config.renames import renamed
 from vedette.config.suggestions import did_you_mean
 from vedette.errors import ConfigError, Problem
 from vedette.experiment import Experiment
@@ -147,13 +146,9 @@ def plan(table: Mapping[str, Any], overrides: Sequence[str] = ()) -> Plan:
     assert isinstance(experiment, Mapping)
     sweep, trackers = _sweep(table.get("sweep", {})), _trackers(table.get("trackers", {}))
     registry = Registry.installed()
-    try:
-        given = renamed(experiment, registry)
-    except ConfigError as error:
-        raise error.within("experiment") from None
     changes = {"sweep": sweep, **{f"trackers.{name}": each for name, each in trackers.items()}}
-    base = overridden(given, overrides, changes, registry)
-    grid = Grid(given, base, trackers, sweep, registry)
+    base = overridden(experiment, overrides, changes, registry)
+    grid = Grid(base, trackers, sweep, registry)
     alone = grid.alone()
     points = grid.points(alone)
     together = all(_goes_together(point) for point in points)

@@ -63,7 +63,7 @@ class Tracker:
     sensors: dict[str, Sensor] = fields.part("name to sensor: how scans of that name are read")
     associator: Associator = fields.part("which return belongs to which track")
     lifecycle: Lifecycle = fields.part("when tracks are confirmed, and end")
-    birth: Birth | None = fields.part("how tracks start; none: only those given to `start`", default=None)
+    birth: Birth | None = fields.part("how tracks start")
     gate: Gate = fields.part("which returns a track considers", default=Gate())
     _sensor_gates: dict[str, SensorGate] = field(init=False, repr=False, eq=False)
     starters: frozenset[str] = field(init=False, repr=False, eq=False)

@@ -13,8 +13,6 @@ from attrs import field, frozen
 
 from vedette.config import apply_overrides, load, to_config
 from vedette.config.files import read_file
-from vedette.config.registry import Registry
-from vedette.config.renames import renamed, with_birth
 from vedette.errors import ConfigError, Problem
 from vedette.montecarlo.plan import whole as whole_number
 from vedette.montecarlo.store import made_by
@@ -133,9 +131,7 @@ def tune(
         evaluations = asked.evaluations
     values = [each.after for each in found]
     check(data, parameters, values)
-    registry = Registry.installed()
-    before = renamed(given, registry)
-    own = with_birth(apply_overrides(before, overrides, registry), before, registry)
+    own = apply_overrides(given, overrides)
     with np.errstate(invalid="ignore"):
         correlation = known.cov / np.outer(known.error, known.error)
     result = Tuned(

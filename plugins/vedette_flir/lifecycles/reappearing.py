@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any, ClassVar, final
+from typing import ClassVar, final
 
 import numpy as np
 from attrs import frozen
@@ -24,7 +24,6 @@ class ReappearingTarget(Lifecycle):
     """
 
     kind: ClassVar[str] = "reappearing_target"
-    usual_birth: ClassVar[Mapping[str, Any]] = {"kind": "given"}
     known_failures: ClassVar[Mapping[str, str]] = {
         "survival_is_a_probability": "a target that is away comes back, so its existence may rise with time",
         "unseen_tracks_end": "the given targets are kept to the end, lost or not",

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, ClassVar, final
+from typing import ClassVar, final
 
 from attrs import frozen
 
@@ -16,4 +15,3 @@ class AnnouncedTracks(PermanentTracks):
     """Confirms every track at once and ends none; goes with the birth `announced`."""
 
     kind: ClassVar[str] = "announced"
-    usual_birth: ClassVar[Mapping[str, Any]] = {"kind": "announced"}

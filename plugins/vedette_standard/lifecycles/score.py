@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import Any, ClassVar, final
+from typing import ClassVar, final
 
 import numpy as np
 from attrs import frozen
@@ -37,7 +36,6 @@ class Score(Limited):
     """
 
     kind: ClassVar[str] = "score"
-    usual_birth: ClassVar[Mapping[str, Any]] = {"kind": "from_returns", "initial": 0.1}
 
     false_tracks: float = fields.probability("share of false tracks that may be confirmed", default=1e-3, above=0, below=0.5)
     lost_targets: float = fields.probability("share of targets that may end tentative", default=0.05, above=0, below=0.5)

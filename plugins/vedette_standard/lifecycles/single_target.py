@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, ClassVar, final
+from typing import ClassVar, final
 
 from attrs import frozen
 
@@ -16,4 +15,3 @@ class SingleTarget(PermanentTracks):
     """Confirms the tracks given before the first scan at once and never ends them; goes with the birth `given`."""
 
     kind: ClassVar[str] = "single_target"
-    usual_birth: ClassVar[Mapping[str, Any]] = {"kind": "given"}
