@@ -58,7 +58,7 @@ def told(value: Any) -> str:
 class Grid:
     """All combinations of trackers and swept values, each a change of `base`."""
 
-    base: Mapping[str, Any]
+    base: dict[str, Any]
     trackers: Mapping[str, Mapping[str, Any]]
     sweep: Mapping[str, list[Any]]
     registry: Registry
@@ -85,7 +85,7 @@ class Grid:
         config = _changed(config, swept, "sweep", self.registry)
         return self._point(({} if tracker is None else {"tracker": tracker}) | swept, config, place)
 
-    def _point(self, labels: dict[str, Any], config: Mapping[str, Any], place: str) -> Point:
+    def _point(self, labels: dict[str, Any], config: dict[str, Any], place: str) -> Point:
         return Point(labels, config, _load(config, place, self.registry))
 
 
