@@ -50,7 +50,13 @@ def test_joyride_automatic():
 @pytest.mark.parametrize("offset", ["{x=10.0}", "{x=-10.0}", "{y=10.0}", "{y=-10.0}"])
 def test_joyride_single_target(offset):
     path = recording("joyride")
-    overrides = ("lifecycle.kind=single_target", f"lifecycle.offset={offset}", f"source.path={path}", *JOYRIDE_WINDOW)
+    overrides = (
+        "lifecycle.kind=single_target",
+        "birth.kind=given",
+        f"birth.offset={offset}",
+        f"source.path={path}",
+        *JOYRIDE_WINDOW,
+    )
     score = judged("joyride.toml", *overrides)
     assert score.scans == 212
     assert not score.lost

@@ -5,7 +5,8 @@
 ...     "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 0.5}},
 ...     "sensors": {"radar": {"kind": "cartesian_position", "sigma": 5.0}},
 ...     "associator": {"kind": "gnn"},
-...     "lifecycle": {"kind": "m_of_n", "spread": {"vx": 10.0, "vy": 10.0}},
+...     "birth": {"kind": "from_returns", "spread": {"vx": 10.0, "vy": 10.0}},
+...     "lifecycle": {"kind": "m_of_n"},
 ... })
 >>> state = tracker.start(seed=1)
 >>> for time in (0.0, 1.0, 2.0):

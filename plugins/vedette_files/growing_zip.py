@@ -11,7 +11,7 @@ import zipfile
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
-from struct import Struct, pack_into
+from struct import Struct
 from typing import BinaryIO
 
 _END = Struct("<4s4H2LH")
@@ -20,11 +20,22 @@ _END64 = Struct("<4sQ2H2L4Q")
 """Signature, length of the rest, two versions, two disks, entries of this disk, entries, size and offset."""
 _LOCATOR = Struct("<4sLQL")
 """Signature, disk, offset of the record above, disks."""
-_LENGTHS, _NUMBER, _WIDE = Struct("<3H"), Struct("<L"), Struct("<2HQ")
 _MOST, _MOST_ENTRIES, _VERSION = 0xFFFFFFFF, 0xFFFF, 45
 """From here on a number stands in a field of 64 bits, which readers of this version of the format know."""
-_HEAD, _AT_NEEDED, _AT_LENGTHS, _AT_OFFSET = 46, 6, 28, 42
-"""Bytes of an entry of the directory before its name, and where in them some fields are."""
+
+
+class _Placed(io.BytesIO):
+    """A file whose places count from `start` on: so zipfile itself writes where the members stand once they are moved."""
+
+    def __init__(self, start: int) -> None:
+        super().__init__()
+        self._start = start
+
+    def tell(self) -> int:
+        return super().tell() + self._start
+
+    def seek(self, place: int, whence: int = io.SEEK_SET, /) -> int:
+        return super().seek(place - (0 if whence else self._start), whence) + self._start
 
 
 def append(target: Path | BinaryIO, write: Callable[[zipfile.ZipFile], None]) -> None:
@@ -32,18 +43,18 @@ def append(target: Path | BinaryIO, write: Callable[[zipfile.ZipFile], None]) ->
 
     An OSError, as of a full disk, leaves the archive as it was.
     """
-    fresh = io.BytesIO()
-    with zipfile.ZipFile(fresh, "w") as archive:
-        write(archive)
-    made = fresh.getbuffer()
-    count, size, start = _end(fresh)
     with _opened(target) as file:
         entries, length, place = _end(file)
         file.seek(place)
         directory = file.read(length)
+    fresh = _Placed(place)
+    with zipfile.ZipFile(fresh, "w") as archive:
+        write(archive)
+    made = fresh.getbuffer()
+    count, size, start = _end(fresh)
+    more = made[start - place : start - place + size]
     try:
-        more = _shifted(bytes(made[start : start + size]), place)
-        _put(target, place, made[:start], directory + more, entries + count)
+        _put(target, place, made[: start - place], directory + more, entries + count)
     except OSError:
         _put(target, place, b"", directory, entries)
         raise
@@ -82,20 +93,3 @@ def _end(file: BinaryIO) -> tuple[int, int, int]:
     file.seek(begin - _LOCATOR.size)
     file.seek(_LOCATOR.unpack(file.read(_LOCATOR.size))[2])
     return _END64.unpack(file.read(_END64.size))[-3:]
-
-
-def _shifted(directory: bytes, by: int) -> bytes:
-    """Return a directory whose members stand `by` bytes further on."""
-    found, at = bytearray(), 0
-    while at < len(directory):
-        name, extra, comment = _LENGTHS.unpack_from(directory, at + _AT_LENGTHS)
-        entry = bytearray(directory[at : at + _HEAD + name + extra + comment])
-        at += len(entry)
-        place = _NUMBER.unpack_from(entry, _AT_OFFSET)[0] + by
-        _NUMBER.pack_into(entry, _AT_OFFSET, min(place, _MOST))
-        if place >= _MOST:
-            pack_into("<H", entry, _AT_NEEDED, _VERSION)
-            _LENGTHS.pack_into(entry, _AT_LENGTHS, name, extra + _WIDE.size, comment)
-            entry[_HEAD + name : _HEAD + name] = _WIDE.pack(1, 8, place)
-        found += entry
-    return bytes(found)

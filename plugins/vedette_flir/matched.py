@@ -73,6 +73,7 @@ def config(
         "sensors": {"camera": {**model, "across": ["x", "jx"], "down": ["y", "jy"]}},
         "gate": "off",
         "associator": {"kind": "pda"},
+        "birth": {"kind": "given"},
         "lifecycle": {"kind": "single_target"},
     }
 

@@ -53,10 +53,9 @@ def told(value: Any) -> str:
 
 @frozen
 class Grid:
-    """All combinations of trackers and swept values, each a change of `base`, which is `given` with its overrides."""
+    """All combinations of trackers and swept values, each a change of `base`."""
 
-    given: Mapping[str, Any]
-    base: Mapping[str, Any]
+    base: dict[str, Any]
     trackers: Mapping[str, Mapping[str, Any]]
     sweep: Mapping[str, list[Any]]
     registry: Registry
@@ -83,8 +82,8 @@ class Grid:
         config = _changed(config, swept, "sweep", self.registry)
         return self._point(({} if tracker is None else {"tracker": tracker}) | swept, config, place)
 
-    def _point(self, labels: dict[str, Any], config: Mapping[str, Any], place: str) -> Point:
-        whole = with_birth(config, self.given, self.registry)
+    def _point(self, labels: dict[str, Any], config: dict[str, Any], place: str) -> Point:
+        whole = with_birth(config, self.base, self.registry)
         return Point(labels, whole, _load(whole, place, self.registry))
 
 

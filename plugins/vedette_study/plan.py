@@ -11,7 +11,7 @@ from typing import Any
 import attrs
 from attrs import field, frozen
 
-from vedette.config import Registry, did_you_mean, plain, read_file, renamed, to_config
+from vedette.config import Registry, did_you_mean, plain, read_file, to_config
 from vedette.errors import ConfigError, Problem
 from vedette.experiment import Experiment
 from vedette.sampling import Redraw
@@ -142,13 +142,9 @@ def plan(table: Mapping[str, Any], overrides: Sequence[str] = ()) -> Plan:
     assert isinstance(experiment, Mapping)
     sweep, trackers = _sweep(table.get("sweep", {})), _trackers(table.get("trackers", {}))
     registry = Registry.installed()
-    try:
-        given = renamed(experiment, registry)
-    except ConfigError as error:
-        raise error.within("experiment") from None
     changes = {"sweep": sweep, **{f"trackers.{name}": each for name, each in trackers.items()}}
-    base = overridden(given, overrides, changes, registry)
-    grid = Grid(given, base, trackers, sweep, registry)
+    base = overridden(experiment, overrides, changes, registry)
+    grid = Grid(base, trackers, sweep, registry)
     alone = grid.alone()
     points = grid.points(alone)
     together = all(_goes_together(point) for point in points)

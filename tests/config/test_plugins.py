@@ -16,8 +16,6 @@ import vedette
 from support.drift import drifting
 from vedette import ConfigError, Registry
 from vedette.cli import main
-from vedette.config.contract import OLD_NAMES
-from vedette.config.parameters import ROLES
 
 Distribution = Callable[[str, str, str], Path]
 
@@ -41,7 +39,6 @@ def changed(old: str, new: str) -> Callable[[str], str]:
 
 
 CURRENT = 'fields.quantity("m/s", "speed of the water", at_least=0)'
-OLD_METHOD = "def settle(self, own, combined): ...\n\n    def noise("
 UNTOLD = "__import__('attrs').field(converter=str, factory=object)"
 FAULTS: dict[str, tuple[Callable[[str], str], str]] = {
     "another contract": (changed("CONTRACT = 2", "CONTRACT = 1"), "it is written for version 1 of the contract"),
@@ -57,7 +54,6 @@ FAULTS: dict[str, tuple[Callable[[str], str], str]] = {
     "not attrs": (changed("@frozen\n", ""), "Drift is not an attrs class"),
     "not frozen": (changed("@frozen\n", "@__import__('attrs').define\n"), "Drift is not frozen"),
     "not frozen, no slots": (changed("@frozen\n", "@__import__('attrs').mutable(slots=False)\n"), "Drift is not frozen"),
-    "an old name": (changed("def noise(", OLD_METHOD), "`settle`.* contract 2 it is `reframe`"),
     "an unchecked parameter": (changed(CURRENT, "3.0"), "current: nothing checks"),
     "an untold default": (changed(CURRENT, UNTOLD), "Drift: current: its default cannot be told: a config cannot hold"),
 }  # fmt: skip
@@ -128,19 +124,6 @@ def test_one_class_that_two_plugins_name_is_one_kind(distribution: Distribution)
     registry = Registry.installed()
     assert (registry.clashes, registry.broken) == ((), ())
     assert registry.get("motion", "drift").cls.__name__ == "One"
-
-
-OLD = [(role, old) for role, names in OLD_NAMES.items() for old in names if not hasattr(ROLES[role], old)]
-
-
-@pytest.mark.parametrize(("role", "old"), OLD)
-def test_a_name_of_contract_1_is_refused_in_its_role_alone(role: str, old: str) -> None:
-    abstract = type("Old", (ROLES[role],), {old: None, "kind": "old"})
-    with pytest.raises(vedette.PluginError, match=f"Old defines `{old}`, a name of contract 1"):
-        Registry.of(abstract)
-    other = type("Other", (ROLES["source" if role != "source" else "motion"],), {old: None, "kind": "old"})
-    with pytest.raises(vedette.PluginError, match="incomplete"):
-        Registry.of(other)
 
 
 @pytest.fixture
@@ -233,6 +216,7 @@ def test_a_third_partys_motion_model_works_in_a_config_of_another_process(
         "estimator": {"kind": "ekf", "motion": {"kind": "drift", "current": "2 kn"}},
         "sensors": {"radar": {"kind": "cartesian_position", "sigma": 5.0}},
         "associator": {"kind": "nearest"},
+        "birth": {"kind": "from_returns"},
         "lifecycle": {"kind": "m_of_n"},
     }
     paths = os.pathsep.join([str(folder), os.environ.get("PYTHONPATH", "")])

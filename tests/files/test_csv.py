@@ -139,7 +139,8 @@ def test_a_config_fills_the_tables(tmp_path):
         "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 1}},
         "sensors": {"radar": {"kind": "cartesian_position", "sigma": 1}},
         "associator": {"kind": "pda"},
-        "lifecycle": {"kind": "m_of_n", "spread": {"vx": 1, "vy": 1}},
+        "birth": {"kind": "from_returns", "spread": {"vx": 1, "vy": 1}},
+        "lifecycle": {"kind": "m_of_n"},
     }
     experiment = vedette.load(config)
     assert shown(experiment.source.open(experiment.tracker.sensors, RNG)) == [(1, [[2000, 3]])]

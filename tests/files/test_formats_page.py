@@ -14,7 +14,8 @@ TRACKER = {
     "estimator": {"kind": "ekf", "motion": {"kind": "constant_velocity", "sigma_accel": 1}},
     "sensors": {"radar": {"kind": "range_bearing", "sigma_range": 1, "sigma_bearing": 0.1}},
     "associator": {"kind": "pda"},
-    "lifecycle": {"kind": "m_of_n", "spread": {"vx": 1, "vy": 1}},
+    "birth": {"kind": "from_returns", "spread": {"vx": 1, "vy": 1}},
+    "lifecycle": {"kind": "m_of_n"},
 }
 
 

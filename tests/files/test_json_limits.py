@@ -13,7 +13,8 @@ RADAR = {
     "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 1}},
     "sensors": {"radar": {"kind": "cartesian_position", "sigma": 1}},
     "associator": {"kind": "pda"},
-    "lifecycle": {"kind": "m_of_n", "spread": {"vx": 1, "vy": 1}},
+    "birth": {"kind": "from_returns", "spread": {"vx": 1, "vy": 1}},
+    "lifecycle": {"kind": "m_of_n"},
 }
 SCENE = '{"format": "vedette", "version": 1, "sensors": {"radar": {"x": "m", "y": "m"}}}\n'
 SCENE += '{"time": 0, "sensor": "radar", "z": []}\n'

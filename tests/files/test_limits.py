@@ -23,7 +23,8 @@ RADAR = {
     "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 1}},
     "sensors": {"radar": {"kind": "cartesian_position", "sigma": 1}},
     "associator": {"kind": "pda"},
-    "lifecycle": {"kind": "m_of_n", "spread": {"vx": 1, "vy": 1}},
+    "birth": {"kind": "from_returns", "spread": {"vx": 1, "vy": 1}},
+    "lifecycle": {"kind": "m_of_n"},
 }
 COLUMNS = {"time": "t", "columns": {"x": "x", "y": "y"}}
 CSV = {"kind": "csv", "detections": COLUMNS}

@@ -93,7 +93,8 @@ def test_entries_of_the_benchmark_may_come_in_any_order(tmp_path):
         "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 1}},
         "sensors": {"radar": {"kind": "cartesian_position", "sigma": 1}},
         "associator": {"kind": "pda"},
-        "lifecycle": {"kind": "m_of_n", "spread": {"vx": 1, "vy": 1}},
+        "birth": {"kind": "from_returns", "spread": {"vx": 1, "vy": 1}},
+        "lifecycle": {"kind": "m_of_n"},
         "source": source,
     }
     recording = vedette.load(config).run().recording

@@ -114,7 +114,7 @@ def test_the_map_has_a_line_for_each_track_from_its_confirmation(tmp_path):
 CONFIG = """
 estimator = { kind = "kalman", motion = { kind = "constant_velocity", sigma_accel = 0.1 } }
 associator = { kind = "gnn" }
-birth = { spread = { vx = 10, vy = 10 } }
+birth = { kind = "from_returns", spread = { vx = 10, vy = 10 } }
 lifecycle = { kind = "m_of_n", hits = 2, looks = 3 }
 sensors = { ais = { kind = "cartesian_position", sigma = 10.0 } }
 [source]

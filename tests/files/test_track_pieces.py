@@ -14,7 +14,7 @@ from vedette_report import streaming
 CONFIG = """
 estimator = { kind = "kalman", motion = { kind = "constant_velocity", sigma_accel = 0.1 } }
 associator = { kind = "gnn" }
-birth = { spread = { vx = 10, vy = 10 } }
+birth = { kind = "from_returns", spread = { vx = 10, vy = 10 } }
 lifecycle = { kind = "m_of_n", hits = 2, looks = 3, misses = 2 }
 sensors = { ais = { kind = "cartesian_position", sigma = 10.0 } }
 [source]

@@ -19,6 +19,7 @@ def tracker(estimator):
         "estimator": estimator,
         "sensors": CAMERA,
         "associator": {"kind": "nearest"},
+        "birth": {"kind": "given"},
         "lifecycle": {"kind": "single_target"},
     }
 
@@ -70,7 +71,7 @@ class Seer(Stranger):
 
 def test_a_third_partys_estimator_declares_it():
     whole = vedette.build(tracker(EKF))
-    parts = whole.sensors, Nearest(), whole.lifecycle
+    parts = whole.sensors, Nearest(), whole.lifecycle, None
     with pytest.raises(ValueError, match=r"sensors\.camera: is a camera, but 'test_stranger' takes no frames: use 'ekf'"):
         Tracker(Stranger(whole.estimator.motion), *parts)
     Tracker(Seer(whole.estimator.motion), *parts)

@@ -20,6 +20,7 @@ def figures(true_accel, gain, runs=200, scans=150):
             "sensors": {"radar": {"kind": "cartesian_position", "sigma": 2.0}},
             "gate": {"probability": 0.999999999},
             "associator": {"kind": "pda"},
+            "birth": {"kind": "given"},
             "lifecycle": {"kind": "single_target"},
         }
     ).tracker

@@ -142,7 +142,8 @@ TRACKER = {
     "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 1}},
     "sensors": {"radar": {"kind": "cartesian_position", "sigma": 1, "detection_probability": 0.9, "clutter_density": 1e-6}},
     "associator": {"kind": "pda"},
-    "lifecycle": {"kind": "m_of_n", "spread": {"vx": 1, "vy": 1}},
+    "birth": {"kind": "from_returns", "spread": {"vx": 1, "vy": 1}},
+    "lifecycle": {"kind": "m_of_n"},
 }
 
 

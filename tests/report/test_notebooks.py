@@ -62,6 +62,7 @@ def test_a_report_of_consistency_shows_what_is_wrong_first():
         "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 0.5}},
         "sensors": {"s": {"kind": "cartesian_position", "sigma": 5.0}},
         "associator": {"kind": "nearest"},
+        "birth": {"kind": "given"},
         "lifecycle": {"kind": "single_target"},
         "gate": "off",
     }

@@ -67,8 +67,8 @@ def test_runs_that_go_one_by_one_are_run_anew_as_they_were(tmp_path, monkeypatch
     monkeypatch.setattr("vedette_study.commands.study.can_write", lambda *_: False)
     table = read_file(EXAMPLES / "study.toml")
     experiment = table["experiment"]
-    experiment["lifecycle"] = {"kind": "m_of_n", "spread": {"vx": 5.0, "vy": 5.0}}
-    experiment["birth"] = {"kind": "from_returns"}
+    experiment["lifecycle"] = {"kind": "m_of_n"}
+    experiment["birth"] = {"kind": "from_returns", "spread": {"vx": 5.0, "vy": 5.0}}
     experiment["source"]["duration"] = 10
     plan = {"experiment": experiment, "runs": 2, "seed": 4, "sweep": {SWEPT: [0.3, 1.0]}}
     (tmp_path / "study.json").write_text(json.dumps(plan))

@@ -13,7 +13,8 @@ CONFIG = {
     "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 1.0}},
     "sensors": {"radar": {"kind": "cartesian_position", "sigma": 5.0}},
     "associator": {"kind": "gnn"},
-    "lifecycle": {"kind": "m_of_n", "spread": {"vx": 10.0, "vy": 10.0}},
+    "birth": {"kind": "from_returns", "spread": {"vx": 10.0, "vy": 10.0}},
+    "lifecycle": {"kind": "m_of_n"},
     "source": {
         "kind": "simulation",
         "duration": 10.0,

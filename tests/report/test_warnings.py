@@ -32,7 +32,8 @@ def said(scans, truth=(), **changes):
         "estimator": {"kind": "ekf", "motion": {"kind": "constant_velocity", "sigma_accel": 1.0}},
         "sensors": SENSORS,
         "associator": {"kind": "gnn"},
-        "lifecycle": {"kind": "m_of_n", "spread": {"vx": 10.0, "vy": 10.0}},
+        "birth": {"kind": "from_returns", "spread": {"vx": 10.0, "vy": 10.0}},
+        "lifecycle": {"kind": "m_of_n"},
         **changes,
     }
     experiment = evolve(vedette.load(config), source=Given(tuple(scans), (), truth))
@@ -99,7 +100,8 @@ def test_a_csv_file_s_angles_are_checked_before_they_are_wrapped(tmp_path):
             "estimator": {"kind": "ekf", "motion": {"kind": "constant_velocity", "sigma_accel": 1.0}},
             "sensors": {"radar": SENSORS["radar"]},
             "associator": {"kind": "gnn"},
-            "lifecycle": {"kind": "m_of_n", "spread": {"vx": 10.0, "vy": 10.0}},
+            "birth": {"kind": "from_returns", "spread": {"vx": 10.0, "vy": 10.0}},
+            "lifecycle": {"kind": "m_of_n"},
             "source": source,
         }
     )

@@ -126,7 +126,7 @@ def test_a_server_of_another_kind_is_no_scheduler():
 def test_a_kind_that_no_worker_has_is_missing():
     assert executors.answer_of_worker(["kalman", "of_another_planet"])[0] == ["of_another_planet"]
     assert set(executors.kinds_in(CONFIG)) == {
-        *("simulation", "constant_velocity", "cartesian_position", "kalman", "pda", "single_target")
+        *("simulation", "constant_velocity", "cartesian_position", "kalman", "pda", "given", "single_target")
     }
 
 

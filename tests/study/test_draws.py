@@ -22,7 +22,8 @@ CONFIG = {
     "sensors": {"radar": {"kind": "cartesian_position", "sigma": 5.0}},
     "estimator": {"kind": "kalman", "motion": CV},
     "associator": {"kind": "pda"},
-    "lifecycle": {"kind": "single_target", "start": START},
+    "birth": {"kind": "given", "start": START},
+    "lifecycle": {"kind": "single_target"},
 }
 ALLOWED = {"random", "standard_normal"}
 
@@ -96,7 +97,10 @@ def test_one_whose_draws_do_not_lead_with_the_runs_goes_run_by_run():
 
 def test_a_point_that_must_go_run_by_run_takes_the_others_with_it():
     """Else the points would meet other truths, and their paired differences would compare nothing."""
-    trackers = {"kept": {}, "found": {"lifecycle": {"kind": "m_of_n", "spread": {"vx": 10, "vy": 10}}}}
+    trackers = {
+        "kept": {},
+        "found": {"birth": {"kind": "from_returns", "spread": {"vx": 10, "vy": 10}}, "lifecycle": {"kind": "m_of_n"}},
+    }
     both = vedette.monte_carlo(CONFIG, 3, 3, trackers=trackers)
     assert set(both.figures) >= {"gospa", "coverage"}
     experiment = vedette.load(CONFIG)

@@ -26,7 +26,8 @@ def experiment(look=None, sensor=None, source=None):
             "estimator": {"kind": "kalman", "motion": cv},
             "gate": {"probability": 0.999999},
             "associator": {"kind": "pda"},
-            "lifecycle": {"kind": "single_target", "start": START},
+            "birth": {"kind": "given", "start": START},
+            "lifecycle": {"kind": "single_target"},
         }
     )
 

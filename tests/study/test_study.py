@@ -40,13 +40,15 @@ def config(clutter=True, steps=10, **more):
         "estimator": {"kind": "kalman", "motion": CV},
         "gate": {"probability": 0.999},
         "associator": {"kind": "pda"},
-        "lifecycle": {"kind": "single_target", "start": START},
+        "birth": {"kind": "given", "start": START},
+        "lifecycle": {"kind": "single_target"},
         **more,
     }
 
 
 def several():
-    made = config(steps=6, lifecycle={"kind": "m_of_n", "spread": {"vx": 10, "vy": 10}}, associator={"kind": "jpda"})
+    birth = {"kind": "from_returns", "spread": {"vx": 10, "vy": 10}}
+    made = config(steps=6, birth=birth, lifecycle={"kind": "m_of_n"}, associator={"kind": "jpda"})
     made["source"]["ships"] = {"other": {"start": [100, 0], "speed": 3}}
     return made
 

@@ -22,7 +22,8 @@ def config(**changes):
     own = {
         "title": "A test",
         "estimator": {"kind": "imm", "modes": modes, "transition": [[0.9, 0.1], [0.1, 0.9]]},
-        "lifecycle": {"kind": "m_of_n", "spread": {"vx": 8.0, "vy": 8.0}},
+        "birth": {"kind": "from_returns", "spread": {"vx": 8.0, "vy": 8.0}},
+        "lifecycle": {"kind": "m_of_n"},
     }
     looks = {"radar": {"interval": 2.0}, "beacon": {"interval": 5.0, "first": 1.0}}
     return radar_and_beacon(ships, 60.0, radar, looks, **(own | changes))

@@ -149,6 +149,7 @@ RECORDED = {
     "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 0.5}},
     "sensors": {SENSOR: {"kind": "cartesian_position", "sigma": 5.0}},
     "associator": {"kind": "pda"},
+    "birth": {"kind": "given"},
     "lifecycle": {"kind": "single_target"},
     "source": {
         "kind": "simulation",

@@ -28,8 +28,8 @@ from vedette.config.overrides import KeyPath, apply_changes, apply_overrides, pa
 from vedette.config.parameters import Maybe, Parameter, holds_parts, parameters, plain
 from vedette.config.plugins import answers, load_plugins, warnings_of
 from vedette.config.registry import Registry
-from vedette.config.renames import renamed, with_birth
 from vedette.config.suggestions import did_you_mean
+from vedette.config.usual import with_birth
 from vedette.config.walker import Walker, below, told
 from vedette.errors import ConfigError, Problem
 from vedette.experiment import Experiment
@@ -55,7 +55,6 @@ __all__ = [
     "plain",
     "plugin",
     "read_file",
-    "renamed",
     "to_config",
     "warnings_of",
     "with_birth",
@@ -86,8 +85,7 @@ def load(config: Config, registry: Registry | None = None, overrides: Iterable[s
             [Problem("experiment", "this file is a study of many runs, not the config of one run: use vedette study")]
         )
     registry = Registry.installed() if registry is None else registry
-    before = renamed(given, registry)
-    given = with_birth(apply_overrides(before, overrides, registry), before, registry)
+    given = with_birth(apply_overrides(given, overrides, registry), given, registry)
     check_size(given)
     walker = Walker(registry)
     experiment = _experiment(walker, {name: value for name, value in given.items() if name != "$schema"})

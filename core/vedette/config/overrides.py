@@ -9,7 +9,6 @@ from typing import Any
 from attrs import frozen
 
 from vedette.config.registry import Registry
-from vedette.config.renames import renamed_path
 from vedette.config.suggestions import did_you_mean, nearest
 from vedette.config.walker import LONGEST, below, told
 from vedette.errors import ConfigError, Problem
@@ -56,9 +55,8 @@ def apply_changes(
 
 
 def path_of(written: str) -> KeyPath:
-    """Return the path that a change or an override names, in today's keys; () if it names none."""
-    path, _ = _leading_path(written)
-    return renamed_path(path) if path else ()
+    """Return the path that a change or an override names; () if it names none."""
+    return _leading_path(written)[0]
 
 
 def _changed(
@@ -71,8 +69,7 @@ def _changed(
     registry = Registry.installed() if registry is None else registry
     changed: Any = dict(config)
     done: list[KeyPath] = []
-    for told_at, written, value in changes:
-        path = renamed_path(written)
+    for told_at, path, value in changes:
         try:
             beside = {p[len(path) - 1] for p in done if p[: len(path) - 1] == path[:-1] and len(p) >= len(path)}
             changed = _Change(path, value, registry, frozenset(beside)).of(changed, 0)

@@ -36,7 +36,7 @@ FORGETTING = 100
 TRACKER: dict[str, Any] = {
     "estimator": {"kind": "ekf", "motion": {"kind": "constant_velocity", "sigma_accel": 1.0}},
     "associator": {"kind": "jpda"},
-    "birth": {"spread": {"vx": 10.0, "vy": 10.0}},
+    "birth": {"kind": "from_returns", "spread": {"vx": 10.0, "vy": 10.0}},
     "lifecycle": {"kind": "existence"},
 }
 
@@ -159,7 +159,10 @@ def _experiment(table: Table) -> Experiment:
     elif table.third:
         sensor = {"kind": "linear", "axes": ["x", "y", "z"], "R": np.eye(3).tolist()}
         motion = {"kind": "constant_velocity", "sigma_accel": 1.0, "axes": ["x", "y", "z"]}
-        parts |= {"estimator": {"kind": "ekf", "motion": motion}, "birth": {"spread": {"vx": 10.0, "vy": 10.0, "vz": 10.0}}}
+        parts |= {
+            "estimator": {"kind": "ekf", "motion": motion},
+            "birth": {"kind": "from_returns", "spread": {"vx": 10.0, "vy": 10.0, "vz": 10.0}},
+        }
     return load(parts | {"sensors": dict.fromkeys(table.sensors, sensor), "source": table.source()})
 
 

@@ -96,6 +96,7 @@ def _lines(
     if table.third == "range_rate":
         yield 'kind = "from_returns"  # a return tells the speed along its line, `crossing_speed` how fast it may cross it'
     else:
+        yield 'kind = "from_returns"'
         up = f", vz = {pace!r}" if table.third else ""
         yield f"spread = {{ vx = {pace!r}, vy = {pace!r}{up} }}  # {told}"
     yield ""

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from attrs import field, frozen
 
-from vedette.config import Registry, apply_overrides, load, read_file, renamed, to_config, with_birth
+from vedette.config import Registry, apply_overrides, load, read_file, to_config, with_birth
 from vedette.errors import ConfigError, Problem
 from vedette.space import Array
 from vedette_study import made_by
@@ -130,9 +130,7 @@ def tune(
         evaluations = asked.evaluations
     values = [each.after for each in found]
     check(data, parameters, values)
-    registry = Registry.installed()
-    before = renamed(given, registry)
-    own = with_birth(apply_overrides(before, overrides, registry), before, registry)
+    own = with_birth(apply_overrides(given, overrides), given, Registry.installed())
     with np.errstate(invalid="ignore"):
         correlation = known.cov / np.outer(known.error, known.error)
     result = Tuned(

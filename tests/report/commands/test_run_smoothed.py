@@ -30,7 +30,8 @@ def config(tmp_path):
         "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 0.1}},
         "sensors": {"radar": {"kind": "cartesian_position", "sigma": 1.0, "detection_probability": 0.9}},
         "associator": {"kind": "gnn"},
-        "lifecycle": {"kind": "m_of_n", "spread": {"vx": 5.0, "vy": 5.0}},
+        "birth": {"kind": "from_returns", "spread": {"vx": 5.0, "vy": 5.0}},
+        "lifecycle": {"kind": "m_of_n"},
     }
     path = tmp_path / "line.json"
     path.write_text(json.dumps(data))
@@ -83,7 +84,8 @@ def test_on_recorded_radar_data_smoothing_lowers_the_error():
         overrides=[
             f"source.path={folder}",
             "lifecycle.kind=single_target",
-            "lifecycle.offset.x=10.0",
+            "birth.kind=given",
+            "birth.offset.x=10.0",
             "judge.last_scan=211",
         ],
     )

@@ -20,7 +20,8 @@ def folder(tmp_path_factory):
         "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 0.5}},
         "sensors": {"radar": {"kind": "cartesian_position", "sigma": 5, "clutter_density": 2e-5}},
         "associator": {"kind": "gnn"},
-        "lifecycle": {"kind": "m_of_n", "hits": 2, "looks": 2, "spread": {"vx": 8, "vy": 8}},
+        "birth": {"kind": "from_returns", "spread": {"vx": 8, "vy": 8}},
+        "lifecycle": {"kind": "m_of_n", "hits": 2, "looks": 2},
         "source": {"kind": "simulation", "duration": 60, "looks": {"radar": looks}, "ships": ships},
     }
     (folder / "config.json").write_text(json.dumps(dense))

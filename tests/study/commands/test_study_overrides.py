@@ -74,17 +74,6 @@ def test_a_wrong_one_is_told(
     assert told in capsys.readouterr().err
 
 
-def test_sweeping_a_kind_takes_the_birth_that_goes_with_it() -> None:
-    loose = {name: value for name, value in EXPERIMENT.items() if name != "birth"}
-    table = {
-        "experiment": {**loose, "lifecycle": {"kind": "m_of_n"}},
-        "sweep": {"lifecycle.kind": ["m_of_n", "single_target"]},
-    }
-    planned = plan(table, ["lifecycle.spread={vx = 10, vy = 10}"])
-    births = [point.experiment.tracker.birth for point in planned.points]
-    assert [birth.kind for birth in births if birth is not None] == ["from_returns", "given"]
-
-
 def test_labels_are_as_short_as_they_can_be() -> None:
     assert short_names(["associator.kind", "estimator.kind"]) == {
         "associator.kind": "associator",

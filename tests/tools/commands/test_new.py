@@ -132,7 +132,7 @@ def test_two_sensors_get_a_table_each(tmp_path, monkeypatch):
 REST = {
     "sensors": {"radar": {"kind": "cartesian_position", "sigma": 5.0}},
     "associator": {"kind": "gnn"},
-    "birth": {"spread": {"vx": 10.0, "vy": 10.0}},
+    "birth": {"kind": "from_returns", "spread": {"vx": 10.0, "vy": 10.0}},
     "lifecycle": {"kind": "m_of_n"},
 }
 

@@ -69,6 +69,6 @@ ONE = {
     "sensors": {"radar": {"kind": "cartesian_position", "sigma": 5.0}},
     "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 0.1}},
     "associator": {"kind": "gnn"},
-    "birth": {"spread": {"vx": 10.0, "vy": 10.0}},
+    "birth": {"kind": "from_returns", "spread": {"vx": 10.0, "vy": 10.0}},
     "lifecycle": {"kind": "m_of_n"},
 }

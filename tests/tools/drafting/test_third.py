@@ -42,6 +42,7 @@ clutter_density = 8e-12
 kind = "kalman"
 motion = { kind = "constant_velocity", sigma_accel = 0.1, axes = ["x", "y", "z"] }
 [birth]
+kind = "from_returns"
 spread = { vx = 10, vy = 10, vz = 10 }
 """
     return ["t,x,y,height", *rows], truth, by_hand + BIRTH
