@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from vedette.roles import Estimator as Estimator
     from vedette.roles import MotionModel as MotionModel
     from vedette.roles import Sensor as Sensor
+    from vedette.roles import Traits as Traits
     from vedette.space import NO_AXES as NO_AXES
     from vedette.space import Array as Array
     from vedette.space import Axis as Axis
@@ -99,7 +100,7 @@ _HOMES = {
     "config.registry": ("Registry",),
     "progress": ("Progress",),
     "reproduction": ("Reproduction",),
-    "roles": ("Associator", "Component", "Estimator", "MotionModel", "Sensor"),
+    "roles": ("Associator", "Component", "Estimator", "MotionModel", "Sensor", "Traits"),
     "supporting": ("Birth", "ImagingSensor", "Lifecycle", "Preprocessor", "Source"),
     "tracking.smoothing": ("smooth", "smoothed"),
     "space": ("NO_AXES", "Array", "Axis", "Indices", "Mask", "Space", "SpaceError"),

@@ -4,7 +4,7 @@ import numpy as np
 from attrs import evolve, frozen
 from hypothesis import strategies as st
 
-from vedette import Gaussian, kernels
+from vedette import Gaussian, Traits, kernels
 from vedette.filters import Hypotheses
 from vedette_standard.associators.nearest import Nearest
 from vedette_standard.estimators.extended import ExtendedKalman
@@ -13,6 +13,7 @@ from vedette_standard.estimators.unscented import UnscentedKalman
 from vedette_standard.motion.constant_velocity import ConstantVelocity
 
 CV = ConstantVelocity
+BOLD = Traits(takes_frames=True, bounded=True, conservative=True)
 
 
 def without_joseph(self, belief, sensor, seen, p_gate):
@@ -167,11 +168,10 @@ ESTIMATORS = [
      {"predict": lambda s, b, dt, rng: predicted(s, b, dt, lambda F, Q: (F, 0.02 * Q))},
      {"motion": st.just(CV(60.0))}),
     ("called conservative, and too sure by a third", EKF, "nees_and_nis_fit_matched_truth",
-     {"update": lambda s, b, i, w: wider(EKF.update(s, b, i, w), 0.67), "exact_when_linear": False, "conservative": True},
+     {"update": lambda s, b, i, w: wider(EKF.update(s, b, i, w), 0.67), "declares": BOLD},
      LINEAR),
     ("called conservative, and short of F P F'", EKF, "predicts_as_its_motion_linearised",
-     {"predict": lambda s, b, dt, rng: predicted(s, b, dt, lambda F, Q: (0.8 * F, Q)), "exact_when_linear": False,
-      "conservative": True}, LINEAR),
+     {"predict": lambda s, b, dt, rng: predicted(s, b, dt, lambda F, Q: (0.8 * F, Q)), "declares": BOLD}, LINEAR),
     ("an innovation with a shared array", EKF, "tracks_come_and_go",
      {"evaluate": lambda s, b, sensor, seen, p_gate: one_for_all(EKF.evaluate(s, b, sensor, seen, p_gate))}, LINEAR),
     ("a belief with a shared array", EKF, "tracks_come_and_go",

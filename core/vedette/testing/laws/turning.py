@@ -1,7 +1,8 @@
-"""The law of estimators for states with an angle, tried with a motion of the kit's own."""
+"""Laws of estimators for states with an angle and for frames that turn, tried with motions of the kit's own."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, ClassVar, final
 
 import attrs
@@ -9,16 +10,17 @@ import numpy as np
 from attrs import frozen
 
 from vedette import fields
-from vedette.filters import predicted
+from vedette.filters import predicted, unforwarded
 from vedette.roles import Component, Estimator, MotionModel
 from vedette.space import Array, Space
-from vedette.testing.judging import Closed, frozen_copy, same
+from vedette.testing.judging import Closed, demand, frozen_copy, same
 from vedette.testing.law import Law
 from vedette.testing.laws.scene import P_GATE, Scene, soft
 from vedette.testing.watch import Watch
 from vedette.types import Detections, Gaussian
 
 HEADING, STATE = Space.of(heading="rad mod 2pi"), Space.of(heading="rad mod 2pi", rate="rad/s")
+MARKED = Space.of(x="m", vx="m/s", mark="m")
 TURNED = np.array([2.0, 0.0])
 """How far the second scene is turned: the first lies on the wrap, the second does not."""
 
@@ -48,18 +50,82 @@ class Spin(MotionModel):
         return self.density * np.array([[dt**3 / 3, dt**2 / 2], [dt**2 / 2, dt]])
 
 
-def _spinning(value: Any, count: list[int]) -> Any:
-    """Return a component or a tuple of some with each of its motions replaced by a `Spin`, none like another."""
+@final
+@frozen
+class Marked(MotionModel):
+    """A position that drifts, and a mark without variance that `reframe` sets to the combined position."""
+
+    kind: ClassVar[str] = "kit_marked"
+    divisible: ClassVar[bool] = True
+    linear: ClassVar[bool] = True
+    reframes: ClassVar[bool] = True
+
+    density: float = fields.quantity("m^2/s^3", "spectral density of the noise", above=0)
+
+    @property
+    def state(self) -> Space:
+        return MARKED
+
+    @property
+    def zero_variance(self) -> Space:
+        return Space.of(mark="m")
+
+    def move(self, x: Array, dt: float) -> Array:
+        return x @ self.jacobian(x, dt).T
+
+    def jacobian(self, x: Array, dt: float) -> Array:
+        return np.array([[1.0, dt, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+
+    def noise(self, x: Array, dt: float) -> Array:
+        return self.density * np.array([[dt**3 / 3, dt**2 / 2, 0.0], [dt**2 / 2, dt, 0.0], [0.0, 0.0, 0.0]])
+
+    def reframe(self, own: Gaussian, combined: Gaussian) -> Gaussian:
+        return Gaussian(np.concatenate([own.mean[..., :2], combined.mean[..., :1]], axis=-1), own.cov)
+
+
+def _over(make: Callable[[float], MotionModel], value: Any, count: list[int]) -> Any:
+    """Return a component or a tuple of some with each of its motions replaced by the kit's, none like another."""
     if isinstance(value, MotionModel):
         count.append(len(count))
-        return Spin(0.01 * 4.0 ** count[-1])
+        return make(0.01 * 4.0 ** count[-1])
     if isinstance(value, tuple):
-        return tuple(_spinning(each, count) for each in value)
+        return tuple(_over(make, each, count) for each in value)
     if not isinstance(value, Component):
         return value
     cls: Any = type(value)
     names = [field.name for field in attrs.fields(cls) if field.init]
-    return cls(**{name: _spinning(getattr(value, name), count) for name in names})
+    return cls(**{name: _over(make, getattr(value, name), count) for name in names})
+
+
+def _remade(make: Callable[[float], MotionModel], estimator: Estimator[Any], state: Space) -> Estimator[Any]:
+    """Return an estimator over the kit's motions, of which it holds at least one; Closed if they do not go together."""
+    count: list[int] = []
+    try:
+        remade: Estimator[Any] = _over(make, estimator, count)
+    except (ValueError, NotImplementedError) as refusal:
+        raise Closed(f"it does not go with the kit's motion: {refusal}") from None
+    if not count or remade.state != state:
+        raise Closed("it holds no motion that could be replaced by the kit's")
+    return remade
+
+
+def a_frame_turns_before_each_prediction(estimator: Estimator[Any], drawn: Scene) -> None:
+    """On a motion that reframes: it has the belief from before the prediction, in whatever it is wrapped."""
+    remade = _remade(Marked, estimator, MARKED)
+    demand(not (reason := unforwarded(remade)), f"drops: {reason}")
+    rng = drawn.rng()
+    sensor = Watch(Space.of(x="m"), np.array([[0.5]]), 0.8)
+    if (refusal := remade.refuses(sensor)) is not None:
+        raise Closed(f"it refuses the kit's linear sensor: {refusal}")
+    cov = np.broadcast_to(np.diag([1.0, 0.1, 0.0]), (2, 2, 3, 3))
+    belief = remade.start(Gaussian(frozen_copy(rng.uniform(-1.0, 1.0, (2, 2, 3))), frozen_copy(cov)), MARKED, rng)
+    for k in range(3):
+        before = remade.moments(belief).mean[..., 0]
+        belief = predicted(remade, belief, drawn.dt, rng)
+        same("reframe: the mark that the motion sets", remade.moments(belief).mean[..., 2], before, 1e-7, 1.0)
+        scan = Detections(frozen_copy(rng.uniform(-2.0, 2.0, (2, 3, 1))), np.ones((2, 3), dtype=bool))
+        innovation = remade.evaluate(belief, sensor, scan, P_GATE)
+        belief = remade.update(belief, innovation, frozen_copy(soft(innovation.loglik, drawn.seed + k)))
 
 
 def an_angle_has_no_seam(estimator: Estimator[Any], drawn: Scene) -> None:
@@ -67,13 +133,7 @@ def an_angle_has_no_seam(estimator: Estimator[Any], drawn: Scene) -> None:
 
     What is estimated lies within the period, in [-pi, pi).
     """
-    count: list[int] = []
-    try:
-        spins = _spinning(estimator, count)
-    except (ValueError, NotImplementedError) as refusal:
-        raise Closed(f"it does not go with a heading: {refusal}") from None
-    if not count or spins.state != STATE:
-        raise Closed("it holds no motion that could be replaced by the kit's")
+    spins = _remade(Spin, estimator, STATE)
     rng = drawn.rng()
     sensor = Watch(HEADING, np.array([[0.02]]), 0.8)
     if (reason := spins.refuses(sensor)) is not None:
@@ -110,4 +170,4 @@ def _answers(
     return found
 
 
-LAWS = (Law(an_angle_has_no_seam),)
+LAWS = (Law(an_angle_has_no_seam), Law(a_frame_turns_before_each_prediction))
