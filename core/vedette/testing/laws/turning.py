@@ -1,9 +1,9 @@
-"""Laws of estimators for states with an angle and for frames that turn, tried with motions of the kit's own."""
+"""Laws for states with an angle and for frames that turn, tried with motions of the kit's own."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, ClassVar, final
+from typing import Any, ClassVar, TypeVar, final
 
 import attrs
 import numpy as np
@@ -15,10 +15,12 @@ from vedette.roles import Component, Estimator, MotionModel
 from vedette.space import Array, Space
 from vedette.testing.judging import Closed, demand, frozen_copy, same
 from vedette.testing.law import Law
+from vedette.testing.laws.moves import Moves
 from vedette.testing.laws.scene import P_GATE, Scene, soft
 from vedette.testing.watch import Watch
 from vedette.types import Detections, Gaussian
 
+C = TypeVar("C", bound=Component)
 HEADING, STATE = Space.of(heading="rad mod 2pi"), Space.of(heading="rad mod 2pi", rate="rad/s")
 MARKED = Space.of(x="m", vx="m/s", mark="m")
 TURNED = np.array([2.0, 0.0])
@@ -90,29 +92,46 @@ def _over(make: Callable[[float], MotionModel], value: Any, count: list[int]) ->
         return make(0.01 * 4.0 ** count[-1])
     if isinstance(value, tuple):
         return tuple(_over(make, each, count) for each in value)
-    if not isinstance(value, Component):
-        return value
-    cls: Any = type(value)
-    names = [field.name for field in attrs.fields(cls) if field.init]
-    return cls(**{name: _over(make, getattr(value, name), count) for name in names})
+    return _remade(make, value, count) if isinstance(value, Component) else value
 
 
-def _remade(make: Callable[[float], MotionModel], estimator: Estimator[Any], state: Space) -> Estimator[Any]:
-    """Return an estimator over the kit's motions, of which it holds at least one; Closed if they do not go together."""
+def _remade(make: Callable[[float], MotionModel], component: Any, count: list[int]) -> Any:
+    names = [field.name for field in attrs.fields(type(component)) if field.init]
+    return type(component)(**{name: _over(make, getattr(component, name), count) for name in names})
+
+
+def over_the_kits(make: Callable[[float], MotionModel], component: C) -> C:
+    """Return an estimator or a motion around the kit's motions; Closed if it holds none, or they do not go together."""
     count: list[int] = []
     try:
-        remade: Estimator[Any] = _over(make, estimator, count)
+        remade: C = _remade(make, component, count)
     except (ValueError, NotImplementedError) as refusal:
         raise Closed(f"it does not go with the kit's motion: {refusal}") from None
-    if not count or remade.state != state:
+    if not count:
         raise Closed("it holds no motion that could be replaced by the kit's")
     return remade
 
 
+def frames_within_turn(model: MotionModel, drawn: Moves) -> None:
+    """If it holds a motion: one that reframes does so within it, or is refused."""
+    remade = over_the_kits(Marked, model)
+    reason = unforwarded(remade)
+    demand(not reason, f"reframes: {reason}")
+    if not remade.reframes or any(name not in remade.state for name in MARKED.names):
+        raise Closed("its state is not that of what it holds")
+    rng, n = np.random.default_rng(drawn.seed), len(remade.state)
+    own, combined = (Gaussian(frozen_copy(rng.uniform(-1.0, 1.0, (3, n))), np.zeros((3, n, n))) for _ in range(2))
+    mark, x = remade.state.names.index("mark"), remade.state.names.index("x")
+    same("reframe: the mark", remade.reframe(own, combined).mean[:, mark], combined.mean[:, x], 1e-9, 1.0)
+
+
 def a_frame_turns_before_each_prediction(estimator: Estimator[Any], drawn: Scene) -> None:
     """On a motion that reframes: it has the belief from before the prediction, in whatever it is wrapped."""
-    remade = _remade(Marked, estimator, MARKED)
-    demand(not (reason := unforwarded(remade)), f"drops: {reason}")
+    remade = over_the_kits(Marked, estimator)
+    if remade.state != MARKED:
+        raise Closed("its state is not that of its motion")
+    reason = unforwarded(remade)
+    demand(not reason, f"traits: {reason}")
     rng = drawn.rng()
     sensor = Watch(Space.of(x="m"), np.array([[0.5]]), 0.8)
     if (refusal := remade.refuses(sensor)) is not None:
@@ -133,7 +152,9 @@ def an_angle_has_no_seam(estimator: Estimator[Any], drawn: Scene) -> None:
 
     What is estimated lies within the period, in [-pi, pi).
     """
-    spins = _remade(Spin, estimator, STATE)
+    spins = over_the_kits(Spin, estimator)
+    if spins.state != STATE:
+        raise Closed("its state is not that of its motion")
     rng = drawn.rng()
     sensor = Watch(HEADING, np.array([[0.02]]), 0.8)
     if (reason := spins.refuses(sensor)) is not None:
