@@ -213,9 +213,9 @@ LAWS = (
     Law(noise_matches_draws, effort="statistical"),
     Law(velocities_move_their_positions),
     *bending.LAWS,
-    Law(turning.frames_within_turn),
     Law(parts_keep_their_own),
     Law(reframing_keeps_a_belief),
+    Law(turning.frames_within_turn),
     Law(differences_undo_steps),
     Law(angles_wrap),
 )
