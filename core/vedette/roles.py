@@ -44,11 +44,10 @@ class Component(ABC):
 
 
 def components_in(value: Any) -> tuple[Component, ...]:
-    """Return the components that a component's parameters hold, alone or in tuples, lists and tables; not those in these."""
-    if isinstance(value, Component):
-        cls: Any = type(value)
-        parameters = attrs.fields(cls) if attrs.has(cls) else ()
-        value = [getattr(value, parameter.name) for parameter in parameters if parameter.init]
+    """Return the components that a component's parameters hold, alone or in tables and tuples; not those within these."""
+    cls = type(value)
+    if attrs.has(cls):
+        value = [getattr(value, parameter.name) for parameter in attrs.fields(cls) if parameter.init]
     elif isinstance(value, Mapping):
         value = list(value.values())
     if not isinstance(value, list | tuple):
@@ -218,14 +217,8 @@ class Traits:
     @classmethod
     def combined(cls, parts: Sequence[Traits]) -> Traits:
         """Return the traits of what is made of `parts`: it can do what all of them can, and does what any does."""
-        return cls(
-            **{
-                trait: (any if trait in ("draws", "reframes", "conservative") else all)(
-                    getattr(part, trait) for part in parts
-                )
-                for trait in TRAITS
-            }
-        )
+        rules = {trait: any if trait in ("draws", "reframes", "conservative") else all for trait in TRAITS}
+        return cls(**{trait: rule(getattr(part, trait) for part in parts) for trait, rule in rules.items()})
 
 
 TRAITS = tuple(trait.name for trait in attrs.fields(Traits))
