@@ -33,7 +33,7 @@ _HOMES = {
     "config.registry": ("Registry",),
     "progress": ("Progress",),
     "reproduction": ("Reproduction",),
-    "roles": ("Associator", "Component", "Estimator", "MotionModel", "Sensor"),
+    "roles": ("Associator", "Component", "Estimator", "MotionModel", "Sensor", "Traits"),
     "supporting": ("Birth", "Command", "ImagingSensor", "Lifecycle", "Picture", "Preprocessor", "Source"),
     "tracking.smoothing": ("smooth", "smoothed"),
     "space": ("NO_AXES", "Array", "Axis", "Indices", "Mask", "Space", "SpaceError"),

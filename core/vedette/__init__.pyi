@@ -27,6 +27,7 @@ from vedette.roles import Component as Component
 from vedette.roles import Estimator as Estimator
 from vedette.roles import MotionModel as MotionModel
 from vedette.roles import Sensor as Sensor
+from vedette.roles import Traits as Traits
 from vedette.space import NO_AXES as NO_AXES
 from vedette.space import Array as Array
 from vedette.space import Axis as Axis

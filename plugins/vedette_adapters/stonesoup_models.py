@@ -60,7 +60,7 @@ class StoneSoupMotion(MotionModel):
             raise ValueError(f"state: must have {self.model.ndim_state} axes, as the model has, got {self.state}")
 
     @property
-    def linear(self) -> bool:  # type: ignore[override]  # a class variable elsewhere: here it depends on the model
+    def linear(self) -> bool:
         """Whether the model is."""
         return _linear(self.model)
 
@@ -118,7 +118,7 @@ class StoneSoupSensor(Sensor):
             raise ValueError(f"state: must have {self.model.ndim_state} axes, as the model has, got {self.state}")
 
     @property
-    def linear(self) -> bool:  # type: ignore[override]
+    def linear(self) -> bool:
         """Whether the model is."""
         return _linear(self.model)
 

@@ -176,7 +176,7 @@ def _draws(experiment: Experiment, redraw: Redraw | None) -> bool:
     """Return whether another seed gives another run."""
     if redraw is not None and recorded(experiment) and (redraw.drop > 0 or (redraw.starts and _given(experiment))):
         return True
-    parts = (experiment.source, experiment.tracker.estimator, experiment.tracker.birth)
+    parts = (experiment.source, experiment.tracker.estimator.traits, experiment.tracker.birth)
     return any(part is not None and part.draws for part in parts)
 
 

@@ -35,7 +35,7 @@ def mixture(*modes):
     ids=lambda config: config["kind"],
 )  # fmt: skip
 def test_those_that_take_frames_get_a_camera(estimator):
-    assert vedette.build(tracker(estimator)).estimator.takes_frames
+    assert vedette.build(tracker(estimator)).estimator.traits.takes_frames
 
 
 @pytest.mark.parametrize(
@@ -66,7 +66,7 @@ class Stranger(GaussianFilter):
 @frozen
 class Seer(Stranger):
     kind = "test_seer"
-    takes_frames = True
+    declares = vedette.Traits(takes_frames=True)
 
 
 def test_a_third_partys_estimator_declares_it():

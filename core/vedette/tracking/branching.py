@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from attrs import evolve, frozen
 
+from vedette.filters.gaussian import has_gaussian_belief
 from vedette.filters.mixing import merged
 from vedette.hypotheses import Branching, HypothesisAssociator
 from vedette.roles import Estimator, Sensor
@@ -49,7 +50,7 @@ def check_parts(
             f"lifecycle: must keep existence probabilities, as 'existence' does, for {associator.kind!r} weighs hypotheses "
             f"by them; {lifecycle.kind!r} takes every track to exist"
         )
-    if associator.merges and not estimator.gaussian_belief:
+    if associator.merges and not has_gaussian_belief(estimator):
         raise ValueError(
             f"estimator: must have a Gaussian belief, as 'kalman' or 'ekf' has, for {associator.kind!r} merges those of "
             f"different tracks; {estimator.kind!r} has another"

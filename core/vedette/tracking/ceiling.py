@@ -42,7 +42,7 @@ def is_sparse(tracker: Parts, state: State, scan: Scan) -> bool:
     """Return whether only the pairs within gates are to be worked on; ScanRefused if all have to be and are too many."""
     tracks, detections = len(state.ids), scan.detections
     if (
-        tracker.estimator.bounded
+        tracker.estimator.traits.bounded
         and tracker.associator.by_cluster
         and detections.missing is None
         and detections.z.ndim == 2

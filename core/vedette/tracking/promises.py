@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from vedette.filters.gaussian import has_gaussian_belief
 from vedette.hypotheses import Branching, HypothesisAssociator
 from vedette.roles import Associator, Component, Estimator, MotionModel, Sensor
 from vedette.space import Space
@@ -85,8 +86,8 @@ def _approximated(associator: Associator, given: Sequence[Any], gave: Any) -> It
 def _starts(estimator: Estimator[Any], given: Sequence[Any], gave: Any) -> Iterator[str]:
     if gave is None or not is_tree(gave):
         yield f"must return a belief of attrs values, tuples and arrays; got {told(gave)}"
-    elif isinstance(gave, Gaussian) or estimator.gaussian_belief:
-        n = len(estimator.state) if estimator.gaussian_belief else np.shape(gave.mean)[-1]
+    elif isinstance(gave, Gaussian) or has_gaussian_belief(estimator):
+        n = len(estimator.state) if has_gaussian_belief(estimator) else np.shape(gave.mean)[-1]
         yield from gaussian_flaws(given, gave, np.shape(given[0].mean)[:-1], n)
 
 

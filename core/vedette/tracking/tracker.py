@@ -25,7 +25,7 @@ from vedette.tracking.lineage import Gates
 from vedette.tracking.mistaken import check_given, check_predicted, check_state, time_from, time_of_start
 from vedette.tracking.spread import check_spread, largest_deviation
 from vedette.tracking.state import State, new_state
-from vedette.tracking.validation import admitted, check_sensors, checked_prior
+from vedette.tracking.validation import admitted, check_forwarding, check_sensors, checked_prior
 from vedette.types import Detections, Frame, Gaussian, Recording, Review, Scan, new_gaussian
 
 NOTHING = None, None, None
@@ -77,6 +77,7 @@ class Tracker:
     @_sensor_gates.default
     def _gates_of_sensors(self) -> dict[str, SensorGate]:
         def gates() -> dict[str, SensorGate]:
+            check_forwarding(self.estimator)
             check_sensors(self.sensors, self.estimator, self.gate)
             return {name: self.gate.for_sensor(sensor) for name, sensor in self.sensors.items()}
 
@@ -105,11 +106,11 @@ class Tracker:
 
     @_draws.default
     def _draws_numbers(self) -> bool:
-        return self.estimator.draws or (self.birth is not None and self.birth.draws)
+        return self.estimator.traits.draws or (self.birth is not None and self.birth.draws)
 
     @_reframes.default
     def _turns_its_frame(self) -> bool:
-        return self.estimator.reframes
+        return self.estimator.traits.reframes
 
     @_branches.default
     def _keeps_hypotheses(self) -> bool:

@@ -46,7 +46,7 @@ class Predictive:
 
     def __attrs_post_init__(self) -> None:
         birth, lifecycle = self.tracker.birth, self.tracker.lifecycle
-        self._draws = self.tracker.estimator.draws or (birth is not None and birth.draws)
+        self._draws = self.tracker.estimator.traits.draws or (birth is not None and birth.draws)
         self._follows = lifecycle.certain and not lifecycle.permanent
 
     def __call__(self, before: State, scan: Scan, cover: Cover, density: float | None = None) -> tuple[float, float]:
