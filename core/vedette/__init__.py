@@ -98,6 +98,7 @@ _HOMES = {
     "metrics": ("Judge",),
     "config.registry": ("Registry",),
     "progress": ("Progress",),
+    "report.tables": ("draw_result", "result_html", "tabulate_result"),
     "reproduction": ("Reproduction",),
     "roles": ("Associator", "Component", "Estimator", "MotionModel", "Sensor"),
     "supporting": ("Birth", "ImagingSensor", "Lifecycle", "Preprocessor", "Source"),

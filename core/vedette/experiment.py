@@ -15,7 +15,7 @@ from attrs import Factory, evolve, frozen
 from vedette import fields
 from vedette.display import parameters_html
 from vedette.errors import ConfigError, Problem, ScanRefused
-from vedette.metrics import Judge, Score
+from vedette.metrics import Judge, Score, judge
 from vedette.progress import Progress, silent
 from vedette.sampling.recorded import Redraw
 from vedette.space import Array
@@ -62,28 +62,41 @@ class Result:
 
     def to_dataframe(self, what: str = "tracks") -> Any:
         """Return a data frame of pandas: "tracks" as in tracks.csv, "detections", "truth", or "metrics" in one row."""
-        return _shown_by("tables").to_dataframe(self, what)
+        return _named("tabulate_result")(self, what)
 
     def plot(self, axes: Any = None) -> Any:
         """Draw the map of the run on axes of matplotlib, by default new ones; return them."""
-        return _shown_by("picture").plot(self, axes)
+        return _named("draw_result")(self, axes)
 
     def score(self) -> Score:
-        """Judge the tracks against the truth, as the config says; figures that do not exist are None."""
-        found: Score = _shown_by("tables").score_of(self)
-        return found
+        """Judge the tracks against the truth, as the config says; figures that do not exist are None.
+
+        Raises
+        ------
+        ConfigError : the result was not made by a run, so its tracker is not known
+        """
+        made_by = self.made_by
+        gate, truth = made_by.tracker.gate.probability, self.recording.truth
+        return judge(self.tracks, truth, self.scans, made_by.judge, gate, made_by.tracker.sensors)
+
+    @property
+    def made_by(self) -> Experiment:
+        """The experiment; ConfigError if the result was not made by a run, so that it is not known."""
+        if self.experiment is None:
+            raise ConfigError([Problem("experiment", "the result was not made by a run, so its tracker is not known")])
+        return self.experiment
 
     def __repr__(self) -> str:
         came = self.intake
         return f"Result({len(self.tracks)} tracks, {came.scans} scans, {came.returns} returns, {came.refused.count} refused)"
 
     def _repr_html_(self) -> str:
-        return str(_shown_by("tables").to_html(self))
+        return str(_named("result_html")(self))
 
 
-def _shown_by(name: str) -> Any:
-    """Import a module of `vedette.report` when it is asked for: it imports this one, and a run needs none of it."""
-    return import_module(f"vedette.report.{name}")
+def _named(name: str) -> Any:
+    """Return what `vedette` calls so: a plugin brings it, and it is looked up when it is used."""
+    return getattr(import_module("vedette"), name)
 
 
 @final

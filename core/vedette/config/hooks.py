@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from vedette.experiment import Experiment, Result
+    from vedette.metrics import Figure
 
 plugin = pluggy.HookimplMarker("vedette")
 specification = pluggy.HookspecMarker("vedette")
@@ -43,3 +44,11 @@ def vedette_files(folder: Path, experiment: Experiment, result: Result) -> Itera
 @specification
 def vedette_files_of_stream(folder: Path, experiment: Experiment, result: Result) -> Iterable[str]:  # type: ignore[empty-body]
     """Do so for a run that was written as it went: `result` has no tracks and no scans, tracks.csv in `folder` has them."""
+
+
+@specification
+def vedette_figures() -> Iterable[Figure]:  # type: ignore[empty-body]
+    """Return figures that this plugin judges runs by: name, unit, sentence, how they sum over runs, and what computes them.
+
+    They stand in `summary.json`, the summary, the page of a run, and, if they have a name for studies, in these.
+    """

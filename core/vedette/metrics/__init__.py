@@ -7,17 +7,19 @@ from vedette.metrics.coverage import covering, is_lost, switches
 from vedette.metrics.errors import rmse, rmse_over_runs
 from vedette.metrics.gospa import Gospa, distances, gospa, ospa
 from vedette.metrics.hota import Hota, hota
-from vedette.metrics.judgement import judge
 from vedette.metrics.matching import Match, match
 from vedette.metrics.ospa2 import ospa2
-from vedette.metrics.running import RunningJudge
-from vedette.metrics.score import Judge, Score, TruthScore
+from vedette.metrics.running import Block, RunningJudge, judge
+from vedette.metrics.score import FIGURES, Figure, Judge, Score, TruthScore
 from vedette.metrics.siap import Siap, siap
 from vedette.metrics.trajectory import TrajectoryGospa, trajectory_gospa
 
 __all__ = [
+    "FIGURES",
+    "Block",
     "Bound",
     "Clear",
+    "Figure",
     "Gospa",
     "Hota",
     "Judge",

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,7 @@ from vedette.io.columnar import PARQUET
 from vedette.io.terms import Terms, write_geojson
 from vedette.io.track_table import write_tracks_parquet
 from vedette.report import canvas
+from vedette.report.traces import Judged
 from vedette.space import Space
 from vedette.types import Recording
 
@@ -45,13 +47,21 @@ def write_files(folder: Path, experiment: Experiment, result: Result, figures: M
     detected = {name: sensors[name].measurement for name in experiment.preprocessors}
     taken = Recording(result.scans, result.recording.truth, (), result.recording.notes, detected=detected)
     write_recording(folder / "recording.jsonl", taken, {name: sensor.measurement for name, sensor in sensors.items()})
-    for name, data in (("config.json", to_config(experiment)), ("summary.json", figures)):
-        with whole_file(folder / name) as file:
-            file.write(json.dumps(data, indent=2) + "\n")
-    with whole_file(folder / "summary.txt") as file:
-        file.write(text)
-    written = ["tracks.csv", "tracks.jsonl", "recording.jsonl", "config.json", "summary.json", "summary.txt"]
+    written = ["tracks.csv", "tracks.jsonl", "recording.jsonl", *write_summaries(folder, experiment, figures, text)]
     return [*written, *_in_its_terms(folder, result, space, terms)]
+
+
+def write_summaries(folder: Path, experiment: Experiment, figures: Mapping[str, Any], text: str) -> list[str]:
+    """Write the config, the figures and the summary in words; return the names of the files."""
+    told = {
+        "config.json": json.dumps(to_config(experiment), indent=2) + "\n",
+        "summary.json": json.dumps(figures, indent=2) + "\n",
+        "summary.txt": text,
+    }
+    for name, content in told.items():
+        with whole_file(folder / name) as file:
+            file.write(content)
+    return list(told)
 
 
 def _in_its_terms(folder: Path, result: Result, space: Space, terms: Terms) -> list[str]:
@@ -89,13 +99,18 @@ def write_of_plugins(
     return names, problems
 
 
-def write_pictures(folder: Path, experiment: Experiment, result: Result, look: canvas.Look | None = None) -> list[str]:
-    """Draw and write the pictures, for which matplotlib must be installed; return their names."""
+def write_pictures(
+    folder: Path, experiment: Experiment, result: Result, look: canvas.Look | None = None, judged: Judged | None = None
+) -> list[str]:
+    """Draw and write the pictures, for which matplotlib must be installed; return their names.
+
+    `judged` is what the judge said of the result; default: it is judged anew.
+    """
     from vedette.report.errors import errors
     from vedette.report.picture import picture
     from vedette.report.strip import strip
 
-    drawings = {"picture": picture, "errors": errors}
+    drawings: dict[str, Callable[[Experiment, Result], Any]] = {"picture": picture, "errors": partial(errors, judged=judged)}
     if len(experiment.tracker.state) < 2:
         del drawings["picture"]  # a map needs two axes
     if len(result.framed) and {"x", "y"} <= set(experiment.tracker.state.names):

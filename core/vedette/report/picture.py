@@ -12,7 +12,6 @@ from vedette.experiment import Experiment, Result
 from vedette.report import canvas
 from vedette.report.figures import count
 from vedette.report.plane import Plane, returns, stands
-from vedette.report.tables import experiment_of
 from vedette.space import Array, Mask
 from vedette.types import Frame, Track, Trajectory
 
@@ -59,7 +58,7 @@ def plot(result: Result, axes: Axes | None = None) -> Axes:
         axes = plt.subplots(figsize=(9.0, 6.5))[1]
     elif not isinstance(axes, of_matplotlib.Axes):
         raise InputError(f"axes: must be axes of matplotlib, got {axes!r}; result.plot().figure.savefig(...) writes a file")
-    show(axes, experiment_of(result), result)
+    show(axes, result.made_by, result)
     axes.legend(fontsize=canvas.letters(8), frameon=False)
     return axes
 

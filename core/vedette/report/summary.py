@@ -13,7 +13,7 @@ from vedette.metrics import Score
 from vedette.metrics.consistency import chi_square_band
 from vedette.report.columns import aligned
 from vedette.report.figures import count, length_unit, unused
-from vedette.report.traces import BAND, Bands, Inside, band, mode_names
+from vedette.report.traces import BAND, Bands, Inside, Judged, band, mode_names
 from vedette.report.track_rows import track_rows
 from vedette.report.warnings import ENOUGH, warnings
 from vedette.types import LazyScans
@@ -44,9 +44,9 @@ _NOTHING = "nothing to judge by: no confirmed track"
 def summary(experiment: Experiment, result: Result, score: Score, bands: Bands | None = None) -> str:
     """Return lines of text, the same in every run of one config and seed.
 
-    `bands` are those of a run that kept nothing; default: they are counted in the result.
+    `bands` are those that the judge counted; default: the result is judged anew.
     """
-    bands = Bands.of(experiment, result) if bands is None else bands
+    bands = Judged.of(experiment, result).bands if bands is None else bands
     lines = _head(experiment, result, score)
     if score.coverage is not None:
         unit = length_unit(experiment)
@@ -159,6 +159,9 @@ def _against_truth(experiment: Experiment, score: Score, unit: str) -> Iterator[
 
 def _whole_tracks(score: Score, unit: str) -> Iterator[str]:
     """Yield the figures of whole tracks that say most; the others are in the JSON."""
+    if score.hota is None:
+        yield "left out: so long a run keeps too little of them"
+        return
     if score.trajectory_gospa_m is not None:
         yield f"trajectory GOSPA {score.trajectory_gospa_m:.3g} {unit} a scan"
     yield f"OSPA(2) {_maybe(score.ospa2_m, unit)}, HOTA {_maybe(score.hota)}, MOTA {_maybe(score.mota)}"

@@ -7,17 +7,18 @@ from typing import Any
 
 import numpy as np
 
+from vedette.config.plugins import installed_figures
 from vedette.config.suggestions import did_you_mean
 from vedette.display import html_table
 from vedette.errors import ConfigError, InputError, Problem
-from vedette.experiment import Experiment, Result
+from vedette.experiment import Result
 from vedette.io.terms import Terms
 from vedette.io.track_table import table_of
-from vedette.metrics import Score, judge
 from vedette.report.figures import figures
+from vedette.report.traces import Judged
 
 
-def to_dataframe(result: Result, what: str) -> Any:
+def tabulate_result(result: Result, what: str) -> Any:
     """Return one of the tables of a result; ConfigError for a name that is none, InputError without pandas."""
     try:
         import pandas as pd
@@ -29,37 +30,29 @@ def to_dataframe(result: Result, what: str) -> Any:
     return pd.DataFrame(TABLES[what](result))
 
 
-def score_of(result: Result) -> Score:
-    """Judge a result against its truth, as its config says."""
-    experiment = experiment_of(result)
-    tracker = experiment.tracker
-    truth = result.recording.truth
-    return judge(result.tracks, truth, result.scans, experiment.judge, tracker.gate.probability, tracker.sensors)
+def draw_result(result: Result, axes: Any = None) -> Any:
+    """Draw the map of a result on axes of matplotlib, by default new ones; return them."""
+    from vedette.report.picture import plot
+
+    return plot(result, axes)
 
 
-def experiment_of(result: Result) -> Experiment:
-    """Return the experiment that a result is of; ConfigError if it does not know."""
-    if result.experiment is None:
-        raise ConfigError([Problem("experiment", "the result was not made by a run, so its tracker is not known")])
-    return result.experiment
-
-
-def to_html(result: Result) -> str:
+def result_html(result: Result) -> str:
     """Return what a notebook shows of a result."""
     found = [(name.replace("_", " "), f"{value:.4g}") for name, value in _metrics(result).items() if _is_number(value)]
     return html_table(repr(result), found)
 
 
 def _tracks(result: Result) -> dict[str, Any]:
-    return table_of(result.tracks, experiment_of(result).tracker.state, Terms.of(result.recording.notes))
+    return table_of(result.tracks, result.made_by.tracker.state, Terms.of(result.recording.notes))
 
 
 def _detections(result: Result) -> dict[str, Any]:
     """Return a row for each return: the scan's number, time and sensor, and what was measured, by axis."""
-    axes = dict.fromkeys(name for each in experiment_of(result).tracker.sensors.values() for name in each.measurement.names)
+    axes = dict.fromkeys(name for each in result.made_by.tracker.sensors.values() for name in each.measurement.names)
     columns: dict[str, list[Any]] = {name: [] for name in ("scan", "time", "sensor", *axes)}
     for i, scan in enumerate(result.scans):
-        own = experiment_of(result).tracker.sensors[scan.sensor].measurement.names
+        own = result.made_by.tracker.sensors[scan.sensor].measurement.names
         for z in scan.detections.z[scan.detections.valid].tolist():
             measured = dict(zip(own, z, strict=True))
             for name, value in (("scan", i), ("time", scan.time), ("sensor", scan.sensor)):
@@ -84,7 +77,8 @@ def _truth(result: Result) -> dict[str, Any]:
 
 
 def _metrics(result: Result) -> dict[str, Any]:
-    found = figures(experiment_of(result), result, score_of(result))
+    score = Judged.of(result.made_by, result, installed_figures()).score
+    found = figures(result.made_by, result, score)
     return {name: value for name, value in found.items() if _is_number(value) or value is None}
 
 

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from vedette.io.atomic import whole_file
+from vedette.montecarlo.chunk import study_figures
 from vedette.montecarlo.outcome import Outcome
-from vedette.montecarlo.plan import UNITS
 from vedette.report import canvas
 from vedette.report.montecarlo import charts, tables, text
 from vedette.report.page.skeleton import page
@@ -46,7 +46,11 @@ def _worst(folder: Path, outcome: Outcome, target: Path) -> dict[str, Any]:
         for at, runs in zip(every.plan.points, worst(outcome, MOST), strict=True)
     ]
     all_of_them = f"vedette report {quote(str(folder))} --worst {MOST}"
-    return {"worst": points if name else [], "judged": [name, UNITS[name]] if name else None, "command": all_of_them}
+    return {
+        "worst": points if name else [],
+        "judged": [name, study_figures()[name].unit] if name else None,
+        "command": all_of_them,
+    }
 
 
 def _bad(folder: Path, bad: Bad, target: Path) -> dict[str, Any]:
