@@ -12,7 +12,7 @@ from attrs import evolve, frozen
 from vedette.errors import PluginError
 from vedette.metrics.coverage import Held, Indices, covering
 from vedette.metrics.histories import Entries, Truth, confirmed_entries, truth_at
-from vedette.metrics.matching import Match, matched
+from vedette.metrics.matching import Match, Pairs, matched
 from vedette.metrics.score import Collected, Figure, Judge, Score
 from vedette.metrics.tally import SETS, Errors, Fate, Nis, Total, of_all, sets
 from vedette.metrics.whole import WholeTracks, position_bound
@@ -31,12 +31,13 @@ _REMEMBERED = 4_096
 
 @frozen(eq=False)
 class Block:
-    """Some scans of a run, at `times` (s,) in s: their match with the truth, and which of them are judged, `chosen`.
+    """Some scans of a run, at `times` (s,) in s: their match with the truth, and which are judged, `chosen`.
 
     axes (s,): how many each measures; `which`: the true objects of the match, among those of the run.
     """
 
     found: Match
+    pairs: Pairs
     times: Array
     chosen: Indices
     axes: Indices
@@ -132,7 +133,7 @@ class RunningJudge:
         real = Truth(self.space, states[known], near.alive[known], near.unsaid[known])
         found = matched((), entries, real, chosen[known], options, self._held, which)
         self._nis.add(entries, chosen, axes, gates)
-        block = Block(found, times, chosen, axes, which)
+        block = Block(found, found.pairs(), times, chosen, axes, which)
         alive: Mask = np.any(near.alive, axis=1)
         self._sum(block, alive, known)
         if options.bound is not None and not self.whole.dropped:
@@ -193,15 +194,15 @@ class RunningJudge:
         self.whole.add(found, times, which, begin)
         if self._options.bound is not None and not self.whole.dropped:
             self._numbers += (self._scans + found.scans[begin:]).tolist()
-        pairs = found.pairs()
-        squares, order = self._errors.add(found, pairs.error, pairs.entry), np.argsort(pairs.truth, kind="stable")
+        pairs, order = block.pairs, np.argsort(block.pairs.truth, kind="stable")
+        self._errors.add(found, pairs)
         edges = np.searchsorted(pairs.truth[order], np.arange(len(which) + 1))
         longer, there = self._covered_longer(block), found.truth.alive
         for j, number in enumerate(which.tolist()):
             own, fate = there[:, j], self._fates[number]
             fate.follow(times[own], found.cover[own, j], longer[own, j])
             if edges[j] < edges[j + 1]:
-                fate.squares.add(squares[order[edges[j] : edges[j + 1]]][None])
+                fate.squares.add(pairs.square[order[edges[j] : edges[j + 1]]][None])
 
     def _choose(self, scans: Sequence[Scan]) -> Indices:
         """Return which of the next scans are judged, as the options choose among all."""

@@ -88,13 +88,16 @@ class Judge:
         return np.array(own[self.first_scan : end], dtype=np.intp)
 
 
+Number = float | None
+
+
 class Collected(Protocol):
     """What computes a plugin's figure over one run, scan block by scan block."""
 
     def add(self, block: Any) -> None:
         """Take some more scans of the run: a `vedette.metrics.Block`."""
 
-    def value(self) -> float | None:
+    def value(self) -> Number:
         """Return the figure of all scans so far; None if there is none."""
 
 
@@ -112,8 +115,8 @@ class Figure:
     name: str
     unit: str
     about: str
-    sums: str = "mean"
     study: str = ""
+    sums: str = "mean"
     label: str = ""
     within: tuple[float, float] = (0.0, np.inf)
     expected: float | None = None
@@ -132,9 +135,9 @@ class Figure:
         return self.sums == "root"
 
 
-def _figure(unit: str, about: str, default: Any = None, **further: Any) -> Any:
+def _of(unit: str, about: str, study: str = "", default: Any = None, **further: Any) -> Any:
     """Declare a figure on an attrs field, whose name is its name; `further` as in Figure."""
-    return attrs.field(default=default, metadata={"figure": Figure("field", unit, about, **further)})
+    return attrs.field(default=default, metadata={"figure": Figure("field", unit, about, study=study, **further)})
 
 
 def declared(cls: type) -> tuple[Figure, ...]:
@@ -152,11 +155,11 @@ class TruthScore:
 
     name: str
     scans: int
-    coverage: float | None = _figure("1", "coverage")
-    position_rmse_m: float | None = _figure("m", "position error")
-    id_switches: int = _figure("1", "identity switches", 0)
+    coverage: Number = _of("1", "coverage")
+    position_rmse_m: Number = _of("m", "position error")
+    id_switches: int = _of("1", "identity switches", default=0)
     lost: bool | None = None
-    confirmed_after_s: float | None = _figure("s", "first covered")
+    confirmed_after_s: Number = _of("s", "first covered")
 
 
 _SHARE = (0.0, 1.0)
@@ -169,67 +172,59 @@ class Score:
     `more`: those that plugins bring, by name.
     """
 
-    scans: int = _figure("1", "scans that were judged", attrs.NOTHING)
-    tracks: int = _figure("1", "tracks that were ever confirmed", attrs.NOTHING)
-    position_rmse_m: float | None = _figure(
-        "m", "position error, RMS while covered", study="position_rmse", sums="root", label="RMS position error [m]"
+    scans: int = _of("1", "scans that were judged", default=attrs.NOTHING)
+    tracks: int = _of("1", "tracks that were ever confirmed", default=attrs.NOTHING)
+    position_rmse_m: Number = _of(
+        "m", "position error, RMS while covered", "position_rmse", sums="root", label="RMS position error [m]"
     )
-    position_deviation_m: float | None = _figure("m", "position error that the covariances expect")
-    velocity_rmse_mps: float | None = _figure("m/s", "velocity error, RMS while covered", study="velocity_rmse", sums="root")
-    bias_m: tuple[float, ...] | None = _figure("m", "mean error")
-    nees_position: float | None = _figure("1", "NEES of the position over what is expected", expected=1.0)
-    nees_state: float | None = _figure(
-        "1", "NEES of the state over what is expected", study="nees", label="NEES per axis", expected=1.0
-    )
+    position_deviation_m: Number = _of("m", "position error that the covariances expect")
+    velocity_rmse_mps: Number = _of("m/s", "velocity error, RMS while covered", "velocity_rmse", sums="root")
+    bias_m: tuple[float, ...] | None = _of("m", "mean error")
+    nees_position: Number = _of("1", "NEES of the position over what is expected", expected=1.0)
+    nees_state: Number = _of("1", "NEES of the state over what is expected", "nees", label="NEES per axis", expected=1.0)
     nees_state_axes: tuple[str, ...] | None = None
-    nis: float | None = _figure(
-        "1", "NIS over what is expected", study="nis", label="NIS over what is expected", expected=1.0
-    )
-    mode_prob: tuple[float, ...] | None = _figure("1", "mean mode probability")
-    lost: float | None = _figure(
-        "1", "part of the objects that are lost", study="lost", label="share of lost runs", within=_SHARE
-    )
-    coverage: float | None = _figure(
+    nis: Number = _of("1", "NIS over what is expected", "nis", label="NIS over what is expected", expected=1.0)
+    mode_prob: tuple[float, ...] | None = _of("1", "mean mode probability")
+    lost: Number = _of("1", "part of the objects that are lost", "lost", label="share of lost runs", within=_SHARE)
+    coverage: Number = _of(
         "1",
         "part of the scans in which an object is covered",
-        study="coverage",
+        "coverage",
         label="share of time covered",
         within=_SHARE,
     )
-    id_switches: int | None = _figure("1", "identity switches", study="id_switches")
-    false_tracks: float | None = _figure(
-        "1", "confirmed tracks that cover nothing, at a time", study="false_tracks", label="false tracks at a time"
+    id_switches: int | None = _of("1", "identity switches", "id_switches")
+    false_tracks: Number = _of(
+        "1", "confirmed tracks that cover nothing, at a time", "false_tracks", label="false tracks at a time"
     )
-    gospa_m: float | None = _figure("m", "GOSPA, without tracks far from all objects", study="gospa", label="GOSPA [m]")
-    gospa_localisation: float | None = _figure("m^p", "GOSPA's part from errors")
-    gospa_missed: float | None = _figure("m^p", "GOSPA's part from objects without a track")
-    gospa_false: float | None = _figure("m^p", "GOSPA's part from tracks without an object")
-    gospa_all_m: float | None = _figure("m", "GOSPA of all confirmed tracks")
-    ospa_m: float | None = _figure("m", "OSPA", study="ospa")
-    confirmed_after_s: float | None = _figure("s", "wait until an object is first covered", study="confirmed_after")
-    trajectory_gospa_m: float | None = _figure("m", "trajectory GOSPA a scan", study="trajectory_gospa")
-    trajectory_gospa_localisation: float | None = _figure("m^p", "its part from errors")
-    trajectory_gospa_missed: float | None = _figure("m^p", "its part from objects without a track")
-    trajectory_gospa_false: float | None = _figure("m^p", "its part from tracks without an object")
-    trajectory_gospa_switches: float | None = _figure("m^p", "its part from identity switches")
-    ospa2_m: float | None = _figure("m", "OSPA(2) of whole tracks", study="ospa2", detail=True)
-    mota: float | None = _figure("1", "MOTA", study="mota")
-    motp_m: float | None = _figure("m", "MOTP, mean distance of covered objects", study="motp", detail=True)
-    hota: float | None = _figure("1", "HOTA", study="hota")
-    hota_detection: float | None = _figure("1", "HOTA's part of detection", study="hota_detection", detail=True)
-    hota_association: float | None = _figure("1", "HOTA's part of association", study="hota_association", detail=True)
-    hota_localisation: float | None = _figure("1", "HOTA's part of localisation")
-    siap_completeness: float | None = _figure("1", "SIAP completeness", study="siap_completeness", detail=True)
-    siap_ambiguity: float | None = _figure("1", "SIAP ambiguity", study="siap_ambiguity", detail=True)
-    siap_spuriousness: float | None = _figure("1", "SIAP spuriousness", study="siap_spuriousness", detail=True)
-    siap_position_m: float | None = _figure("m", "SIAP position error", study="siap_position", detail=True)
-    siap_velocity_mps: float | None = _figure("m/s", "SIAP velocity error")
-    siap_changes_per_s: float | None = _figure("1/s", "SIAP identity switches", study="siap_changes", detail=True)
-    siap_longest: float | None = _figure("1", "SIAP longest track, part of a life", study="siap_longest", detail=True)
-    position_bound_m: float | None = _figure(
-        "m", "Cramer-Rao bound of the position error", study="position_bound", sums="root"
-    )
-    more: dict[str, float | None] = attrs.field(factory=dict)
+    gospa_m: Number = _of("m", "GOSPA, without tracks far from all objects", "gospa", label="GOSPA [m]")
+    gospa_localisation: Number = _of("m^p", "GOSPA's part from errors")
+    gospa_missed: Number = _of("m^p", "GOSPA's part from objects without a track")
+    gospa_false: Number = _of("m^p", "GOSPA's part from tracks without an object")
+    gospa_all_m: Number = _of("m", "GOSPA of all confirmed tracks")
+    ospa_m: Number = _of("m", "OSPA", "ospa")
+    confirmed_after_s: Number = _of("s", "wait until an object is first covered", "confirmed_after")
+    trajectory_gospa_m: Number = _of("m", "trajectory GOSPA a scan", "trajectory_gospa")
+    trajectory_gospa_localisation: Number = _of("m^p", "its part from errors")
+    trajectory_gospa_missed: Number = _of("m^p", "its part from objects without a track")
+    trajectory_gospa_false: Number = _of("m^p", "its part from tracks without an object")
+    trajectory_gospa_switches: Number = _of("m^p", "its part from identity switches")
+    ospa2_m: Number = _of("m", "OSPA(2) of whole tracks", "ospa2", detail=True)
+    mota: Number = _of("1", "MOTA", "mota")
+    motp_m: Number = _of("m", "MOTP, mean distance of covered objects", "motp", detail=True)
+    hota: Number = _of("1", "HOTA", "hota")
+    hota_detection: Number = _of("1", "HOTA's part of detection", "hota_detection", detail=True)
+    hota_association: Number = _of("1", "HOTA's part of association", "hota_association", detail=True)
+    hota_localisation: Number = _of("1", "HOTA's part of localisation")
+    siap_completeness: Number = _of("1", "SIAP completeness", "siap_completeness", detail=True)
+    siap_ambiguity: Number = _of("1", "SIAP ambiguity", "siap_ambiguity", detail=True)
+    siap_spuriousness: Number = _of("1", "SIAP spuriousness", "siap_spuriousness", detail=True)
+    siap_position_m: Number = _of("m", "SIAP position error", "siap_position", detail=True)
+    siap_velocity_mps: Number = _of("m/s", "SIAP velocity error")
+    siap_changes_per_s: Number = _of("1/s", "SIAP identity switches", "siap_changes", detail=True)
+    siap_longest: Number = _of("1", "SIAP longest track, part of a life", "siap_longest", detail=True)
+    position_bound_m: Number = _of("m", "Cramer-Rao bound of the position error", "position_bound", sums="root")
+    more: dict[str, Number] = attrs.field(factory=dict)
     truths: tuple[TruthScore, ...] = ()
 
     def _repr_html_(self) -> str:

@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import Any, final
 
 import numpy as np
-from attrs import Factory, define, field
+from attrs import define, field
 
-from vedette.metrics.consistency import gate_truncation, nees
+from vedette.metrics.consistency import gate_truncation
 from vedette.metrics.coverage import NONE, Indices, switches
 from vedette.metrics.gospa import gospa, ospa
 from vedette.metrics.histories import Entries, positions, velocities
-from vedette.metrics.matching import Match
+from vedette.metrics.matching import Match, Pairs, nees_or_nan
 from vedette.metrics.score import Judge, TruthScore
 from vedette.space import Array
 
@@ -130,35 +130,23 @@ class Errors:
     bias: Total = field(factory=Total)
     modes: Array | None = None
     moving: bool = False
-    singular: list[bool] = Factory(lambda: [False, False])
     axes: tuple[str, ...] = ()
 
-    def add(self, found: Match, error: Array, entry: Indices) -> Array:
-        """Add the errors (q, n) of some entries (q,); return the squared position errors (q,)."""
-        space, cov, modes = found.truth.space, found.entries.cov[entry], found.entries.mode_prob
-        spot, speed = positions(space), velocities(space)
-        square: Array = np.sum(error[:, spot] ** 2, axis=-1)
+    def add(self, found: Match, pairs: Pairs) -> None:
+        """Add the errors of covered objects."""
+        entry, error, space = pairs.entry, pairs.error, found.truth.space
         if not len(entry):
-            return square
-        near = cov[:, spot][:, :, spot]
-        self.moving, self.axes = bool(speed), space.names
+            return
+        cov, modes = found.entries.cov[entry], found.entries.mode_prob
+        spot, speed = positions(space), velocities(space)
+        traces = np.trace(cov[:, spot][:, :, spot], axis1=-2, axis2=-1)
         fast = np.sum(error[:, speed] ** 2, axis=-1)
-        own = [self._nees(i, *pair) for i, pair in enumerate(((error[:, spot], near), (error, cov)))]
-        self.squares.add(np.stack([square, np.trace(near, axis1=-2, axis2=-1), fast, *own]))
+        self.squares.add(np.stack([pairs.square, traces, fast, pairs.nees, nees_or_nan(error, cov)]))
         self.bias.add(np.stack([error[:, axis] for axis in spot]))
+        self.moving, self.axes = bool(speed), space.names
         if modes is not None:
             before = np.zeros((1, modes.shape[-1])) if self.modes is None else self.modes[None]
             self.modes = np.sum(np.concatenate([before, modes[entry]]), axis=0)
-        return square
-
-    def _nees(self, which: int, error: Array, cov: Array) -> Array:
-        """Return the NEES (q,); there is none from the first singular covariance on."""
-        if not self.singular[which]:
-            try:
-                return nees(error, cov)
-            except ValueError:
-                self.singular[which] = True
-        return np.zeros(len(error))
 
     def figures(self) -> dict[str, Any]:
         """Return the means; none if nothing was covered."""
@@ -171,8 +159,8 @@ class Errors:
             "position_deviation_m": float(np.sqrt(trace)),
             "velocity_rmse_mps": float(np.sqrt(fast)) if self.moving else None,
             "bias_m": tuple(bias),
-            "nees_position": None if self.singular[0] else near / len(bias),
-            "nees_state": None if self.singular[1] else state / len(self.axes),
+            "nees_position": None if np.isnan(near) else near / len(bias),
+            "nees_state": None if np.isnan(state) else state / len(self.axes),
             "nees_state_axes": self.axes,
             "mode_prob": None if self.modes is None else tuple((self.modes / count).tolist()),
         }

@@ -10,10 +10,9 @@ from attrs import Factory, define, field, frozen
 
 from vedette.config.parameters import plain
 from vedette.experiment import Experiment, Result
-from vedette.metrics.consistency import chi_square_band, nees
+from vedette.metrics.consistency import chi_square_band
 from vedette.metrics.coverage import NONE, Indices
 from vedette.metrics.histories import Entries, positions, velocities
-from vedette.metrics.matching import Pairs
 from vedette.metrics.running import Block, judged_run
 from vedette.metrics.score import Figure, Score
 from vedette.space import Array, Mask
@@ -123,9 +122,7 @@ class Bands:
     def add(self, block: Block) -> None:
         """Count a block of a run that is judged as it goes."""
         found, spot = block.found, positions(block.found.truth.space)
-        pairs = found.pairs()
-        values = nees_of(pairs.error[:, spot], found.entries.cov[pairs.entry][:, spot][:, :, spot])
-        values = values[np.isfinite(values)]
+        values = block.pairs.nees[np.isfinite(block.pairs.nees)]
         self.nees.add(values, np.full(len(values), len(spot)))
         chosen = with_innovation(found.entries, block.chosen)
         scan = found.entries.scan[chosen]
@@ -145,14 +142,13 @@ def traces(experiment: Experiment, result: Result, judged: Judged | None = None)
         return ()
     parts: list[list[Trace]] = [[] for _ in result.recording.truth]
     for block in judged.blocks:
-        pairs = block.found.pairs()
         for j, number in enumerate(block.which.tolist()):
-            parts[number].append(_trace(block, pairs, j, result.recording.truth[number].name, judged.names))
+            parts[number].append(_trace(block, j, result.recording.truth[number].name, judged.names))
     return tuple(_joined(path.name, each) for path, each in zip(result.recording.truth, parts, strict=True))
 
 
-def _trace(block: Block, pairs: Pairs, j: int, name: str, names: Indices) -> Trace:
-    found = block.found
+def _trace(block: Block, j: int, name: str, names: Indices) -> Trace:
+    found, pairs = block.found, block.pairs
     space, times = found.truth.space, block.times[found.scans]
     own = pairs.truth == j
     error, cov = pairs.error[own], found.entries.cov[pairs.entry[own]]
@@ -175,7 +171,7 @@ def _trace(block: Block, pairs: Pairs, j: int, name: str, names: Indices) -> Tra
         sigma=spread(sigma_of(cov, spot)),
         speed_error=spread(np.linalg.norm(error[:, speed], axis=-1) if speed else unknown),
         speed_sigma=spread(sigma_of(cov, speed) if speed else unknown),
-        nees=spread(nees_of(error[:, spot], cov[:, spot][:, :, spot])),
+        nees=spread(pairs.nees[own]),
         axes=len(spot),
         modes=None if modes is None else spread(modes[pairs.entry[own]]),
     )
@@ -196,14 +192,6 @@ def sigma_of(cov: Array, part: list[int]) -> Array:
     """Return the root of the trace over some axes: (q, n, n) -> (q,)."""
     sigma: Array = np.sqrt(np.sum(np.diagonal(cov, axis1=-2, axis2=-1)[:, part], axis=-1))
     return sigma
-
-
-def nees_of(error: Array, cov: Array) -> Array:
-    """Return the normalised squared errors (q,), NaN if a covariance is singular."""
-    try:
-        return nees(error, cov)
-    except ValueError:  # a covariance is singular: then there is none
-        return np.full(len(error), np.nan)
 
 
 def position_nees(found: Sequence[Trace]) -> Normalised:
