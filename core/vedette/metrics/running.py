@@ -144,6 +144,25 @@ class RunningJudge:
                 further.add(block)
         return evolve(block, found=evolve(found, apart=()))  # many blocks may be kept, and distances are large
 
+    def take(self, tracks: Sequence[Track], scans: Sequence[Scan]) -> tuple[Block, ...]:
+        """Judge all scans of a run with the tracks that it left, instead of one scan after the other; return the blocks.
+
+        In them a track's name is its number among those that were ever confirmed. InputError if one has an entry when there
+        is no scan.
+        """
+        confirmed = [track for track in tracks if track.confirmed.any()]
+        self.tracks = len(confirmed)
+        entries = confirmed_entries(confirmed, np.array([scan.time for scan in scans]), self.space)
+        edges = np.searchsorted(entries.scan, np.arange(len(scans) + 1))
+        blocks, begin = list[Block](), 0
+        while begin < len(scans):
+            most = int(np.searchsorted(edges, edges[begin] + ENTRIES, "right")) - 1
+            end = min(max(most, begin + 1), begin + SCANS)
+            gates = np.array([gate_of(scan, self._gate) for scan in scans[begin:end]])
+            blocks.append(self.judged(scans[begin:end], entries.part(slice(edges[begin], edges[end]), begin), gates))
+            begin = end
+        return tuple(blocks)
+
     def score(self) -> Score:
         """Return the figures of all blocks that are finished."""
         nis = self._nis.ratio()
@@ -268,33 +287,14 @@ def judge(
     ------
     InputError : truth and tracks have no position axis in common, or a track has an entry when there is no scan
     """
-    return judged_run(tracks, truth, scans, options, gate_probability, sensors, figures)[0]
+    judging = RunningJudge(truth, space_of(tracks), options, gate_probability, sensors=sensors, figures=figures, keep=np.inf)
+    judging.take(tracks, scans)
+    return judging.score()
 
 
-def judged_run(
-    tracks: Sequence[Track],
-    truth: Sequence[Trajectory],
-    scans: Sequence[Scan],
-    options: Judge,
-    gate_probability: float = 1.0,
-    sensors: Mapping[str, Sensor] | None = None,
-    figures: Sequence[Figure] = (),
-) -> tuple[Score, tuple[Block, ...]]:
-    """Return the score as `judge` does, and the blocks: in them a track's name is its number among those ever confirmed."""
-    confirmed = [track for track in tracks if track.confirmed.any()]
-    space = confirmed[0].space if confirmed else None
-    judging = RunningJudge(truth, space, options, gate_probability, sensors=sensors, figures=figures, keep=np.inf)
-    judging.tracks = len(confirmed)
-    entries = confirmed_entries(confirmed, np.array([scan.time for scan in scans]), judging.space)
-    edges = np.searchsorted(entries.scan, np.arange(len(scans) + 1))
-    blocks, begin = list[Block](), 0
-    while begin < len(scans):
-        most = int(np.searchsorted(edges, edges[begin] + ENTRIES, "right")) - 1
-        end = min(max(most, begin + 1), begin + SCANS)
-        gates = np.array([gate_of(scan, gate_probability) for scan in scans[begin:end]])
-        blocks.append(judging.judged(scans[begin:end], entries.part(slice(edges[begin], edges[end]), begin), gates))
-        begin = end
-    return judging.score(), tuple(blocks)
+def space_of(tracks: Sequence[Track]) -> Space | None:
+    """Return the axes of tracks; None if none was ever confirmed."""
+    return next((track.space for track in tracks if track.confirmed.any()), None)
 
 
 def gate_of(scan: Scan, gate_probability: float) -> float:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, final
 
 import numpy as np
-from attrs import frozen
+from attrs import asdict, frozen
 
 from vedette.metrics.bound import Bound, bound_along
 from vedette.metrics.clear import clear_mot
@@ -46,8 +46,8 @@ class _Look:
 
     @property
     def numbers(self) -> int:
-        """How many numbers it holds."""
-        return 1 + 2 * len(self.alive) + 5 * len(self.present) + 3 * len(self.near[0])
+        """How many numbers it takes, 8 bytes each: those that it holds, and what its arrays take besides."""
+        return 128 + 2 * len(self.alive) + 5 * len(self.present) + 3 * len(self.near[0])
 
 
 @final
@@ -139,9 +139,7 @@ class WholeTracks:
             **own,
             "ospa2_m": ospa2(apart, present, alive, tracks, cutoff, order, options.ospa2_scans),
             "hota": higher.value,
-            "hota_detection": higher.detection,
-            "hota_association": higher.association,
-            "hota_localisation": higher.localisation,
+            **{f"hota_{part}": getattr(higher, part) for part in ("detection", "association", "localisation")},
         }
 
 
@@ -156,15 +154,8 @@ def _siap(looks: Sequence[_Look], present: Sequence[Indices], alive: Mask) -> di
         np.concatenate([look.position for look in looks]),
         np.concatenate(fast) if len(fast) == len(looks) else None,
     )
-    return {
-        "siap_completeness": picture.completeness,
-        "siap_ambiguity": picture.ambiguity,
-        "siap_spuriousness": picture.spuriousness,
-        "siap_position_m": picture.position,
-        "siap_velocity_mps": picture.velocity,
-        "siap_changes_per_s": picture.changes,
-        "siap_longest": picture.longest,
-    }
+    units = {"position": "_m", "velocity": "_mps", "changes": "_per_s"}
+    return {f"siap_{name}{units.get(name, '')}": value for name, value in asdict(picture).items()}
 
 
 def position_bound(

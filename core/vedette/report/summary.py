@@ -7,6 +7,7 @@ from textwrap import wrap
 
 import numpy as np
 
+from vedette.config.plugins import installed_figures
 from vedette.experiment import Experiment, Result
 from vedette.io.terms import Terms, utc
 from vedette.metrics import Score
@@ -155,6 +156,10 @@ def _against_truth(experiment: Experiment, score: Score, unit: str) -> Iterator[
     yield "whole tracks", ", ".join(_whole_tracks(score, unit))
     if score.position_bound_m is not None:
         yield "lower bound", f"{score.position_bound_m:.3g} {unit}: posterior Cramer-Rao bound of the position error"
+    for figure in installed_figures():
+        if figure.name in score.more:
+            value = _maybe(score.more[figure.name], "" if figure.unit == "1" else figure.unit)
+            yield figure.study or figure.name, f"{value}: {figure.about}"
 
 
 def _whole_tracks(score: Score, unit: str) -> Iterator[str]:

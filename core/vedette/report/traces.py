@@ -13,7 +13,7 @@ from vedette.experiment import Experiment, Result
 from vedette.metrics.consistency import chi_square_band
 from vedette.metrics.coverage import NONE, Indices
 from vedette.metrics.histories import Entries, positions, velocities
-from vedette.metrics.running import Block, judged_run
+from vedette.metrics.running import Block, RunningJudge, space_of
 from vedette.metrics.score import Figure, Score
 from vedette.space import Array, Mask
 
@@ -98,10 +98,18 @@ class Judged:
     @classmethod
     def of(cls, experiment: Experiment, result: Result, figures: Sequence[Figure] = ()) -> Judged:
         """Judge a result anew: one whose tracks are not those that were judged as they went, or that nobody judged."""
-        tracker, truth = experiment.tracker, result.recording.truth
-        gate, options = tracker.gate.probability, experiment.judge
-        score, blocks = judged_run(result.tracks, truth, result.scans, options, gate, tracker.sensors, figures)
-        return cls(score, blocks, np.arange(len(result.tracks)))
+        tracker, options, tracks = experiment.tracker, experiment.judge, result.tracks
+        judging = RunningJudge(
+            result.recording.truth,
+            space_of(tracks),
+            options,
+            tracker.gate.probability,
+            sensors=tracker.sensors,
+            figures=figures,
+            keep=np.inf,
+        )
+        blocks = judging.take(tracks, result.scans)
+        return cls(judging.score(), blocks, np.arange(len(tracks)))
 
     @property
     def bands(self) -> Bands:
