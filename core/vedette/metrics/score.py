@@ -125,9 +125,9 @@ class Figure:
 
     def __attrs_post_init__(self) -> None:
         if not self.name.isidentifier():
-            raise ValueError(f"name: must be letters, digits and _, got {self.name!r}")
+            raise ValueError(f"figure {self.name!r}: name: must be letters, digits and _")
         if self.sums not in ("mean", "root"):
-            raise ValueError(f"sums: must be 'mean' or 'root', got {self.sums!r}")
+            raise ValueError(f"figure {self.name!r}: sums: must be 'mean' or 'root', got {self.sums!r}")
 
     @property
     def squared(self) -> bool:
