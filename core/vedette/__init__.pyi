@@ -65,9 +65,9 @@ from vedette.values import maker as maker
 from vedette.wrapping import WrappedMotion as WrappedMotion
 from vedette.wrapping import WrappedSensor as WrappedSensor
 from vedette_report.drawing import drawing as drawing
-from vedette_report.picture import plot as plot
-from vedette_report.tables import to_dataframe as to_dataframe
-from vedette_report.tables import to_html as to_html
+from vedette_report.tables import draw_result as draw_result
+from vedette_report.tables import result_html as result_html
+from vedette_report.tables import tabulate_result as tabulate_result
 from vedette_study import monte_carlo as monte_carlo
 from vedette_tools import track as track
 from vedette_tools import tune as tune

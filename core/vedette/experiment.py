@@ -44,7 +44,8 @@ class Result:
     scan; `scans` holds those taken, without their bad returns; `refused` holds what was not taken, and why; `seconds` is the
     CPU time of the tracker alone; `states` holds the state after each scan, if it was to be kept; `intake` counts what came
     in. `framed` holds the scans taken that brought a frame, with it: lazily where the recording is lazy, and `scans` then
-    lacks the frames, as not all fit into memory; it is empty where frames come once.
+    lacks the frames, as not all fit into memory; it is empty where frames come once. `judged` is what a judge said as the
+    run went, if one did.
     """
 
     tracks: tuple[Track, ...]
@@ -59,23 +60,30 @@ class Result:
     framed: Sequence[Scan] = ()
     intake: Intake = Factory(lambda self: Intake.of({}, self.scans, self.refused), takes_self=True)
     experiment: Experiment | None = None
+    judged: Any = None
 
     def to_dataframe(self, what: str = "tracks") -> Any:
         """Return a data frame of pandas: "tracks" as in tracks.csv, "detections", "truth", or "metrics" in one row."""
-        return look_up("to_dataframe")(self, what)
+        return look_up("tabulate_result")(self, what)
 
     def plot(self, axes: Any = None) -> Any:
         """Draw the map of the run on axes of matplotlib, by default new ones; return them."""
-        return look_up("plot")(self, axes)
+        return look_up("draw_result")(self, axes)
 
     def score(self) -> Score:
-        """Judge the tracks against the truth, as the config says; figures that do not exist are None."""
-        tracker, options = self.of.tracker, self.of.judge
-        return judge(self.tracks, self.recording.truth, self.scans, options, tracker.gate.probability, tracker.sensors)
+        """Judge the tracks against the truth, as the config says; figures that do not exist are None.
+
+        Raises
+        ------
+        ConfigError : the result was not made by a run, so its tracker is not known
+        """
+        made_by = self.made_by
+        gate, truth = made_by.tracker.gate.probability, self.recording.truth
+        return judge(self.tracks, truth, self.scans, made_by.judge, gate, made_by.tracker.sensors)
 
     @property
-    def of(self) -> Experiment:
-        """The experiment; ConfigError if the result was not made by a run."""
+    def made_by(self) -> Experiment:
+        """The experiment; ConfigError if the result was not made by a run, so that it is not known."""
         if self.experiment is None:
             raise ConfigError([Problem("experiment", "the result was not made by a run, so its tracker is not known")])
         return self.experiment
@@ -85,7 +93,7 @@ class Result:
         return f"Result({len(self.tracks)} tracks, {came.scans} scans, {came.returns} returns, {came.refused.count} refused)"
 
     def _repr_html_(self) -> str:
-        return str(look_up("to_html")(self))
+        return str(look_up("result_html")(self))
 
 
 @final

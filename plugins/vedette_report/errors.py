@@ -11,7 +11,16 @@ from vedette.experiment import Experiment, Result
 from vedette.space import Array, Mask
 from vedette_report import canvas
 from vedette_report.figures import length_unit
-from vedette_report.traces import Normalised, Trace, band, innovations, mode_names, nis_of_expected, position_nees, traces
+from vedette_report.traces import (
+    Judged,
+    Normalised,
+    Trace,
+    band,
+    innovations,
+    mode_names,
+    position_nees,
+    traces,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -23,12 +32,14 @@ _MOST = 6
 _GAP = "#f6c8c0"
 
 
-def errors(experiment: Experiment, result: Result) -> Figure:
+def errors(experiment: Experiment, result: Result, judged: Judged | None = None) -> Figure:
     """Draw errors against time, a row for each true object; then NEES and NIS against their bands.
 
-    In one column of a page there is a panel a row, and of each object its position error alone.
+    In one column of a page there is a panel a row, and of each object its position error alone. `judged` is what the judge
+    said of the result; default: it is judged anew.
     """
-    followed, seen = traces(experiment, result), innovations(experiment, result)
+    judged = Judged.of(experiment, result) if judged is None else judged
+    followed, seen = traces(experiment, result, judged), innovations(experiment, result, judged)
     shown, begin = followed[:_MOST], result.scans[0].time if result.scans else 0.0
     modes = next((track.mode_prob.shape[1] for track in result.tracks if track.mode_prob is not None), 0)
     names = mode_names(experiment, modes) if shown and canvas.across(2) > 1 else ()
@@ -43,7 +54,7 @@ def errors(experiment: Experiment, result: Result) -> Figure:
         nees = position_nees(followed)
         told = f"{np.mean(nees.value) / np.mean(nees.axes):.3g} of what is expected" if len(nees.value) else ""
         _show_normalised(places[-2], nees, begin, "NEES of the position", told)
-    told = f"{nis_of_expected(experiment, result) or 0.0:.3g} of what is expected"
+    told = f"{judged.score.nis or 0.0:.3g} of what is expected"
     _show_normalised(places[-1], seen, begin, "NIS", told)
     end = (result.scans[-1].time - begin if result.scans else 0.0) or 1.0
     last = max(row for row, _ in spots)

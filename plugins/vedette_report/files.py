@@ -35,13 +35,21 @@ def write_files(folder: Path, experiment: Experiment, result: Result, figures: M
     detected = {name: sensors[name].measurement for name in experiment.preprocessors}
     taken = Recording(result.scans, result.recording.truth, (), result.recording.notes, detected=detected)
     write_recording(folder / "recording.jsonl", taken, {name: sensor.measurement for name, sensor in sensors.items()})
-    for name, data in (("config.json", to_config(experiment)), ("summary.json", figures)):
-        with whole_file(folder / name) as file:
-            file.write(json.dumps(data, indent=2) + "\n")
-    with whole_file(folder / "summary.txt") as file:
-        file.write(text)
-    written = ["tracks.csv", "tracks.jsonl", "recording.jsonl", "config.json", "summary.json", "summary.txt"]
+    written = ["tracks.csv", "tracks.jsonl", "recording.jsonl", *write_summaries(folder, experiment, figures, text)]
     return [*written, *_in_its_terms(folder, result, space, terms)]
+
+
+def write_summaries(folder: Path, experiment: Experiment, figures: Mapping[str, Any], text: str) -> list[str]:
+    """Write the config, the figures and the summary in words; return the names of the files."""
+    told = {
+        "config.json": json.dumps(to_config(experiment), indent=2) + "\n",
+        "summary.json": json.dumps(figures, indent=2) + "\n",
+        "summary.txt": text,
+    }
+    for name, content in told.items():
+        with whole_file(folder / name) as file:
+            file.write(content)
+    return list(told)
 
 
 def _in_its_terms(folder: Path, result: Result, space: Space, terms: Terms) -> list[str]:

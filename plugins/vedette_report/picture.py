@@ -58,7 +58,7 @@ def plot(result: Result, axes: Axes | None = None) -> Axes:
         axes = plt.subplots(figsize=(9.0, 6.5))[1]
     elif not isinstance(axes, of_matplotlib.Axes):
         raise InputError(f"axes: must be axes of matplotlib, got {axes!r}; result.plot().figure.savefig(...) writes a file")
-    show(axes, result.of, result)
+    show(axes, result.made_by, result)
     axes.legend(fontsize=canvas.letters(8), frameon=False)
     return axes
 

@@ -23,9 +23,9 @@ class Map(Picture):
     def draw(self, subject: Result) -> Any:
         from vedette_report.picture import picture
 
-        if len(subject.of.tracker.state) < 2:
+        if len(subject.made_by.tracker.state) < 2:
             return None
-        return picture(subject.of, subject)
+        return picture(subject.made_by, subject)
 
 
 @final
@@ -38,7 +38,7 @@ class Errors(Picture):
     def draw(self, subject: Result) -> Any:
         from vedette_report.errors import errors
 
-        return errors(subject.of, subject)
+        return errors(subject.made_by, subject, subject.judged)
 
 
 @final
@@ -51,9 +51,9 @@ class Strip(Picture):
     def draw(self, subject: Result) -> Any:
         from vedette_report.strip import strip
 
-        if not len(subject.framed) or not {"x", "y"} <= set(subject.of.tracker.state.names):
+        if not len(subject.framed) or not {"x", "y"} <= set(subject.made_by.tracker.state.names):
             return None
-        return strip(subject.of, subject)
+        return strip(subject.made_by, subject)
 
 
 @final

@@ -8,9 +8,11 @@ from pathlib import Path
 from typing import BinaryIO, final
 
 import numpy as np
+from attrs import frozen
 
+from vedette.config import installed_figures
 from vedette.experiment import Experiment, Result, Steps
-from vedette.metrics import Block, RunningJudge
+from vedette.metrics import ENTRIES, SCANS, Block, RunningJudge
 from vedette.space import Array
 from vedette.tracking import State
 from vedette.types import Gaussian, Recording, Scan
@@ -18,12 +20,13 @@ from vedette_files import Column, SeriesFile, Tables
 from vedette_report.series_about import about, no_rows
 from vedette_report.series_judged import judged
 from vedette_report.series_rows import ScanRows
+from vedette_report.traces import Bands, Judged
 
 _FEW = 10
 """Scans whose rows are held apart."""
 
-SCANS, ENTRIES = 200, 5_000
-"""After so many scans, or tracks times scans, a block is judged."""
+_KEPT = 500_000
+"""Numbers that a run which keeps nothing may keep for the figures of whole tracks: 4 MB, some 3,000 scans of few tracks."""
 
 
 @final
@@ -84,34 +87,74 @@ def together(parts: Sequence[Tables]) -> Tables:
 
 @final
 class Recorder:
-    """The series of a run that keeps all: it judges and writes in the blocks of one that keeps nothing."""
+    """Judges a run as it goes, and writes its series block by block; `judge` has its score.
 
-    def __init__(self, target: Path | BinaryIO, experiment: Experiment, steps: Steps) -> None:
+    `kept`: the run keeps all, so the judge may keep what the figures of whole tracks need, and the blocks.
+    """
+
+    def __init__(self, target: Path | BinaryIO, experiment: Experiment, steps: Steps, *, kept: bool = True) -> None:
         tracker, recording = experiment.tracker, steps.recording
-        self._judge = RunningJudge(recording.truth, tracker.state, experiment.judge, tracker.gate.probability)
+        self.judge = RunningJudge(
+            recording.truth,
+            tracker.state,
+            experiment.judge,
+            tracker.gate.probability,
+            sensors=tracker.sensors,
+            figures=installed_figures(),
+            keep=np.inf if kept else _KEPT,
+        )
         modes = tracker.estimator.mode_prob(steps.state.belief)
-        self._writer = SeriesWriter(target, experiment, recording, 0 if modes is None else modes.shape[-1])
+        self.modes = 0 if modes is None else modes.shape[-1]
+        self.bands, self.blocks, self._kept = Bands(), list[Block](), kept
+        self._writer = SeriesWriter(target, experiment, recording, self.modes)
         self._scans = self._entries = 0
 
     def add(self, scan: Scan, before: State, state: State, estimate: Gaussian, modes: Array | None) -> None:
         """Take what `Experiment.finish` tells its `watch`."""
         self._writer.add(scan, before, state, estimate, modes)
-        self._judge.add(scan, state.ids, state.confirmed, estimate, state.nis, state.hit, modes)
+        self.judge.add(scan, state.ids, state.confirmed, estimate, state.nis, state.hit, modes)
         self._scans, self._entries = self._scans + 1, self._entries + len(state.ids)
-        if self._scans >= SCANS or self._entries >= ENTRIES:
-            self._writer.finish_block(self._judge.finish_block())
-            self._scans = self._entries = 0
+        if self._kept and self.full:
+            self.finish_block()
+
+    @property
+    def full(self) -> bool:
+        """Whether enough has come for a block."""
+        return self._scans >= SCANS or self._entries >= ENTRIES
+
+    def finish_block(self) -> None:
+        """Judge and write what came since the last block."""
+        block = self.judge.finish_block()
+        if block is not None:
+            self.bands.add(block)
+            if self._kept:
+                self.blocks.append(block)
+        self._writer.finish_block(block)
+        self._scans = self._entries = 0
 
     def close(self) -> None:
         """Judge and write what is left."""
-        self._writer.finish_block(self._judge.finish_block())
+        self.finish_block()
         self._writer.close()
 
 
-def recorded_run(experiment: Experiment, steps: Steps, *, keep_states: bool = False) -> tuple[Result, bytes]:
-    """Make all steps of a run that was opened, and keep them; return the result and the content of `series.npz`."""
+@frozen(eq=False)
+class Recorded:
+    """A run that kept all: its result, what the judge said of it, and the content of `series.npz`."""
+
+    result: Result
+    judged: Judged
+    packed: bytes
+
+
+def recorded_run(experiment: Experiment, steps: Steps, *, keep_states: bool = False) -> Recorded:
+    """Make all steps of a run that was opened, and keep and judge them."""
     packed = BytesIO()
     series = Recorder(packed, experiment, steps)
     result = experiment.finish(steps, keep_states=keep_states, watch=series.add)
     series.close()
-    return result, packed.getvalue()
+    if experiment.retroactive:  # the judge saw the tracks before they were known to be confirmed from the start
+        judged = Judged.of(experiment, result, installed_figures())
+    else:
+        judged = Judged(series.judge.score(), tuple(series.blocks), np.array([track.id for track in result.tracks]))
+    return Recorded(result, judged, packed.getvalue())

@@ -9,7 +9,7 @@ import numpy as np
 from vedette.metrics import NONE, Block, Indices, chi_square_band, positions, velocities
 from vedette.space import Array, Mask
 from vedette_files import Column, Tables
-from vedette_report.traces import BAND, nees_of, sigma_of, with_innovation
+from vedette_report.traces import BAND, sigma_of, with_innovation
 
 ENTRIES = ("position_error", "position_sigma", "velocity_error", "velocity_sigma", "nees", "nis_given_hit")
 
@@ -27,7 +27,7 @@ def judged(block: Block | None, scans: int, confirmed: Mask) -> Tables:
         columns = _of_scans(entries, scans, own, none, 0, np.zeros(scans, dtype=np.intp))
         return {"scans": {"judged": np.zeros(scans, dtype=bool), **columns}, "entries": entries}
     found, place = block.found, np.flatnonzero(confirmed)
-    pairs, space = found.pairs(), found.truth.space
+    pairs, space = block.pairs, found.truth.space
     rows, spot, speed = place[pairs.entry], positions(space), velocities(space)
     cov = found.entries.cov[pairs.entry]
     entries["object"][rows] = block.which[pairs.truth]
@@ -36,7 +36,7 @@ def judged(block: Block | None, scans: int, confirmed: Mask) -> Tables:
     if speed:
         entries["velocity_error"][rows] = np.linalg.norm(pairs.error[:, speed], axis=-1)
         entries["velocity_sigma"][rows] = sigma_of(cov, speed)
-    entries["nees"][rows] = nees_of(pairs.error[:, spot], cov[:, spot][:, :, spot])
+    entries["nees"][rows] = pairs.nees
     seen = with_innovation(found.entries, block.chosen)
     entries["nis_given_hit"][place[seen]] = found.entries.nis[seen] / found.entries.hit[seen]
     scan = np.zeros(len(confirmed), dtype=int)

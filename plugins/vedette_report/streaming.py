@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from contextlib import ExitStack
 from functools import partial
@@ -13,15 +12,13 @@ from typing import Any
 import numpy as np
 from attrs import evolve, frozen
 
-from vedette.config import to_config
 from vedette.errors import ConfigError, Problem
 from vedette.experiment import NAMED, Experiment, Result, Steps, Watch
-from vedette.metrics import RunningJudge, Score
+from vedette.metrics import Score
 from vedette.progress import Progress, silent
 from vedette.space import Space
 from vedette.tracking import History, State, Tracker, check_again
 from vedette.types import Scan
-from vedette.writing import whole_file
 from vedette_files import (
     PARQUET,
     FrameFiles,
@@ -37,13 +34,9 @@ from vedette_files import (
     scan_line,
 )
 from vedette_report.figures import figures
-from vedette_report.files import write_of_plugins
-from vedette_report.series import SeriesWriter
+from vedette_report.files import write_of_plugins, write_summaries
+from vedette_report.series import Recorder
 from vedette_report.summary import summary
-from vedette_report.traces import Bands
-
-_SCANS, _ENTRIES = 200, 5_000
-"""After so many scans, or tracks times scans, the tracks' histories are written and dropped."""
 
 
 @frozen(eq=False)
@@ -92,29 +85,24 @@ def _written(
 ) -> Streamed:
     steps = experiment.steps(strict=strict, progress=progress) if steps is None else steps
     steps.intake.refused.limit(NAMED)
-    tracker, interrupted, bands = experiment.tracker, False, Bands()
-    judge = RunningJudge(steps.recording.truth, tracker.state, experiment.judge, tracker.gate.probability)
+    tracker, interrupted = experiment.tracker, False
     spaces = {name: sensor.measurement for name, sensor in tracker.sensors.items()}
     detected = {name: spaces[name] for name in experiment.preprocessors}
-    history, waiting = History(tracker), 0
-    frames = FrameFiles.of(folder / "recording.jsonl", steps.recording)
-    modes, terms = tracker.estimator.mode_prob(steps.state.belief), Terms.of(steps.recording.notes)
+    history = History(tracker)
+    frames, terms = FrameFiles.of(folder / "recording.jsonl", steps.recording), Terms.of(steps.recording.notes)
+    recorder = Recorder(folder / "series.npz", experiment, steps, kept=False)
     with ExitStack() as stack:
         table, lines, recording = (
             stack.enter_context((folder / name).open("w", encoding="utf-8", newline="\n"))
             for name in ("tracks.csv", "tracks.jsonl", "recording.jsonl")
         )
-        table.write(csv_head(tracker.state, 0 if modes is None else modes.shape[-1], terms))
+        table.write(csv_head(tracker.state, recorder.modes, terms))
         lines.write(jsonl_head(tracker.state))
         recording.writelines(recording_head(evolve(steps.recording, detected=detected), spaces))
         further, names = _in_its_terms(stack, folder, steps.recording.notes, tracker.state, terms)
-        series = SeriesWriter(folder / "series.npz", experiment, steps.recording, 0 if modes is None else modes.shape[-1])
 
         def write() -> None:
-            block = judge.finish_block()
-            if block is not None:
-                bands.add(block)
-            series.finish_block(block)
+            recorder.finish_block()
             pieces = history.hand_out()
             for each in further:
                 each(pieces)
@@ -132,18 +120,15 @@ def _written(
                 if defined and np.isnan(np.sum(estimate.mean) + np.sum(state.existence)):  # told once, of the first scan
                     defined = False
                     check_again(experiment, partial(_again, tracker, steps.before, scan))
-                series.add(scan, steps.before, state, estimate, modes)
-                judge.add(scan, state.ids, state.confirmed, estimate, state.nis, state.hit, modes)
+                recorder.add(scan, steps.before, state, estimate, modes)
                 if watch is not None:
                     watch(scan, steps.before, state, estimate, modes)
-                waiting += 1 + len(state.ids)
-                if waiting >= _ENTRIES or history.scans >= _SCANS:
+                if recorder.full:
                     write()
-                    waiting = 0
         except KeyboardInterrupt:
             interrupted = True
         write()
-        series.close()
+        recorder.close()
     intake = steps.intake
     result = Result(
         tracks=(),
@@ -157,16 +142,10 @@ def _written(
         intake=intake,
         experiment=experiment,
     )
-    score = judge.score()
-    found, text = figures(experiment, result, score), summary(experiment, result, score, bands)
-    for name, content in (
-        ("config.json", json.dumps(to_config(experiment), indent=2) + "\n"),
-        ("summary.json", json.dumps(found, indent=2) + "\n"),
-        ("summary.txt", text),
-    ):
-        with whole_file(folder / name) as file:
-            file.write(content)
-    written = ("tracks.csv", "tracks.jsonl", "recording.jsonl", "series.npz", "config.json", "summary.json", "summary.txt")
+    score = recorder.judge.score()
+    found, text = figures(experiment, result, score), summary(experiment, result, score, recorder.bands)
+    summaries = write_summaries(folder, experiment, found, text)
+    written = ("tracks.csv", "tracks.jsonl", "recording.jsonl", "series.npz", *summaries)
     own, problems = write_of_plugins(folder, experiment, result, "vedette_files_of_stream")
     return Streamed(result, score, text, found, (*written, *names, *own), tuple(problems))
 

@@ -7,13 +7,14 @@ from textwrap import wrap
 
 import numpy as np
 
+from vedette.config import installed_figures
 from vedette.experiment import Experiment, Result
 from vedette.metrics import Score, chi_square_band
 from vedette.types import LazyScans
 from vedette_files import Terms, utc
 from vedette_report.columns import aligned
 from vedette_report.figures import count, length_unit, unused
-from vedette_report.traces import BAND, Bands, Inside, band, mode_names
+from vedette_report.traces import BAND, Bands, Inside, Judged, band, mode_names
 from vedette_report.track_rows import track_rows
 from vedette_report.warnings import ENOUGH, warnings
 
@@ -43,9 +44,9 @@ _NOTHING = "nothing to judge by: no confirmed track"
 def summary(experiment: Experiment, result: Result, score: Score, bands: Bands | None = None) -> str:
     """Return lines of text, the same in every run of one config and seed.
 
-    `bands` are those of a run that kept nothing; default: they are counted in the result.
+    `bands` are those that the judge counted; default: the result is judged anew.
     """
-    bands = Bands.of(experiment, result) if bands is None else bands
+    bands = Judged.of(experiment, result).bands if bands is None else bands
     lines = _head(experiment, result, score)
     if score.coverage is not None:
         unit = length_unit(experiment)
@@ -154,10 +155,17 @@ def _against_truth(experiment: Experiment, score: Score, unit: str) -> Iterator[
     yield "whole tracks", ", ".join(_whole_tracks(score, unit))
     if score.position_bound_m is not None:
         yield "lower bound", f"{score.position_bound_m:.3g} {unit}: posterior Cramer-Rao bound of the position error"
+    for figure in installed_figures():
+        if figure.name in score.more:
+            value = _maybe(score.more[figure.name], "" if figure.unit == "1" else figure.unit)
+            yield figure.study or figure.name, f"{value}: {figure.about}"
 
 
 def _whole_tracks(score: Score, unit: str) -> Iterator[str]:
     """Yield the figures of whole tracks that say most; the others are in the JSON."""
+    if score.hota is None:
+        yield "left out: so long a run keeps too little of them"
+        return
     if score.trajectory_gospa_m is not None:
         yield f"trajectory GOSPA {score.trajectory_gospa_m:.3g} {unit} a scan"
     yield f"OSPA(2) {_maybe(score.ospa2_m, unit)}, HOTA {_maybe(score.hota)}, MOTA {_maybe(score.mota)}"

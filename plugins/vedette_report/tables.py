@@ -7,15 +7,16 @@ from typing import Any
 
 import numpy as np
 
-from vedette.config import did_you_mean
+from vedette.config import did_you_mean, installed_figures
 from vedette.display import html_table
 from vedette.errors import ConfigError, InputError, Problem
 from vedette.experiment import Result
 from vedette_files import Terms, table_of
 from vedette_report.figures import figures
+from vedette_report.traces import Judged
 
 
-def to_dataframe(result: Result, what: str) -> Any:
+def tabulate_result(result: Result, what: str) -> Any:
     """Return one of the tables of a result; ConfigError for a name that is none, InputError without pandas."""
     try:
         import pandas as pd
@@ -27,22 +28,29 @@ def to_dataframe(result: Result, what: str) -> Any:
     return pd.DataFrame(TABLES[what](result))
 
 
-def to_html(result: Result) -> str:
+def draw_result(result: Result, axes: Any = None) -> Any:
+    """Draw the map of a result on axes of matplotlib, by default new ones; return them."""
+    from vedette_report.picture import plot
+
+    return plot(result, axes)
+
+
+def result_html(result: Result) -> str:
     """Return what a notebook shows of a result."""
     found = [(name.replace("_", " "), f"{value:.4g}") for name, value in _metrics(result).items() if _is_number(value)]
     return html_table(repr(result), found)
 
 
 def _tracks(result: Result) -> dict[str, Any]:
-    return table_of(result.tracks, result.of.tracker.state, Terms.of(result.recording.notes))
+    return table_of(result.tracks, result.made_by.tracker.state, Terms.of(result.recording.notes))
 
 
 def _detections(result: Result) -> dict[str, Any]:
     """Return a row for each return: the scan's number, time and sensor, and what was measured, by axis."""
-    axes = dict.fromkeys(name for each in result.of.tracker.sensors.values() for name in each.measurement.names)
+    axes = dict.fromkeys(name for each in result.made_by.tracker.sensors.values() for name in each.measurement.names)
     columns: dict[str, list[Any]] = {name: [] for name in ("scan", "time", "sensor", *axes)}
     for i, scan in enumerate(result.scans):
-        own = result.of.tracker.sensors[scan.sensor].measurement.names
+        own = result.made_by.tracker.sensors[scan.sensor].measurement.names
         for z in scan.detections.z[scan.detections.valid].tolist():
             measured = dict(zip(own, z, strict=True))
             for name, value in (("scan", i), ("time", scan.time), ("sensor", scan.sensor)):
@@ -67,7 +75,8 @@ def _truth(result: Result) -> dict[str, Any]:
 
 
 def _metrics(result: Result) -> dict[str, Any]:
-    found = figures(result.of, result, result.score())
+    score = Judged.of(result.made_by, result, installed_figures()).score
+    found = figures(result.made_by, result, score)
     return {name: value for name, value in found.items() if _is_number(value) or value is None}
 
 

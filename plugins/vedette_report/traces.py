@@ -14,14 +14,13 @@ from vedette.metrics import (
     NONE,
     Block,
     Entries,
+    Figure,
     Indices,
-    Match,
-    Pairs,
+    RunningJudge,
+    Score,
     chi_square_band,
-    match,
-    nees,
-    nis_ratio,
     positions,
+    space_of,
     velocities,
 )
 from vedette.space import Array, Mask
@@ -97,24 +96,49 @@ class Inside:
 
 
 @frozen(eq=False)
+class Judged:
+    """What the judge said of a run: its score, and its blocks, in which `names` (t,) are those of the result's tracks."""
+
+    score: Score
+    blocks: tuple[Block, ...]
+    names: Indices
+
+    @classmethod
+    def of(cls, experiment: Experiment, result: Result, figures: Sequence[Figure] = ()) -> Judged:
+        """Judge a result anew: one whose tracks are not those that were judged as they went, or that nobody judged."""
+        tracker, options, tracks = experiment.tracker, experiment.judge, result.tracks
+        judging = RunningJudge(
+            result.recording.truth,
+            space_of(tracks),
+            options,
+            tracker.gate.probability,
+            sensors=tracker.sensors,
+            figures=figures,
+            keep=np.inf,
+        )
+        blocks = judging.take(tracks, result.scans)
+        return cls(judging.score(), blocks, np.arange(len(tracks)))
+
+    @property
+    def bands(self) -> Bands:
+        """How many squared errors lie in their bands."""
+        bands = Bands()
+        for block in self.blocks:
+            bands.add(block)
+        return bands
+
+
+@frozen(eq=False)
 class Bands:
     """How many squared errors of a run lie in their bands: the NEES of covered objects' positions, the tracks' NIS."""
 
     nees: Inside = Factory(Inside)
     nis: Inside = Factory(Inside)
 
-    @classmethod
-    def of(cls, experiment: Experiment, result: Result) -> Bands:
-        """Return those of a run that kept all."""
-        errors, seen = position_nees(traces(experiment, result)), innovations(experiment, result)
-        return cls(Inside().add(errors.value, errors.axes), Inside().add(seen.value, seen.axes))
-
     def add(self, block: Block) -> None:
         """Count a block of a run that is judged as it goes."""
         found, spot = block.found, positions(block.found.truth.space)
-        pairs = found.pairs()
-        values = nees_of(pairs.error[:, spot], found.entries.cov[pairs.entry][:, spot][:, :, spot])
-        values = values[np.isfinite(values)]
+        values = block.pairs.nees[np.isfinite(block.pairs.nees)]
         self.nees.add(values, np.full(len(values), len(spot)))
         chosen = with_innovation(found.entries, block.chosen)
         scan = found.entries.scan[chosen]
@@ -127,18 +151,21 @@ def band(axes: int) -> tuple[float, float]:
     return axes * low, axes * high
 
 
-def traces(experiment: Experiment, result: Result) -> tuple[Trace, ...]:
+def traces(experiment: Experiment, result: Result, judged: Judged | None = None) -> tuple[Trace, ...]:
     """Return a trace for each true object, in the order of the recording; none if the tracks' positions are unknown."""
-    found = match(result.tracks, result.recording.truth, result.scans, experiment.judge)
-    if not found.scans.size:
+    judged = Judged.of(experiment, result) if judged is None else judged
+    if not judged.score.scans or not result.recording.truth:
         return ()
-    times = np.array([result.scans[i].time for i in found.scans])
-    pairs = found.pairs()
-    return tuple(_trace(found, pairs, j, path.name, times) for j, path in enumerate(result.recording.truth))
+    parts: list[list[Trace]] = [[] for _ in result.recording.truth]
+    for block in judged.blocks:
+        for j, number in enumerate(block.which.tolist()):
+            parts[number].append(_trace(block, j, result.recording.truth[number].name, judged.names))
+    return tuple(_joined(path.name, each) for path, each in zip(result.recording.truth, parts, strict=True))
 
 
-def _trace(found: Match, pairs: Pairs, j: int, name: str, times: Array) -> Trace:
-    space = found.truth.space
+def _trace(block: Block, j: int, name: str, names: Indices) -> Trace:
+    found, pairs = block.found, block.pairs
+    space, times = found.truth.space, block.times[found.scans]
     own = pairs.truth == j
     error, cov = pairs.error[own], found.entries.cov[pairs.entry[own]]
     spot, speed = positions(space), velocities(space)
@@ -150,33 +177,37 @@ def _trace(found: Match, pairs: Pairs, j: int, name: str, times: Array) -> Trace
         return everywhere[alive]
 
     alive = found.truth.alive[:, j]
+    cover = found.cover[alive, j]
     modes, unknown = found.entries.mode_prob, np.full(len(error), np.nan)
     return Trace(
         name=name,
         times=times[alive],
-        track=found.cover[alive, j],
+        track=np.where(cover == NONE, NONE, np.searchsorted(names, cover)),
         error=spread(np.linalg.norm(error[:, spot], axis=-1)),
         sigma=spread(sigma_of(cov, spot)),
         speed_error=spread(np.linalg.norm(error[:, speed], axis=-1) if speed else unknown),
         speed_sigma=spread(sigma_of(cov, speed) if speed else unknown),
-        nees=spread(nees_of(error[:, spot], cov[:, spot][:, :, spot])),
+        nees=spread(pairs.nees[own]),
         axes=len(spot),
         modes=None if modes is None else spread(modes[pairs.entry[own]]),
     )
+
+
+def _joined(name: str, parts: Sequence[Trace]) -> Trace:
+    """Return the trace of an object from those of the blocks, which follow one another."""
+    if not parts:
+        none = np.zeros(0)
+        return Trace(name, none, none.astype(np.intp), none, none, none, none, none, 0, None)
+    columns = ("times", "track", "error", "sigma", "speed_error", "speed_sigma", "nees")
+    whole = {column: np.concatenate([getattr(part, column) for part in parts]) for column in columns}
+    modes = [part.modes for part in parts if part.modes is not None]
+    return Trace(name, axes=parts[0].axes, modes=np.concatenate(modes) if modes else None, **whole)
 
 
 def sigma_of(cov: Array, part: list[int]) -> Array:
     """Return the root of the trace over some axes: (q, n, n) -> (q,)."""
     sigma: Array = np.sqrt(np.sum(np.diagonal(cov, axis1=-2, axis2=-1)[:, part], axis=-1))
     return sigma
-
-
-def nees_of(error: Array, cov: Array) -> Array:
-    """Return the normalised squared errors (q,), NaN if a covariance is singular."""
-    try:
-        return nees(error, cov)
-    except ValueError:  # a covariance is singular: then there is none
-        return np.full(len(error), np.nan)
 
 
 def position_nees(found: Sequence[Trace]) -> Normalised:
@@ -192,21 +223,17 @@ def position_nees(found: Sequence[Trace]) -> Normalised:
     )
 
 
-def innovations(experiment: Experiment, result: Result) -> Normalised:
+def innovations(experiment: Experiment, result: Result, judged: Judged | None = None) -> Normalised:
     """Return the NIS of confirmed tracks where a return was probably theirs (over 1/2), given that one was."""
-    found = match(result.tracks, (), result.scans, experiment.judge).entries
-    measured = np.array([scan.detections.z.shape[-1] for scan in result.scans], dtype=np.intp)
-    times = np.array([scan.time for scan in result.scans])
-    chosen = with_innovation(found, experiment.judge.choose(result.scans))
-    scan = found.scan[chosen]
-    return Normalised(times[scan], found.track[chosen], found.nis[chosen] / found.hit[chosen], measured[scan])
-
-
-def nis_of_expected(experiment: Experiment, result: Result) -> float | None:
-    """Return the NIS over what is expected, as the summary tells it."""
-    found = match(result.tracks, (), result.scans, experiment.judge).entries
-    chosen = experiment.judge.choose(result.scans)
-    return nis_ratio(found, result.scans, chosen, experiment.tracker.gate.probability)
+    judged = Judged.of(experiment, result) if judged is None else judged
+    rows = [np.zeros((4, 0))]
+    for block in judged.blocks:
+        entries = block.found.entries
+        seen = with_innovation(entries, block.chosen)
+        scan, track = entries.scan[seen], np.searchsorted(judged.names, entries.track[seen])
+        rows.append(np.stack([block.times[scan], track, entries.nis[seen] / entries.hit[seen], block.axes[scan]]))
+    times, track, value, axes = np.concatenate(rows, axis=1)
+    return Normalised(times, track.astype(np.intp), value, axes.astype(np.intp))
 
 
 def with_innovation(entries: Entries, scans: Indices) -> Mask:

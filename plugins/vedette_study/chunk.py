@@ -3,13 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 
 import numpy as np
 from attrs import frozen
 
+from vedette.config import installed_figures
 from vedette.errors import ConfigError, Problem
 from vedette.experiment import Experiment
-from vedette.metrics import bound_along, gate_truncation, gates_of, judge, nees, positions, velocities
+from vedette.metrics import (
+    FIGURES,
+    Figure,
+    bound_along,
+    gate_of,
+    gate_truncation,
+    judge,
+    nees,
+    positions,
+    velocities,
+)
 from vedette.sampling import NotInLockStep, Redraw, Seeds, sequence
 from vedette.space import Array, Mask, Space
 from vedette.types import Detections, Gaussian, Recording, Scan, Trajectory
@@ -18,35 +30,13 @@ from vedette_study.scenes import DrawsTogether, Scenes
 
 SERIES = ("square", "nees", "nis")
 """What is kept against time: squared position error in m^2, NEES over the number of axes, NIS over its expectation."""
-ONE_BY_ONE = {
-    "position_rmse": "position_rmse_m",
-    "velocity_rmse": "velocity_rmse_mps",
-    "nis": "nis",
-    "lost": "lost",
-    "coverage": "coverage",
-    "id_switches": "id_switches",
-    "false_tracks": "false_tracks",
-    "gospa": "gospa_m",
-    "ospa": "ospa_m",
-    "confirmed_after": "confirmed_after_s",
-    "trajectory_gospa": "trajectory_gospa_m",
-    "ospa2": "ospa2_m",
-    "mota": "mota",
-    "motp": "motp_m",
-    "hota": "hota",
-    "hota_detection": "hota_detection",
-    "hota_association": "hota_association",
-    "siap_completeness": "siap_completeness",
-    "siap_ambiguity": "siap_ambiguity",
-    "siap_spuriousness": "siap_spuriousness",
-    "siap_position": "siap_position_m",
-    "siap_changes": "siap_changes_per_s",
-    "siap_longest": "siap_longest",
-    "position_bound": "position_bound_m",
-}
-"""The figures of a run that is judged by itself, and what docs/metrics.md calls them."""
-SQUARED = ("position_rmse", "velocity_rmse", "position_bound")
-"""Of these a run keeps the mean square, so that the mean over runs is one of squares too, and its root is reported."""
+APPROXIMATED = Figure("approximated", "1", "times that a track's weights were not exact", study="approximated")
+
+
+@cache
+def study_figures() -> dict[str, Figure]:
+    """Return all figures of a study, by their names in studies: the judge's, those of plugins, and what was not exact."""
+    return {figure.study: figure for figure in (*FIGURES, *installed_figures(), APPROXIMATED) if figure.study}
 
 
 @frozen(eq=False)
@@ -118,7 +108,9 @@ def _together(experiment: Experiment, seeds: Seeds) -> Chunk:
     spot, speed = positions(space), velocities(space)
     square, fast = (np.sum(error[..., axes] ** 2, axis=-1) if axes else error[..., 0] * np.nan for axes in (spot, speed))
     axes = np.array([scan.detections.z.shape[-1] for scan in scenes.scans])
-    expected = runs.hit * axes * gate_truncation(axes, gates_of(scenes.scans, tracker.gate.probability))
+    expected = (
+        runs.hit * axes * gate_truncation(axes, np.array([gate_of(scan, tracker.gate.probability) for scan in scenes.scans]))
+    )
     cov = runs.cov if len(own) == len(runs.space) else runs.cov[..., own, :][..., own]
     squares = _nees(error, cov) / max(len(own), 1)
     figures = {
@@ -192,16 +184,16 @@ def _lost(far: Mask, scans: int) -> Array:
 
 def _one_by_one(experiment: Experiment, seeds: Seeds, redraw: Redraw | None) -> Chunk:
     """Run each run by itself, as `vedette run` does, judged against its truth."""
-    rows = []
+    rows, known = [], study_figures()
     redraw = redraw if recorded(experiment) else None
     for run in seeds.runs:
         result = experiment.run(seeds=sequence(seeds.seed, run), redraw=redraw)
         if result.interrupted:
             raise KeyboardInterrupt
-        tracker, truth = experiment.tracker, result.recording.truth
-        score = judge(result.tracks, truth, result.scans, experiment.judge, tracker.gate.probability, tracker.sensors)
-        judged = (getattr(score, name) for name in ONE_BY_ONE.values())
-        rows.append([*judged, score.nees_state, result.approximated])
-    table = np.array([[np.nan if value is None else float(value) for value in row] for row in rows])
-    figures = dict(zip((*ONE_BY_ONE, "nees", "approximated"), table.T, strict=True))
-    return Chunk(figures | {name: figures[name] ** 2 for name in SQUARED}, np.zeros(0), np.zeros((3, 5, 0)))
+        tracker, truth, options = experiment.tracker, result.recording.truth, experiment.judge
+        gate, further = tracker.gate.probability, installed_figures()
+        told = judge(result.tracks, truth, result.scans, options, gate, tracker.sensors, further).figures()
+        rows.append([told.get(figure.name) for figure in known.values()][:-1] + [result.approximated])
+    table = np.array([[np.nan if value is None else float(value) for value in row] for row in rows]).T
+    figures = {name: row**2 if known[name].squared else row for name, row in zip(known, table, strict=True)}
+    return Chunk(figures, np.zeros(0), np.zeros((3, 5, 0)))

@@ -14,9 +14,9 @@ from vedette.errors import VedetteError
 from vedette.space import Array
 from vedette_study.averages import averaged, averaged_plan
 from vedette_study.carry import Chunks
-from vedette_study.chunk import SERIES, SQUARED
+from vedette_study.chunk import SERIES, study_figures
 from vedette_study.grid import short_names
-from vedette_study.plan import UNITS, Plan, by_point
+from vedette_study.plan import Plan, by_point
 from vedette_study.statistics import Mean, difference, gathered, mean, ratios
 from vedette_study.store import made_by
 
@@ -85,7 +85,7 @@ class Outcome:
             "seed": self.plan.seed,
             "chunk": self.plan.chunk,
             "interrupted": self.interrupted,
-            "units": {name: UNITS[name] for name in self.figures},
+            "units": {name: study_figures()[name].unit for name in self.figures},
             "table": self.table(),
             "differences_to_the_first": paired,
         } | ({} if self.parts is None else {"averaged_over": list(self.plan.average), "parts": self.parts.table()})
@@ -100,12 +100,12 @@ class Outcome:
         names = _dimensions(tuple(axes))
         arrays: dict[str, Any] = {}
         for name, values in self.figures.items():
-            each = np.sqrt(values) if name in SQUARED else values
-            arrays[f"run_{name}"] = ((*names, "run"), by_point(each, axes), {"units": UNITS[name]})
+            each = np.sqrt(values) if study_figures()[name].squared else values
+            arrays[f"run_{name}"] = ((*names, "run"), by_point(each, axes), {"units": study_figures()[name].unit})
             for part in ("value", "error"):
                 column = np.array([getattr(self.means(i)[name], part) for i in range(len(values))], dtype=float)
                 shown = name if part == "value" else f"{name}_error"
-                arrays[shown] = (names, by_point(column, axes), {"units": UNITS[name]})
+                arrays[shown] = (names, by_point(column, axes), {"units": study_figures()[name].unit})
         steps = max(len(each.times) for each in self.against)
         if steps:
             arrays["time"] = ((*names, "step"), by_point(_padded([each.times for each in self.against], steps), axes))
@@ -121,7 +121,7 @@ class Outcome:
 def outcome(plan: Plan, chunks: Chunks, *, interrupted: bool) -> Outcome:
     """Combine the chunks."""
     points = range(len(plan.points))
-    names = [name for name in UNITS if all(name in chunks[0][i].figures for i in points)]
+    names = [name for name in study_figures() if all(name in chunks[0][i].figures for i in points)]
     figures = {name: np.stack([gathered(chunks, name, i) for i in points]) for name in names}
     found = Outcome(plan, figures, tuple(_against(chunks, i) for i in points), interrupted)
     if not plan.average:
@@ -150,7 +150,7 @@ def _plain(means: dict[str, Mean]) -> dict[str, Any]:
 
 def _dimensions(paths: tuple[str, ...]) -> tuple[str, ...]:
     """Return the ends of the config paths, long enough to be unique."""
-    return tuple(short_names(paths, {"run", "step", "time", *UNITS}).values())
+    return tuple(short_names(paths, {"run", "step", "time", *study_figures()}).values())
 
 
 def _coordinate(values: tuple[Any, ...]) -> list[Any]:

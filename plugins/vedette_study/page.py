@@ -15,8 +15,8 @@ from vedette.space import Array
 from vedette.writing import whole_file
 from vedette_report import canvas
 from vedette_report.page import page
+from vedette_study.chunk import study_figures
 from vedette_study.outcome import Outcome
-from vedette_study.plan import UNITS
 from vedette_study.summary import charts, tables, text
 from vedette_study.worst import FOLDER, Bad, judged_by, whole, worst
 
@@ -46,7 +46,11 @@ def _worst(folder: Path, outcome: Outcome, target: Path) -> dict[str, Any]:
         for at, runs in zip(every.plan.points, worst(outcome, MOST), strict=True)
     ]
     all_of_them = f"vedette report {quote(str(folder))} --worst {MOST}"
-    return {"worst": points if name else [], "judged": [name, UNITS[name]] if name else None, "command": all_of_them}
+    return {
+        "worst": points if name else [],
+        "judged": [name, study_figures()[name].unit] if name else None,
+        "command": all_of_them,
+    }
 
 
 def _bad(folder: Path, bad: Bad, target: Path) -> dict[str, Any]:

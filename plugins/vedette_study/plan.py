@@ -17,41 +17,12 @@ from vedette.experiment import Experiment
 from vedette.sampling import Redraw
 from vedette.space import Array
 from vedette.units import in_unit
-from vedette_study.chunk import goes_together, recorded
+from vedette_study.chunk import goes_together, recorded, study_figures
 from vedette_study.grid import Grid, Point, overridden, value_at
 
 MOST_RUNS = 1_000_000_000
 TOGETHER, ALONE = 2000, 10
 """Most runs of a chunk: in lock-step about as many as fit the cache; else few, so that all processes have work."""
-UNITS = {
-    "position_rmse": "m",
-    "velocity_rmse": "m/s",
-    "nees": "1",
-    "nis": "1",
-    "lost": "1",
-    "coverage": "1",
-    "id_switches": "1",
-    "false_tracks": "1",
-    "gospa": "m",
-    "ospa": "m",
-    "confirmed_after": "s",
-    "trajectory_gospa": "m",
-    "ospa2": "m",
-    "mota": "1",
-    "motp": "m",
-    "hota": "1",
-    "hota_detection": "1",
-    "hota_association": "1",
-    "siap_completeness": "1",
-    "siap_ambiguity": "1",
-    "siap_spuriousness": "1",
-    "siap_position": "m",
-    "siap_changes": "1/s",
-    "siap_longest": "1",
-    "position_bound": "m",
-    "approximated": "1",
-}
-"""All figures of a study. NEES is over the number of axes and NIS over its expectation: both 1 on matched truth."""
 NAMES = ("title", "experiment", "runs", "seed", "chunk", "sweep", "trackers", "average", "redraw", "precision")
 SCENES, DRAWS = 1000, 10
 """Runs by default: of drawn scenes, and of a recording of which each run draws a part."""
@@ -239,14 +210,14 @@ def _precision(given: Any) -> dict[str, float]:
         return {}
     if not isinstance(given, Mapping) or not given:
         raise ConfigError([Problem("precision", f"must be a table such as {{ position_rmse = '0.1 m' }}, got {given!r}")])
-    wanted = {}
+    wanted, known = dict[str, float](), study_figures()
     for name, value in given.items():
-        if name not in UNITS:
+        if name not in known:
             raise ConfigError(
-                [Problem(f"precision.{name}", f"unknown;{did_you_mean(str(name), UNITS)} known: {', '.join(UNITS)}")]
+                [Problem(f"precision.{name}", f"unknown;{did_you_mean(str(name), known)} known: {', '.join(known)}")]
             )
         try:
-            wanted[str(name)] = in_unit(value, UNITS[name])
+            wanted[str(name)] = in_unit(value, known[name].unit)
         except ValueError as error:
             raise ConfigError([Problem(f"precision.{name}", str(error))]) from None
         if wanted[str(name)] <= 0:

@@ -8,7 +8,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette.space import Array
-from vedette_study.chunk import SQUARED, Chunk
+from vedette_study.chunk import Chunk, study_figures
 
 
 @frozen
@@ -21,14 +21,14 @@ class Mean:
 
 
 def mean(name: str, values: Array) -> Mean:
-    """Return the mean of one figure (r,): NaN is a run without it. For SQUARED figures it is the root."""
+    """Return the mean of one figure (r,): NaN is a run without it. For figures that sum as roots it is the root."""
     values = values[np.isfinite(values)]
     n = len(values)
     if n == 0:
         return Mean(None, None, 0)
     middle = float(np.mean(values))
     error = float(np.std(values, ddof=1) / np.sqrt(n)) if n > 1 else None
-    if name not in SQUARED:
+    if not study_figures()[name].squared:
         return Mean(middle, error, n)
     root = float(np.sqrt(middle))
     return Mean(root, error if error is None or root == 0 else 0.5 * error / root, n)
@@ -37,13 +37,13 @@ def mean(name: str, values: Array) -> Mean:
 def difference(name: str, a: Array, b: Array) -> Mean:
     """Return figure a minus figure b (r,), run by run: both have the same truth and returns, so most of the noise cancels.
 
-    For SQUARED figures it is the difference of the roots, linearised: its terms are a / 2 rms(a) - b / 2 rms(b).
+    For figures that sum as roots it is the difference of the roots, linearised: its terms are a / 2 rms(a) - b / 2 rms(b).
     """
     both = np.isfinite(a) & np.isfinite(b)
     a, b, n = a[both], b[both], int(np.count_nonzero(both))
     if n == 0:
         return Mean(None, None, 0)
-    if name in SQUARED:
+    if study_figures()[name].squared:
         over, under = np.sqrt(np.mean(a)), np.sqrt(np.mean(b))
         terms = a / (2 * over or 1.0) - b / (2 * under or 1.0)
         value = float(over - under)

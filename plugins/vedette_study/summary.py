@@ -14,30 +14,18 @@ from vedette.reproduction import Cell, Chart, Curve, Panel, Table
 from vedette.sampling import Redraw
 from vedette.space import Array
 from vedette.writing import whole_file
+from vedette_study.chunk import study_figures
 from vedette_study.grid import short_names, spaced_evenly_in_log, told, unit_at
 from vedette_study.outcome import Outcome, numeric_axes
-from vedette_study.plan import UNITS
 from vedette_study.reproduction import rows
 from vedette_study.statistics import Mean
 
 MOST_CURVES = 8
 """More points than this are too many for one panel."""
-_WORDS = {
-    "position_rmse": "RMS position error [m]",
-    "nees": "NEES per axis",
-    "nis": "NIS over what is expected",
-    "lost": "share of lost runs",
-}
-"""What is drawn, and what it is called."""
-_MORE = {"gospa": "GOSPA [m]", "coverage": "share of time covered", "false_tracks": "false tracks at a time"}
-"""What is drawn of points beside one another, too."""
-_TOLD = frozenset(UNITS) - {name for name in UNITS if name.startswith(("siap_", "hota_")) or name in ("motp", "ospa2")}
-"""The figures in the text; the files have all."""
-_SERIES = tuple(_WORDS)[:3]
-_RIGHT = ("nees", "nis")
-"""Figures that are 1 on matched truth."""
-_WITHIN = dict.fromkeys((*_WORDS, *_MORE), (0.0, np.inf)) | dict.fromkeys(("lost", "coverage"), (0.0, 1.0))
-"""The values that there can be."""
+_SERIES = ("position_rmse", "nees", "nis")
+"""The figures that are drawn against time."""
+_SWEPT = (*_SERIES, "lost")
+"""Those that are drawn along a swept axis."""
 
 
 def text(outcome: Outcome) -> str:
@@ -70,8 +58,9 @@ def _drawn(redraw: Redraw) -> str:
 def tables(outcome: Outcome) -> Iterator[Table]:
     """Yield the means, with several points the paired differences, and the means at each place that was averaged over."""
     points = outcome.plan.points
-    names = [name for name, values in outcome.figures.items() if name in _TOLD and _says_something(name, values)]
-    columns = tuple(name if UNITS[name] == "1" else f"{name} [{UNITS[name]}]" for name in names)
+    known = study_figures()
+    names = [name for name, values in outcome.figures.items() if not known[name].detail and _says_something(name, values)]
+    columns = tuple(name if known[name].unit == "1" else f"{name} [{known[name].unit}]" for name in names)
     over = f", each the mean over {', '.join(outcome.plan.average)}" if outcome.parts is not None else ""
     means = tuple((at.name, _cells(outcome.means(i), names)) for i, at in enumerate(points))
     yield Table(f"Means over runs{over}", columns, means)
@@ -112,7 +101,7 @@ def write_study(folder: Path, outcome: Outcome) -> list[str]:
 def _flat(row: Mapping[str, Any]) -> dict[str, Any]:
     flat: dict[str, Any] = {}
     for name, value in row.items():
-        if name in UNITS:
+        if name in study_figures():
             flat |= {name: value["value"], f"{name}_error": value["error"]}
         else:
             flat[name] = told(value)
@@ -144,7 +133,7 @@ def charts(outcome: Outcome) -> Iterator[Chart]:
         unit = unit_at(points[0].experiment, path)
         across = f"{path} [{unit}]" if unit else path
         panels = []
-        for figure in _WORDS:
+        for figure in _SWEPT:
             if figure in outcome.figures:
                 panels.append(_panel(outcome, figure, across, _along(outcome, path, figure), first=not panels, log=log))
         if panels:
@@ -158,16 +147,18 @@ def _beside(outcome: Outcome) -> tuple[Panel, ...]:
     shown, panels = outcome.plan.points[:MOST_CURVES], list[Panel]()
     ticks = tuple(", ".join(map(told, at.labels.values())) for at in shown)
     across = ", ".join(short_names(outcome.plan.axes).values())
-    for name, words in (_WORDS | _MORE).items():
+    for name, figure in study_figures().items():
+        if not figure.label:
+            continue
         y, error = np.array([_numbers(outcome, i, name) for i in range(len(shown))]).T
         if not np.any(np.isfinite(y)):
             continue
         curves = [Curve("", np.arange(len(y), dtype=float), y, "points", 0, doubt=2 * np.nan_to_num(error))]
         title = "" if panels else f"{outcome.runs:,} runs; bars: two standard errors"
-        if name in _RIGHT:
+        if figure.expected is not None:
             title = "1 is expected"
             curves.append(_expected(-0.5, len(y) - 0.5))
-        panels.append(Panel(title, across, words, tuple(curves), ticks=ticks, within=_WITHIN[name]))
+        panels.append(Panel(title, across, figure.label, tuple(curves), ticks=ticks, within=figure.within))
     return tuple(panels)
 
 
@@ -175,10 +166,11 @@ def _panel(outcome: Outcome, name: str, across: str, curves: Sequence[Curve], *,
     """Draw one figure. The first panel states what holds for all: which curve is which, and what the bands are."""
     title = f"{outcome.runs:,} runs; bands: two standard errors" if first else ""
     drawn = [curve if first else evolve(curve, label="") for curve in curves]
-    if name in _RIGHT:
+    figure = study_figures()[name]
+    if figure.expected is not None:
         title = "1 is expected"
         drawn.append(_expected(curves[0].x.min(), curves[0].x.max()))
-    return Panel(title, across, _WORDS[name], tuple(drawn), within=_WITHIN.get(name), log_across=log)
+    return Panel(title, across, figure.label, tuple(drawn), within=figure.within, log_across=log)
 
 
 def _operating(outcome: Outcome, path: str, name: str) -> Panel:

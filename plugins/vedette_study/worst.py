@@ -9,7 +9,6 @@ import numpy as np
 from attrs import frozen
 
 from vedette.errors import ConfigError, Problem
-from vedette.metrics import judge
 from vedette.progress import Progress
 from vedette.space import Array
 from vedette_report.figures import figures
@@ -18,7 +17,7 @@ from vedette_report.page import write_page
 from vedette_report.series import recorded_run
 from vedette_report.summary import summary
 from vedette_study.again import open_again
-from vedette_study.chunk import SQUARED
+from vedette_study.chunk import study_figures
 from vedette_study.outcome import Outcome
 
 JUDGED_BY = ("gospa", "position_rmse")
@@ -57,7 +56,7 @@ def worst(outcome: Outcome, most: int) -> list[list[Bad]]:
     if name is None:
         return [[] for _ in outcome.plan.points]
     values = outcome.figures[name]
-    values = np.sqrt(values) if name in SQUARED else values
+    values = np.sqrt(values) if study_figures()[name].squared else values
     return [[_bad(i, run, own) for run in _order(own)[:most]] for i, own in enumerate(values)]
 
 
@@ -87,14 +86,12 @@ def run_anew(folder: Path, outcome: Outcome, runs: Sequence[Bad], progress: Prog
     plan = whole(outcome).plan
     for bad in runs:
         experiment = plan.points[bad.point].experiment
-        result, packed = recorded_run(experiment, open_again(plan, bad.point, bad.run, progress))
+        recorded = recorded_run(experiment, open_again(plan, bad.point, bad.run, progress))
+        result, score, target = recorded.result, recorded.judged.score, folder / FOLDER / bad.name
         if result.interrupted:
             raise KeyboardInterrupt
-        tracker, target = experiment.tracker, folder / FOLDER / bad.name
-        score = judge(
-            result.tracks, result.recording.truth, result.scans, experiment.judge, tracker.gate.probability, tracker.sensors
-        )
-        words = f"Run {bad.run} of point {bad.point}: {plan.points[bad.point].name}\n\n{summary(experiment, result, score)}"
+        told = summary(experiment, result, score, recorded.judged.bands)
+        words = f"Run {bad.run} of point {bad.point}: {plan.points[bad.point].name}\n\n{told}"
         write_files(target, experiment, result, figures(experiment, result, score), words)
-        write_series(target, packed)
+        write_series(target, recorded.packed)
         write_page(target, target / "report.html")

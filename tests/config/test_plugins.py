@@ -16,6 +16,7 @@ import vedette
 from support.drift import drifting
 from vedette import ConfigError, Registry
 from vedette.cli import main
+from vedette_report.page.metrics import metrics
 
 Distribution = Callable[[str, str, str], Path]
 
@@ -189,6 +190,55 @@ def test_a_plugin_that_fails_to_write_its_files_does_not_take_the_others_with_it
     told = capsys.readouterr()
     assert "tides.txt" in told.out
     assert told.err == "vedette: plugin 'main' of bad-dist 1.0: its vedette_files failed: ValueError: no ink\n"
+
+
+FIGURE = """
+
+class Largest:
+    most = None
+
+    def add(self, block):
+        if block.pairs.square.size:
+            self.most = max(self.most or 0.0, float(block.pairs.square.max() ** 0.5))
+
+    def value(self):
+        return self.most
+
+@vedette.plugin
+def vedette_figures():
+    from vedette.metrics import Figure
+    return [Figure("NAME", "m", "largest position error", study="STUDY", start=Largest)]
+"""
+
+
+def with_figure(name: str, study: str) -> str:
+    return drifting() + FIGURE.replace("NAME", name).replace("STUDY", study)
+
+
+def test_a_plugins_figure_is_told_of_every_run_and_study(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, distribution: Distribution
+) -> None:
+    monkeypatch.setattr("vedette_report.commands.run.can_draw", lambda: False)
+    distribution("large-dist", "vedette_test_large", with_figure("largest_m", "largest"))
+    scene, out = _scene(tmp_path), tmp_path / "out"
+    assert main(["run", str(scene), "--out", str(out), "--report"]) == 0
+    found = json.loads((out / "summary.json").read_text())
+    assert found["largest_m"] > found["position_rmse_m"]
+    assert f"{found['largest_m']:.3g} m: largest position error" in (out / "summary.txt").read_text()
+    (row,) = (row for row in metrics([found], (), (), "m")["rows"] if row["name"] == "largest_m")
+    assert (row["about"], row["unit"], row["values"]) == ("largest position error", "m", [found["largest_m"]])
+    study = vedette.monte_carlo(scene, runs=2, seed=1)
+    assert study.means(0)["largest"].value > 0
+    assert study.data()["units"]["largest"] == "m"
+
+
+@pytest.mark.parametrize(("name", "study"), [("gospa_m", "own"), ("own_m", "gospa"), ("two words", "own")])
+def test_a_plugin_with_a_figure_that_there_is_already_is_set_aside(
+    distribution: Distribution, name: str, study: str
+) -> None:
+    distribution("large-dist", "vedette_test_large", with_figure(name, study))
+    (aside,) = Registry.installed().broken
+    assert name in aside.error
 
 
 def _scene(folder: Path) -> Path:

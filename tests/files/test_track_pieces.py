@@ -9,7 +9,7 @@ from vedette.cli import main
 from vedette_files.geodesy import Origin
 from vedette_files.terms import Terms
 from vedette_files.track_pieces import geojson_pieces, parquet_pieces
-from vedette_report import streaming
+from vedette_report import series
 
 CONFIG = """
 estimator = { kind = "kalman", motion = { kind = "constant_velocity", sigma_accel = 0.1 } }
@@ -38,7 +38,7 @@ def both(tmp_path_factory):
     (folder / "c.toml").write_text(CONFIG.replace("PATH", str(folder / "d.parquet")))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("vedette_report.drawing.can_draw", lambda: False)
-        patch.setattr(streaming, "_SCANS", 6)
+        patch.setattr(series, "SCANS", 6)
         for name, options in (("kept", []), ("streamed", ["--stream"])):
             assert main(["run", str(folder / "c.toml"), "--out", str(folder / name), *options]) == 0
     return folder / "kept", folder / "streamed"

@@ -12,7 +12,7 @@ from support.results import config
 from vedette.cli import main
 from vedette_files import read_series, read_tracks
 from vedette_files.series import SeriesFile
-from vedette_report.page.metrics import MEANINGS, metrics
+from vedette_report.page.metrics import meanings, metrics
 
 
 @pytest.fixture(scope="module")
@@ -80,7 +80,7 @@ def test_figures_stand_side_by_side_with_their_units():
 def test_every_figure_of_a_summary_has_words(folders):
     figures = json.loads((folders[1] / "summary.json").read_text())
     names = {row["name"].split(".")[0] for row in metrics([figures], ("a", "b"), ("x", "y"), "m")["rows"]}
-    assert names <= set(MEANINGS)
+    assert names <= set(meanings())
     assert {"position_rmse_m", "gospa_m", "nis", "mode_prob"} <= names
 
 

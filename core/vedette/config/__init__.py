@@ -26,7 +26,7 @@ from vedette.config.files import check_size, read_file
 from vedette.config.hooks import plugin
 from vedette.config.overrides import KeyPath, apply_changes, apply_overrides, path_of
 from vedette.config.parameters import Maybe, Parameter, holds_parts, parameters, plain
-from vedette.config.plugins import answers, load_plugins, warnings_of
+from vedette.config.plugins import answers, installed_figures, load_plugins, warnings_of
 from vedette.config.registry import Registry
 from vedette.config.suggestions import did_you_mean
 from vedette.config.usual import with_birth
@@ -48,6 +48,7 @@ __all__ = [
     "build",
     "did_you_mean",
     "holds_parts",
+    "installed_figures",
     "load",
     "load_plugins",
     "parameters",

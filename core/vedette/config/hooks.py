@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from vedette.experiment import Experiment, Result
+    from vedette.metrics import Figure
     from vedette.tracking.intake import Intake
 
 plugin = pluggy.HookimplMarker("vedette")
@@ -56,3 +57,11 @@ def vedette_warnings(intake: Intake, recording: Recording, sensors: Mapping[str,
 @specification
 def vedette_page(folder: Path, arguments: Namespace) -> Path | None:
     """Write the page that `vedette report` was asked for, if this plugin wrote the `folder`, and return it; else None."""
+
+
+@specification
+def vedette_figures() -> Iterable[Figure]:  # type: ignore[empty-body]
+    """Return figures that this plugin judges runs by: name, unit, sentence, how they sum over runs, and what computes them.
+
+    They stand in `summary.json`, the summary, the page of a run, and, if they have a name for studies, in these.
+    """

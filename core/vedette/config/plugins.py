@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from attrs import field, frozen
@@ -10,6 +11,7 @@ from attrs import field, frozen
 from vedette.config.contract import Installed, check_version, described
 from vedette.config.parameters import role_of
 from vedette.errors import PluginError
+from vedette.metrics.score import FIGURES, Figure
 from vedette.roles import Component, Sensor
 from vedette.tracking.intake import Intake
 from vedette.types import Recording
@@ -28,6 +30,7 @@ class Loaded:
     distribution: str
     entry_point: str
     entries: tuple[Installed, ...]
+    figures: tuple[Figure, ...]
     hooks: Any = field(repr=False, eq=False)
 
     def __str__(self) -> str:
@@ -89,7 +92,8 @@ def _load(point: EntryPoint, name: str, version: str) -> Loaded | SetAside:
         hooks = _hooks(module)
         classes = _components(hooks)
         kinds = _kinds(classes)
-        return Loaded(owner, point.name, tuple(described(cls, name, version) for cls in classes), hooks)
+        entries = tuple(described(cls, name, version) for cls in classes)
+        return Loaded(owner, point.name, entries, _figures(hooks), hooks)
     except PluginError as error:
         reason = str(error)
     except (Exception, SystemExit) as error:
@@ -125,6 +129,26 @@ def _components(hooks: Any) -> list[type[Component]]:
     if not brought:
         raise PluginError("its function `vedette_components` returns nothing")
     return list({id(cls): cls for classes in brought for cls in classes}.values())
+
+
+def _figures(hooks: Any) -> tuple[Figure, ...]:
+    """Return the figures that the hook of a plugin provides; PluginError for one that cannot be told or computed."""
+    brought = tuple(figure for figures in hooks.vedette_figures() for figure in figures)
+    taken = {figure.name for figure in FIGURES} | {figure.study for figure in FIGURES if figure.study}
+    for figure in brought:
+        if not isinstance(figure, Figure) or figure.start is None:
+            raise PluginError(f"its figures must be vedette.metrics.Figure with a start, got {figure!r}")
+        if clash := taken & {figure.name, figure.study}:
+            raise PluginError(f"figure {figure.name!r}: there is one of the name {clash.pop()!r} already")
+        taken |= {figure.name} | ({figure.study} if figure.study else set())
+    return brought
+
+
+@cache
+def installed_figures() -> tuple[Figure, ...]:
+    """Return the figures of all plugins; of those of one name, the first."""
+    brought = {figure.name: figure for plugin in reversed(load_plugins()[0]) for figure in reversed(plugin.figures)}
+    return tuple(reversed(brought.values()))
 
 
 def _kinds(classes: Iterable[Any]) -> tuple[tuple[str, str], ...]:

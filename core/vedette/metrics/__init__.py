@@ -8,22 +8,26 @@ from vedette.metrics.errors import rmse, rmse_over_runs
 from vedette.metrics.gospa import Gospa, distances, gospa, ospa
 from vedette.metrics.histories import Entries, positions, truth_at, velocities
 from vedette.metrics.hota import Hota, hota
-from vedette.metrics.judgement import gates_of, judge, nis_ratio
 from vedette.metrics.matching import Match, Pairs, match
 from vedette.metrics.noises import at_fault
 from vedette.metrics.ospa2 import ospa2
 from vedette.metrics.pixels import pixel_figures
-from vedette.metrics.running import Block, RunningJudge
-from vedette.metrics.score import Judge, Score, TruthScore
+from vedette.metrics.running import ENTRIES, SCANS, Block, RunningJudge, gate_of, judge, space_of
+from vedette.metrics.score import FIGURES, OF_OBJECTS, Figure, Judge, Score, TruthScore
 from vedette.metrics.siap import Siap, siap
 from vedette.metrics.trajectory import TrajectoryGospa, trajectory_gospa
 
 __all__ = [
+    "ENTRIES",
+    "FIGURES",
     "NONE",
+    "OF_OBJECTS",
+    "SCANS",
     "Block",
     "Bound",
     "Clear",
     "Entries",
+    "Figure",
     "Gospa",
     "Hota",
     "Indices",
@@ -42,8 +46,8 @@ __all__ = [
     "covering",
     "distances",
     "enumerated_bound",
+    "gate_of",
     "gate_truncation",
-    "gates_of",
     "gospa",
     "hota",
     "information",
@@ -51,7 +55,6 @@ __all__ = [
     "judge",
     "match",
     "nees",
-    "nis_ratio",
     "ospa",
     "ospa2",
     "pixel_figures",
@@ -60,6 +63,7 @@ __all__ = [
     "rmse",
     "rmse_over_runs",
     "siap",
+    "space_of",
     "switches",
     "trajectory_gospa",
     "truth_at",

@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from attrs import evolve
 
 from vedette.commands import DONE, INTERRUPTED, options
 from vedette.config import load
 from vedette.errors import ConfigError, Problem
 from vedette.experiment import Experiment, Result, Steps
-from vedette.metrics import judge
 from vedette.progress import on_terminal
 from vedette.tracking import check_smoothing
 from vedette.types import LazyScans
@@ -50,22 +50,21 @@ def run(arguments: Namespace) -> int:
         steps = experiment.steps(strict=arguments.strict, progress=progress, named=np.inf)
         if arguments.stream or (not keep and len(steps.recording.scans) > LONG):
             return _stream(experiment, steps, folder, arguments)
-        result, packed = recorded_run(experiment, steps, keep_states=lag is not None)
-    tracker, truth = experiment.tracker, result.recording.truth
-    score = judge(result.tracks, truth, result.scans, experiment.judge, tracker.gate.probability, tracker.sensors)
-    found = figures(experiment, result, score)
-    text = summary(experiment, result, score)
+        recorded = recorded_run(experiment, steps, keep_states=lag is not None)
+    result, judged = recorded.result, recorded.judged
+    score = judged.score
+    found, text = figures(experiment, result, score), summary(experiment, result, score, judged.bands)
     smoothed = None if lag is None else smooth_result(experiment, result, lag)
     if smoothed is not None:
         found, text = (
             found | {"smoothed": smoothed_figures(smoothed)},
             text + smoothed_summary(score, smoothed, length_unit(experiment)),
         )
-    written = write_files(folder, experiment, result, found, text) + write_series(folder, packed)
+    written = write_files(folder, experiment, result, found, text) + write_series(folder, recorded.packed)
     if smoothed is not None:
         written += write_smoothed(folder, experiment, result, smoothed)
     if pictures.possible():
-        written += pictures.of_run(result, folder)
+        written += pictures.of_run(evolve(result, judged=judged), folder)
     if arguments.report:
         written += [_page(folder)]
     further, problems = write_of_plugins(folder, experiment, result)

@@ -5,61 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-MEANINGS = {
-    "scans": ("scans that were judged", ""),
-    "tracks": ("tracks that were ever confirmed", ""),
-    "begun": ("tracks begun", ""),
-    "position_rmse_m": ("position error, RMS while covered", "m"),
-    "position_deviation_m": ("position error that the covariances expect", "m"),
-    "velocity_rmse_mps": ("velocity error, RMS while covered", "m/s"),
-    "bias_m": ("mean error", "m"),
-    "coverage": ("part of the scans in which an object is covered", ""),
-    "confirmed_after_s": ("wait until an object is first covered", "s"),
-    "id_switches": ("identity switches", ""),
-    "false_tracks": ("confirmed tracks that cover nothing, at a time", ""),
-    "lost": ("part of the objects that are lost", ""),
-    "nees_position": ("NEES of the position over what is expected", ""),
-    "nees_state": ("NEES of the state over what is expected", ""),
-    "nis": ("NIS over what is expected", ""),
-    "mode_prob": ("mean mode probability", ""),
-    "gospa_m": ("GOSPA, without tracks far from all objects", "m"),
-    "gospa_localisation": ("GOSPA's part from errors", "m^p"),
-    "gospa_missed": ("GOSPA's part from objects without a track", "m^p"),
-    "gospa_false": ("GOSPA's part from tracks without an object", "m^p"),
-    "gospa_all_m": ("GOSPA of all confirmed tracks", "m"),
-    "ospa_m": ("OSPA", "m"),
-    "trajectory_gospa_m": ("trajectory GOSPA a scan", "m"),
-    "trajectory_gospa_localisation": ("its part from errors", "m^p"),
-    "trajectory_gospa_missed": ("its part from objects without a track", "m^p"),
-    "trajectory_gospa_false": ("its part from tracks without an object", "m^p"),
-    "trajectory_gospa_switches": ("its part from identity switches", "m^p"),
-    "ospa2_m": ("OSPA(2) of whole tracks", "m"),
-    "mota": ("MOTA", ""),
-    "motp_m": ("MOTP, mean distance of covered objects", "m"),
-    "hota": ("HOTA", ""),
-    "hota_detection": ("HOTA's part of detection", ""),
-    "hota_association": ("HOTA's part of association", ""),
-    "hota_localisation": ("HOTA's part of localisation", ""),
-    "siap_completeness": ("SIAP completeness", ""),
-    "siap_ambiguity": ("SIAP ambiguity", ""),
-    "siap_spuriousness": ("SIAP spuriousness", ""),
-    "siap_position_m": ("SIAP position error", "m"),
-    "siap_velocity_mps": ("SIAP velocity error", "m/s"),
-    "siap_changes_per_s": ("SIAP identity switches", "1/s"),
-    "siap_longest": ("SIAP longest track, part of a life", ""),
-    "position_bound_m": ("Cramer-Rao bound of the position error", "m"),
-}
-"""What the figures of `summary.json` are, and their units; docs/metrics.md defines them."""
+from vedette.config import installed_figures
+from vedette.metrics import FIGURES, OF_OBJECTS, Figure
 
-_OF_OBJECTS = {
-    "coverage": ("coverage", ""),
-    "position_rmse_m": ("position error", "m"),
-    "velocity_rmse_mps": ("velocity error", "m/s"),
-    "id_switches": ("identity switches", ""),
-    "confirmed_after_s": ("first covered", "s"),
-}
+_BEGUN = Figure("begun", "1", "tracks begun")
 _LEFT_OUT = ("seed", "scans_taken", "returns", "refused")
 """Numbers of a summary that are no figures of its tracks."""
+
+
+def meanings() -> dict[str, Figure]:
+    """Return what the figures of `summary.json` are, by name, plugins' too; docs/metrics.md defines Vedette's."""
+    return {of.name: of for of in (_BEGUN, *FIGURES, *installed_figures())}
 
 
 def metrics(figures: Sequence[Mapping[str, Any]], modes: Sequence[str], axes: Sequence[str], unit: str) -> dict[str, Any]:
@@ -68,15 +24,16 @@ def metrics(figures: Sequence[Mapping[str, Any]], modes: Sequence[str], axes: Se
     Of several runs it returns the figures that two of them have.
     `modes` names the modes, `axes` those of the map, `unit` is that of positions.
     """
-    names = [*MEANINGS, *(name for each in figures for name in each if name not in MEANINGS and name not in _LEFT_OUT)]
+    known = meanings()
+    names = [*known, *(name for each in figures for name in each if name not in known and name not in _LEFT_OUT)]
     least = min(2, len(figures))
     rows = [row for name in dict.fromkeys(names) for row in _rows(name, figures, modes, axes, unit) if _known(row) >= least]
     found = [{each["name"]: each for each in run.get("truths") or ()} for run in figures]
     told = []
     for true in dict.fromkeys(name for run in found for name in run if sum(name in each for each in found) >= least):
-        cells = {name: [_number(run.get(true, {}).get(name)) for run in found] for name in _OF_OBJECTS}
+        cells = {of.name: [_number(run.get(true, {}).get(of.name)) for run in found] for of in OF_OBJECTS}
         told.append({"name": true, **cells})
-    heads = {name: [words, _unit(of, unit)] for name, (words, of) in _OF_OBJECTS.items()}
+    heads = {of.name: [of.about, _unit(of.unit, unit)] for of in OF_OBJECTS}
     return {"rows": rows, "objects": told, "of_objects": heads}
 
 
@@ -84,7 +41,8 @@ def _rows(
     name: str, figures: Sequence[Mapping[str, Any]], modes: Sequence[str], axes: Sequence[str], unit: str
 ) -> list[dict[str, Any]]:
     values = [run.get(name) for run in figures]
-    about, of = MEANINGS.get(name, (name.replace("_", " "), ""))
+    figure = meanings().get(name)
+    about, of = (name.replace("_", " "), "") if figure is None else (figure.about, figure.unit)
     if any(isinstance(value, list) and all(_number(part) is not None for part in value) and value for value in values):
         longest = max(len(value) for value in values if isinstance(value, list))
         parts = {"mode_prob": modes, "bias_m": axes}.get(name, ())
@@ -105,7 +63,9 @@ def _known(row: dict[str, Any]) -> int:
 
 
 def _unit(of: str, unit: str) -> str:
-    """Return a unit of length in px where positions are."""
+    """Return a unit as it is shown: none of a pure number, lengths in px where positions are."""
+    if of == "1":
+        return ""
     return of.replace("m", unit, 1) if of.startswith("m") else of
 
 
