@@ -168,6 +168,8 @@ def test_what_is_known_of_tracks_that_ended_is_forgotten(run, monkeypatch):
     monkeypatch.setattr(judging_module, "_REMEMBERED", 0)
     monkeypatch.setattr(judging_module, "RETURNS", 5)
     judging = judging_of(run, OPTIONS["strict"], 5, keep=np.inf)
+    assert judging._most > 0, "it forgot now and then"
+    judging._forget()
     last = {track for state in run[1].states[-10:] for track in state.ids.tolist()}
     for known in (judging._seen, judging._confirmed, judging._held.owner, judging._held_longer.owner):
         assert set(known) <= last

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from functools import cache
+from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any
 
 from attrs import field, frozen
@@ -58,9 +58,15 @@ def load_plugins() -> tuple[tuple[Loaded, ...], tuple[SetAside, ...]]:
     """Load what the entry points of the group `vedette` name: the plugins to use, and those set aside."""
     from importlib.metadata import entry_points
 
+    points = tuple(entry_points(group=GROUP))
+    return _loaded(points, tuple("" if point.dist is None else str(point.dist.locate_file("")) for point in points))
+
+
+@lru_cache(maxsize=1)
+def _loaded(points: tuple[EntryPoint, ...], places: tuple[str, ...]) -> tuple[tuple[Loaded, ...], tuple[SetAside, ...]]:
+    """Load plugins once, while what is installed, and in which `places`, stays the same."""
     used: list[Loaded] = []
     aside: list[SetAside] = []
-    points = entry_points(group=GROUP)
     owners = {id(dist): _owner(dist) for dist in {id(point.dist): point.dist for point in points}.values()}
     for point in sorted(points, key=lambda point: (owners[id(point.dist)], point.name)):
         found = _load(point, *owners[id(point.dist)])

@@ -85,6 +85,7 @@ class RunningJudge:
         self._under_way = False
         self._confirmed: set[int] = set()
         self._seen: dict[int, int] = {}
+        self._most = _REMEMBERED
         self._rows: list[dict[str, Any]] = []
         self._held, self._held_longer = Held(len(truth)), Held(len(truth))
         self._sets, self._later, self._errors, self._nis = Total(), Total(), Errors(), Nis()
@@ -106,7 +107,7 @@ class RunningJudge:
         columns = {"track": names, "mean": estimate.mean, "cov": estimate.cov, "nis": nis, "hit": hit, "modes": modes}
         kept = {name: values[confirmed] for name, values in columns.items() if name != "track" and values is not None}
         bare = scan if scan.frame is None else evolve(scan, frame=None)  # frames of a whole block would not fit
-        self._rows.append({"scan": bare, "gate": gate_of(scan, self._gate), "track": names, "ids": ids, **kept})
+        self._rows.append({"scan": bare, "gate": gate_of(scan, self._gate), "track": names, **kept})
 
     def finish_block(self) -> Block | None:
         """Judge the scans since the last block, and forget them; None if there are none."""
@@ -116,9 +117,10 @@ class RunningJudge:
         gates = np.array([row["gate"] for row in rows])
         block = self.judged([row["scan"] for row in rows], self._entries(rows), gates)
         for i, row in enumerate(rows):
-            self._seen |= dict.fromkeys(row["ids"].tolist(), self._scans - len(rows) + i)
-        if len(self._seen) > _REMEMBERED:
+            self._seen |= dict.fromkeys(row["track"].tolist(), self._scans - len(rows) + i)
+        if len(self._seen) > self._most:
             self._forget()
+            self._most = max(_REMEMBERED, 2 * len(self._seen))  # so that it is done seldom
         return block
 
     def judged(self, scans: Sequence[Scan], entries: Entries, gates: Array) -> Block:
