@@ -15,7 +15,7 @@ from vedette.tracking.branching import Branched, branched
 from vedette.tracking.clusters import Pairs, by_cluster
 from vedette.tracking.expected import Expected
 from vedette.tracking.lineage import Gates
-from vedette.tracking.meeting import Met
+from vedette.tracking.meeting import Met, Part
 from vedette.types import Detections, Frame
 from vedette.values import maker
 
@@ -26,18 +26,20 @@ UNCLAIMED: Array = np.zeros(0)
 class Associated:
     """What associating a scan's meetings gave.
 
-    weights   of each meeting, as the associator gave them
-    table     weights (*b, t, 1+w), squared distances (*b, t, w) and returns (t, w) or None, as a `State` keeps them
-    seen      of each track: the probability of having been detected, its existence, and P_D (leaves: of those
-              that met the scan); None where it is permanent
+    weights (*b, t, 1+w), squared distances (*b, t, w) and returns (t, w) or None are as a `State` keeps them
+    parts     of each part of the meeting, its weights (g, 1, 1+w); None where all rows met all returns
+    seen      of each track: the probability of having been detected, its existence, and P_D, of leaves that of
+              those that met the scan; None where tracks are permanent
     claims    (k,) the probability that a return is from an existing track
     approximated  number of tracks whose weights are not exact
     gates     the returns in the tracks' gates; None where no track splits or merges
     branched  the leaves that the associator made of those that met, where it keeps hypotheses
     """
 
-    weights: Sequence[Array]
-    table: tuple[Array, Array, Indices | None]
+    weights: Array
+    distances: Array
+    returns: Indices | None
+    parts: Sequence[Array] | None
     seen: tuple[Array, Array, Array] | None
     claims: Array
     approximated: int
@@ -48,16 +50,17 @@ class Associated:
 new_associated = maker(Associated)
 
 
-def associate(it: Expected, met: Sequence[Met]) -> Associated:
+def associate(it: Expected, met: Met) -> Associated:
     """Return which row took which return; tracks that meet all returns at once, pairs in clusters, leaves as hypotheses."""
-    plan, first = it.plan, met[0]
+    plan = it.plan
     if plan.keeps_hypotheses:
-        return _of_leaves(it, first)
-    if first.rows is not None:
-        return _of_pairs(it, met)
-    scores, innovation, observed = first.scores, first.innovation, it.observed
-    framed = not it.gate.axes
+        return _of_leaves(it, met)
+    if met.parts is not None:
+        return _of_pairs(it, met.parts)
+    scores, innovation, observed, framed = met.scores, met.innovation, it.observed, not it.gate.axes
     weights = plan.associator.associate(scores, None) if not framed and observed.evidence is None else _weighed(it, scores)
+    if plan.keeps_tracks and not plan.approximates:
+        return new_associated(weights, innovation.nis, None, None, None, UNCLAIMED, 0, None, None)
     seen, gates, claims, approximated = None, None, UNCLAIMED, 0
     if plan.approximates and not framed:
         approximated = int(np.count_nonzero(plan.associator.approximated(scores)))
@@ -68,7 +71,7 @@ def associate(it: Expected, met: Sequence[Met]) -> Associated:
             gates = Gates(it.state.ids, it.state.confirmed, it.state.born, it.state.ids, scores, None, None)
     if plan.begins and not framed:
         claims = births.claimed(weights[..., 1:], plan.exclusive)
-    return new_associated([weights], (weights, innovation.nis, None), seen, claims, approximated, gates, None)
+    return new_associated(weights, innovation.nis, None, None, seen, claims, approximated, gates, None)
 
 
 def _weighed(it: Expected, scores: Array) -> Array:
@@ -93,11 +96,10 @@ def _of_leaves(it: Expected, met: Met) -> Associated:
     unseen = np.divide(missed, absent, out=np.zeros_like(absent), where=absent > 0)
     seen = (choice > 0).astype(float), np.where(choice > 0, 1.0, unseen), (1.0 - np.exp(loglik)) / it.plan.p_gate
     gates = Gates(state.ids, state.confirmed, state.born, leaves.ids, met.scores, None, after.newborn.returns)
-    table = weights, met.innovation.distance[parent], None
-    return Associated([weights], table, seen, after.claims, 0, gates, after)
+    return Associated(weights, met.innovation.distance[parent], None, None, seen, after.claims, 0, gates, after)
 
 
-def _of_pairs(it: Expected, met: Sequence[Met]) -> Associated:
+def _of_pairs(it: Expected, met: Sequence[Part]) -> Associated:
     """Return the weights of pairs within gates, clusters of tracks that share returns being associated as a batch."""
     plan, observed = it.plan, it.observed
     assert isinstance(observed, Detections)
@@ -123,10 +125,10 @@ def _of_pairs(it: Expected, met: Sequence[Met]) -> Associated:
     gates = None
     if not plan.permanent:
         gates = Gates(it.state.ids, it.state.confirmed, it.state.born, it.state.ids, None, returns, None)
-    return Associated(used, (table, distances, returns), seen, claims, approximated, gates, None)
+    return Associated(table, distances, returns, used, seen, claims, approximated, gates, None)
 
 
-def _within_gates(met: Sequence[Met], t: int, k: int) -> tuple[Pairs, list[tuple[Indices, tuple[Indices, Indices]]]]:
+def _within_gates(met: Sequence[Part], t: int, k: int) -> tuple[Pairs, list[tuple[Indices, tuple[Indices, Indices]]]]:
     """Return the pairs within gates by tracks, and where in `Pairs` and in each meeting those of the meeting are."""
     inside: list[Any] = [np.nonzero(np.isfinite(part.scores[:, 0, 1:])) for part in met]
     rows: list[Any] = [part.rows for part in met]

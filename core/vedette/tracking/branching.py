@@ -76,18 +76,12 @@ def branched(it: Expected, scores: Array) -> Branched:
     return Branched(branching, branching.parent[old], branching.choice[old], newborn, claims)
 
 
-def branch_out(
-    it: Expected, by: Branched, belief: Any, table: tuple[Array, Array, Any], seen: Any
-) -> tuple[Rows, Leaves, Any]:
-    """Return the tracks that are shown after a scan, the leaves that stay, and the birth's memory.
+def branch_out(it: Expected, by: Branched, rows: Rows, p_detect: Array) -> tuple[Rows, Any, Leaves, int]:
+    """Return the tracks that are shown after a scan, the birth's memory, the leaves that stay, and how many tracks begin.
 
-    belief: that of the leaves that continue others, with their weights and distances; seen: their existence is the second
-    of it, and P_D of the leaves that met the scan the third.
+    rows: the leaves that continue others, updated; p_detect: P_D of the leaves before the scan.
     """
     associator, branching = _associator(it), by.branching
-    leaves, (_, existence, p_detect) = it.state.leaves, seen
-    memory, ids, confirmed = (trees.take(part, by.parent, 0) for part in (leaves.memory, leaves.ids, leaves.confirmed))
-    rows = Rows(belief, memory, ids, existence, confirmed, *table)
     if len(by.parent) < len(branching.parent):
         begun = np.searchsorted(by.newborn.returns, branching.choice[len(by.parent) :] - 1)
         begin = trees.take(by.newborn, begun, 0)
@@ -111,7 +105,7 @@ def branch_out(
         shown_existence, alive = rows.existence, np.ones(len(rows.ids), dtype=bool)
     shown = associator.reported(branching.hypotheses, rows.existence)
     shown = shown[alive[shown]]
-    return trees.take(evolve(rows, existence=shown_existence), shown, 0), after, unseen
+    return trees.take(evolve(rows, existence=shown_existence), shown, 0), unseen, after, len(by.newborn.returns)
 
 
 def _associator(it: Expected) -> HypothesisAssociator:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,8 @@ from vedette.tracking.state import State
 from vedette.types import Detections, Frame, Gaussian, Innovation, Scan
 from vedette.values import maker
 
+NEVER = -math.inf
+"""The time of a state before the first scan, whenever that is."""
 UNMODELLED = None, None, None
 """What a birth that models no undetected targets has: no memory, no density of returns, nothing to begin tracks with."""
 
@@ -93,7 +96,7 @@ def expect(plan: Plan, state: State, scan: Scan, observed: Detections | Frame) -
     """Return what is expected of a scan, with `observed` its returns or frame as they were admitted."""
     gate, estimator = plan.gates[scan.sensor], plan.estimator
     sensor = gate.sensor if scan.pose is None else gate.sensor.at(scan.pose)
-    dt = scan.time - state.time if state.time != -np.inf else 0.0
+    dt = scan.time - state.time if state.time != NEVER else 0.0
 
     rng = state.seed.generator(state.steps) if plan.draws else NO_DRAWS
     rows = state.leaves if plan.keeps_hypotheses else state

@@ -25,12 +25,22 @@ from vedette.values import maker
 class Met:
     """Rows that met returns: their predicted belief, its innovation and the log scores, column 0 of which is the miss.
 
-    All rows and all returns, scores (*b, t, 1+k), rows and returns None; or `rows` (g,) of them, each alone with `returns`
-    (g, w) of its own, -1 for none: then the belief leads with (g, 1), and scores are (g, 1, 1+w).
+    All rows met all returns, scores (*b, t, 1+k); then `parts` is None. Or each row met few: `parts` are the meetings of
+    rows with as many returns each.
     """
 
-    rows: Indices | None
-    returns: Indices | None
+    belief: Any
+    innovation: Any
+    scores: Any
+    parts: tuple[Part, ...] | None
+
+
+@frozen(eq=False)
+class Part:
+    """Rows (g,) that met `returns` (g, w) of their own, -1 for none, each as a run of one row: scores (g, 1, 1+w)."""
+
+    rows: Indices
+    returns: Indices
     belief: Any
     innovation: Innovation
     scores: Array
@@ -39,14 +49,14 @@ class Met:
 new_met = maker(Met)
 
 
-def meet(it: Expected) -> list[Met]:
-    """Return the meetings of rows and returns: one of all with all, or those of pairs within gates, one for each width."""
+def meet(it: Expected) -> Met:
+    """Return how rows and returns met: all with all, or where there are many, those that may be within gates."""
     plan, observed = it.plan, it.observed
     if it.scan.detections.z.size > FEW and is_sparse(plan, it.state, it.scan) and isinstance(observed, Detections):
-        return [_of_few(it, observed, rows, returns) for rows, returns in _candidates(it, observed)]
+        return Met(None, None, None, tuple(_of_few(it, observed, *few) for few in _candidates(it, observed)))
     innovation = plan.estimator.evaluate(it.belief, it.sensor, observed, plan.p_gate)
     scores = plan.gate.scores(innovation, it.sensor, observed, it.existence, it.gate, it.rate)
-    return [new_met(None, None, it.belief, innovation, scores)]
+    return new_met(it.belief, innovation, scores, None)
 
 
 def _candidates(it: Expected, observed: Detections) -> list[tuple[Indices, Indices]]:
@@ -73,7 +83,7 @@ def _candidates(it: Expected, observed: Detections) -> list[tuple[Indices, Indic
     return groups
 
 
-def _of_few(it: Expected, observed: Detections, rows: Indices, returns: Indices) -> Met:
+def _of_few(it: Expected, observed: Detections, rows: Indices, returns: Indices) -> Part:
     """Return the meeting of tracks, as runs of one track each, with returns of their own."""
     belief = trees.take(it.belief, rows[:, None], 0)
     evidence = None if observed.evidence is None else observed.evidence[returns]
@@ -82,4 +92,4 @@ def _of_few(it: Expected, observed: Detections, rows: Indices, returns: Indices)
     innovation = it.plan.estimator.evaluate(belief, it.sensor, detections, it.plan.p_gate)
     rate = None if it.rate is None else it.rate[returns][:, None, :]
     scores = it.plan.gate.scores(innovation, it.sensor, detections, it.existence[rows, None], it.gate, rate)
-    return Met(rows, returns, belief, innovation, scores)
+    return Part(rows, returns, belief, innovation, scores)

@@ -23,7 +23,8 @@ class Plan:
     """A tracker's parts, the gate of each sensor, the sensors whose returns may start tracks, and the parts' traits.
 
     keeps_hypotheses: rows are leaves of tracks, and `associator` is a `HypothesisAssociator`; by_pairs: of many tracks and
-    returns, only pairs within gates are worked on; begins: the birth takes part in scans; models_unseen: and has a memory.
+    returns, only pairs within gates are worked on; begins: the birth takes part in scans; models_unseen: and has a memory;
+    keeps_tracks: the tracks after a scan are those before it.
     """
 
     estimator: Estimator[Any]
@@ -43,6 +44,7 @@ class Plan:
     exclusive: bool
     certain: bool
     permanent: bool
+    keeps_tracks: bool
     begins: bool
     models_unseen: bool
 
@@ -61,9 +63,11 @@ def planned(
     _check_existence(birth, lifecycle)
     check_spread(lifecycle, estimator.state)
     starting = frozenset(_starters(birth, sensors, estimator))
+    keeps_hypotheses = isinstance(associator, HypothesisAssociator)
     if isinstance(associator, HypothesisAssociator):
         _check_hypotheses(associator, estimator, lifecycle, sensors)
     models_unseen = birth is not None and birth.models_unseen
+    begins = bool(starting) or models_unseen
     return Plan(
         estimator=estimator,
         associator=associator,
@@ -77,12 +81,13 @@ def planned(
         draws=estimator.draws or (birth is not None and birth.draws),
         reframes=estimator.reframes,
         by_pairs=estimator.bounded and associator.by_cluster,
-        keeps_hypotheses=isinstance(associator, HypothesisAssociator),
+        keeps_hypotheses=keeps_hypotheses,
         approximates=associator.approximates,
         exclusive=associator.exclusive,
         certain=lifecycle.certain,
         permanent=lifecycle.permanent,
-        begins=bool(starting) or models_unseen,
+        keeps_tracks=lifecycle.permanent and not begins and not keeps_hypotheses,
+        begins=begins,
         models_unseen=models_unseen,
     )
 

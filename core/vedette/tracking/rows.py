@@ -12,7 +12,6 @@ from vedette.tracking.places import places
 from vedette.tracking.plan import Plan
 from vedette.tracking.spread import largest_deviation
 from vedette.types import Review
-from vedette.values import maker
 
 
 @frozen(eq=False)
@@ -27,9 +26,6 @@ class Rows:
     weights: Array
     distances: Array
     returns: Indices | None
-
-
-new_rows = maker(Rows)
 
 
 def judged(
