@@ -27,7 +27,7 @@ from vedette.space import Array, Mask, Space
 from vedette.supporting import ImagingSensor
 from vedette.testing.followed import Followed, followed
 from vedette.testing.judging import Misuse
-from vedette.tracking.expected import Expected
+from vedette.tracking import Expected
 from vedette.tracking.state import State
 from vedette.tracking.tracker import Tracker
 from vedette.types import Gaussian, Track, Trajectory

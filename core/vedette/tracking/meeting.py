@@ -53,10 +53,15 @@ def meet(it: Expected) -> Met:
     """Return how rows and returns met: all with all, or where there are many, those that may be within gates."""
     plan, observed = it.plan, it.observed
     if it.scan.detections.z.size > FEW and is_sparse(plan, it.state, it.scan) and isinstance(observed, Detections):
-        return Met(None, None, None, tuple(_of_few(it, observed, *few) for few in _candidates(it, observed)))
+        return _met_in_parts(it, observed)
     innovation = plan.estimator.evaluate(it.belief, it.sensor, observed, plan.p_gate)
     scores = plan.gate.scores(innovation, it.sensor, observed, it.existence, it.gate, it.rate)
     return new_met(it.belief, innovation, scores, None)
+
+
+def _met_in_parts(it: Expected, observed: Detections) -> Met:
+    """Return the meetings of rows with the returns in the boxes around their gates."""
+    return Met(None, None, None, tuple(_of_few(it, observed, *few) for few in _candidates(it, observed)))
 
 
 def _candidates(it: Expected, observed: Detections) -> list[tuple[Indices, Indices]]:

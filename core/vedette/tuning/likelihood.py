@@ -10,7 +10,7 @@ from attrs import define, evolve, field
 from vedette import kernels
 from vedette.hypotheses import HypothesisAssociator
 from vedette.space import Array
-from vedette.tracking.expected import Expected
+from vedette.tracking import Expected
 from vedette.tracking.state import State
 from vedette.tracking.tracker import Tracker
 from vedette.tuning.view import Cover

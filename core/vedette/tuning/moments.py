@@ -13,7 +13,7 @@ from vedette.metrics.noises import at_fault
 from vedette.roles import Sensor
 from vedette.space import Array
 from vedette.supporting import ImagingSensor
-from vedette.tracking.expected import Expected
+from vedette.tracking import Expected
 from vedette.tracking.state import State
 from vedette.tracking.tracker import Tracker
 from vedette.types import Gaussian
