@@ -9,8 +9,6 @@ from vedette.tracking import expected
 
 MEANS = np.array([[0.0, 0.0, 5.0, 0.0], [300.0, 0.0, 0.0, -5.0]])
 PRIOR = Gaussian(MEANS, np.tile(np.diag([9.0, 9.0, 1.0, 1.0]), (2, 1, 1)))
-    np.array([[0.0, 0.0, 5.0, 0.0], [300.0, 0.0, 0.0, -5.0]]), np.tile(np.diag([9.0, 9.0, 1.0, 1.0]), (2, 1, 1))
-)
 RETURNS = [[10.0, 1.0], [302.0, -9.0], [30.0, 40.0], [900.0, 900.0]]
 
 
