@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from attrs import frozen
 
-from vedette.filters import expected_return
 from vedette.space import Array
 from vedette.supporting import ImagingSensor
 from vedette.tracking import State, Tracker
@@ -14,7 +13,7 @@ from vedette_report.plane import Plane
 
 
 @frozen(eq=False)
-class Expected:
+class GatesOnMap:
     """Of tracks (t,): the expected measurement (t, m), the covariance S (t, m, m) of its innovation, and both on the map.
 
     position (t, 2) and cov (t, 2, 2): the gate on the map is where (p - position)' cov^-1 (p - position) is at most the
@@ -27,29 +26,29 @@ class Expected:
     cov: Array
 
     @classmethod
-    def unknown(cls, tracks: int, axes: int) -> Expected:
+    def unknown(cls, tracks: int, axes: int) -> GatesOnMap:
         """Return those of a scan that has none, as a camera's."""
         return cls(*(np.full((tracks, *shape), np.nan) for shape in ((axes,), (axes, axes), (2,), (2, 2))))
 
 
-def gates(tracker: Tracker, scan: Scan, before: State, after: State, plane: Plane | None) -> Expected:
+def gates(tracker: Tracker, scan: Scan, before: State, after: State, plane: Plane | None) -> GatesOnMap:
     """Return the gates of the tracks after a scan, from the prediction of the state before it: S = H P H' + R.
 
     The prediction's mean and covariance stand for the whole belief: the gate of a mixture is the union of its modes'. R is
     the sensor's, or the mean of the returns' own.
     """
     sensor = tracker.sensors[scan.sensor]
-    found = Expected.unknown(len(after.ids), len(sensor.measurement))
+    found = GatesOnMap.unknown(len(after.ids), len(sensor.measurement))
     known, old, new = np.intersect1d(before.ids, after.ids, assume_unique=True, return_indices=True)
     if scan.frame is not None or isinstance(sensor, ImagingSensor) or not len(known):
         return found
-    sensor = sensor if scan.pose is None else sensor.at(scan.pose)
     own = scan.detections.noise
     R = None if own is None or not len(own) else np.mean(own, axis=0)
     with np.errstate(all="ignore"):
-        ahead = tracker.estimator.moments(tracker.predict(before, scan.time))
+        it = tracker.expect(before, scan)
+        sensor, ahead = it.sensor, it.tracks
         ahead = Gaussian(ahead.mean[old], ahead.cov[old])
-        found.expected[new], S, H = expected_return(ahead, tracker.state, sensor, R)
+        found.expected[new], S, H = it.returns_of(ahead, R)
         found.innovation[new] = S
         if plane is not None and plane.within(sensor.observes) and len(sensor.measurement) > 1:
             x = ahead.mean[:, tracker.state.locate(sensor.observes)]

@@ -1,5 +1,6 @@
 """The loop from scans to tracks: validation, gating, states, and the tracks' histories."""
 
+from vedette.tracking.expected import Expected
 from vedette.tracking.faults import check_again, explained
 from vedette.tracking.history import History, from_the_start
 from vedette.tracking.intake import Came, Intake
@@ -14,6 +15,7 @@ from vedette.tracking.trees import Common, join, take
 __all__ = [
     "Came",
     "Common",
+    "Expected",
     "GivenTracks",
     "History",
     "Intake",

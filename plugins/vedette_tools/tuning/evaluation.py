@@ -149,9 +149,10 @@ def _evaluated(data: Data, experiment: Experiment, count: int, moments: bool) ->
     with np.errstate(over="ignore", under="ignore", divide="ignore", invalid="ignore"):
         for before, scan, state in islice(data.run(experiment), count):
             density = None if data.densities is None else data.densities.get(scan.sensor, 0.0)
-            loglik[i], expected = predictive(before, scan, data.covers[i], density)
+            it = experiment.tracker.expect(before, scan)
+            loglik[i], expected = predictive(it, data.covers[i], density)
             if moments:
-                gathering.add(before, scan, state, expected)
+                gathering.add(it, state, expected)
             i += 1
     if i < count or not np.all(np.isfinite(loglik)):
         return None

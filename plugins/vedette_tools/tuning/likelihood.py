@@ -8,12 +8,10 @@ import numpy as np
 from attrs import define, evolve, field
 
 from vedette import kernels
-from vedette.filters import predicted
 from vedette.hypotheses import HypothesisAssociator
-from vedette.sampling import NO_DRAWS
 from vedette.space import Array
-from vedette.tracking import State, Tracker, births
-from vedette.types import Frame, Scan
+from vedette.tracking import Expected, State, Tracker
+from vedette.types import Frame
 from vedette_tools.tuning.view import Cover
 
 NEGLIGIBLE = 40.0
@@ -41,29 +39,20 @@ class Predictive:
 
     tracker: Tracker
     _exists: dict[int, float] = field(init=False, factory=dict)
-    _draws: bool = field(init=False)
     _follows: bool = field(init=False)
 
     def __attrs_post_init__(self) -> None:
-        birth, lifecycle = self.tracker.birth, self.tracker.lifecycle
-        self._draws = self.tracker.estimator.traits.draws or (birth is not None and birth.draws)
+        lifecycle = self.tracker.lifecycle
         self._follows = lifecycle.certain and not lifecycle.permanent
 
-    def __call__(self, before: State, scan: Scan, cover: Cover, density: float | None = None) -> tuple[float, float]:
-        """Return the log-likelihood of a scan given the state before it, and the expected number of returns of no track.
+    def __call__(self, it: Expected, cover: Cover, density: float | None = None) -> tuple[float, float]:
+        """Return the log-likelihood of a scan by what was expected of it, and the expected number of returns of no track.
 
         `density`: that of the clutter, where the tracker counts it itself instead of asking its sensor.
         """
-        tracker, estimator, lifecycle = self.tracker, self.tracker.estimator, self.tracker.lifecycle
-        sensor = tracker.sensor_of(scan)
-        dt = scan.time - before.time if before.time != -math.inf else 0.0
-        rng = before.seed.generator(before.steps) if self._draws else NO_DRAWS
-        rows = before if before.leaves is None else before.leaves
-        observed = scan.detections if scan.frame is None else scan.frame
-        belief = predicted(estimator, rows.belief, dt, rng)
-        existence = self._existence(before, dt) if self._follows else rows.existence
-        existence = existence if lifecycle.certain else lifecycle.predict(existence, dt)
-        innovation = estimator.evaluate(belief, sensor, observed, 1.0)
+        tracker, before, sensor, observed = self.tracker, it.state, it.sensor, it.observed
+        existence = self._existence(before, it.dt) if self._follows else it.existence
+        innovation = tracker.estimator.evaluate(it.belief, sensor, observed, 1.0)
         log_density: Array
         if isinstance(observed, Frame):
             expected, log_density = 0.0, NOTHING
@@ -75,11 +64,9 @@ class Predictive:
                 log_density = tracker.gate.stated_density(sensor, observed)[0]
             else:
                 log_density = np.full(len(observed.z), math.log(max(density, 1e-300)))
-            if tracker.birth is not None and tracker.birth.models_unseen:
-                _, rate, _ = births.reveal(tracker, before, dt, sensor, observed, rng)
-                if rate is not None:
-                    log_density = np.logaddexp(log_density, kernels.safe_log(rate))
-                    expected += self._unseen(before, dt, scan, cover)
+            if it.rate is not None:
+                log_density = np.logaddexp(log_density, kernels.safe_log(it.rate))
+                expected += self._unseen(it, cover)
             hits, evidence = innovation.loglik[:, 1:] - log_density, observed.evidence
             hits = hits if evidence is None else hits + evidence
             if not observed.valid.all():
@@ -88,7 +75,7 @@ class Predictive:
         miss = innovation.loglik[:, 0]
         scores: Array = np.empty(innovation.loglik.shape)
         scores[:, 0], scores[:, 1:] = miss, hits
-        if not lifecycle.permanent:
+        if not tracker.lifecycle.permanent:
             scores[:, 0] = kernels.safe_log(1.0 - existence + existence * np.exp(miss))
             scores[:, 1:] += kernels.safe_log(existence)[:, None]
         if self._follows:
@@ -127,16 +114,14 @@ class Predictive:
         together: Array = kernels.safe_log(likely) + top[:, None]
         return together
 
-    def _unseen(self, state: State, dt: float, scan: Scan, cover: Cover) -> float:
+    def _unseen(self, it: Expected, cover: Cover) -> float:
         """Return how many returns of undetected targets are expected."""
         if not len(cover.points):
             return 0.0
-        seen = evolve(scan.detections, z=cover.points, valid=np.ones(len(cover.points), bool), evidence=None,
+        seen = evolve(it.scan.detections, z=cover.points, valid=np.ones(len(cover.points), bool), evidence=None,
                       noise=None, missing=None)  # fmt: skip
-        sensor = self.tracker.sensor_of(scan)
-        rng = state.seed.generator(state.steps) if self._draws else NO_DRAWS
-        _, rate, _ = births.reveal(self.tracker, state, dt, sensor, seen, rng)
-        return 0.0 if rate is None else cover.total(rate)
+        density = it.undetected_at(seen)
+        return 0.0 if density is None else cover.total(density)
 
 
 def joint_likelihood(scores: Array) -> float:

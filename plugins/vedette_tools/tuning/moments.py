@@ -8,13 +8,12 @@ from typing import Any
 import numpy as np
 from attrs import define, field, frozen
 
-from vedette.filters import expected_return
 from vedette.metrics import at_fault, gate_truncation
 from vedette.roles import Sensor
 from vedette.space import Array
 from vedette.supporting import ImagingSensor
-from vedette.tracking import State, Tracker
-from vedette.types import Gaussian, Scan
+from vedette.tracking import Expected, State, Tracker
+from vedette.types import Gaussian
 
 LAGS = 2
 """Innovations are compared with themselves and with those of so many scans later."""
@@ -101,31 +100,30 @@ class Gathering:
         self.names = names_of(self.tracker.sensors)
         self._at = {name: i for i, name in enumerate(self.names)}
 
-    def add(self, before: State, scan: Scan, state: State, expected: float) -> None:
-        """Take a scan, with the states before and after it and the expected number of returns of no track."""
+    def add(self, it: Expected, state: State, expected: float) -> None:
+        """Take what was expected of a scan, the state after it, and the expected number of returns of no track."""
         sums, variances = np.zeros(len(self.names)), np.zeros(len(self.names))
         self.sums.append(sums)
         self.variances.append(variances)
-        sensor = self.tracker.sensor_of(scan)
-        if isinstance(sensor, ImagingSensor):
+        scan = it.scan
+        if isinstance(it.sensor, ImagingSensor):
             return
-        at = {track: row for row, track in enumerate(before.ids.tolist())}
+        at = {track: row for row, track in enumerate(it.state.ids.tolist())}
         shown = [row for row, track in enumerate(state.ids.tolist()) if track in at and bool(state.confirmed[row])]
         claimed = 0.0
         if shown:
-            predicted = self.tracker.estimator.moments(self.tracker.predict(before, scan.time))
+            predicted = it.tracks
             for row in shown:
                 own = at[int(state.ids[row])]
                 claimed += float(state.hit[row])
-                self._track(sums, variances, sensor, scan, state, row, Gaussian(predicted.mean[own], predicted.cov[own]))
+                self._track(sums, variances, it, state, row, Gaussian(predicted.mean[own], predicted.cov[own]))
         i = self._at[scan.sensor, "", "false"]
         sums[i] = float(np.count_nonzero(scan.detections.valid)) - claimed - expected
         variances[i] = expected
 
-    def _track(
-        self, sums: Array, variances: Array, sensor: Sensor, scan: Scan, state: State, row: int, prior: Gaussian
-    ) -> None:
+    def _track(self, sums: Array, variances: Array, it: Expected, state: State, row: int, prior: Gaussian) -> None:
         """Add what one track, of the belief `prior` before the scan, made of it."""
+        scan, sensor = it.scan, it.sensor
         name, space, gate = scan.sensor, sensor.measurement, self.tracker.gate.probability
         x = prior.mean[self.tracker.state.locate(sensor.observes)]
         declared, i = float(sensor.detects(x)) * gate, self._at[name, "", "hits"]
@@ -140,7 +138,7 @@ class Gathering:
         returns = used if state.returns is None else state.returns[row, used]
         share, seen = weights[used] / np.sum(weights[used]), scan.detections
         noise = None if seen.noise is None else seen.noise[returns[np.argmax(share)]]
-        expected, S, _ = expected_return(prior, self.tracker.state, sensor, noise)
+        expected, S, _ = it.returns_of(prior, noise)
         residual = space.difference(seen.z[returns], expected) / np.sqrt(np.diagonal(S))
         known = np.ones(residual.shape, bool) if seen.missing is None else ~seen.missing[returns]
         residual = np.where(known, residual, 0.0)

@@ -87,7 +87,7 @@ def mass(tracker, state, expected, sums):
 
     def density(*z):
         scan = Scan(0.0, "s", Detections.of(np.array(z).reshape(-1, 1), 1))
-        loglik, returns = predictive(state, scan, cover)
+        loglik, returns = predictive(tracker.expect(state, scan), cover)
         assert returns == pytest.approx(expected, rel=1e-3)
         return np.exp(loglik)
 
@@ -136,7 +136,7 @@ def test_where_a_lifecycle_keeps_no_existence_it_is_followed():
         e *= np.exp(-1 / 600)
         wanted.append(np.log(1 - 0.9 * e) - 1.0)
         e = 0.1 * e / (1 - 0.9 * e)
-        found.append(predictive(state, scan, cover)[0])
+        found.append(predictive(tracker.expect(state, scan), cover)[0])
         state = tracker.step(state, scan)
     assert found == pytest.approx(wanted, abs=1e-9)
 
@@ -154,5 +154,5 @@ def test_hypotheses_give_what_their_tracks_do_when_they_are_sure():
     found = []
     for kind in ("jpda", "n_scan"):
         tracker = vedette.build(base | {"associator": {"kind": kind}})
-        found.append(Predictive(tracker)(tracker.start(time=0.0), scan, cover)[0])
+        found.append(Predictive(tracker)(tracker.expect(tracker.start(time=0.0), scan), cover)[0])
     assert found[0] == pytest.approx(found[1], abs=1e-9)
