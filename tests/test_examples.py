@@ -10,8 +10,8 @@ import vedette
 from support.paths import EXAMPLES, recording
 from vedette import metrics
 from vedette.config.files import read_file
-from vedette.montecarlo.plan import plan, read_study
-from vedette.montecarlo.study import perform
+from vedette_study.plan import plan, read_study
+from vedette_study.study import perform
 
 JOYRIDE_WINDOW = ("judge.last_scan=211",)
 
@@ -50,7 +50,13 @@ def test_joyride_automatic():
 @pytest.mark.parametrize("offset", ["{x=10.0}", "{x=-10.0}", "{y=10.0}", "{y=-10.0}"])
 def test_joyride_single_target(offset):
     path = recording("joyride")
-    overrides = ("lifecycle.kind=single_target", f"lifecycle.offset={offset}", f"source.path={path}", *JOYRIDE_WINDOW)
+    overrides = (
+        "lifecycle.kind=single_target",
+        "birth.kind=given",
+        f"birth.offset={offset}",
+        f"source.path={path}",
+        *JOYRIDE_WINDOW,
+    )
     score = judged("joyride.toml", *overrides)
     assert score.scans == 212
     assert not score.lost

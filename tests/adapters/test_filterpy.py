@@ -6,8 +6,8 @@ import pytest
 import vedette
 from support import filterpy_answers
 from support.paths import EXAMPLES
-from vedette.adapters.filterpy import FilterPyEstimator, config_of, prior_of
 from vedette.errors import InputError
+from vedette_adapters.filterpy import FilterPyEstimator, config_of, prior_of
 from vedette_standard.estimators.cubature import CubatureKalman
 from vedette_standard.estimators.extended import ExtendedKalman
 from vedette_standard.estimators.unscented import UnscentedKalman

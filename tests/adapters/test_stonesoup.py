@@ -8,10 +8,10 @@ from hypothesis import strategies as st
 
 import vedette
 from support.stonesoup_tutorials import PLANE, START, moved, polar, positions, seen
-from vedette.adapters.stonesoup import StoneSoupSource, to_stonesoup, tracks_of
-from vedette.adapters.stonesoup_models import StoneSoupMotion, StoneSoupSensor
 from vedette.errors import ConfigError, InputError
 from vedette.testing import conformance
+from vedette_adapters.stonesoup import StoneSoupSource, to_stonesoup, tracks_of
+from vedette_adapters.stonesoup_models import StoneSoupMotion, StoneSoupSensor
 
 pytest.importorskip("stonesoup", reason="stonesoup is not installed: its objects were not tried")
 

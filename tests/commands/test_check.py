@@ -54,9 +54,11 @@ kind = "kalman"
 motion = { kind = "gauss_markov_free", sigma = 1.0 }
 [associator]
 kind = "nearest"
+[birth]
+kind = "given"
+start = { x = [0, 1], y = [0, 1], vx = [0, 1], vy = [0, 1] }
 [lifecycle]
 kind = "single_target"
-start = { x = [0, 1], y = [0, 1], vx = [0, 1], vy = [0, 1] }
 """
 
 

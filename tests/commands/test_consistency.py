@@ -8,9 +8,9 @@ from attrs import evolve
 
 from vedette.cli import main
 from vedette.config import load
-from vedette.io import write_recording
 from vedette.testing import recorded_consistency
 from vedette.types import Recording
+from vedette_files import write_recording
 
 SCENE = """
 title = "One boat"
@@ -35,9 +35,12 @@ motion = { kind = "constant_velocity", sigma_accel = 1.0 }
 [associator]
 kind = "pda"
 
+[birth]
+kind = "given"
+start = { x = [0, 20], y = [0, 20], vx = [12, 2], vy = [0, 2] }
+
 [lifecycle]
 kind = "single_target"
-start = { x = [0, 20], y = [0, 20], vx = [12, 2], vy = [0, 2] }
 """
 
 LOSING = """

@@ -32,6 +32,7 @@ motion = {{ kind = "constant_velocity", sigma_accel = 0.05 }}
 [associator]
 kind = "jpda"
 [birth]
+kind = "from_returns"
 spread = {{ vx = 8.0, vy = 8.0 }}
 [lifecycle]
 kind = "existence"

@@ -22,7 +22,7 @@ def config() -> dict[str, Any]:
         },
         "sensors": {"radar": {"kind": "cartesian_position", "sigma": 5.0}, "far lidar": {"kind": "cartesian_position"}},
         "associator": {"kind": "pda"},
-        "birth": {"spread": {"vx": 10, "vy": 10}},
+        "birth": {"kind": "from_returns", "spread": {"vx": 10, "vy": 10}},
         "lifecycle": {"kind": "m_of_n", "hits": 4},
         "seed": 1,
     }
@@ -46,7 +46,6 @@ def config() -> dict[str, Any]:
         ("sensors.radar.sigma=1.5 km", ["sensors", "radar", "sigma"], "1.5 km"),
         ("gate.probability=0.9", ["gate", "probability"], 0.9),
         ("sensors.radar2.kind=cartesian_position", ["sensors", "radar2", "kind"], "cartesian_position"),
-        ("lifecycle.spread={vx = 1}", ["birth", "spread"], {"vx": 1}),
         ("flag=true", ["flag"], True),
     ],
 )

@@ -65,7 +65,7 @@ estimator = { kind = "kalman", motion = { kind = "constant_velocity", sigma_acce
 sensors.radar = { kind = "cartesian_position", sigma = 10.0 }
 associator = { kind = "pda" }
 lifecycle = { kind = "m_of_n" }
-birth = { spread = { vx = 10, vy = 10 } }
+birth = { kind = "from_returns", spread = { vx = 10, vy = 10 } }
 ```
 
 <!-- into: own.toml -->

@@ -10,9 +10,9 @@ import pytest
 import vedette
 from support.paths import EXAMPLES
 from vedette import ConfigError, Frame, Gaussian, InputError, Scan, ScanRefused
-from vedette.drafting import draft_config
 from vedette.metrics.pixels import pixel_figures
 from vedette_flir.sources.images import in_order
+from vedette_tools.drafting import draft_config
 
 EXAMPLE = EXAMPLES / "flir_clip.toml"
 

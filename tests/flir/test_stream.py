@@ -12,7 +12,7 @@ from support.paths import EXAMPLES
 from vedette import ConfigError, InputError, LazyScans, Scan
 from vedette.cli import main
 from vedette.progress import on_terminal
-from vedette.report.streaming import stream
+from vedette_report.streaming import stream
 
 EXAMPLE = EXAMPLES / "flir_clip.toml"
 BOX = [11, 26, 9, 9]
@@ -197,7 +197,7 @@ def test_memory_does_not_grow_with_a_stream(camera, tmp_path, pytestconfig, monk
 
     The series wait in blocks of some MB, however long the run: here in small ones, so that they hide nothing.
     """
-    monkeypatch.setattr("vedette.io.series._BLOCK", 2**16)
+    monkeypatch.setattr("vedette_files.series._BLOCK", 2**16)
     many = 6_000 if pytestconfig.getoption("vedette_profile") == "nightly" else 100
     held = []
 

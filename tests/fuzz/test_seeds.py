@@ -10,8 +10,8 @@ import pytest
 from fuzz import cases, samples
 from fuzz.readers import RADAR, camera, read_clip, read_csv_source, read_radar_pictures
 from vedette import InputError, Problem
-from vedette.io import read_tracks
-from vedette.io.png import check_png
+from vedette_files import read_tracks
+from vedette_files.png import check_png
 from vedette_flir.sources.video import VideoSource
 from vedette_marine.ais.nmea import read_nmea
 

@@ -10,11 +10,15 @@ from vedette import Frame, InputError, Pose, Scan, load
 from vedette.metrics import judge
 from vedette_marine import configs, scenes
 from vedette_marine.preprocessors.cfar import Cfar
-from vedette_marine.preprocessors.rates import cell_average, factor, greatest_of, ordered
+from vedette_marine.preprocessors.rates import factor, greatest_of, ordered
 from vedette_marine.screen import RadarScreen
 
 SCREEN = {"receiver": RadarScreen()}
 TESTS = ("CA", "GO", "OS")
+
+
+def cell_average(factor, cells):
+    return (1.0 + factor / cells) ** -cells
 
 
 def seen(preprocessor, power, pose=None):

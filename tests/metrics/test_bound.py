@@ -10,13 +10,13 @@ from support.scenes import Polar
 from vedette import ConfigError, Scan, Space, Trajectory
 from vedette.metrics import Bound, Judge, enumerated_bound, information, judge, reduced_bound
 from vedette.metrics.bound import bound_along
-from vedette.montecarlo.plan import plan
-from vedette.montecarlo.study import perform
 from vedette.sampling import draw_states
 from vedette.types import Detections
 from vedette_standard.motion.constant_velocity import ConstantVelocity
 from vedette_standard.sensors.cartesian_position import CartesianPosition
 from vedette_standard.sensors.range_bearing import RangeBearing
+from vedette_study.plan import plan
+from vedette_study.study import perform
 
 CV = ConstantVelocity(0.5)
 START = {"x": 20.0, "y": 20.0, "vx": 3.0, "vy": 3.0}

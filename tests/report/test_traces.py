@@ -8,8 +8,8 @@ import vedette
 from support.results import config, drawn_lines, result, still, track, words
 from vedette import Space, Trajectory, metrics
 from vedette.metrics.coverage import NONE
-from vedette.report.errors import errors
-from vedette.report.traces import Normalised, innovations, mode_names, position_nees, traces
+from vedette_report.errors import errors
+from vedette_report.traces import Normalised, innovations, mode_names, position_nees, traces
 
 
 def test_traces_agree_with_the_figures(scene):
@@ -99,5 +99,5 @@ def test_modes_are_called_by_their_motion(scene):
     turning = {"kind": "ekf", "motion": {"kind": "coordinated_turn", "sigma_accel": 1.0, "sigma_turn_rate": 0.1}}
     straight = {"kind": "ekf", "motion": {"kind": "constant_velocity", "sigma_accel": 1.0}}
     changes = {"estimator": {"kind": "imm", "modes": [straight, turning], "transition": [[0.9, 0.1], [0.1, 0.9]]}}
-    changes["lifecycle"] = {"kind": "m_of_n", "spread": {"vx": 8.0, "vy": 8.0, "turn_rate": 0.1}}
+    changes["birth"] = {"kind": "from_returns", "spread": {"vx": 8.0, "vy": 8.0, "turn_rate": 0.1}}
     assert mode_names(vedette.load(config(**changes)), 2) == ("constant_velocity", "coordinated_turn")

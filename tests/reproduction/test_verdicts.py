@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from support.paths import ROOT
-from vedette.report.reproduction import data, text
 from vedette.reproduction import Cell, Condition, Findings, judged, mean_cell, remark, share_cell
+from vedette_study.reproduction import data, text
 
 RUNS = 1000
 

@@ -18,9 +18,11 @@ kind = "kalman"
 motion = { kind = "constant_velocity", sigma_accel = 0.1 }
 [associator]
 kind = "nearest"
+[birth]
+kind = "from_returns"
+spread = { vx = 10, vy = 10 }
 [lifecycle]
 kind = "m_of_n"
-spread = { vx = 10, vy = 10 }
 [sensors.radar]
 kind = "cartesian_position"
 sigma = 5

@@ -19,7 +19,8 @@ LINEAR = {
     "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 0.5}},
     "sensors": {"radar": {"kind": "cartesian_position", "sigma": 5.0}},
     "associator": {"kind": "pda"},
-    "lifecycle": {"kind": "single_target", "start": START},
+    "birth": {"kind": "given", "start": START},
+    "lifecycle": {"kind": "single_target"},
 }
 TURN = {"kind": "coordinated_turn", "sigma_accel": 0.2, "sigma_turn_rate": 0.01}
 IMM = LINEAR | {
@@ -31,7 +32,8 @@ IMM = LINEAR | {
         ],
         "transition": [[0.95, 0.05], [0.05, 0.95]],
     },
-    "lifecycle": {"kind": "single_target", "start": START | {"turn_rate": [0, 0.03]}},
+    "birth": {"kind": "given", "start": START | {"turn_rate": [0, 0.03]}},
+    "lifecycle": {"kind": "single_target"},
 }
 SPARSE = {"kind": "cartesian_position", "sigma": 5.0, "detection_probability": 0.9}
 CLUTTERED = LINEAR | {"sensors": {"radar": SPARSE | {"clutter_density": 2e-5}}}
@@ -39,7 +41,8 @@ RADAR = {"kind": "range_bearing", "sigma_range": 5.0, "sigma_bearing": 0.005}
 POLAR = LINEAR | {
     "estimator": {"kind": "ekf", "motion": {"kind": "constant_velocity", "sigma_accel": 0.5}},
     "sensors": {"radar": RADAR},
-    "lifecycle": {"kind": "single_target", "start": START | {"x": [1000, 20]}},
+    "birth": {"kind": "given", "start": START | {"x": [1000, 20]}},
+    "lifecycle": {"kind": "single_target"},
 }
 
 
@@ -161,7 +164,8 @@ def test_misuse_is_told_in_one_line(how, words):
 
 
 def test_a_tracker_that_does_not_say_where_its_target_starts_needs_a_prior():
-    config = LINEAR | {"lifecycle": {"kind": "m_of_n", "spread": {"vx": 10.0, "vy": 10.0}}}
+    birth = {"kind": "from_returns", "spread": {"vx": 10.0, "vy": 10.0}}
+    config = LINEAR | {"birth": birth, "lifecycle": {"kind": "m_of_n"}}
     with pytest.raises(Misuse, match="does not say where"):
         consistency(config)
     prior = {name: tuple(pair) for name, pair in START.items()}
@@ -171,7 +175,8 @@ def test_a_tracker_that_does_not_say_where_its_target_starts_needs_a_prior():
 DRAWN = {"models": [{"kind": "constant_velocity", "sigma_accel": 0.5}], "start": START}
 SCENE = {
     "source": {"kind": "simulation", "duration": 400.0, "looks": {"radar": {"interval": 1.0}}, "drawn": {"boat": DRAWN}},
-    "lifecycle": {"kind": "single_target", "spread": {"x": 20, "y": 20, "vx": 2, "vy": 2}},
+    "birth": {"kind": "given", "spread": {"x": 20, "y": 20, "vx": 2, "vy": 2}},
+    "lifecycle": {"kind": "single_target"},
 }
 
 

@@ -12,11 +12,11 @@ from hypothesis import strategies as st
 import vedette
 from vedette.config.parameters import ROLES
 from vedette.config.registry import Registry
-from vedette.io import write_recording
-from vedette.io.csv_returns import DetectionColumns
 from vedette.testing import conformance, examine, laws_of
 from vedette.testing.strategies import SENSOR, components
 from vedette_bayes_risk.risk import Costs
+from vedette_files import write_recording
+from vedette_files.csv_returns import DetectionColumns
 from vedette_flir.motion.carrying import Carrying
 from vedette_flir.motion.image_velocity import ImageVelocity
 from vedette_flir.sensors.hot_spots import Spot
@@ -152,6 +152,7 @@ RECORDED = {
     "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 0.5}},
     "sensors": {SENSOR: {"kind": "cartesian_position", "sigma": 5.0}},
     "associator": {"kind": "pda"},
+    "birth": {"kind": "given"},
     "lifecycle": {"kind": "single_target"},
     "source": {
         "kind": "simulation",

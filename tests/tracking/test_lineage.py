@@ -10,10 +10,10 @@ from attrs import evolve
 import vedette
 from support.paths import EXAMPLES
 from vedette import Detections, Scan
-from vedette.io import read_tracks, write_tracks_jsonl
-from vedette.io.tracks import jsonl_rows
 from vedette.tracking import births, ceiling, lineage
 from vedette.tracking.history import History
+from vedette_files import read_tracks, write_tracks_jsonl
+from vedette_files.tracks import jsonl_rows
 
 CONFIG = {
     "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 0.5}},

@@ -15,7 +15,8 @@ CONFIG = {
         "beacon": {"kind": "cartesian_position", "sigma": 5.0},
     },
     "associator": {"kind": "gnn"},
-    "lifecycle": {"kind": "m_of_n", "spread": {"vx": 10.0, "vy": 10.0}},
+    "birth": {"kind": "from_returns", "spread": {"vx": 10.0, "vy": 10.0}},
+    "lifecycle": {"kind": "m_of_n"},
 }
 GIVEN = Gaussian(np.array([[1000.0, 0.0, 0.0, 0.0]]), 25.0 * np.eye(4)[None])
 

@@ -22,6 +22,7 @@ def config(**more):
             }
         },
         "associator": {"kind": "pda"},
+        "birth": {"kind": "given"},
         "lifecycle": {"kind": "single_target"},
         **more,
     }  # fmt: skip
@@ -97,6 +98,7 @@ def camera(gate, **more):
             },
             "sensors": {"camera": {"kind": "gaussian_spot", "camera": {"window": 16}, **more}},
             "associator": {"kind": "pda"},
+            "birth": {"kind": "given"},
             "lifecycle": {"kind": "single_target"},
             **gate,
         }

@@ -9,11 +9,11 @@ import pytest
 import vedette
 from support.paths import EXAMPLES
 from vedette.cli import main
-from vedette.io import read_tracks
 from vedette.metrics import judge
-from vedette.report.files import write_files
-from vedette.report.smoothed import smooth_result
-from vedette.report.streaming import stream
+from vedette_files import read_tracks
+from vedette_report.files import write_files
+from vedette_report.smoothed import smooth_result
+from vedette_report.streaming import stream
 
 HARBOUR = EXAMPLES / "harbour.toml"
 ON = ["retroactive=true"]

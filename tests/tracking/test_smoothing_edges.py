@@ -214,6 +214,7 @@ class Silent(OverMotion):
 
     inner: Kalman
     kind = "test_silent"
+    drops = ("bounded",)
 
     @property
     def motion(self):

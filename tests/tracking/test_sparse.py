@@ -6,9 +6,9 @@ import pytest
 import vedette
 from vedette import Detections, Scan
 from vedette.errors import ScanRefused
-from vedette.io.tracks import read_tracks, write_tracks_jsonl
-from vedette.tracking import births, ceiling, clusters, sparse
+from vedette.tracking import association, births, ceiling, clusters
 from vedette.tracking.history import History
+from vedette_files.tracks import read_tracks, write_tracks_jsonl
 
 RADAR = {"kind": "cartesian_position", "sigma": 5.0, "detection_probability": 0.9, "clutter_density": 4e-5}
 TURNING = {"kind": "range_bearing", "sigma_range": 5.0, "sigma_bearing": "0.2 deg", "detection_probability": 0.9}
@@ -184,12 +184,12 @@ def test_the_comparison_bites(monkeypatch):
 
 
 def test_clusters_that_are_mixed_up_are_noticed(monkeypatch):
-    real = sparse.associate
+    real = association.by_cluster
 
     def swapped(*given):
         weights, *rest = real(*given)
         return weights[::-1].copy(), *rest
 
-    monkeypatch.setattr(sparse, "associate", swapped)
+    monkeypatch.setattr(association, "by_cluster", swapped)
     with pytest.raises(AssertionError):
         test_it_gives_what_all_pairs_give(monkeypatch, "jpda")

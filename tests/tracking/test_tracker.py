@@ -5,7 +5,6 @@ import pytest
 from attrs import evolve
 
 from vedette import Detections, Gate, Gaussian, Pose, Scan, ScanRefused, Tracker
-from vedette.montecarlo.lockstep import run_together
 from vedette.tracking.history import History
 from vedette_standard.associators.global_nearest import GlobalNearest
 from vedette_standard.associators.jpda import Jpda
@@ -20,6 +19,7 @@ from vedette_standard.lifecycles.m_of_n import MOfN
 from vedette_standard.lifecycles.single_target import SingleTarget
 from vedette_standard.motion.constant_velocity import ConstantVelocity
 from vedette_standard.sensors.cartesian_position import CartesianPosition
+from vedette_study.lockstep import run_together
 
 SPREAD = {"vx": 5.0, "vy": 5.0}
 FROM_RETURNS = FromReturns(spread=SPREAD)

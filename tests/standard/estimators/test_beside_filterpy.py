@@ -130,4 +130,6 @@ def test_two_scans_at_one_time_perturb_apart():
 def test_the_fields_names_are_understood(given, meant):
     parts = {"sensors": {"s": {"kind": "cartesian_position", "sigma": 2.0}}, "associator": {"kind": "gnn"}}
     with pytest.raises(ConfigError, match=f"did you mean '{meant}'"):
-        vedette.build({**parts, "lifecycle": {"kind": "m_of_n"}, "estimator": {"kind": given}})
+        vedette.build(
+            {**parts, "birth": {"kind": "from_returns"}, "lifecycle": {"kind": "m_of_n"}, "estimator": {"kind": given}}
+        )
