@@ -1,6 +1,7 @@
 """Sessions for developers: `nox` for the quick checks; docs/releasing.md names those that come before a release."""
 
 import os
+import sysconfig
 import tomllib
 from pathlib import Path
 
@@ -31,6 +32,14 @@ def indexed(session: nox.Session, *wheels: str) -> str:
         page.parent.mkdir(parents=True, exist_ok=True)
         page.write_text(f'<!doctype html><a href="{wheel.as_uri()}">{wheel.name}</a>', encoding="utf-8")
     return index.as_uri()
+
+
+def compiled(session: nox.Session) -> tuple[str, ...]:
+    """Return options with which a wheel holds what an editable installation has compiled, and is not compiled again."""
+    pattern = f"core/vedette/**/*{sysconfig.get_config_var('EXT_SUFFIX')}"
+    if not any(HERE.glob(pattern)):
+        session.error(f"nothing is compiled: no {pattern}; install the checkout with `pip install -e .`")
+    return "-Cwheel.cmake=false", "-Cwheel.platlib=true", f"-Csdist.include={pattern}"
 
 
 @nox.session
@@ -69,7 +78,7 @@ def lowest(session: nox.Session) -> None:
     session.install("--only-binary", ":all:", *lowest_versions(), older, "cmake", "ninja")
     session.install("--no-deps", "--no-build-isolation", "-e", ".")  # kernels draw random numbers for one numpy only
     session.run("python", "-m", "pip", "check")
-    session.run("python", "-m", "pytest", "-n", "auto", *session.posargs)
+    session.run("python", "-m", "pytest", "-n", "auto", "--all", *session.posargs)
 
 
 @nox.session(python=PYTHONS)
@@ -99,10 +108,11 @@ def nightly(session: nox.Session) -> None:
 
 @nox.session
 def plugin_template(session: nox.Session) -> None:
-    """Build the example of a third-party plugin and Vedette into wheels, and test the one against the other."""
+    """Test the example of a third-party plugin against Vedette, both as wheels; `-- compiled`: with the kernels here."""
     example = HERE / "examples" / "plugin_template"
     session.install("build")
-    index = indexed(session, built(session, HERE), built(session, example))
+    options = compiled(session) if "compiled" in session.posargs else ()
+    index = indexed(session, built(session, HERE, *options), built(session, example))
     session.install("--force-reinstall", "--no-deps", "--index-url", index, "vedette", "vedette-road")
     session.install("vedette[testing]", "vedette-road")  # what they need, from the usual index
     session.chdir(session.create_tmp())

@@ -18,9 +18,9 @@ from typing import Any
 
 import vedette
 from vedette.config.files import read_file
-from vedette.montecarlo.outcome import Outcome
-from vedette.montecarlo.statistics import Mean
-from vedette.montecarlo.study import monte_carlo
+from vedette_study.outcome import Outcome
+from vedette_study.statistics import Mean
+from vedette_study.study import monte_carlo
 
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "metrics.md"

@@ -23,7 +23,7 @@ LIMIT = 0.05
 """What a run may grow by from its first tenth to its end."""
 DAY, LONG = 86_400, 1_000_000
 _SIDE = 20_000.0
-_KEPT = {"kind": "single_target", "start": {"x": [0.0, 10.0], "y": [0.0, 10.0], "vx": [0.0, 1.0], "vy": [0.0, 1.0]}}
+_KEPT = {"kind": "given", "start": {"x": [0.0, 10.0], "y": [0.0, 10.0], "vx": [0.0, 1.0], "vy": [0.0, 1.0]}}
 
 
 def harbour(scans: int, vessels: int, keeps: bool = False) -> dict[str, Any]:
@@ -56,7 +56,8 @@ def harbour(scans: int, vessels: int, keeps: bool = False) -> dict[str, Any]:
             "radar": {"kind": "cartesian_position", "sigma": 10.0, "detection_probability": 0.9, "clutter_density": 5e-9}
         },
         "associator": {"kind": "gnn"},
-        "lifecycle": _KEPT if keeps else {"kind": "m_of_n", "spread": {"vx": 10.0, "vy": 10.0}},
+        "birth": _KEPT if keeps else {"kind": "from_returns", "spread": {"vx": 10.0, "vy": 10.0}},
+        "lifecycle": {"kind": "single_target" if keeps else "m_of_n"},
         "source": source,
     }
 
@@ -70,7 +71,7 @@ def resident() -> float:
 def follow(config: dict[str, Any], samples: int = 20) -> dict[str, Any]:
     """Run a config as `vedette run --stream` does; MB along it, and what became of its tracks."""
     import vedette
-    from vedette.report.streaming import stream
+    from vedette_report.streaming import stream
 
     experiment, held = vedette.load(config), list[float]()
 

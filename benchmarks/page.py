@@ -20,8 +20,8 @@ from typing import Any
 
 import numpy as np
 
-from vedette.io.series import SeriesFile
-from vedette.report.page.build import write_page
+from vedette_files.series import SeriesFile
+from vedette_report.page.build import write_page
 
 FLAGS = ("--headless", "--no-sandbox", "--disable-gpu", "--disable-background-networking", "--disable-sync")
 MOVES = """async () => {

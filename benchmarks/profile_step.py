@@ -84,6 +84,7 @@ def watched(tracker: Any, watch: Watch) -> Any:
     for part, methods in WATCHED.items():
         stand_in = Part(getattr(tracker, part), watch, {method: f"{part}.{method}" for method in methods})
         object.__setattr__(same, part, stand_in)
+        object.__setattr__(same._plan, part, stand_in)
     return same
 
 

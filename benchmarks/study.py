@@ -22,8 +22,8 @@ from typing import Any, TypeVar
 import numpy as np
 
 import vedette
-from vedette.montecarlo.plan import Plan, plan
-from vedette.montecarlo.study import perform
+from vedette_study.plan import Plan, plan
+from vedette_study.study import perform
 
 T = TypeVar("T")
 RUNS, STEPS = 100, 100

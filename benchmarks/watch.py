@@ -36,7 +36,7 @@ import numpy as np
 
 import vedette
 from benchmarks.page import FLAGS
-from vedette.io import write_recording
+from vedette_files import write_recording
 
 SEEN = """() => {
   const sorted = [...live.stats.delays].sort((a, b) => a - b), at = (q) => sorted[Math.floor(q * (sorted.length - 1))];

@@ -10,29 +10,20 @@ from __future__ import annotations
 import ast
 import sys
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
-from textwrap import fill
 
 ROOT = Path(__file__).parents[1]
 PICTURE = ROOT / "docs" / "architecture.svg"
 
-GROUND = ("display", "errors", "fields", "given", "progress", "space", "types", "units", "values")
+GROUND = ("display", "errors", "fields", "given", "names", "progress", "space", "types", "units", "values", "writing")
 """What all rooms may use, drawn as one."""
 FRONT = ("__main__", "cli", "commands")
 """The command line, drawn as one."""
 
 PLACES: dict[str, tuple[float, float, str]] = {
-    "commands": (3.4, 12.0, "vedette run, study, check, ..."),
-    "testing": (0.45, 11.0, "laws, consistency of trackers"),
-    "watching": (2.2, 11.0, "runs while they go"),
-    "exporting": (4.0, 11.0, "tracks for other programs"),
-    "drafting": (5.3, 10.0, "first configs and packages"),
-    "explaining": (3.6, 10.0, "what is out of proportion"),
-    "adapters": (0.15, 10.0, "other libraries' objects"),
-    "report": (1.9, 10.0, "pictures, summaries"),
-    "tuning": (5.8, 11.0, "parameters from detections"),
-    "montecarlo": (3.5, 9.0, "studies of many runs"),
-    "io": (5.1, 8.0, "recordings, track files"),
+    "commands": (3.4, 9.0, "vedette check, components, ..."),
+    "testing": (1.2, 8.0, "laws, consistency of trackers"),
     "config": (3.6, 7.0, "from plain data to components"),
     "experiment": (2.3, 6.0, "tracker, source and judge"),
     "metrics": (5.85, 5.0, "how good tracks are"),
@@ -41,13 +32,27 @@ PLACES: dict[str, tuple[float, float, str]] = {
     "sampling": (3.0, 4.0, "draws from models"),
     "reproduction": (5.85, 3.0, "published studies run anew"),
     "hypotheses": (2.4, 3.0, "associators of many scans"),
-    "supporting": (0.7, 3.0, "births, lifecycles, sources, ..."),
-    "wrapping": (4.1, 3.0, "a sensor around another"),
+    "supporting": (0.7, 3.0, "births, lifecycles, commands, ..."),
+    "wrapping": (4.1, 3.0, "a part around another"),
     "roles": (2.9, 2.0, "the contract: four roles"),
     "kernels": (5.2, 1.0, "inner loops, numpy and C++"),
     "ground": (3.1, 0.0, " \u00b7 ".join(GROUND)),
 }
-"""Where each box stands, its middle, and what it is for."""
+"""Where each box of the core stands, its middle, and what it is for."""
+
+PAPERS = ("vedette_bayes_risk", "vedette_flir", "vedette_marine", "vedette_target_oriented", "vedette_vts")
+"""One plugin a paper, drawn as one."""
+LAYERS: dict[str, tuple[float, float, str]] = {
+    "vedette_sim": (3.1, 16.4, "scenes drawn from the models"),
+    "papers": (3.1, 15.5, "one plugin a paper: bayes_risk, flir, marine, ..."),
+    "vedette_tools": (1.6, 14.6, "new, explain, tune"),
+    "vedette_adapters": (4.6, 14.6, "other libraries' objects"),
+    "vedette_study": (1.6, 13.7, "study, reproduce"),
+    "vedette_report": (1.6, 12.8, "run, report, watch, export; pictures"),
+    "vedette_files": (1.6, 11.9, "recordings, tables, tracks"),
+    "vedette_standard": (4.6, 11.0, "the classics, one component a file"),
+}
+"""Where each plugin stands, and what it is for."""
 
 
 def sources(folder: Path) -> Iterator[tuple[Path, ast.Module]]:
@@ -58,7 +63,7 @@ def sources(folder: Path) -> Iterator[tuple[Path, ast.Module]]:
 
 def homes() -> dict[str, str]:
     """Return of each name of `vedette` the module that it is imported from."""
-    tree = ast.parse((ROOT / "core/vedette/__init__.py").read_text(encoding="utf-8"))
+    tree = ast.parse((ROOT / "core/vedette/__init__.pyi").read_text(encoding="utf-8"))
     found = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.module]
     return {a.name: f"vedette.{a.name}" if n.module == "vedette" else str(n.module) for n in found for a in n.names}
 
@@ -69,7 +74,8 @@ def imported(tree: ast.Module, known: dict[str, str]) -> Iterator[str]:
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names if alias.name.partition(".")[0] == "vedette")
         elif isinstance(node, ast.ImportFrom) and node.module == "vedette":
-            yield from (known.get(alias.name, f"vedette.{alias.name}") for alias in node.names)
+            homes = (known.get(alias.name, f"vedette.{alias.name}") for alias in node.names)
+            yield from (home for home in homes if home.partition(".")[0] == "vedette")
         elif isinstance(node, ast.ImportFrom) and (node.module or "").partition(".")[0] == "vedette":
             yield str(node.module)
 
@@ -80,6 +86,7 @@ def room(module: str) -> str:
     return "ground" if name in (*GROUND, "_values") else "commands" if name in FRONT else name
 
 
+@cache
 def arrows() -> set[tuple[str, str]]:
     """Return which room of the core imports which, today; what all may use is not told."""
     known, found = homes(), set()
@@ -91,15 +98,20 @@ def arrows() -> set[tuple[str, str]]:
     return {(here, there) for here, there in found if here != there and there != "ground"}
 
 
-def used_by(folder: str) -> list[str]:
-    """Return the rooms and files of the core that plugins or simulators import."""
+def layer(package: str) -> str:
+    """Return the box of a plugin or of the simulators."""
+    return "papers" if package in PAPERS else package
+
+
+def arrows_of_plugins() -> set[tuple[str, str]]:
+    """Return which plugin imports which, today."""
     found = set()
-    for _, tree in sources(ROOT / folder):
+    for path, tree in (*sources(ROOT / "plugins"), *sources(ROOT / "simulators")):
+        here = layer(path.parts[0])
         for node in ast.walk(tree):
-            if isinstance(node, ast.ImportFrom) and (node.module or "").partition(".")[0] == "vedette":
-                inner = [f"vedette.{a.name}" for a in node.names if (ROOT / "core/vedette" / a.name).is_dir()]
-                found |= set(inner) if node.module == "vedette" and inner else {str(node.module)}
-    return sorted({".".join(module.split(".")[:2]) for module in found})
+            if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("vedette_"):
+                found.add((here, layer(str(node.module).partition(".")[0])))
+    return {(here, there) for here, there in found if here != there}
 
 
 def needed(all_arrows: set[tuple[str, str]]) -> set[tuple[str, str]]:
@@ -127,8 +139,8 @@ def draw(path: Path) -> None:
     plt.rcParams |= {"svg.hashsalt": "vedette", "svg.fonttype": "path", "font.family": "DejaVu Sans"}
     height = 0.62
     widths = {name: 6.9 if name == "ground" else 1.62 for name in PLACES}
-    figure, axes = plt.subplots(figsize=(11.5, 11.6))
-    axes.set(xlim=(-0.75, 6.95), ylim=(-0.65, 14.15))
+    figure, axes = plt.subplots(figsize=(11.5, 13.6))
+    axes.set(xlim=(-0.75, 6.95), ylim=(-0.65, 16.95))
     axes.set_axis_off()
 
     def box(x: float, y: float, wide: float, high: float, face: str, edge: str, level: int) -> None:
@@ -159,17 +171,20 @@ def draw(path: Path) -> None:
         label = "what all may use" if name == "ground" else name
         axes.text(x, y + 0.1, label, ha="center", va="center", fontsize=11, weight="bold", color="#12304d", zorder=5)
         axes.text(x, y - 0.15, what, ha="center", va="center", fontsize=7.2, color="#33475b", zorder=5)
-    for name, x in (("simulators", 1.25), ("plugins", 4.8)):
-        inner = [module.removeprefix("vedette.") for module in used_by(name)]
-        box(x, 13.55, 2.95, 0.95, "#fdf0dc", "#b5701a", 4)
-        axes.text(x, 13.86, name, ha="center", va="center", fontsize=11, weight="bold", color="#6b3f08", zorder=5)
-        text = fill("use " + ", ".join(inner), 52)
-        axes.text(x, 13.42, text, ha="center", va="center", fontsize=7.2, color="#7a5420", zorder=5)
-    arrow("simulators.plugins", (2.73, 13.55), (3.32, 13.55), "#b5701a", 1.7, 3)
-    box(3.1, 6.0, 7.5, 13.1, "#fbfcfe", "#9fb4c8", 0)
-    axes.text(6.75, 12.3, "core: vedette", ha="right", va="center", fontsize=10, style="italic", color="#5a7186")
-    arrow("simulators.core", (1.25, 13.07), (1.25, 12.57), "#b5701a", 1.7, 3)
-    arrow("plugins.core", (4.8, 13.07), (4.8, 12.57), "#b5701a", 1.7, 3)
+    every, dark = arrows_of_plugins(), needed(arrows_of_plugins())
+    for here, there in sorted(every):
+        (x0, y0, _), (x1, y1, _) = LAYERS[here], LAYERS[there]
+        lean = max(-0.6, min(0.6, 0.3 * (x1 - x0)))
+        start, end = (x0 + lean, y0 - height / 2), (x1 - lean, y1 + height / 2)
+        strong = (here, there) in dark
+        arrow(f"{here}.{there}", start, end, "#b5701a" if strong else "#ecdcc4", 1.7 if strong else 0.8, 3 if strong else 1)
+    for name, (x, y, what) in LAYERS.items():
+        box(x, y, 2.7, height, "#fdf0dc", "#b5701a", 4)
+        axes.text(x, y + 0.1, name, ha="center", va="center", fontsize=11, weight="bold", color="#6b3f08", zorder=5)
+        axes.text(x, y - 0.15, what, ha="center", va="center", fontsize=7.2, color="#7a5420", zorder=5)
+    box(3.1, 4.5, 7.5, 10.1, "#fbfcfe", "#9fb4c8", 0)
+    axes.text(6.75, 9.3, "core: vedette", ha="right", va="center", fontsize=10, style="italic", color="#5a7186")
+    arrow("plugins.core", (4.6, 10.69), (4.6, 9.57), "#b5701a", 1.7, 3)
     figure.savefig(path, bbox_inches="tight", dpi=110, metadata={"Date": None} if path.suffix == ".svg" else None)
     plt.close(figure)
 

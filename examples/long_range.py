@@ -10,11 +10,13 @@ target is (as a filter meets it), and given the return. NEES is 1 where the stat
 import numpy as np
 
 import vedette
-from vedette_standard.preprocessors.debiased_conversion import DebiasedConversion
-from vedette_standard.preprocessors.modified_unbiased_conversion import ModifiedUnbiasedConversion
-from vedette_standard.preprocessors.naive_conversion import NaiveConversion
-from vedette_standard.preprocessors.unbiased_conversion import UnbiasedConversion
-from vedette_standard.sensors.range_bearing import RangeBearing
+from vedette_standard import (
+    DebiasedConversion,
+    ModifiedUnbiasedConversion,
+    NaiveConversion,
+    RangeBearing,
+    UnbiasedConversion,
+)
 
 R, SIGMA_RANGE, SIGMA_BEARING, DRAWS = 100e3, 50.0, np.deg2rad(1.5), 400_000
 S = SIGMA_BEARING**2

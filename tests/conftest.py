@@ -1,6 +1,9 @@
 """What several test files share lies in `support`; its assertions tell what they compared, like a test's own."""
 
+import gc
+from collections.abc import Iterator
 from contextlib import ExitStack
+from typing import Any
 
 import pytest
 from hypothesis import settings
@@ -9,12 +12,72 @@ from vedette.testing.repeatable import constants_of_no_module
 
 pytest.register_assert_rewrite("support")
 
+MARKERS = (
+    "kind(cls): a law of this component, tried where the component has changed and in one run of five where it has not",
+    "nightly(why): run in the nightly profile alone",
+)
+CHOSEN = pytest.StashKey[str]()
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add the option that tries the laws of all kinds."""
+    parser.addoption("--all", action="store_true", help="try the laws of all kinds, changed or not")
+
 
 def pytest_configure(config: pytest.Config) -> None:
     """Let Hypothesis draw the same examples in every run but the nightly ones, and wait for a busy machine."""
+    for marker in MARKERS:
+        config.addinivalue_line("markers", marker)
     settings.register_profile("fast", deadline=None, derandomize=True)
     settings.register_profile("nightly", deadline=None)
     settings.load_profile(config.option.vedette_profile)
     session = ExitStack()
     session.enter_context(constants_of_no_module())
     config.add_cleanup(session.close)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Iterator[None]:
+    """Look for no garbage in what is collected, which stays to the end: that takes a quarter of the time."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.enable()
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Leave out laws of kinds that are not chosen, unless they are asked for by name, and by day the tests of the night."""
+    if config.option.vedette_profile == "nightly":
+        return
+    for item in items:
+        if (marker := item.get_closest_marker("nightly")) is not None:
+            item.add_marker(pytest.mark.skip(reason=f"nightly: {marker.args[0]}"))
+    kinds = {item: marker.args[0] for item in items if (marker := item.get_closest_marker("kind")) is not None}
+    if not kinds or config.option.all or config.option.keyword or any("::" in name for name in config.args):
+        return
+    from support.selection import chosen, since
+
+    classes, config.stash[CHOSEN] = chosen(kinds.values(), since())
+    left = {item for item, cls in kinds.items() if cls not in classes}
+    config.hook.pytest_deselected(items=list(left))
+    items[:] = [item for item in items if item not in left]
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Send what was chosen from a worker to the process that reports."""
+    if hasattr(session.config, "workeroutput"):
+        session.config.workeroutput["chosen"] = session.config.stash.get(CHOSEN, "")
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_testnodedown(node: Any) -> None:
+    """Receive it."""
+    node.config.stash[CHOSEN] = getattr(node, "workeroutput", {}).get("chosen") or node.config.stash.get(CHOSEN, "")
+
+
+def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> None:
+    """Print which kinds' laws were tried, and why these."""
+    if line := config.stash.get(CHOSEN, ""):
+        terminalreporter.write_line(line)

@@ -10,8 +10,8 @@ import vedette
 from support.paths import EXAMPLES, recording
 from vedette import metrics
 from vedette.config.files import read_file
-from vedette.montecarlo.plan import plan, read_study
-from vedette.montecarlo.study import perform
+from vedette_study.plan import plan, read_study
+from vedette_study.study import perform
 
 JOYRIDE_WINDOW = ("judge.last_scan=211",)
 
@@ -50,7 +50,13 @@ def test_joyride_automatic():
 @pytest.mark.parametrize("offset", ["{x=10.0}", "{x=-10.0}", "{y=10.0}", "{y=-10.0}"])
 def test_joyride_single_target(offset):
     path = recording("joyride")
-    overrides = ("lifecycle.kind=single_target", f"lifecycle.offset={offset}", f"source.path={path}", *JOYRIDE_WINDOW)
+    overrides = (
+        "lifecycle.kind=single_target",
+        "birth.kind=given",
+        f"birth.offset={offset}",
+        f"source.path={path}",
+        *JOYRIDE_WINDOW,
+    )
     score = judged("joyride.toml", *overrides)
     assert score.scans == 212
     assert not score.lost
@@ -81,23 +87,21 @@ def studied(name, *overrides, **changed):
     return perform(plan(read_study(EXAMPLES / name) | changed, overrides))
 
 
-def test_joyrides_bias_pays_over_ten_draws(pytestconfig):
-    """One error of the difference is .3 m; fewer draws by day."""
-    runs = 10 if pytestconfig.getoption("vedette_profile") == "nightly" else 5
-    found = studied("joyride_study.toml", f"source.path={recording('joyride')}", runs=runs)
+@pytest.mark.nightly("recordings, ten draws")
+def test_joyrides_bias_pays_over_ten_draws():
+    """One error of the difference is .3 m."""
+    found = studied("joyride_study.toml", f"source.path={recording('joyride')}", runs=10)
     lower = found.differences(1)
     assert lower["position_rmse"].value < -2 * lower["position_rmse"].error
     assert lower["coverage"].value > -2 * lower["coverage"].error
     assert lower["nees"].value < -0.5
 
 
-def test_autoferry_over_ten_draws(pytestconfig):
-    """As docs/real-data.md says; fewer draws by day."""
-    runs = 10 if pytestconfig.getoption("vedette_profile") == "nightly" else 3
+@pytest.mark.nightly("recordings, ten draws")
+def test_autoferry_over_ten_draws():
+    """As docs/real-data.md says."""
     sweep = {"source.scenario": [2, 5, 13, 16]}
-    gospa = studied("autoferry_study.toml", f"source.path={recording('autoferry')}", runs=runs, sweep=sweep).means(0)[
-        "gospa"
-    ]
+    gospa = studied("autoferry_study.toml", f"source.path={recording('autoferry')}", runs=10, sweep=sweep).means(0)["gospa"]
     assert gospa.value < 11.2
     assert 0 < gospa.error < 0.2
 

@@ -5,11 +5,12 @@ import pytest
 from attrs import evolve, field, frozen
 
 import vedette
+from support.results import write_pictures
 from vedette import Detections, Recording, Scan, Source, Space, Trajectory
 from vedette.metrics import judge
-from vedette.report.figures import figures
-from vedette.report.files import write_files, write_pictures
-from vedette.report.summary import summary
+from vedette_report.figures import figures
+from vedette_report.files import write_files
+from vedette_report.summary import summary
 
 PLANE = Space.of(x="m", y="m", vx="m/s", vy="m/s")
 ESTIMATORS = {
@@ -41,7 +42,8 @@ def experiment(scans, truth=(), estimator="kalman", **changes):
             "estimator": ESTIMATORS[estimator],
             "sensors": {"radar": {"kind": "cartesian_position", "sigma": 5.0, "clutter_density": 1e-6}},
             "associator": {"kind": "gnn"},
-            "lifecycle": {"kind": "m_of_n", "spread": {"vx": 10.0, "vy": 10.0}},
+            "birth": {"kind": "from_returns", "spread": {"vx": 10.0, "vy": 10.0}},
+            "lifecycle": {"kind": "m_of_n"},
             **changes,
         }
     )
@@ -106,10 +108,10 @@ def test_a_run_at_the_edge_ends_with_a_summary(edge, truth, estimator, tmp_path)
 
 @pytest.mark.parametrize("kind", ["single_target", "m_of_n", "existence", "score", "coast_limited"])
 def test_tracks_there_from_the_start_live_through_a_quiet_sea(kind, tmp_path):
-    lifecycle = {"kind": kind, "spread": {"vx": 10.0, "vy": 10.0}}
+    parts = {"lifecycle": {"kind": kind}}
     if kind == "single_target":
-        lifecycle = {"kind": kind, "start": {name: [0.0, 10.0] for name in PLANE.names}}
-    result, _, _ = told(experiment(QUIET, TRUTHS["a truth"], lifecycle=lifecycle), tmp_path)
+        parts["birth"] = {"kind": "given", "start": {name: [0.0, 10.0] for name in PLANE.names}}
+    result, _, _ = told(experiment(QUIET, TRUTHS["a truth"], **parts), tmp_path)
     assert len(result.tracks) == result.begun == (kind == "single_target")
 
 
@@ -118,7 +120,8 @@ def test_a_study_of_quiet_seas_has_no_error_to_tell():
         "estimator": ESTIMATORS["imm"],
         "sensors": {"radar": {"kind": "cartesian_position", "sigma": 5.0, "detection_probability": 0.0}},
         "associator": {"kind": "gnn"},
-        "lifecycle": {"kind": "m_of_n", "spread": {"vx": 10.0, "vy": 10.0}},
+        "birth": {"kind": "from_returns", "spread": {"vx": 10.0, "vy": 10.0}},
+        "lifecycle": {"kind": "m_of_n"},
         "source": {
             "kind": "simulation",
             "duration": 10.0,
@@ -135,8 +138,8 @@ def test_a_study_of_quiet_seas_has_no_error_to_tell():
 @pytest.mark.parametrize("edge", ["no scans", "one scan, one return"])
 def test_a_picture_of_one_point_or_none_has_axes_that_can_be_read(edge):
     pytest.importorskip("matplotlib")
-    from vedette.report.errors import errors
-    from vedette.report.picture import picture
+    from vedette_report.errors import errors
+    from vedette_report.picture import picture
 
     built = experiment(EDGES[edge])
     result = built.run()

@@ -21,7 +21,8 @@ CONFIG: dict[str, Any] = {
     "sensors": {"radar": {"kind": "cartesian_position", "sigma": 5.0}},
     "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 0.5}},
     "associator": {"kind": "nearest"},
-    "lifecycle": {"kind": "m_of_n", "spread": {"vx": 10, "vy": 10}},
+    "birth": {"kind": "from_returns", "spread": {"vx": 10, "vy": 10}},
+    "lifecycle": {"kind": "m_of_n"},
 }
 
 

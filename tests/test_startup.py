@@ -23,7 +23,7 @@ def test_import_vedette_pulls_in_next_to_nothing():
     [
         "import vedette; [getattr(vedette, name) for name in dir(vedette)]",
         "import vedette; vedette.Registry.installed()",
-        "import vedette_standard, vedette_sim, vedette.io",
+        "import vedette_standard, vedette_sim, vedette_files",
     ],
 )
 def test_no_use_short_of_a_report_pulls_in_what_is_heavy(code):

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
-from importlib import import_module
 from time import process_time
 from typing import Any, final
 
@@ -15,7 +14,8 @@ from attrs import Factory, evolve, frozen
 from vedette import fields
 from vedette.display import parameters_html
 from vedette.errors import ConfigError, Problem, ScanRefused
-from vedette.metrics import Judge, Score
+from vedette.metrics import Judge, Score, judge
+from vedette.names import look_up
 from vedette.progress import Progress, silent
 from vedette.sampling.recorded import Redraw
 from vedette.space import Array
@@ -44,7 +44,8 @@ class Result:
     scan; `scans` holds those taken, without their bad returns; `refused` holds what was not taken, and why; `seconds` is the
     CPU time of the tracker alone; `states` holds the state after each scan, if it was to be kept; `intake` counts what came
     in. `framed` holds the scans taken that brought a frame, with it: lazily where the recording is lazy, and `scans` then
-    lacks the frames, as not all fit into memory; it is empty where frames come once.
+    lacks the frames, as not all fit into memory; it is empty where frames come once. `judged` is what a judge said as the
+    run went, if one did.
     """
 
     tracks: tuple[Track, ...]
@@ -59,31 +60,40 @@ class Result:
     framed: Sequence[Scan] = ()
     intake: Intake = Factory(lambda self: Intake.of({}, self.scans, self.refused), takes_self=True)
     experiment: Experiment | None = None
+    judged: Any = None
 
     def to_dataframe(self, what: str = "tracks") -> Any:
         """Return a data frame of pandas: "tracks" as in tracks.csv, "detections", "truth", or "metrics" in one row."""
-        return _shown_by("tables").to_dataframe(self, what)
+        return look_up("tabulate_result")(self, what)
 
     def plot(self, axes: Any = None) -> Any:
         """Draw the map of the run on axes of matplotlib, by default new ones; return them."""
-        return _shown_by("picture").plot(self, axes)
+        return look_up("draw_result")(self, axes)
 
     def score(self) -> Score:
-        """Judge the tracks against the truth, as the config says; figures that do not exist are None."""
-        found: Score = _shown_by("tables").score_of(self)
-        return found
+        """Judge the tracks against the truth, as the config says; figures that do not exist are None.
+
+        Raises
+        ------
+        ConfigError : the result was not made by a run, so its tracker is not known
+        """
+        made_by = self.made_by
+        gate, truth = made_by.tracker.gate.probability, self.recording.truth
+        return judge(self.tracks, truth, self.scans, made_by.judge, gate, made_by.tracker.sensors)
+
+    @property
+    def made_by(self) -> Experiment:
+        """The experiment; ConfigError if the result was not made by a run, so that it is not known."""
+        if self.experiment is None:
+            raise ConfigError([Problem("experiment", "the result was not made by a run, so its tracker is not known")])
+        return self.experiment
 
     def __repr__(self) -> str:
         came = self.intake
         return f"Result({len(self.tracks)} tracks, {came.scans} scans, {came.returns} returns, {came.refused.count} refused)"
 
     def _repr_html_(self) -> str:
-        return str(_shown_by("tables").to_html(self))
-
-
-def _shown_by(name: str) -> Any:
-    """Import a module of `vedette.report` when it is asked for: it imports this one, and a run needs none of it."""
-    return import_module(f"vedette.report.{name}")
+        return str(look_up("result_html")(self))
 
 
 @final

@@ -8,10 +8,13 @@ the state may lack the batch axes: it broadcasts. Time steps `dt` are in s and n
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
-from typing import ClassVar, Generic, TypeVar
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from typing import Any, ClassVar, Generic, TypeVar
 
+import attrs
 import numpy as np
+from attrs import frozen
 
 from vedette.display import parameters_html
 from vedette.kernels.derivative import numerical_jacobian
@@ -40,17 +43,41 @@ class Component(ABC):
         return parameters_html(self)
 
 
+def components_in(value: Any) -> tuple[Component, ...]:
+    """Return the components that a component's parameters hold, alone or in tables and tuples; not those within these."""
+    cls = type(value)
+    if attrs.has(cls):
+        value = [getattr(value, parameter.name) for parameter in attrs.fields(cls) if parameter.init]
+    elif isinstance(value, Mapping):
+        value = list(value.values())
+    if not isinstance(value, list | tuple):
+        return ()
+    return tuple(part for one in value for part in ((one,) if isinstance(one, Component) else components_in(one)))
+
+
 class MotionModel(Component):
     """How a state moves, x' = f(x, dt) + w, w ~ N(0, Q(x, dt)), over its own axes only.
 
     Laws: move(x, 0) = x. noise is symmetric, PSD, and 0 at dt = 0. jacobian is the derivative of move.
     If divisible, two steps make one: F(a+b) = F(b) F(a), Q(a+b) = F(b) Q(a) F(b)' + Q(b).
-    A model that defines `reframe` declares `reframes`: the caller of `move` then calls `reframe` first.
+    A model that defines `reframe` declares `reframes`: the caller of `move` then calls `reframe` first. A class states
+    `linear = True`; one that depends on its parameters defines a property.
     """
 
-    divisible: ClassVar[bool] = False
-    linear: ClassVar[bool] = False
-    reframes: ClassVar[bool] = False
+    @property
+    def divisible(self) -> bool:
+        """Whether two steps make one."""
+        return False
+
+    @property
+    def linear(self) -> bool:
+        """Whether `move` is F x, with F and Q that do not depend on x."""
+        return False
+
+    @property
+    def reframes(self) -> bool:
+        """Whether its frame turns with its target, by `reframe`."""
+        return False
 
     @property
     @abstractmethod
@@ -90,7 +117,10 @@ class Sensor(Component):
     `x` (*b, n) holds the axes of `observes` in their order, whatever else the estimator carries.
     """
 
-    linear: ClassVar[bool] = False
+    @property
+    def linear(self) -> bool:
+        """Whether `measure` is H x, with H and R that do not depend on x."""
+        return False
 
     @property
     @abstractmethod
@@ -167,26 +197,61 @@ class Associator(Component):
         """Return weights (*b, t, 1+k) from log scores (*b, t, 1+k), column 0 the miss, and evidence (*b, 1, k)."""
 
 
+@frozen
+class Traits:
+    """What an estimator can do that not every one can, or does that its callers must know."""
+
+    exact_when_linear: bool = False
+    """With linear models it equals conditioning the joint Gaussian of all states."""
+    draws: bool = False
+    """It takes numbers from `rng`; any other estimator gets a generator that raises."""
+    reframes: bool = False
+    """`reframe` is to be called before each prediction."""
+    takes_frames: bool = False
+    """`evaluate` takes a camera's frame."""
+    bounded: bool = False
+    """`extent` says where a track's returns can lie."""
+    conservative: bool = False
+    """Its covariance is larger than that of its errors on purpose."""
+
+    @classmethod
+    def combined(cls, parts: Sequence[Traits]) -> Traits:
+        """Return the traits of what is made of `parts`: it can do what all of them can, and does what any does."""
+        rules = {trait: any if trait in ("draws", "reframes", "conservative") else all for trait in TRAITS}
+        return cls(**{trait: rule(getattr(part, trait) for part in parts) for trait, rule in rules.items()})
+
+
+TRAITS = tuple(trait.name for trait in attrs.fields(Traits))
+
+
 class Estimator(Component, Generic[B]):
     """A belief about the state of each track, and how time and returns change it. It holds its motion model.
 
     Laws: if exact_when_linear, it equals conditioning the joint Gaussian. Every covariance stays symmetric positive
     definite by construction. A scan without returns is k = 0.
 
-    Capabilities are declared, and a wrapper forwards those of what it wraps: `draws`, it takes numbers from `rng` (any other
-    estimator gets a generator that raises); `reframes`, `reframe` is to be called before each prediction; `takes_frames`,
-    `evaluate` takes a camera's frame; `gaussian_belief`, its belief is its moments, as `vedette.filters.GaussianFilter`
-    defines `start` and `moments`, which are then final; `bounded`, `extent` says where a track's returns can lie;
-    `conservative`, its covariance is larger than that of its errors on purpose.
+    `traits` says what it can do: what its class `declares`, and what the estimators and motions in its parameters give it.
+    One that holds others forwards to them the method of each trait, or lists the trait in `drops`.
     """
 
-    exact_when_linear: ClassVar[bool] = False
-    draws: ClassVar[bool] = False
-    reframes: ClassVar[bool] = False
-    takes_frames: ClassVar[bool] = False
-    gaussian_belief: ClassVar[bool] = False
-    bounded: ClassVar[bool] = False
-    conservative: ClassVar[bool] = False
+    drops: ClassVar[tuple[str, ...]] = ()
+    """Traits of the estimators and motions in its parameters that it does not have: it cannot, or has seen to it itself."""
+
+    @property
+    def declares(self) -> Traits:
+        """The traits that it has whatever it holds: of a class, or a property where they depend on parameters."""
+        return Traits()
+
+    @cached_property
+    def traits(self) -> Traits:
+        """All its traits; final."""
+        parts = components_in(self)
+        turning = any(part.reframes for part in parts if isinstance(part, MotionModel))
+        every = [self.declares, Traits(reframes=turning)]
+        if inner := [part.traits for part in parts if isinstance(part, Estimator)]:
+            every.append(Traits.combined(inner))
+        has = {trait: trait not in self.drops and any(getattr(one, trait) for one in every) for trait in TRAITS}
+        return Traits(**has)
 
     @property
     @abstractmethod
@@ -209,9 +274,8 @@ class Estimator(Component, Generic[B]):
     def reframe(self, belief: B, combined: Gaussian) -> B:
         """Return the belief in the frame of the `combined` estimate over `state`.
 
-        The caller of `predict` calls this first for an estimator that `reframes`, if dt > 0: `vedette.filters.predicted`
-        does both. A mixture does so for its modes, after mixing, with its own estimate from before, and declares no
-        `reframes`.
+        The caller of `predict` calls this first for an estimator that reframes, if dt > 0: `vedette.filters.predicted`
+        does both. A mixture does so for its modes, after mixing, with its own estimate from before, and drops `reframes`.
         """
         return belief
 
@@ -226,7 +290,7 @@ class Estimator(Component, Generic[B]):
     def extent(self, belief: B, sensor: Sensor, detections: Detections, limit: float) -> tuple[Array, Array]:
         """Return the corners (*b, t, m) of a box that holds every return within the squared distance `limit`.
 
-        Asked of a `bounded` estimator where there are many tracks and returns; angles go up from the first corner.
+        Asked of a bounded estimator where there are many tracks and returns; angles go up from the first corner.
         """
         raise NotImplementedError(f"{self.kind!r} does not state where a track's returns can lie")
 

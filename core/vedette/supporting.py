@@ -1,4 +1,4 @@
-"""The supporting roles: cameras, births, lifecycles, preprocessors and sources.
+"""The supporting roles: cameras, births, lifecycles, preprocessors and sources; commands and pictures.
 
 Shapes and rules are those of `vedette.roles`.
 """
@@ -6,6 +6,7 @@ Shapes and rules are those of `vedette.roles`.
 from __future__ import annotations
 
 from abc import abstractmethod
+from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
@@ -182,3 +183,30 @@ class Source(Component):
 
         InputError for input that is unreadable as a whole, ConfigError with places in this component; bad parts are refused.
         """
+
+
+class Command(Component):
+    """A command of the command line: `vedette KIND`.
+
+    The docstring's first line stands in `vedette --help`, all of it in `vedette KIND --help`.
+    `options` is asked of every command at each start, so what `run` alone needs is imported there.
+    """
+
+    @abstractmethod
+    def options(self, parser: ArgumentParser) -> None:
+        """Add the options and arguments that the command takes."""
+
+    @abstractmethod
+    def run(self, arguments: Namespace) -> int:
+        """Do it and return the exit code, 0 if all went well. A VedetteError is told in a line, and ends with 2."""
+
+
+class Picture(Component):
+    """A picture that every run leaves in its folder, or that a report is drawn as; `kind` names its file."""
+
+    of: ClassVar[str] = "run"
+    """What it is drawn of: a "run" is given as its `Result`; whoever draws another report names it."""
+
+    @abstractmethod
+    def draw(self, subject: Any) -> Any:
+        """Return a figure of matplotlib, or None if this subject has no such picture."""

@@ -21,17 +21,17 @@ class WrappedMotion(MotionModel):
         """The motion model; a parameter."""
 
     @property
-    def linear(self) -> bool:  # type: ignore[override]  # class variables elsewhere: here they depend on the model
+    def linear(self) -> bool:
         """Whether the model is."""
         return self.of.linear
 
     @property
-    def divisible(self) -> bool:  # type: ignore[override]
+    def divisible(self) -> bool:
         """Whether the model is."""
         return self.of.divisible
 
     @property
-    def reframes(self) -> bool:  # type: ignore[override]
+    def reframes(self) -> bool:
         """Whether the model does."""
         return self.of.reframes
 
@@ -73,7 +73,7 @@ class WrappedSensor(Sensor):
         """The sensor that is wrapped: a parameter of the subclass."""
 
     @property
-    def linear(self) -> bool:  # type: ignore[override]  # a class variable elsewhere: here it depends on the sensor
+    def linear(self) -> bool:
         """Whether `of` is linear."""
         return self.of.linear
 

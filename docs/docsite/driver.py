@@ -22,6 +22,7 @@ SMALL = {
     "estimator": {"kind": "kalman", "motion": {"kind": "random_walk", "sigma": 1.0}},
     "sensors": {"sensor": {"kind": "cartesian_position", "sigma": 1.0}},
     "associator": {"kind": "nearest"},
+    "birth": {"kind": "from_returns"},
     "lifecycle": {"kind": "m_of_n"},
 }
 SHELL = """set -aeo pipefail

@@ -8,7 +8,7 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, fields
+from vedette import Array, Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, Traits, fields
 from vedette.filters import GaussianFilter, Hypotheses, evaluate_linearised, predict_linearised
 
 
@@ -27,7 +27,7 @@ class ParallelKalmanPrinted(GaussianFilter):
         "soft_weights_give_the_mixtures_moments": "the paper prints the covariance without the spread of the means"
     }
     misprint: ClassVar[str] = "equation 6: the covariance lacks the spread of the means"
-    takes_frames: ClassVar[bool] = True
+    declares: ClassVar[Traits] = Traits(takes_frames=True)
 
     motion: MotionModel = fields.part("how the target moves")
 

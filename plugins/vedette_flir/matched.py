@@ -10,13 +10,13 @@ from attrs import frozen
 
 from vedette import Array, Frame, Gaussian, Mask, Scan, load
 from vedette.metrics import nees
-from vedette.montecarlo import run_together
 from vedette.sampling import draw_gaussian, draw_states
 from vedette_flir.motion.atmospheric_wander import AtmosphericWander
 from vedette_flir.motion.jittered_wander import JitteredWander
 from vedette_flir.sensors.fitted import FittedImage
 from vedette_flir.sensors.gaussian_spot import GaussianSpot
 from vedette_flir.spots import circular
+from vedette_study import run_together
 
 RATE, FRAMES, SETTLED = 30.0, 240, 30
 """Frames per second, frames of a run, and how many at the start are not counted."""
@@ -73,6 +73,7 @@ def config(
         "sensors": {"camera": {**model, "across": ["x", "jx"], "down": ["y", "jy"]}},
         "gate": "off",
         "associator": {"kind": "pda"},
+        "birth": {"kind": "given"},
         "lifecycle": {"kind": "single_target"},
     }
 

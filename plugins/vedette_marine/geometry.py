@@ -33,7 +33,7 @@ from attrs import fields as attributes
 from attrs import frozen
 
 from vedette import Array, InputError, Pose, fields
-from vedette.io import check_pixels, parse, short, whole_text
+from vedette_files import check_pixels, parse, short, whole_text
 
 STABILISATIONS = ("north-up", "head-up")
 

@@ -9,7 +9,7 @@ from attrs import frozen
 from numpy.typing import NDArray
 
 from vedette import Array, InputError, fields
-from vedette_marine.ais.reports import KNOT, ROT_STEP, Reports, turn_rate
+from vedette_marine.ais import KNOT, ROT_STEP, Reports, turn_rate
 from vedette_sim.ships import Ship
 
 STEP = 1.0 / 3.0

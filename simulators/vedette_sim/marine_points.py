@@ -10,7 +10,7 @@ from attrs import frozen
 from numpy.typing import NDArray
 
 from vedette import Array, ConfigError, Detections, Mask, Problem, Recording, Scan, Sensor, Source, Space, fields
-from vedette_marine.ais.reports import Reports
+from vedette_marine.ais import Reports
 from vedette_sim.marine_scene import RadarPicturesScene
 from vedette_sim.sea import own_stream
 

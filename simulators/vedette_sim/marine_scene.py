@@ -24,8 +24,7 @@ from vedette import (
     Trajectory,
     fields,
 )
-from vedette_marine.ais.reports import Reports
-from vedette_marine.ais.tracks import trajectories
+from vedette_marine.ais import Reports, trajectories
 from vedette_marine.geometry import PictureGeometry
 from vedette_sim import ppi_display as display
 from vedette_sim.ais import antenna_path, reports

@@ -18,7 +18,7 @@ from attrs import evolve
 import vedette
 from vedette import ConfigError, InputError, Problem, Progress, VedetteError
 from vedette.progress import on_terminal, silent
-from vedette_marine.ais.reports import KNOT, ROT_STEP
+from vedette_marine.ais import KNOT, ROT_STEP
 from vedette_marine.geometry import write_geometry
 from vedette_sim.marine_scene import RadarPicturesScene
 from vedette_sim.marine_surroundings import land_mask

@@ -24,7 +24,6 @@ from vedette import (
     Trajectory,
     fields,
 )
-from vedette.montecarlo import Scenes
 from vedette.sampling import common_state, corners, draw_clutter, returns, shuffled
 from vedette_sim.convoy import Convoy
 from vedette_sim.crossing import Crossing
@@ -35,6 +34,7 @@ from vedette_sim.merging import merged_returns
 from vedette_sim.population import Population
 from vedette_sim.ships import PLANE, Ship
 from vedette_sim.together import Gaze, drawn_states, look_together, ship_states
+from vedette_study import Scenes
 
 _MOST_SCANS = 1_000_000
 """More scans of one sensor are taken for a wrong unit."""

@@ -8,10 +8,10 @@ from hypothesis import strategies as st
 
 import vedette
 from support.stonesoup_tutorials import PLANE, START, moved, polar, positions, seen
-from vedette.adapters.stonesoup import StoneSoupSource, to_stonesoup, tracks_of
-from vedette.adapters.stonesoup_models import StoneSoupMotion, StoneSoupSensor
 from vedette.errors import ConfigError, InputError
 from vedette.testing import conformance
+from vedette_adapters.stonesoup import StoneSoupSource, to_stonesoup, tracks_of
+from vedette_adapters.stonesoup_models import StoneSoupMotion, StoneSoupSensor
 
 pytest.importorskip("stonesoup", reason="stonesoup is not installed: its objects were not tried")
 
@@ -44,12 +44,8 @@ TestPolarSensor = conformance(
 )
 
 
-@pytest.fixture(autouse=True)
-def _sensors_nightly(request):
-    """Sensors are called a state at a time: their laws take long, and the tutorials try them too."""
-    slow = request.cls in (TestLinearSensor, TestPolarSensor)
-    if slow and request.config.getoption("vedette_profile") != "nightly":
-        pytest.skip("runs in the nightly profile")
+for laws in (TestLinearSensor, TestPolarSensor):
+    pytest.mark.nightly("sensors are called a state at a time: their laws take long, and the tutorials try them too")(laws)
 
 
 def test_a_turning_model_moves_as_stone_soup_moves_it():
@@ -65,9 +61,9 @@ def test_a_turning_model_moves_as_stone_soup_moves_it():
 
 
 def test_axes_must_be_as_many_as_the_models():
-    with pytest.raises(ValueError, match="state: must have 4 axes, as the model has, got"):
+    with pytest.raises(ValueError, match="state: must have 4 axes"):
         StoneSoupMotion(PLAIN, TURN_AXES)
-    with pytest.raises(ValueError, match="state: must have 4 axes, as the model has, got"):
+    with pytest.raises(ValueError, match="state: must have 4 axes"):
         StoneSoupSensor(positions(), TURN_AXES)
 
 
@@ -101,7 +97,7 @@ def test_detections_of_several_sensors_are_told_apart_and_in_order():
     source = StoneSoupSource(scans, lambda found: names[id(found)])
     sensors = {name: StoneSoupSensor(positions(), PLANE) for name in "ab"}
     assert [scan.sensor for scan in source.open(sensors, RNG).scans] == ["a", "b"] * 4
-    with pytest.raises(ConfigError, match="sensor: 'b' is no sensor of the tracker; those are 'a'"):
+    with pytest.raises(ConfigError, match=r"sensor: 'b' is no sensor.*'a'"):
         source.open({"a": sensors["a"]}, RNG)
 
 
@@ -111,9 +107,9 @@ def test_what_does_not_fit_is_said():
         StoneSoupSource([], "s").open(sensors, RNG)
     path = moved([0, 1, 0, 1], steps=4)
     scans = seen([path], positions())
-    with pytest.raises(ConfigError, match="space: must name the axes of the truth"):
+    with pytest.raises(ConfigError, match="space: must name the axes"):
         StoneSoupSource(scans, "s", [path]).open(sensors, RNG)
-    with pytest.raises(InputError, match="states of 4 numbers, and its space 2 axes"):
+    with pytest.raises(InputError, match=r"states of 4 numbers.*2"):
         StoneSoupSource(scans, "s", [path], vedette.Space.of(x="m", y="m")).open(sensors, RNG)
 
 

@@ -22,8 +22,8 @@ from support.stonesoup_tutorials import (
     prior,
     seen,
 )
-from vedette.adapters.stonesoup import StoneSoupSource, tracks_of
-from vedette.adapters.stonesoup_models import StoneSoupMotion, StoneSoupSensor
+from vedette_adapters.stonesoup import StoneSoupSource, tracks_of
+from vedette_adapters.stonesoup_models import StoneSoupMotion, StoneSoupSensor
 
 pytest.importorskip("stonesoup", reason="stonesoup is not installed: its tutorials were not compared")
 

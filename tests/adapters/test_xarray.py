@@ -5,9 +5,9 @@ import pytest
 
 import vedette
 from support.paths import EXAMPLES
-from vedette.adapters.needed import needed
-from vedette.adapters.xarray import to_dataset, to_frame
 from vedette.errors import InputError
+from vedette_adapters.needed import needed
+from vedette_adapters.xarray import to_dataset, to_frame
 
 LINE = EXAMPLES / "filterpy" / "line.csv"
 

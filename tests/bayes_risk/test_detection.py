@@ -116,7 +116,7 @@ def test_nothing_is_left(scans):
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda kind: preprocessor(kind, sensors=1), "sensors: must be at least 2, for one to confirm the other, got 1"),
+        (lambda kind: preprocessor(kind, sensors=1), r"sensors: must be at least 2.*got 1"),
         (lambda kind: kind(SEVEN, "s8", 20.0), "base: must be one of 's1'.*got 's8'"),
         (lambda kind: preprocessor(kind, threshold=0.0), "threshold: must be > 0, got 0 m"),
         (lambda kind: preprocessor(kind, threshold=float("inf")), "threshold: must be a finite number"),
@@ -133,7 +133,7 @@ def test_what_cannot_detect_is_refused(kind, make, message):
 @pytest.mark.parametrize("kind", [BayesRiskDetection, BayesRiskPrinted])
 @pytest.mark.parametrize("costs", [Costs(0, 0), Costs(miss=-5.0), Costs(miss=1, false_alarm=-1.0), Costs(detection=-3.0)])
 def test_costs_that_make_no_risk_are_refused(kind, costs):
-    with pytest.raises(ValueError, match=r"costs: must make every Bayes risk > 0, got R\(\d\) = "):
+    with pytest.raises(ValueError, match=r"costs: must make every Bayes.*got R\(\d\) = "):
         preprocessor(kind, costs=costs)
 
 

@@ -52,11 +52,11 @@ def test_the_error_is_3_2_to_3_8_m_and_the_same_in_both_windows():
     assert abs(rms[0] / rms[1] - 1) < 0.05
 
 
-def test_where_returns_compete_the_printed_covariance_is_twice_too_small(pytestconfig):
-    """At 100 times the clutter 2.33 +- .04 (1000 runs at night: .03); with corrected weights 1.58. Below 1e-6."""
-    runs = 1000 if pytestconfig.getoption("vedette_profile") == "nightly" else 600
+@pytest.mark.nightly("a thousand runs: 15 s")
+def test_where_returns_compete_the_printed_covariance_is_twice_too_small():
+    """At 100 times the clutter 2.33 +- .03 in 1000 runs; with corrected weights 1.58. Below 1e-6."""
     experiments = {name: vedette.load(config) for name, config in CONTESTED.items()}
-    scene = draw(experiments["printed weights, printed P"], runs, DENSE_REACH, np.random.default_rng(50))
+    scene = draw(experiments["printed weights, printed P"], 1000, DENSE_REACH, np.random.default_rng(50))
     size = {}
     for name in ("printed weights, printed P", "printed weights, with spread", "corrected weights, with spread"):
         size[name] = np.mean(contest(experiments[name], *scene).contested)

@@ -54,9 +54,11 @@ kind = "kalman"
 motion = { kind = "gauss_markov_free", sigma = 1.0 }
 [associator]
 kind = "nearest"
+[birth]
+kind = "given"
+start = { x = [0, 1], y = [0, 1], vx = [0, 1], vy = [0, 1] }
 [lifecycle]
 kind = "single_target"
-start = { x = [0, 1], y = [0, 1], vx = [0, 1], vy = [0, 1] }
 """
 
 
@@ -127,4 +129,4 @@ def test_set_changes_the_config_whose_components_are_checked(capsys: pytest.Capt
         assert main(["check", *given, "--set", "gate.probability=2"]) == 2
         assert capsys.readouterr().err == "vedette: error: gate.probability: must be > 0 and <= 1, got 2\n"
     assert main(["check", "pda", "--set", "gate.probability=0.9"]) == 2
-    assert "--set: changes a config: name one, as in --config tracker.toml" in capsys.readouterr().err
+    assert "--set: changes a config: name one" in capsys.readouterr().err

@@ -12,10 +12,9 @@ LIMIT = 10.0
 ENTRIES = [entry for entry in Registry.installed() if entry.role != "reproduction"]
 
 
+@pytest.mark.nightly("all kinds take minutes")
 @pytest.mark.parametrize("entry", ENTRIES, ids=[f"{entry.role}-{entry.kind}" for entry in ENTRIES])
-def test_a_check_is_short_and_finds_nothing(entry, pytestconfig, capsys):
-    if pytestconfig.getoption("vedette_profile") != "nightly":
-        pytest.skip("runs in the nightly profile")
+def test_a_check_is_short_and_finds_nothing(entry, capsys):
     began = time.process_time()
     found = check(entry.cls, Profile.named("fast", 0))
     taken = time.process_time() - began

@@ -3,30 +3,23 @@
 import re
 import shutil
 import subprocess
+from argparse import _SubParsersAction
 
 import pytest
 
-from vedette.cli import _parser, main
-from vedette.commands.completions import tree
+from vedette.cli import _parser
+from vedette.commands.completions import completion_script
 
 
 @pytest.fixture(scope="module")
 def scripts():
-    import contextlib
-    import io
-
-    found = {}
-    for shell in ("bash", "zsh", "fish"):
-        with contextlib.redirect_stdout(io.StringIO()) as out:
-            assert main(["completions", shell]) == 0
-        found[shell] = out.getvalue()
-    return found
+    return {shell: completion_script(_parser(), shell) for shell in ("bash", "zsh", "fish")}
 
 
 def offered(script, folder, *words):
     """Return what bash offers for the last of some words."""
     line = " ".join(f"'{word}'" for word in ("vedette", *words))
-    asked = f'{script}\nCOMP_WORDS=({line}); COMP_CWORD={len(words)}; _vedette; printf "%s\\n" "${{COMPREPLY[@]}}"'
+    asked = f'{script}\nCOMP_WORDS=({line}); COMP_CWORD={len(words)}; _shtab_vedette; printf "%s\\n" "${{COMPREPLY[@]}}"'
     done = subprocess.run(["bash", "-c", asked], cwd=folder, capture_output=True, text=True, check=True, timeout=60)
     assert not done.stderr
     return set(done.stdout.split())
@@ -52,21 +45,29 @@ def test_bash_offers_commands_options_files_and_kinds(scripts, tmp_path):
     assert ask("new", "config", "-") == {"-h", "--help", "--out"}
     assert {"ekf", "motion", "constant_velocity"} <= ask("components", "")
     assert ask("check", "constant_vel") == {"constant_velocity", "constant_velocity_piecewise"}
+    assert ask("check", "har") == {"harbour.toml"}
     assert "vts" in ask("reproduce", "")
     assert ask("completions", "") == {"bash", "zsh", "fish"}
     assert ask("run", "check", "--pro") == set()  # a config of that name: its options are those of `run`
 
 
+def places(parser, path=()):
+    """Yield the words of each command, with its options."""
+    yield path, [flag for action in parser._actions for flag in action.option_strings]
+    for action in parser._actions:
+        if isinstance(action, _SubParsersAction):
+            for name, below in action.choices.items():
+                yield from places(below, (*path, name))
+
+
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
 def test_each_script_knows_each_command_and_option(shell, scripts):
     script = scripts[shell]
-    for node in tree(_parser()).all():
-        for word in node.path:
-            assert word in script
-        for option in node.options:
-            for flag in option.flags:
-                wanted = flag if shell != "fish" else f"-l {flag[2:]}" if flag.startswith("--") else f"-s {flag[1:]}"
-                assert re.search(rf"{re.escape(wanted)}\b", script), (node.name, flag)
+    for path, flags in places(_parser()):
+        assert [word for word in path if word not in script] == []
+        for flag in flags:
+            wanted = flag if shell != "fish" else f"-l {flag[2:]}" if flag.startswith("--") else f"-s {flag[1:]}"
+            assert re.search(rf"{re.escape(wanted)}\b", script), (path, flag)
 
 
 @pytest.mark.parametrize(("shell", "check"), [("bash", "-n"), ("zsh", "-n"), ("fish", "--no-execute")])

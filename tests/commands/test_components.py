@@ -48,7 +48,7 @@ def test_components_of_one_role(capsys):
 
 def test_a_third_partys_motion_works_in_a_config(acme, config, tmp_path, capsys, undrawn):
     estimator = '{kind="ekf", motion={kind="acme_drift", spread=9.0}}'
-    options = ["--set", f"estimator={estimator}", "--set", "lifecycle.spread={}"]
+    options = ["--set", f"estimator={estimator}", "--set", "birth.spread={}"]
     code, figures = in_json(capsys, "run", config, *options, "--out", tmp_path / "results")
     assert code == 0
     assert figures["tracks"] > 0

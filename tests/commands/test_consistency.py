@@ -8,9 +8,9 @@ from attrs import evolve
 
 from vedette.cli import main
 from vedette.config import load
-from vedette.io import write_recording
 from vedette.testing import recorded_consistency
 from vedette.types import Recording
+from vedette_files import write_recording
 
 SCENE = """
 title = "One boat"
@@ -35,9 +35,12 @@ motion = { kind = "constant_velocity", sigma_accel = 1.0 }
 [associator]
 kind = "pda"
 
+[birth]
+kind = "given"
+start = { x = [0, 20], y = [0, 20], vx = [12, 2], vy = [0, 2] }
+
 [lifecycle]
 kind = "single_target"
-start = { x = [0, 20], y = [0, 20], vx = [12, 2], vy = [0, 2] }
 """
 
 LOSING = """
@@ -165,7 +168,7 @@ def test_returns_that_the_gate_shuts_out_are_told(scene, untold):
 
 def test_a_recording_of_no_track_is_wrong_use(scene, capsys):
     assert main(["consistency", str(scene), "--set", "source.duration=1"]) == 2
-    assert "gives no track with enough scans" in capsys.readouterr().err
+    assert "gives no track with enough" in capsys.readouterr().err
 
 
 def test_tracks_that_lost_their_target_are_told_too(losing, capsys):

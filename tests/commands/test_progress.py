@@ -10,7 +10,7 @@ import numpy as np
 
 from support.commands import FILES, files, in_json
 from vedette.cli import main
-from vedette.io import read_tracks
+from vedette_files import read_tracks
 
 
 def test_an_interrupted_run_keeps_what_is_done(acme, config, tmp_path, capsys, undrawn):
@@ -28,7 +28,7 @@ def test_an_interruption_elsewhere_ends_with_its_code(config, monkeypatch, capsy
     def interrupt(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("vedette.commands.run.check_folder", interrupt)
+    monkeypatch.setattr("vedette_report.commands.run.check_folder", interrupt)
     assert main(["run", str(config)]) == 130
     assert capsys.readouterr().err == "vedette: interrupted\n"
 

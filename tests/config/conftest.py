@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import sys
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 
 from vedette import Registry
+from vedette.config.plugins import installed_figures
+from vedette_study.chunk import study_figures
 
 Distribution = Callable[[str, str, str], Path]
 
@@ -20,9 +22,10 @@ def registry() -> Registry:
 
 
 @pytest.fixture
-def distribution(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Distribution:
+def distribution(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Distribution]:
     """A folder on the import path that looks as if pip had installed distributions there from their pyproject.toml."""
     monkeypatch.syspath_prepend(str(tmp_path))
+    _forget_figures()
 
     def install(name: str, module: str, source: str) -> Path:
         project = f'[project]\nname = "{name}"\nversion = "1.0"\n[project.entry-points.vedette]\nmain = "{module}"\n'
@@ -37,4 +40,11 @@ def distribution(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Distributio
         monkeypatch.delitem(sys.modules, module, raising=False)
         return tmp_path
 
-    return install
+    yield install
+    _forget_figures()
+
+
+def _forget_figures() -> None:
+    """What is installed changes within a test, and only there: the figures of plugins are looked up once a process."""
+    installed_figures.cache_clear()
+    study_figures.cache_clear()

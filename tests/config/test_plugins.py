@@ -16,8 +16,7 @@ import vedette
 from support.drift import drifting
 from vedette import ConfigError, Registry
 from vedette.cli import main
-from vedette.config.contract import OLD_NAMES
-from vedette.config.parameters import ROLES
+from vedette_report.page.metrics import metrics
 
 Distribution = Callable[[str, str, str], Path]
 
@@ -41,7 +40,6 @@ def changed(old: str, new: str) -> Callable[[str], str]:
 
 
 CURRENT = 'fields.quantity("m/s", "speed of the water", at_least=0)'
-OLD_METHOD = "def settle(self, own, combined): ...\n\n    def noise("
 UNTOLD = "__import__('attrs').field(converter=str, factory=object)"
 FAULTS: dict[str, tuple[Callable[[str], str], str]] = {
     "another contract": (changed("CONTRACT = 2", "CONTRACT = 1"), "it is written for version 1 of the contract"),
@@ -57,7 +55,6 @@ FAULTS: dict[str, tuple[Callable[[str], str], str]] = {
     "not attrs": (changed("@frozen\n", ""), "Drift is not an attrs class"),
     "not frozen": (changed("@frozen\n", "@__import__('attrs').define\n"), "Drift is not frozen"),
     "not frozen, no slots": (changed("@frozen\n", "@__import__('attrs').mutable(slots=False)\n"), "Drift is not frozen"),
-    "an old name": (changed("def noise(", OLD_METHOD), "`settle`.* contract 2 it is `reframe`"),
     "an unchecked parameter": (changed(CURRENT, "3.0"), "current: nothing checks"),
     "an untold default": (changed(CURRENT, UNTOLD), "Drift: current: its default cannot be told: a config cannot hold"),
 }  # fmt: skip
@@ -115,9 +112,7 @@ def test_a_kind_that_two_third_parties_bring_is_of_neither(distribution: Distrib
 
 def test_a_stranger_does_not_replace_a_kind_of_vedettes(distribution: Distribution) -> None:
     distribution("one-dist", "vedette_test_one", drifting(kind="constant_velocity"))
-    with pytest.raises(
-        ConfigError, match=r"'constant_velocity' is brought by one-dist 1\.0 .* and by vedette .*, so neither"
-    ):
+    with pytest.raises(ConfigError, match=r"'constant_velocity' is brought by one-dist 1\.0 "):
         vedette.build(config())
     assert Registry.installed().find("motion", "constant_acceleration") is not None
 
@@ -128,19 +123,6 @@ def test_one_class_that_two_plugins_name_is_one_kind(distribution: Distribution)
     registry = Registry.installed()
     assert (registry.clashes, registry.broken) == ((), ())
     assert registry.get("motion", "drift").cls.__name__ == "One"
-
-
-OLD = [(role, old) for role, names in OLD_NAMES.items() for old in names if not hasattr(ROLES[role], old)]
-
-
-@pytest.mark.parametrize(("role", "old"), OLD)
-def test_a_name_of_contract_1_is_refused_in_its_role_alone(role: str, old: str) -> None:
-    abstract = type("Old", (ROLES[role],), {old: None, "kind": "old"})
-    with pytest.raises(vedette.PluginError, match=f"Old defines `{old}`, a name of contract 1"):
-        Registry.of(abstract)
-    other = type("Other", (ROLES["source" if role != "source" else "motion"],), {old: None, "kind": "old"})
-    with pytest.raises(vedette.PluginError, match="incomplete"):
-        Registry.of(other)
 
 
 @pytest.fixture
@@ -187,7 +169,7 @@ def test_check_tells_the_reason(kind: str, place: int, capsys: pytest.CaptureFix
 
 @pytest.mark.usefixtures("three")
 def test_a_run_without_them_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vedette.commands.run.can_draw", lambda: False)
+    monkeypatch.setattr("vedette_report.drawing.can_draw", lambda: False)
     path = _scene(tmp_path)
     assert main(["run", str(path), "--out", str(tmp_path / "out")]) == 0
 
@@ -198,7 +180,7 @@ def test_a_plugin_that_fails_to_write_its_files_does_not_take_the_others_with_it
     capsys: pytest.CaptureFixture[str],
     distribution: Distribution,
 ) -> None:
-    monkeypatch.setattr("vedette.commands.run.can_draw", lambda: False)
+    monkeypatch.setattr("vedette_report.drawing.can_draw", lambda: False)
     hook = "\n@vedette.plugin\ndef vedette_files(folder):\n    {}\n"
     distribution("bad-dist", "vedette_test_bad", drifting() + hook.format("raise ValueError('no ink')"))
     distribution("fine-dist", "vedette_test_fine", drifting("Tide", "tide") + hook.format("return ['tides.txt']"))
@@ -206,6 +188,55 @@ def test_a_plugin_that_fails_to_write_its_files_does_not_take_the_others_with_it
     told = capsys.readouterr()
     assert "tides.txt" in told.out
     assert told.err == "vedette: plugin 'main' of bad-dist 1.0: its vedette_files failed: ValueError: no ink\n"
+
+
+FIGURE = """
+
+class Largest:
+    most = None
+
+    def add(self, block):
+        if block.pairs.square.size:
+            self.most = max(self.most or 0.0, float(block.pairs.square.max() ** 0.5))
+
+    def value(self):
+        return self.most
+
+@vedette.plugin
+def vedette_figures():
+    from vedette.metrics import Figure
+    return [Figure("NAME", "m", "largest position error", study="STUDY", start=Largest)]
+"""
+
+
+def with_figure(name: str, study: str) -> str:
+    return drifting() + FIGURE.replace("NAME", name).replace("STUDY", study)
+
+
+def test_a_plugins_figure_is_told_of_every_run_and_study(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, distribution: Distribution
+) -> None:
+    monkeypatch.setattr("vedette_report.commands.run.can_draw", lambda: False)
+    distribution("large-dist", "vedette_test_large", with_figure("largest_m", "largest"))
+    scene, out = _scene(tmp_path), tmp_path / "out"
+    assert main(["run", str(scene), "--out", str(out), "--report"]) == 0
+    found = json.loads((out / "summary.json").read_text())
+    assert found["largest_m"] > found["position_rmse_m"]
+    assert f"{found['largest_m']:.3g} m: largest position error" in (out / "summary.txt").read_text()
+    (row,) = (row for row in metrics([found], (), (), "m")["rows"] if row["name"] == "largest_m")
+    assert (row["about"], row["unit"], row["values"]) == ("largest position error", "m", [found["largest_m"]])
+    study = vedette.monte_carlo(scene, runs=2, seed=1)
+    assert study.means(0)["largest"].value > 0
+    assert study.data()["units"]["largest"] == "m"
+
+
+@pytest.mark.parametrize(("name", "study"), [("gospa_m", "own"), ("own_m", "gospa"), ("two words", "own")])
+def test_a_plugin_with_a_figure_that_there_is_already_is_set_aside(
+    distribution: Distribution, name: str, study: str
+) -> None:
+    distribution("large-dist", "vedette_test_large", with_figure(name, study))
+    (aside,) = Registry.installed().broken
+    assert name in aside.error
 
 
 def _scene(folder: Path) -> Path:
@@ -233,6 +264,7 @@ def test_a_third_partys_motion_model_works_in_a_config_of_another_process(
         "estimator": {"kind": "ekf", "motion": {"kind": "drift", "current": "2 kn"}},
         "sensors": {"radar": {"kind": "cartesian_position", "sigma": 5.0}},
         "associator": {"kind": "nearest"},
+        "birth": {"kind": "from_returns"},
         "lifecycle": {"kind": "m_of_n"},
     }
     paths = os.pathsep.join([str(folder), os.environ.get("PYTHONPATH", "")])

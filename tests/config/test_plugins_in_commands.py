@@ -21,6 +21,7 @@ motion = {{ kind = "{kind}", current = 1.0 }}
 [associator]
 kind = "gnn"
 [birth]
+kind = "from_returns"
 spread = {{}}
 [lifecycle]
 kind = "m_of_n"

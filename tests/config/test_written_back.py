@@ -73,7 +73,8 @@ EXAMPLES: list[tuple[str, dict[str, Any]]] = [
     ),
     ("motion", {"kind": "gauss_markov", "axes": ["bias"], "sigma": 3, "tau": "2 min"}),
     ("motion", {"kind": "product", "models": [STRAIGHT, {"kind": "gauss_markov", "axes": ["z"], "sigma": 3, "tau": 60}]}),
-    ("lifecycle", {"kind": "m_of_n", "spread": {"vx": 3.5}, "sensors": ["radar"], "hits": 2, "looks": 4}),
+    ("birth", {"kind": "from_returns", "spread": {"vx": 3.5}, "sensors": ["radar"]}),
+    ("lifecycle", {"kind": "m_of_n", "hits": 2, "looks": 4}),
     ("source", {"kind": "autoferry", "scenario": 2, "sensors": ["radar"], "lag": {"radar": "1.7 s"}}),
     (
         "source",

@@ -57,7 +57,8 @@ def good() -> dict[str, Any]:
         "sensors": {"radar": {"kind": "range_bearing", "sigma_range": 10.0, "sigma_bearing": 0.01, "max_range": 1e4}},
         "gate": {"probability": 0.99},
         "associator": {"kind": "pda"},
-        "lifecycle": {"kind": "m_of_n", "spread": {"vx": 10, "vy": 10, "turn_rate": 0.01}},
+        "birth": {"kind": "from_returns", "spread": {"vx": 10, "vy": 10, "turn_rate": 0.01}},
+        "lifecycle": {"kind": "m_of_n"},
         "judge": {"cover_radius": 60},
     }
 
@@ -132,8 +133,8 @@ WRONG: list[tuple[str, Any, str, str]] = [
     ("sensors.radar", None, "sensors.radar", "must be a table that names its kind"),
     ("gate", 0.99, "gate", "must be a table of probability, clutter, largest_distance, got 0.99"),
     ("judge", "strict", "judge", "must be a table of "),
-    ("lifecycle.spread", [10, 10], "birth.spread", "must be a table of names, got [10, 10]"),
-    ("lifecycle.spread", {"vx": 10, "vy": "fast", "turn_rate": 0.01}, "birth.spread.vy", "must be a number, got 'fast'"),
+    ("birth.spread", [10, 10], "birth.spread", "must be a table of names, got [10, 10]"),
+    ("birth.spread", {"vx": 10, "vy": "fast", "turn_rate": 0.01}, "birth.spread.vy", "must be a number, got 'fast'"),
     ("estimator.absent", {"turn_rate": [0]}, "estimator.absent.turn_rate", "must be [mean, standard deviation], got [0]"),
     ("estimator.absent", {"turn_rate": [0, -1]}, "estimator.absent.turn_rate", "must be >= 0, got -1"),
     # matrices
@@ -214,14 +215,20 @@ def test_all_problems_are_told_at_once_in_the_order_of_the_config(registry: Regi
 
 @pytest.mark.parametrize("config", [[], 3, None, ["estimator"]])
 def test_a_config_that_is_no_table_is_refused(registry: Registry, config: Any) -> None:
-    with pytest.raises(ConfigError, match="a config must be a table, or the path to a file"):
+    with pytest.raises(ConfigError, match="a config must be a table"):
         build(config, registry)
 
 
 def test_an_empty_table_lacks_everything_that_is_required(registry: Registry) -> None:
     with pytest.raises(ConfigError) as caught:
         build({}, registry)
-    assert [problem.place for problem in caught.value.problems] == ["estimator", "sensors", "associator", "lifecycle"]
+    assert [problem.place for problem in caught.value.problems] == [
+        "estimator",
+        "sensors",
+        "associator",
+        "lifecycle",
+        "birth",
+    ]
 
 
 def test_repeated_references_do_not_blow_up(tmp_path: Path, registry: Registry) -> None:

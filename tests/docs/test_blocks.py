@@ -65,7 +65,7 @@ estimator = { kind = "kalman", motion = { kind = "constant_velocity", sigma_acce
 sensors.radar = { kind = "cartesian_position", sigma = 10.0 }
 associator = { kind = "pda" }
 lifecycle = { kind = "m_of_n" }
-birth = { spread = { vx = 10, vy = 10 } }
+birth = { kind = "from_returns", spread = { vx = 10, vy = 10 } }
 ```
 
 <!-- into: own.toml -->
@@ -233,7 +233,7 @@ def test_a_page_states_what_is_printed(stated, printed, same):
 def test_a_fence_that_nobody_understands_is_refused():
     with pytest.raises(ValueError, match="line 1: blocks are"):
         blocks("```perl\n1\n```\n")
-    with pytest.raises(ValueError, match="line 2: the block is not closed"):
+    with pytest.raises(ValueError, match="line 2: the block is not"):
         blocks("\n```python\n1\n")
     with pytest.raises(ValueError, match="line 1: a fence is"):
         blocks("```python numbers\n1\n```\n")

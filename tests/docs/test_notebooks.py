@@ -8,7 +8,7 @@ from docsite.notebooks import executed, notebook
 from docsite.pages import DOCS, agrees, blocks
 
 TUTORIALS = sorted((DOCS / "tutorials").glob("[0-9]*.md"))
-QUICK = ("01-first-tracker", "05-manoeuvres")  # the others take up to 25 s each: by night
+QUICK = ("01-first-tracker", "05-manoeuvres")
 LACKING = [name for name in ("nbformat", "nbclient", "ipykernel") if find_spec(name) is None]
 pytestmark = pytest.mark.skipif(bool(LACKING), reason=f"needs {', '.join(LACKING)}: the extra `site` brings them")
 
@@ -33,10 +33,13 @@ def printed(cell):
     return "".join(output["text"] for output in cell["outputs"] if output["name"] == "stdout")
 
 
-@pytest.mark.parametrize("page", TUTORIALS, ids=lambda page: page.stem)
-def test_it_runs_from_an_empty_folder_and_prints_what_the_page_says(page, tmp_path, request):
-    if page.stem not in QUICK and request.config.option.vedette_profile != "nightly":
-        pytest.skip("slow: run by the nightly profile")
+SLOW = pytest.mark.nightly("up to 25 s each")
+
+
+@pytest.mark.parametrize(
+    "page", [pytest.param(page, id=page.stem, marks=() if page.stem in QUICK else SLOW) for page in TUTORIALS]
+)
+def test_it_runs_from_an_empty_folder_and_prints_what_the_page_says(page, tmp_path):
     text = page.read_text(encoding="utf-8")
     done = executed(notebook(text, []), tmp_path)
     cells = [cell for cell in done["cells"] if cell["cell_type"] == "code"]

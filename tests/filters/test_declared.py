@@ -4,26 +4,32 @@ import numpy as np
 import pytest
 from attrs import field, frozen
 
-from vedette import Detections, Gaussian, MotionModel, PluginError, Registry, Space, fields
+from vedette import Detections, Gaussian, MotionModel, PluginError, Registry, Space, Tracker, Traits, fields
 from vedette.filters import GaussianFilter, contradiction, predicted
 from vedette.testing import laws_of
 from vedette.testing.judging import Misuse
 from vedette.testing.watch import Watch
 from vedette_flir.estimators.monitored import ResidualMonitored
 from vedette_flir.motion.carrying import Carrying
+from vedette_standard.associators.nearest import Nearest
 from vedette_standard.estimators.bootstrap import BootstrapParticles
 from vedette_standard.estimators.extended import ExtendedKalman
+from vedette_standard.estimators.fading_memory import FadingMemory
 from vedette_standard.estimators.imm import Imm
 from vedette_standard.estimators.kalman import Kalman
+from vedette_standard.estimators.least_squares import LeastSquares
 from vedette_standard.estimators.square_root import SquareRootKalman
 from vedette_standard.estimators.unscented import UnscentedKalman
+from vedette_standard.lifecycles.single_target import SingleTarget
 from vedette_standard.motion.constant_velocity import ConstantVelocity
 from vedette_standard.motion.product import Product
+from vedette_standard.sensors.cartesian_position import CartesianPosition
 from vedette_target_oriented.literal import TargetOrientedLiteral
 
 CV = ConstantVelocity(0.5)
 PRIOR = Gaussian(np.array([[1.0, 2.0, 3.0, 4.0]]), np.diag([4.0, 9.0, 1.0, 1.0])[None])
 RNG = np.random.default_rng(0)
+PARTS = {"radar": CartesianPosition(10.0)}, Nearest(), SingleTarget()
 
 
 @frozen
@@ -31,7 +37,6 @@ class Wide(GaussianFilter):
     """A filter that keeps its belief in other units: its covariance is 100 times what the belief holds."""
 
     kind = "test_wide"
-    gaussian_belief = False
 
     motion: MotionModel = fields.part("how the target moves")
     _inner: ExtendedKalman = field(init=False)
@@ -59,12 +64,6 @@ class Wide(GaussianFilter):
         return Gaussian(belief.mean, 100 * belief.cov)
 
 
-@frozen
-class Undeclared(Wide):
-    kind = "test_undeclared"
-    gaussian_belief = True
-
-
 @pytest.mark.parametrize("modes", [(Wide(CV),), (Wide(CV), Wide(CV)), (Wide(CV), ExtendedKalman(CV))])
 def test_a_mixture_asks_a_mode_whose_belief_is_its_own(modes):
     """Of modes that estimate the same the mixture estimates that, whatever they keep."""
@@ -81,17 +80,42 @@ def test_a_mixture_asks_a_mode_whose_belief_is_its_own(modes):
     np.testing.assert_allclose(found[0].cov, found[1].cov, rtol=1e-12, atol=1e-12)
 
 
-def test_a_class_that_contradicts_itself_is_refused_wherever_it_is_given():
-    why = "Undeclared defines `start`, which is final where `gaussian_belief` is True"
-    with pytest.raises(ValueError, match=rf"modes\[1\]: {why}"):
-        Imm((Kalman(CV), Undeclared(CV)), transition=np.eye(2))
-    with pytest.raises(PluginError, match=why):
-        Registry.of(Undeclared)
-    with pytest.raises(Misuse, match=why):
-        laws_of(Undeclared)
-    assert contradiction(Wide) == ""
-    with pytest.raises(ValueError, match="of: must be a filter whose belief is a mean and a covariance, got 'test_wide'"):
+def test_a_filter_that_adapts_the_noise_needs_the_belief_itself():
+    with pytest.raises(ValueError, match=r"^of: .*'test_wide'"):
         ResidualMonitored(Wide(CV))
+
+
+@pytest.mark.parametrize(
+    ("member", "value"),
+    [
+        ("traits", Traits(draws=True)),
+        ("traits", property(lambda self: Traits(draws=True))),
+        ("drops", ("reframe",)),
+        ("drops", "reframes"),
+        ("takes_frames", True),
+        ("draws", property(lambda self: True)),
+    ],
+)
+def test_a_class_that_contradicts_itself_is_refused_wherever_it_is_given(member, value):
+    contrary = frozen(type("Contrary", (Wide,), {"kind": "test_contrary", member: value}))
+    assert member in contradiction(contrary)
+    with pytest.raises(PluginError, match=f"Contrary.*{member}"):
+        Registry.of(contrary)
+    with pytest.raises(Misuse, match=f"Contrary.*{member}"):
+        laws_of(contrary)
+    with pytest.raises(ValueError, match=rf"^estimator\.modes\[1\]: .*{member}"):
+        Tracker(Imm((Kalman(CV), contrary(CV)), transition=np.eye(2)), *PARTS)
+
+
+def test_traits_are_those_that_a_class_declares_and_those_of_what_it_holds():
+    assert Kalman(CV).traits == Traits(exact_when_linear=True, takes_frames=True, bounded=True)
+    mixture = Imm((Kalman(CV), FadingMemory(CV, 1.1)), transition=np.eye(2))
+    assert mixture.traits == Traits(takes_frames=True, bounded=True, conservative=True)
+    assert Imm((Kalman(CV), UnscentedKalman(CV)), transition=np.eye(2)).traits == Traits()
+    assert Imm((Kalman(CV), BootstrapParticles(CV)), transition=np.eye(2)).traits == Traits(draws=True)
+    assert ResidualMonitored(FadingMemory(CV, 1.1)).traits == Traits(takes_frames=True, conservative=True)
+    assert LeastSquares(CV).traits == Traits(exact_when_linear=True)
+    assert LeastSquares(CV, forgetting=0.9).traits == Traits(conservative=True)
 
 
 @frozen
@@ -117,7 +141,7 @@ class Declared(Turning):
 
 
 def test_a_frame_that_turns_without_saying_so_is_refused():
-    with pytest.raises(PluginError, match="Turning defines `reframe`, which nobody calls unless it declares"):
+    with pytest.raises(PluginError, match=r"Turning.*`reframe`"):
         Registry.of(Turning)
     assert contradiction(Declared) == contradiction(TargetOrientedLiteral) == contradiction(Carrying) == ""
     for estimator in (Imm, ExtendedKalman, SquareRootKalman, ResidualMonitored, BootstrapParticles):
@@ -128,13 +152,13 @@ def test_a_frame_that_turns_without_saying_so_is_refused():
 def test_wrappers_forward_what_they_wrap(kind):
     carried = Carrying(Declared(), {"width": "m"})
     assert carried.reframes
-    assert kind(carried).reframes
-    assert not kind(Carrying(CV, {"width": "m"})).reframes
+    assert kind(carried).traits.reframes
+    assert not kind(Carrying(CV, {"width": "m"})).traits.reframes
     if kind is ExtendedKalman:
-        assert ResidualMonitored(kind(carried)).reframes
+        assert ResidualMonitored(kind(carried)).traits.reframes
     mixture = Imm((kind(carried), kind(carried)), transition=np.eye(2))
-    assert not mixture.reframes, "a mixture re-expresses its modes itself"
-    with pytest.raises(ValueError, match=r"models\[0\]: 'carrying' turns its frame with its target"):
+    assert not mixture.traits.reframes, "a mixture re-expresses its modes itself"
+    with pytest.raises(ValueError, match=r"models\[0\]: 'carrying' turns its frame"):
         Product((carried,))
     Product((Carrying(CV, {"width": "m"}),))
 
@@ -176,5 +200,5 @@ def test_a_motion_that_only_carries_axes_along_is_no_hindrance():
         np.testing.assert_allclose(found.cov[..., :4, :4], expected.cov, atol=1e-9)
         turning = kind(Declared())
         start = turning.start(PRIOR, CV.state, RNG)
-        with pytest.raises(NotImplementedError, match="turns its frame: two moments have none in common"):
+        with pytest.raises(NotImplementedError, match="turns its frame"):
             turning.smooth_step(start, start, 1.0, RNG)

@@ -19,6 +19,7 @@ def tracker(estimator):
         "estimator": estimator,
         "sensors": CAMERA,
         "associator": {"kind": "nearest"},
+        "birth": {"kind": "given"},
         "lifecycle": {"kind": "single_target"},
     }
 
@@ -34,7 +35,7 @@ def mixture(*modes):
     ids=lambda config: config["kind"],
 )  # fmt: skip
 def test_those_that_take_frames_get_a_camera(estimator):
-    assert vedette.build(tracker(estimator)).estimator.takes_frames
+    assert vedette.build(tracker(estimator)).estimator.traits.takes_frames
 
 
 @pytest.mark.parametrize(
@@ -65,12 +66,12 @@ class Stranger(GaussianFilter):
 @frozen
 class Seer(Stranger):
     kind = "test_seer"
-    takes_frames = True
+    declares = vedette.Traits(takes_frames=True)
 
 
 def test_a_third_partys_estimator_declares_it():
     whole = vedette.build(tracker(EKF))
-    parts = whole.sensors, Nearest(), whole.lifecycle
-    with pytest.raises(ValueError, match=r"sensors\.camera: is a camera, but 'test_stranger' takes no frames: use 'ekf'"):
+    parts = whole.sensors, Nearest(), whole.lifecycle, None
+    with pytest.raises(ValueError, match=r"sensors\.camera: is a camera, but 'test_stranger' takes no.*'ekf'"):
         Tracker(Stranger(whole.estimator.motion), *parts)
     Tracker(Seer(whole.estimator.motion), *parts)

@@ -5,11 +5,11 @@ import json
 import numpy as np
 import pytest
 
-from vedette.report.reproduction import data, text
 from vedette_flir import reproduction as study
 from vedette_flir.matched import Record
 from vedette_flir.reproduction import FlirReproduction
 from vedette_flir.variations import Variation
+from vedette_study.reproduction import data, text
 
 
 def made(runs, lost):

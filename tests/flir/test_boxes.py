@@ -50,10 +50,10 @@ def test_each_of_several_boxes_starts_a_track(tmp_path):
 @pytest.mark.parametrize(
     ("change", "told"),
     [
-        ("source.box=[500, 20, 9, 9]", r"source\.box: must lie in the image of 120 x 60 px, got one whose middle is at 503"),
+        ("source.box=[500, 20, 9, 9]", r"source\.box: must lie.*503"),
         ("source.box=[1, -30, 9, 9]", r"source\.box: must lie in the image"),
         ("source.boxes=[[37, 27, 9, 9], [200, 1, 9, 9]]", r"source\.boxes\[1\]: must lie in the image"),
-        ("source.boxes=[[37, 27, 9]]", r"source\.boxes: must be rows of \[x, y, w, h\], got 3 numbers"),
+        ("source.boxes=[[37, 27, 9]]", r"source\.boxes: must be rows of \[x, y, w, h\].*got 3 numbers"),
         ("source.boxes=[[37, 27, 0, 9]]", r"source\.boxes\[0\]: must be \[x, y, w, h\] with w and h > 0"),
     ],
 )

@@ -71,10 +71,9 @@ def test_a_target_comes_back_as_a_markov_chain_says():
     np.testing.assert_allclose(chain.predict(chain.predict(np.array([0.3]), 0.2), 0.5), chain.predict(np.array([0.3]), 0.7))
 
 
-def test_recorded_clips_run_whole(pytestconfig):
+@pytest.mark.nightly("eight clips: a minute")
+def test_recorded_clips_run_whole():
     """Across their cuts: lost frames beyond ten of an episode are doubtful in .75, good ones in at most .03."""
-    if pytestconfig.getoption("vedette_profile") != "nightly":
-        pytest.skip("nightly: eight clips take a minute")
     folder = recording("ir_clips")
     offsets = dict(row.split(",")[:2] for row in (folder / "segments.csv").read_text().split()[1:])
     doubted, falsely = [], []

@@ -71,7 +71,7 @@ def test_a_frame_that_goes_away_is_told(tmp_path):
         cv2.imwrite(str(path / f"{k:03d}.png"), image)
     recording = experiment(path).run().recording
     (path / "001.png").unlink()
-    with pytest.raises(InputError, match=r"frame 1: cannot be read any more: the file was changed"):
+    with pytest.raises(InputError, match="frame 1: cannot be read any"):
         recording.scans[1]
 
 

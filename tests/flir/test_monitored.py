@@ -6,9 +6,9 @@ import pytest
 import vedette
 from vedette import Detections, Gaussian, Scan
 from vedette.metrics.consistency import nees
-from vedette.montecarlo.lockstep import run_together
 from vedette.sampling.trajectories import draw_states
 from vedette_standard.motion.constant_velocity import ConstantVelocity
+from vedette_study.lockstep import run_together
 
 
 def figures(true_accel, gain, runs=200, scans=150):
@@ -20,6 +20,7 @@ def figures(true_accel, gain, runs=200, scans=150):
             "sensors": {"radar": {"kind": "cartesian_position", "sigma": 2.0}},
             "gate": {"probability": 0.999999999},
             "associator": {"kind": "pda"},
+            "birth": {"kind": "given"},
             "lifecycle": {"kind": "single_target"},
         }
     ).tracker

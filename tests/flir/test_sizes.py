@@ -70,10 +70,9 @@ def test_places_are_the_same_with_and_without_a_size_that_follows():
     assert not plain[:, 4:, 4:].any()
 
 
-def test_labels_of_recorded_clips_lie_within_the_stated_doubt(pytestconfig):
+@pytest.mark.nightly("twenty segments: 10 s")
+def test_labels_of_recorded_clips_lie_within_the_stated_doubt():
     """Of the sides of all labels .95 are within 1.96 standard deviations, as the doubt was chosen; the overlap is .78."""
-    if pytestconfig.getoption("vedette_profile") != "nightly":
-        pytest.skip("nightly: twenty segments take ten seconds")
     folder = recording("ir_clips")
     clips = [row.split(",")[0] for row in (folder / "segments.csv").read_text().split()[1:]]
     within, overlap = [], []

@@ -206,7 +206,7 @@ def test_the_printed_correlation_would_not_do():
 
 
 def test_spots_that_cannot_be_are_refused():
-    with pytest.raises(ValueError, match="spots: must hold at least one spot"):
+    with pytest.raises(ValueError, match="spots: must hold at least one"):
         HotSpots(spots=())
     with pytest.raises(ValueError, match=r"correlation: must be >= -0\.95 and <= 0\.95, got 1"):
         Spot(1.0, 1.0, 1.0)

@@ -17,6 +17,7 @@ TRACKER = {
     "sensors": {"camera": {"kind": "box_centroid", "detection_probability": 0.95}},
     "gate": {"probability": 0.9999},
     "associator": {"kind": "pda"},
+    "birth": {"kind": "given"},
     "lifecycle": {"kind": "single_target"},
 }
 

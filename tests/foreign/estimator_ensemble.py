@@ -29,7 +29,7 @@ class EnsembleKalman(OverMotion):
     """
 
     kind = "ensemble_kalman"
-    draws = True
+    declares = vedette.Traits(draws=True)
     motion: vedette.MotionModel = vedette.fields.part("how the target moves")
     members: int = vedette.fields.integer("states per track", default=400, at_least=400, at_most=1_000_000)
 
@@ -89,7 +89,7 @@ class MonteCarloKalman(GaussianFilter):
     """
 
     kind = "monte_carlo_kalman"
-    draws = True
+    declares = vedette.Traits(draws=True)
     motion: vedette.MotionModel = vedette.fields.part("how the target moves")
     points: int = vedette.fields.integer("states drawn per track", default=300, at_least=100, at_most=2000)
 

@@ -19,7 +19,7 @@ class FadingMemory(GaussianFilter):
     """
 
     kind = "fading_memory"
-    conservative = True
+    declares = vedette.Traits(conservative=True)
     motion: vedette.MotionModel = vedette.fields.part("how the target moves")
     memory: float = vedette.fields.quantity("s", "time after which a return counts 1/e", default=200, at_least=1)
 
@@ -61,7 +61,7 @@ class InformationFilter(OverMotion):
     """
 
     kind = "information_filter"
-    exact_when_linear = True
+    declares = vedette.Traits(exact_when_linear=True)
     motion: vedette.MotionModel = vedette.fields.part("how the target moves; a linear model")
 
     def __attrs_post_init__(self):

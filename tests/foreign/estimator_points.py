@@ -31,7 +31,7 @@ class GaussHermite(GaussianFilter):
     """
 
     kind = "gauss_hermite"
-    exact_when_linear = True
+    declares = vedette.Traits(exact_when_linear=True)
     motion: vedette.MotionModel = vedette.fields.part("how the target moves")
     order: int = vedette.fields.integer("points per axis", default=3, at_least=2, at_most=3)
 
@@ -72,7 +72,7 @@ class CentralDifference(GaussianFilter):
     """
 
     kind = "central_difference"
-    exact_when_linear = True
+    declares = vedette.Traits(exact_when_linear=True)
     motion: vedette.MotionModel = vedette.fields.part("how the target moves")
 
     def _moments(self, function, space, x, root, over):

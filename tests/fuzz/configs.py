@@ -45,6 +45,7 @@ def drawn(rng: np.random.Generator) -> dict[str, Any]:
         "estimator": _part(rng, "estimator", 0),
         "sensors": {"radar": _part(rng, "sensor", 0)},
         "associator": _part(rng, "associator", 0),
+        "birth": _part(rng, "birth", 0),
         "lifecycle": _part(rng, "lifecycle", 0),
     }
     if rng.random() < 0.5:

@@ -12,20 +12,20 @@ import numpy as np
 import vedette
 from fuzz.samples import Files
 from vedette import Experiment, Rows, Tracker
-from vedette.io import AutoferrySource, CsvSource, JsonLinesSource, read_tracks
-from vedette.io.csv_platform import PlatformColumns
-from vedette.io.csv_returns import DetectionColumns
-from vedette.io.csv_truth import TruthColumns
 from vedette.metrics import judge
-from vedette.report.figures import figures
-from vedette.report.summary import summary
 from vedette.roles import Sensor
 from vedette.supporting import Source
+from vedette_files import AutoferrySource, CsvSource, JsonLinesSource, read_tracks
+from vedette_files.csv_platform import PlatformColumns
+from vedette_files.csv_returns import DetectionColumns
+from vedette_files.csv_truth import TruthColumns
 from vedette_flir.sources.video import VideoSource
 from vedette_marine.ais.csv import read_csv
 from vedette_marine.ais.nmea import read_nmea
 from vedette_marine.screen import RadarScreen
 from vedette_marine.sources.pictures import RadarPictures
+from vedette_report.figures import figures
+from vedette_report.summary import summary
 from vedette_standard.sensors.cartesian_position import CartesianPosition
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "flir_clip.toml"
@@ -142,7 +142,8 @@ TRACKER = {
     "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 1}},
     "sensors": {"radar": {"kind": "cartesian_position", "sigma": 1, "detection_probability": 0.9, "clutter_density": 1e-6}},
     "associator": {"kind": "pda"},
-    "lifecycle": {"kind": "m_of_n", "spread": {"vx": 1, "vy": 1}},
+    "birth": {"kind": "from_returns", "spread": {"vx": 1, "vy": 1}},
+    "lifecycle": {"kind": "m_of_n"},
 }
 
 

@@ -13,8 +13,8 @@ import vedette
 from fuzz.cases import pick
 from fuzz.inputs import CELLS, spoilt
 from fuzz.readers import RADAR, check_rows, count, opened
-from vedette.io import CsvSource
-from vedette.io.csv_returns import DetectionColumns
+from vedette_files import CsvSource
+from vedette_files.csv_returns import DetectionColumns
 
 Rng = np.random.Generator
 Table = dict[str, list[object]]

@@ -10,11 +10,15 @@ from vedette import Frame, InputError, Pose, Scan, load
 from vedette.metrics import judge
 from vedette_marine import configs, scenes
 from vedette_marine.preprocessors.cfar import Cfar
-from vedette_marine.preprocessors.rates import cell_average, factor, greatest_of, ordered
+from vedette_marine.preprocessors.rates import factor, greatest_of, ordered
 from vedette_marine.screen import RadarScreen
 
 SCREEN = {"receiver": RadarScreen()}
 TESTS = ("CA", "GO", "OS")
+
+
+def cell_average(factor, cells):
+    return (1.0 + factor / cells) ** -cells
 
 
 def seen(preprocessor, power, pose=None):
@@ -114,6 +118,7 @@ def test_bad_sweeps_and_settings_are_told():
     assert len(seen(Cfar(SCREEN, cell=5.0), np.ones((4, 20))).z) == 0  # shorter than a window
 
 
+@pytest.mark.nightly("runs of raw video: 4 s")
 @pytest.mark.parametrize("test", TESTS)
 def test_boats_are_tracked_from_simulated_sweeps(test):
     """Raw video instead of pictures, from a config; false alarms of the sea's spikes are left to the tracker."""

@@ -9,7 +9,6 @@ import pytest
 from support.paths import EXAMPLES
 from vedette import Detections, Gaussian, Scan, build, load, to_config
 from vedette.metrics.consistency import nees
-from vedette.montecarlo.lockstep import run_together
 from vedette.sampling.trajectories import draw_states
 from vedette_marine import configs, outcome, scenes
 from vedette_marine import reproduction as study
@@ -17,6 +16,7 @@ from vedette_marine.points import by_frame_number, draw
 from vedette_marine.reproduction import MarineReproduction, record, tuned
 from vedette_standard.motion.constant_velocity import ConstantVelocity
 from vedette_standard.motion.coordinated_turn import CoordinatedTurn
+from vedette_study.lockstep import run_together
 
 # The study.
 

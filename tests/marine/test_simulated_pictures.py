@@ -58,6 +58,7 @@ ROUGH = {"shape": 0.5, "level": 5.0, "seconds": 6.2}
 """A spiky sea, 4 dB above that of the scene: 80 false returns a picture instead of 3."""
 
 
+@pytest.mark.nightly("two runs of pictures: 3 s")
 def test_evidence_of_the_picture_keeps_spikes_from_becoming_tracks():
     """Tracks that start by themselves in a spiky sea: with brightness and size at most three quarters of the false ones."""
     overrides = ["source.frames=30", "source.lost=0", "source.buoys=[]", "sensors.radar.clutter_density=2e-6"]
@@ -74,21 +75,19 @@ def test_evidence_of_the_picture_keeps_spikes_from_becoming_tracks():
     assert informed.coverage >= plain.coverage
 
 
-def test_boats_are_kept_in_a_rough_sea(pytestconfig, monkeypatch):
-    """Announced boats, whose tracks need the gate alone: no worse than in the scene's own sea. Four runs at night."""
-    night = pytestconfig.getoption("vedette_profile") == "nightly"
-    monkeypatch.setattr(picture_runs, "SCENES", short("MANV-like", 1000 if night else 30, sea=ROUGH))
-    for records in tracked_from_pictures("MANV-like", 4 if night else 1, 2027).values():
+@pytest.mark.nightly("four runs of pictures: minutes")
+def test_boats_are_kept_in_a_rough_sea(monkeypatch):
+    """Announced boats, whose tracks need the gate alone: no worse than in the scene's own sea."""
+    monkeypatch.setattr(picture_runs, "SCENES", short("MANV-like", 1000, sea=ROUGH))
+    for records in tracked_from_pictures("MANV-like", 4, 2027).values():
         assert not any(each.lost.any() for each in records.values())
-        assert outcome.rms(records["IMM-PDAF"], "ais") <= (12.0 if night else 20.0)
+        assert outcome.rms(records["IMM-PDAF"], "ais") <= 12.0
 
 
-def test_the_large_ship_is_tracked_from_simulated_pictures(pytestconfig, monkeypatch):
+@pytest.mark.nightly("four runs of pictures: minutes")
+def test_the_large_ship_is_tracked_from_simulated_pictures():
     """A beacon sends every 45 s. What is seen is the hull; the antenna that AIS tells of stands 65 m aft of its middle."""
-    night = pytestconfig.getoption("vedette_profile") == "nightly"
-    if not night:
-        monkeypatch.setattr(picture_runs, "SCENES", short("DARC-like", 40))
-    (records,) = tracked_from_pictures("DARC-like", 4 if night else 1, 2026).values()
+    (records,) = tracked_from_pictures("DARC-like", 4, 2026).values()
     assert not any(each.lost.any() for each in records.values())
     assert outcome.rms(records["IMM-PDAF"], "centre") <= 30.0
     assert 40.0 < outcome.rms(records["IMM-PDAF"], "ais") < 90.0
@@ -96,7 +95,7 @@ def test_the_large_ship_is_tracked_from_simulated_pictures(pytestconfig, monkeyp
 
 
 def test_the_study_from_pictures_says_all_and_a_run_is_the_same_among_others(monkeypatch):
-    scenes = short("MANV-like", 24) | short("DARC-like", 20)
+    scenes = short("MANV-like", 20) | short("DARC-like", 20)
     monkeypatch.setattr(picture_runs, "SCENES", scenes)
     monkeypatch.setattr(picture_runs, "tuned", lambda scene, seed, number, keep: study.TUNED[scene])
     results = [picture_runs.MarinePicturesReproduction().run(runs, 3, quietly) for runs in (1, 2)]

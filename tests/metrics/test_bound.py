@@ -10,13 +10,13 @@ from support.scenes import Polar
 from vedette import ConfigError, Scan, Space, Trajectory
 from vedette.metrics import Bound, Judge, enumerated_bound, information, judge, reduced_bound
 from vedette.metrics.bound import bound_along
-from vedette.montecarlo.plan import plan
-from vedette.montecarlo.study import perform
 from vedette.sampling import draw_states
 from vedette.types import Detections
 from vedette_standard.motion.constant_velocity import ConstantVelocity
 from vedette_standard.sensors.cartesian_position import CartesianPosition
 from vedette_standard.sensors.range_bearing import RangeBearing
+from vedette_study.plan import plan
+from vedette_study.study import perform
 
 CV = ConstantVelocity(0.5)
 START = {"x": 20.0, "y": 20.0, "vx": 3.0, "vy": 3.0}
@@ -205,11 +205,11 @@ def test_several_trajectories_at_once_are_each_alone():
 
 
 def test_what_is_wrong_is_told():
-    with pytest.raises(ValueError, match="start: must give the axes x, y, vx, vy, got x"):
+    with pytest.raises(ValueError, match=r"start: must give the axes x, y.*got x"):
         Bound(CV, {"x": 1.0})
-    with pytest.raises(ValueError, match="start: vx: the standard deviation must be >= 0, got -3"):
+    with pytest.raises(ValueError, match=r"start: vx: the standard deviation.*got -3"):
         Bound(CV, START | {"vx": -3.0})
     turning = {"kind": "gauss_markov", "axes": ["x", "vx"], "sigma": 1.0, "tau": 1.0}
     config = experiment({"kind": "kalman"}, POSITION, judge={"bound": {"motion": turning, "start": {"x": 1.0, "vx": 1.0}}})
-    with pytest.raises(ConfigError, match=r"judge.bound.motion: must have the axis y that sensor 'radar' observes"):
+    with pytest.raises(ConfigError, match=r"judge.bound.motion: must have the axis y.*'radar'"):
         vedette.load(config)

@@ -57,9 +57,7 @@ def test_a_truth_of_positions_alone_gives_no_velocity_error():
 
 # Input that is wrong
 def test_truth_without_a_shared_position_is_refused():
-    with pytest.raises(
-        InputError, match=r"^truth 'boat': must have a position axis x, y or z of the tracks, has \(range \[m\]\)"
-    ):
+    with pytest.raises(InputError, match=r"^truth 'boat': must have a position axis x, y or z"):
         judge(
             [history(1, TEN, still(TEN))],
             [Trajectory("boat", Space.of(range="m"), TEN, np.zeros((10, 1)))],
@@ -75,7 +73,7 @@ def test_truth_in_another_unit_is_refused():
 
 
 def test_a_track_at_a_time_without_a_scan_is_refused():
-    with pytest.raises(InputError, match=r"^tracks: track 3 has an entry at 4.500000 s, when there is no scan"):
+    with pytest.raises(InputError, match=r"^tracks: track 3 has an entry at 4.500000 s"):
         judge([history(3, [4.0, 4.5], still([4, 4.5]))], [BOAT], looks(TEN), Judge())
 
 

@@ -1,4 +1,4 @@
-"""A run judged block by block has the figures of one judged whole; wrong sums over blocks are caught."""
+"""A run judged as it goes has the figures of its tracks judged at the end, to the last bit; mutants are caught."""
 
 import attrs
 import numpy as np
@@ -8,9 +8,11 @@ import vedette
 from support.histories import path
 from support.ships import AROUND, RADAR, radar_and_beacon
 from vedette import InputError, Space
-from vedette.metrics import Judge, RunningJudge, Score, judge
+from vedette.errors import PluginError
+from vedette.metrics import FIGURES, Figure, Judge, RunningJudge, judge, tally
+from vedette.metrics import running as judging_module
 from vedette.metrics.coverage import Held
-from vedette.metrics.tally import Tally
+from vedette.metrics.tally import Fate, Total
 from vedette.types import Gaussian
 
 SHIPS = {  # nothing before 10 s, between 60 and 80 s, and after 130 s; one overtakes two
@@ -27,9 +29,9 @@ CONFIG = radar_and_beacon(
     estimator={"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 0.5}},
 )
 WHOLE_TRACKS = [
-    field.name
-    for field in attrs.fields(Score)
-    if field.name.startswith(("trajectory_gospa", "ospa2", "mota", "motp", "hota", "siap", "position_bound"))
+    figure.name
+    for figure in FIGURES
+    if figure.name.startswith(("trajectory_gospa", "ospa2", "mota", "motp", "hota", "siap", "position_bound"))
 ]
 """Figures that need the histories of whole tracks."""
 OPTIONS = {
@@ -47,38 +49,35 @@ def run():
     return experiment, experiment.run(keep_states=True)
 
 
-def running(run, options, block):
-    """The score of a run judged in blocks of so many scans."""
+def judging_of(run, options, block, **further):
+    """The judge of a run, after blocks of so many scans."""
     experiment, result = run
     tracker = experiment.tracker
-    judging = RunningJudge(result.recording.truth, tracker.state, options, tracker.gate.probability)
+    judging = RunningJudge(result.recording.truth, tracker.state, options, tracker.gate.probability, **further)
     for i, (scan, state) in enumerate(zip(result.scans, result.states, strict=True)):
         judging.add(scan, state.ids, state.confirmed, tracker.estimate(state), state.nis, state.hit, None)
         if i % block == block - 1:
             judging.finish_block()
     judging.finish_block()
     assert judging.finish_block() is None
-    return judging.score()
+    return judging
+
+
+def running(run, options, block):
+    return judging_of(run, options, block, keep=np.inf).score()
 
 
 def check(run, options, block):
     experiment, result = run
     gate = experiment.tracker.gate.probability
     whole = judge(result.tracks, result.recording.truth, result.scans, options, gate)
-    wanted = attrs.asdict(whole) | dict.fromkeys(WHOLE_TRACKS)
-    agree(attrs.asdict(running(run, options, block)), wanted, "")
+    assert running(run, options, block) == whole
 
 
-def agree(found, wanted, place):
-    if isinstance(wanted, dict):
-        for name in wanted:
-            agree(found[name], wanted[name], f"{place}.{name}")
-    elif isinstance(wanted, tuple):
-        assert len(found) == len(wanted), place
-        for i, each in enumerate(wanted):
-            agree(found[i], each, f"{place}[{i}]")
-    else:
-        assert found == (pytest.approx(wanted, rel=1e-11, abs=1e-12) if isinstance(wanted, float) else wanted), place
+@pytest.fixture(scope="module")
+def told(run):
+    """The figures of all options, by the judge as it is."""
+    return {name: running(run, options, 50) for name, options in OPTIONS.items()}
 
 
 @pytest.mark.parametrize("block", [1, 13, 1000])
@@ -110,6 +109,52 @@ def test_a_run_without_truth_or_without_tracks(run):
     assert judging.score() == attrs.evolve(whole, **dict.fromkeys(WHOLE_TRACKS))
 
 
+def test_figures_of_whole_tracks_are_left_out_beyond_what_may_be_kept(run):
+    whole = running(run, OPTIONS["usual"], 13)
+    assert all(getattr(whole, name) is not None for name in WHOLE_TRACKS if name != "position_bound_m")
+    for most in (0.0, 1000.0):
+        judging = judging_of(run, OPTIONS["usual"], 13, keep=most)
+        assert judging.whole.dropped
+        assert judging.score() == attrs.evolve(whole, **dict.fromkeys(WHOLE_TRACKS))
+    assert not judging_of(run, OPTIONS["usual"], 13, keep=1e6).whole.dropped
+
+
+def test_a_total_is_the_sum_of_all_at_once():
+    numbers = np.random.default_rng(1).normal(size=(2, 5000)) * 1e3
+    total, later = Total(), Total()
+    for part in np.split(numbers[:, :4000], [1, 700, 1300], axis=1):
+        total.add(part)
+    later.add(numbers[:, 4000:])
+    total.join(later)
+    assert total.value.tolist() == [np.sum(numbers[0]), np.sum(numbers[1])]
+    assert total.count == 5000
+
+
+class Largest:
+    """The largest position error so far."""
+
+    def __init__(self):
+        self.most = None
+
+    def add(self, block):
+        error = block.found.pairs().error[:, :2]
+        if len(error):
+            self.most = max(self.most or 0.0, float(np.max(np.linalg.norm(error, axis=-1))))
+
+    def value(self):
+        return self.most
+
+
+def test_a_plugins_figure_is_one_more(run):
+    largest = Figure("largest_error_m", "m", "largest position error", start=Largest)
+    score = judging_of(run, OPTIONS["usual"], 13, figures=[largest]).score()
+    assert score.position_rmse_m < score.more["largest_error_m"] < 50.0
+    assert score.figures()["largest_error_m"] == score.more["largest_error_m"]
+    broken = Figure("broken", "1", "fails", start=lambda: None)
+    with pytest.raises(PluginError, match="broken"):
+        judging_of(run, OPTIONS["usual"], 13, figures=[broken])
+
+
 def evolve_truth(result, truth):
     return attrs.evolve(result, recording=attrs.evolve(result.recording, truth=truth))
 
@@ -119,61 +164,64 @@ def test_what_cannot_be_judged_is_said_before_the_run():
         RunningJudge((path("boat", [0.0, 1.0], np.zeros((2, 2))),), Space.of(vx="m/s", vy="m/s"), Judge())
 
 
-def test_what_is_known_of_tracks_that_ended_is_forgotten(run):
-    held = {}
-    tally_forget = Tally.forget
-    with pytest.MonkeyPatch.context() as patch:
-
-        def watched(self, alive):
-            tally_forget(self, alive)
-            held["owners"] = set(self.held.owner) | set(self._held_longer.owner)
-            held["alive"] = set(alive.tolist())
-
-        patch.setattr(Tally, "forget", watched)
-        running(run, OPTIONS["strict"], 5)
-    assert held["owners"] <= held["alive"]
+def test_what_is_known_of_tracks_that_ended_is_forgotten(run, monkeypatch):
+    monkeypatch.setattr(judging_module, "_REMEMBERED", 0)
+    monkeypatch.setattr(judging_module, "RETURNS", 5)
+    judging = judging_of(run, OPTIONS["strict"], 5, keep=np.inf)
+    assert judging._most > 0, "it forgot now and then"
+    judging._forget()
+    last = {track for state in run[1].states[-10:] for track in state.ids.tolist()}
+    for known in (judging._seen, judging._confirmed, judging._held.owner, judging._held_longer.owner):
+        assert set(known) <= last
     assert len(run[1].tracks) > 3
+    assert judging.score().tracks == len(run[1].tracks)
 
 
-def no_memory(self, found, times, which=None):
-    self.held = Held(len(self.truth))
-    usual_add(self, found, times, which)
+def no_memory(self, scans, entries, gates):
+    self._held = Held(len(self._truth))
+    return usual_judged(self, scans, entries, gates)
 
 
-def gaps_at_once(self, found, times, which=None):
-    usual_add(self, found, times, which)
-    self.scans += self._waiting
-    self._waiting = 0
+def gaps_at_once(self, block, alive, known):
+    usual_sum(self, block, alive, known)
+    self._judged += self._later.count
+    self._sets.join(self._later)
+    self._later = Total()
 
 
-def gaps_never(self, found, times, which=None):
-    usual_add(self, found, times, which)
-    self._waiting, self._later = 0, [0.0] * 7
+def gaps_never(self, block, alive, known):
+    usual_sum(self, block, alive, known)
+    self._later = Total()
 
 
-def switches_within_blocks(fate, times, cover, longer):
-    fate.label = -1
-    usual_follow(fate, times, cover, longer)
+def switches_within_blocks(self, times, cover, longer):
+    self.label = -1
+    usual_follow(self, times, cover, longer)
 
 
-def losses_within_blocks(fate, times, cover, longer):
-    fate.held_last = -1
-    usual_follow(fate, times, cover, longer)
+def losses_within_blocks(self, times, cover, longer):
+    self.held_last = -1
+    usual_follow(self, times, cover, longer)
 
 
-usual_add, usual_follow = Tally.add, Tally._follow
+def summed_by_parts(self, values):
+    self._sum, self._parts = self._sum + np.sum(values, axis=-1), []
+    self.count += values.shape[-1]
+
+
+usual_judged, usual_sum, usual_follow = RunningJudge.judged, RunningJudge._sum, Fate.follow
 MUTANTS = {
-    "blocks matched without those before": ("add", no_memory, "wide"),
-    "scans after the last object judged": ("add", gaps_at_once, "usual"),
-    "scans between two objects left out": ("add", gaps_never, "usual"),
-    "switches from block to block not counted": ("_follow", staticmethod(switches_within_blocks), "wide"),
-    "losses over blocks not counted": ("_follow", staticmethod(losses_within_blocks), "strict"),
+    "blocks matched without those before": (RunningJudge, "judged", no_memory, "wide"),
+    "scans after the last object judged": (RunningJudge, "_sum", gaps_at_once, "usual"),
+    "scans between two objects left out": (RunningJudge, "_sum", gaps_never, "usual"),
+    "switches from block to block not counted": (Fate, "follow", switches_within_blocks, "wide"),
+    "losses over blocks not counted": (Fate, "follow", losses_within_blocks, "strict"),
+    "sums by blocks": (tally.Total, "add", summed_by_parts, "usual"),
 }
 
 
 @pytest.mark.parametrize("name", MUTANTS)
-def test_a_mutant_is_caught(run, monkeypatch, name):
-    attribute, mutant, options = MUTANTS[name]
-    monkeypatch.setattr(Tally, attribute, mutant)
-    with pytest.raises(AssertionError):
-        check(run, OPTIONS[options], 3)
+def test_a_mutant_is_caught(run, told, monkeypatch, name):
+    cls, attribute, mutant, options = MUTANTS[name]
+    monkeypatch.setattr(cls, attribute, mutant)
+    assert running(run, OPTIONS[options], 3) != told[options]

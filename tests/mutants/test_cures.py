@@ -11,18 +11,18 @@ from typing import Any
 
 import numpy as np
 import pytest
+from montecarlo import test_recordings as studies
 
 import vedette
-from montecarlo import test_recordings as studies
 from report import test_warnings as units
 from tracking import test_ceiling as memory
 from tracking import test_live_loop as hand
 from vedette.errors import VedetteError
-from vedette.montecarlo import plan as planning
-from vedette.report import warnings
 from vedette.sampling import recorded
 from vedette.tracking import births, ceiling, intake, validation
 from vedette.tracking import tracker as stepping
+from vedette_report import warnings
+from vedette_study import plan as planning
 
 Check = Callable[[Path, pytest.MonkeyPatch], None]
 CAUGHT = (AssertionError, VedetteError, pytest.fail.Exception, AttributeError, IndexError)

@@ -6,8 +6,8 @@ import vedette
 from support.paths import EXAMPLES
 from vedette.config import to_config
 from vedette.metrics import judge
-from vedette.report.montecarlo import text as montecarlo_text
-from vedette.report.summary import summary
+from vedette_report.summary import summary
+from vedette_study.summary import text as montecarlo_text
 
 
 def told(*overrides):

@@ -14,12 +14,13 @@ from support.results import config
 from vedette import metrics
 from vedette.cli import main
 from vedette.errors import ConfigError
-from vedette.report import canvas
-from vedette.report.chart import draw
-from vedette.report.errors import errors
-from vedette.report.picture import picture
-from vedette.report.summary import summary
 from vedette.reproduction import Chart, Curve, Panel
+from vedette_report import canvas
+from vedette_report.chart import draw
+from vedette_report.drawing import Drawing
+from vedette_report.errors import errors
+from vedette_report.picture import picture
+from vedette_report.summary import summary
 
 SEEN_BY = {
     "all": np.eye(3),
@@ -72,7 +73,7 @@ def test_the_measure_finds_colours_that_they_confuse():
 
 def test_the_style_and_the_pages_have_these_colours():
     assert tuple(canvas.colour(i) for i in range(12)) == canvas.TRACKS
-    script = (files("vedette.report.page") / "compare.js").read_text()
+    script = (files("vedette_report.page") / "compare.js").read_text()
     looks = re.findall(r'colour: "(#\w+)", fill: .*, dash: \[(.*)\]', script)
     assert tuple(colour for colour, _ in looks) == canvas.TRACKS[:4]
     assert len({dash for _, dash in looks}) == 4
@@ -179,12 +180,10 @@ def test_the_title_of_the_nis_says_what_the_summary_says(scene):
 
 def test_commands_that_draw_take_format_columns_and_style(tmp_path, monkeypatch):
     looks = []
-    monkeypatch.setattr(
-        "vedette.commands.run.write_pictures", lambda folder, experiment, result, look: looks.append(look) or []
-    )
-    monkeypatch.setattr("vedette.commands.consistency.draw", lambda *given: looks.append(given[-1]))
-    monkeypatch.setattr("vedette.commands.study.write_charts", lambda folder, charts, look: looks.append(look) or [])
-    monkeypatch.setattr("vedette.commands.study.can_write", lambda *_: False)
+    monkeypatch.setattr(Drawing, "of_run", lambda self, result, folder: looks.append(self.look) or [])
+    monkeypatch.setattr(Drawing, "save", lambda self, kind, subject, path: looks.append(self.look))
+    monkeypatch.setattr("vedette_study.commands.study.write_charts", lambda folder, charts, look: looks.append(look) or [])
+    monkeypatch.setattr("vedette_study.commands.study.can_write", lambda *_: False)
     (tmp_path / "config.json").write_text(json.dumps(config()))
     (tmp_path / "mine.mplstyle").write_text("font.size: 9\n")
     (tmp_path / "study.json").write_text(json.dumps({"experiment": config(), "runs": 1}))

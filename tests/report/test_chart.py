@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from vedette.report.chart import draw
 from vedette.reproduction import Cell, Chart, Curve, Panel, Table, comparison, mean_over_runs, mode_panel
+from vedette_report.chart import draw
 
 X = np.arange(40.0)
 

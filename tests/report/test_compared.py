@@ -10,9 +10,9 @@ import pytest
 from support.browser import LACKING, Opened, browser
 from support.results import config
 from vedette.cli import main
-from vedette.io import read_series, read_tracks
-from vedette.io.series import SeriesFile
-from vedette.report.page.metrics import MEANINGS, metrics
+from vedette_files import read_series, read_tracks
+from vedette_files.series import SeriesFile
+from vedette_report.page.metrics import meanings, metrics
 
 
 @pytest.fixture(scope="module")
@@ -21,7 +21,7 @@ def folders(tmp_path_factory):
     folder = tmp_path_factory.mktemp("runs")
     (folder / "config.json").write_text(json.dumps(config()))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("vedette.commands.run.can_draw", lambda: False)
+        patch.setattr("vedette_report.drawing.can_draw", lambda: False)
         for name, more in (("one", ["--smooth"]), ("other", ["--set", "estimator.modes[1].motion.sigma_accel=3.0"])):
             assert main(["run", str(folder / "config.json"), "--out", str(folder / name), *more]) == 0
     return folder / "one", folder / "other"
@@ -80,7 +80,7 @@ def test_figures_stand_side_by_side_with_their_units():
 def test_every_figure_of_a_summary_has_words(folders):
     figures = json.loads((folders[1] / "summary.json").read_text())
     names = {row["name"].split(".")[0] for row in metrics([figures], ("a", "b"), ("x", "y"), "m")["rows"]}
-    assert names <= set(MEANINGS)
+    assert names <= set(meanings())
     assert {"position_rmse_m", "gospa_m", "nis", "mode_prob"} <= names
 
 

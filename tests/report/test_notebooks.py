@@ -8,10 +8,10 @@ import vedette
 from support.paths import EXAMPLES
 from vedette.config.files import read_file
 from vedette.metrics import Score
-from vedette.montecarlo.plan import plan
-from vedette.montecarlo.study import perform
 from vedette.testing import consistency
 from vedette.testing.recorded import recorded_consistency
+from vedette_study.plan import plan
+from vedette_study.study import perform
 
 CONFIG = EXAMPLES / "harbour.toml"
 
@@ -62,6 +62,7 @@ def test_a_report_of_consistency_shows_what_is_wrong_first():
         "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 0.5}},
         "sensors": {"s": {"kind": "cartesian_position", "sigma": 5.0}},
         "associator": {"kind": "nearest"},
+        "birth": {"kind": "given"},
         "lifecycle": {"kind": "single_target"},
         "gate": "off",
     }

@@ -2,7 +2,7 @@
 
 import pytest
 
-from vedette.report.page.run import _renamed
+from vedette_report.page.run import _renamed
 
 OLD = {"bias_m": [0.1, -0.2], "anees": 2.4, "anees_state": 4.8, "anees_state_axes": ["x", "y", "vx", "vy"], "nis": 1.1}
 

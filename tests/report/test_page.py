@@ -15,14 +15,14 @@ from support.results import config
 from vedette import Recording, Scan, Space
 from vedette.cli import main
 from vedette.errors import InputError
-from vedette.io import read_series, write_recording
-from vedette.io.geodesy import Origin
-from vedette.io.series import SeriesFile
-from vedette.report.page.build import write_page
-from vedette.report.page.frames import frames
-from vedette.report.page.geography import east_north, graticule, read_origin, read_underlay
-from vedette.report.page.packing import pack, single
 from vedette.types import Frame, LazyScans
+from vedette_files import read_series, write_recording
+from vedette_files.geodesy import Origin
+from vedette_files.series import SeriesFile
+from vedette_report.page.build import write_page
+from vedette_report.page.frames import frames
+from vedette_report.page.geography import east_north, graticule, read_origin, read_underlay
+from vedette_report.page.packing import pack, single
 
 UPLOT = {
     "uPlot.iife.min.js": "19c8d4c6ad88929a79f4ae49d6f7161566dfd0ba3d15cc495e974f787eb78f1f",
@@ -36,7 +36,7 @@ def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("run")
     (folder / "config.json").write_text(json.dumps(config(title="A </script> & <b>test</b>")))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("vedette.commands.run.can_draw", lambda: False)
+        patch.setattr("vedette_report.drawing.can_draw", lambda: False)
         assert main(["run", str(folder / "config.json"), "--out", str(folder / "out"), "--report"]) == 0
     return folder / "out"
 
@@ -111,7 +111,7 @@ def test_equal_runs_give_equal_pages(folder, tmp_path):
 
 
 def test_the_vendored_script_is_the_registry_s_and_has_its_licence():
-    vendored = files("vedette.report.page") / "uplot"
+    vendored = files("vedette_report.page") / "uplot"
     for name, wanted in UPLOT.items():
         assert hashlib.sha256((vendored / name).read_bytes()).hexdigest() == wanted
     assert "MIT License" in (vendored / "LICENSE").read_text()
@@ -119,7 +119,7 @@ def test_the_vendored_script_is_the_registry_s_and_has_its_licence():
 
 def test_a_folder_that_no_run_wrote_is_told(tmp_path, capsys):
     assert main(["report", str(tmp_path)]) == 2
-    assert "series.npz: there is no such file; `vedette run` writes it" in capsys.readouterr().err
+    assert "series.npz: there is no such file; `vedette run`" in capsys.readouterr().err
     assert not (tmp_path / "report.html").exists()
 
 
@@ -249,9 +249,9 @@ def test_frames_are_pictures_with_their_scan_and_place(tmp_path, monkeypatch):
     for each, wanted in zip(found, pixels, strict=True):
         shade = np.nan_to_num(255 * np.clip((wanted - low) / (high - low), 0, 1))
         np.testing.assert_allclose(decoded(b64decode(each["png"])), shade, atol=0.51)
-    monkeypatch.setattr("vedette.report.page.frames.MOST", 2)
+    monkeypatch.setattr("vedette_report.page.frames.MOST", 2)
     assert [each["scan"] for each in frames(tmp_path / "recording.jsonl", np.zeros(0))] == [0, 3]
-    monkeypatch.setattr("vedette.report.page.frames.BYTES", 10)
+    monkeypatch.setattr("vedette_report.page.frames.BYTES", 10)
     assert frames(tmp_path / "recording.jsonl", np.zeros(0)) == []
 
 
@@ -265,7 +265,7 @@ def test_frames_of_a_clip_are_read_again_those_that_the_run_took(tmp_path, monke
             raise InputError("cut off")
         return Scan.image(float(i), "camera", Frame(pixels[i]))
 
-    monkeypatch.setattr("vedette.report.page.frames._clip", lambda config: LazyScans(6, make))
+    monkeypatch.setattr("vedette_report.page.frames._clip", lambda config: LazyScans(6, make))
     found = frames(tmp_path / "recording.jsonl", np.array([0.0, 2.0, 3.0, 4.0, 5.0]), "{}")
     assert [each["scan"] for each in found] == [0, 1, 2, 4]
     low, high = np.percentile(pixels[0], [1.0, 99.8])
@@ -273,14 +273,14 @@ def test_frames_of_a_clip_are_read_again_those_that_the_run_took(tmp_path, monke
         np.testing.assert_allclose(
             decoded(b64decode(each["png"])), 255 * np.clip((pixels[i] - low) / (high - low), 0, 1), atol=0.51
         )
-    monkeypatch.setattr("vedette.report.page.frames.BYTES", 2 * len(found[0]["png"]) + 10)
+    monkeypatch.setattr("vedette_report.page.frames.BYTES", 2 * len(found[0]["png"]) + 10)
     assert [each["scan"] for each in frames(tmp_path / "recording.jsonl", np.arange(4.0), "{}")] == [0, 2]
 
 
 def test_a_fine_frame_is_made_coarser_and_keeps_its_place(tmp_path, monkeypatch):
     pixels = np.kron(np.arange(6.0).reshape(2, 3), np.ones((300, 300)))
     monkeypatch.setattr(
-        "vedette.report.page.frames._clip", lambda config: LazyScans(1, lambda i: Scan.image(0.0, "c", Frame(pixels)))
+        "vedette_report.page.frames._clip", lambda config: LazyScans(1, lambda i: Scan.image(0.0, "c", Frame(pixels)))
     )
     (found,) = frames(tmp_path / "recording.jsonl", np.zeros(1), "{}")
     assert found["size"] == [900, 600]

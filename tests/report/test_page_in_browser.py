@@ -11,7 +11,7 @@ import pytest
 from support.browser import LACKING, Opened, browser
 from support.paths import EXAMPLES
 from vedette.cli import main
-from vedette.io import read_series
+from vedette_files import read_series
 
 pytestmark = pytest.mark.skipif(LACKING is not None, reason=str(LACKING))
 NONE = "\N{EN DASH}"

@@ -13,18 +13,17 @@ from hypothesis import strategies as st
 from scipy import stats
 
 import vedette
-from support.results import PLANE, config, drawn_lines, result, still, track, words
+from support.results import PLANE, config, drawn_lines, result, still, track, words, write_pictures
 from vedette import Gaussian, Recording, Scan, Space, metrics
-from vedette.io.reading import NORTH_EAST
 from vedette.metrics import judge
-from vedette.report import canvas
-from vedette.report.errors import errors
-from vedette.report.figures import figures
-from vedette.report.files import write_pictures
-from vedette.report.picture import ellipses, picture
-from vedette.report.plane import Plane, returns, stands
-from vedette.report.summary import summary
 from vedette.types import Detections, Pose
+from vedette_files.reading import NORTH_EAST
+from vedette_report import canvas
+from vedette_report.errors import errors
+from vedette_report.figures import figures
+from vedette_report.picture import ellipses, picture
+from vedette_report.plane import Plane, returns, stands
+from vedette_report.summary import summary
 
 
 @given(st.integers(0, 2**32 - 1))
@@ -139,8 +138,8 @@ def is_drawn(path, lines):
 
 def test_a_map_of_many_tracks_names_the_longest_and_says_so(monkeypatch):
     """The number of things to draw does not grow with the tracks: a line costs some 100 us beside its points."""
-    monkeypatch.setattr("vedette.report.picture._NAMED", 3)
-    monkeypatch.setattr("vedette.report.picture._RINGED", 5)
+    monkeypatch.setattr("vedette_report.picture._NAMED", 3)
+    monkeypatch.setattr("vedette_report.picture._RINGED", 5)
     times, cov = np.arange(4.0), np.eye(4)
     tracks = [track(times[: 4 - i % 3], np.full((4 - i % 3, 4), float(i)), cov, number=i) for i in range(40)]
     truth = [still(f"ship {i}", times[: 2 + (i == 7)], (float(i), 0.0)) for i in range(30)]
@@ -200,7 +199,7 @@ def test_the_titles_say_what_the_summary_says(scene):
 
 
 def test_the_pictures_are_png_of_a_readable_size(scene, tmp_path):
-    assert write_pictures(tmp_path, *scene) == ["picture.png", "errors.png"]
+    assert write_pictures(tmp_path, *scene) == ["errors.png", "picture.png"]
     assert size_of(tmp_path / "picture.png") == (1200, 900)
     assert size_of(tmp_path / "errors.png") == (1200, 900)
 
@@ -229,7 +228,7 @@ CASES = {
 @pytest.mark.parametrize("case", CASES, ids=str)
 def test_whatever_a_run_lacks_it_can_be_drawn_and_told(case, scene, tmp_path):
     experiment, done = scene[0], CASES[case]()
-    assert write_pictures(tmp_path, experiment, done) == ["picture.png", "errors.png"]
+    assert write_pictures(tmp_path, experiment, done) == ["errors.png", "picture.png"]
     score = metrics.judge(done.tracks, done.recording.truth, done.scans, experiment.judge)
     assert "nan" not in summary(experiment, done, score)
     json.dumps(figures(experiment, done, score), allow_nan=False)

@@ -14,10 +14,10 @@ from support.browser import LACKING, Opened, browser
 from support.paths import EXAMPLES
 from vedette.cli import main
 from vedette.config.files import read_file
-from vedette.io import read_series
-from vedette.montecarlo.grid import spaced_evenly_in_log, unit_at
-from vedette.montecarlo.kept import read_outcome
-from vedette.report.worst import worst
+from vedette_files import read_series
+from vedette_study.grid import spaced_evenly_in_log, unit_at
+from vedette_study.kept import read_outcome
+from vedette_study.worst import worst
 
 SWEPT = "estimator.motion.sigma_accel"
 
@@ -31,8 +31,8 @@ def folder(tmp_path_factory):
     table["experiment"]["source"]["duration"] = 30
     (folder / "study.json").write_text(json.dumps(table))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("vedette.commands.output.can_draw", lambda: False)
-        patch.setattr("vedette.commands.study.can_write", lambda *_: False)
+        patch.setattr("vedette_report.output.can_draw", lambda: False)
+        patch.setattr("vedette_study.commands.study.can_write", lambda *_: False)
         assert main(["study", str(folder / "study.json"), "--threads", "1", "--out", str(folder / "out")]) == 0
     return folder / "out"
 
@@ -63,12 +63,12 @@ def test_a_run_that_is_run_anew_has_the_error_that_it_had_in_the_study(folder):
 
 
 def test_runs_that_go_one_by_one_are_run_anew_as_they_were(tmp_path, monkeypatch):
-    monkeypatch.setattr("vedette.commands.output.can_draw", lambda: False)
-    monkeypatch.setattr("vedette.commands.study.can_write", lambda *_: False)
+    monkeypatch.setattr("vedette_report.output.can_draw", lambda: False)
+    monkeypatch.setattr("vedette_study.commands.study.can_write", lambda *_: False)
     table = read_file(EXAMPLES / "study.toml")
     experiment = table["experiment"]
-    experiment["lifecycle"] = {"kind": "m_of_n", "spread": {"vx": 5.0, "vy": 5.0}}
-    experiment["birth"] = {"kind": "from_returns"}
+    experiment["lifecycle"] = {"kind": "m_of_n"}
+    experiment["birth"] = {"kind": "from_returns", "spread": {"vx": 5.0, "vy": 5.0}}
     experiment["source"]["duration"] = 10
     plan = {"experiment": experiment, "runs": 2, "seed": 4, "sweep": {SWEPT: [0.3, 1.0]}}
     (tmp_path / "study.json").write_text(json.dumps(plan))
@@ -101,7 +101,7 @@ def test_a_study_that_is_not_whole_says_what_to_do(folder, tmp_path, capsys):
     assert "summary.json: there is no such file; `vedette study --resume` finishes the study" in capsys.readouterr().err
     (tmp_path / "summary.json").write_bytes((folder / "summary.json").read_bytes())
     assert main(["report", str(tmp_path)]) == 2
-    assert "chunk 0 is missing or not whole" in capsys.readouterr().err
+    assert "chunk 0 is missing or not" in capsys.readouterr().err
     made = json.loads((folder / "manifest.json").read_text())
     (tmp_path / "manifest.json").write_text(json.dumps(made | {"study": "0"}))
     assert main(["report", str(tmp_path)]) == 2

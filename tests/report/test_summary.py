@@ -9,8 +9,8 @@ from attrs import evolve
 import vedette
 from support.results import result, still, track
 from vedette import metrics
-from vedette.report.figures import figures
-from vedette.report.summary import summary
+from vedette_report.figures import figures
+from vedette_report.summary import summary
 
 
 def told(experiment, done):

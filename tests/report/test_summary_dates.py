@@ -1,7 +1,7 @@
 """The summary of a recording whose times are dates says them as dates."""
 
 import vedette
-from vedette.report.summary import summary
+from vedette_report.summary import summary
 
 
 def test_dates_are_said_as_dates(tmp_path):
@@ -16,7 +16,7 @@ def test_dates_are_said_as_dates(tmp_path):
         "sensors": {"radar": {"kind": "cartesian_position", "sigma": 5.0}},
         "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 0.1}},
         "associator": {"kind": "gnn"},
-        "birth": {"spread": {"vx": 5.0, "vy": 5.0}},
+        "birth": {"kind": "from_returns", "spread": {"vx": 5.0, "vy": 5.0}},
         "lifecycle": {"kind": "m_of_n"},
     }
     result = vedette.load(config).run()

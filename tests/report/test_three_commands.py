@@ -8,7 +8,7 @@ import pytest
 
 from support.paths import DOCS
 from vedette.cli import main
-from vedette.io import read_series
+from vedette_files import read_series
 
 
 @pytest.fixture
@@ -29,7 +29,7 @@ def test_three_commands_lead_from_a_clone_to_the_page_of_a_csv(commands, tmp_pat
         for x, y in ((-500 + 20 * k, 300 + 4 * k), (600 - 12 * k, 10 * k), rng.uniform(-900, 900, 2)):
             rows.append(f"{2.0 * k},{x + 4 * rng.normal():.2f},{y + 4 * rng.normal():.2f}")
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("vedette.commands.run.can_draw", lambda: False)
+    monkeypatch.setattr("vedette_report.drawing.can_draw", lambda: False)
     (tmp_path / "mine.csv").write_text("\n".join(rows) + "\n")
     for command in own:
         assert main(command[1:]) == 0

@@ -8,14 +8,14 @@ import vedette
 from support.results import config, drawn_lines, result, still, track, words
 from vedette import Space, Trajectory, metrics
 from vedette.metrics.coverage import NONE
-from vedette.report.errors import errors
-from vedette.report.traces import Judged, Normalised, mode_names
+from vedette_report.errors import errors
+from vedette_report.traces import Judged, Normalised, mode_names
 
 
 def test_traces_agree_with_the_figures(scene):
     experiment, done = scene
     score = metrics.judge(done.tracks, done.recording.truth, done.scans, experiment.judge)
-    followed = Judged.of(experiment, done).traces()
+    followed = Judged.of(experiment, done).traces(done.recording.truth)
     assert [trace.name for trace in followed] == ["near", "late"]
     error = np.concatenate([trace.error[trace.covered] for trace in followed])
     speed = np.concatenate([trace.speed_error[trace.covered] for trace in followed])
@@ -34,7 +34,7 @@ def test_a_trace_by_hand():
     mean = np.tile([4.0, 4.0, 0.6, 0.8], (4, 1))
     mean[2] = [500.0, 0.0, 0.0, 0.0]
     done = result([track(range(4), mean, cov)], [still("buoy", [1, 9], (0.0, 0.0))], range(6))
-    (trace,) = Judged.of(experiment, done).traces()
+    (trace,) = Judged.of(experiment, done).traces(done.recording.truth)
     assert trace.times.tolist() == [1.0, 2.0, 3.0, 4.0, 5.0]
     assert trace.track.tolist() == [0, NONE, 0, NONE, NONE]
     np.testing.assert_allclose(trace.error[[0, 2]], 5.0)
@@ -49,7 +49,7 @@ def test_a_trace_by_hand():
 
 def test_errors_are_drawn_where_a_track_covers_and_gaps_are_shaded(scene):
     experiment, done = scene
-    followed = Judged.of(experiment, done).traces()
+    followed = Judged.of(experiment, done).traces(done.recording.truth)
     made = errors(experiment, done)
     assert not followed[1].covered.all()
     for trace, axes in zip(followed, made.axes[::3], strict=False):
@@ -66,7 +66,7 @@ def test_errors_are_drawn_where_a_track_covers_and_gaps_are_shaded(scene):
 def test_truth_without_velocity_leaves_its_error_unknown(scene):
     ground = Trajectory("buoy", Space.of(x="m", y="m"), np.array([0.0, 9.0]), np.zeros((2, 2)))
     done = result([track(range(5), np.zeros((5, 4)), np.eye(4))], [ground], range(5))
-    (trace,) = Judged.of(scene[0], done).traces()
+    (trace,) = Judged.of(scene[0], done).traces(done.recording.truth)
     assert np.isnan(trace.speed_error).all()
     assert "unknown" in words(errors(scene[0], done))
 
@@ -99,5 +99,5 @@ def test_modes_are_called_by_their_motion(scene):
     turning = {"kind": "ekf", "motion": {"kind": "coordinated_turn", "sigma_accel": 1.0, "sigma_turn_rate": 0.1}}
     straight = {"kind": "ekf", "motion": {"kind": "constant_velocity", "sigma_accel": 1.0}}
     changes = {"estimator": {"kind": "imm", "modes": [straight, turning], "transition": [[0.9, 0.1], [0.1, 0.9]]}}
-    changes["lifecycle"] = {"kind": "m_of_n", "spread": {"vx": 8.0, "vy": 8.0, "turn_rate": 0.1}}
+    changes["birth"] = {"kind": "from_returns", "spread": {"vx": 8.0, "vy": 8.0, "turn_rate": 0.1}}
     assert mode_names(vedette.load(config(**changes)), 2) == ("constant_velocity", "coordinated_turn")

@@ -6,14 +6,15 @@ from attrs import evolve
 
 import vedette
 from vedette.metrics import Score
-from vedette.report.summary import summary
 from vedette.testing.telling import method_of
+from vedette_report.summary import summary
 
 CONFIG = {
     "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 1.0}},
     "sensors": {"radar": {"kind": "cartesian_position", "sigma": 5.0}},
     "associator": {"kind": "gnn"},
-    "lifecycle": {"kind": "m_of_n", "spread": {"vx": 10.0, "vy": 10.0}},
+    "birth": {"kind": "from_returns", "spread": {"vx": 10.0, "vy": 10.0}},
+    "lifecycle": {"kind": "m_of_n"},
     "source": {
         "kind": "simulation",
         "duration": 10.0,
@@ -31,7 +32,7 @@ def test_rounding_is_no_bias():
 
 def test_axes_of_errors_have_the_unit_of_the_tracks(monkeypatch):
     pytest.importorskip("matplotlib")
-    from vedette.report import errors as page
+    from vedette_report import errors as page
 
     experiment = vedette.load(CONFIG)
     result = experiment.run()

@@ -6,8 +6,8 @@ import pytest
 import vedette
 from support.results import config
 from vedette import Space
-from vedette.report.views import view
 from vedette.types import Pose
+from vedette_report.views import view
 
 GROUND = Space.of(x="m", y="m")
 

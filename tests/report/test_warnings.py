@@ -7,8 +7,8 @@ from attrs import evolve, frozen
 import vedette
 from vedette import Detections, Recording, Scan, Source
 from vedette.metrics import judge
-from vedette.report.summary import summary
-from vedette.report.warnings import warnings
+from vedette_report.summary import summary
+from vedette_report.warnings import warnings
 
 SENSORS = {
     "radar": {"kind": "range_bearing", "sigma_range": 10.0, "sigma_bearing": 0.01, "max_range": 5000.0},
@@ -32,7 +32,8 @@ def said(scans, truth=(), **changes):
         "estimator": {"kind": "ekf", "motion": {"kind": "constant_velocity", "sigma_accel": 1.0}},
         "sensors": SENSORS,
         "associator": {"kind": "gnn"},
-        "lifecycle": {"kind": "m_of_n", "spread": {"vx": 10.0, "vy": 10.0}},
+        "birth": {"kind": "from_returns", "spread": {"vx": 10.0, "vy": 10.0}},
+        "lifecycle": {"kind": "m_of_n"},
         **changes,
     }
     experiment = evolve(vedette.load(config), source=Given(tuple(scans), (), truth))
@@ -99,7 +100,8 @@ def test_a_csv_file_s_angles_are_checked_before_they_are_wrapped(tmp_path):
             "estimator": {"kind": "ekf", "motion": {"kind": "constant_velocity", "sigma_accel": 1.0}},
             "sensors": {"radar": SENSORS["radar"]},
             "associator": {"kind": "gnn"},
-            "lifecycle": {"kind": "m_of_n", "spread": {"vx": 10.0, "vy": 10.0}},
+            "birth": {"kind": "from_returns", "spread": {"vx": 10.0, "vy": 10.0}},
+            "lifecycle": {"kind": "m_of_n"},
             "source": source,
         }
     )

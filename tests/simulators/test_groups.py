@@ -168,19 +168,19 @@ def test_a_scene_of_a_group_alone_is_not_drawn_in_lock_step():
 @pytest.mark.parametrize(
     ("wrong", "said"),
     [
-        (lambda: sim.Population((CV,), START), "count: must be > 0 where there is no rate of births, got 0"),
-        (lambda: sim.Population((CV,), START, BOX, count=1), "start: must give the axes vx, vy, got x, y, vx, vy"),
-        (lambda: sim.Population((CV,), START, {"z": sim.Bounds(0, 1)}, count=1), "area: z is not an axis that all models"),
+        (lambda: sim.Population((CV,), START), r"count: must be > 0 where there.*got 0"),
+        (lambda: sim.Population((CV,), START, BOX, count=1), "start: must give the axes"),
+        (lambda: sim.Population((CV,), START, {"z": sim.Bounds(0, 1)}, count=1), "area: z is not an axis"),
         (lambda: sim.Population((CV, CV), START, count=1), "transition: must be 2 x 2"),
         (lambda: sim.Population((CV,), START, rate=-1), "rate: must be >= 0, got -1 1/s"),
         (lambda: scene(populations={"g": sim.Population((CV,), START, rate=1e6)}), "populations.g.rate: makes more than"),
-        (lambda: sim.Crossing((CV,), [0, 0], 5, 3, appears=6), "time: must be while they are there, got 5 s"),
-        (lambda: sim.Crossing((CV,), [0, 0], 5, 3, start={"x": [0, 1]}), "start: must give the axes none, got x"),
+        (lambda: sim.Crossing((CV,), [0, 0], 5, 3, appears=6), r"time: must be while they.*got 5 s"),
+        (lambda: sim.Crossing((CV,), [0, 0], 5, 3, start={"x": [0, 1]}), r"start: must give the axes.*got x"),
         (lambda: sim.Crossing((CV,), [0], 5, 3), r"at: must be \[x, y\], got 1 numbers"),
-        (lambda: sim.Crossing((GaussMarkov(("x", "y"), 1, 1),), [0, 0], 5, 3), "axes x, y, vx, vy; vx is not in all"),
+        (lambda: sim.Crossing((GaussMarkov(("x", "y"), 1, 1),), [0, 0], 5, 3), "axes x, y, vx, vy; vx"),
         (
             lambda: scene(crossings={"g": sim.Crossing((CV,), [0, 0], 61, 3)}),
-            "crossings.g.time: must be before the end at 60",
+            r"crossings.g.time: must be before the end.*60",
         ),
         (
             lambda: sim.Convoy(sim.Drawn((CV,), START), 1, "astern", wander=Weaving()),
@@ -191,10 +191,10 @@ def test_a_scene_of_a_group_alone_is_not_drawn_in_lock_step():
             lambda: scene(convoys={"g": sim.Convoy(sim.Drawn((CV,), START, appears=70), 1, "astern")}),
             "convoys.g.leader.appears: must be before the end",
         ),
-        (lambda: scene(convoys={"ferry": GROUPS["convoys"]["ferries"]}), "convoys.ferry: another object has this name too"),
+        (lambda: scene(convoys={"ferry": GROUPS["convoys"]["ferries"]}), r"convoys.ferry: another object has this"),
         (
             lambda: scene(populations={"g": GROUPS["populations"]["boats"]}, ships={"g.1": sim.Ship([0, 0])}),
-            "populations.g: another object has this name too",
+            r"populations.g: another object has this",
         ),
     ],
 )

@@ -106,8 +106,8 @@ def test_boats_side_by_side_merge_and_those_apart_do_not():
 @pytest.mark.parametrize(
     ("looks", "said"),
     [
-        ({"lidar": {"resolution": {"range": 3}}}, "looks.lidar.resolution: range: is not measured; the measured axes are"),
-        ({"radar": {"resolution": {"bearing": 4}}}, r"looks.radar.resolution: bearing: must be < half the period of 6.28"),
+        ({"lidar": {"resolution": {"range": 3}}}, r"looks.lidar.resolution: range: is not measured"),
+        ({"radar": {"resolution": {"bearing": 4}}}, r"looks.radar.resolution: bearing: must be < half.*6.28"),
     ],
 )
 def test_a_wrong_resolution_is_told(looks, said):

@@ -96,12 +96,14 @@ NO_BIAS = tuple(
         "estimator.modes[0].motion.models[1].sigma",
         "estimator.modes[1].motion.models[1].sigma",
         "sensors.radar.spread.azimuth_bias",
-        "lifecycle.spread.azimuth_bias",
+        "birth.spread.azimuth_bias",
     )
 )
 
 
-@pytest.mark.parametrize("more", [(), ("lifecycle.kind=single_target",)], ids=["automatic", "single target"])
+@pytest.mark.parametrize(
+    "more", [(), ("lifecycle.kind=single_target", "birth.kind=given")], ids=["automatic", "single target"]
+)
 def test_joyrides_azimuth_bias_is_estimated_and_lowers_the_error(more):
     overrides = (f"source.path={recording('joyride')}", "judge.last_scan=211", *more)
     result, score = judged("joyride.toml", *overrides)

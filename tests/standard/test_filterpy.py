@@ -76,10 +76,9 @@ def test_every_config_is_short_and_tested():
     assert set(CONFIGS) == set(STORED)
 
 
+@pytest.mark.nightly("the answers are stored")
 @pytest.mark.parametrize("name", [name for name in STORED if name != "ensemble"])
-def test_the_stored_answers_are_filterpys(name, pytestconfig):
-    if pytestconfig.getoption("vedette_profile") != "nightly":
-        pytest.skip("runs in the nightly profile")
+def test_the_stored_answers_are_filterpys(name):
     pytest.importorskip("filterpy", reason="filterpy is not installed: its stored answers stand unchecked")
     for key, values in filterpy_answers.ANSWERS[name]().items():
         np.testing.assert_allclose(values, STORED[name][key], rtol=1e-9, atol=1e-9)

@@ -4,25 +4,61 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator, Mapping
+from functools import cache
 from pathlib import Path
 
 from support.paths import ROOT
 
-PUBLIC = (
+CORE = (
     "vedette",
+    "vedette.commands",
+    "vedette.commands.options",
+    "vedette.config",
+    "vedette.config.toml_text",
+    "vedette.display",
+    "vedette.errors",
+    "vedette.experiment",
     "vedette.fields",
     "vedette.filters",
-    "vedette.io",
+    "vedette.hypotheses",
     "vedette.kernels",
     "vedette.metrics",
-    "vedette.montecarlo",
+    "vedette.names",
     "vedette.progress",
     "vedette.reproduction",
+    "vedette.roles",
     "vedette.sampling",
+    "vedette.space",
+    "vedette.supporting",
     "vedette.testing",
     "vedette.tracking",
+    "vedette.types",
+    "vedette.units",
+    "vedette.writing",
 )
 """The modules of the core that others than the core may import; docs/architecture.md names them."""
+
+PLUGINS = (
+    "vedette_files",
+    "vedette_marine",
+    "vedette_marine.ais",
+    "vedette_marine.geometry",
+    "vedette_report.canvas",
+    "vedette_report.columns",
+    "vedette_report.drawing",
+    "vedette_report.figures",
+    "vedette_report.files",
+    "vedette_report.output",
+    "vedette_report.page",
+    "vedette_report.series",
+    "vedette_report.summary",
+    "vedette_report.warnings",
+    "vedette_standard",
+    "vedette_study",
+)
+"""The modules of plugins that the plugins above them may import."""
+
+PUBLIC = (*CORE, *PLUGINS)
 
 
 def modules(folder: Path) -> dict[str, Path]:
@@ -39,7 +75,12 @@ def core() -> dict[str, Path]:
     return {name: path for name, path in modules(ROOT / "core").items() if name.partition(".")[0] == "vedette"}
 
 
-def imported(source: str, known: Mapping[str, object]) -> Iterator[str]:
+def all_of_vedette() -> dict[str, Path]:
+    """Return the modules of the core, the plugins and the simulators."""
+    return {name: path for folder in ("core", "plugins", "simulators") for name, path in modules(ROOT / folder).items()}
+
+
+def imported(source: str, known: Mapping[str, Path]) -> Iterator[str]:
     """Yield the known modules that a source imports: `from a import b` is of a.b where that is a module, else of a."""
     for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.Import):
@@ -47,10 +88,17 @@ def imported(source: str, known: Mapping[str, object]) -> Iterator[str]:
         elif isinstance(node, ast.ImportFrom) and node.module is not None:
             for alias in node.names:
                 inner = f"{node.module}.{alias.name}"
-                if inner in known:
+                if inner in known and not (node.module in known and _binds(known[node.module], alias.name)):
                     yield inner
                 elif node.module in known:
                     yield node.module
+
+
+@cache
+def _binds(package: Path, name: str) -> bool:
+    """Return whether a package imports a name that a module of it has, too: `vedette.config.parameters`."""
+    tree = ast.parse(package.read_text(encoding="utf-8"))
+    return any(isinstance(node, ast.ImportFrom) and name in [alias.name for alias in node.names] for node in ast.walk(tree))
 
 
 def imports(found: Mapping[str, Path]) -> dict[str, set[str]]:

@@ -6,7 +6,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Sensor, Space
-from vedette.io import AutoferrySource
+from vedette_files import AutoferrySource
 from vedette_standard.sensors.cartesian_position import CartesianPosition
 
 RNG = np.random.default_rng(0)

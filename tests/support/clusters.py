@@ -16,7 +16,8 @@ def boat(duration):
         "sensors": {"radar": {"kind": "cartesian_position", "sigma": 5.0, "detection_probability": 0.9}},
         "estimator": {"kind": "kalman", "motion": CV},
         "associator": {"kind": "pda"},
-        "lifecycle": {"kind": "single_target", "start": START},
+        "birth": {"kind": "given", "start": START},
+        "lifecycle": {"kind": "single_target"},
     }
 
 

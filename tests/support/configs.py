@@ -90,7 +90,8 @@ def tracker_config() -> dict[str, Any]:
         },
         "gate": {"probability": 0.95, "clutter": "nonparametric"},
         "associator": {"kind": "pda"},
-        "lifecycle": {"kind": "m_of_n", "spread": {"vx": 10, "vy": 10, "turn_rate": 0.01}},
+        "birth": {"kind": "from_returns", "spread": {"vx": 10, "vy": 10, "turn_rate": 0.01}},
+        "lifecycle": {"kind": "m_of_n"},
     }
 
 

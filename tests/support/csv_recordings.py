@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from vedette.io import CsvSource
-from vedette.io.csv_returns import DetectionColumns
+from vedette_files import CsvSource
+from vedette_files.csv_returns import DetectionColumns
 from vedette_standard.sensors.cartesian_position import CartesianPosition
 
 RNG = np.random.default_rng(0)

@@ -66,6 +66,7 @@ class Alone(vedette.Associator):
 class Filter(vedette.Estimator):
     """Another filter."""
     kind = "x_estimator"
+    drops = ("exact_when_linear", "bounded")
     of: vedette.Estimator = fields.part("the filter")
     @property
     def state(self):

@@ -84,6 +84,7 @@ motion = { kind = "constant_velocity", sigma_accel = 0.05 }
 [associator]
 kind = "jpda"
 [birth]
+kind = "from_returns"
 spread = { vx = 6.0, vy = 6.0 }
 [lifecycle]
 kind = "m_of_n"
@@ -136,6 +137,7 @@ motion = { kind = "constant_velocity", sigma_accel = 0.2 }
 [associator]
 kind = "jpda"
 [birth]
+kind = "from_returns"
 spread = { vx = 8.0, vy = 8.0 }
 [lifecycle]
 kind = "m_of_n"
@@ -178,6 +180,7 @@ motion = { kind = "constant_velocity", sigma_accel = 0.5 }
 [associator]
 kind = "jpda"
 [birth]
+kind = "from_returns"
 spread = { vx = 6.0, vy = 6.0 }
 [lifecycle]
 kind = "m_of_n"

@@ -32,7 +32,8 @@ def config(folder, lifecycle="announced", **source):
         },
         "estimator": {"kind": "ekf", "motion": {"kind": "constant_velocity", "sigma_accel": 0.1}},
         "associator": {"kind": "pda"},
-        "lifecycle": {"kind": lifecycle, "spread": spread},
+        "birth": {"kind": "announced" if lifecycle == "announced" else "from_returns", "spread": spread},
+        "lifecycle": {"kind": lifecycle},
     }
 
 

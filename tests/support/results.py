@@ -1,11 +1,13 @@
 """Runs and results made for reports."""
 
 import numpy as np
+from attrs import evolve
 
 import vedette
 from support.ships import radar_and_beacon
 from vedette import Recording, Result, Scan, Space, Track, Trajectory
 from vedette.types import Detections
+from vedette_report.drawing import drawing
 
 PLANE = Space.of(x="m", y="m", vx="m/s", vy="m/s")
 
@@ -20,7 +22,8 @@ def config(**changes):
     own = {
         "title": "A test",
         "estimator": {"kind": "imm", "modes": modes, "transition": [[0.9, 0.1], [0.1, 0.9]]},
-        "lifecycle": {"kind": "m_of_n", "spread": {"vx": 8.0, "vy": 8.0}},
+        "birth": {"kind": "from_returns", "spread": {"vx": 8.0, "vy": 8.0}},
+        "lifecycle": {"kind": "m_of_n"},
     }
     looks = {"radar": {"interval": 2.0}, "beacon": {"interval": 5.0, "first": 1.0}}
     return radar_and_beacon(ships, 60.0, radar, looks, **(own | changes))
@@ -69,3 +72,8 @@ def drawn_lines(axes):
 def words(made):
     axes_texts = [text.get_text() for axes in made.axes for text in axes.texts]
     return axes_texts + [text.get_text() for text in made.texts]
+
+
+def write_pictures(folder, experiment, done):
+    """Write the pictures of a result into a folder, whatever its experiment is; return their names."""
+    return drawing().of_run(evolve(done, experiment=experiment), folder)

@@ -21,7 +21,8 @@ def radar_and_beacon(
             "beacon": {"kind": "cartesian_position", "sigma": 3.0},
         },
         "associator": {"kind": "gnn"},
-        "lifecycle": {"kind": "m_of_n", "spread": {"vx": 10.0, "vy": 10.0}},
+        "birth": {"kind": "from_returns", "spread": {"vx": 10.0, "vy": 10.0}},
+        "lifecycle": {"kind": "m_of_n"},
         "source": {"kind": "simulation", "duration": duration, "looks": dict(looks), "ships": dict(ships)},
         **changes,
     }

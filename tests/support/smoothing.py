@@ -27,7 +27,7 @@ class Sure(Associator):
 
 
 def tracker_of(estimator, sensors, associator=None):
-    return Tracker(estimator, sensors, associator or Sure(), SingleTarget())
+    return Tracker(estimator, sensors, associator or Sure(), SingleTarget(), None)
 
 
 def states_of(tracker, given, scans, begin=0.0):

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 import vedette
-from vedette.io import write_recording
+from vedette_files import write_recording
 
 VIEW = {"low": -1500.0, "high": 1500.0}
 """Where false returns lie; the target stays within, at 3.8 standard deviations after two minutes."""

@@ -5,8 +5,8 @@ import numpy as np
 import vedette
 from vedette import Detections, Gaussian, Scan
 from vedette.metrics.consistency import nees
-from vedette.montecarlo.lockstep import run_together
 from vedette.sampling.trajectories import draw_gaussian, draw_jump_markov
+from vedette_study.lockstep import run_together
 from vedette_target_oriented.configs import FILTERS
 from vedette_target_oriented.frames import cartesian, in_frame
 

@@ -1,4 +1,7 @@
-"""Every component that is installed here keeps the laws of its role. One that nobody thought of is in the loop too."""
+"""Every component that is installed here keeps the laws of its role. One that nobody thought of is in the loop too.
+
+By day those that changed and a fifth of the others are tried (`support.selection`), by night and with `--all` all.
+"""
 
 import sys
 
@@ -9,11 +12,11 @@ from hypothesis import strategies as st
 import vedette
 from vedette.config.parameters import ROLES
 from vedette.config.registry import Registry
-from vedette.io import write_recording
-from vedette.io.csv_returns import DetectionColumns
 from vedette.testing import conformance, examine, laws_of
 from vedette.testing.strategies import SENSOR, components
 from vedette_bayes_risk.risk import Costs
+from vedette_files import write_recording
+from vedette_files.csv_returns import DetectionColumns
 from vedette_flir.motion.carrying import Carrying
 from vedette_flir.motion.image_velocity import ImageVelocity
 from vedette_flir.sensors.hot_spots import Spot
@@ -149,6 +152,7 @@ RECORDED = {
     "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 0.5}},
     "sensors": {SENSOR: {"kind": "cartesian_position", "sigma": 5.0}},
     "associator": {"kind": "pda"},
+    "birth": {"kind": "given"},
     "lifecycle": {"kind": "single_target"},
     "source": {
         "kind": "simulation",
@@ -171,7 +175,8 @@ INSTALLED = [entry for entry in Registry.installed() if entry.role != "reproduct
 for entry in INSTALLED:
     if (entry.role, entry.kind) not in NEED_FILES:
         name = f"Test_{entry.role}_{entry.kind}"
-        vars(sys.modules[__name__])[name] = conformance(entry.cls, **GIVEN.get((entry.role, entry.kind), {}))
+        laws = conformance(entry.cls, **GIVEN.get((entry.role, entry.kind), {}))
+        vars(sys.modules[__name__])[name] = pytest.mark.kind.with_args(entry.cls)(laws)  # `kind(cls)` would mark the class
 
 
 @pytest.mark.parametrize("kind", ["csv", "jsonl"])

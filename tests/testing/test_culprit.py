@@ -24,7 +24,8 @@ def tracker(q=1.0, r=1.0, detects=1.0, clutter=0.0, bearing=None, offset=0.0):
             },
             "sensors": {"radar": radar | {"detection_probability": detects, "clutter_density": clutter}},
             "associator": {"kind": "pda"},
-            "lifecycle": {"kind": "single_target", "start": START},
+            "birth": {"kind": "given", "start": START},
+            "lifecycle": {"kind": "single_target"},
         }
     )
 

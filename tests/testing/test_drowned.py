@@ -15,7 +15,8 @@ CONFIG = {
     },
     "gate": {"probability": 0.99966},
     "associator": {"kind": "pda"},
-    "lifecycle": {"kind": "single_target", "start": {"x": [0.0, 20.0], "y": [0.0, 20.0]}, "spread": {"vx": 20, "vy": 20}},
+    "birth": {"kind": "given", "start": {"x": [0.0, 20.0], "y": [0.0, 20.0]}, "spread": {"vx": 20, "vy": 20}},
+    "lifecycle": {"kind": "single_target"},
 }
 PRIOR = {"x": (0.0, 20.0), "y": (0.0, 20.0), "vx": (-8.3, 20.0), "vy": (-399.9, 20.0)}
 

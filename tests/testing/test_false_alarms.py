@@ -28,7 +28,8 @@ def tracker(detects=1.0, clutter=0.0, start=AT_REST, sigma_accel=0.5, associator
             "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": sigma_accel}},
             "sensors": {"radar": radar},
             "associator": {"kind": associator},
-            "lifecycle": {"kind": "single_target", "start": start},
+            "birth": {"kind": "given", "start": start},
+            "lifecycle": {"kind": "single_target"},
         }
     )
 

@@ -73,7 +73,7 @@ def test_tracks_that_would_begin_count_too(monkeypatch):
     built = tracker(1)
     monkeypatch.setattr(ceiling, "MOST_PAIRS", 100 * 100)
     assert len(built.step(built.start(), scan(0, 100)).ids) == 100
-    with pytest.raises(ScanRefused, match="101 tracks that would begin at 101 returns make 10,201 pairs"):
+    with pytest.raises(ScanRefused, match=r"101 tracks that would begin at 101.*10,201"):
         built.step(built.start(), scan(0, 101))
 
 
@@ -101,7 +101,7 @@ def test_the_particles_of_tracks_that_would_begin_count(monkeypatch):
     monkeypatch.setattr(ceiling, "MOST_STARTED", 60_000)
     state = built.step(built.start(seed=3), scan(0, 1150))
     assert len(state.ids) == 1150
-    with pytest.raises(ScanRefused, match="1,210 tracks that would begin have 60,500 modes or particles"):
+    with pytest.raises(ScanRefused, match="1,210 tracks that would begin have 60,500"):
         built.step(built.start(seed=3), scan(0, 1210))
     monkeypatch.setattr("vedette.tracking.births.LEAST_STARTED", 10**9)
     np.testing.assert_array_equal(built.step(built.start(seed=3), scan(0, 1150)).belief.points, state.belief.points)
@@ -124,5 +124,5 @@ def test_leaves_count_where_a_tracker_keeps_hypotheses(monkeypatch):
 def test_a_spread_in_metres_needs_a_position_in_metres():
     life = tracker(1).lifecycle
     check_spread(life, Space((Axis("u", "px"),)))
-    with pytest.raises(ValueError, match=r"^lifecycle: .* as no axis of the state is in m: u \[px\]"):
+    with pytest.raises(ValueError, match=r"^lifecycle: .* as no axis"):
         check_spread(evolve(life, max_spread=30.0), Space((Axis("u", "px"),)))

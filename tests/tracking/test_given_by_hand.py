@@ -41,7 +41,7 @@ def test_headings_of_runs_are_an_array():
 
 @pytest.mark.parametrize("wrong", [None, 5, "x", []])
 def test_what_is_no_state_cannot_be_predicted(wrong):
-    with pytest.raises(TypeError, match=r"^a state: must be the first argument"):
+    with pytest.raises(TypeError, match=r"^a state: must be the first"):
         tracker().predict(wrong, 1.0)
 
 
@@ -75,17 +75,17 @@ def test_lists_of_pixels_and_of_a_corner_are_what_their_arrays_are():
 @pytest.mark.parametrize(
     ("pixels", "corner", "told"),
     [
-        (PIXELS, [1], r"^frame: corner must be finite with shape"),
-        (PIXELS, 5, r"^frame: corner must be finite with shape"),
-        (PIXELS, [1, np.nan], r"^frame: corner must be finite with shape"),
-        (PIXELS, "x", r"^corner: must be numbers in rows of equal length, got 'x'"),
-        ([[1, 2], [3]], None, r"^frame: pixels must be an array of real numbers, got list"),
-        ([["a"]], None, r"^frame: pixels must be an array of real numbers, got <U1"),
-        ("x", None, r"^frame: pixels must be an array of real numbers, got str"),
+        (PIXELS, [1], r"^frame: corner must be finite"),
+        (PIXELS, 5, r"^frame: corner must be finite"),
+        (PIXELS, [1, np.nan], r"^frame: corner must be finite"),
+        (PIXELS, "x", r"^corner: must be numbers.*got 'x'"),
+        ([[1, 2], [3]], None, r"^frame: pixels must be.*got list"),
+        ([["a"]], None, r"^frame: pixels must be.*got <U1"),
+        ("x", None, r"^frame: pixels must be.*got str"),
         (
             np.zeros((2, 3, 48, 64)),
             None,
-            r"^pixels: must have shape \(height, width\) as the state is of one run, got \(",
+            r"^pixels: must have shape \(height, width\).*got \(",
         ),
     ],
 )

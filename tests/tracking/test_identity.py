@@ -6,7 +6,7 @@ from attrs import evolve
 
 import vedette
 from vedette import Detections, Gaussian, Scan
-from vedette.tracking import branching
+from vedette.tracking import conclusion
 
 CONFIG = {
     "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 0.3}},
@@ -53,12 +53,12 @@ def test_a_track_is_called_the_same_whichever_hypothesis_is_best(kind):
 
 def test_names_by_leaf_are_noticed(monkeypatch):
     """The mutant calls a track by the row of its leaf."""
-    real = branching.new_state
+    real = conclusion.new_state
 
     def renamed(*given):
         state = real(*given)
         return evolve(state, ids=state.ids + state.leaves.choice[: len(state.ids)])
 
-    monkeypatch.setattr(branching, "new_state", renamed)
+    monkeypatch.setattr(conclusion, "new_state", renamed)
     with pytest.raises(AssertionError):
         test_a_track_is_called_the_same_whichever_hypothesis_is_best("k_best")

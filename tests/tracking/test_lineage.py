@@ -10,10 +10,10 @@ from attrs import evolve
 import vedette
 from support.paths import EXAMPLES
 from vedette import Detections, Scan
-from vedette.io import read_tracks, write_tracks_jsonl
-from vedette.io.tracks import jsonl_rows
 from vedette.tracking import births, ceiling, lineage
 from vedette.tracking.history import History
+from vedette_files import read_tracks, write_tracks_jsonl
+from vedette_files.tracks import jsonl_rows
 
 CONFIG = {
     "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 0.5}},
@@ -139,8 +139,8 @@ def test_histories_in_pieces_say_it_once(scene, every):
 @pytest.mark.parametrize(
     ("line", "said"),
     [
-        ({"track": 9, "time": 1.0, "merged_into": 1}, "track 9 must have a line before the one that ends it"),
-        ({"track": 1, "time": 1.0, "merged_into": "two"}, "must have track and merged_into, whole numbers"),
+        ({"track": 9, "time": 1.0, "merged_into": 1}, "track 9 must have a line before"),
+        ({"track": 1, "time": 1.0, "merged_into": "two"}, "must have track and merged_into, whole"),
         ({"track": 1, "time": None, "merged_into": 2}, "time must be a finite number"),
         ({"track": 1, "time": 1.0, "merged_into": 2, "hit": 0.0}, "and time alone"),
     ],

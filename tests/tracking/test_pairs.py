@@ -39,6 +39,7 @@ def scene(request):
             "estimator": ESTIMATORS[request.param],
             "sensors": {"radar": sensor},
             "associator": {"kind": "pda"},
+            "birth": {"kind": "given"},
             "lifecycle": {"kind": "single_target"},
         }
     )

@@ -96,13 +96,13 @@ def test_a_return_that_lacks_a_component_is_padding_to_a_detector():
     np.testing.assert_array_equal(kept[0].z, [[1, 2], [0, 0]])
 
 
-def test_without_detectors_scans_are_as_they_come():
+def test_without_preprocessors_scans_are_as_they_come():
     raw = (scan(0, "radar", [1, 0]), scan(0, "radar", [np.nan, 0]))
     assert tuple(preprocess(raw, {}, problems := [], strict=True)) == raw
     assert problems == []
 
 
-def test_a_source_delivers_what_detectors_take():
+def test_a_source_delivers_what_preprocessors_take():
     sensors = {"radar": RADAR, "other": RangeBearing(1.0, 0.1)}
     assert raw_sensors(JOINED, sensors) == {"other": sensors["other"], "a": RADAR, "b": RADAR}
     same = {"radar": Joined({"radar": RADAR})}
@@ -113,7 +113,7 @@ def test_a_source_delivers_what_detectors_take():
 @pytest.mark.parametrize(
     ("preprocessors", "sensors", "message"),
     [
-        (JOINED, {"sonar": RADAR}, "preprocessors.radar: must be named as one of the sensors: 'sonar'"),
+        (JOINED, {"sonar": RADAR}, r"preprocessors.radar: must be named as one.*'sonar'"),
         (
             JOINED,
             {"radar": RangeBearing(1.0, 0.1)},
@@ -122,12 +122,12 @@ def test_a_source_delivers_what_detectors_take():
         (
             JOINED,
             {"radar": RADAR, "a": RADAR},
-            "preprocessors.radar.sensors.a: scans of this name go to the tracker's own sensor 'a'",
+            r"preprocessors.radar.sensors.a: scans of this name go.*'a'",
         ),
         (
             JOINED | {"two": Joined({"b": RADAR})},
             {"radar": RADAR, "two": RADAR},
-            "preprocessors.two.sensors.b: scans of this name go to the preprocessor 'radar'",
+            r"preprocessors.two.sensors.b: scans of this name go.*'radar'",
         ),
     ],
 )
@@ -158,7 +158,8 @@ def experiment(*scans):
                 "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 1.0}},
                 "sensors": {"radar": RADAR},
                 "associator": {"kind": "nearest"},
-                "lifecycle": {"kind": "m_of_n", "hits": 1, "looks": 1, "spread": {"vx": 5.0, "vy": 5.0}},
+                "birth": {"kind": "from_returns", "spread": {"vx": 5.0, "vy": 5.0}},
+                "lifecycle": {"kind": "m_of_n", "hits": 1, "looks": 1},
             }
         ),
         source=Given(scans),
@@ -166,7 +167,7 @@ def experiment(*scans):
     )
 
 
-def test_an_experiment_tracks_what_its_detectors_make():
+def test_an_experiment_tracks_what_its_preprocessors_make():
     result = experiment(scan(0, "a", [1, 0]), scan(0, "b", [500, 0]), scan(1, "b", [np.nan, 0], [2, 0])).run()
     assert summary(result.scans) == [(0, "radar", [1, 500]), (1, "radar", [2])]
     assert [str(problem) for problem in result.refused] == ["raw scan 2, return 0: must be finite numbers, got [nan, 0.0]"]
@@ -174,5 +175,5 @@ def test_an_experiment_tracks_what_its_detectors_make():
 
 
 def test_an_experiment_refuses_a_detector_of_no_sensor():
-    with pytest.raises(ValueError, match=r"preprocessors.sonar: must be named as one of the sensors"):
+    with pytest.raises(ValueError, match=r"preprocessors.sonar: must be named as one"):
         vedette.Experiment(experiment().tracker, preprocessors={"sonar": JOINED["radar"]})

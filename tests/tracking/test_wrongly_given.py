@@ -47,16 +47,16 @@ def masked(z):
     ("scan", "words"),
     [
         (lambda: Scan(1.0, ["radar"], Z), r"sensor: must be one of 'radar', got \['radar'\]"),
-        (lambda: Scan(1e18, "radar", Z), r"time: must be a finite number of s of at most 1e\+15, got 1e\+18"),
-        (lambda: Scan(1.0, "radar", 1e20 * Z), r"must be finite numbers of at most 1e\+15, got \[1e\+20"),
-        (lambda: Scan(1.0, "radar", masked(Z)), r"return \[1\]: must be finite numbers, got \[nan, 3.0\]"),
+        (lambda: Scan(1e18, "radar", Z), r"time: must be a finite number.*got 1e\+18"),
+        (lambda: Scan(1.0, "radar", 1e20 * Z), r"must be finite numbers.*got \[1e\+20"),
+        (lambda: Scan(1.0, "radar", masked(Z)), r"return \[1\]: must be finite.*got \[nan, 3.0\]"),
         (
             lambda: Scan(1.0, "radar", Z, [0.0, 0.0]),
-            r"pose: must be a vedette.Pose, as Pose\(\[x, y\]\) makes one, got \[0.0",
+            r"pose: must be a vedette.Pose, as Pose\(\[x, y\]\) makes.*got \[0.0",
         ),
         (
             lambda: Scan(1.0, "radar", Z[None]),
-            r"z: must have shape \(returns, 2\) as the state is of one run, got \(1, 2, 2\)",
+            r"z: must have shape \(returns, 2\).*got \(1, 2, 2\)",
         ),
         (lambda: Scan(1.0, "radar", [], frame=np.zeros((3, 3))), "frame: 'radar' is not a camera"),
     ],
@@ -73,10 +73,10 @@ def test_a_scan_that_cannot_be_meant_is_refused_and_the_state_goes_on(tracker, s
 @pytest.mark.parametrize(
     ("make", "words"),
     [
-        (lambda: Scan(1.0, "radar", None), r"z: must be numbers in rows, \[\] for a scan without returns, got None"),
-        (lambda: Detections.of(Z + 1j), "z: must be numbers in rows of equal length, got array"),
-        (lambda: Detections(Z, None), "valid: must be true or false for each return, got None"),
-        (lambda: Pose(None), "position: must be 2 or 3 numbers, got None"),
+        (lambda: Scan(1.0, "radar", None), r"z: must be numbers.*got None"),
+        (lambda: Detections.of(Z + 1j), r"z: must be numbers.*got array"),
+        (lambda: Detections(Z, None), r"valid: must be true.*got None"),
+        (lambda: Pose(None), r"position: must be 2 or 3 numbers.*got None"),
     ],
 )
 def test_what_is_no_detection_is_told_where_it_is_made(make, words):
@@ -91,9 +91,9 @@ def test_what_is_masked_is_not_valid():
 
 @pytest.mark.parametrize("no_state", [None, "state", Scan(1.0, "radar", Z)])
 def test_what_is_no_state_is_told(tracker, no_state):
-    with pytest.raises(TypeError, match="a state: must be the first argument, as `start` and `step` of a tracker return it"):
+    with pytest.raises(TypeError, match=r"a state: must be the first.*`step`"):
         tracker.step(no_state, Scan(1.0, "radar", Z))
-    with pytest.raises(TypeError, match="a state: must be the first argument"):
+    with pytest.raises(TypeError, match="a state: must be the first"):
         tracker.estimate(no_state)
 
 
@@ -108,27 +108,25 @@ def test_a_state_of_another_tracker_is_told_and_no_part_is_blamed(state, name):
 
 @pytest.mark.parametrize("time", [-1.0, np.nan, np.inf, "1", dt.datetime(2026, 1, 1)])
 def test_there_is_no_estimate_before_the_state_nor_at_no_time(tracker, state, time):
-    with pytest.raises(
-        (ValueError, TypeError), match=r"time: must be a number of s, not before the state's 0.000000 s, got"
-    ):
+    with pytest.raises((ValueError, TypeError), match=r"time: must be a number of s, not.*0.000000"):
         tracker.estimate(state, time)
 
 
 @pytest.mark.parametrize("time", [np.nan, np.inf, "0", 1e18])
 def test_a_tracker_starts_at_some_time(tracker, time):
-    with pytest.raises(ValueError, match="time: must be a finite number of s, or -inf for that of the first scan, got"):
+    with pytest.raises(ValueError, match="time: must be a finite number of s"):
         tracker.start(time=time)
 
 
 @pytest.mark.parametrize("seed", [-1, 1.5, "a"])
 def test_a_seed_that_is_none_is_told(tracker, seed):
-    with pytest.raises(ValueError, match="seed: must be a whole number >= 0, or a Generator of numpy, got"):
+    with pytest.raises(ValueError, match="seed: must be a whole number >= 0"):
         tracker.start(seed=seed)
 
 
 @pytest.mark.parametrize("cov", [-np.eye(4), np.full((4, 4), np.nan), np.eye(4) + np.triu(np.ones((4, 4)), 1)])
 def test_a_prior_without_a_covariance_is_told(tracker, cov):
-    with pytest.raises(ValueError, match=r"given: track \[1\] must have finite numbers and a symmetric positive semi-def"):
+    with pytest.raises(ValueError, match=r"given: track \[1\] must have finite numbers"):
         tracker.start(Gaussian(np.zeros((2, 4)), np.stack([np.zeros((4, 4)), cov])))
 
 

@@ -7,10 +7,10 @@ from attrs import evolve
 import vedette
 from support import paths
 from vedette import Detections, Scan
-from vedette.montecarlo.lockstep import run_together
 from vedette.reproduction import Cell
 from vedette_standard.motion.constant_velocity_piecewise import ConstantVelocityPiecewise
 from vedette_standard.motion.wiener_acceleration_piecewise import WienerAccelerationPiecewise
+from vedette_study.lockstep import run_together
 from vedette_vts.configs import FILTERS
 from vedette_vts.gating import watch
 from vedette_vts.outcome import GATE, MANOEUVRES, leg

@@ -1,1 +1,6 @@
-"""The commands of the command line, one per file."""
+"""What a command is made of: exit codes, and options that several commands share. The core's own commands are beside it."""
+
+from vedette.commands import options
+from vedette.commands.ending import DONE, FAILED, INTERRUPTED, WRONG
+
+__all__ = ["DONE", "FAILED", "INTERRUPTED", "WRONG", "options"]

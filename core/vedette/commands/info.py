@@ -10,7 +10,7 @@ from importlib.metadata import PackageNotFoundError, version
 from vedette import kernels, values
 from vedette.config.registry import Registry
 
-_LIBRARIES = ("numpy", "scipy", "attrs", "pluggy", "opencv-python-headless", "matplotlib", "xarray", "dask")
+_LIBRARIES = ("numpy", "scipy", "attrs", "pluggy", "shtab", "opencv-python-headless", "matplotlib", "xarray", "dask")
 
 
 def run(arguments: Namespace) -> int:

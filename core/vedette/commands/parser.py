@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import re
 from argparse import ArgumentParser, Namespace
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NoReturn, final
+
+from vedette.supporting import Command
 
 _CHOICE = re.compile(r"invalid choice: '(.*)' \(choose from (.*)\)")
 
@@ -17,6 +19,8 @@ class Parser(ArgumentParser):
     def __init__(self, *arguments: Any, **named: Any) -> None:
         super().__init__(*arguments, **named)
         self.below: dict[str, Parser] = {}
+        self.commands: dict[str, Command] = {}
+        self.why_missing: Callable[[str], list[str]] = lambda _: []
 
     def given(self, arguments: Sequence[str]) -> Namespace:
         """Return the arguments; SystemExit for --help, --version and wrong use."""
@@ -33,7 +37,8 @@ class Parser(ArgumentParser):
     def error(self, message: str) -> NoReturn:
         """End with the usage and what is wrong; beside a wrong choice stands the nearest right one."""
         if wrong := _CHOICE.search(message):
-            message += _nearest(wrong[1], re.findall(r"\w+", wrong[2])) or _of_data(wrong[1])
+            unused = "; ".join(self.why_missing(wrong[1]))
+            message += f"; {unused}" if unused else _nearest(wrong[1], re.findall(r"\w+", wrong[2])) or _of_data(wrong[1])
         super().error(message)
 
 

@@ -23,17 +23,43 @@ from pathlib import Path
 from typing import Any
 
 from vedette.config.files import check_size, read_file
-from vedette.config.overrides import apply_overrides
-from vedette.config.parameters import parameters, plain
+from vedette.config.hooks import plugin
+from vedette.config.overrides import KeyPath, apply_changes, apply_overrides, path_of
+from vedette.config.parameters import Maybe, Parameter, holds_parts, parameters, plain
+from vedette.config.plugins import answers, installed_figures, load_plugins, warnings_of
 from vedette.config.registry import Registry
-from vedette.config.renames import renamed, with_birth
-from vedette.config.walker import Walker, told
+from vedette.config.suggestions import did_you_mean
+from vedette.config.usual import with_birth
+from vedette.config.walker import Walker, below, told
 from vedette.errors import ConfigError, Problem
 from vedette.experiment import Experiment
 from vedette.tracking.parts import INLINE
 from vedette.tracking.tracker import Tracker
 
-__all__ = ["apply_overrides", "build", "load", "to_config"]
+__all__ = [
+    "KeyPath",
+    "Maybe",
+    "Parameter",
+    "Registry",
+    "answers",
+    "apply_changes",
+    "apply_overrides",
+    "below",
+    "build",
+    "did_you_mean",
+    "holds_parts",
+    "installed_figures",
+    "load",
+    "load_plugins",
+    "parameters",
+    "path_of",
+    "plain",
+    "plugin",
+    "read_file",
+    "to_config",
+    "warnings_of",
+    "with_birth",
+]
 
 Config = Mapping[str, Any] | str | Path
 """A table, with or without component objects in it, or the path to a TOML, YAML or JSON file."""
@@ -60,8 +86,7 @@ def load(config: Config, registry: Registry | None = None, overrides: Iterable[s
             [Problem("experiment", "this file is a study of many runs, not the config of one run: use vedette study")]
         )
     registry = Registry.installed() if registry is None else registry
-    before = renamed(given, registry)
-    given = with_birth(apply_overrides(before, overrides, registry), before, registry)
+    given = with_birth(apply_overrides(given, overrides, registry), given, registry)
     check_size(given)
     walker = Walker(registry)
     experiment = _experiment(walker, {name: value for name, value in given.items() if name != "$schema"})

@@ -1,4 +1,4 @@
-"""What a component class must be, and the names of contract 1 that it must no longer define."""
+"""What a component class must be."""
 
 from __future__ import annotations
 
@@ -14,28 +14,6 @@ from vedette.config.parameters import ROLES, Parameter, parameters, plain, role_
 from vedette.errors import PluginError
 from vedette.filters import contradiction
 from vedette.roles import CONTRACT, Component
-
-OLD_NAMES: dict[str, dict[str, str]] = {
-    "motion": {"carried": "`zero_variance`", "settle": "`reframe`"},
-    "sensor": {"looks_at": "`observes`"},
-    "estimator": {
-        "innovate": "`evaluate`",
-        "absorb": "`update`",
-        "carried": "`zero_variance`",
-        "cross": "`cross_covariance`",
-        "retrace": "`smooth_step`",
-    },
-    "lifecycle": {
-        "newborn": "`start`",
-        "survive": "`predict`",
-        "starts": "`begin` of the role Birth",
-        "lasting": "`permanent`",
-    },
-    "preprocessor": {"detect": "`process`", "illustrate": "the hook `vedette_files`"},
-    "reproduction": {"usual_runs": "`default_runs`"},
-}
-"""By role, the names of contract 1 that nothing calls any more, and their replacements."""
-
 
 _KIND = re.compile(r"\w[\w.+-]*")
 """What configs and messages can name: nothing that splits a line, or that a terminal obeys."""
@@ -110,8 +88,6 @@ def described(cls: type[Component], distribution: str, version: str) -> Installe
     role = role_of(cls)
     if role is None:
         raise PluginError(f"{who} plays none of the roles {', '.join(ROLES)}; derive it from one of their classes")
-    if old := _old_name(cls, role):
-        raise PluginError(f"{who} defines `{old}`, a name of contract 1; since contract 2 it is {OLD_NAMES[role][old]}")
     if missing := sorted(getattr(cls, "__abstractmethods__", ())):
         article = "an" if role[0] in "aeiou" else "a"
         raise PluginError(f"{who} is incomplete; {article} {role} must also define {', '.join(missing)}")
@@ -138,12 +114,6 @@ def described(cls: type[Component], distribution: str, version: str) -> Installe
     if any(parameter.name == "kind" for parameter in own):
         raise PluginError(f"{who}: `kind` must be a ClassVar, not a parameter")
     return Installed(role, kind, cls, distribution, version, own)
-
-
-def _old_name(cls: type, role: str) -> str | None:
-    """Return the first name of contract 1 that a class defines and its role no longer has."""
-    own = {name for base in cls.__mro__ if base.__module__ != Component.__module__ for name in vars(base)}
-    return next((old for old in OLD_NAMES.get(role, {}) if old in own and not hasattr(ROLES[role], old)), None)
 
 
 def _check_default(parameter: Parameter) -> None:

@@ -9,14 +9,13 @@ from typing import Any
 from attrs import frozen
 
 from vedette.config.registry import Registry
-from vedette.config.renames import renamed_path
 from vedette.config.suggestions import did_you_mean, nearest
 from vedette.config.walker import LONGEST, below, told
 from vedette.errors import ConfigError, Problem
 
 _STEP = re.compile(r'(?:^|\.)(?:(?P<name>[A-Za-z0-9_-]+)|"(?P<quoted>[^"]*)")|\[(?P<index>\d+)\]')
 
-Path = tuple[str | int, ...]
+KeyPath = tuple[str | int, ...]
 
 
 def apply_overrides(config: Mapping[str, Any], overrides: Iterable[str], registry: Registry | None = None) -> dict[str, Any]:
@@ -55,21 +54,22 @@ def apply_changes(
     return _changed(config, split, problems, registry)
 
 
-def path_of(written: str) -> Path:
-    """Return the path that a change or an override names, in today's keys; () if it names none."""
-    path, _ = _leading_path(written)
-    return renamed_path(path) if path else ()
+def path_of(written: str) -> KeyPath:
+    """Return the path that a change or an override names; () if it names none."""
+    return _leading_path(written)[0]
 
 
 def _changed(
-    config: Mapping[str, Any], changes: Iterable[tuple[str, Path, Any]], problems: list[Problem], registry: Registry | None
+    config: Mapping[str, Any],
+    changes: Iterable[tuple[str, KeyPath, Any]],
+    problems: list[Problem],
+    registry: Registry | None,
 ) -> dict[str, Any]:
     """Return the config with each change made; ConfigError with all problems at their places."""
     registry = Registry.installed() if registry is None else registry
     changed: Any = dict(config)
-    done: list[Path] = []
-    for told_at, written, value in changes:
-        path = renamed_path(written)
+    done: list[KeyPath] = []
+    for told_at, path, value in changes:
         try:
             beside = {p[len(path) - 1] for p in done if p[: len(path) - 1] == path[:-1] and len(p) >= len(path)}
             changed = _Change(path, value, registry, frozenset(beside)).of(changed, 0)
@@ -85,7 +85,7 @@ def _changed(
 class _Change:
     """One override; `kept` are the names in its table that earlier overrides have set."""
 
-    path: Path
+    path: KeyPath
     value: Any
     registry: Registry
     kept: frozenset[str | int]
@@ -139,7 +139,7 @@ class _Change:
         return place or "the config"
 
 
-def _leading_path(written: str) -> tuple[Path, str]:
+def _leading_path(written: str) -> tuple[KeyPath, str]:
     """Return the path that a text begins with, and the rest of the text."""
     path: list[str | int] = []
     rest = written.strip()

@@ -16,7 +16,7 @@ from attrs import frozen
 
 from vedette.reproduction import Reproduction
 from vedette.roles import Associator, Component, Estimator, MotionModel, Sensor
-from vedette.supporting import Birth, Lifecycle, Preprocessor, Source
+from vedette.supporting import Birth, Command, Lifecycle, Picture, Preprocessor, Source
 
 ROLES: dict[str, type[Component]] = {
     "motion": MotionModel,
@@ -28,6 +28,8 @@ ROLES: dict[str, type[Component]] = {
     "preprocessor": Preprocessor,
     "source": Source,
     "reproduction": Reproduction,
+    "command": Command,
+    "picture": Picture,
 }
 """Role names as configs, commands and messages use them."""
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping
+from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any
 
 from attrs import field, frozen
@@ -10,7 +11,10 @@ from attrs import field, frozen
 from vedette.config.contract import Installed, check_version, described
 from vedette.config.parameters import role_of
 from vedette.errors import PluginError
-from vedette.roles import Component
+from vedette.metrics.score import FIGURES, Figure
+from vedette.roles import Component, Sensor
+from vedette.tracking.intake import Intake
+from vedette.types import Recording
 
 if TYPE_CHECKING:
     from importlib.metadata import Distribution, EntryPoint
@@ -26,6 +30,7 @@ class Loaded:
     distribution: str
     entry_point: str
     entries: tuple[Installed, ...]
+    figures: tuple[Figure, ...]
     hooks: Any = field(repr=False, eq=False)
 
     def __str__(self) -> str:
@@ -53,9 +58,15 @@ def load_plugins() -> tuple[tuple[Loaded, ...], tuple[SetAside, ...]]:
     """Load what the entry points of the group `vedette` name: the plugins to use, and those set aside."""
     from importlib.metadata import entry_points
 
+    points = tuple(entry_points(group=GROUP))
+    return _loaded(points, tuple("" if point.dist is None else str(point.dist.locate_file("")) for point in points))
+
+
+@lru_cache(maxsize=1)
+def _loaded(points: tuple[EntryPoint, ...], places: tuple[str, ...]) -> tuple[tuple[Loaded, ...], tuple[SetAside, ...]]:
+    """Load plugins once, while what is installed, and in which `places`, stays the same."""
     used: list[Loaded] = []
     aside: list[SetAside] = []
-    points = entry_points(group=GROUP)
     owners = {id(dist): _owner(dist) for dist in {id(point.dist): point.dist for point in points}.values()}
     for point in sorted(points, key=lambda point: (owners[id(point.dist)], point.name)):
         found = _load(point, *owners[id(point.dist)])
@@ -87,7 +98,8 @@ def _load(point: EntryPoint, name: str, version: str) -> Loaded | SetAside:
         hooks = _hooks(module)
         classes = _components(hooks)
         kinds = _kinds(classes)
-        return Loaded(owner, point.name, tuple(described(cls, name, version) for cls in classes), hooks)
+        entries = tuple(described(cls, name, version) for cls in classes)
+        return Loaded(owner, point.name, entries, _figures(hooks), hooks)
     except PluginError as error:
         reason = str(error)
     except (Exception, SystemExit) as error:
@@ -125,6 +137,26 @@ def _components(hooks: Any) -> list[type[Component]]:
     return list({id(cls): cls for classes in brought for cls in classes}.values())
 
 
+def _figures(hooks: Any) -> tuple[Figure, ...]:
+    """Return the figures that the hook of a plugin provides; PluginError for one that cannot be told or computed."""
+    brought = tuple(figure for figures in hooks.vedette_figures() for figure in figures)
+    taken = {figure.name for figure in FIGURES} | {figure.study for figure in FIGURES if figure.study}
+    for figure in brought:
+        if not isinstance(figure, Figure) or figure.start is None:
+            raise PluginError(f"its figures must be vedette.metrics.Figure with a start, got {figure!r}")
+        if clash := taken & {figure.name, figure.study}:
+            raise PluginError(f"figure {figure.name!r}: there is one of the name {clash.pop()!r} already")
+        taken |= {figure.name} | ({figure.study} if figure.study else set())
+    return brought
+
+
+@cache
+def installed_figures() -> tuple[Figure, ...]:
+    """Return the figures of all plugins; of those of one name, the first."""
+    brought = {figure.name: figure for plugin in reversed(load_plugins()[0]) for figure in reversed(plugin.figures)}
+    return tuple(reversed(brought.values()))
+
+
 def _kinds(classes: Iterable[Any]) -> tuple[tuple[str, str], ...]:
     """Return roles and kinds of classes, as far as they state them."""
     said = [(role_of(cls), getattr(cls, "kind", None)) for cls in classes if isinstance(cls, type)]
@@ -137,3 +169,16 @@ def _would_bring(module: Any) -> tuple[tuple[str, str], ...] | None:
         return _kinds(_components(_hooks(module)))
     except (Exception, SystemExit):
         return None
+
+
+def answers(hook: str, **given: Any) -> Iterator[tuple[Loaded, Any]]:
+    """Yield each plugin that implements a hook, with what it returns for the arguments `given` to it."""
+    for used in load_plugins()[0]:
+        for answer in getattr(used.hooks, hook)(**given):
+            yield used, answer
+
+
+def warnings_of(intake: Intake, recording: Recording, sensors: Mapping[str, Sensor]) -> Iterator[str]:
+    """Yield what looks wrong with the input of a run, in the words of every plugin that judges it."""
+    for _, sentences in answers("vedette_warnings", intake=intake, recording=recording, sensors=sensors):
+        yield from sentences

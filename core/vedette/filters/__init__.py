@@ -7,18 +7,18 @@ An estimator derives from `vedette.Estimator`, or from one of the bases here tha
 - `PointFilter`: a Gaussian filter by sigma points, of which only `kappa` is left to define.
 
 Predicting: `predict_linearised` by the motion's derivative; `predicted` for loops outside the tracker, which also calls
-`reframe` where that is declared. Evaluating: `evaluate_linearised` and `evaluate_frame` do all of it; `prepare` gives
+`reframe` where that is due. Evaluating: `evaluate_linearised` and `evaluate_frame` do all of it; `prepare` gives
 residuals and noises that already account for each detection's own noise and missing components, from which
 `evaluate_each` and `make_innovation` continue. `Hypotheses` is the detail that `GaussianFilter.update` reads.
 `mixed` and `merged` replace mixtures by their moments.
 `Memo` keeps the matrices of linear models. Particles: `Particles` and the functions on them.
 """
 
-from vedette.filters.declared import contradiction
+from vedette.filters.declared import contradiction, unforwarded
 from vedette.filters.detections import Prepared, make_innovation, prepare, present_noise
 from vedette.filters.frames import evaluate_frame
-from vedette.filters.gaussian import GaussianFilter, Hypotheses, marginal, without_variance
-from vedette.filters.linear import evaluate_each, evaluate_linearised, extent_linearised, predict_linearised
+from vedette.filters.gaussian import GaussianFilter, Hypotheses, has_gaussian_belief, marginal, without_variance
+from vedette.filters.linear import evaluate_each, evaluate_linearised, expected_return, extent_linearised, predict_linearised
 from vedette.filters.memo import Memo, SensorConstants, embedded, keep
 from vedette.filters.mixing import merged, mixed
 from vedette.filters.motion import OverMotion, predicted
@@ -53,7 +53,9 @@ __all__ = [
     "evaluate_each",
     "evaluate_frame",
     "evaluate_linearised",
+    "expected_return",
     "extent_linearised",
+    "has_gaussian_belief",
     "keep",
     "log_association",
     "make_innovation",
@@ -71,5 +73,6 @@ __all__ = [
     "present_noise",
     "resample",
     "too_few",
+    "unforwarded",
     "without_variance",
 ]

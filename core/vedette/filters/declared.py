@@ -1,18 +1,47 @@
-"""Whether a class keeps its declarations: what others rely on without asking must not be overridden."""
+"""Whether a component keeps what it declares, and forwards what the components that it holds need."""
 
 from __future__ import annotations
 
-from vedette.filters.gaussian import GaussianFilter
-from vedette.roles import Component, Estimator, MotionModel
+from vedette.roles import TRAITS, Component, Estimator, MotionModel, components_in
+
+_METHODS = {"reframes": "reframe", "bounded": "extent"}
+"""The methods by which an estimator keeps what a trait promises."""
 
 
 def contradiction(cls: type[Component]) -> str:
-    """Return how the methods of a class contradict its declarations, or ""."""
-    if issubclass(cls, Estimator) and cls.gaussian_belief is True:
-        for name in ("start", "moments"):
-            if getattr(cls, name) is not getattr(GaussianFilter, name):
-                return f"{cls.__name__} defines `{name}`, which is final where `gaussian_belief` is True: declare it False"
-    for role in (MotionModel, Estimator):
-        if issubclass(cls, role) and cls.reframes is False and cls.reframe is not role.reframe:
-            return f"{cls.__name__} defines `reframe`, which nobody calls unless it declares `reframes = True`"
+    """Return how a class contradicts its declarations, or ""."""
+    name = cls.__name__
+    if issubclass(cls, MotionModel):
+        undeclared = getattr(cls, "reframes", None) in (False, MotionModel.reframes)
+        if undeclared and cls.reframe is not MotionModel.reframe:
+            return f"{name} defines `reframe`, which nobody calls unless it declares `reframes = True`"
+    if issubclass(cls, Estimator):
+        if cls.traits is not Estimator.traits:
+            return f"{name} defines `traits`, which is final: state those that it has in `declares`"
+        if unknown := [trait for trait in cls.drops if trait not in TRAITS]:
+            return f"{name}: `drops` must be a tuple of traits, among {', '.join(TRAITS)}; got {unknown[0]!r}"
+        if stray := [trait for trait in TRAITS if isinstance(getattr(cls, trait, None), bool | property)]:
+            return f"{name} defines `{stray[0]}`, which nobody reads: write `declares = Traits({stray[0]}=True)`"
+    return ""
+
+
+def unforwarded(component: Component) -> str:
+    """Return what an estimator or a motion does not forward to the components that it holds, with the cure; or ""."""
+    kind = component.kind
+    if isinstance(component, MotionModel):
+        turning = [part.kind for part in components_in(component) if isinstance(part, MotionModel) and part.reframes]
+        if turning and not component.reframes:
+            return (
+                f"{kind!r} holds {turning[0]!r}, which turns its frame, and does not declare `reframes`: forward `reframes` "
+                "and `reframe`, as `WrappedMotion` does, or refuse such a motion"
+            )
+        if component.reframes and type(component).reframe is MotionModel.reframe:
+            return f"{kind!r} declares `reframes` and has no `reframe`: define it, or forward that of the motion it holds"
+    if isinstance(component, Estimator):
+        for trait, method in _METHODS.items():
+            if getattr(component.traits, trait) and getattr(type(component), method) is getattr(Estimator, method):
+                return (
+                    f"{kind!r} has the trait `{trait}`, of its own or of what it holds, and no `{method}`: define it, or "
+                    f"forward it; or write `drops = ({trait!r},)`, if it needs none"
+                )
     return ""

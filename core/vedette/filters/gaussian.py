@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
+from typing import Any
 
 import numpy as np
 from attrs import field, frozen
@@ -10,6 +10,7 @@ from attrs import field, frozen
 from vedette import kernels
 from vedette.filters.memo import Memo
 from vedette.filters.motion import OverMotion
+from vedette.roles import Estimator
 from vedette.space import Array, Space
 from vedette.types import Gaussian, Innovation, new_gaussian
 from vedette.values import maker
@@ -32,11 +33,9 @@ new_hypotheses = maker(Hypotheses)
 class GaussianFilter(OverMotion[Gaussian]):
     """A filter over one motion model whose belief is a mean and a covariance; `predict` and `evaluate` are left to define.
 
-    `evaluate` must give `Hypotheses` as the innovation's detail, unless the filter has its own `update`. `start` and
-    `moments` are final: a filter that needs its own sets `gaussian_belief = False`, and mixtures then call it.
+    `evaluate` must give `Hypotheses` as the innovation's detail, unless the filter has its own `update`. A mixture reads
+    the belief itself, unless the filter has its own `start` or `moments`: it then calls these.
     """
-
-    gaussian_belief: ClassVar[bool] = True
 
     _memo: Memo = field(init=False, repr=False, eq=False, factory=Memo)
 
@@ -65,6 +64,12 @@ class GaussianFilter(OverMotion[Gaussian]):
     def cross_covariance(self, belief: Gaussian, dt: float) -> Array:
         """Return P F', F the derivative of the motion at the mean; for filters that predict by it."""
         return belief.cov @ np.swapaxes(self.motion.jacobian(belief.mean, dt), -1, -2)
+
+
+def has_gaussian_belief(estimator: Estimator[Any]) -> bool:
+    """Return whether a belief is its moments: the estimator starts it and tells of it as a `GaussianFilter` does."""
+    cls = type(estimator)
+    return cls.start is GaussianFilter.start and cls.moments is GaussianFilter.moments
 
 
 def marginal(prior: Gaussian, axes: Space, state: Space, zero_variance: Space) -> Gaussian:

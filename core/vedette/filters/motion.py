@@ -18,7 +18,7 @@ B = TypeVar("B")
 
 @frozen
 class OverMotion(Estimator[B], Generic[B]):
-    """An estimator whose state is that of its one motion model, and that reframes if the motion does."""
+    """An estimator whose state is that of its one motion model."""
 
     @property
     @abstractmethod
@@ -33,11 +33,6 @@ class OverMotion(Estimator[B], Generic[B]):
     def zero_variance(self) -> Space:
         return self.motion.zero_variance
 
-    @property
-    def reframes(self) -> bool:  # type: ignore[override]  # a class variable elsewhere: here it depends on the motion
-        """Whether the motion reframes."""
-        return self.motion.reframes
-
     def smooth_step(self, belief: B, later: B, dt: float, rng: np.random.Generator) -> B:
         """Return the belief at one time given all scans: the step of Rauch, Tung and Striebel.
 
@@ -46,7 +41,7 @@ class OverMotion(Estimator[B], Generic[B]):
         """
         if dt == 0:
             return later
-        if self.reframes:
+        if self.motion.reframes:
             raise NotImplementedError(f"the motion of {self.kind!r} turns its frame: two moments have none in common")
         now, ahead, after = self.moments(belief), self.moments(self.predict(belief, dt, rng)), self.moments(later)
         step = self.state.difference(after.mean, ahead.mean)
@@ -55,10 +50,10 @@ class OverMotion(Estimator[B], Generic[B]):
 
 
 def predicted(estimator: Estimator[B], belief: B, dt: float, rng: np.random.Generator) -> B:
-    """Return the belief `dt` s later, in the frame of its own estimate if the estimator `reframes`.
+    """Return the belief `dt` s later, in the frame of its own estimate if the estimator reframes.
 
     For the outermost estimator, as the tracker predicts it: a mixture reframes the beliefs of its modes itself.
     """
-    if estimator.reframes and dt > 0:
+    if dt > 0 and estimator.traits.reframes:
         belief = estimator.reframe(belief, estimator.moments(belief))
     return estimator.predict(belief, dt, rng)

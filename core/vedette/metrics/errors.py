@@ -8,11 +8,6 @@ from vedette.metrics.consistency import Estimate, mean_over_runs
 from vedette.space import Array
 
 
-def expected_error(cov: Array) -> float:
-    """Return the RMS error that covariances (q, d, d) of positions expect: the root of their mean trace."""
-    return float(np.sqrt(np.mean(np.trace(cov, axis1=-2, axis2=-1))))
-
-
 def rmse(error: Array) -> float:
     """Return the root mean square error of vectors (*b, d) over `b`, the d axes added; ValueError if there is none."""
     if not error.size:

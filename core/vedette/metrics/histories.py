@@ -30,6 +30,12 @@ class Entries:
     hit: Array
     mode_prob: Array | None
 
+    def part(self, rows: slice, first: int) -> Entries:
+        """Return some of them, their scans counted from `first` on."""
+        modes = None if self.mode_prob is None else self.mode_prob[rows]
+        columns = (self.track[rows], self.mean[rows], self.cov[rows], self.nis[rows], self.hit[rows])
+        return Entries(self.scan[rows] - first, *columns, modes)
+
 
 def confirmed_entries(tracks: Sequence[Track], times: Array, space: Space) -> Entries:
     """Return the confirmed part of the histories of `tracks` over `space`, at scans of non-decreasing `times` (s,) in s."""

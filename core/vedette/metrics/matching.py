@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from attrs import evolve, frozen
 
+from vedette.metrics.consistency import nees
 from vedette.metrics.coverage import NONE, Held, Indices, covering
 from vedette.metrics.histories import Entries, Truth, confirmed_entries, positions, truth_at
 from vedette.metrics.near import Near, near_points
@@ -17,12 +18,17 @@ from vedette.types import Scan, Track, Trajectory
 
 @frozen(eq=False)
 class Pairs:
-    """Covered objects and the entries of their tracks: scan (q,) of those judged, truth (q,), entry (q,), error (q, n)."""
+    """Covered objects and the entries of their tracks: scan (q,) of those judged, truth (q,), entry (q,), error (q, n).
+
+    Of the position: square (q,), its squared error, and nees (q,), NaN in all if a covariance is singular.
+    """
 
     scan: Indices
     truth: Indices
     entry: Indices
     error: Array
+    square: Array
+    nees: Array
 
 
 @frozen(eq=False)
@@ -46,10 +52,6 @@ class Match:
         """Per scan, the tracks (t,) that exist."""
         return tuple(self.entries.track[rows] for rows in self.rows)
 
-    def covered_within(self, radius: float) -> Indices:
-        """Return `cover` with another radius in m."""
-        return covering(self.apart, self.present, radius, Held(self.truth.alive.shape[1]))
-
     def pairs(self) -> Pairs:
         """Return the covered objects, by scan."""
         scan, truth = np.nonzero(self.cover != NONE)
@@ -57,7 +59,17 @@ class Match:
         key = self.entries.scan * most + self.entries.track
         entry = np.searchsorted(key, self.scans[scan] * most + self.cover[scan, truth])
         error = self.truth.space.difference(self.entries.mean[entry], self.truth.states[scan, truth])
-        return Pairs(scan, truth, entry, error)
+        spot = positions(self.truth.space)
+        square, near = np.sum(error[:, spot] ** 2, axis=-1), self.entries.cov[entry][:, spot][:, :, spot]
+        return Pairs(scan, truth, entry, error, square, nees_or_nan(error[:, spot], near))
+
+
+def nees_or_nan(error: Array, cov: Array) -> Array:
+    """Return the NEES (q,), NaN if a covariance is singular."""
+    try:
+        return nees(error, cov)
+    except ValueError:
+        return np.full(len(error), np.nan)
 
 
 def match(tracks: Sequence[Track], truth: Sequence[Trajectory], scans: Sequence[Scan], options: Judge) -> Match:

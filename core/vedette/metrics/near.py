@@ -53,6 +53,10 @@ class Near:
         shape = (int(np.count_nonzero(rows)), int(np.count_nonzero(columns)))
         return Near(shape, row[left.truth], column[left.track], left.distance)
 
+    def numbered(self, which: Indices, truths: int) -> Near:
+        """Return the same pairs of the objects `which` (j,), ascending, among so many."""
+        return Near((truths, self.shape[1]), which[self.truth], self.track, self.distance)
+
     @property
     def nearest(self) -> Array:
         """The distance of each track's nearest object (t,), infinite where none is within reach."""

@@ -1,13 +1,13 @@
-"""How a run is judged, and the resulting figures."""
+"""How a run is judged, and the resulting figures: each is declared here once."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any, final
+from collections.abc import Callable, Sequence
+from typing import Any, Protocol, final
 
 import attrs
 import numpy as np
-from attrs import frozen
+from attrs import evolve, frozen
 
 from vedette import fields
 from vedette.display import figures_html
@@ -88,6 +88,64 @@ class Judge:
         return np.array(own[self.first_scan : end], dtype=np.intp)
 
 
+Number = float | None
+
+
+class Collected(Protocol):
+    """What computes a plugin's figure over one run, scan block by scan block."""
+
+    def add(self, block: Any) -> None:
+        """Take some more scans of the run: a `vedette.metrics.Block`."""
+
+    def value(self) -> Number:
+        """Return the figure of all scans so far; None if there is none."""
+
+
+@final
+@frozen
+class Figure:
+    """What a figure is: its name, its unit ("1" for a pure number), a sentence, and how it sums over the runs of a study.
+
+    sums: "mean", the mean of the runs' values, or "root", the root of the mean of their squares; study: its name in studies,
+    "" if they leave it out; label: what charts of studies call it, "" if none shows it; within: the values that it can have;
+    expected: the value that is right, if one is; detail: whether the text of a study leaves it out.
+    start: what computes a plugin's figure, made anew for each run; the judge itself computes Vedette's own.
+    """
+
+    name: str
+    unit: str
+    about: str
+    study: str = ""
+    sums: str = "mean"
+    label: str = ""
+    within: tuple[float, float] = (0.0, np.inf)
+    expected: float | None = None
+    detail: bool = False
+    start: Callable[[], Collected] | None = None
+
+    def __attrs_post_init__(self) -> None:
+        if not self.name.isidentifier():
+            raise ValueError(f"figure {self.name!r}: name: must be letters, digits and _")
+        if self.sums not in ("mean", "root"):
+            raise ValueError(f"figure {self.name!r}: sums: must be 'mean' or 'root', got {self.sums!r}")
+
+    @property
+    def squared(self) -> bool:
+        """Whether a study keeps its square, so that the mean over runs is one of squares, and reports the root."""
+        return self.sums == "root"
+
+
+def _of(unit: str, about: str, study: str = "", default: Any = None, **further: Any) -> Any:
+    """Declare a figure on an attrs field, whose name is its name; `further` as in Figure."""
+    return attrs.field(default=default, metadata={"figure": Figure("field", unit, about, study=study, **further)})
+
+
+def declared(cls: type) -> tuple[Figure, ...]:
+    """Return the figures that a class declares, in order."""
+    fields_of = attrs.fields(cls)
+    return tuple(evolve(field.metadata["figure"], name=field.name) for field in fields_of if "figure" in field.metadata)
+
+
 @frozen
 class TruthScore:
     """The figures of one true object over the `scans` judged while it existed; None where a figure does not exist.
@@ -97,67 +155,94 @@ class TruthScore:
 
     name: str
     scans: int
-    coverage: float | None
-    position_rmse_m: float | None
-    id_switches: int
-    lost: bool | None
-    confirmed_after_s: float | None
+    coverage: Number = _of("1", "coverage")
+    position_rmse_m: Number = _of("m", "position error")
+    id_switches: int = _of("1", "identity switches", default=0)
+    lost: bool | None = None
+    confirmed_after_s: Number = _of("s", "first covered")
+
+
+_SHARE = (0.0, 1.0)
 
 
 @frozen
 class Score:
-    """The figures of one run, as docs/metrics.md defines them; None where there is none, as without truth or tracks."""
+    """The figures of one run, as docs/metrics.md defines them; None where there is none, as without truth or tracks.
 
-    scans: int
-    tracks: int
-    position_rmse_m: float | None = None
-    position_deviation_m: float | None = None
-    velocity_rmse_mps: float | None = None
-    bias_m: tuple[float, ...] | None = None
-    coverage: float | None = None
-    id_switches: int | None = None
-    false_tracks: float | None = None
-    lost: float | None = None
-    confirmed_after_s: float | None = None
-    gospa_m: float | None = None
-    gospa_localisation: float | None = None
-    gospa_missed: float | None = None
-    gospa_false: float | None = None
-    gospa_all_m: float | None = None
-    ospa_m: float | None = None
-    trajectory_gospa_m: float | None = None
-    trajectory_gospa_localisation: float | None = None
-    trajectory_gospa_missed: float | None = None
-    trajectory_gospa_false: float | None = None
-    trajectory_gospa_switches: float | None = None
-    ospa2_m: float | None = None
-    mota: float | None = None
-    motp_m: float | None = None
-    hota: float | None = None
-    hota_detection: float | None = None
-    hota_association: float | None = None
-    hota_localisation: float | None = None
-    siap_completeness: float | None = None
-    siap_ambiguity: float | None = None
-    siap_spuriousness: float | None = None
-    siap_position_m: float | None = None
-    siap_velocity_mps: float | None = None
-    siap_changes_per_s: float | None = None
-    siap_longest: float | None = None
-    position_bound_m: float | None = None
-    nees_position: float | None = None
-    nees_state: float | None = None
+    `more`: those that plugins bring, by name.
+    """
+
+    scans: int = _of("1", "scans that were judged", default=attrs.NOTHING)
+    tracks: int = _of("1", "tracks that were ever confirmed", default=attrs.NOTHING)
+    position_rmse_m: Number = _of(
+        "m", "position error, RMS while covered", "position_rmse", sums="root", label="RMS position error [m]"
+    )
+    position_deviation_m: Number = _of("m", "position error that the covariances expect")
+    velocity_rmse_mps: Number = _of("m/s", "velocity error, RMS while covered", "velocity_rmse", sums="root")
+    bias_m: tuple[float, ...] | None = _of("m", "mean error")
+    nees_position: Number = _of("1", "NEES of the position over what is expected", expected=1.0)
+    nees_state: Number = _of("1", "NEES of the state over what is expected", "nees", label="NEES per axis", expected=1.0)
     nees_state_axes: tuple[str, ...] | None = None
-    nis: float | None = None
-    mode_prob: tuple[float, ...] | None = None
+    nis: Number = _of("1", "NIS over what is expected", "nis", label="NIS over what is expected", expected=1.0)
+    mode_prob: tuple[float, ...] | None = _of("1", "mean mode probability")
+    lost: Number = _of("1", "part of the objects that are lost", "lost", label="share of lost runs", within=_SHARE)
+    coverage: Number = _of(
+        "1",
+        "part of the scans in which an object is covered",
+        "coverage",
+        label="share of time covered",
+        within=_SHARE,
+    )
+    id_switches: int | None = _of("1", "identity switches", "id_switches")
+    false_tracks: Number = _of(
+        "1", "confirmed tracks that cover nothing, at a time", "false_tracks", label="false tracks at a time"
+    )
+    gospa_m: Number = _of("m", "GOSPA, without tracks far from all objects", "gospa", label="GOSPA [m]")
+    gospa_localisation: Number = _of("m^p", "GOSPA's part from errors")
+    gospa_missed: Number = _of("m^p", "GOSPA's part from objects without a track")
+    gospa_false: Number = _of("m^p", "GOSPA's part from tracks without an object")
+    gospa_all_m: Number = _of("m", "GOSPA of all confirmed tracks")
+    ospa_m: Number = _of("m", "OSPA", "ospa")
+    confirmed_after_s: Number = _of("s", "wait until an object is first covered", "confirmed_after")
+    trajectory_gospa_m: Number = _of("m", "trajectory GOSPA a scan", "trajectory_gospa")
+    trajectory_gospa_localisation: Number = _of("m^p", "its part from errors")
+    trajectory_gospa_missed: Number = _of("m^p", "its part from objects without a track")
+    trajectory_gospa_false: Number = _of("m^p", "its part from tracks without an object")
+    trajectory_gospa_switches: Number = _of("m^p", "its part from identity switches")
+    ospa2_m: Number = _of("m", "OSPA(2) of whole tracks", "ospa2", detail=True)
+    mota: Number = _of("1", "MOTA", "mota")
+    motp_m: Number = _of("m", "MOTP, mean distance of covered objects", "motp", detail=True)
+    hota: Number = _of("1", "HOTA", "hota")
+    hota_detection: Number = _of("1", "HOTA's part of detection", "hota_detection", detail=True)
+    hota_association: Number = _of("1", "HOTA's part of association", "hota_association", detail=True)
+    hota_localisation: Number = _of("1", "HOTA's part of localisation")
+    siap_completeness: Number = _of("1", "SIAP completeness", "siap_completeness", detail=True)
+    siap_ambiguity: Number = _of("1", "SIAP ambiguity", "siap_ambiguity", detail=True)
+    siap_spuriousness: Number = _of("1", "SIAP spuriousness", "siap_spuriousness", detail=True)
+    siap_position_m: Number = _of("m", "SIAP position error", "siap_position", detail=True)
+    siap_velocity_mps: Number = _of("m/s", "SIAP velocity error")
+    siap_changes_per_s: Number = _of("1/s", "SIAP identity switches", "siap_changes", detail=True)
+    siap_longest: Number = _of("1", "SIAP longest track, part of a life", "siap_longest", detail=True)
+    position_bound_m: Number = _of("m", "Cramer-Rao bound of the position error", "position_bound", sums="root")
+    more: dict[str, Number] = attrs.field(factory=dict)
     truths: tuple[TruthScore, ...] = ()
 
     def _repr_html_(self) -> str:
-        own = {name: getattr(self, name) for name in attrs.fields_dict(type(self)) if name != "truths"}
+        own = {name: value for name, value in self.figures().items() if name != "truths"}
         title = f"Score over {self.scans} scans"
         each = "".join(figures_html(truth.name, attrs.asdict(truth)) for truth in self.truths)
         return figures_html(title, own) + each
 
     def figures(self) -> dict[str, Any]:
         """Return plain numbers, tuples and tables by name, as JSON takes them; nothing is NaN."""
-        return attrs.asdict(self)
+        told = attrs.asdict(self)
+        return {**{name: value for name, value in told.items() if name not in ("more", "truths")}, **told["more"]} | {
+            "truths": told["truths"]
+        }
+
+
+FIGURES = declared(Score)
+"""The figures of a run, in the order in which they are told."""
+
+OF_OBJECTS = declared(TruthScore)
+"""The figures of each true object."""

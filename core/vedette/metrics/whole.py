@@ -1,11 +1,12 @@
-"""The figures that compare whole tracks with whole true trajectories."""
+"""The figures that compare whole tracks with whole true trajectories, from what a run leaves of each scan."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, final
 
 import numpy as np
+from attrs import asdict, frozen
 
 from vedette.metrics.bound import Bound, bound_along
 from vedette.metrics.clear import clear_mot
@@ -25,79 +26,127 @@ from vedette.types import Scan, Trajectory
 PARTS = ("localisation", "missed", "false", "switches")
 
 
-def whole_tracks(found: Match, options: Judge, times: Array, false: int) -> dict[str, Any]:
-    """Return the figures of many targets over all judged scans, at `times` (s,), with so many `false` entries of tracks."""
-    alive, tracks, cutoff, order = found.truth.alive, len(found.tracks), options.gospa_cutoff, options.gospa_order
-    counted = _counted(found, options.far)
-    apart, present = found.apart, found.present
-    if options.far is not None:
-        present = tuple(columns[some] for columns, some in zip(present, counted, strict=True))
-        apart = tuple(each.among(tracks=some) for each, some in zip(apart, counted, strict=True))
-    switch = cutoff if options.switch_penalty is None else options.switch_penalty
-    gospa = trajectory_gospa(apart, present, alive, cutoff, switch, order, options.largest_program)
-    mot = clear_mot(found.apart, found.present, alive, found.cover, false)
-    higher = hota(apart, present, alive, tracks, cutoff)
-    scans = len(apart)
-    own = {} if gospa is None else {f"trajectory_gospa_{part}": getattr(gospa, part) / scans for part in PARTS}
-    if gospa is not None:
-        own["trajectory_gospa_m"] = gospa.value / scans ** (1 / order)
-    return {
-        **own,
-        "ospa2_m": ospa2(apart, present, alive, tracks, cutoff, order, options.ospa2_scans),
-        "mota": mot.mota,
-        "motp_m": mot.motp,
-        "hota": higher.value,
-        "hota_detection": higher.detection,
-        "hota_association": higher.association,
-        "hota_localisation": higher.localisation,
-        **_siap(found, counted, apart, present, times, options.cover_radius),
-    }
+@frozen(eq=False)
+class _Look:
+    """One scan: its time in s; the true objects that are there (a,), and which track covers each (a,); the tracks (t,).
+
+    near: the pairs of true objects and tracks within the reach of any figure. counted (t,): the tracks that are
+    not far from all objects; owner: the object that each of these is assigned to; position and velocity: their errors.
+    """
+
+    time: float
+    alive: Indices
+    cover: Indices
+    present: Indices
+    near: Near
+    counted: Mask
+    owner: Indices
+    position: Array
+    velocity: Array | None
+
+    @property
+    def numbers(self) -> int:
+        """How many numbers it takes, 8 bytes each: those that it holds, and what its arrays take besides."""
+        return 128 + 2 * len(self.alive) + 5 * len(self.present) + 3 * len(self.near.track)
 
 
-def _counted(found: Match, far: float | None) -> list[Mask]:
-    """Return which tracks of each scan are within `far` of an object."""
-    if far is None:
-        return [np.ones(len(columns), dtype=bool) for columns in found.present]
-    return [each.nearest <= far for each in found.apart]
+@final
+class WholeTracks:
+    """Collects of each scan what the figures of whole tracks need: it grows with the run.
+
+    `most`: beyond so many numbers it drops them all and is `dropped`: there are no such figures then.
+    """
+
+    def __init__(self, truths: int, options: Judge, most: float) -> None:
+        self._truths, self._options, self._most = truths, options, most
+        self._looks: list[_Look] = []
+        self._numbers = 0
+        self.dropped = not most
+
+    def add(self, found: Match, times: Array, which: Indices, begin: int) -> None:
+        """Add the scans of a block from `begin` on; `which` of all true objects are those of the match."""
+        if self.dropped:
+            return
+        space, far, radius = found.truth.space, self._options.far, self._options.cover_radius
+        spot, speed, reach = positions(space), velocities(space), max(self._options.gospa_cutoff, radius)
+        for i in range(begin, len(times)):
+            apart, rows, there = found.apart[i], found.rows[i], np.flatnonzero(found.truth.alive[i])
+            close = np.ones(apart.shape[1], dtype=bool) if far is None else apart.nearest <= far
+            nearest = assigned(apart.among(tracks=close), radius)
+            owned = np.flatnonzero(nearest != NONE)
+            entry = np.arange(rows.start, rows.stop)[close][owned]
+            error = space.difference(found.entries.mean[entry], found.truth.states[i, nearest[owned]])
+            look = _Look(
+                time=float(times[i]),
+                alive=which[there],
+                cover=found.cover[i, there],
+                present=found.entries.track[rows],
+                near=apart.within(reach).numbered(which, self._truths),
+                counted=close,
+                owner=np.where(nearest == NONE, NONE, which[nearest]) if len(which) else nearest,
+                position=np.linalg.norm(error[:, spot], axis=-1),
+                velocity=np.linalg.norm(error[:, speed], axis=-1) if speed else None,
+            )
+            self._looks.append(look)
+            self._numbers += look.numbers
+        if self._numbers > self._most:
+            self._looks, self.dropped = [], True
+
+    def figures(self, scans: int, false: int) -> dict[str, Any]:
+        """Return the figures of the first so many scans, with so many `false` entries of tracks; none if it dropped them."""
+        if self.dropped:
+            return {}
+        looks, options = self._looks[:scans], self._options
+        named = np.unique(np.concatenate([look.present for look in looks]))
+        present = tuple(np.searchsorted(named, look.present) for look in looks)
+        alive, cover = np.zeros((scans, self._truths), dtype=bool), np.full((scans, self._truths), NONE)
+        for i, look in enumerate(looks):
+            alive[i, look.alive] = True
+            cover[i, look.alive] = np.where(look.cover == NONE, NONE, np.searchsorted(named, look.cover))
+        apart = tuple(look.near for look in looks)
+        mot = clear_mot(apart, present, alive, cover, false)
+        if options.far is not None:
+            present = tuple(columns[look.counted] for columns, look in zip(present, looks, strict=True))
+            apart = tuple(look.near.among(tracks=look.counted) for look in looks)
+        return {
+            "mota": mot.mota,
+            "motp_m": mot.motp,
+            **self._of_trajectories(apart, present, alive, len(named)),
+            **_siap(looks, present, alive),
+        }
+
+    def _of_trajectories(
+        self, apart: Sequence[Near], present: Sequence[Indices], alive: Mask, tracks: int
+    ) -> dict[str, Any]:
+        options, scans = self._options, len(apart)
+        cutoff, order = options.gospa_cutoff, options.gospa_order
+        switch = cutoff if options.switch_penalty is None else options.switch_penalty
+        gospa = trajectory_gospa(apart, present, alive, cutoff, switch, order, options.largest_program)
+        higher = hota(apart, present, alive, tracks, cutoff)
+        own = {} if gospa is None else {f"trajectory_gospa_{part}": getattr(gospa, part) / scans for part in PARTS}
+        if gospa is not None:
+            own["trajectory_gospa_m"] = gospa.value / scans ** (1 / order)
+        return {
+            **own,
+            "ospa2_m": ospa2(apart, present, alive, tracks, cutoff, order, options.ospa2_scans),
+            "hota": higher.value,
+            **{f"hota_{part}": getattr(higher, part) for part in ("detection", "association", "localisation")},
+        }
 
 
-def _siap(
-    found: Match,
-    counted: Sequence[Mask],
-    apart: Sequence[Near],
-    present: Sequence[Indices],
-    times: Array,
-    radius: float,
-) -> dict[str, Any]:
+def _siap(looks: Sequence[_Look], present: Sequence[Indices], alive: Mask) -> dict[str, Any]:
     """Return the attributes of a single integrated air picture."""
-    owners = [assigned(each, radius) for each in apart]
-    scan = np.repeat(np.arange(len(owners)), [np.count_nonzero(owner != NONE) for owner in owners])
-    truth = np.concatenate([owner[owner != NONE] for owner in owners])
-    entry = np.concatenate(
-        [
-            np.arange(rows.start, rows.stop)[some][owner != NONE]
-            for rows, some, owner in zip(found.rows, counted, owners, strict=True)
-        ]
-    )
-    error = found.truth.space.difference(found.entries.mean[entry], found.truth.states[scan, truth])
-    spot, speed = positions(found.truth.space), velocities(found.truth.space)
+    fast = [look.velocity for look in looks if look.velocity is not None]
     picture = siap(
-        owners,
+        [look.owner for look in looks],
         present,
-        found.truth.alive,
-        times,
-        np.linalg.norm(error[:, spot], axis=-1),
-        np.linalg.norm(error[:, speed], axis=-1) if speed else None,
+        alive,
+        np.array([look.time for look in looks]),
+        np.concatenate([look.position for look in looks]),
+        np.concatenate(fast) if len(fast) == len(looks) else None,
     )
-    return {
-        "siap_completeness": picture.completeness,
-        "siap_ambiguity": picture.ambiguity,
-        "siap_spuriousness": picture.spuriousness,
-        "siap_position_m": picture.position,
-        "siap_velocity_mps": picture.velocity,
-        "siap_changes_per_s": picture.changes,
-        "siap_longest": picture.longest,
-    }
+    units = {"position": "_m", "velocity": "_mps", "changes": "_per_s"}
+    return {f"siap_{name}{units.get(name, '')}": value for name, value in asdict(picture).items()}
 
 
 def position_bound(

@@ -1,6 +1,6 @@
 """The result of reproducing a published study: tables with errors, verdicts on its claims, data of its figures.
 
-Plain values; `vedette.report.reproduction` prints and draws them.
+Plain values; `vedette_study.reproduction` prints and draws them.
 """
 
 from __future__ import annotations

@@ -72,6 +72,15 @@ class Claim:
     unit: str = "runs"
     needed: int | None = None
 
+    @property
+    def headline(self) -> str:
+        """The verdict in capitals, and what would decide if nothing is decided yet."""
+        head = self.verdict.upper()
+        if self.verdict != "not decided":
+            return head
+        rest = "no number of them would decide" if self.needed is None else f"{self.needed:,} would decide"
+        return f"{head} with {self.runs:,} {self.unit}, {rest}"
+
 
 def judged(text: str, conditions: Sequence[Condition], runs: int, why: str = "", unit: str = "runs") -> Claim:
     """Return a claim with its verdict: not reproduced if one condition fails, reproduced if all hold, else not decided."""

@@ -11,8 +11,9 @@ from vedette.sampling.detections import (
     shuffled,
     thinned,
 )
-from vedette.sampling.generators import NO_DRAWS
+from vedette.sampling.generators import NO_DRAWS, NotInLockStep
 from vedette.sampling.recorded import Redraw
+from vedette.sampling.seeds import Seeds, sequence
 from vedette.sampling.trajectories import (
     common_state,
     draw_gaussian,
@@ -28,7 +29,9 @@ from vedette.sampling.trajectories import (
 __all__ = [
     "NO_DRAWS",
     "Bounds",
+    "NotInLockStep",
     "Redraw",
+    "Seeds",
     "ceiling",
     "common_state",
     "corners",
@@ -42,6 +45,7 @@ __all__ = [
     "follow_modes",
     "psd_root",
     "returns",
+    "sequence",
     "shuffled",
     "switch",
     "thinned",

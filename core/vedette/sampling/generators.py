@@ -13,7 +13,8 @@ from vedette.space import Array
 
 _ALL = {name for name in dir(np.random.Generator) if name[0] != "_"}
 _LAW = "draws of runs in lock-step are `random` and `standard_normal` whose size leads with the runs"
-_OTHERS = _ALL - {"random", "standard_normal"}
+_ROWS = {"random": "_uniforms", "standard_normal": "_normals"}
+_OTHERS = _ALL - set(_ROWS)
 
 
 class NotInLockStep(VedetteError):
@@ -36,18 +37,18 @@ class Generators(np.random.Generator):
     def __getattribute__(self, name: str) -> Any:
         if name in _OTHERS:
             raise NotInLockStep(f"{name}: {_LAW}")
-        return super().__getattribute__(name)
+        return super().__getattribute__(_ROWS.get(name, name))
 
     def __str__(self) -> str:
         return f"generators of {self._runs} runs"
 
     __repr__ = __str__
 
-    def random(self, size: Any = None) -> Array:  # type: ignore[override]
+    def _uniforms(self, size: Any = None) -> Array:
         """Draw uniform numbers in [0, 1)."""
         return kernels.uniforms(self._each(), self._own(size))
 
-    def standard_normal(self, size: Any = None) -> Array:  # type: ignore[override]
+    def _normals(self, size: Any = None) -> Array:
         """Draw standard normal numbers."""
         return kernels.normals(self._each(), self._own(size))
 
@@ -70,7 +71,7 @@ class _NoDraws(np.random.Generator):
 
     def __getattribute__(self, name: str) -> Any:
         if name in _ALL:
-            raise TypeError(f"rng.{name}: this component draws random numbers but does not declare `draws = True`")
+            raise TypeError(f"rng.{name}: this component draws random numbers but does not declare `Traits(draws=True)`")
         return super().__getattribute__(name)
 
     def __str__(self) -> str:

@@ -6,6 +6,7 @@ import inspect
 import zlib
 from collections.abc import Callable, Mapping
 from contextlib import suppress
+from operator import attrgetter
 from typing import Any, Literal
 from unittest import SkipTest
 
@@ -92,9 +93,11 @@ def laws_of(cls: type[Component]) -> tuple[Law, ...]:
 
 def examine(cls: type[Component], law: Law, drawn: st.SearchStrategy[Any], profile: Profile) -> Outcome:
     """Test one law on components from the strategy `drawn`, which `components(cls)` infers."""
-    if law.needs and getattr(cls, law.needs, None) is False:
-        return Outcome(law, "skipped", f"it is not {law.needs.replace('_', ' ')}", 0, 0.0)
-    drawer = _ROLES[role_of(cls) or ""][1]
+    role = role_of(cls) or ""
+    lacks = f"it is not {law.needs.rpartition('.')[2].replace('_', ' ')}"
+    if law.needs and getattr(cls, law.needs, True) in (False, getattr(ROLES[role], law.needs, False)):
+        return Outcome(law, "skipped", lacks, 0, 0.0)
+    drawer = _ROLES[role][1]
     pairs = drawn.flatmap(lambda component: st.tuples(st.just(component), drawer(component, profile)))
     tried: list[Any] = []
     closed: list[str] = []
@@ -105,8 +108,8 @@ def examine(cls: type[Component], law: Law, drawn: st.SearchStrategy[Any], profi
         component, data = pair
         tried[:] = [component, data, *(tried[2:] or [0])]
         try:
-            if law.needs and not getattr(component, law.needs):
-                raise Closed(f"it is not {law.needs.replace('_', ' ')}")
+            if law.needs and not attrgetter(law.needs)(component):
+                raise Closed(lacks)
             law.check(component, data)
         except Closed as reason:
             closed.append(str(reason))

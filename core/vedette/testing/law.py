@@ -48,7 +48,7 @@ Effort = Literal["exact", "statistical", "long"]
 class Law:
     """A sentence, and a function of a component and drawn data that raises Broken where the sentence is false.
 
-    `needs` names the attribute of the component without which the law does not apply (`divisible`, `linear`). A
+    `needs` names the attribute of the component without which the law does not apply (`divisible`, `traits.draws`). A
     `statistical` law may fail a correct component with the profile's alpha; a `long` one is tried once.
     """
 

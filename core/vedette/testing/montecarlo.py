@@ -100,7 +100,7 @@ def prior_of(tracker: Tracker, given: Mapping[str, tuple[float, float]] | None) 
 def why_not_exact(tracker: Tracker, prior: Gaussian) -> str:
     """Say why chi-square does not hold for the tracker's errors on matched truth; "" if it does."""
     estimator, motion = tracker.estimator, motion_of(tracker.estimator)
-    if not estimator.exact_when_linear or motion is None:
+    if not estimator.traits.exact_when_linear or motion is None:
         return f"the estimator {estimator.kind!r} is not exact"
     if not motion.linear:
         return f"the motion {motion.kind!r} is not linear"

@@ -10,9 +10,9 @@ from collections.abc import Sequence
 import numpy as np
 from attrs import evolve, field, frozen
 
+from vedette.config import warnings_of
 from vedette.display import figures_html
 from vedette.experiment import Experiment, Result
-from vedette.filters.linear import expected_return
 from vedette.metrics.consistency import (
     Credibility,
     autocorrelation,
@@ -23,15 +23,14 @@ from vedette.metrics.consistency import (
 )
 from vedette.metrics.noises import at_fault
 from vedette.progress import Progress, silent
-from vedette.report.warnings import of_input
-from vedette.roles import Sensor
 from vedette.space import Array, Mask, Space
 from vedette.supporting import ImagingSensor
 from vedette.testing.followed import Followed, followed
 from vedette.testing.judging import Misuse
+from vedette.tracking import Expected
 from vedette.tracking.state import State
 from vedette.tracking.tracker import Tracker
-from vedette.types import Gaussian, Scan, Track, Trajectory
+from vedette.types import Gaussian, Track, Trajectory
 from vedette.units import say
 
 Entry = tuple[str, float, float, float, float, Array, Array]
@@ -170,7 +169,7 @@ def recorded(experiment: Experiment, result: Result) -> tuple[Recorded, ...]:
         clocks = (
             "do the times of the truth agree with theirs" if known and result.recording.truth else "is any ever confirmed"
         )
-        odd = next(of_input(result.intake, result.recording, tracker.sensors), f"{clocks}?")
+        odd = next(warnings_of(result.intake, result.recording, tracker.sensors), f"{clocks}?")
         raise Misuse(f"source: gives no track with enough scans of returns to judge by; {odd}")
     return told
 
@@ -246,34 +245,32 @@ def _entries(tracker: Tracker, result: Result) -> dict[int, list[Entry]]:
     """Return by track id what it used of each scan of returns after the one in which it began."""
     rows: dict[int, list[Entry]] = {}
     for before, state, scan in zip(result.states, result.states[1:], result.scans[1:], strict=False):
-        sensor = tracker.sensor_of(scan)
-        if isinstance(sensor, ImagingSensor) or not len(before.ids):
+        if isinstance(tracker.sensors[scan.sensor], ImagingSensor) or not len(before.ids):
             continue
-        predicted = tracker.estimator.moments(tracker.predict(before, scan.time))
+        it = tracker.expect(before, scan)
+        predicted = it.tracks
         at = {track: row for row, track in enumerate(before.ids.tolist())}
         for row, track in enumerate(state.ids.tolist()):
             if track in at:
                 prior = Gaussian(predicted.mean[at[track]], predicted.cov[at[track]])
-                pooled, S, declared = _used(tracker, sensor, prior, scan, state, row)
+                pooled, S, declared = _used(it, prior, state, row)
                 entry = (scan.sensor, scan.time, float(state.nis[row]), float(state.hit[row]), declared, pooled, S)
                 rows.setdefault(track, []).append(entry)
     return rows
 
 
-def _used(
-    tracker: Tracker, sensor: Sensor, prior: Gaussian, scan: Scan, state: State, row: int
-) -> tuple[Array, Array, float]:
+def _used(it: Expected, prior: Gaussian, state: State, row: int) -> tuple[Array, Array, float]:
     """Return the weighted sum of a track's innovations (m,), the covariance of one (m, m), and its chance to be detected."""
     weights = state.weights[row, 1:]
     used = np.flatnonzero(weights)
     own = used if state.returns is None else state.returns[row, used]
-    x, seen = prior.mean[tracker.state.locate(sensor.observes)], scan.detections
+    sensor, seen = it.sensor, it.scan.detections
     noise = seen.noise[own[np.argmax(weights[used])]] if len(own) and seen.noise is not None else None
-    expected, S, _ = expected_return(prior, tracker.state, sensor, noise)
+    expected, S, _ = it.returns_of(prior, noise)
     residual = sensor.measurement.difference(seen.z[own], expected)
     if seen.missing is not None:
         residual = np.where(seen.missing[own], 0.0, residual)
-    declared = float(sensor.detects(x)) * tracker.gate.probability
+    declared = float(sensor.detects(prior.mean[it.plan.state.locate(sensor.observes)])) * it.plan.p_gate
     return np.sum(weights[used][:, None] * residual, axis=0), S, declared
 
 

@@ -21,6 +21,7 @@ from vedette.metrics.consistency import (
     free_axes,
     nees,
 )
+from vedette.names import look_up
 from vedette.space import Array
 from vedette.testing.counted import hits_verdicts, returns_verdicts
 from vedette.testing.culprit import likely_cause
@@ -104,9 +105,7 @@ class Report:
 
     def plot(self, path: str | Path) -> None:
         """Draw NEES, NIS and calibration over time with their bands; needs matplotlib."""
-        from vedette.report.consistency import Shown, draw
-
-        draw(Shown(**{name: getattr(self, name) for name in attrs.fields_dict(Shown)}), Path(path))
+        look_up("drawing")(Path(path).suffix[1:]).save("consistency", self, Path(path))
 
 
 def consistency(

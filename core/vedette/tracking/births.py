@@ -1,139 +1,18 @@
-"""How tracks begin: the birth is asked, and its tracks are joined to the existing ones."""
+"""How tracks begin: the birth is asked, and its tracks are joined to those that are there."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
 from copy import deepcopy
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
-from attrs import evolve
 
-from vedette.roles import Associator, Estimator, Sensor
-from vedette.space import Array, Indices, Mask, Space
-from vedette.supporting import Birth, Lifecycle
+from vedette.space import Array, Indices, Mask
 from vedette.tracking import trees
 from vedette.tracking.ceiling import LEAST_PAIRS, LEAST_STARTED, check_births, check_started
-from vedette.tracking.gate import Gate
-from vedette.tracking.state import State, compact, kept
-from vedette.types import Detections, Frame, Newborn
-
-
-class Parts(Protocol):
-    """The parts of a tracker that begin tracks."""
-
-    @property
-    def birth(self) -> Birth | None: ...
-
-    @property
-    def estimator(self) -> Estimator[Any]: ...
-
-    @property
-    def associator(self) -> Associator: ...
-
-    @property
-    def lifecycle(self) -> Lifecycle: ...
-
-    @property
-    def gate(self) -> Gate: ...
-
-    @property
-    def state(self) -> Space: ...
-
-    @property
-    def starters(self) -> frozenset[str]: ...
-
-
-def check_existence(birth: Birth | None, lifecycle: Lifecycle) -> None:
-    """Raise ValueError if tracks begin with less existence than the lifecycle ends them with."""
-    first = None if birth is None or lifecycle.certain else birth.initial_existence
-    if first is not None and first < lifecycle.least_existence:
-        least = lifecycle.least_existence
-        raise ValueError(f"birth: must begin tracks with an existence of at least {least:g}, where they end, got {first:g}")
-
-
-def starters(birth: Birth | None, sensors: Mapping[str, Sensor], estimator: Estimator[Any]) -> Iterator[str]:
-    """Yield the sensors whose returns may start tracks; ValueError, before any run, if one cannot."""
-    for name, sensor in sensors.items():
-        if birth is None or not birth.starts_from(name):
-            continue
-        nothing = Detections.of([], len(sensor.measurement))
-        try:
-            birth.begin(None, estimator, sensor, name, nothing, np.zeros(0))
-        except NotImplementedError as error:
-            if not str(error):
-                raise
-            raise ValueError(f"birth.sensors: must not hold {name!r}: {error}") from None
-        except ValueError as error:
-            if type(error) is not ValueError or ": " not in str(error):
-                raise  # numpy's, say: not the birth's own word on what it cannot start tracks from
-            raise ValueError(f"birth.{error}") from None
-        yield name
-
-
-def reveal(
-    tracker: Parts, state: State, dt: float, sensor: Sensor, observed: Detections | Frame, rng: np.random.Generator
-) -> tuple[Any, Array | None, Any]:
-    """Return the birth's memory at the scan, the rate of each return (k,), and what it found to begin tracks with."""
-    birth, estimator, p_gate = tracker.birth, tracker.estimator, tracker.gate.probability
-    assert birth is not None
-    unseen = birth.predict(state.unseen, estimator, dt, rng)
-    if isinstance(observed, Frame):
-        return unseen, None, None
-    rate, found = birth.reveal(unseen, estimator, sensor, observed, p_gate)
-    return unseen, rate, found
-
-
-def begin(
-    tracker: Parts,
-    state: State,
-    found: Any,
-    sensor: Sensor,
-    name: str,
-    observed: Detections | Frame,
-    weights: Array,
-    rng: np.random.Generator,
-) -> State:
-    """Return the state with the tracks that begin at a scan's returns, which come last; a frame begins none.
-
-    `weights` (t, 1+k) are those of all tracks that met the scan, some of which may have ended with it.
-    """
-    birth = tracker.birth
-    if birth is None or isinstance(observed, Frame):
-        return state
-    claims = claimed(weights[..., 1:], tracker.associator.exclusive)
-    return begin_unclaimed(tracker, state, found, sensor, name, observed, claims, rng)
-
-
-def begin_unclaimed(
-    tracker: Parts,
-    state: State,
-    found: Any,
-    sensor: Sensor,
-    name: str,
-    observed: Detections,
-    claims: Array,
-    rng: np.random.Generator,
-) -> State:
-    """Return the state with the tracks that begin, by the probability (k,) that a return is from an existing track."""
-    birth, estimator = tracker.birth, tracker.estimator
-    assert birth is not None
-    if birth.models_unseen:
-        unseen = birth.update(state.unseen, estimator, sensor, observed, claims, tracker.gate.probability)
-        state = evolve(state, unseen=unseen)
-    if name not in tracker.starters:
-        return state
-    newborn = birth.begin(found, estimator, sensor, name, observed, claims)
-    return _joined(tracker, state, newborn, rng) if len(newborn.returns) else state
-
-
-def ended(tracker: Parts, state: State, alive: Mask) -> State:
-    """Return the state without the tracks that ended; a birth that models unseen targets takes them back."""
-    birth, after = tracker.birth, kept(state, alive)
-    if birth is None or not birth.models_unseen:
-        return after
-    estimate = tracker.estimator.moments(trees.take(state.belief, ~alive, 0))
-    return evolve(after, unseen=birth.recycle(state.unseen, tracker.estimator, estimate, state.existence[~alive]))
+from vedette.tracking.expected import Expected
+from vedette.tracking.rows import Rows, compact
+from vedette.types import Detections, Gaussian, Newborn
 
 
 def claimed(weights: Array, exclusive: bool) -> Array:
@@ -154,32 +33,51 @@ def claimed_by_pairs(returns: Indices, weights: Array, k: int, exclusive: bool) 
     return 1.0 - free
 
 
-def _joined(tracker: Parts, state: State, newborn: Newborn, rng: np.random.Generator) -> State:
-    count = len(newborn.returns)
-    if state.returns is None and (len(state.ids) + count) * state.distances.shape[-1] >= LEAST_PAIRS:
-        state = compact(state)
-    k = state.distances.shape[-1]
-    check_births(state, count, k)
+def newborn(it: Expected, claims: Array) -> Newborn:
+    """Return the tracks that begin at a scan's returns, by the probability (k,) that each is from an existing track."""
+    plan, name, n = it.plan, it.scan.sensor, len(it.plan.state)
+    if plan.birth is None or name not in plan.starters or not isinstance(it.observed, Detections):
+        return Newborn(np.zeros(0, dtype=np.intp), Gaussian(np.zeros((0, n)), np.zeros((0, n, n))), np.zeros(0))
+    return plan.birth.begin(it.found, plan.estimator, it.sensor, name, it.observed, claims)
+
+
+def looked(it: Expected, unseen: Any, claims: Array) -> Any:
+    """Return the birth's memory `unseen` after its targets were looked at by a scan, whose returns are claimed (k,)."""
+    plan = it.plan
+    if plan.birth is None or not plan.models_unseen or not isinstance(it.observed, Detections):
+        return unseen
+    return plan.birth.update(unseen, plan.estimator, it.sensor, it.observed, claims, plan.p_gate)
+
+
+def recycled(it: Expected, unseen: Any, belief: Any, ended: Mask, mass: Array) -> Any:
+    """Return the birth's memory with what is left of the rows that `ended`: their probabilities `mass`, of all rows."""
+    plan = it.plan
+    if plan.birth is None or not plan.models_unseen:
+        return unseen
+    return plan.birth.recycle(unseen, plan.estimator, plan.estimator.moments(trees.take(belief, ended, 0)), mass[ended])
+
+
+def with_newborn(it: Expected, rows: Rows, begin: Newborn) -> Rows:
+    """Return tracks with those that begin, which come last; ScanRefused if they are more than fit into memory."""
+    plan, count = it.plan, len(begin.returns)
+    if rows.returns is None and (len(rows.ids) + count) * rows.distances.shape[-1] >= LEAST_PAIRS:
+        rows = compact(rows)
+    check_births(len(rows.ids), count, rows.distances.shape[-1])
     if count >= LEAST_STARTED:  # one is started by a copy of the generator, which stays as it is
-        one = tracker.estimator.start(trees.take(newborn.prior, slice(1), 0), tracker.state, deepcopy(rng))
-        check_started(one, len(tracker.state), count)
-    existence = np.ones(count) if tracker.lifecycle.certain else newborn.existence
-    belief = tracker.estimator.start(newborn.prior, tracker.state, rng)
-    weights, returns = np.zeros((count, 1 + k)), state.returns
-    weights[range(count), 1 + newborn.returns if returns is None else 1] = 1.0
-    if returns is not None:
-        own = np.full((count, k), -1)
-        own[:, 0] = newborn.returns
-        returns = np.concatenate([returns, own])
-    return evolve(
-        state,
-        belief=trees.join(state.belief, belief, 0),
-        memory=trees.join(state.memory, tracker.lifecycle.start(existence), 0),
-        ids=np.concatenate([state.ids, state.born + np.arange(count)]),
-        existence=np.concatenate([state.existence, existence]),
-        confirmed=np.concatenate([state.confirmed, np.zeros(count, dtype=bool)]),
-        weights=np.concatenate([state.weights, weights]),
-        distances=np.concatenate([state.distances, np.zeros((count, k))]),
-        born=state.born + count,
-        returns=returns,
-    )
+        one = plan.estimator.start(trees.take(begin.prior, slice(1), 0), plan.state, deepcopy(it.rng))
+        check_started(one, len(plan.state), count)
+    existence = np.ones(count) if plan.certain else begin.existence
+    return joined(it, rows, begin, it.state.born + np.arange(count), existence)
+
+
+def joined(it: Expected, rows: Rows, begin: Newborn, ids: Indices, existence: Array) -> Rows:
+    """Return rows, then one for each of those that begin, each with its return for certain."""
+    plan, count, k = it.plan, len(ids), rows.distances.shape[-1]
+    weights, returns = np.zeros((count, 1 + k)), None
+    weights[range(count), 1 + begin.returns if rows.returns is None else 1] = 1.0
+    if rows.returns is not None:
+        returns = np.full((count, k), -1)
+        returns[:, 0] = begin.returns
+    belief = plan.estimator.start(begin.prior, plan.state, it.rng)
+    memory, unconfirmed = plan.lifecycle.start(existence), np.zeros(count, dtype=bool)
+    return trees.join(rows, Rows(belief, memory, ids, existence, unconfirmed, weights, np.zeros((count, k)), returns), 0)

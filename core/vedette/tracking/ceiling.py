@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from typing import Any
 
 from vedette.errors import ScanRefused
-from vedette.roles import Associator, Estimator
-from vedette.space import Space
 from vedette.tracking import trees
+from vedette.tracking.plan import Plan
 from vedette.tracking.state import State
 from vedette.types import Scan
 
@@ -25,32 +24,18 @@ _MOST_PARTS = 1000
 """Number of modes or particles that a track may have without being counted."""
 
 
-class Parts(Protocol):
-    """The parts of a tracker that decide how a scan is taken."""
-
-    @property
-    def estimator(self) -> Estimator[Any]: ...
-
-    @property
-    def associator(self) -> Associator: ...
-
-    @property
-    def state(self) -> Space: ...
-
-
-def is_sparse(tracker: Parts, state: State, scan: Scan) -> bool:
+def is_sparse(plan: Plan, state: State, scan: Scan) -> bool:
     """Return whether only the pairs within gates are to be worked on; ScanRefused if all have to be and are too many."""
     tracks, detections = len(state.ids), scan.detections
     if (
-        tracker.estimator.bounded
-        and tracker.associator.by_cluster
+        plan.by_pairs
         and detections.missing is None
         and detections.z.ndim == 2
         and state.existence.ndim == 1
         and tracks * len(detections.z) >= LEAST_PAIRS
     ):
         return True
-    check_pairs(state, scan, len(tracker.state))
+    check_pairs(state, scan, len(plan.state))
     return False
 
 
@@ -82,9 +67,9 @@ def check_clusters(count: int, tracks: int, returns: int) -> None:
         )
 
 
-def check_births(state: State, count: int, returns: int) -> None:
-    """Raise ScanRefused if so many tracks that begin at a scan of so many returns make more pairs than allowed at once."""
-    if (len(state.ids) + count) * returns > MOST_PAIRS:
+def check_births(tracks: int, count: int, returns: int) -> None:
+    """Raise ScanRefused if so many tracks, and others that begin, make more pairs with returns than allowed at once."""
+    if (tracks + count) * returns > MOST_PAIRS:
         raise ScanRefused(_told(f"{count:,} tracks that would begin at {returns:,} returns", count * returns))
 
 

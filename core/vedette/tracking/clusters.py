@@ -48,7 +48,7 @@ class Group:
     shape: tuple[int, int, int]
 
 
-def associate(
+def by_cluster(
     associator: Associator, pairs: Pairs, prior: Array, evidence: Array | None, p_gate: float, permanent: bool
 ) -> tuple[Array, Array, tuple[Array, Array, Array], int]:
     """Return the weights of pairs (p,) and misses (t,), and (t,) detection, existence and P_D, as they were if `permanent`.

@@ -21,7 +21,7 @@ from vedette.errors import PluginError, VedetteError
 from vedette.filters.memo import Memo
 from vedette.roles import Component
 from vedette.tracking.parts import parts as parts_of
-from vedette.tracking.promises import METHODS, broken
+from vedette.tracking.postconditions import METHODS, broken
 from vedette.types import Scan
 
 T = TypeVar("T")
@@ -94,7 +94,7 @@ def explain(error: Exception, parts: object, again: Callable[[], object], before
     except Exception as raised:
         second = raised
     if watch.found is not None:
-        raise PluginError(_said(*watch.found, parts)) from error
+        raise PluginError(_told(*watch.found, parts)) from error
     for each in (second, error):
         if not isinstance(each, VedetteError) and (text := raised_by(each, parts)):
             raise PluginError(text) from error
@@ -104,7 +104,7 @@ def broken_promise(parts: object, again: Callable[[], object]) -> str | None:
     """Return which component of `parts` broke its promise while something was done, None if all kept theirs."""
     watch = _Watch()
     _watched(watch, parts, again)
-    return None if watch.found is None else _said(*watch.found, parts)
+    return None if watch.found is None else _told(*watch.found, parts)
 
 
 def check_again(parts: object, again: Callable[[], object]) -> None:
@@ -113,13 +113,13 @@ def check_again(parts: object, again: Callable[[], object]) -> None:
     with suppress(Exception):  # it cannot be done again, as pictures come once, say; or it fails again
         _watched(watch, parts, again)
     if watch.found is not None:
-        raise PluginError(_said(*watch.found, parts))
+        raise PluginError(_told(*watch.found, parts))
 
 
 def check_made(component: Component, method: str, gave: object, parts: object) -> None:
     """Raise PluginError if what a method gave is not what it must return."""
     if complaint := broken(component, method, (), gave):
-        raise PluginError(_said(component, method, complaint, parts))
+        raise PluginError(_told(component, method, complaint, parts))
 
 
 def _watched(watch: _Watch, parts: object, again: Callable[[], object]) -> None:
@@ -152,10 +152,10 @@ def raised_by(error: BaseException, parts: object) -> str | None:
     if owner is None:
         return None
     reason = " ".join(str(error).split())[:_LONGEST]
-    return _said(owner, method, f"raised {type(error).__name__}: {reason or 'no reason given'} ({at})", parts)
+    return _told(owner, method, f"raised {type(error).__name__}: {reason or 'no reason given'} ({at})", parts)
 
 
-def _said(component: Component, method: str, complaint: str, parts: object) -> str:
+def _told(component: Component, method: str, complaint: str, parts: object) -> str:
     place = next((place for place, each in parts_of(parts) if each is component), None)
     if place is None:  # a sensor that was placed elsewhere, say
         place = next((place for place, each in parts_of(parts) if type(each) is type(component)), None)

@@ -92,12 +92,13 @@ class Gate:
         clutter's. A frame is one return, whose likelihood is relative to its background already.
         """
         distance, limit, log_density = innovation.distance, sensor_gate.threshold, sensor_gate.log_density
-        if isinstance(observed, Frame):
-            return self._frame_scores(innovation, existence)
         if log_density is None or rate is not None or observed.missing is not None or sensor is not sensor_gate.sensor:
+            if isinstance(observed, Frame):
+                return self._frame_scores(innovation, existence)
             limit, log_density = self._against(innovation, sensor, observed, sensor_gate, rate)
         evidence = None if observed.evidence is None else observed.evidence[..., None, :]
-        return kernels.gate_scores(innovation.loglik, distance, observed.valid, existence, limit, log_density, evidence)
+        valid = observed.valid  # type: ignore[union-attr]  # a frame has returned above: its sensor states no density
+        return kernels.gate_scores(innovation.loglik, distance, valid, existence, limit, log_density, evidence)
 
     def _against(
         self, innovation: Innovation, sensor: Sensor, detections: Detections, sensor_gate: SensorGate, rate: Array | None

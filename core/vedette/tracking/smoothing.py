@@ -29,7 +29,7 @@ def check_smoothing(tracker: Tracker) -> None:
     """Raise ConfigError if the tracker's estimator or associator cannot smooth, before a long run rather than after it."""
     _check_associator(tracker)
     n = len(tracker.state)
-    rng = np.random.default_rng(0) if tracker.estimator.draws else NO_DRAWS
+    rng = np.random.default_rng(0) if tracker.estimator.traits.draws else NO_DRAWS
     none = tracker.estimator.start(Gaussian(np.zeros((0, n)), np.zeros((0, n, n))), tracker.state, rng)
     try:
         tracker.estimator.smooth_step(none, none, 1.0, rng)
@@ -87,7 +87,7 @@ def _backwards(estimator: Estimator[Any], states: Sequence[State], seed: Seed | 
     """Smooth every state by all of them."""
     found: list[State] = []
     for state in reversed(states):
-        rng = seed.generator(state.steps) if estimator.draws else NO_DRAWS
+        rng = seed.generator(state.steps) if estimator.traits.draws else NO_DRAWS
         found.append(_retraced(estimator, state, found[-1], rng) if found else state)
     return found[::-1]
 

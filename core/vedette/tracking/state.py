@@ -5,14 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from attrs import evolve, frozen
+from attrs import frozen
 from numpy.typing import NDArray
 
 from vedette.sampling.seeds import Seed, Seeds
 from vedette.space import Array, Mask
-from vedette.tracking import trees
 from vedette.tracking.lineage import Gates, Lineage, lineage
-from vedette.tracking.places import places
 from vedette.values import maker
 
 
@@ -64,27 +62,3 @@ class State:
 
 
 new_state = maker(State)
-
-
-def kept(state: State, alive: Mask) -> State:
-    """Return the state without the tracks that ended."""
-    if alive.ndim > 1:
-        raise ValueError("lifecycle: runs in lock-step keep their tracks; use one that ends none, such as 'single_target'")
-    names = ("belief", "memory", "ids", "existence", "confirmed", "weights", "distances", "returns")
-    return evolve(state, **{name: trees.take(getattr(state, name), alive, 0) for name in names})
-
-
-def compact(state: State) -> State:
-    """Return the state of one run with the columns of returns that have a weight, and one at least."""
-    tracks, returns = np.nonzero(state.weights[:, 1:])
-    column = places(tracks, len(state.ids))
-    width = 1 + int(np.max(column, initial=0))
-    weights, distances = np.zeros((len(state.ids), 1 + width)), np.zeros((len(state.ids), width))
-    names = np.full((len(state.ids), width), -1)
-    weights[:, 0] = state.weights[:, 0]
-    weights[tracks, 1 + column], distances[tracks, column] = (
-        state.weights[tracks, 1 + returns],
-        state.distances[tracks, returns],
-    )
-    names[tracks, column] = returns
-    return evolve(state, weights=weights, distances=distances, returns=names)

@@ -1,4 +1,4 @@
-"""The loop: predict, evaluate, gate, associate, update, and the tracks' births and ends, for all tracks at once."""
+"""The tracker: what a scan is expected to bring meets what it brings, is associated and concluded."""
 
 from __future__ import annotations
 
@@ -8,28 +8,27 @@ from typing import Any, final
 import numpy as np
 from attrs import field, frozen
 
-from vedette import fields, kernels
+from vedette import fields
 from vedette.display import named, parameters_html
 from vedette.filters.motion import predicted
 from vedette.hypotheses import HypothesisAssociator
 from vedette.roles import Associator, Estimator, Sensor
 from vedette.sampling.generators import NO_DRAWS
 from vedette.sampling.seeds import Seed, Seeds
-from vedette.space import Array, Space
+from vedette.space import Space
 from vedette.supporting import Birth, Lifecycle
-from vedette.tracking import births, branching, sparse
-from vedette.tracking.ceiling import FEW, is_sparse
+from vedette.tracking.association import associate
+from vedette.tracking.branching import initial_leaves
+from vedette.tracking.conclusion import conclude
+from vedette.tracking.expected import Expected, expect
 from vedette.tracking.faults import explain, explained
-from vedette.tracking.gate import Gate, SensorGate
-from vedette.tracking.lineage import Gates
+from vedette.tracking.gate import Gate
+from vedette.tracking.meeting import meet
 from vedette.tracking.mistaken import check_given, check_predicted, check_state, time_from, time_of_start
-from vedette.tracking.spread import check_spread, largest_deviation
-from vedette.tracking.state import State, new_state
-from vedette.tracking.validation import admitted, check_sensors, checked_prior
-from vedette.types import Detections, Frame, Gaussian, Recording, Review, Scan, new_gaussian
-
-NOTHING = None, None, None
-"""The result of a birth without a model of undetected targets: no memory, no rate, nothing found."""
+from vedette.tracking.plan import Plan, planned
+from vedette.tracking.state import State
+from vedette.tracking.validation import admitted, checked_prior
+from vedette.types import Gaussian, Recording, Scan, new_gaussian
 
 
 def _shown(estimate: Gaussian) -> Gaussian:
@@ -65,58 +64,12 @@ class Tracker:
     lifecycle: Lifecycle = fields.part("when tracks are confirmed, and end")
     birth: Birth | None = fields.part("how tracks start; none: only those given to `start`", default=None)
     gate: Gate = fields.part("which returns a track considers", default=Gate())
-    _sensor_gates: dict[str, SensorGate] = field(init=False, repr=False, eq=False)
-    starters: frozenset[str] = field(init=False, repr=False, eq=False)
-    _models_unseen: bool = field(init=False, repr=False, eq=False)
-    _asks_birth: bool = field(init=False, repr=False, eq=False)
-    _approximates: bool = field(init=False, repr=False, eq=False)
-    _draws: bool = field(init=False, repr=False, eq=False)
-    _reframes: bool = field(init=False, repr=False, eq=False)
-    _branches: bool = field(init=False, repr=False, eq=False)
+    _plan: Plan = field(init=False, repr=False, eq=False)
 
-    @_sensor_gates.default
-    def _gates_of_sensors(self) -> dict[str, SensorGate]:
-        def gates() -> dict[str, SensorGate]:
-            check_sensors(self.sensors, self.estimator, self.gate)
-            return {name: self.gate.for_sensor(sensor) for name, sensor in self.sensors.items()}
-
-        return explained(self, gates)
-
-    @starters.default
-    def _sensors_that_start_tracks(self) -> frozenset[str]:
-        def starting() -> frozenset[str]:
-            births.check_existence(self.birth, self.lifecycle)
-            check_spread(self.lifecycle, self.estimator.state)
-            return frozenset(births.starters(self.birth, self.sensors, self.estimator))
-
-        return explained(self, starting)
-
-    @_models_unseen.default
-    def _birth_keeps_a_memory(self) -> bool:
-        return self.birth is not None and self.birth.models_unseen
-
-    @_asks_birth.default
-    def _birth_takes_part_in_scans(self) -> bool:
-        return bool(self.starters) or self._models_unseen
-
-    @_approximates.default
-    def _counts_approximate_weights(self) -> bool:
-        return self.associator.approximates
-
-    @_draws.default
-    def _draws_numbers(self) -> bool:
-        return self.estimator.draws or (self.birth is not None and self.birth.draws)
-
-    @_reframes.default
-    def _turns_its_frame(self) -> bool:
-        return self.estimator.reframes
-
-    @_branches.default
-    def _keeps_hypotheses(self) -> bool:
-        if not isinstance(self.associator, HypothesisAssociator):
-            return False
-        branching.check_parts(self.associator, self.estimator, self.lifecycle, self.sensors)
-        return True
+    @_plan.default
+    def _planned(self) -> Plan:
+        parts = self.estimator, self.sensors, self.associator, self.lifecycle, self.birth, self.gate
+        return explained(self, lambda: planned(*parts))
 
     def __repr__(self) -> str:
         parts = (self.estimator, self.associator, self.birth, self.lifecycle)
@@ -131,9 +84,14 @@ class Tracker:
         return self.estimator.state
 
     @property
+    def starters(self) -> frozenset[str]:
+        """The sensors whose returns may start tracks."""
+        return self._plan.starters
+
+    @property
     def starts_tracks(self) -> bool:
         """Whether returns may start tracks; otherwise the tracks given before the first scan are all."""
-        return bool(self.starters)
+        return bool(self._plan.starters)
 
     def given(self, recording: Recording) -> Gaussian | None:
         """Return the tracks that the birth has before the first scan of a recording, or None; ValueError with its place."""
@@ -156,7 +114,7 @@ class Tracker:
         """
         time = time_of_start(time)
         source = Seed.of(seed)
-        rng = source.generator(0) if self._draws else NO_DRAWS
+        rng = source.generator(0) if self._plan.draws else NO_DRAWS
         n = len(self.state)
         prior = self.given(Recording(())) if given is None else checked_prior(given, n)
         confirmed = prior is not None
@@ -167,8 +125,8 @@ class Tracker:
             belief, memory = self.estimator.start(prior, self.state, rng), self.lifecycle.start(np.ones(shape[-1]))
             leaves = None
             if isinstance(self.associator, HypothesisAssociator):
-                leaves = branching.initial_leaves(self.associator, belief, memory, shape)
-            unseen = self.birth.initial_memory(self.estimator, rng) if self.birth and self._models_unseen else None
+                leaves = initial_leaves(self.associator, belief, memory, shape)
+            unseen = self.birth.initial_memory(self.estimator, rng) if self.birth and self._plan.models_unseen else None
         except Exception as error:
             explain(error, self, partial(self.start, given, time, source))
             raise
@@ -191,74 +149,53 @@ class Tracker:
 
     def step(self, state: State, scan: Scan) -> State:
         """Return the state after one scan; ScanRefused, with the state as it was, if the scan cannot be taken."""
+        plan = self._plan
         try:
-            observed = admitted(scan, self._sensor_gates, state.time)
+            observed = admitted(scan, plan.gates, state.time)
         except AttributeError:
             check_state(state)
             raise
-        many = scan.detections.z.size > FEW and is_sparse(self, state, scan)
         try:
-            gate, estimator, lifecycle = self._sensor_gates[scan.sensor], self.estimator, self.lifecycle
-            sensor = gate.sensor if scan.pose is None else gate.sensor.at(scan.pose)
-            dt = scan.time - state.time if state.time != -np.inf else 0.0
-
-            rng = state.seed.generator(state.steps) if self._draws else NO_DRAWS
-            branches = self._branches
-            rows = state.leaves if branches else state
-            belief = rows.belief
-            if self._reframes and dt > 0:
-                belief = estimator.reframe(belief, estimator.moments(belief))
-            belief = estimator.predict(belief, dt, rng)
-            existence = rows.existence if lifecycle.certain else lifecycle.predict(rows.existence, dt)
-            unseen, rate, found = births.reveal(self, state, dt, sensor, observed, rng) if self._models_unseen else NOTHING
-
-            if many and isinstance(observed, Detections):
-                it = sparse.Predicted(belief, existence, sensor, gate, observed, rate, unseen, found)
-                return sparse.concluded(self, state, scan, dt, it, sparse.meet(self, it), rng)
-            innovation = estimator.evaluate(belief, sensor, observed, self.gate.probability)
-            scores = self.gate.scores(innovation, sensor, observed, existence, gate, rate)
-            if branches and isinstance(observed, Detections):
-                evaluated = branching.Evaluated(belief, existence, unseen, found, innovation, scores)
-                return branching.grown(self, state, scan, observed, sensor, evaluated, dt, rng)
-            plain = gate.axes and observed.evidence is None
-            weights = self.associator.associate(scores, None) if plain else self._associate(scores, observed)
-            used = weights if lifecycle.certain else kernels.given_existence(weights, scores, innovation.loglik, existence)
-
-            approximated = self._approximated(state, scores, observed) if self._approximates else state.approximated
-            after = new_state(
-                scan.time, estimator.update(belief, innovation, used), state.memory, unseen, state.ids, existence,
-                state.confirmed, weights, innovation.nis, state.born, approximated, state.seed, state.steps + 1,
-                None, None, None,
-            )  # fmt: skip
-            if not lifecycle.permanent:
-                seen = kernels.existence(
-                    scores, weights, existence, innovation.loglik, self.gate.probability,
-                    self.associator.exclusive or not gate.axes,
-                )  # fmt: skip
-                gates = Gates(state.ids, state.confirmed, state.born, state.ids, scores, None, None) if gate.axes else None
-                after = self.reviewed(after, gates, dt, *seen)
-            if self._asks_birth:
-                after = births.begin(self, after, found, sensor, scan.sensor, observed, weights, rng)
-            return after
+            expected = expect(plan, state, scan, observed)
+            met = meet(expected)
+            return conclude(expected, met, associate(expected, met))
         except Exception as error:
             check_given(state, self.start, observed)
             explain(error, self, partial(self.step, state, scan), self.start)
             raise
 
+    def expect(self, state: State, scan: Scan) -> Expected:
+        """Return what the tracker expects of a scan, as `step` goes on from it; nothing is associated.
+
+        Parameters
+        ----------
+        state
+            The state before the scan, as `start` and `step` return it.
+        scan
+            The scan: its time in s, sensor and pose say what is expected, its returns are those that may be judged by it.
+
+        Raises
+        ------
+        ScanRefused
+            If `step` would refuse the scan.
+        """
+        check_state(state)
+        observed = admitted(scan, self._plan.gates, state.time)
+        try:
+            return expect(self._plan, state, scan, observed)
+        except Exception as error:
+            explain(error, self, partial(expect, self._plan, state, scan, observed))
+            raise
+
     def predict(self, state: State, time: float) -> Any:
         """Return the belief at `time` in s, as `step` predicts it for a scan of that time."""
-        rng = state.seed.generator(state.steps) if self._draws else NO_DRAWS
+        rng = state.seed.generator(state.steps) if self._plan.draws else NO_DRAWS
         try:
             return predicted(self.estimator, state.belief, time - state.time if state.time != -np.inf else 0.0, rng)
         except Exception as error:
             check_predicted(state, time)
             explain(error, self, partial(self.predict, state, time))
             raise
-
-    def sensor_of(self, scan: Scan) -> Sensor:
-        """Return the sensor of a scan, standing where the scan says that it stood."""
-        sensor = self.sensors[scan.sensor]
-        return sensor if scan.pose is None else sensor.at(scan.pose)
 
     def estimate(self, state: State, time: float | None = None) -> Gaussian:
         """Return mean (*b, t, n) and covariance (*b, t, n, n) of every track over `self.state`: at `time` in s, or now."""
@@ -269,26 +206,3 @@ class Tracker:
         except Exception as error:
             explain(error, self, partial(self.estimator.moments, belief))
             raise
-
-    def _approximated(self, state: State, scores: Array, observed: Detections | Frame) -> int:
-        """Return how many weights were not exact so far; a frame's are."""
-        more = 0 if isinstance(observed, Frame) else np.count_nonzero(self.associator.approximated(scores))
-        return state.approximated + int(more)
-
-    def _associate(self, scores: Array, observed: Detections | Frame) -> Array:
-        """Return the weights (*b, t, 1+k); each track is alone with a frame, as several may appear in it."""
-        if isinstance(observed, Frame):
-            alone: Array = self.associator.associate(scores[..., None, :], None)[..., 0, :]
-            return alone
-        evidence = observed.evidence
-        return self.associator.associate(scores, None if evidence is None else evidence[..., None, :])
-
-    def reviewed(self, state: State, gates: Gates | None, dt: float, hit: Array, existence: Array, p_detect: Array) -> State:
-        """Return the state with its tracks judged by what a scan says of them, without those that ended."""
-        spread = largest_deviation(self.estimate(state), self.state) if self.lifecycle.needs_spread else None
-        memory, confirmed, alive = self.lifecycle.review(state.memory, Review(dt, existence, hit, p_detect, spread))
-        after = new_state(
-            state.time, state.belief, memory, state.unseen, state.ids, existence, confirmed, state.weights, state.distances,
-            state.born, state.approximated, state.seed, state.steps, None, state.returns, gates,
-        )  # fmt: skip
-        return after if np.count_nonzero(alive) == alive.size else births.ended(self, after, alive)

@@ -11,13 +11,22 @@ from attrs import evolve
 from vedette import kernels
 from vedette.errors import Problem, ScanRefused
 from vedette.fields import ABSURD
+from vedette.filters.declared import contradiction, unforwarded
 from vedette.filters.detections import present_noise
 from vedette.roles import Estimator, Sensor
 from vedette.space import Array, Mask, SpaceError
 from vedette.supporting import ImagingSensor
 from vedette.tracking.gate import Gate, SensorGate
+from vedette.tracking.parts import parts
 from vedette.types import Detections, Frame, Gaussian, Pose, Scan
 from vedette.units import short
+
+
+def check_forwarding(estimator: Estimator[Any]) -> None:
+    """Raise ValueError, with its place, if an estimator or motion within does not forward what it holds."""
+    for place, part in parts(estimator, "estimator"):
+        if reason := contradiction(type(part)) or unforwarded(part):
+            raise ValueError(f"{place}: {reason}")
 
 
 def check_sensors(sensors: Mapping[str, Sensor], estimator: Estimator[Any], gate: Gate) -> None:
@@ -29,7 +38,7 @@ def check_sensors(sensors: Mapping[str, Sensor], estimator: Estimator[Any], gate
             estimator.state.locate(sensor.observes)
         except SpaceError as error:
             raise ValueError(f"sensors.{name}: observes an axis that the estimator lacks: {error}") from None
-        if isinstance(sensor, ImagingSensor) and not estimator.takes_frames:
+        if isinstance(sensor, ImagingSensor) and not estimator.traits.takes_frames:
             raise ValueError(f"sensors.{name}: is a camera, but {estimator.kind!r} takes no frames: use 'ekf' or 'iekf'")
         if reason := estimator.refuses(sensor):
             raise ValueError(f"sensors.{name}: {reason}")

@@ -9,7 +9,7 @@ import attrs
 import numpy as np
 from attrs import evolve, frozen
 
-from vedette import Array, Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, Space, fields, kernels
+from vedette import Array, Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, Space, Traits, fields, kernels
 from vedette.filters import (
     Hypotheses,
     OverMotion,
@@ -71,7 +71,7 @@ class Match(Generic[L]):
 class AppearanceFilter(OverMotion[AppearanceBelief[L]], Generic[L]):
     """A Kalman filter that takes its measurement from a search for the target: R = sigma^2 I."""
 
-    takes_frames: ClassVar[bool] = True
+    declares: ClassVar[Traits] = Traits(takes_frames=True)
 
     motion: MotionModel = fields.part("how the target moves; its zero-variance axes hold `width` and `height`")
     sigma: float = fields.quantity("px", "standard deviation of a match", default=1.0, above=0)

@@ -8,7 +8,7 @@ import numpy as np
 from attrs import evolve, frozen
 
 from vedette import Array, Detections, Estimator, Frame, Gaussian, Innovation, Sensor, Space, fields
-from vedette.filters import GaussianFilter
+from vedette.filters import GaussianFilter, has_gaussian_belief
 
 
 @frozen(eq=False)
@@ -39,6 +39,7 @@ class ResidualMonitored(Estimator[Monitored]):
     """
 
     kind: ClassVar[str] = "residual_monitored"
+    drops: ClassVar[tuple[str, ...]] = ("exact_when_linear", "bounded")
 
     of: GaussianFilter = fields.part("the filter")
     gain: float = fields.quantity("1", "step of log a for NIS / m of 1 too much", default=0.05, at_least=0, at_most=1)
@@ -47,7 +48,7 @@ class ResidualMonitored(Estimator[Monitored]):
     largest: float = fields.quantity("1", "the factor is at most this", default=1000.0, at_least=1)
 
     def __attrs_post_init__(self) -> None:
-        if not self.of.gaussian_belief:
+        if not has_gaussian_belief(self.of):
             raise ValueError(f"of: must be a filter whose belief is a mean and a covariance, got {self.of.kind!r}")
 
     @property
@@ -57,21 +58,6 @@ class ResidualMonitored(Estimator[Monitored]):
     @property
     def zero_variance(self) -> Space:
         return self.of.zero_variance
-
-    @property
-    def draws(self) -> bool:  # type: ignore[override]
-        """Whether the filter does."""
-        return self.of.draws
-
-    @property
-    def takes_frames(self) -> bool:  # type: ignore[override]
-        """Whether the filter does."""
-        return self.of.takes_frames
-
-    @property
-    def reframes(self) -> bool:  # type: ignore[override]  # a class variable elsewhere: here it depends on the filter
-        """Whether the filter does."""
-        return self.of.reframes
 
     def refuses(self, sensor: Sensor) -> str | None:
         """Say why the filter refuses `sensor`, or return None."""

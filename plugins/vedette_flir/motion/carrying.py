@@ -37,15 +37,15 @@ class Carrying(MotionModel):
     zero_variance: Space = field(init=False, repr=False, eq=False, default=Factory(_zero_variance, takes_self=True))
 
     @property
-    def divisible(self) -> bool:  # type: ignore[override]  # a class says it of itself; this one of its part
+    def divisible(self) -> bool:
         return self.motion.divisible
 
     @property
-    def linear(self) -> bool:  # type: ignore[override]
+    def linear(self) -> bool:
         return self.motion.linear
 
     @property
-    def reframes(self) -> bool:  # type: ignore[override]
+    def reframes(self) -> bool:
         return self.motion.reframes
 
     def _wide(self, own: Array, rest: float) -> Array:

@@ -12,7 +12,7 @@ from attrs import frozen
 from numpy.typing import NDArray
 
 from vedette import InputError, Problem
-from vedette.io import check_pixels, check_png, check_regular, inside, is_png, picture_size
+from vedette_files import check_pixels, check_png, check_regular, inside, is_png, picture_size
 
 Grey = NDArray[np.unsignedinteger[Any]]
 """A frame (h, w) of 8 or 16 bit."""

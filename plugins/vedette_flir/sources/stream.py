@@ -26,7 +26,7 @@ from vedette import (
     Trajectory,
     fields,
 )
-from vedette.io import check_pixels, check_regular, short, user_path, without_passwords
+from vedette_files import check_pixels, check_regular, short, user_path, without_passwords
 from vedette_flir.sources.boxes import BOX, four, fours, given_boxes
 from vedette_flir.sources.images import WEIGHTS, grey_of, opencv
 from vedette_flir.sources.video import camera_of

@@ -14,11 +14,6 @@ KINDS = ("CA", "GO", "OS")
 """Z is the mean of all cells, the greater of the means of the near and the far half, or the cell of a given rank."""
 
 
-def cell_average(factor: float, cells: int) -> float:
-    """Return (1 + T/N)^-N."""
-    return math.exp(-cells * math.log1p(factor / cells))
-
-
 def greatest_of(factor: float, cells: int) -> float:
     """Return 2 (1 + t)^-n - 2 sum_(k < n) C(n - 1 + k, k) (2 + t)^-(n + k), with n = N/2 and t = T/n."""
     n = cells // 2

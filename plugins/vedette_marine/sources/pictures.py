@@ -25,7 +25,7 @@ from vedette import (
     Trajectory,
     fields,
 )
-from vedette.io import Sample, check_png, find, in_time_order, inside, shown
+from vedette_files import Sample, check_png, find, in_time_order, inside, shown
 from vedette_marine.ais.csv import read_csv
 from vedette_marine.ais.reports import without_outliers
 from vedette_marine.ais.tracks import trajectories

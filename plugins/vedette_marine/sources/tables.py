@@ -9,7 +9,7 @@ import numpy as np
 
 from vedette import Problem, Space, Trajectory
 from vedette.fields import ABSURD
-from vedette.io import UNCLOSED, Sample, cells_of, header_of, in_time_order, lines, shown
+from vedette_files import UNCLOSED, Sample, cells_of, header_of, in_time_order, lines, shown
 
 Table = list[tuple[str, dict[str, str], dict[str, float]]]
 """Each row's place, its words and its numbers."""

@@ -83,7 +83,7 @@ class Poisson(Birth):
 
     def initial_memory(self, estimator: Estimator[Any], rng: np.random.Generator) -> Intensity:
         """Return the intensity before the first scan."""
-        if self.recycles and estimator.draws:
+        if self.recycles and estimator.traits.draws:
             raise ValueError(f"recycles: must be false, as {estimator.kind!r} would have to draw what comes back")
         return self._appearing(estimator, True, 0.0, rng)
 

@@ -8,7 +8,20 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, Space, fields, filters, kernels
+from vedette import (
+    Array,
+    Detections,
+    Frame,
+    Gaussian,
+    Innovation,
+    MotionModel,
+    Sensor,
+    Space,
+    Traits,
+    fields,
+    filters,
+    kernels,
+)
 from vedette.filters import OverMotion, Particles
 
 
@@ -25,7 +38,7 @@ class BootstrapParticles(OverMotion[Particles]):
     """
 
     kind: ClassVar[str] = "bootstrap_particles"
-    draws: ClassVar[bool] = True
+    declares: ClassVar[Traits] = Traits(draws=True)
 
     motion: MotionModel = fields.part("how the target moves")
     particles: int = fields.integer("points per track", default=1000, at_least=100, at_most=10**6)

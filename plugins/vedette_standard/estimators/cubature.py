@@ -6,7 +6,7 @@ from typing import ClassVar, final
 
 from attrs import frozen
 
-from vedette import MotionModel, fields
+from vedette import MotionModel, Traits, fields
 from vedette.filters import PointFilter
 
 
@@ -21,7 +21,7 @@ class CubatureKalman(PointFilter):
     """
 
     kind: ClassVar[str] = "ckf"
-    exact_when_linear: ClassVar[bool] = True
+    declares: ClassVar[Traits] = Traits(exact_when_linear=True)
 
     motion: MotionModel = fields.part("how the target moves")
 

@@ -9,7 +9,20 @@ import numpy as np
 from attrs import frozen
 from numpy.typing import NDArray
 
-from vedette import Array, Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, Space, fields, filters, kernels
+from vedette import (
+    Array,
+    Detections,
+    Frame,
+    Gaussian,
+    Innovation,
+    MotionModel,
+    Sensor,
+    Space,
+    Traits,
+    fields,
+    filters,
+    kernels,
+)
 from vedette.filters import OverMotion
 
 
@@ -45,7 +58,7 @@ class EnsembleKalman(OverMotion[Ensemble]):
     """
 
     kind: ClassVar[str] = "ensemble_kalman"
-    draws: ClassVar[bool] = True
+    declares: ClassVar[Traits] = Traits(draws=True)
 
     motion: MotionModel = fields.part("how the target moves")
     members: int = fields.integer("states per track", default=400, at_least=20, at_most=10**6)

@@ -7,7 +7,7 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, fields
+from vedette import Array, Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, Traits, fields
 from vedette.filters import GaussianFilter, evaluate_linearised, extent_linearised, predict_linearised
 
 
@@ -21,9 +21,7 @@ class ExtendedKalman(GaussianFilter):
     """
 
     kind: ClassVar[str] = "ekf"
-    exact_when_linear: ClassVar[bool] = True
-    takes_frames: ClassVar[bool] = True
-    bounded: ClassVar[bool] = True
+    declares: ClassVar[Traits] = Traits(exact_when_linear=True, takes_frames=True, bounded=True)
 
     motion: MotionModel = fields.part("how the target moves")
 

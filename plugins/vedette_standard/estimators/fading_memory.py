@@ -7,7 +7,7 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, fields, new_gaussian
+from vedette import Array, Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, Traits, fields, new_gaussian
 from vedette.filters import GaussianFilter, evaluate_linearised, extent_linearised, predict_linearised
 
 
@@ -22,9 +22,7 @@ class FadingMemory(GaussianFilter):
     """
 
     kind: ClassVar[str] = "fading_memory"
-    takes_frames: ClassVar[bool] = True
-    bounded: ClassVar[bool] = True
-    conservative: ClassVar[bool] = True
+    declares: ClassVar[Traits] = Traits(takes_frames=True, bounded=True, conservative=True)
 
     motion: MotionModel = fields.part("how the target moves")
     alpha: float = fields.quantity(

@@ -7,7 +7,19 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, fields, kernels, new_innovation
+from vedette import (
+    Array,
+    Detections,
+    Frame,
+    Gaussian,
+    Innovation,
+    MotionModel,
+    Sensor,
+    Traits,
+    fields,
+    kernels,
+    new_innovation,
+)
 from vedette.filters import (
     GaussianFilter,
     Hypotheses,
@@ -31,7 +43,7 @@ class GH(GaussianFilter):
     """
 
     kind: ClassVar[str] = "g_h"
-    bounded: ClassVar[bool] = True
+    declares: ClassVar[Traits] = Traits(bounded=True)
 
     motion: MotionModel = fields.part("how the target moves: with velocities, or for k with accelerations too")
     g: float = fields.quantity("1", "gain of the observed axes", above=0, at_most=1)

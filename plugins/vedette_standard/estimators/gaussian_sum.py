@@ -24,6 +24,7 @@ class GaussianSum(Estimator[Modes]):
     """
 
     kind: ClassVar[str] = "gaussian_sum"
+    drops: ClassVar[tuple[str, ...]] = ("exact_when_linear", "reframes", "bounded")  # its bank reframes the parts
 
     each: Estimator[Any] = fields.part("the filter of every part")
     parts: int = fields.integer("number of Gaussians", default=7, at_least=2, at_most=100)
@@ -42,21 +43,6 @@ class GaussianSum(Estimator[Modes]):
     @property
     def state(self) -> Space:
         return self.each.state
-
-    @property
-    def draws(self) -> bool:  # type: ignore[override]  # a class variable elsewhere: here it depends on the parts
-        """Whether the parts draw random numbers."""
-        return self.each.draws
-
-    @property
-    def takes_frames(self) -> bool:  # type: ignore[override]
-        """Whether the parts take frames."""
-        return self.each.takes_frames
-
-    @property
-    def conservative(self) -> bool:  # type: ignore[override]
-        """Whether the parts are."""
-        return self.each.conservative
 
     @property
     def zero_variance(self) -> Space:

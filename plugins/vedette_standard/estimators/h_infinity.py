@@ -7,7 +7,7 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, fields, kernels
+from vedette import Array, Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, Traits, fields, kernels
 from vedette.filters import GaussianFilter, evaluate_linearised, extent_linearised, predict_linearised
 
 MOST = 0.99
@@ -27,9 +27,7 @@ class HInfinity(GaussianFilter):
     """
 
     kind: ClassVar[str] = "h_infinity"
-    takes_frames: ClassVar[bool] = True
-    bounded: ClassVar[bool] = True
-    conservative: ClassVar[bool] = True
+    declares: ClassVar[Traits] = Traits(takes_frames=True, bounded=True, conservative=True)
 
     motion: MotionModel = fields.part("how the target moves")
     theta: float = fields.quantity("1", "inverse of the bound on the worst error", at_least=0, tried=(0.0, 1e-3, 1e-2))

@@ -24,7 +24,7 @@ from vedette import (
     new_gaussian,
     new_innovation,
 )
-from vedette.filters import contradiction, marginal, without_variance
+from vedette.filters import has_gaussian_belief, marginal, without_variance
 from vedette_standard.estimators.imm_backward import (
     future_likelihood,
     gain_over_all_axes,
@@ -80,6 +80,7 @@ class Imm(Estimator[Modes]):
     """
 
     kind: ClassVar[str] = "imm"
+    drops: ClassVar[tuple[str, ...]] = ("exact_when_linear", "reframes")  # its mixing is not; it reframes the modes itself
 
     modes: tuple[Estimator[Any], ...] = fields.part("the estimators, one a mode")
     transition: Array | None = fields.array(
@@ -104,44 +105,18 @@ class Imm(Estimator[Modes]):
     _switch: Transition = field(init=False, repr=False, eq=False)
     _absent: Array = field(init=False, repr=False, eq=False)
 
-    @property
-    def draws(self) -> bool:  # type: ignore[override]  # a class variable elsewhere: here it depends on the modes
-        """Whether any mode draws random numbers."""
-        return any(mode.draws for mode in self.modes)
-
-    @property
-    def takes_frames(self) -> bool:  # type: ignore[override]
-        """Whether all modes take frames."""
-        return all(mode.takes_frames for mode in self.modes)
-
-    @property
-    def bounded(self) -> bool:  # type: ignore[override]
-        """Whether all modes are."""
-        return all(mode.bounded for mode in self.modes)
-
-    @property
-    def conservative(self) -> bool:  # type: ignore[override]
-        """Whether any mode is."""
-        return any(mode.conservative for mode in self.modes)
-
-    @modes.validator
-    def _keep_to_what_they_declare(self, attribute: Any, modes: tuple[Estimator[Any], ...]) -> None:
-        for i, mode in enumerate(modes):
-            if reason := contradiction(type(mode)):
-                raise ValueError(f"modes[{i}]: {reason}")
-
     @_own.default
     def _axes_of_modes(self) -> tuple[tuple[int, ...], ...]:
         return tuple(tuple(self.state.locate(mode.state)) for mode in self.modes)
 
     @_reframing.default
     def _any_reframes(self) -> bool:
-        return any(mode.reframes for mode in self.modes)
+        return any(mode.traits.reframes for mode in self.modes)
 
     @_gaussian.default
     def _beliefs_are_gaussians(self) -> bool:
         """Return whether every mode's belief is its moments, so that none need be asked."""
-        return all(mode.gaussian_belief and not mode.zero_variance for mode in self.modes)
+        return all(has_gaussian_belief(mode) and not mode.zero_variance for mode in self.modes)
 
     @_switch.default
     def _transition(self) -> Transition:
@@ -201,7 +176,7 @@ class Imm(Estimator[Modes]):
         combined = self.moments(belief) if self._reframing else None
         for mode, mean, cov in zip(self.modes, means, covs, strict=True):
             part = mode.start(new_gaussian(mean, cov), mode.state, rng)
-            if combined is not None and mode.reframes:
+            if combined is not None and mode.traits.reframes:
                 part = mode.reframe(part, marginal(combined, self.state, mode.state, NO_AXES))
             beliefs.append(mode.predict(part, dt, rng))
         return new_modes(tuple(beliefs), log_prob)

@@ -7,7 +7,7 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import evolve, frozen
 
-from vedette import Array, Detections, Frame, Gaussian, Innovation, Mask, MotionModel, Sensor, fields
+from vedette import Array, Detections, Frame, Gaussian, Innovation, Mask, MotionModel, Sensor, Traits, fields
 from vedette.filters import GaussianFilter, Prepared, evaluate_each, evaluate_frame, predict_linearised, prepare
 
 
@@ -24,8 +24,7 @@ class IteratedExtendedKalman(GaussianFilter):
     """
 
     kind: ClassVar[str] = "iekf"
-    exact_when_linear: ClassVar[bool] = True
-    takes_frames: ClassVar[bool] = True
+    declares: ClassVar[Traits] = Traits(exact_when_linear=True, takes_frames=True)
 
     motion: MotionModel = fields.part("how the target moves")
     passes: int = fields.integer("linearisations of each return", default=5, at_least=1, at_most=100)

@@ -7,7 +7,19 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, fields, kernels, new_gaussian
+from vedette import (
+    Array,
+    Detections,
+    Frame,
+    Gaussian,
+    Innovation,
+    MotionModel,
+    Sensor,
+    Traits,
+    fields,
+    kernels,
+    new_gaussian,
+)
 from vedette.filters import GaussianFilter, evaluate_linearised, extent_linearised
 
 
@@ -21,9 +33,7 @@ class Kalman(GaussianFilter):
     """
 
     kind: ClassVar[str] = "kalman"
-    exact_when_linear: ClassVar[bool] = True
-    takes_frames: ClassVar[bool] = True
-    bounded: ClassVar[bool] = True
+    declares: ClassVar[Traits] = Traits(exact_when_linear=True, takes_frames=True, bounded=True)
 
     motion: MotionModel = fields.part("how the target moves; a linear model")
 

@@ -7,7 +7,7 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import Factory, field, frozen
 
-from vedette import Array, Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, Space, WrappedMotion, fields
+from vedette import Array, Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, Space, Traits, WrappedMotion, fields
 from vedette.filters import OverMotion
 from vedette_standard.estimators.square_root import Root, SquareRootKalman
 
@@ -57,14 +57,9 @@ class LeastSquares(OverMotion[Root]):
             raise ValueError(f"trajectory: {self.trajectory.kind!r} turns its frame with its target, so it is not one")
 
     @property
-    def exact_when_linear(self) -> bool:  # type: ignore[override]  # a class variable elsewhere
-        """Whether it forgets nothing."""
-        return self.forgetting == 1.0
-
-    @property
-    def conservative(self) -> bool:  # type: ignore[override]
-        """Whether it forgets."""
-        return self.forgetting < 1.0
+    def declares(self) -> Traits:
+        """Exact where it forgets nothing; else its covariance is larger than that of the errors."""
+        return Traits(exact_when_linear=self.forgetting == 1.0, conservative=self.forgetting < 1.0)
 
     def start(self, prior: Gaussian, axes: Space, rng: np.random.Generator) -> Root:
         """Return the prior's marginal over the axes, its covariance as a root."""

@@ -8,7 +8,7 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, Space, fields, kernels
+from vedette import Array, Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, Space, Traits, fields, kernels
 from vedette.filters import OverMotion, make_innovation, marginal, prepare, without_variance
 
 
@@ -39,7 +39,7 @@ class SquareRootKalman(OverMotion[Root]):
     """
 
     kind: ClassVar[str] = "srkf"
-    exact_when_linear: ClassVar[bool] = True
+    declares: ClassVar[Traits] = Traits(exact_when_linear=True)
 
     motion: MotionModel = fields.part("how the target moves")
 

@@ -6,7 +6,7 @@ from typing import ClassVar, final
 
 from attrs import frozen
 
-from vedette import MotionModel, fields
+from vedette import MotionModel, Traits, fields
 from vedette.filters import PointFilter
 
 
@@ -21,7 +21,7 @@ class UnscentedKalman(PointFilter):
     """
 
     kind: ClassVar[str] = "ukf"
-    exact_when_linear: ClassVar[bool] = True
+    declares: ClassVar[Traits] = Traits(exact_when_linear=True)
 
     motion: MotionModel = fields.part("how the target moves")
     kappa: float = fields.quantity("1", "weight of the central point, times n + kappa", default=1.0, at_least=0)

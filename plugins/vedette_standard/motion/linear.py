@@ -49,7 +49,7 @@ class Linear(MotionModel):
             raise ValueError(f"B: must be {n} x {len(self.control)}, a row an axis, a column a control, got {shape}")
 
     @property
-    def linear(self) -> bool:  # type: ignore[override]  # a class variable elsewhere: here it depends on the control
+    def linear(self) -> bool:
         """Whether it has no control."""
         return not self.control.size
 

@@ -45,12 +45,12 @@ class Product(MotionModel):
     zero_variance: Space = field(init=False, repr=False, eq=False, default=Factory(_zero_variance, takes_self=True))
 
     @property
-    def linear(self) -> bool:  # type: ignore[override]  # a class variable elsewhere: here it depends on the models
+    def linear(self) -> bool:
         """Whether all models are linear."""
         return all(model.linear for model in self.models)
 
     @property
-    def divisible(self) -> bool:  # type: ignore[override]
+    def divisible(self) -> bool:
         """Whether all models are divisible."""
         return all(model.divisible for model in self.models)
 

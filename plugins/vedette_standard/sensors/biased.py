@@ -50,7 +50,7 @@ class Biased(WrappedSensor):
     observes: Space = field(init=False, repr=False, eq=False, default=Factory(_observed, takes_self=True))
 
     @property
-    def linear(self) -> bool:  # type: ignore[override]  # a class variable elsewhere: here it depends on the sensor
+    def linear(self) -> bool:
         """Whether the sensor is linear; a lag is multiplied by the velocity."""
         return self.of.linear and not self.lag
 

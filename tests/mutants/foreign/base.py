@@ -31,9 +31,6 @@ ROLES: dict[str, type] = {
 INHERITED: Any = object()
 """Instead of a method: neither the right component's nor a broken one, but that of the role."""
 
-NOT_DECLARED = {"kind", "gaussian_belief"}
-"""What a mutant does not declare as the right component does: it is a wrapper, and its belief that of another."""
-
 
 @attrs.frozen
 class Mutant:
@@ -85,7 +82,7 @@ def broken_class(role: type, right: type, name: str, faults: dict[str, Any]) -> 
     """
     body: dict[str, Any] = {"kind": f"foreign_{name}", "__doc__": f"The mutant {name}.", "__module__": __name__}
     for member in dir(role):
-        if member.startswith("_") or member in NOT_DECLARED or member in {f.name for f in attrs.fields(right) if f.init}:
+        if member.startswith("_") or member == "kind" or member in {f.name for f in attrs.fields(right) if f.init}:
             continue
         if member in faults:
             if faults[member] is not INHERITED:

@@ -132,7 +132,7 @@ MUTANTS: tuple[Mutant, ...] = (
         EKF,
         label="other_model",
         predict=_fading,
-        exact_when_linear=False,
+        declares=vedette.Traits(),
     ),
     estimator(
         "root_single_precision",
@@ -145,7 +145,7 @@ MUTANTS: tuple[Mutant, ...] = (
         "The points lie a factor sqrt(n) too near.",
         UKF,
         predict=_unscaled_points,
-        exact_when_linear=False,
+        declares=vedette.Traits(),
     ),
     estimator("start_by_position", "The prior's first axes are taken, whatever their names.", KALMAN, start=_first_axes),
 )

@@ -178,7 +178,7 @@ MUTANTS: tuple[Mutant, ...] = (
         PARTICLES,
         predict=_own_generator,
     ),
-    estimator("particles_undeclared", "It draws numbers, and does not declare it.", PARTICLES, draws=False),
+    estimator("particles_undeclared", "It draws numbers, and does not declare it.", PARTICLES, declares=vedette.Traits()),
     estimator("particles_doubled_weights", "Each scan's likelihood is applied twice.", PARTICLES, update=_doubled_weights),
     estimator(
         "particles_wide_start", "The prior's variance is used as a deviation.", PARTICLES, start=_variance_as_deviation

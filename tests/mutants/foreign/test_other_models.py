@@ -30,7 +30,8 @@ LINEAR = {
     "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 0.5}},
     "sensors": {"radar": {"kind": "cartesian_position", "sigma": 5.0, "detection_probability": 0.9}},
     "associator": {"kind": "pda"},
-    "lifecycle": {"kind": "single_target", "start": {name: list(pair) for name, pair in START.items()}},
+    "birth": {"kind": "given", "start": {name: list(pair) for name, pair in START.items()}},
+    "lifecycle": {"kind": "single_target"},
 }
 NOT_OF_COVARIANCES = ("birth", "lifecycle", "preprocessor")
 

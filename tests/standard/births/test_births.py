@@ -31,7 +31,7 @@ def test_new_tracks_start_at_their_return_with_the_stated_spread():
     expected[x, x], expected[y, y], expected[x, y], expected[y, x] = 2.0, 1.0, 0.5, 0.5
     expected[vx, vx], expected[vy, vy] = 16.0, 25.0
     np.testing.assert_array_equal(newborn.prior.cov[0], expected)
-    with pytest.raises(ValueError, match=r"spread: must state the standard deviation of 'vy' in new tracks"):
+    with pytest.raises(ValueError, match=r"spread: must state the standard deviation.*'vy'"):
         begun(FromReturns(spread={"vx": 4.0}), [[3.0, 7.0]], [0.0])
 
 
@@ -63,14 +63,14 @@ def test_one_track_is_given_where_it_is_told_or_at_the_truth():
     assert np.diag(prior.cov[0]).tolist() == [9.0, 9.0, 1.0, 1.0]
     told = Given(start={"x": [5, 1], "y": [6, 2], "vx": [0, 3], "vy": [0, 3]}).given(STATE, Recording(()))
     assert told.mean.tolist() == [[5.0, 6.0, 0.0, 0.0]]
-    with pytest.raises(ValueError, match=r"start: must state 'x', 'y', 'vx', 'vy', as the recording has no truth"):
+    with pytest.raises(ValueError, match="start: must state 'x', 'y', 'vx', 'vy', as the recording"):
         birth.given(STATE, Recording(()))
-    with pytest.raises(ValueError, match=r"spread: must state the standard deviation of 'vy'"):
+    with pytest.raises(ValueError, match=r"spread: must state the standard deviation.*'vy'"):
         Given(spread={"x": 3, "y": 3, "vx": 1}).given(STATE, recording)
 
 
 def test_wrong_parameters_are_refused():
-    with pytest.raises(ValueError, match=r"start: x: the standard deviation must be >= 0, got -1"):
+    with pytest.raises(ValueError, match=r"start: x: the standard deviation must.*got -1"):
         Given(start={"x": [0, -1]})
     with pytest.raises(ValueError, match=r"initial: must be > 0"):
         FromReturns(initial=0.0)

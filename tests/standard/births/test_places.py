@@ -51,7 +51,7 @@ def test_targets_that_come_in_across_a_line_are_spread_evenly_along_it():
     [
         (lambda: Edge([0.0, 0.0], [0.0, 0.0], 1.0, [1.0, 1.0]), "end: must differ from start"),
         (lambda: Edge([0.0, 0.0, 1.0], [0.0, 1.0], 1.0, [1.0, 1.0]), "start: must be two numbers, got 3"),
-        (lambda: Poisson(), "appear: must hold at least one place"),
+        (lambda: Poisson(), "appear: must hold at least one"),
         (lambda: Uniform(BOX, SPREAD), "rate: must be > 0 unless `initial` is"),
         (lambda: Uniform({}, SPREAD, rate=1.0), "view: must hold the box"),
     ],
@@ -96,7 +96,7 @@ def test_the_density_of_returns_integrates_to_the_number_detected():
 def test_a_sensor_that_cannot_start_tracks_there_is_refused():
     birth = Uniform(BOX, SPREAD, rate=1.0)
     bearings = BearingOnly(sigma_bearing=0.01)
-    with pytest.raises(ValueError, match=r"birth\.view: must be over the axes that 'bearing_only' observes"):
+    with pytest.raises(ValueError, match=r"birth\.view: must be over the axes.*'bearing_only'"):
         Tracker(ExtendedKalman(ConstantVelocity(0.3)), {"bearings": bearings}, Jpda(), Existence(), birth)
 
 
@@ -138,7 +138,7 @@ def test_tracks_that_end_are_undetected_targets_again():
         assert len(after.weights) == len(memory.weights) + recycles
         assert np.sum(after.weights) == pytest.approx(np.sum(memory.weights) + 0.07 * recycles)
     np.testing.assert_array_equal(FILTER.moments(after.belief).mean[-1], ended.mean[0])
-    with pytest.raises(ValueError, match="recycles: must be false, as 'bootstrap_particles' would have to draw"):
+    with pytest.raises(ValueError, match="recycles: must be false, as 'bootstrap_particles' would"):
         birth.initial_memory(BootstrapParticles(ConstantVelocity(0.3), particles=100), RNG)
 
 

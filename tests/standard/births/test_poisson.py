@@ -68,7 +68,7 @@ def test_what_is_missing_is_told():
     birth = Poisson((Appearance({"x": [0, 1]}, initial=1.0),))
     with pytest.raises(ValueError, match=r"appear\[0\].at: must state \[mean, standard deviation\] of 'y', 'vx', 'vy'"):
         birth.initial_memory(FILTER, RNG)
-    with pytest.raises(ValueError, match="appear: must hold at least one place"):
+    with pytest.raises(ValueError, match="appear: must hold at least one"):
         Poisson(())
 
 

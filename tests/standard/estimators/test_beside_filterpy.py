@@ -34,7 +34,7 @@ def test_h_infinity_is_the_textbooks_recursion():
         belief = one.update(belief, one.evaluate(belief, sensor, vedette.Detections.of([z.tolist()]), 1.0), SURE)
         inner = np.linalg.inv(np.eye(4) - theta * S @ P + H.T @ np.linalg.inv(R) @ H @ P)
         x = x + P @ inner @ H.T @ np.linalg.inv(R) @ (z - H @ x)
-        np.testing.assert_allclose(belief.mean[0], x, rtol=1e-9)
+        np.testing.assert_allclose(belief.mean[0], x, rtol=1e-9, atol=1e-12)  # one is 0, rounded as the processor does
         np.testing.assert_allclose(belief.cov[0], P @ inner, rtol=1e-9, atol=1e-9)
         x, P = F @ x, F @ P @ inner @ F.T + Q
 
@@ -48,7 +48,7 @@ def test_h_infinity_without_theta_is_the_extended_filter_and_with_too_much_stays
 
 
 def test_a_weight_of_no_axis_is_refused():
-    with pytest.raises(ValueError, match=r"weight\.z: there is no such axis; those are x, y, vx, vy"):
+    with pytest.raises(ValueError, match=r"weight\.z: there is no such axis"):
         HInfinity(MOTION, 0.1, {"z": 1.0})
 
 
@@ -78,7 +78,7 @@ def test_constant_gains_take_a_polar_return_to_the_plane():
 
 
 def test_gains_whose_errors_grow_are_refused():
-    with pytest.raises(ValueError, match=r"h: must be < 4 - 2 g = 3, or errors grow, got 3\.5"):
+    with pytest.raises(ValueError, match=r"h: must be < 4 - 2 g = 3, or errors.*got 3\.5"):
         GH(MOTION, 0.5, 3.5)
 
 
@@ -130,4 +130,6 @@ def test_two_scans_at_one_time_perturb_apart():
 def test_the_fields_names_are_understood(given, meant):
     parts = {"sensors": {"s": {"kind": "cartesian_position", "sigma": 2.0}}, "associator": {"kind": "gnn"}}
     with pytest.raises(ConfigError, match=f"did you mean '{meant}'"):
-        vedette.build({**parts, "lifecycle": {"kind": "m_of_n"}, "estimator": {"kind": given}})
+        vedette.build(
+            {**parts, "birth": {"kind": "from_returns"}, "lifecycle": {"kind": "m_of_n"}, "estimator": {"kind": given}}
+        )

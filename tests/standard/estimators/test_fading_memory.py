@@ -27,6 +27,7 @@ def test_a_track_is_the_textbooks():
         "estimator": FadingMemory(MOTION, 1.1, 2.0),
         "sensors": {"s": {"kind": "cartesian_position", "sigma": 2.0}},
         "associator": {"kind": "gnn"},
+        "birth": {"kind": "given"},
         "lifecycle": {"kind": "single_target"},
         "gate": "off",
     }

@@ -91,5 +91,5 @@ def test_a_sum_holds_the_range_behind_a_bearing():
 
 @pytest.mark.parametrize("axis", ["z", "turn"])
 def test_a_sum_names_an_axis_that_is_there(axis):
-    with pytest.raises(ValueError, match="axis: must be one of x, y, vx, vy"):
+    with pytest.raises(ValueError, match="axis: must be one of x, y, vx"):
         GaussianSum(Kalman(CV), axis=axis)

@@ -185,7 +185,7 @@ SWITCH = np.array([[0.9, 0.1], [0.3, 0.7]])
 
 
 def test_there_is_at_least_one_mode_and_each_must_take_the_sensor():
-    with pytest.raises(ValueError, match="modes: must hold at least one estimator, got none"):
+    with pytest.raises(ValueError, match=r"modes: must hold at least.*got none"):
         Imm((), transition=np.empty((0, 0)))
     assert "'range_bearing'" in Imm(TWO, transition=SWITCH).refuses(RADAR)
     assert unlike().refuses(FILTERED) is None

@@ -244,7 +244,7 @@ class Turning(MotionModel):
 
 @each
 def test_models_that_turn_their_frame_are_refused(kind):
-    with pytest.raises(ValueError, match="motion: 'test_turning' turns its frame with its target"):
+    with pytest.raises(ValueError, match="motion: 'test_turning' turns its frame"):
         kind(Turning())
 
 

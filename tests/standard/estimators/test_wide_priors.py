@@ -16,7 +16,8 @@ def test_a_prior_far_wider_than_the_noise(estimator, associator, spread):
             "estimator": {"kind": estimator, "motion": {"kind": "constant_velocity", "sigma_accel": 0.1}},
             "sensors": {"radar": sensor | {"clutter_density": 1e-40}},
             "associator": {"kind": associator},
-            "lifecycle": {"kind": "m_of_n", "spread": {"vx": spread, "vy": spread}},
+            "birth": {"kind": "from_returns", "spread": {"vx": spread, "vy": spread}},
+            "lifecycle": {"kind": "m_of_n"},
         }
     )
     rng = np.random.default_rng(1)

@@ -154,7 +154,8 @@ def test_a_scene_draws_the_clutter_of_its_radar():
             "sensors": {"radar": radar},
             "estimator": {"kind": "ekf", "motion": {"kind": "constant_velocity", "sigma_accel": 1.0}},
             "associator": {"kind": "gnn"},
-            "lifecycle": {"kind": "existence", "spread": {"vx": 1.0, "vy": 1.0}},
+            "birth": {"kind": "from_returns", "spread": {"vx": 1.0, "vy": 1.0}},
+            "lifecycle": {"kind": "existence"},
         }
     )
     scans = recording.source.open(recording.tracker.sensors, np.random.default_rng(3)).scans
@@ -242,7 +243,8 @@ def test_a_view_is_written_back():
         "sensors": {"radar": config | {"clutter_per_scan": 2.0}},
         "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 1.0}},
         "associator": {"kind": "gnn"},
-        "lifecycle": {"kind": "existence", "spread": {"vx": 1.0, "vy": 1.0}},
+        "birth": {"kind": "from_returns", "spread": {"vx": 1.0, "vy": 1.0}},
+        "lifecycle": {"kind": "existence"},
     }
     experiment = vedette.load(tracker)
     assert vedette.load(vedette.to_config(experiment)) == experiment

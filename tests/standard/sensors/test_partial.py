@@ -159,6 +159,7 @@ CONFIG = {
         }
     },
     "associator": {"kind": "pda"},
+    "birth": {"kind": "from_returns"},
     "lifecycle": {"kind": "m_of_n"},
 }
 

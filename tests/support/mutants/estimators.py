@@ -4,7 +4,7 @@ import numpy as np
 from attrs import evolve, frozen
 from hypothesis import strategies as st
 
-from vedette import Gaussian, kernels
+from vedette import Estimator, Gaussian, Traits, fields, kernels
 from vedette.filters import Hypotheses
 from vedette_standard.associators.nearest import Nearest
 from vedette_standard.estimators.extended import ExtendedKalman
@@ -13,6 +13,7 @@ from vedette_standard.estimators.unscented import UnscentedKalman
 from vedette_standard.motion.constant_velocity import ConstantVelocity
 
 CV = ConstantVelocity
+BOLD = Traits(takes_frames=True, bounded=True, conservative=True)
 
 
 def without_joseph(self, belief, sensor, seen, p_gate):
@@ -63,7 +64,37 @@ def predicted(self, belief, dt, change):
 
 KF, EKF, UKF = Kalman, ExtendedKalman, UnscentedKalman
 LINEAR = {"motion": st.just(CV(0.5))}
+HELD = {"of": st.just(EKF(CV(0.5)))}
 DRIFT = np.random.default_rng(7)
+
+
+@frozen
+class Around(Estimator):
+    """A third party's estimator that is another one, which is right: its mutants forget something."""
+
+    kind = "around"
+    drops = ("bounded",)
+    of: Estimator = fields.part("the filter")
+    state = property(lambda self: self.of.state)
+    zero_variance = property(lambda self: self.of.zero_variance)
+
+    def start(self, prior, axes, rng):
+        return self.of.start(prior, axes, rng)
+
+    def reframe(self, belief, combined):
+        return self.of.reframe(belief, combined)
+
+    def predict(self, belief, dt, rng):
+        return self.of.predict(belief, dt, rng)
+
+    def evaluate(self, belief, sensor, observed, p_gate):
+        return self.of.evaluate(belief, sensor, observed, p_gate)
+
+    def update(self, belief, innovation, weights):
+        return self.of.update(belief, innovation, weights)
+
+    def moments(self, belief):
+        return self.of.moments(belief)
 
 
 def fresh_points(self, belief, dt, rng):
@@ -167,11 +198,15 @@ ESTIMATORS = [
      {"predict": lambda s, b, dt, rng: predicted(s, b, dt, lambda F, Q: (F, 0.02 * Q))},
      {"motion": st.just(CV(60.0))}),
     ("called conservative, and too sure by a third", EKF, "nees_and_nis_fit_matched_truth",
-     {"update": lambda s, b, i, w: wider(EKF.update(s, b, i, w), 0.67), "exact_when_linear": False, "conservative": True},
+     {"update": lambda s, b, i, w: wider(EKF.update(s, b, i, w), 0.67), "declares": BOLD},
      LINEAR),
     ("called conservative, and short of F P F'", EKF, "predicts_as_its_motion_linearised",
-     {"predict": lambda s, b, dt, rng: predicted(s, b, dt, lambda F, Q: (0.8 * F, Q)), "exact_when_linear": False,
-      "conservative": True}, LINEAR),
+     {"predict": lambda s, b, dt, rng: predicted(s, b, dt, lambda F, Q: (0.8 * F, Q)), "declares": BOLD}, LINEAR),
+    ("a frame that stays", EKF, "a_frame_turns_before_each_prediction", {"reframe": lambda s, b, combined: b}, LINEAR),
+    ("turns no frame, and says it has seen to it", EKF, "a_frame_turns_before_each_prediction",
+     {"drops": ("reframes",)}, LINEAR),
+    ("says nothing of a frame that turns, and does not turn it", Around, "a_frame_turns_before_each_prediction",
+     {"reframe": Estimator.reframe}, HELD),
     ("an innovation with a shared array", EKF, "tracks_come_and_go",
      {"evaluate": lambda s, b, sensor, seen, p_gate: one_for_all(EKF.evaluate(s, b, sensor, seen, p_gate))}, LINEAR),
     ("a belief with a shared array", EKF, "tracks_come_and_go",

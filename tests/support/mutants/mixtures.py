@@ -38,6 +38,12 @@ def chain(matrix_of):
     return lambda s, b, dt, rng: b if dt == 0 else Modes(Imm.predict(s, b, dt, rng).beliefs, matrix_of(s, b))
 
 
+def alone(self, belief, dt, rng):
+    """Each mode predicted from its own belief, in the frame that it has."""
+    parts = zip(self.modes, belief.beliefs, strict=True)
+    return Modes(tuple(mode.predict(part, dt, rng) for mode, part in parts), belief.log_prob)
+
+
 def likely_alone(self, belief, innovation, weights):
     """Modes judged by their likelihood alone, without what was predicted of them."""
     after = Imm.update(self, belief, innovation, weights)
@@ -63,4 +69,5 @@ MIXTURES = [
      {"_each": wider_modes, "moments": taken_together}, TWO),
     ("modes that all weigh the same", Imm, "modes_follow_their_chain",
      {"mode_prob": lambda s, b: np.full(b.log_prob.shape, 0.5)}, TWO),
+    ("modes whose frames stay", Imm, "a_frame_turns_before_each_prediction", {"predict": alone}, TWO),
 ]  # fmt: skip

@@ -5,6 +5,7 @@ from attrs import frozen
 
 from support.mutants.parts import CALLS, FromZero, Unwrapped, changed, over, put
 from vedette import Gaussian, MotionModel, Space, fields
+from vedette_standard.estimators.least_squares import Noiseless
 from vedette_standard.motion.constant_velocity import ConstantVelocity
 from vedette_standard.motion.coordinated_turn import CoordinatedTurn
 from vedette_standard.motion.known_turn import KnownTurn
@@ -140,6 +141,9 @@ MOTION = [
      {"noise": lambda s, x, dt: Heading.noise(s, x, dt) + 0.01 * dt * np.eye(5)}),
     ("settles to what is no covariance", CV, "reframing_keeps_a_belief",
      {"reframe": lambda s, own, combined: Gaussian(own.mean, own.cov - 2 * np.eye(4) * own.cov)}),
+    ("a frame within that nobody is told of", Noiseless, "frames_within_turn",
+     {"reframes": False, "reframe": MotionModel.reframe}),
+    ("a frame within that stays", Noiseless, "frames_within_turn", {"reframe": lambda s, own, combined: own}),
     ("a path that bends the other way", CoordinatedTurn, "paths_bend_with_their_velocities", {"move": turns_the_other_way}),
     ("a turn rate in deg/s", CoordinatedTurn, "turn_rates_turn", {"move": turns_in_degrees}),
     ("a deviation for its square", ConstantVelocity, "variances_are_squares",

@@ -109,19 +109,19 @@ def nees_and_nis_fit_matched_truth(estimator: Estimator[Any], drawn: Scene) -> N
         belief = estimator.update(belief, innovation, sure(innovation.loglik, 1))
         found = estimator.moments(belief)
         errors.append(nees(state.difference(truth[:, scan], found.mean[:, 0]), found.cov[:, 0]))
-    if estimator.exact_when_linear and motion is not None and motion.linear:
+    if estimator.traits.exact_when_linear and motion is not None and motion.linear:
         judge_scale("NIS", np.array(shocks).ravel(), m, drawn.alpha / 2)
         for values in (errors[0], errors[-1]):
             judge_scale("NEES", values, n, drawn.alpha / 4)
     else:
-        low, high = (0.0 if estimator.conservative else EQUIVALENCE[0]), EQUIVALENCE[1]
+        low, high = (0.0 if estimator.traits.conservative else EQUIVALENCE[0]), EQUIVALENCE[1]
         judge_run_means("NIS", np.mean(shocks, axis=0) / m, low, high, drawn.alpha / 2)
         judge_run_means("NEES", np.mean(errors, axis=0) / n, low, high, drawn.alpha / 2)
 
 
 def a_return_counts_once(estimator: Estimator[Any], drawn: Scene) -> None:
     """If it draws: one return moves the mean and shrinks the variance as it does a Gaussian's, in the mean over draws."""
-    if not estimator.draws:
+    if not estimator.traits.draws:
         raise Closed("it does not draw: other laws are sharper")
     rng, state = drawn.rng(), estimator.state
     started(estimator, drawn, rng)

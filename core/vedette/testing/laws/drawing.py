@@ -17,7 +17,7 @@ from vedette.types import Gaussian
 
 def tracks_draw_their_own(estimator: Estimator[Any], drawn: Scene) -> None:
     """If it declares `draws`: what it draws of a track, or of a run, is not what it draws of the others."""
-    if not estimator.draws:
+    if not estimator.traits.draws:
         raise Closed("it does not declare `draws`")
     shape, prior = drawn.prior.mean.shape, drawn.prior
     alike_all = Gaussian(

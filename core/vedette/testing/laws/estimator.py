@@ -63,7 +63,7 @@ def predicts_the_same_again(estimator: Estimator[Any], drawn: Scene) -> None:
 
 def draws_only_if_it_says_so(estimator: Estimator[Any], drawn: Scene) -> None:
     """It takes numbers from the generator only if it declares `draws`."""
-    if estimator.draws:
+    if estimator.traits.draws:
         raise Closed("it declares `draws`")
     try:
         belief = ahead(estimator, drawn, NO_DRAWS)
@@ -77,7 +77,7 @@ def draws_only_if_it_says_so(estimator: Estimator[Any], drawn: Scene) -> None:
 
 def draws_from_its_generator(estimator: Estimator[Any], drawn: Scene) -> None:
     """If it declares `draws`: from another generator it predicts otherwise, and each step draws other numbers."""
-    if not estimator.draws:
+    if not estimator.traits.draws:
         raise Closed("it does not declare `draws`")
     start = started(estimator, drawn, drawn.rng())
     ends = []
@@ -97,7 +97,7 @@ def draws_from_its_generator(estimator: Estimator[Any], drawn: Scene) -> None:
 def noise_of_steps_adds_up(estimator: Estimator[Any], drawn: Scene) -> None:
     """If it draws and its motion is linear and divisible: noises of 16 steps add up to that of one step as long."""
     motion = linear_motion(estimator)
-    if not (estimator.draws and motion.divisible and motion.state == estimator.state) or len(estimator.zero_variance):
+    if not (estimator.traits.draws and motion.divisible and motion.state == estimator.state) or len(estimator.zero_variance):
         raise Closed("it draws nothing, or its motion is not divisible")
     state, rng, steps = estimator.state, drawn.rng(), 16
     started(estimator, drawn, rng)
@@ -149,7 +149,7 @@ def tracks_come_and_go(estimator: Estimator[Any], drawn: Scene) -> None:
         own = np.array(i)
         taken = estimator.update(trees.take(belief, own, 1), trees.take(innovation, own, 1), weights[:, own])
         found = estimator.moments(taken)
-        if estimator.draws:  # what it draws in an update may depend on the tracks beside
+        if estimator.traits.draws:  # what it draws in an update may depend on the tracks beside
             demand(found.mean.shape == (2, *own.shape, len(estimator.state)), f"update: mean of {found.mean.shape}")
         else:
             alike(estimator, found, Gaussian(after.mean[:, own], after.cov[:, own]), 1e-9)
@@ -236,7 +236,7 @@ def return_likelihood_is_a_density(estimator: Estimator[Any], drawn: Scene) -> N
     low, high = float(centres.min()) - 9 * spread, float(centres.max()) + 9 * spread
     if period is not None and high - low > period:
         raise Closed("the measured angle is too uncertain for an unwrapped integral")
-    cells = 4000 if modes_of(estimator) else 600 if estimator.draws else 1500  # particles cost a thousand times as much
+    cells = 4000 if modes_of(estimator) else 600 if estimator.traits.draws else 1500  # particles cost 1000 times as much
     grid = np.linspace(low, high, cells)
     z = np.broadcast_to(observes.canonical(grid[:, None]), (2, cells, 1))
     loglik = estimator.evaluate(belief, watch, Detections(z, np.ones((2, cells), dtype=bool)), P_GATE).loglik[..., 1:]

@@ -75,6 +75,6 @@ def order_of_sensors_is_free(estimator: Estimator[Any], drawn: Scene) -> None:
 
 
 LAWS = (
-    Law(equals_joint_conditioning, needs="exact_when_linear"),
-    Law(order_of_sensors_is_free, needs="exact_when_linear"),
+    Law(equals_joint_conditioning, needs="traits.exact_when_linear"),
+    Law(order_of_sensors_is_free, needs="traits.exact_when_linear"),
 )

@@ -157,7 +157,7 @@ def predicts_as_its_motion_linearised(estimator: Estimator[Any], drawn: Scene) -
     """Where a belief is sharp, prediction moves its mean as the motion does, and its covariance is F P F' + Q."""
     not_if_it_draws(estimator, "a sharp belief drowns in what each draw adds")
     motion = motion_of(estimator)
-    if motion is None or motion.state != estimator.state or estimator.reframes or len(estimator.zero_variance):
+    if motion is None or motion.state != estimator.state or estimator.traits.reframes or len(estimator.zero_variance):
         raise Closed("it holds no `motion` over its own axes alone")
     given = sharp(estimator, drawn)
     state, dt = estimator.state, drawn.dt
@@ -175,8 +175,8 @@ def predicts_as_its_motion_linearised(estimator: Estimator[Any], drawn: Scene) -
     spread = np.sqrt(np.diagonal(wanted, axis1=-2, axis2=-1))
     outer = spread[..., :, None] * spread[..., None, :]
     added = np.sqrt(np.maximum(np.diagonal(Q, axis1=-2, axis2=-1), 1e-300))
-    if not estimator.exact_when_linear:  # it may be conservative, and by a share of the noise too where it says so
-        left = ends[0].cov - (Q if estimator.conservative else ends[1].cov)
+    if not estimator.traits.exact_when_linear:  # it may be conservative, and by a share of the noise too where it says so
+        left = ends[0].cov - (Q if estimator.traits.conservative else ends[1].cov)
         white = np.linalg.solve(psd_root(wanted), np.swapaxes(np.linalg.solve(psd_root(wanted), left), -1, -2))
         least_share = float(np.min(np.linalg.eigvalsh((white + np.swapaxes(white, -1, -2)) / 2)))
         demand(least_share > 0.9, f"predict: of F P F', {least_share:.3g} remains, must be at least all of it")
@@ -243,8 +243,8 @@ def smooths_as_joint_conditioning(estimator: Estimator[Any], drawn: Scene) -> No
 
 LAWS = (
     Law(an_unlike_sensor_is_linearised),
-    Law(innovations_are_a_gaussians, needs="exact_when_linear"),
+    Law(innovations_are_a_gaussians, needs="traits.exact_when_linear"),
     Law(predicts_as_its_motion_linearised),
     Law(modes_share_their_innovations),
-    Law(smooths_as_joint_conditioning, needs="exact_when_linear"),
+    Law(smooths_as_joint_conditioning, needs="traits.exact_when_linear"),
 )

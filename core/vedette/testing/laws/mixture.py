@@ -114,7 +114,7 @@ def modes_remember_every_scan(estimator: Estimator[Any], drawn: Scene) -> None:
     """If a mixture of modes that are exact when linear: two sensors at one time weigh the modes alike in any order."""
     modes = _like_modes(estimator)
     not_if_it_draws(estimator, "what it draws hides it")
-    if not all(mode.exact_when_linear for mode in modes):
+    if not all(mode.traits.exact_when_linear for mode in modes):
         raise Closed("its modes are not exact when linear")
     one, other = (np.asarray(estimator.mode_prob(end)) for end in in_either_order(estimator, drawn))
     same("mode probabilities after two scans at one time, in the other order", other, one, 1e-7, 1.0)

@@ -12,7 +12,7 @@ from vedette.space import Array
 from vedette.testing.bands import judge_standard_normal
 from vedette.testing.judging import Closed, covariance, demand, finite, frozen_copy, is_derivative, same
 from vedette.testing.law import Law
-from vedette.testing.laws import bending
+from vedette.testing.laws import bending, turning
 from vedette.testing.laws import space as spaces
 from vedette.testing.laws.moves import Moves
 from vedette.testing.laws.squares import demand_squares
@@ -215,6 +215,7 @@ LAWS = (
     *bending.LAWS,
     Law(parts_keep_their_own),
     Law(reframing_keeps_a_belief),
+    Law(turning.frames_within_turn),
     Law(differences_undo_steps),
     Law(angles_wrap),
 )

@@ -101,7 +101,7 @@ def ahead(estimator: Estimator[Any], scene: Scene, rng: np.random.Generator) -> 
 
 def not_if_it_draws(estimator: Estimator[Any], why: str) -> None:
     """Closed, for the reason given, if the estimator draws its beliefs."""
-    if estimator.draws:
+    if estimator.traits.draws:
         raise Closed(f"it draws its beliefs: {why}")
 
 

@@ -1,24 +1,28 @@
-"""The law of estimators for states with an angle, tried with a motion of the kit's own."""
+"""Laws for states with an angle and for frames that turn, tried with motions of the kit's own."""
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, final
+from collections.abc import Callable
+from typing import Any, ClassVar, TypeVar, final
 
 import attrs
 import numpy as np
 from attrs import frozen
 
 from vedette import fields
-from vedette.filters import predicted
+from vedette.filters import predicted, unforwarded
 from vedette.roles import Component, Estimator, MotionModel
 from vedette.space import Array, Space
-from vedette.testing.judging import Closed, frozen_copy, same
+from vedette.testing.judging import Closed, demand, frozen_copy, same
 from vedette.testing.law import Law
+from vedette.testing.laws.moves import Moves
 from vedette.testing.laws.scene import P_GATE, Scene, soft
 from vedette.testing.watch import Watch
 from vedette.types import Detections, Gaussian
 
+C = TypeVar("C", bound=Component)
 HEADING, STATE = Space.of(heading="rad mod 2pi"), Space.of(heading="rad mod 2pi", rate="rad/s")
+MARKED = Space.of(x="m", vx="m/s", mark="m")
 TURNED = np.array([2.0, 0.0])
 """How far the second scene is turned: the first lies on the wrap, the second does not."""
 
@@ -48,18 +52,99 @@ class Spin(MotionModel):
         return self.density * np.array([[dt**3 / 3, dt**2 / 2], [dt**2 / 2, dt]])
 
 
-def _spinning(value: Any, count: list[int]) -> Any:
-    """Return a component or a tuple of some with each of its motions replaced by a `Spin`, none like another."""
+@final
+@frozen
+class Marked(MotionModel):
+    """A position that drifts, and a mark without variance that `reframe` sets to the combined position."""
+
+    kind: ClassVar[str] = "kit_marked"
+    divisible: ClassVar[bool] = True
+    linear: ClassVar[bool] = True
+    reframes: ClassVar[bool] = True
+
+    density: float = fields.quantity("m^2/s^3", "spectral density of the noise", above=0)
+
+    @property
+    def state(self) -> Space:
+        return MARKED
+
+    @property
+    def zero_variance(self) -> Space:
+        return Space.of(mark="m")
+
+    def move(self, x: Array, dt: float) -> Array:
+        return x @ self.jacobian(x, dt).T
+
+    def jacobian(self, x: Array, dt: float) -> Array:
+        return np.array([[1.0, dt, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+
+    def noise(self, x: Array, dt: float) -> Array:
+        return self.density * np.array([[dt**3 / 3, dt**2 / 2, 0.0], [dt**2 / 2, dt, 0.0], [0.0, 0.0, 0.0]])
+
+    def reframe(self, own: Gaussian, combined: Gaussian) -> Gaussian:
+        return Gaussian(np.concatenate([own.mean[..., :2], combined.mean[..., :1]], axis=-1), own.cov)
+
+
+def _over(make: Callable[[float], MotionModel], value: Any, count: list[int]) -> Any:
+    """Return a component or a tuple of some with each of its motions replaced by the kit's, none like another."""
     if isinstance(value, MotionModel):
         count.append(len(count))
-        return Spin(0.01 * 4.0 ** count[-1])
+        return make(0.01 * 4.0 ** count[-1])
     if isinstance(value, tuple):
-        return tuple(_spinning(each, count) for each in value)
-    if not isinstance(value, Component):
-        return value
-    cls: Any = type(value)
-    names = [field.name for field in attrs.fields(cls) if field.init]
-    return cls(**{name: _spinning(getattr(value, name), count) for name in names})
+        return tuple(_over(make, each, count) for each in value)
+    return _remade(make, value, count) if isinstance(value, Component) else value
+
+
+def _remade(make: Callable[[float], MotionModel], component: Any, count: list[int]) -> Any:
+    names = [field.name for field in attrs.fields(type(component)) if field.init]
+    return type(component)(**{name: _over(make, getattr(component, name), count) for name in names})
+
+
+def over_the_kits(make: Callable[[float], MotionModel], component: C) -> C:
+    """Return an estimator or a motion around the kit's motions; Closed if it holds none, or they do not go together."""
+    count: list[int] = []
+    try:
+        remade: C = _remade(make, component, count)
+    except (ValueError, NotImplementedError) as refusal:
+        raise Closed(f"it does not go with the kit's motion: {refusal}") from None
+    if not count:
+        raise Closed("it holds no motion that could be replaced by the kit's")
+    return remade
+
+
+def frames_within_turn(model: MotionModel, drawn: Moves) -> None:
+    """If it holds a motion: one that reframes does so within it, or is refused."""
+    remade = over_the_kits(Marked, model)
+    reason = unforwarded(remade)
+    demand(not reason, f"reframes: {reason}")
+    if not remade.reframes or any(name not in remade.state for name in MARKED.names):
+        raise Closed("its state is not that of what it holds")
+    rng, n = np.random.default_rng(drawn.seed), len(remade.state)
+    own, combined = (Gaussian(frozen_copy(rng.uniform(-1.0, 1.0, (3, n))), np.zeros((3, n, n))) for _ in range(2))
+    mark, x = remade.state.names.index("mark"), remade.state.names.index("x")
+    same("reframe: the mark", remade.reframe(own, combined).mean[:, mark], combined.mean[:, x], 1e-9, 1.0)
+
+
+def a_frame_turns_before_each_prediction(estimator: Estimator[Any], drawn: Scene) -> None:
+    """On a motion that reframes: it has the belief from before the prediction, in whatever it is wrapped."""
+    remade = over_the_kits(Marked, estimator)
+    if remade.state != MARKED:
+        raise Closed("its state is not that of its motion")
+    reason = unforwarded(remade)
+    demand(not reason, f"traits: {reason}")
+    rng = drawn.rng()
+    sensor = Watch(Space.of(x="m"), np.array([[0.5]]), 0.8)
+    if (refusal := remade.refuses(sensor)) is not None:
+        raise Closed(f"it refuses the kit's linear sensor: {refusal}")
+    cov = np.broadcast_to(np.diag([1.0, 0.1, 0.0]), (2, 2, 3, 3))
+    belief = remade.start(Gaussian(frozen_copy(rng.uniform(-1.0, 1.0, (2, 2, 3))), frozen_copy(cov)), MARKED, rng)
+    for k in range(3):
+        before = remade.moments(belief).mean[..., 0]
+        belief = predicted(remade, belief, drawn.dt, rng)
+        same("reframe: the mark that the motion sets", remade.moments(belief).mean[..., 2], before, 1e-7, 1.0)
+        scan = Detections(frozen_copy(rng.uniform(-2.0, 2.0, (2, 3, 1))), np.ones((2, 3), dtype=bool))
+        innovation = remade.evaluate(belief, sensor, scan, P_GATE)
+        belief = remade.update(belief, innovation, frozen_copy(soft(innovation.loglik, drawn.seed + k)))
 
 
 def an_angle_has_no_seam(estimator: Estimator[Any], drawn: Scene) -> None:
@@ -67,13 +152,9 @@ def an_angle_has_no_seam(estimator: Estimator[Any], drawn: Scene) -> None:
 
     What is estimated lies within the period, in [-pi, pi).
     """
-    count: list[int] = []
-    try:
-        spins = _spinning(estimator, count)
-    except (ValueError, NotImplementedError) as refusal:
-        raise Closed(f"it does not go with a heading: {refusal}") from None
-    if not count or spins.state != STATE:
-        raise Closed("it holds no motion that could be replaced by the kit's")
+    spins = over_the_kits(Spin, estimator)
+    if spins.state != STATE:
+        raise Closed("its state is not that of its motion")
     rng = drawn.rng()
     sensor = Watch(HEADING, np.array([[0.02]]), 0.8)
     if (reason := spins.refuses(sensor)) is not None:
@@ -110,4 +191,4 @@ def _answers(
     return found
 
 
-LAWS = (Law(an_angle_has_no_seam),)
+LAWS = (Law(an_angle_has_no_seam), Law(a_frame_turns_before_each_prediction))

@@ -29,7 +29,7 @@ class SecondOrder(GaussianFilter):
     """
 
     kind = "second_order"
-    exact_when_linear = True
+    declares = vedette.Traits(exact_when_linear=True)
     motion: vedette.MotionModel = vedette.fields.part("how the target moves")
 
     def predict(self, belief, dt, rng):

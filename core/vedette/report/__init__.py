@@ -1,1 +1,0 @@
-"""Results for people: the picture, the errors over time, and the summary. Needs matplotlib where it draws."""

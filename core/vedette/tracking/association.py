@@ -1,0 +1,151 @@
+"""Which row took which return: probabilities of the meetings, and what they say of existence."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from attrs import frozen
+
+from vedette import kernels
+from vedette.space import Array, Indices
+from vedette.tracking import births
+from vedette.tracking.branching import Branched, branched
+from vedette.tracking.clusters import Pairs, by_cluster
+from vedette.tracking.expected import Expected
+from vedette.tracking.lineage import Gates
+from vedette.tracking.meeting import Met, Part
+from vedette.types import Detections, Frame
+from vedette.values import maker
+
+UNCLAIMED: Array = np.zeros(0)
+
+
+@frozen(eq=False)
+class Associated:
+    """What associating a scan's meetings gave.
+
+    weights (*b, t, 1+w), squared distances (*b, t, w) and returns (t, w) or None are as a `State` keeps them
+    parts     of each part of the meeting, its weights (g, 1, 1+w); None where all rows met all returns
+    seen      of each track: the probability of having been detected, its existence, and P_D, of leaves that of
+              those that met the scan; None where tracks are permanent
+    claims    (k,) the probability that a return is from an existing track
+    approximated  number of tracks whose weights are not exact
+    gates     the returns in the tracks' gates; None where no track splits or merges
+    branched  the leaves that the associator made of those that met, where it keeps hypotheses
+    """
+
+    weights: Array
+    distances: Array
+    returns: Indices | None
+    parts: Sequence[Array] | None
+    seen: tuple[Array, Array, Array] | None
+    claims: Array
+    approximated: int
+    gates: Gates | None
+    branched: Branched | None
+
+
+new_associated = maker(Associated)
+
+
+def associate(it: Expected, met: Met) -> Associated:
+    """Return which row took which return; tracks that meet all returns at once, pairs in clusters, leaves as hypotheses."""
+    plan = it.plan
+    if plan.keeps_hypotheses:
+        return _of_leaves(it, met)
+    if met.parts is not None:
+        return _of_pairs(it, met.parts)
+    scores, innovation, observed, framed = met.scores, met.innovation, it.observed, not it.gate.axes
+    weights = plan.associator.associate(scores, None) if not framed and observed.evidence is None else _weighed(it, scores)
+    if plan.keeps_tracks and not plan.approximates:
+        return new_associated(weights, innovation.nis, None, None, None, UNCLAIMED, 0, None, None)
+    seen, gates, claims, approximated = None, None, UNCLAIMED, 0
+    if plan.approximates and not framed:
+        approximated = int(np.count_nonzero(plan.associator.approximated(scores)))
+    if not plan.permanent:
+        apart = plan.exclusive or framed
+        seen = kernels.existence(scores, weights, it.existence, innovation.loglik, plan.p_gate, apart)
+        if not framed:
+            gates = Gates(it.state.ids, it.state.confirmed, it.state.born, it.state.ids, scores, None, None)
+    if plan.begins and not framed:
+        claims = births.claimed(weights[..., 1:], plan.exclusive)
+    return new_associated(weights, innovation.nis, None, None, seen, claims, approximated, gates, None)
+
+
+def _weighed(it: Expected, scores: Array) -> Array:
+    """Return the weights (*b, t, 1+k) of returns with evidence, or of a frame: several tracks may appear in it."""
+    associator, evidence = it.plan.associator, it.observed.evidence
+    if isinstance(it.observed, Frame):
+        alone: Array = associator.associate(scores[..., None, :], None)[..., 0, :]
+        return alone
+    return associator.associate(scores, None if evidence is None else evidence[..., None, :])
+
+
+def _of_leaves(it: Expected, met: Met) -> Associated:
+    """Return the leaves after a scan: each has taken one return, or none, for certain."""
+    leaves, state = it.state.leaves, it.state
+    after = branched(it, met.scores)
+    parent, choice, loglik = after.parent, after.choice, met.innovation.loglik[:, 0]
+    weights = np.zeros((len(parent), met.scores.shape[-1]))
+    weights[range(len(parent)), choice] = 1.0
+    prior = it.existence[parent]
+    missed = prior * np.exp(loglik[parent])
+    absent = 1.0 - prior + missed
+    unseen = np.divide(missed, absent, out=np.zeros_like(absent), where=absent > 0)
+    seen = (choice > 0).astype(float), np.where(choice > 0, 1.0, unseen), (1.0 - np.exp(loglik)) / it.plan.p_gate
+    gates = Gates(state.ids, state.confirmed, state.born, leaves.ids, met.scores, None, after.newborn.returns)
+    return Associated(weights, met.innovation.distance[parent], None, None, seen, after.claims, 0, gates, after)
+
+
+def _of_pairs(it: Expected, met: Sequence[Part]) -> Associated:
+    """Return the weights of pairs within gates, clusters of tracks that share returns being associated as a batch."""
+    plan, observed = it.plan, it.observed
+    assert isinstance(observed, Detections)
+    t, k = len(it.existence), len(observed.z)
+    pairs, places = _within_gates(met, t, k)
+    weights, misses, seen, approximated = by_cluster(
+        plan.associator, pairs, it.existence, observed.evidence, plan.p_gate, plan.permanent
+    )
+    used = []
+    for part, (own, place) in zip(met, places, strict=True):
+        table: Array = np.zeros(part.scores.shape)
+        table[:, 0, 0] = misses[part.rows]
+        table[:, 0, 1:][place] = weights[own]
+        used.append(table)
+
+    column = pairs.column()
+    width = 1 + int(np.max(column, initial=0))
+    table, distances, returns = np.zeros((t, 1 + width)), np.zeros((t, width)), np.full((t, width), -1)
+    table[:, 0] = misses
+    table[pairs.tracks, 1 + column], distances[pairs.tracks, column] = weights, pairs.distances
+    returns[pairs.tracks, column] = pairs.returns
+    claims = births.claimed_by_pairs(pairs.returns, weights, k, plan.exclusive)
+    gates = None
+    if not plan.permanent:
+        gates = Gates(it.state.ids, it.state.confirmed, it.state.born, it.state.ids, None, returns, None)
+    return Associated(table, distances, returns, used, seen, claims, approximated, gates, None)
+
+
+def _within_gates(met: Sequence[Part], t: int, k: int) -> tuple[Pairs, list[tuple[Indices, tuple[Indices, Indices]]]]:
+    """Return the pairs within gates by tracks, and where in `Pairs` and in each meeting those of the meeting are."""
+    inside: list[Any] = [np.nonzero(np.isfinite(part.scores[:, 0, 1:])) for part in met]
+    rows: list[Any] = [part.rows for part in met]
+    tracks = np.concatenate([row[at] for row, (at, _) in zip(rows, inside, strict=True)])
+    order = np.argsort(tracks, kind="stable")
+    there = np.empty_like(order)
+    there[order] = np.arange(len(order))
+    edges = np.cumsum([0, *(len(at) for at, _ in inside)])
+    miss, loglik = np.zeros(t), np.zeros(t)
+    for part in met:
+        miss[part.rows], loglik[part.rows] = part.scores[:, 0, 0], part.innovation.loglik[:, 0, 0]
+
+    def gathered(tables: Sequence[Any]) -> Any:
+        return np.concatenate([table[at] for table, at in zip(tables, inside, strict=True)])[order]
+
+    scores, distances = [part.scores[:, 0, 1:] for part in met], [part.innovation.nis[:, 0] for part in met]
+    pairs = Pairs(
+        tracks[order], gathered([part.returns for part in met]), gathered(scores), gathered(distances), miss, loglik, k
+    )
+    return pairs, [(there[i:j], at) for i, j, at in zip(edges, edges[1:], inside, strict=False)]

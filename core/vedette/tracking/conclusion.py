@@ -1,0 +1,92 @@
+"""The end of a step, for all layouts: rows are updated and judged, some end, some begin, and the next state is made."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from vedette import kernels
+from vedette.tracking import births, trees
+from vedette.tracking.association import Associated
+from vedette.tracking.branching import Leaves, branch_out
+from vedette.tracking.expected import Expected
+from vedette.tracking.meeting import Met
+from vedette.tracking.rows import Rows, judged
+from vedette.tracking.state import State, new_state
+from vedette.types import Detections
+
+
+def conclude(it: Expected, met: Met, by: Associated) -> State:
+    """Return the state after a scan."""
+    plan, state, weights = it.plan, it.state, by.weights
+    if met.parts is not None or by.branched is not None:
+        belief = _updated(it, met, by)
+    else:
+        if not plan.certain:
+            weights = kernels.given_existence(weights, met.scores, met.innovation.loglik, it.existence)
+        belief = plan.estimator.update(it.belief, met.innovation, weights)
+    if plan.keeps_tracks:
+        return new_state(
+            it.scan.time, belief, state.memory, it.unseen, state.ids, it.existence, state.confirmed, by.weights,
+            by.distances, state.born, state.approximated + by.approximated, state.seed, state.steps + 1, None, by.returns,
+            None,
+        )  # fmt: skip
+    rows, unseen, leaves, begun = _of_tracks(it, by, belief) if by.branched is None else _of_leaves(it, by, belief)
+    return new_state(
+        it.scan.time, rows.belief, rows.memory, unseen, rows.ids, rows.existence, rows.confirmed, rows.weights,
+        rows.distances, state.born + begun, state.approximated + by.approximated, state.seed, state.steps + 1, leaves,
+        rows.returns, by.gates,
+    )  # fmt: skip
+
+
+def _updated(it: Expected, met: Met, by: Associated) -> Any:
+    """Return the belief after the scan of leaves that branched, or of tracks that met returns in parts, in their order."""
+    estimator = it.plan.estimator
+    if by.branched is not None:  # each leaf has its return for certain: there is no existence to condition on
+        parent = by.branched.parent
+        return estimator.update(trees.take(met.belief, parent, 0), trees.take(met.innovation, parent, 0), by.weights)
+    assert met.parts is not None
+    assert by.parts is not None
+    after = []
+    for part, weights in zip(met.parts, by.parts, strict=True):
+        if not it.plan.certain:
+            prior = it.existence[part.rows, None]
+            weights = kernels.given_existence(weights, part.scores, part.innovation.loglik, prior)
+        after.append(estimator.update(part.belief, part.innovation, weights))
+    joined = after[0]
+    for more in after[1:]:
+        joined = trees.join(joined, more, 0)
+    back = np.argsort(np.concatenate([part.rows for part in met.parts]), kind="stable")
+    return trees.take(trees.take(joined, back, 0), 0, 1)
+
+
+def _of_leaves(it: Expected, by: Associated, belief: Any) -> tuple[Rows, Any, Leaves, int]:
+    """Return the tracks that are shown, the birth's memory, the leaves that stay, and how many tracks begin."""
+    assert by.branched is not None
+    assert by.seen is not None
+    leaves, (_, existence, p_detect) = it.state.leaves, by.seen
+    memory, ids, confirmed = trees.take((leaves.memory, leaves.ids, leaves.confirmed), by.branched.parent, 0)
+    rows = Rows(belief, memory, ids, existence, confirmed, by.weights, by.distances, None)
+    return branch_out(it, by.branched, rows, p_detect)
+
+
+def _of_tracks(it: Expected, by: Associated, belief: Any) -> tuple[Rows, Any, None, int]:
+    """Return the tracks that go on and those that begin, the birth's memory, no leaves, and how many begin."""
+    plan, state, unseen = it.plan, it.state, it.unseen
+    memory, existence, confirmed, alive = state.memory, it.existence, state.confirmed, None
+    if by.seen is not None:
+        hit, existence, p_detect = by.seen
+        memory, confirmed, alive = judged(plan, belief, memory, it.dt, existence, hit, p_detect)
+    rows = Rows(belief, memory, state.ids, existence, confirmed, by.weights, by.distances, by.returns)
+    if alive is not None and np.count_nonzero(alive) < alive.size:
+        if alive.ndim > 1:
+            told = "runs in lock-step keep their tracks; use one that ends none, such as 'single_target'"
+            raise ValueError(f"lifecycle: {told}")
+        # What ended is recycled before the birth looks at the scan, so such targets count as missed by it once more.
+        rows, unseen = trees.take(rows, alive, 0), births.recycled(it, unseen, belief, ~alive, existence)
+    if not plan.begins or not isinstance(it.observed, Detections):
+        return rows, unseen, None, 0
+    unseen = births.looked(it, unseen, by.claims)
+    begin = births.newborn(it, by.claims)
+    return births.with_newborn(it, rows, begin) if len(begin.returns) else rows, unseen, None, len(begin.returns)

@@ -1,0 +1,124 @@
+"""What a tracker expects of a scan: the first part of a step, and what reports, tuning and explanations judge returns by."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from attrs import frozen
+
+from vedette.filters.linear import expected_return
+from vedette.filters.motion import predicted
+from vedette.roles import Sensor
+from vedette.sampling.generators import NO_DRAWS
+from vedette.space import Array
+from vedette.tracking.gate import SensorGate
+from vedette.tracking.plan import Plan
+from vedette.tracking.state import State
+from vedette.types import Detections, Frame, Gaussian, Innovation, Scan
+from vedette.values import maker
+
+NEVER = -math.inf
+"""The time of a state before the first scan, whenever that is."""
+UNMODELLED = None, None, None
+"""What a birth that models no undetected targets has: no memory, no density of returns, nothing to begin tracks with."""
+
+
+@frozen(eq=False)
+class Expected:
+    """What a tracker in a `state` expects of a `scan`, before it knows whose its returns are.
+
+    sensor    the scan's, placed where it stood;  gate  its constants, the threshold of the squared distance among them
+    observed  the scan's returns or frame, checked
+    dt        time since the state, in s
+    belief    predicted by dt, as the estimator keeps it, and existence: of tracks (*b, t), or of their leaves where the
+              associator keeps hypotheses
+    unseen    the birth's memory at the scan; rate (k,): the density of returns from undetected targets at each return, or
+              None; found: what the birth needs to begin tracks
+    """
+
+    plan: Plan
+    state: State
+    scan: Scan
+    observed: Detections | Frame
+    sensor: Sensor
+    gate: SensorGate
+    dt: float
+    belief: Any
+    existence: Array
+    unseen: Any
+    rate: Array | None
+    found: Any
+    rng: np.random.Generator
+
+    @property
+    def tracks(self) -> Gaussian:
+        """Mean (*b, t, n) and covariance (*b, t, n, n) of the state's tracks at the time of the scan."""
+        if self.state.leaves is None:
+            return self.plan.estimator.moments(self.belief)
+        rng = self.state.seed.generator(self.state.steps) if self.plan.draws else NO_DRAWS
+        return self.plan.estimator.moments(predicted(self.plan.estimator, self.state.belief, self.dt, rng))
+
+    @property
+    def innovation(self) -> Innovation:
+        """How each track, or leaf, compares with each return; `distance` (*b, t, k) beyond `gate.threshold` is outside."""
+        return self.plan.estimator.evaluate(self.belief, self.sensor, self.observed, self.plan.p_gate)
+
+    def returns_of(self, tracks: Gaussian, noise: Array | None = None) -> tuple[Array, Array, Array]:
+        """Return what the sensor is expected to measure of some tracks (*b, t, n).
+
+        Parameters
+        ----------
+        tracks
+            Mean and covariance at the time of the scan, some or all of `tracks`.
+        noise
+            The covariance R of a return that states its own (m, m) or (*b, t, m, m); None: the sensor's.
+
+        Returns
+        -------
+        The measurement (*b, t, m), the covariance S = H P H' + R of the innovation, and H over the sensor's axes.
+        """
+        return expected_return(tracks, self.plan.state, self.sensor, noise)
+
+    def undetected_at(self, detections: Detections) -> Array | None:
+        """Return the density (k,) of returns from undetected targets at other returns than the scan's; None: not stated."""
+        if self.plan.birth is None or not self.plan.models_unseen:
+            return None
+        density, _ = self.plan.birth.reveal(self.unseen, self.plan.estimator, self.sensor, detections, self.plan.p_gate)
+        return density
+
+
+new_expected = maker(Expected)
+
+
+def expect(plan: Plan, state: State, scan: Scan, observed: Detections | Frame) -> Expected:
+    """Return what is expected of a scan, with `observed` its returns or frame as they were admitted."""
+    gate, estimator = plan.gates[scan.sensor], plan.estimator
+    sensor = gate.sensor if scan.pose is None else gate.sensor.at(scan.pose)
+    dt = scan.time - state.time if state.time != NEVER else 0.0
+
+    rng = state.seed.generator(state.steps) if plan.draws else NO_DRAWS
+    rows = state.leaves if plan.keeps_hypotheses else state
+    belief, existence = rows.belief, rows.existence
+    if plan.reframes and dt > 0:
+        belief = estimator.reframe(belief, estimator.moments(belief))
+    belief = estimator.predict(belief, dt, rng)
+    if not plan.certain:
+        existence = plan.lifecycle.predict(existence, dt)
+    unseen, rate, found = _undetected(plan, state, dt, sensor, observed, rng) if plan.models_unseen else UNMODELLED
+    return new_expected(
+        plan, state, scan, observed, sensor, gate, dt, belief, existence, unseen, rate, found, rng,
+    )  # fmt: skip
+
+
+def _undetected(
+    plan: Plan, state: State, dt: float, sensor: Sensor, observed: Detections | Frame, rng: np.random.Generator
+) -> tuple[Any, Array | None, Any]:
+    """Return the birth's memory at the scan, the density of returns from what it models, and what it begins tracks with."""
+    assert plan.birth is not None
+    unseen = plan.birth.predict(state.unseen, plan.estimator, dt, rng)
+    if isinstance(observed, Frame):
+        return unseen, None, None
+    rate, found = plan.birth.reveal(unseen, plan.estimator, sensor, observed, plan.p_gate)
+    return unseen, rate, found

@@ -1,0 +1,100 @@
+"""Which rows meet which returns of a scan: all of them, or of many only those within the boxes around the gates.
+
+A row is a track, or a leaf of one where the associator keeps hypotheses. Of many tracks and returns, those with about as
+many returns in their boxes are a batch of runs of one track each, so that estimators and the gate meet the shapes that
+they always do.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from attrs import frozen
+
+from vedette import kernels
+from vedette.space import Array, Indices
+from vedette.tracking import trees
+from vedette.tracking.ceiling import FEW, is_sparse, most_pairs, refused
+from vedette.tracking.expected import Expected
+from vedette.types import Detections, Innovation
+from vedette.values import maker
+
+
+@frozen(eq=False)
+class Met:
+    """Rows that met returns: their predicted belief, its innovation and the log scores, column 0 of which is the miss.
+
+    All rows met all returns, scores (*b, t, 1+k); then `parts` is None. Or each row met few: `parts` are the meetings of
+    rows with as many returns each.
+    """
+
+    belief: Any
+    innovation: Any
+    scores: Any
+    parts: tuple[Part, ...] | None
+
+
+@frozen(eq=False)
+class Part:
+    """Rows (g,) that met `returns` (g, w) of their own, -1 for none, each as a run of one row: scores (g, 1, 1+w)."""
+
+    rows: Indices
+    returns: Indices
+    belief: Any
+    innovation: Innovation
+    scores: Array
+
+
+new_met = maker(Met)
+
+
+def meet(it: Expected) -> Met:
+    """Return how rows and returns met: all with all, or where there are many, those that may be within gates."""
+    plan, observed = it.plan, it.observed
+    if it.scan.detections.z.size > FEW and is_sparse(plan, it.state, it.scan) and isinstance(observed, Detections):
+        return _met_in_parts(it, observed)
+    innovation = plan.estimator.evaluate(it.belief, it.sensor, observed, plan.p_gate)
+    scores = plan.gate.scores(innovation, it.sensor, observed, it.existence, it.gate, it.rate)
+    return new_met(it.belief, innovation, scores, None)
+
+
+def _met_in_parts(it: Expected, observed: Detections) -> Met:
+    """Return the meetings of rows with the returns in the boxes around their gates."""
+    return Met(None, None, None, tuple(_of_few(it, observed, *few) for few in _candidates(it, observed)))
+
+
+def _candidates(it: Expected, observed: Detections) -> list[tuple[Indices, Indices]]:
+    """Return groups of tracks (g,) with the returns (g, w) in the box around each one's gate, -1 where it has fewer."""
+    t = len(it.existence)
+    low, high = it.plan.estimator.extent(it.belief, it.sensor, observed, it.gate.threshold)
+    most = most_pairs(it.belief, t, len(it.plan.state))
+    tracks, returns = kernels.pairs_in_boxes(low, high, observed.z, it.sensor.measurement.periods, most)
+    if len(tracks) > most:
+        raise refused(t, len(observed.z), most)
+    if not observed.valid.all():
+        counts = observed.valid[returns]
+        tracks, returns = tracks[counts], returns[counts]
+    number = np.bincount(tracks, minlength=t)
+    starts = np.cumsum(number) - number
+    width = np.where(number > 1, 2 ** np.ceil(np.log2(np.maximum(number, 1))).astype(np.int64), 1)
+    groups = []
+    for w in np.unique(width).tolist():
+        rows = np.flatnonzero(width == w)
+        place = np.arange(w)
+        filled = place < number[rows, None]
+        at = np.where(filled, starts[rows, None] + place, 0)
+        groups.append((rows, np.where(filled, returns[at] if len(returns) else -1, -1)))
+    return groups
+
+
+def _of_few(it: Expected, observed: Detections, rows: Indices, returns: Indices) -> Part:
+    """Return the meeting of tracks, as runs of one track each, with returns of their own."""
+    belief = trees.take(it.belief, rows[:, None], 0)
+    evidence = None if observed.evidence is None else observed.evidence[returns]
+    noise = None if observed.noise is None else observed.noise[returns]
+    detections = Detections(observed.z[returns], returns >= 0, evidence, noise)
+    innovation = it.plan.estimator.evaluate(belief, it.sensor, detections, it.plan.p_gate)
+    rate = None if it.rate is None else it.rate[returns][:, None, :]
+    scores = it.plan.gate.scores(innovation, it.sensor, detections, it.existence[rows, None], it.gate, rate)
+    return Part(rows, returns, belief, innovation, scores)

@@ -1,0 +1,140 @@
+"""What a tracker looks up once: its parts, checked, and what of them is the same for every scan."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+from attrs import frozen
+
+from vedette.filters.gaussian import has_gaussian_belief
+from vedette.hypotheses import HypothesisAssociator
+from vedette.roles import Associator, Estimator, Sensor
+from vedette.space import Space
+from vedette.supporting import Birth, ImagingSensor, Lifecycle
+from vedette.tracking.gate import Gate, SensorGate
+from vedette.tracking.spread import check_spread
+from vedette.tracking.validation import check_forwarding, check_sensors
+from vedette.types import Detections
+
+
+@frozen(eq=False)
+class Plan:
+    """A tracker's parts, the gate of each sensor, the sensors whose returns may start tracks, and the parts' traits.
+
+    keeps_hypotheses: rows are leaves of tracks, and `associator` is a `HypothesisAssociator`; by_pairs: of many tracks and
+    returns, only pairs within gates are worked on; begins: the birth takes part in scans; models_unseen: and has a memory;
+    keeps_tracks: the tracks after a scan are those before it.
+    """
+
+    estimator: Estimator[Any]
+    associator: Associator
+    birth: Birth | None
+    lifecycle: Lifecycle
+    gate: Gate
+    state: Space
+    gates: Mapping[str, SensorGate]
+    starters: frozenset[str]
+    p_gate: float
+    draws: bool
+    reframes: bool
+    by_pairs: bool
+    keeps_hypotheses: bool
+    approximates: bool
+    exclusive: bool
+    certain: bool
+    permanent: bool
+    keeps_tracks: bool
+    begins: bool
+    models_unseen: bool
+
+
+def planned(
+    estimator: Estimator[Any],
+    sensors: Mapping[str, Sensor],
+    associator: Associator,
+    lifecycle: Lifecycle,
+    birth: Birth | None,
+    gate: Gate,
+) -> Plan:
+    """Return the plan of these parts; ValueError, with its place, if they do not go together."""
+    check_forwarding(estimator)
+    check_sensors(sensors, estimator, gate)
+    gates = {name: gate.for_sensor(sensor) for name, sensor in sensors.items()}
+    _check_existence(birth, lifecycle)
+    check_spread(lifecycle, estimator.state)
+    starting = frozenset(_starters(birth, sensors, estimator))
+    keeps_hypotheses = isinstance(associator, HypothesisAssociator)
+    if isinstance(associator, HypothesisAssociator):
+        _check_hypotheses(associator, estimator, lifecycle, sensors)
+    models_unseen = birth is not None and birth.models_unseen
+    begins = bool(starting) or models_unseen
+    return Plan(
+        estimator=estimator,
+        associator=associator,
+        birth=birth,
+        lifecycle=lifecycle,
+        gate=gate,
+        state=estimator.state,
+        gates=gates,
+        starters=starting,
+        p_gate=gate.probability,
+        draws=estimator.traits.draws or (birth is not None and birth.draws),
+        reframes=estimator.traits.reframes,
+        by_pairs=estimator.traits.bounded and associator.by_cluster,
+        keeps_hypotheses=keeps_hypotheses,
+        approximates=associator.approximates,
+        exclusive=associator.exclusive,
+        certain=lifecycle.certain,
+        permanent=lifecycle.permanent,
+        keeps_tracks=lifecycle.permanent and not begins and not keeps_hypotheses,
+        begins=begins,
+        models_unseen=models_unseen,
+    )
+
+
+def _check_existence(birth: Birth | None, lifecycle: Lifecycle) -> None:
+    """Raise ValueError if tracks begin with less existence than the lifecycle ends them with."""
+    first = None if birth is None or lifecycle.certain else birth.initial_existence
+    if first is not None and first < lifecycle.least_existence:
+        least = lifecycle.least_existence
+        raise ValueError(f"birth: must begin tracks with an existence of at least {least:g}, where they end, got {first:g}")
+
+
+def _starters(birth: Birth | None, sensors: Mapping[str, Sensor], estimator: Estimator[Any]) -> Iterator[str]:
+    """Yield the sensors whose returns may start tracks; ValueError, before any run, if one cannot."""
+    for name, sensor in sensors.items():
+        if birth is None or not birth.starts_from(name):
+            continue
+        nothing = Detections.of([], len(sensor.measurement))
+        try:
+            birth.begin(None, estimator, sensor, name, nothing, np.zeros(0))
+        except NotImplementedError as error:
+            if not str(error):
+                raise
+            raise ValueError(f"birth.sensors: must not hold {name!r}: {error}") from None
+        except ValueError as error:
+            if type(error) is not ValueError or ": " not in str(error):
+                raise  # numpy's, say: not the birth's own word on what it cannot start tracks from
+            raise ValueError(f"birth.{error}") from None
+        yield name
+
+
+def _check_hypotheses(
+    associator: HypothesisAssociator, estimator: Estimator[Any], lifecycle: Lifecycle, sensors: Mapping[str, Sensor]
+) -> None:
+    """Raise ValueError, with its place, if a part does not go with an associator that keeps hypotheses."""
+    if lifecycle.certain and not lifecycle.permanent:
+        raise ValueError(
+            f"lifecycle: must keep existence probabilities, as 'existence' does, for {associator.kind!r} weighs hypotheses "
+            f"by them; {lifecycle.kind!r} takes every track to exist"
+        )
+    if associator.merges and not has_gaussian_belief(estimator):
+        raise ValueError(
+            f"estimator: must have a Gaussian belief, as 'kalman' or 'ekf' has, for {associator.kind!r} merges those of "
+            f"different tracks; {estimator.kind!r} has another"
+        )
+    for name, sensor in sensors.items():
+        if isinstance(sensor, ImagingSensor):
+            raise ValueError(f"sensors.{name}: is a camera, but {associator.kind!r} takes returns only: use 'pda'")

@@ -1,0 +1,54 @@
+"""Rows of a scan: tracks, or leaves of tracks, with all that a state keeps of each; how the lifecycle judges them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from attrs import evolve, frozen
+
+from vedette.space import Array, Indices, Mask
+from vedette.tracking.places import places
+from vedette.tracking.plan import Plan
+from vedette.tracking.spread import largest_deviation
+from vedette.types import Review
+
+
+@frozen(eq=False)
+class Rows:
+    """Tracks or leaves (*b, t) after a scan: belief, the lifecycle's memory, ids (t,), and the rest as in a `State`."""
+
+    belief: Any
+    memory: Any
+    ids: Indices
+    existence: Array
+    confirmed: Mask
+    weights: Array
+    distances: Array
+    returns: Indices | None
+
+
+def judged(
+    plan: Plan, belief: Any, memory: Any, dt: float, existence: Array, hit: Array, p_detect: Array
+) -> tuple[Any, Mask, Mask]:
+    """Return the lifecycle's memory of tracks or leaves after a scan, which are confirmed and which go on."""
+    spread = None
+    if plan.lifecycle.needs_spread:
+        spread = largest_deviation(plan.estimator.moments(belief), plan.state)
+    return plan.lifecycle.review(memory, Review(dt, existence, hit, p_detect, spread))
+
+
+def compact(rows: Rows) -> Rows:
+    """Return the tracks of one run with the columns of returns that have a weight, and one at least."""
+    tracks, returns = np.nonzero(rows.weights[:, 1:])
+    column = places(tracks, len(rows.ids))
+    width = 1 + int(np.max(column, initial=0))
+    weights, distances = np.zeros((len(rows.ids), 1 + width)), np.zeros((len(rows.ids), width))
+    names = np.full((len(rows.ids), width), -1)
+    weights[:, 0] = rows.weights[:, 0]
+    weights[tracks, 1 + column], distances[tracks, column] = (
+        rows.weights[tracks, 1 + returns],
+        rows.distances[tracks, returns],
+    )
+    names[tracks, column] = returns
+    return evolve(rows, weights=weights, distances=distances, returns=names)

@@ -1,0 +1,163 @@
+"""Detections, ground truth and tracks of Stone Soup as scans, trajectories and tracks, and back.
+
+Stone Soup tells axes by their order, Vedette by name: a `Space` says which are which. Its times are dates; here they are s
+since `start`, by default since the first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from datetime import datetime, timedelta
+from typing import Any, ClassVar, final
+
+import numpy as np
+from attrs import frozen
+
+from vedette import fields
+from vedette.errors import ConfigError, InputError, Problem
+from vedette.roles import Sensor
+from vedette.space import Array, Space
+from vedette.supporting import Source
+from vedette.types import Detections, Recording, Scan, Track, Trajectory
+from vedette_adapters.needed import foreign, needed
+
+Namer = Callable[[Any], str]
+"""What says of which of the tracker's sensors a detection is."""
+
+
+def vector(state: Any) -> Array:
+    """Return the numbers (n,) of a state, also where some are angles of Stone Soup's own types."""
+    return np.asarray(state.state_vector, dtype=float).ravel()
+
+
+def seconds(time: datetime, start: datetime) -> float:
+    """Return the s from `start` to `time`."""
+    return (time - start).total_seconds()
+
+
+def scans_of(
+    detections: Iterable[tuple[datetime, Iterable[Any]]], sensor: str | Namer, start: datetime | None = None
+) -> list[Scan]:
+    """Return the scans that a reader, a detector or a list gives: pairs of a time and its detections, which may be none.
+
+    `sensor`: the name of the tracker's sensor, or a function that says it of a detection; an empty scan is then of none. A
+    set has no order: detections of a scan are sorted by their numbers, so that each run is the same.
+    """
+    scans = []
+    for time, found in detections:
+        start = time if start is None else start
+        by_sensor: dict[str, list[Array]] = {sensor: []} if isinstance(sensor, str) else {}
+        for detection in found:
+            name = sensor if isinstance(sensor, str) else sensor(detection)
+            by_sensor.setdefault(name, []).append(vector(detection))
+        for name in sorted(by_sensor):
+            rows = sorted(row.tolist() for row in by_sensor[name])
+            scans.append(Scan(seconds(time, start), name, Detections.of(rows)))
+    return scans
+
+
+def trajectories_of(paths: Iterable[Any], space: Space, start: datetime) -> tuple[Trajectory, ...]:
+    """Return what is true, from ground-truth paths or a reader of them; `space` names the axes of their states in order.
+
+    Two states of one time are one, the later one. Paths are named by their order in time and place.
+    """
+    whole: dict[int, Any] = {}
+    for given in paths:
+        for path in given[1] if isinstance(given, tuple) else (given,):
+            whole[id(path)] = path
+    found = []
+    for path in whole.values():
+        by_time = {seconds(state.timestamp, start): vector(state) for state in path}
+        times = sorted(by_time)
+        found.append((times, np.array([by_time[time] for time in times])))
+    found.sort(key=lambda one: (one[0], one[1].tolist()))
+    for _, states in found:
+        if states.shape[-1] != len(space):
+            raise InputError(
+                f"ground truth has states of {states.shape[-1]} numbers, and its space {len(space)} axes: {space}"
+            )
+    return tuple(Trajectory(str(i + 1), space, np.array(times), states) for i, (times, states) in enumerate(found))
+
+
+@final
+@frozen(eq=False)
+class StoneSoupSource(Source):
+    """Scans and truth from a detection reader, a simulator or lists of Stone Soup's.
+
+    `detections` and `truth` are read when the source is opened: a generator only once, a reader each time anew.
+    """
+
+    kind: ClassVar[str] = "stonesoup"
+    draws: ClassVar[bool] = False
+
+    detections: Any = foreign("pairs of a time and a set of detections: a reader, a detector, a list")
+    sensor: str | Namer = foreign("the tracker's name of the sensor, or a function that says it of a detection")
+    truth: Any = foreign("ground-truth paths, or a reader of them; default: it is not known", default=())
+    space: Space | None = fields.part("axes of the truth, in the order of its states", default=None)
+    start: datetime | None = foreign("the time that is 0; default: that of the first detections", default=None)
+
+    def open(self, sensors: Mapping[str, Sensor], rng: np.random.Generator) -> Recording:
+        """Return all scans in time order. InputError where a scan is of other axes than its sensor's, or there is none."""
+        pairs = sorted(((time, list(found)) for time, found in self.detections), key=lambda pair: pair[0])
+        if not pairs:
+            raise InputError("Stone Soup gives no detections")
+        start = self.start or pairs[0][0]
+        scans = scans_of(pairs, self.sensor, start)
+        for scan in scans:
+            if scan.sensor not in sensors:
+                known = ", ".join(map(repr, sensors))
+                raise ConfigError([Problem("sensor", f"{scan.sensor!r} is no sensor of the tracker; those are {known}")])
+            axes, z = sensors[scan.sensor].measurement, scan.detections.z
+            if len(z) and z.shape[-1] != len(axes):
+                raise InputError(f"Stone Soup's detections have {z.shape[-1]} numbers, and {scan.sensor!r} measures {axes}")
+        if self.truth and self.space is None:
+            raise ConfigError([Problem("space", "must name the axes of the truth, in the order of its states")])
+        truth = trajectories_of(self.truth, self.space, start) if self.space is not None else ()
+        return Recording(tuple(scans), truth, notes={"start of times": start.isoformat()})
+
+
+def to_stonesoup(tracks: Sequence[Track], start: datetime) -> set[Any]:
+    """Return Stone Soup's tracks, of Gaussian states, from Vedette's; their metrics and plotters take them."""
+    state, track = needed("stonesoup.types.state"), needed("stonesoup.types.track")
+    return {
+        track.Track(
+            [
+                state.GaussianState(mean, cov, timestamp=start + timedelta(seconds=time))
+                for time, mean, cov in zip(one.times.tolist(), one.mean, one.cov, strict=True)
+            ],
+            id=str(one.id),
+        )
+        for one in tracks
+    }
+
+
+def tracks_of(tracks: Iterable[Any], space: Space, start: datetime) -> tuple[Track, ...]:
+    """Return Vedette's tracks from Stone Soup's, whose states are over `space`; Vedette's metrics take them.
+
+    Of several states of one time, a prediction and an update, the last counts. What Stone Soup does not keep is unknown:
+    every entry is confirmed, and no return is said to be the track's.
+    """
+    found = []
+    for one in tracks:
+        by_time = {seconds(state.timestamp, start): state for state in one}
+        times = sorted(by_time)
+        mean = np.array([np.asarray(by_time[time].mean, dtype=float).ravel() for time in times])
+        cov = np.array([np.asarray(by_time[time].covar, dtype=float) for time in times])
+        found.append((times, mean, cov))
+    found.sort(key=lambda one: (one[0], one[1].tolist()))
+    return tuple(
+        Track(
+            id=i,
+            space=space,
+            times=np.array(times),
+            mean=mean,
+            cov=cov,
+            confirmed=np.ones(len(times), dtype=bool),
+            existence=np.ones(len(times)),
+            mode_prob=None,
+            weights=tuple(np.ones(1) for _ in times),
+            nis=np.full(len(times), np.nan),
+            hit=np.zeros(len(times)),
+        )
+        for i, (times, mean, cov) in enumerate(found)
+    )

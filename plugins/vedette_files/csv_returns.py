@@ -1,0 +1,194 @@
+"""The returns of a CSV recording, grouped into scans."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from itertools import groupby
+from typing import final
+
+from attrs import evolve, frozen
+
+from vedette import fields
+from vedette.errors import ConfigError, Problem
+from vedette.roles import Sensor
+from vedette.space import Space, SpaceError
+from vedette_files.columnar import TablePath
+from vedette_files.csv_layout import Layout, with_altitude
+from vedette_files.csv_table import rows
+from vedette_files.geodesy import axes_read, complaint, into_plane, made
+from vedette_files.opening import shown
+from vedette_files.reading import Sample, in_time_order
+
+POSITION = Space.of(x="m", y="m")
+POLAR = ("range", "bearing")
+PLACE = "detections"
+
+
+@frozen
+class Reading:
+    """How one sensor's returns are read: the axes that it measures, and those of the file that they come from.
+
+    `relative`: whether positions become range and bearing from the platform.
+    """
+
+    measured: Space
+    read: Space
+    relative: bool = False
+
+    @property
+    def placed(self) -> Space:
+        """The axes of the file, with latitude and longitude as positions in the plane."""
+        return made(self.read)
+
+
+@frozen
+class Look:
+    """One scan: its id, empty if the file has none, and its returns over the axes of `Reading.placed`."""
+
+    scan: str
+    returns: tuple[tuple[float, ...], ...]
+
+
+@final
+@frozen
+class DetectionColumns:
+    """The columns of the returns: one row per return. Rows of one scan id, else successive rows of one time, form a scan."""
+
+    time: str = fields.text("column of the time")
+    columns: dict[str, str] = fields.names(
+        "measured axis to its column: x = 'north_m', bearing = 'azimuth'; latitude and longitude give x and y, with "
+        "altitude z, speed and course give vx and vy"
+    )
+    units: dict[str, str] = fields.names(
+        "measured axis, or time, to its column's unit where that is not SI: bearing = 'deg'"
+    )
+    file: str = fields.text("file in the folder `path`; default: `path` is the file", default="")
+    scan: str = fields.text("column that numbers the scans; default: rows of one time are a scan", default="")
+    sensor: str = fields.text("the tracker's name of the sensor; default: its only one", default="")
+    sensor_column: str = fields.text(
+        "column with the tracker's name of the sensor, where several share the file", default=""
+    )
+    periods: dict[str, float] = fields.table(
+        "sensor to its scan period, if scans without returns were not recorded: gaps of whole periods then hold them",
+        unit="s",
+    )
+
+    def __attrs_post_init__(self) -> None:
+        if self.sensor and self.sensor_column:
+            raise ValueError("sensor: give either `sensor` or `sensor_column`")
+        if wrong := complaint(self.columns):
+            raise ValueError(f"columns: {wrong}")
+        for name, period in self.periods.items():
+            if period <= 0:
+                raise ValueError(f"periods.{name}: must be > 0, got {period:g} s")
+
+    def wanted(self) -> dict[str, str]:
+        """Return the columns to find besides those of the axes: name in this table to title in the file."""
+        named = {"time": self.time, "scan": self.scan, "sensor_column": self.sensor_column}
+        return {name: title for name, title in named.items() if title}
+
+    def readings(self, sensors: Mapping[str, Sensor], with_platform: bool) -> dict[str, Reading]:
+        """Return what to read for each sensor that the file holds; ConfigError if the columns are not what they measure."""
+        names = [self.sensor] if self.sensor else list(sensors)
+        if len(names) > 1 and not self.sensor_column:
+            text = f"missing: which of the tracker's sensors is it, {', '.join(map(repr, sensors))}?"
+            raise ConfigError([Problem(f"{PLACE}.sensor", text)])
+        known = ", ".join(map(repr, sensors))
+        problems = [
+            Problem(f"{PLACE}.{key}", f"the tracker has no sensor {name!r}, only {known}")
+            for key, given in (("sensor", names), ("periods", self.periods))
+            for name in given
+            if name not in sensors
+        ]
+        found = {}
+        for name in names:
+            if name in sensors:
+                measured = sensors[name].measurement
+                read, absent = axes_read(measured, self.columns)
+                position, lacking = axes_read(POSITION, self.columns)
+                if not absent:
+                    found[name] = Reading(measured, with_altitude(read, self.columns))
+                elif with_platform and set(measured.names) <= set(POLAR) and not lacking:
+                    found[name] = Reading(measured, with_altitude(position, self.columns), relative=True)
+                else:
+                    text = f"sensor {name!r} measures {measured}: name a column for {', '.join(absent)}"
+                    problems.append(Problem(f"{PLACE}.columns", text))
+        unread = [axis for axis in self.columns if not any(axis in reading.read for reading in found.values())]
+        if unread and not problems:
+            measured_by = ", ".join(f"{name!r} {reading.measured}" for name, reading in found.items())
+            problems = [Problem(f"{PLACE}.columns.{axis}", f"no sensor measures it: {measured_by}") for axis in unread]
+        if problems:
+            raise ConfigError(problems)
+        return found
+
+    def read(
+        self, path: TablePath, readings: Mapping[str, Reading], layout: Layout, refused: list[Problem]
+    ) -> tuple[dict[str, list[Sample[Look]]], Counter[str]]:
+        """Return each sensor's scans in the order of time, and how many rows other sensors have, which are left out."""
+        axes = Space()
+        try:
+            for reading in readings.values():
+                axes = axes.union(reading.read)
+        except SpaceError as error:
+            raise ConfigError([Problem(f"{PLACE}.columns", str(error))]) from None
+        by_axis = layout.columns(path, axes, self, PLACE)
+        wanted = {column.name: column.title for column in by_axis.values()} | self.wanted()
+        told: dict[str, list[Sample[_Cells]]] = {name: [] for name in readings}
+        left_out: Counter[str] = Counter()
+        for row in rows(path, wanted, PLACE, layout.dialect, refused):
+            sensor = row.cells.get("sensor_column", next(iter(readings)))
+            if sensor not in readings:
+                left_out[sensor] += 1
+                continue
+            columns = [by_axis[name] for name in readings[sensor].read.names]
+            try:
+                blank = all(not row.cells[column.name] for column in columns)
+                values = None if blank else tuple(column.of(row) for column in columns)
+                sample = Sample(row.place, by_axis["time"].of(row), (row.cells.get("scan", ""), values))
+            except ValueError as error:
+                refused.append(Problem(row.place, str(error)))
+            else:
+                told[sensor].append(sample)
+        group = _by_scan if self.scan else _by_time
+        placed = {name: _placed(samples, readings[name], layout) for name, samples in told.items()}
+        return {name: group(samples, refused, layout.sort) for name, samples in placed.items()}, left_out
+
+
+_Cells = tuple[str, tuple[float, ...] | None]
+"""A row's scan id and its values, None where all cells are empty."""
+
+
+def _placed(rows: list[Sample[_Cells]], reading: Reading, layout: Layout) -> list[Sample[_Cells]]:
+    """Return the rows over `reading.placed`."""
+    if reading.placed == reading.read:
+        return rows
+    values = [row.value[1] for row in rows if row.value[1] is not None]
+    made = iter(into_plane(reading.read, values, layout.origin, layout.frame).tolist())
+    return [row if row.value[1] is None else evolve(row, value=(row.value[0], tuple(next(made)))) for row in rows]
+
+
+def _by_time(rows: list[Sample[_Cells]], refused: list[Problem], sort: bool) -> list[Sample[Look]]:
+    return [_look(list(scan)) for _, scan in groupby(in_time_order(rows, refused, sort=sort), lambda row: row.time)]
+
+
+def _by_scan(rows: list[Sample[_Cells]], refused: list[Problem], sort: bool) -> list[Sample[Look]]:
+    """Return scans at the time of most of their rows; rows of another time are refused."""
+    scans: dict[str, list[Sample[_Cells]]] = {}
+    for row in rows:
+        scans.setdefault(row.value[0], []).append(row)
+    looks = []
+    for scan, members in scans.items():
+        time = Counter(row.time for row in members).most_common(1)[0][0]
+        refused += [
+            Problem(row.place, f"time {row.time!r} s is not that of scan {shown(scan)} elsewhere, {time!r} s")
+            for row in members
+            if row.time != time
+        ]
+        looks.append(_look([row for row in members if row.time == time]))
+    return in_time_order(looks, refused, sort=sort)
+
+
+def _look(rows: list[Sample[_Cells]]) -> Sample[Look]:
+    returns = tuple(values for _, values in (row.value for row in rows) if values is not None)
+    return Sample(rows[0].place, rows[0].time, Look(rows[0].value[0], returns), len(rows))

@@ -1,0 +1,246 @@
+"""Rows of a CSV file with a header line, or of a table in columns, by column name, one at a time."""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import chain
+from pathlib import Path
+
+from attrs import frozen
+
+from vedette.errors import ConfigError, InputError, Problem
+from vedette.fields import ABSURD
+from vedette.space import Axis, Space
+from vedette.units import in_unit
+from vedette_files.columnar import FrameTable, TablePath, header_and_rows, is_columnar
+from vedette_files.opening import lines, shown
+
+WIDEST = 131_072
+"""Characters of a cell; what Python's csv module reads unless it is told otherwise, for the whole process."""
+
+LARGEST = {"latitude": 90.0, "longitude": 360.0}
+"""Limits of some columns, in deg."""
+
+LEAST = {"range": 0.0}
+"""What some columns are at least."""
+
+UNCLOSED = f"a quotation mark is not closed, or a cell has more than {WIDEST:,} characters"
+
+
+_COMMA = re.compile(r"([-+\d:T ]*),(\d[\deE:Z+-]*)")
+"""A number, or a time with a part of a second, that has a comma where a program wants a point."""
+
+_SEPARATOR_LINE = re.compile(r'"?sep=.?"?', re.IGNORECASE)
+"""What Excel writes above a header to say what stands between columns."""
+
+_BETWEEN = re.compile(r"[,;\t|]")
+
+
+@frozen
+class Dialect:
+    """How a file writes its rows: what stands between columns, and in decimal numbers."""
+
+    delimiter: str = ","
+    decimal: str = "."
+
+    def cells(self, line: str) -> list[str] | None:
+        """Return the cells of a line, with decimal points; None as `cells_of` does."""
+        found = cells_of(line, self.delimiter)
+        if self.decimal == "." or found is None:
+            return found
+        return [_COMMA.sub(r"\1.\2", cell) if _COMMA.fullmatch(cell) else cell for cell in found]
+
+
+COMMAS = Dialect()
+"""What most files are."""
+
+
+@frozen
+class Row:
+    """One line: its place, and the requested cells, stripped, by the name in the config."""
+
+    place: str
+    cells: Mapping[str, str]
+
+
+@frozen
+class Number:
+    """A column of numbers: its `name` in the config, its title in the file, and the factor to SI units."""
+
+    name: str
+    title: str
+    factor: float
+    largest: float | None = None
+    least: float = -math.inf
+
+    def of(self, row: Row) -> float:
+        """Return the row's number; ValueError if it is not a number or is too large."""
+        cell = row.cells[self.name]
+        try:
+            number = float(cell)
+        except ValueError:
+            advice = '; decimal = "," reads it' if _COMMA.fullmatch(cell) else ""
+            if not advice and self.largest is not None and cell[:1].isdigit():
+                advice = "; write degrees with decimals, negative in the south and in the west"
+            raise ValueError(f"{self.title} must be a number, got {shown(cell)}{advice}") from None
+        if not abs(number) * self.factor <= ABSURD:  # also False for NaN
+            raise ValueError(f"{self.title} must be a finite number of at most {ABSURD:g}, got {shown(cell)}")
+        if self.largest is not None and abs(number) * self.factor > self.largest:
+            bounds = f"from {-self.largest / self.factor:.6g} to {self.largest / self.factor:.6g}"
+            raise ValueError(f"{self.title} must be {bounds}, got {shown(cell)}")
+        if number < self.least:
+            raise ValueError(f"{self.title} must be >= {self.least:g}, got {shown(cell)}")
+        return number * self.factor
+
+
+def numbers(axes: Space, time: str, columns: Mapping[str, str], units: Mapping[str, str], place: str) -> dict[str, Number]:
+    """Return a column of numbers for each axis, and for the time unless its title is empty.
+
+    `units` may name the unit of a column, also a multiple of one, as "0.1 m". ConfigError if it is unknown, or for a
+    column that is not read.
+    """
+    named = [Axis("time", "s"), *axes.axes] if time else list(axes.axes)
+    known = [axis.name for axis in named]
+    problems = [
+        Problem(f"{place}.units.{name}", f"no such column is read; those are {', '.join(known)}")
+        for name in units
+        if name not in known
+    ]
+    found = {}
+    for axis in named:
+        name, title = ("time", time) if axis.name == "time" else (f"columns.{axis.name}", columns[axis.name])
+        try:
+            unit = units.get(axis.name, axis.unit)
+            multiple = unit[:1].isdigit() and unit != axis.unit
+            factor = in_unit(unit if multiple else f"1 {unit}", axis.unit)
+            if factor <= 0:
+                raise ValueError(f"must be a unit, or a multiple of one above 0, got {unit!r}")
+            found[axis.name] = Number(name, title, factor, LARGEST.get(axis.name), LEAST.get(axis.name, -math.inf))
+        except ValueError as error:
+            text = str(error).replace(repr(f"1 {unit}"), repr(unit))
+            problems.append(Problem(f"{place}.units.{axis.name}", text))
+    if problems:
+        raise ConfigError(problems)
+    return found
+
+
+def rows(path: TablePath, wanted: Mapping[str, str], place: str, dialect: Dialect, refused: list[Problem]) -> Iterator[Row]:
+    """Yield the rows of a table without blank lines; rows of another length than the header's are added to `refused`.
+
+    Comments may stand above the header, and empty cells beyond its last column.
+
+    wanted: name in the config -> title of the column; `place` is the config's table that names them, for messages. Each
+    line is a row by itself, so a stray quotation mark costs one row. InputError: no file, no rows, a header that lacks a
+    column or has it twice.
+    """
+    if isinstance(path, FrameTable) or is_columnar(path):
+        yield from _columnar(path, wanted, place)
+        return
+    top, first, given = header_line(lines(path))
+    header = dialect.cells(first)
+    if header is None:
+        raise InputError(f"{path}:{top}: the header has {UNCLOSED.replace(' is not', ' that is not')}")
+    if not header:
+        raise InputError(f"{path}: holds blank lines only, and must begin with a header line: the titles of the columns")
+    _check_titles(header, f"{path}:{top}", wanted, place)
+    where = {name: header.index(title) for name, title in wanted.items()}
+    empty = True
+    for number, line in given:
+        if not line.strip():
+            continue
+        empty = False
+        cells = fitted(dialect.cells(line), len(header))
+        line_place = f"{path.name}:{number}"
+        if cells is None:
+            refused.append(Problem(line_place, UNCLOSED))
+        elif len(cells) != len(header):
+            refused.append(Problem(line_place, f"must have {len(header)} columns as in the header, got {len(cells)}"))
+        else:
+            yield Row(line_place, {name: cells[i] for name, i in where.items()})
+    if empty:
+        raise InputError(f"{path}: has a header and no rows")
+
+
+def header_line(given: Iterator[tuple[int, str]]) -> tuple[int, str, Iterator[tuple[int, str]]]:
+    """Return the number and the text of the header's line, and the lines below it.
+
+    Above it may stand blank lines, Excel's `sep=;` and comments that begin with #. The last comment is the header if
+    numbers follow it: so numpy.savetxt writes one.
+    """
+    comment = (1, "")
+    for number, line in given:
+        text = line.strip()
+        if text.startswith("#"):
+            comment = (number, line)
+        elif text and not _SEPARATOR_LINE.fullmatch(text):
+            if comment[1] and any(map(is_number, _BETWEEN.split(text))):
+                return *comment, chain([(number, line)], given)
+            return number, line, given
+    return *comment, given
+
+
+def fitted(cells: list[str] | None, width: int) -> list[str] | None:
+    """Return a row's cells without empty ones beyond the header's: some programs end a row with a delimiter."""
+    return cells if cells is None or any(cells[width:]) else cells[:width]
+
+
+def is_number(cell: str) -> bool:
+    """Return whether a cell holds a finite number."""
+    try:
+        return math.isfinite(float(cell))
+    except ValueError:
+        return False
+
+
+def _columnar(path: TablePath, wanted: Mapping[str, str], place: str) -> Iterator[Row]:
+    """Yield the rows of a Parquet file or a data frame, the first of which is row 1."""
+    header, given = header_and_rows(path, wanted.values())
+    _check_titles(header, str(path), wanted, place)
+    read = [title for title in header if title in wanted.values()]
+    where = {name: read.index(title) for name, title in wanted.items()}
+    number = 0
+    for number, cells in enumerate(given, 1):
+        yield Row(f"{path.name}:row {number}", {name: cells[i] for name, i in where.items()})
+    if number == 0:
+        raise InputError(f"{path}: has a header and no rows")
+
+
+def _check_titles(header: Sequence[str], where: str, wanted: Mapping[str, str], place: str) -> None:
+    for name, title in wanted.items():
+        if header.count(title) != 1:
+            there = "no column" if title not in header else "more than one column"
+            found = f"the columns are {listed(header)}" if len(header) > 1 else f"the only column is {shown(header[0])}"
+            split = "; is source.delimiter right?" if len(header) == 1 else ""
+            raise InputError(f"{where}: there is {there} {title!r}, which {place}.{name} asks for; {found}{split}")
+
+
+def listed(header: Sequence[str]) -> str:
+    """Return a header as a message shows it."""
+    named = ", ".join(title if len(title) <= 60 and title.isprintable() else shown(title) for title in header[:20])
+    return named if len(header) <= 20 else f"{named} and {len(header) - 20} more"
+
+
+def header_of(path: Path, line: str, wanted: Sequence[str], optional: Sequence[str] = ()) -> list[str]:
+    """Return the titles in a file's first line; InputError if one is lacking, or one that is read stands twice."""
+    header = cells_of(line)
+    if header is None:
+        raise InputError(f"{path}:1: {UNCLOSED}")
+    lacking = [title for title in wanted if title not in header]
+    if lacking:
+        told = f"must have the columns {', '.join(wanted)}; lacks {', '.join(lacking)}"
+        raise InputError(f"{path}:1: {told}, got {shown(line.strip())}")
+    twice = [title for title in (*wanted, *optional) if header.count(title) > 1]
+    if twice:
+        raise InputError(f"{path}:1: must have each column once; has {', '.join(twice)} more often")
+    return header
+
+
+def cells_of(line: str, delimiter: str = ",") -> list[str] | None:
+    """Return the cells of a line, stripped; None if a quotation mark is not closed or a cell is wider than WIDEST."""
+    try:
+        return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True, strict=True))]
+    except (csv.Error, StopIteration):
+        return None

@@ -1,0 +1,113 @@
+"""Times in a table: numbers, dates and times by ISO 8601, or times of day. Those that are dates count from 1970 in UTC."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Iterable
+from datetime import UTC, datetime, time
+from itertools import islice
+from typing import final
+
+from attrs import frozen
+
+from vedette_files.csv_table import Number, Row
+from vedette_files.opening import shown
+
+NUMBER, ZONED, UNZONED, OF_DAY = "a number", "a date and time with a zone", "a date and time without a zone", "a time of day"
+
+EXAMPLES = {
+    ZONED: "as 2026-11-22T08:39:04.5Z",
+    UNZONED: "as 2026-11-22 08:39:04.5",
+    OF_DAY: "as 08:39:04.5",
+}
+
+DAY = 86_400.0
+"""s"""
+
+LOOKED_AT = 50
+"""So many times of a table decide in which form they all are."""
+
+_DATE = re.compile(r"\d{1,4}[./-]\d{1,2}[./-]\d{1,4}")
+
+EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
+
+DATED = "s since 1970-01-01T00:00:00Z"
+"""What a recording's note `time` says where its times are dates."""
+
+
+def stamp(cell: str) -> tuple[str, float]:
+    """Return the form of a time, and its s since 1970 in UTC or since midnight; ValueError if it is none of them.
+
+    A date and time without a zone is taken to be in UTC.
+    """
+    try:
+        return NUMBER, float(cell)
+    except ValueError:
+        pass
+    try:
+        date = datetime.fromisoformat(cell)
+    except ValueError:
+        moment = time.fromisoformat(cell).replace(tzinfo=None)
+        return OF_DAY, (datetime.combine(EPOCH, moment, UTC) - EPOCH).total_seconds()
+    if date.tzinfo is None:
+        return UNZONED, (date.replace(tzinfo=UTC) - EPOCH).total_seconds()
+    return ZONED, (date - EPOCH).total_seconds()
+
+
+@frozen
+class Form:
+    """In which form a table's times are, and the first of them in s."""
+
+    name: str
+    first: float = 0.0
+
+    @property
+    def dated(self) -> bool:
+        """Whether they are dates."""
+        return self.name in (ZONED, UNZONED)
+
+
+def form_of(cells: Iterable[str]) -> Form:
+    """Return the form that most of the first times have; that of numbers if none can be read."""
+    found: list[tuple[str, float]] = []
+    for cell in islice(filter(None, cells), LOOKED_AT):
+        try:
+            found.append(stamp(cell))
+        except ValueError:
+            continue
+    if not found:
+        return Form(NUMBER)
+    most = Counter(name for name, _ in found).most_common(1)[0][0]
+    return Form(most, next(seconds for name, seconds in found if name == most))
+
+
+@final
+class Times:
+    """A column of times, which are read row by row.
+
+    Times of day go on past midnight: each is taken to lie within half a day of the one before it, the first of `near`.
+    """
+
+    def __init__(self, column: Number, form: Form, near: float) -> None:
+        self.name, self.title = column.name, column.title
+        self._column, self._form, self._before = column, form, near
+
+    def of(self, row: Row) -> float:
+        """Return the row's time in s; ValueError if it is none, or not in the form of the others."""
+        cell = row.cells[self.name]
+        if self._form.name == NUMBER:
+            if _DATE.match(cell):
+                raise ValueError(f"{self.title} must be a number, or a date and time {EXAMPLES[ZONED]}, got {shown(cell)}")
+            return self._column.of(row)
+        try:
+            name, seconds = stamp(cell)
+        except (ValueError, OverflowError):
+            name, seconds = "", 0.0
+        if name != self._form.name:
+            wanted = f"{self._form.name} {EXAMPLES[self._form.name]}, like most"
+            raise ValueError(f"{self.title} must be {wanted}, got {shown(cell)}")
+        if name == OF_DAY:
+            seconds += DAY * round((self._before - seconds) / DAY)
+            self._before = seconds
+        return seconds

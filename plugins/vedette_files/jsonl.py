@@ -1,0 +1,270 @@
+"""Vedette's own format for recordings: JSON lines, a header first. docs/formats.md describes it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from attrs import frozen
+
+from vedette.errors import InputError, Problem
+from vedette.space import Space, SpaceError
+from vedette.types import Detections, Pose, Recording, Rows, Scan, Trajectory
+from vedette.writing import whole_file
+from vedette_files.frames import FrameFiles, read_frame
+from vedette_files.json_values import number, parse, short, vector
+from vedette_files.opening import lines, shown
+from vedette_files.reading import Sample, in_time_order, offer_sorting
+
+FORMAT = "vedette"
+VERSION = 1
+HEADER_FIELDS = ("format", "version", "sensors", "detected", "truth", "notes")
+SCAN_FIELDS = ("time", "sensor", "z", "noise", "evidence", "pose", "frame")
+STATE_FIELDS = ("truth", "time", "state")
+POSE_FIELDS = ("position", "velocity", "heading")
+_ENCODER = json.JSONEncoder(allow_nan=False)
+
+
+@frozen
+class Header:
+    """The first line of a recording: the axes of each sensor and each true object, and notes.
+
+    `detected` are the sensors whose scans come from a preprocessor.
+    """
+
+    sensors: dict[str, Space]
+    truth: dict[str, Space]
+    notes: dict[str, str]
+    detected: tuple[str, ...] = ()
+
+
+def write_recording(path: Path | str, recording: Recording, sensors: Mapping[str, Space]) -> None:
+    """Write a recording, whose scans are over the measurement spaces `sensors` by name; equal ones give equal bytes.
+
+    The frames of cameras are written beside it, unless they are read lazily from a file that holds them already.
+    Floats are written so that they read back to the last bit. What was refused is not written. ValueError, and no file,
+    for numbers that are not finite, batches of runs, true objects of one name, sensors that are not in `sensors`.
+    """
+    path = Path(path)
+    head, frames = recording_head(recording, sensors), FrameFiles.of(path, recording)
+    with whole_file(path) as file:
+        file.writelines(head)
+        file.writelines(scan_line(scan, sensors, frames) for scan in recording.scans)
+
+
+def recording_head(recording: Recording, sensors: Mapping[str, Space]) -> Iterator[str]:
+    """Return the lines that come before the scans: the header, and the truth."""
+    truth = {true.name: units(true.space) for true in recording.truth}
+    if len(truth) != len(recording.truth):
+        raise ValueError("two true objects share a name, so the format cannot tell them apart")
+    header = {
+        "format": FORMAT,
+        "version": VERSION,
+        "sensors": {name: units(space) for name, space in sensors.items()},
+        **({"detected": list(recording.detected)} if recording.detected else {}),
+        "truth": truth,
+        "notes": dict(recording.notes),
+    }
+    yield line(header)
+    for true in recording.truth:
+        for time, state in zip(true.times.tolist(), true.states.tolist(), strict=True):
+            yield line({"truth": true.name, "time": time, "state": state})
+
+
+def scan_line(scan: Scan, sensors: Mapping[str, Space], frames: FrameFiles | None = None) -> str:
+    """Return the line of one scan; its frame, if it has one, goes to `frames`."""
+    found = _scan_fields(scan, sensors)
+    if scan.frame is not None and frames is not None:
+        found["frame"] = frames.keep(scan.frame)
+    return line(found)
+
+
+def read_recording(path: Path | str, *, sort: bool = False) -> tuple[Recording, dict[str, Space]]:
+    """Return a recording and the measurement space of each of its sensors; with `sort`, lines may stand in any order.
+
+    Bad lines, a truncated last one among them, are in `refused`; the rest is read. InputError if
+    the file is missing, empty, or its header is not one of this format and version.
+    """
+    refused: list[Problem] = []
+    path = Path(path)
+    given = lines(path)
+    try:
+        header = _header(parse(next(given)[1]))
+    except ValueError as error:
+        raise InputError(f"{path}:1: {error}") from None
+    scans: dict[str, list[Sample[tuple[int, Scan]]]] = {name: [] for name in header.sensors}
+    states: dict[str, list[Sample[list[float]]]] = {name: [] for name in header.truth}
+    total = 0
+    for i, text in given:
+        if not text.strip():
+            continue
+        total += 1
+        place = f"{path.name}:{i}"
+        try:
+            entry = parse(text)
+            if isinstance(entry, dict) and "truth" in entry:
+                name, time, state = _state(entry, header.truth)
+                states[name].append(Sample(place, time, state))
+            else:
+                scan, problems = _scan(entry, header.sensors, path.parent)
+                refused += [Problem(place, text, int(scan is None and i == 0)) for i, text in enumerate(problems)]
+                if scan is not None:
+                    scans[scan.sensor].append(Sample(place, scan.time, (i, scan)))
+        except ValueError as error:
+            refused.append(Problem(place, str(error)))
+    kept = [sample.value for own in scans.values() for sample in in_time_order(own, refused, sort=sort)]
+    in_order = sorted(kept, key=lambda numbered: (numbered[1].time, numbered[0]))
+    truth = [
+        Trajectory(name, header.truth[name], *_columns(in_time_order(own, refused, sort=sort)))
+        for name, own in states.items()
+        if own
+    ]
+    used = len(in_order) + sum(len(path.times) for path in truth)
+    rows = {"lines": Rows(total, used, sum(problem.rows for problem in refused))}
+    told = tuple(offer_sorting(refused, total))
+    detected = {name: header.sensors[name] for name in header.detected}
+    in_time = tuple(scan for _, scan in in_order)
+    recording = Recording(in_time, tuple(truth), told, header.notes, rows=rows, detected=detected)
+    return recording, header.sensors
+
+
+def units(space: Space) -> dict[str, str]:
+    """Axis names to units, as `Space.of` takes them; ValueError for a period that is not 2 pi."""
+    for axis in space.axes:
+        if axis.period not in (None, 2 * np.pi):
+            raise ValueError(f"axis {axis} cannot be written: the only period of the format is 2pi")
+    return {axis.name: axis.unit + (" mod 2pi" if axis.period else "") for axis in space.axes}
+
+
+def line(fields: Mapping[str, Any]) -> str:
+    """Return one line of JSON; ValueError if a number is not finite."""
+    return _ENCODER.encode(fields) + "\n"
+
+
+def _scan_fields(scan: Scan, sensors: Mapping[str, Space]) -> dict[str, Any]:
+    seen, pose = scan.detections, scan.pose
+    if scan.sensor not in sensors or seen.z.ndim != 2 or seen.z.shape[1] != len(sensors[scan.sensor]):
+        raise ValueError(f"scan of {scan.sensor!r} at {scan.time} s: z {seen.z.shape} is not (returns, axes) of {sensors}")
+    found = {"time": float(scan.time), "sensor": scan.sensor, "z": seen.z[seen.valid].tolist()}
+    if seen.noise is not None:
+        found["noise"] = seen.noise[seen.valid].tolist()
+    if seen.evidence is not None:
+        found["evidence"] = seen.evidence[seen.valid].tolist()
+    if pose is not None:
+        velocity = {} if pose.velocity is None else {"velocity": pose.velocity.tolist()}
+        found["pose"] = {"position": pose.position.tolist(), **velocity, "heading": float(pose.heading)}
+    return found
+
+
+def _header(given: Any) -> Header:
+    if not isinstance(given, dict) or given.get("format") != FORMAT:
+        raise ValueError(f'the first line must be a header {{"format": "{FORMAT}", "version": ...}}, got {short(given)}')
+    if given.get("version") != VERSION:
+        raise ValueError(f"this Vedette reads version {VERSION} of the format, the file is of {short(given.get('version'))}")
+    _check_fields(given, HEADER_FIELDS)
+    if "sensors" not in given:
+        raise ValueError('the header must name the sensors: "sensors": {"radar": {"range": "m", "bearing": "rad mod 2pi"}}')
+    notes = given.get("notes", {})
+    if not isinstance(notes, dict) or not all(isinstance(note, str) for note in notes.values()):
+        raise ValueError(f"notes must be names to strings, got {short(notes)}")
+    sensors, detected = _spaces(given["sensors"], "sensors"), given.get("detected", [])
+    if not isinstance(detected, list) or not all(isinstance(name, str) and name in sensors for name in detected):
+        raise ValueError(f"detected must be names of the header's sensors, got {short(detected)}")
+    return Header(sensors, _spaces(given.get("truth", {}), "truth"), notes, tuple(detected))
+
+
+def _spaces(given: Any, what: str) -> dict[str, Space]:
+    if not isinstance(given, dict):
+        raise ValueError(f"{what} must be names to axes, got {short(given)}")
+    return {name: space_of(axes, f"{what}.{name}") for name, axes in given.items()}
+
+
+def space_of(axes: Any, what: str) -> Space:
+    """Return the space of a header's axes; ValueError says that `what` must be axis names to units."""
+    if not isinstance(axes, dict) or not axes or not all(isinstance(unit, str) for unit in axes.values()):
+        raise ValueError(f"{what} must be axis names to units, got {short(axes)}")
+    try:
+        return Space.of(**axes)
+    except (SpaceError, TypeError) as error:  # TypeError: an axis named as the parameter of `of` that holds the class
+        raise ValueError(f"{what}: {error}") from None
+
+
+def _check_fields(given: Mapping[str, Any], known: tuple[str, ...], what: str = "") -> None:
+    for name in given:
+        if name not in known:
+            raise ValueError(f"unknown field {what}{shown(name)}; known are {', '.join(known)}")
+
+
+def _listed(known: Iterable[str]) -> str:
+    return f"one of the header's, {names}" if (names := ", ".join(map(repr, known))) else "in the header, which lists none"
+
+
+def _state(given: Mapping[str, Any], truth: Mapping[str, Space]) -> tuple[str, float, list[float]]:
+    _check_fields(given, STATE_FIELDS)
+    name = given["truth"]
+    if not isinstance(name, str) or name not in truth:
+        raise ValueError(f"truth must be {_listed(truth)}, got {short(name)}")
+    return name, number(given.get("time"), "time"), vector(given.get("state"), "state", len(truth[name]))
+
+
+def _scan(given: Any, sensors: Mapping[str, Space], folder: Path) -> tuple[Scan | None, list[str]]:
+    """Return a scan without its bad returns, and what is wrong with them; None if no return is good, as it was not empty."""
+    if not isinstance(given, dict):
+        raise ValueError(f"must be an object, got {short(given)}")
+    _check_fields(given, SCAN_FIELDS)
+    name = given.get("sensor")
+    if not isinstance(name, str) or name not in sensors:
+        raise ValueError(f"sensor must be {_listed(sensors)}, got {short(name)}")
+    m = len(sensors[name])
+    time, pose = number(given.get("time"), "time"), _pose(given.get("pose"))
+    frame = read_frame(given["frame"], folder) if "frame" in given else None
+    columns = {part: given[part] for part in ("z", "noise", "evidence") if part in given}
+    k = len(columns["z"]) if isinstance(columns.get("z"), list) else -1
+    for part, values in {"z": None, **columns}.items():
+        if not isinstance(values, list) or len(values) != k:
+            raise ValueError(f"{part} must be a list with one entry a return, got {short(values)}")
+    good, problems = [], []
+    for i in range(k):
+        try:
+            z = vector(columns["z"][i], f"z[{i}]", m)
+            noise = _matrix(columns["noise"][i], f"noise[{i}]", m) if "noise" in columns else []
+            evidence = number(columns["evidence"][i], f"evidence[{i}]") if "evidence" in columns else 0.0
+            good.append((z, noise, evidence))
+        except ValueError as error:
+            problems.append(str(error))
+    if k and not good:
+        return None, problems
+    detections = Detections(
+        np.array([z for z, _, _ in good]).reshape(-1, m),
+        np.ones(len(good), dtype=bool),
+        np.array([evidence for _, _, evidence in good]) if "evidence" in columns else None,
+        np.array([noise for _, noise, _ in good]).reshape(-1, m, m) if "noise" in columns else None,
+    )
+    return Scan(time, name, detections, pose, frame), problems
+
+
+def _matrix(value: Any, what: str, m: int) -> list[list[float]]:
+    if not isinstance(value, list) or len(value) != m:
+        raise ValueError(f"{what} must be a list of {m} rows, got {short(value)}")
+    return [vector(row, f"{what}[{i}]", m) for i, row in enumerate(value)]
+
+
+def _pose(given: Any) -> Pose | None:
+    if given is None:
+        return None
+    if not isinstance(given, dict):
+        raise ValueError(f"pose must be an object with {', '.join(POSE_FIELDS)}, got {short(given)}")
+    _check_fields(given, POSE_FIELDS, "pose.")
+    position = vector(given.get("position"), "pose.position")
+    if len(position) not in (2, 3):
+        raise ValueError(f"pose.position must be a list of 2 or 3 numbers, got {short(position)}")
+    moving = given.get("velocity") is not None
+    velocity = np.array(vector(given["velocity"], "pose.velocity", len(position))) if moving else None
+    return Pose(np.array(position), velocity, number(given.get("heading", 0.0), "pose.heading"))
+
+
+def _columns(samples: list[Sample[list[float]]]) -> tuple[Any, Any]:
+    return np.array([sample.time for sample in samples]), np.array([sample.value for sample in samples])

@@ -1,0 +1,110 @@
+"""Tracks in the terms of their recording: latitude, longitude and dates, where its notes say what x, y and times are."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from datetime import timedelta
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from attrs import frozen
+
+from vedette.space import Array, Space
+from vedette.types import Track
+from vedette.writing import whole_file
+from vedette_files.csv_times import DATED, EPOCH
+from vedette_files.geodesy import Origin
+from vedette_files.reading import NORTH_EAST
+
+
+@frozen
+class Terms:
+    """Where on the earth x and y are 0, whether x points north, and whether times are s since 1970 in UTC."""
+
+    origin: Origin | None = None
+    north_east: bool = False
+    dated: bool = False
+
+    @classmethod
+    def of(cls, notes: Mapping[str, str]) -> Terms:
+        """Return what a recording's notes state; an origin that cannot be read is none."""
+        try:
+            origin = Origin.of(notes["origin"]) if "origin" in notes else None
+        except (TypeError, ValueError):
+            origin = None
+        return cls(origin, notes.get("frame") == NORTH_EAST, notes.get("time") == DATED)
+
+    def columns(self, space: Space) -> tuple[str, ...]:
+        """Return the titles of the columns that tracks over `space` have in these terms."""
+        placed = self.origin is not None and "x" in space and "y" in space
+        positions = ("latitude", "longitude", "altitude")[: 3 if "z" in space else 2] if placed else ()
+        return (*(("utc",) if self.dated else ()), *positions)
+
+    def values(self, track: Track) -> dict[str, Any]:
+        """Return a track's values (s,) by those titles: dates by ISO 8601, deg, m."""
+        return self.table(track.times, track.space, track.mean)
+
+    def table(self, times: Array, space: Space, states: Array) -> dict[str, Any]:
+        """Return the values of states (s, n) over `space` at `times` (s,)."""
+        found: dict[str, Any] = {"utc": [utc(time) for time in times.tolist()]} if self.dated else {}
+        if self.origin is not None and "x" in space and "y" in space:
+            at = dict(zip(space.names, states.T, strict=True))
+            east, north = ("y", "x") if self.north_east else ("x", "y")
+            place = self.origin.from_plane(at[east], at[north], at.get("z"))
+            found |= dict(zip(("latitude", "longitude", "altitude"), place, strict=True))
+        return {title: found[title] for title in self.columns(space)}
+
+
+PLAIN = Terms()
+"""Of a recording that says nothing of the earth or the date."""
+
+
+def utc(time: float) -> str:
+    """Return the date and time of s since 1970 in UTC by ISO 8601, to the microsecond; "" beyond the years of a calendar."""
+    try:
+        return (EPOCH + timedelta(seconds=time)).isoformat().replace("+00:00", "Z")
+    except (OverflowError, ValueError):
+        return ""
+
+
+def write_geojson(path: Path, tracks: Sequence[Track], terms: Terms) -> None:
+    """Write a map of the tracks: a line each, from where it was first confirmed, with its number and its times.
+
+    RFC 7946. Equal tracks give equal bytes. A number that is not finite leaves its point out.
+    """
+    write_features(path, [feature for track in tracks if (feature := _feature(track, terms)) is not None])
+
+
+def write_features(path: Path, features: Sequence[dict[str, Any]]) -> None:
+    """Write features as GeoJSON, a line each."""
+    with whole_file(path) as file:
+        file.write('{"type": "FeatureCollection", "features": [\n')
+        file.write(",\n".join(json.dumps(feature, allow_nan=False) for feature in features))
+        file.write("\n]}\n")
+
+
+def _feature(track: Track, terms: Terms) -> dict[str, Any] | None:
+    line, times = points_of(track, terms)
+    if not line:
+        return None
+    return {"type": "Feature", "geometry": geometry(line), "properties": {"track": track.id, "times": times}}
+
+
+def points_of(track: Track, terms: Terms, *, confirmed: bool = False) -> tuple[list[list[float]], list[Any]]:
+    """Return longitudes, latitudes and altitudes of a track from where it was first confirmed on, and their times.
+
+    `confirmed`: it was before these scans. A number that is not finite leaves its point out.
+    """
+    found = terms.values(track)
+    points = np.stack([found[name] for name in ("longitude", "latitude", "altitude") if name in found], axis=-1)
+    shown = np.maximum.accumulate(track.confirmed) | confirmed
+    chosen = np.flatnonzero(np.all(np.isfinite(points), axis=-1) & shown)
+    times = [found["utc"][i] for i in chosen] if terms.dated else track.times[chosen].tolist()
+    return [[round(number, 9) for number in point] for point in points[chosen].tolist()], times
+
+
+def geometry(line: list[list[float]]) -> dict[str, Any]:
+    """Return a line as GeoJSON has it, a point where it has only one."""
+    return {"type": "Point", "coordinates": line[0]} if len(line) == 1 else {"type": "LineString", "coordinates": line}

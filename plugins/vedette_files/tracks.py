@@ -1,0 +1,256 @@
+"""Tracks to CSV for spreadsheets and plotting, and to JSON lines that read back to the last bit."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from math import isfinite
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vedette.errors import InputError
+from vedette.space import Array, Space
+from vedette.types import Track
+from vedette.writing import whole_file
+from vedette_files.json_values import number, parse, short
+from vedette_files.jsonl import line, space_of, units
+from vedette_files.opening import lines, shown
+from vedette_files.terms import PLAIN, Terms
+from vedette_files.track_table import columns_of, mode_count, numbers_of
+
+FORMAT = "vedette tracks"
+VERSION = 1
+
+
+def write_tracks_csv(path: Path | str, tracks: Sequence[Track], space: Space, terms: Terms = PLAIN) -> None:
+    """Write one row per track and scan, tracks as given; docs/formats.md lists the columns. Equal tracks give equal bytes.
+
+    `space` is the state space of all tracks; the header needs it if there are none. A number that is not finite is an
+    empty cell. `terms` add columns. ValueError, and no file, for a track over another space or with other modes than the
+    first.
+    """
+    modes = mode_count(tracks, space)
+    with whole_file(Path(path)) as file:
+        later = any(track.confirmed_at is not None for track in tracks)
+        file.write(csv_head(space, modes, terms, later=later))
+        for track in tracks:
+            file.writelines(csv_rows(track, terms))
+
+
+def csv_head(space: Space, modes: int, terms: Terms = PLAIN, *, later: bool = False) -> str:
+    """Return the header of a CSV file of tracks over `space` with so many `modes`; `later`: some are confirmed later."""
+    return ",".join(columns_of(space, modes, terms, later=later)) + "\n"
+
+
+def csv_rows(track: Track, terms: Terms = PLAIN) -> Iterator[str]:
+    """Yield a track's lines in a CSV file."""
+    before, after = numbers_of(track)
+    own = [np.asarray(values).tolist() for values in terms.values(track).values()]
+    further = list(zip(*own, strict=True)) if own else [()] * len(track.times)
+    for estimate, confirmed, rest, more in zip(_cells(before), track.confirmed, _cells(after), further, strict=True):
+        yield ",".join([str(track.id), *estimate, "1" if confirmed else "0", *rest, *map(_cell, more)]) + "\n"
+
+
+def write_tracks_jsonl(path: Path | str, tracks: Sequence[Track], space: Space) -> None:
+    """Write the complete tracks, one line per track and scan, as `read_tracks` reads it. Equal tracks give equal bytes.
+
+    A number that is not finite is null. ValueError, and no file, as in `write_tracks_csv`.
+    """
+    mode_count(tracks, space)
+    with whole_file(Path(path)) as file:
+        file.write(jsonl_head(space))
+        for track in tracks:
+            file.writelines(jsonl_rows(track))
+
+
+def jsonl_head(space: Space) -> str:
+    """Return the first line of a file of tracks over `space`."""
+    return line({"format": FORMAT, "version": VERSION, "axes": units(space)})
+
+
+def jsonl_rows(track: Track) -> Iterator[str]:
+    """Yield a track's lines in a file of tracks: one a scan, and one more if it merged into another."""
+    columns = {name: _nulled(getattr(track, name)) for name in ("mean", "cov", "existence", "hit", "nis")}
+    times, confirmed = track.times.tolist(), track.confirmed.tolist()
+    optional = {name: getattr(track, name) for name in ("mode_prob", "confirmed_at")}
+    more = {name: _nulled(values) for name, values in optional.items() if values is not None}
+    for i, time in enumerate(times):
+        found = {
+            "track": track.id,
+            "time": time,
+            "mean": columns["mean"][i],
+            "cov": columns["cov"][i],
+            "confirmed": confirmed[i],
+            "existence": columns["existence"][i],
+            "hit": columns["hit"][i],
+            "nis": columns["nis"][i],
+            "weights": _nulled(track.weights[i]),
+        }
+        if "mode_prob" in more:
+            found["mode_prob"] = more["mode_prob"][i]
+        own = None if track.returns is None else track.returns[i]
+        if own is not None:
+            found["returns"] = own.tolist()
+        if "confirmed_at" in more:
+            found["confirmed_at"] = more["confirmed_at"][i]
+        if i == 0 and track.parents:
+            found["parents"] = list(track.parents)
+        yield line(found)
+    if track.merged is not None:
+        time, other = track.merged
+        yield line({"track": track.id, "time": time, "merged_into": other})
+
+
+def read_tracks(path: Path | str) -> tuple[Track, ...]:
+    """Read the tracks that `write_tracks_jsonl` wrote, in its order, null as NaN. InputError names the first bad line."""
+    given = lines(Path(path))
+    space = None
+    told: dict[int, list[dict[str, Any]]] = {}
+    merged: dict[int, tuple[float, int]] = {}
+    for place, text in given:
+        if not text.strip():
+            continue
+        try:
+            if space is None:
+                space = _header(parse(text))
+                continue
+            given_line = parse(text)
+            if isinstance(given_line, dict) and "merged_into" in given_line:
+                track, end = _end(given_line, told)
+                merged[track] = end
+                continue
+            fields = _fields(given_line, len(space))
+            track = fields.pop("track")
+            merged.pop(track, None)
+            _append(told.setdefault(track, []), fields)
+        except ValueError as error:
+            raise InputError(f"{path}:{place}: {error}") from None
+    if space is None:
+        raise InputError(f"{path}: is empty")
+    return tuple(_track(identity, space, rows, merged.get(identity)) for identity, rows in told.items())
+
+
+def _append(rows: list[dict[str, Any]], fields: dict[str, Any]) -> None:
+    """Add a line to those of its track; ValueError if it does not go with them."""
+    if rows and np.shape(rows[0]["mode_prob"]) != np.shape(fields["mode_prob"]):
+        raise ValueError("mode_prob must have as many modes as in the lines before")
+    if rows and (rows[0]["confirmed_at"] is None) != (fields["confirmed_at"] is None):
+        raise ValueError("confirmed_at must be in all lines of a track or in none")
+    if rows and fields["parents"]:
+        raise ValueError("parents must be in the first line of their track")
+    rows.append(fields)
+
+
+def _end(given: dict[str, Any], told: dict[int, Any]) -> tuple[int, tuple[float, int]]:
+    """Return which track merged, when and into which, of a line that says so; ValueError if it does not."""
+    track, other = given.get("track"), given["merged_into"]
+    if set(given) != {"track", "time", "merged_into"} or type(track) is not int or type(other) is not int:
+        raise ValueError(f"must have track and merged_into, whole numbers, and time alone, got {short(given)}")
+    if track not in told:
+        raise ValueError(f"track {track} must have a line before the one that ends it")
+    return track, (number(given["time"], "time"), other)
+
+
+def _header(given: Any) -> Space:
+    if not isinstance(given, dict) or (given.get("format"), given.get("version")) != (FORMAT, VERSION):
+        expected = f'{{"format": "{FORMAT}", "version": {VERSION}, ...}}'
+        raise ValueError(f"the first line must be a header {expected}, got {short(given)}")
+    return space_of(given.get("axes"), "axes")
+
+
+def _cells(numbers: Array) -> list[list[str]]:
+    cells = [list(map(repr, row)) for row in numbers.tolist()]
+    for i, j in np.argwhere(~np.isfinite(numbers)):
+        cells[i][j] = ""
+    return cells
+
+
+def _cell(value: float | str) -> str:
+    if isinstance(value, str):
+        return value
+    return repr(value) if isfinite(value) else ""
+
+
+def _nulled(numbers: Array) -> Any:
+    """Return numbers as nested lists, None where one is not finite."""
+    finite = np.isfinite(numbers)
+    if finite.all():
+        return numbers.tolist()
+    found = numbers.astype(object)
+    found[~finite] = None
+    return found.tolist()
+
+
+def _fields(given: Any, n: int) -> dict[str, Any]:
+    """Return one line's values as arrays; ValueError if it is not a line of a tracks file over n axes."""
+    if not isinstance(given, dict):
+        raise ValueError(f"must be an object, got {short(given)}")
+    if type(given.get("track")) is not int or type(given.get("confirmed")) is not bool:
+        raise ValueError(f"track must be a whole number, and confirmed true or false, got {short(given)}")
+    shapes = {
+        "mean": (n,),
+        "cov": (n, n),
+        "existence": (),
+        "hit": (),
+        "nis": (),
+        "weights": (None,),
+        "mode_prob": (None,),
+        "returns": (None,),
+        "confirmed_at": (),
+    }
+    found = {"track": given["track"], "confirmed": given["confirmed"], "times": number(given.get("time"), "time")}
+    known = ("track", "time", "confirmed", *shapes, "parents")
+    for name in given:
+        if name not in known:
+            raise ValueError(f"unknown field {shown(name)}; known are {', '.join(known)}")
+    for name, shape in shapes.items():
+        absent = name in ("mode_prob", "returns", "confirmed_at") and name not in given
+        found[name] = None if absent else _array(given.get(name), shape, name)
+    found["parents"] = given.get("parents", [])
+    if not isinstance(found["parents"], list) or any(type(one) is not int for one in found["parents"]):
+        raise ValueError(f"parents must be a list of whole numbers, got {short(found['parents'])}")
+    return found
+
+
+def _array(value: Any, shape: tuple[int | None, ...], what: str) -> Array:
+    try:
+        found = np.array(_numbers(value), dtype=float)
+    except (TypeError, ValueError, OverflowError):
+        raise ValueError(f"{what} must be numbers or null, got {short(value)}") from None
+    if len(shape) != found.ndim or any(want not in (None, got) for want, got in zip(shape, found.shape, strict=True)):
+        wanted = "(any,)" if None in shape else str(shape)
+        raise ValueError(f"{what} must have shape {wanted}, got {short(value)}")
+    return found
+
+
+def _numbers(value: Any) -> Any:
+    if isinstance(value, list):
+        return [_numbers(item) for item in value]
+    if isinstance(value, bool | str | dict):
+        raise TypeError
+    return np.nan if value is None else value
+
+
+def _track(identity: int, space: Space, rows: list[dict[str, Any]], merged: tuple[float, int] | None) -> Track:
+    ragged = ("weights", "returns", "parents")
+    columns: dict[str, Any] = {
+        name: None if first is None else np.array([row[name] for row in rows])
+        for name, first in rows[0].items()
+        if name not in ragged
+    }
+    return Track(
+        id=identity,
+        space=space,
+        weights=tuple(row["weights"] for row in rows),
+        returns=_returns([row["returns"] for row in rows]),
+        parents=tuple(rows[0]["parents"]),
+        merged=merged,
+        **columns,
+    )
+
+
+def _returns(rows: list[Array | None]) -> tuple[NDArray[np.int64] | None, ...] | None:
+    whole = [None if row is None else row.astype(np.int64) for row in rows]
+    return tuple(whole) if any(row is not None for row in whole) else None

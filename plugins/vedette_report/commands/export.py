@@ -1,0 +1,73 @@
+"""`vedette export`: the tracks of a finished run for another program."""
+
+from __future__ import annotations
+
+import sys
+from argparse import Namespace
+from collections.abc import Callable
+from pathlib import Path
+
+from attrs import evolve
+
+from vedette.commands import DONE, options
+from vedette.errors import ConfigError, Problem
+from vedette.units import in_unit
+from vedette_files import read_series
+from vedette_report.exporting.geojson import write_geojson
+from vedette_report.exporting.kml import write_kml
+from vedette_report.exporting.run import Run, read_epoch
+from vedette_report.exporting.tables import write_csv, write_parquet
+from vedette_report.exporting.viewer import write_rerun
+from vedette_report.page.geography import read_origin
+
+FORMATS: dict[str, Callable[[Path, Run, int], None]] = {
+    ".kml": write_kml,
+    ".geojson": write_geojson,
+    ".csv": write_csv,
+    ".parquet": write_parquet,
+    ".rrd": write_rerun,
+}
+
+
+def run(arguments: Namespace) -> int:
+    """Write the file and tell what is in it."""
+    target, folder = Path(arguments.to), Path(arguments.run)
+    write = FORMATS.get(target.suffix.lower())
+    if write is None:
+        known = ", ".join(FORMATS)
+        raise ConfigError([Problem("--to", f"must end in one of {known}, got {target.name!r}")])
+    if target.is_dir() or not target.absolute().parent.is_dir():
+        raise ConfigError([Problem("--to", f"must be a file in a folder that exists, got {str(target)!r}")])
+    if not (folder / "tracks.jsonl").is_file():
+        raise ConfigError(
+            [Problem("RUN_DIR", f"must be the folder that a run has written, got {str(folder)!r} without tracks.jsonl")]
+        )
+    tracks = "smoothed.jsonl" if arguments.smoothed else "tracks.jsonl"
+    if not (folder / tracks).is_file():
+        raise ConfigError([Problem("--smoothed", f"{folder} has no {tracks}: `vedette run --smooth` writes it")])
+    origin = options.read("--origin", arguments.origin, read_origin)
+    found = Run.read(folder, tracks, origin, options.read("--epoch", arguments.epoch, read_epoch))
+    whole, found = len(found.tracks), _chosen(found, arguments)
+    write(target, found, options.whole("--ellipses", arguments.ellipses, 0))
+    if target.suffix.lower() == ".kml" and not found.terms.dated:
+        print("vedette: KML has dates only, so 0 s stands at 1970-01-01T00:00:00Z; --epoch gives another", file=sys.stderr)
+    points = sum(len(track.times) for track in found.tracks)
+    rest = f" of {whole}" if whole > len(found.tracks) else ""
+    print(f"{target}: {len(found.tracks)}{rest} tracks, {points} estimates, {target.stat().st_size / 1e6:.2g} MB")
+    return DONE
+
+
+def _chosen(found: Run, arguments: Namespace) -> Run:
+    """Return the run with those of its tracks that are asked for."""
+    tracks = found.tracks
+    if arguments.lasting is not None:
+        least = options.read("--lasting", arguments.lasting, lambda text: float(in_unit(text, "s")))
+        tracks = tuple(track for track in tracks if track.times[-1] - track.times[0] >= least)
+    if arguments.covering:
+        if not found.about["objects"]:
+            told = "needs the truth, and this run has none: --lasting leaves out what was confirmed for a short time only"
+            raise ConfigError([Problem("--covering", told)])
+        entries = read_series(found.folder / "series.npz")["entries"]
+        covering = set(entries["track"][entries["object"] >= 0].tolist())
+        tracks = tuple(track for track in tracks if track.id in covering)
+    return evolve(found, tracks=tracks)

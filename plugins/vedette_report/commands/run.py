@@ -1,0 +1,111 @@
+"""`vedette run`: from a config to tracks, figures and pictures."""
+
+from __future__ import annotations
+
+import json
+import sys
+from argparse import Namespace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from attrs import evolve
+
+from vedette.commands import DONE, INTERRUPTED, options
+from vedette.config import load
+from vedette.errors import ConfigError, Problem
+from vedette.experiment import Experiment, Result, Steps
+from vedette.progress import on_terminal
+from vedette.tracking import check_smoothing
+from vedette.types import LazyScans
+from vedette.writing import check_folder
+from vedette_report.drawing import drawing
+from vedette_report.figures import figures, length_unit, timings
+from vedette_report.files import write_files, write_of_plugins, write_series
+from vedette_report.series import recorded_run
+from vedette_report.smoothed import read_lag, smooth_result, smoothed_figures, smoothed_summary, write_smoothed
+from vedette_report.summary import summary
+
+LONG = 10_000
+"""More scans than this are judged and written as they come, and not kept."""
+
+
+def run(arguments: Namespace) -> int:
+    """Run, write and report; return 130 if Ctrl-C ended it early, with what was done written all the same."""
+    experiment = load(arguments.config, overrides=options.overrides(arguments))
+    folder = Path(arguments.out) if arguments.out else Path("out") / Path(arguments.config).stem
+    check_folder(folder)
+    pictures = drawing(arguments.format, arguments.columns, arguments.style)
+    lag = None if arguments.smooth is None else read_lag(arguments.smooth)
+    if arguments.stream and (arguments.keep or lag is not None):
+        keeps = "--keep keeps" if arguments.keep else "--smooth needs"
+        raise ConfigError([Problem("--stream", f"keeps nothing of the past, which {keeps}: give one of the two")])
+    if arguments.stream and experiment.retroactive:
+        told = "judges tracks as they go, but retroactive = true tells of a track's first scans later: give one of the two"
+        raise ConfigError([Problem("--stream", told)])
+    if lag is not None:
+        check_smoothing(experiment.tracker)
+    keep = arguments.keep or arguments.strict or lag is not None or experiment.retroactive
+    with on_terminal() as progress:
+        steps = experiment.steps(strict=arguments.strict, progress=progress, named=np.inf)
+        if arguments.stream or (not keep and len(steps.recording.scans) > LONG):
+            return _stream(experiment, steps, folder, arguments)
+        recorded = recorded_run(experiment, steps, keep_states=lag is not None)
+    result, judged = recorded.result, recorded.judged
+    score = judged.score
+    found, text = figures(experiment, result, score), summary(experiment, result, score, judged.bands)
+    smoothed = None if lag is None else smooth_result(experiment, result, lag)
+    if smoothed is not None:
+        found, text = (
+            found | {"smoothed": smoothed_figures(smoothed)},
+            text + smoothed_summary(score, smoothed, length_unit(experiment)),
+        )
+    written = write_files(folder, experiment, result, found, text) + write_series(folder, recorded.packed)
+    if smoothed is not None:
+        written += write_smoothed(folder, experiment, result, smoothed)
+    if pictures.possible():
+        written += pictures.of_run(evolve(result, judged=judged), folder)
+    if arguments.report:
+        written += [_page(folder)]
+    further, problems = write_of_plugins(folder, experiment, result)
+    written += further
+    for problem in problems:
+        print(f"vedette: {problem}", file=sys.stderr)
+    return _tell(arguments, result, text, found, f"{folder}: {', '.join(written)}")
+
+
+def _stream(experiment: Experiment, steps: Steps, folder: Path, arguments: Namespace) -> int:
+    """Run, write and judge during the run, and keep nothing in memory."""
+    from vedette_report.streaming import stream
+
+    done = stream(experiment, folder, steps=steps)
+    if not arguments.stream:
+        scans = steps.recording.scans
+        endless = isinstance(scans, LazyScans) and scans.once
+        long = "whose end is not known" if endless else f"of more than {LONG:,} scans"
+        why = f"a run {long} keeps no history, so there are no pictures; --keep draws them"
+        print(f"vedette: {why}", file=sys.stderr)
+    for problem in done.problems:
+        print(f"vedette: {problem}", file=sys.stderr)
+    written = [*done.files, *([_page(folder)] if arguments.report else [])]
+    return _tell(arguments, done.result, done.text, done.figures, f"{folder}: {', '.join(written)}")
+
+
+def _page(folder: Path) -> str:
+    """Write the page of the run; return its name."""
+    from vedette_report.page.build import write_page
+
+    write_page(folder, folder / "report.html")
+    return "report.html"
+
+
+def _tell(arguments: Namespace, result: Result, text: str, found: dict[str, Any], written: str) -> int:
+    """Print the result of a run; return the exit code."""
+    took = timings(result)
+    print(text)
+    if took["seconds_per_scan"] is not None:
+        print(f"{1e3 * took['seconds_per_scan']:.3g} ms a scan")
+    print(written)
+    if arguments.json:
+        print(json.dumps(found | took))
+    return INTERRUPTED if result.interrupted else DONE

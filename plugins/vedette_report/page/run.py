@@ -1,0 +1,97 @@
+"""What a page takes from the files of a run."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any, final
+
+import numpy as np
+from attrs import frozen
+
+from vedette.display import without_passwords
+from vedette.errors import InputError
+from vedette.space import Array
+from vedette_files import Origin, Series, Terms, read_series
+from vedette_report import canvas
+from vedette_report.page.columns import columns
+from vedette_report.page.frames import frames
+from vedette_report.page.geography import graticule, read_underlay
+from vedette_report.page.packing import Packed
+
+SERIES, SMOOTHED = "series.npz", "smoothed.npz"
+
+
+@final
+@frozen(eq=False)
+class Shown:
+    """A run, or its smoothed tracks: its name, folder, series and figures, the summary in words, and its config."""
+
+    name: str
+    folder: Path
+    series: Series
+    figures: dict[str, Any]
+    words: str
+    config: str
+
+    @classmethod
+    def read(cls, path: Path) -> Shown:
+        """Read the folder of a run, or series in it, as `smoothed.npz`. InputError if a file is missing."""
+        if path.suffix != ".npz" and not path.is_dir():
+            there = "is a file" if path.exists() else "there is no such folder"
+            raise InputError(f"{path}: {there}; must be the folder that `vedette run` or `vedette study` wrote")
+        own = path if path.suffix == ".npz" else path / SERIES
+        series, folder = read_series(own), own.parent
+        figures = json.loads(_text(folder / "summary.json")) if (folder / "summary.json").exists() else {}
+        name = folder.resolve().name
+        if own.name == SMOOTHED:
+            name, figures = f"{name} (smoothed)", figures.get("smoothed", {})
+        config = without_passwords(_text(folder / "config.json"))
+        return cls(name, folder, series, _renamed(figures), _text(folder / "summary.txt"), config)
+
+    def facts(
+        self, underlay: Path | None, origin: Origin | None, centre: Array | None = None
+    ) -> tuple[dict[str, Any], list[Packed]]:
+        """Return what is the same in all of the run, and its packed columns; `centre`: the origin of the page's map."""
+        series = self.series
+        origin = origin or Terms.of(series.about["notes"]).origin
+        packed, placed = columns(series, centre)
+        return {
+            **series.about,
+            **placed,
+            "words": self.words,
+            "config": self.config,
+            "colours": {"tracks": canvas.TRACKS, "modes": canvas.MODES},
+            "frames": frames(self.folder / "recording.jsonl", series["scans"]["time"], self.config),
+            "underlay": [] if underlay is None else read_underlay(underlay, origin),
+            "graticule": [] if origin is None else graticule(origin, *_box(series)),
+        }, packed
+
+    @property
+    def map_axes(self) -> list[str]:
+        """The names of the map's axes; none without a map."""
+        return list(self.series.about["map"]["axes"]) if self.series.about["map"] else []
+
+
+def _renamed(figures: dict[str, Any]) -> dict[str, Any]:
+    """Return figures under today's names: once the NEES was told as it is, not over the number of its axes."""
+    told = dict(figures)
+    for old, new, axes in (("anees", "nees_position", "bias_m"), ("anees_state", "nees_state", "anees_state_axes")):
+        if old in told:
+            value, over = told.pop(old), told.get(axes)
+            told.setdefault(new, value / len(over) if value is not None and over else None)
+    return told
+
+
+def _box(series: Series) -> tuple[Array, Array]:
+    """Return the corners of what the series have on the map."""
+    places = np.concatenate([series["returns"]["position"], series["truth"]["position"]])
+    known = places[np.isfinite(places).all(axis=1)]
+    return (known.min(axis=0), known.max(axis=0)) if len(known) else (np.full(2, -1e3), np.full(2, 1e3))
+
+
+def _text(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        raise InputError(f"{path}: there is no such file; `vedette run` writes it") from None

@@ -1,0 +1,46 @@
+"""A page as one file: a skeleton with styles, data and scripts in it."""
+
+from __future__ import annotations
+
+import html
+import json
+from collections.abc import Mapping, Sequence
+from importlib.resources import files
+from typing import Any
+
+from vedette_report.page.packing import Packed
+
+STYLES = ("uplot/uPlot.min.css", "page.css")
+UPLOT = "uplot/uPlot.iife.min.js"
+_COLUMN = '<script type="text/plain" class="column" data-run="{}" data-name="{}" data-type="{}">{}</script>'
+
+
+def page(
+    title: str,
+    facts: Mapping[str, Any],
+    scripts: Sequence[str],
+    runs: Sequence[Sequence[Packed]] = (),
+    skeleton: str = "page.html",
+) -> str:
+    """Return the page with its facts, the columns of its runs and its scripts."""
+    data = [f'<script type="application/json" id="facts">{_safe(json.dumps(facts, allow_nan=False))}</script>']
+    data += [_COLUMN.format(i, each.name, each.type, each.text) for i, packed in enumerate(runs) for each in packed]
+    parts = {
+        "TITLE": html.escape(title),
+        "STYLES": "".join(f"<style>{_asset(name)}</style>\n" for name in STYLES),
+        "DATA": "\n".join(data),
+        "SCRIPTS": "".join(f"<script>{_asset(name)}</script>\n" for name in scripts),
+    }
+    made = _asset(skeleton)
+    for name, content in parts.items():
+        made = made.replace(f"<!-- {name} -->", content)
+    return made
+
+
+def _asset(name: str) -> str:
+    return files(__package__).joinpath(name).read_text(encoding="utf-8")
+
+
+def _safe(text: str) -> str:
+    """Return JSON that cannot end the script that holds it."""
+    return text.replace("<", "\\u003c")

@@ -1,0 +1,80 @@
+"""What is the same in all of a run's series, and tables of no rows."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from vedette.experiment import Experiment
+from vedette.metrics import positions, truth_at
+from vedette.types import Recording
+from vedette_files import Tables, units
+from vedette_report.figures import length_unit
+from vedette_report.plane import Plane
+from vedette_report.traces import BAND, band, mode_names
+from vedette_report.views import view
+
+
+def about(experiment: Experiment, recording: Recording, plane: Plane | None, modes: int) -> dict[str, Any]:
+    """Return the names, units and constants that a reader of the series needs."""
+    tracker = experiment.tracker
+    sensors = {}
+    for name, sensor in tracker.sensors.items():
+        threshold = tracker.gate.for_sensor(sensor).threshold
+        x, y = getattr(sensor, "x", None), getattr(sensor, "y", None)
+        place = (x, y) if isinstance(x, float) and isinstance(y, float) else None
+        ground = plane if plane is not None and plane.is_ground else None
+        sensors[name] = {
+            "axes": units(sensor.measurement),
+            "band": list(band(len(sensor.measurement))),
+            "gate": threshold if np.isfinite(threshold) else None,
+            "place": None if ground is None or place is None else ground.platform(np.array(place)).tolist(),
+            "view": None if ground is None else view(sensor, place),
+        }
+    spot = len(positions(truth_at(recording.truth, np.zeros(0), tracker.state).space))
+    return {
+        "title": experiment.title,
+        "axes": units(tracker.state),
+        "map": None if plane is None else {"axes": list(plane.space.names), "labels": list(plane.labels)},
+        "unit": length_unit(experiment),
+        "sensors": sensors,
+        "objects": [true.name for true in recording.truth],
+        "modes": list(mode_names(experiment, modes)),
+        "band": 1.0 - BAND,
+        "nees_band": list(band(spot)) if spot else None,
+        "notes": dict(recording.notes),
+    }
+
+
+def no_rows(n: int, m: int, modes: int) -> Tables:
+    """Return the tables of a run that no judge has seen, without rows: n state axes, at most m measured ones."""
+    real, short = np.float64, np.int32
+    scans = {"time": real, "sensor": np.int16, "returns": short, "tracks": short, "platform": (real, 2), "heading": real}
+    entries = {
+        "scan": short,
+        "track": np.int64,
+        "mean": (real, n),
+        "cov": (real, n * (n + 1) // 2),
+        "confirmed": np.bool_,
+        "existence": real,
+        "hit": real,
+        "nis": real,
+        "modes": (real, modes),
+        "expected": (real, m),
+        "innovation": (real, m * (m + 1) // 2),
+        "gate_position": (real, 2),
+        "gate_cov": (real, 3),
+    }
+    kinds: dict[str, dict[str, Any]] = {
+        "scans": scans,
+        "returns": {"scan": short, "z": (real, m), "position": (real, 2)},
+        "entries": entries,
+        "weights": {"entry": np.int64, "return": short, "weight": real},
+    }
+    return {table: {name: _no_row(kind) for name, kind in columns.items()} for table, columns in kinds.items()}
+
+
+def _no_row(kind: Any) -> Any:
+    dtype, *shape = kind if isinstance(kind, tuple) else (kind,)
+    return np.zeros((0, *shape), dtype)

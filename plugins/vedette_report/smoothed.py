@@ -1,0 +1,93 @@
+"""What smoothing adds to a run's results: its tracks, and its figures beside the filter's."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+from attrs import evolve, frozen
+
+from vedette.errors import ConfigError, Problem
+from vedette.experiment import Experiment, Result
+from vedette.metrics import Score, judge
+from vedette.tracking import from_the_start, smooth
+from vedette.types import Track
+from vedette.units import in_unit
+from vedette.writing import whole_bytes
+from vedette_files import Terms, read_series, write_tracks_csv, write_tracks_jsonl
+from vedette_report.smoothed_series import smoothed_series
+
+_COMPARED = (
+    ("position RMSE [{unit}]", "position_rmse_m"),
+    ("velocity RMSE [{unit}/s]", "velocity_rmse_mps"),
+    ("coverage", "coverage"),
+    ("GOSPA [{unit}]", "gospa_m"),
+    ("NEES of the position over its axes", "nees_position"),
+)
+"""Figures that smoothing changes; identities, existence and NIS stay the filter's."""
+
+
+@frozen(eq=False)
+class Smoothed:
+    """Tracks that use the scans of up to `lag` s later, and their score."""
+
+    lag: float
+    tracks: tuple[Track, ...]
+    score: Score
+
+
+def read_lag(text: str) -> float:
+    """Return the lag in s of the command line, "" for the whole recording; ConfigError says what would be right."""
+    if not text:
+        return math.inf
+    try:
+        lag = in_unit(text, "s")
+        if not 0 <= lag < math.inf:
+            raise ValueError(f"must be >= 0 s, got {text!r}")
+    except ValueError as error:
+        raise ConfigError([Problem("--smooth", str(error))]) from None
+    return lag
+
+
+def smooth_result(experiment: Experiment, result: Result, lag: float) -> Smoothed:
+    """Smooth a result whose states were kept, and judge it as the filter is judged."""
+    tracks = smooth(experiment.tracker, result.states, lag, experiment.seed)
+    if experiment.retroactive:
+        tracks = tuple(map(from_the_start, tracks))
+    found = evolve(result, tracks=tracks)
+    gate = experiment.tracker.gate.probability
+    score = judge(found.tracks, found.recording.truth, found.scans, experiment.judge, gate)
+    return Smoothed(lag, tracks, score)
+
+
+def write_smoothed(folder: Path, experiment: Experiment, result: Result, smoothed: Smoothed) -> list[str]:
+    """Write the tracks beside the filter's, in the terms of its recording, and their series; return the files' names."""
+    folder.mkdir(parents=True, exist_ok=True)
+    space, recording = experiment.tracker.state, result.recording
+    write_tracks_csv(folder / "smoothed.csv", smoothed.tracks, space, Terms.of(recording.notes))
+    write_tracks_jsonl(folder / "smoothed.jsonl", smoothed.tracks, space)
+    filtered = read_series(folder / "series.npz")
+    with whole_bytes(folder / "smoothed.npz") as file:
+        file.write(smoothed_series(filtered, experiment, result.scans, recording.truth, smoothed.tracks))
+    return ["smoothed.csv", "smoothed.jsonl", "smoothed.npz"]
+
+
+def smoothed_figures(smoothed: Smoothed) -> dict[str, Any]:
+    """Return `lag_s`, null for the whole recording, and the figures that smoothing changes."""
+    lag = None if math.isinf(smoothed.lag) else smoothed.lag
+    return {"lag_s": lag, **{name: getattr(smoothed.score, name) for _, name in _COMPARED}}
+
+
+def smoothed_summary(filtered: Score, smoothed: Smoothed, unit: str) -> str:
+    """Return lines of text that compare the filter and the smoother; `unit` is that of positions."""
+    later = "all later scans" if math.isinf(smoothed.lag) else f"the scans of up to {smoothed.lag:g} s later"
+    lines = ["", f"Smoothed by {later}"]
+    if filtered.coverage is None:
+        return "\n".join([*lines, "  no truth to judge it by"]) + "\n"
+    lines.append(f"  {'':<22}{'filtered':>10}{'smoothed':>10}")
+    for title, name in _COMPARED:
+        values = (getattr(score, name) for score in (filtered, smoothed.score))
+        told = "".join(f"{'-' if value is None else format(value, '.3g'):>10}" for value in values)
+        lines.append(f"  {title.format(unit=unit):<22}{told}")
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,97 @@
+"""A run's result as data frames of pandas, and in short."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from vedette.config import did_you_mean, installed_figures
+from vedette.display import html_table
+from vedette.errors import ConfigError, InputError, Problem
+from vedette.experiment import Result
+from vedette_files import Terms, table_of
+from vedette_report.figures import figures
+from vedette_report.traces import Judged
+
+
+def tabulate_result(result: Result, what: str) -> Any:
+    """Return one of the tables of a result; ConfigError for a name that is none, InputError without pandas."""
+    try:
+        import pandas as pd
+    except ImportError:
+        raise InputError("data frames need pandas: pip install 'vedette[data]'") from None
+    if what not in TABLES:
+        text = f"there is no such table;{did_you_mean(what, TABLES)} those are {', '.join(TABLES)}"
+        raise ConfigError([Problem(str(what), text)])
+    return pd.DataFrame(TABLES[what](result))
+
+
+def draw_result(result: Result, axes: Any = None) -> Any:
+    """Draw the map of a result on axes of matplotlib, by default new ones; return them."""
+    from vedette_report.picture import plot
+
+    return plot(result, axes)
+
+
+def result_html(result: Result) -> str:
+    """Return what a notebook shows of a result."""
+    found = [(name.replace("_", " "), f"{value:.4g}") for name, value in _metrics(result).items() if _is_number(value)]
+    return html_table(repr(result), found)
+
+
+def _tracks(result: Result) -> dict[str, Any]:
+    return table_of(result.tracks, result.made_by.tracker.state, Terms.of(result.recording.notes))
+
+
+def _detections(result: Result) -> dict[str, Any]:
+    """Return a row for each return: the scan's number, time and sensor, and what was measured, by axis."""
+    axes = dict.fromkeys(name for each in result.made_by.tracker.sensors.values() for name in each.measurement.names)
+    columns: dict[str, list[Any]] = {name: [] for name in ("scan", "time", "sensor", *axes)}
+    for i, scan in enumerate(result.scans):
+        own = result.made_by.tracker.sensors[scan.sensor].measurement.names
+        for z in scan.detections.z[scan.detections.valid].tolist():
+            measured = dict(zip(own, z, strict=True))
+            for name, value in (("scan", i), ("time", scan.time), ("sensor", scan.sensor)):
+                columns[name].append(value)
+            for name in axes:
+                columns[name].append(measured.get(name, np.nan))
+    return columns
+
+
+def _truth(result: Result) -> dict[str, Any]:
+    paths = result.recording.truth
+    axes = dict.fromkeys(name for path in paths for name in path.space.names)
+    columns: dict[str, list[Any]] = {name: [] for name in ("object", "time", *axes)}
+    for path in paths:
+        for time, state in zip(path.times.tolist(), path.states.tolist(), strict=True):
+            known = dict(zip(path.space.names, state, strict=True))
+            columns["object"].append(path.name)
+            columns["time"].append(time)
+            for name in axes:
+                columns[name].append(known.get(name, np.nan))
+    return columns
+
+
+def _metrics(result: Result) -> dict[str, Any]:
+    score = Judged.of(result.made_by, result, installed_figures()).score
+    found = figures(result.made_by, result, score)
+    return {name: value for name, value in found.items() if _is_number(value) or value is None}
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _metrics_row(result: Result) -> dict[str, Any]:
+    return {name: [np.nan if value is None else value] for name, value in _metrics(result).items()}
+
+
+TABLES: dict[str, Callable[[Result], dict[str, Any]]] = {
+    "tracks": _tracks,
+    "detections": _detections,
+    "truth": _truth,
+    "metrics": _metrics_row,
+}
+"""The tables of a result, by name."""

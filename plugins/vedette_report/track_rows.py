@@ -1,0 +1,59 @@
+"""The confirmed tracks of a run in a table: from when to when, how many scans, and how fast and where to in the end."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vedette.experiment import Result
+from vedette.types import Track
+from vedette_files import Terms, utc
+from vedette_report.columns import aligned
+
+MOST_TRACKS = 30
+"""Number of tracks that the summary tells of; `tracks.csv` has all."""
+
+
+def track_rows(result: Result) -> list[str]:
+    """Return the lines of the table; none without tracks, as in a run that kept nothing."""
+    tracks = result.tracks
+    if not tracks:
+        return []
+    terms, space = Terms.of(result.recording.notes), tracks[0].space
+    moving = "vx" in space and "vy" in space
+    titles = ["track", "from", "to", "scans"]
+    if moving:
+        unit = space.axes[space.names.index("vx")].unit
+        titles += [f"speed [{unit}]", "course [deg]"]
+    table = [_row(track, terms, moving=moving) for track in tracks[:MOST_TRACKS]]
+    lines = ["Confirmed tracks" + (f": the last speed, and the course {_sense(terms)}" if moving else "")]
+    lines += [f"  {line}" for line in aligned([titles, *table])]
+    more = len(tracks) - MOST_TRACKS
+    return [*lines, f"  and {more:,} more, which tracks.csv has"] if more > 0 else lines
+
+
+def _sense(terms: Terms) -> str:
+    return "clockwise from north" if terms.north_east or terms.origin is not None else "from +x towards +y"
+
+
+def _row(track: Track, terms: Terms, *, moving: bool) -> list[str]:
+    first = int(np.argmax(track.confirmed))
+    ends = [utc(time) if terms.dated else f"{time:.2f} s" for time in (float(track.times[first]), float(track.times[-1]))]
+    row = [f"{track.id}", *ends, f"{len(track.times) - first:,}"]
+    return row + list(_motion(track, terms)) if moving else row
+
+
+def _motion(track: Track, terms: Terms) -> tuple[str, str]:
+    """Return speed and course at the end, each give or take its standard deviation."""
+    where = [track.space.names.index(name) for name in ("vx", "vy")]
+    (vx, vy), cov = track.mean[-1, where], track.cov[-1][np.ix_(where, where)]
+    speed = float(np.hypot(vx, vy))
+    if not np.isfinite(speed) or speed == 0.0:
+        return f"{speed:.3g}", "-"
+    along = np.array([vx, vy]) / speed
+    spread, across = (float(np.sqrt(max(each @ cov @ each, 0.0))) for each in (along, np.array([-along[1], along[0]])))
+    course = np.degrees(np.arctan2(vy, vx))
+    if terms.origin is not None and not terms.north_east:
+        course = 90.0 - course
+    if across > speed:  # it may point anywhere
+        return f"{speed:.3g} +- {spread:.2g}", "-"
+    return f"{speed:.3g} +- {spread:.2g}", f"{round(course) % 360} +- {np.degrees(across / speed):.2g}"

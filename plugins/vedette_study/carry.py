@@ -1,0 +1,150 @@
+"""Carry out a plan: chunk after chunk, on any executor, until all are done, precise enough, or interrupted."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterator
+from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future, wait
+from contextlib import contextmanager
+from itertools import islice
+
+from attrs import frozen
+
+from vedette.errors import VedetteError
+from vedette.experiment import Experiment
+from vedette.progress import Progress
+from vedette.sampling import Redraw
+from vedette_study.chunk import Chunk, run_chunk
+from vedette_study.plan import Plan
+from vedette_study.statistics import precise
+from vedette_study.store import Store
+
+KEPT = "the chunks in --out are kept, and --resume continues from them"
+
+Chunks = list[list[Chunk]]
+"""Order: first by the position in the runs, then by the point of the grid, so all points hold the same runs."""
+
+
+@frozen
+class Failed:
+    """A worker's message on a chunk that cannot be run; exceptions themselves do not travel well between processes."""
+
+    text: str
+
+
+def attempt(experiment: Experiment, seed: int, runs: range, together: bool, redraw: Redraw | None) -> Chunk | Failed:
+    """Run one chunk, wherever this is called."""
+    try:
+        return run_chunk(experiment, seed, runs, together, redraw)
+    except VedetteError as error:
+        return Failed(str(error))
+
+
+@contextmanager
+def threads_alone() -> Iterator[None]:
+    """Restrict BLAS to one thread meanwhile, if threadpoolctl is installed: the chunks take the cores."""
+    try:
+        from threadpoolctl import threadpool_limits
+    except ImportError:
+        yield
+        return
+    with threadpool_limits(1):
+        yield
+
+
+def carry_out(
+    plan: Plan, store: Store | None, executor: Executor | None, width: int, progress: Progress
+) -> tuple[Chunks, bool]:
+    """Run all chunks in order; return them and whether it was interrupted; those in `store` are not run again.
+
+    Chunks past the one at which the wanted precision is reached do not count, so the result does not depend on the width.
+    """
+    work = _Work(plan, store, progress)
+    try:
+        with threads_alone():
+            if executor is None:
+                work.here()
+            else:
+                work.on(executor, width)
+    except KeyboardInterrupt:
+        if not work.whole:
+            raise
+        return work.whole, True
+    return work.whole, False
+
+
+def _result(future: Future[Chunk | Failed]) -> Chunk | Failed:
+    """Return a worker's result; VedetteError if it could not even report what is wrong."""
+    try:
+        return future.result()
+    except (KeyboardInterrupt, VedetteError):
+        raise
+    except CancelledError:
+        raise VedetteError(f"the scheduler went away, and with it the work that it had; {KEPT}") from None
+    except Exception as error:
+        text = f"a worker failed: {type(error).__name__}: {str(error).splitlines()[0] if str(error) else 'no reason given'}"
+        raise VedetteError(f"{text}; {KEPT}") from error
+
+
+class _Work:
+    """What is done so far; `whole` holds the chunks up to the first that some point lacks."""
+
+    def __init__(self, plan: Plan, store: Store | None, progress: Progress) -> None:
+        self.plan, self.store = plan, store
+        self.whole: Chunks = []
+        self.enough = False
+        self._done: dict[tuple[int, int], Chunk] = {}
+        self._runs = iter(progress(range(plan.runs * len(plan.points)), "runs"))
+
+    def here(self) -> None:
+        """Run one chunk after the other."""
+        for k, point in self._missing():
+            self._take(k, point, attempt(*self._order(k, point)))
+
+    def on(self, executor: Executor, width: int) -> None:
+        """Run up to twice `width` chunks at a time on `executor`, so that no worker waits and an interrupt loses little."""
+        missing, running = self._missing(), dict[Future[Chunk | Failed], tuple[int, int]]()
+        try:
+            while True:
+                while len(running) < 2 * width and (following := next(missing, None)) is not None:
+                    k, point = following
+                    running[executor.submit(attempt, *self._order(k, point))] = following
+                if not running:
+                    return
+                for future in wait(running, return_when=FIRST_COMPLETED).done:
+                    self._take(*running.pop(future), _result(future))
+        finally:
+            for future in running:
+                future.cancel()
+
+    def _order(self, k: int, point: int) -> tuple[Experiment, int, range, bool, Redraw | None]:
+        """Return what to run; some kilobytes if it goes to another process."""
+        plan = self.plan
+        return plan.points[point].experiment, plan.seed, plan.runs_of(k), plan.together, plan.redraw
+
+    def _missing(self) -> Iterator[tuple[int, int]]:
+        """Yield the chunks to run, until enough are done; those in the store are taken from there."""
+        for k in range(self.plan.count):
+            for point in range(len(self.plan.points)):
+                if self.enough:
+                    return
+                kept = None if self.store is None else self.store.read(point, k, len(self.plan.runs_of(k)))
+                if kept is None:
+                    yield k, point
+                else:
+                    self._note(k, point, kept)
+
+    def _take(self, k: int, point: int, came: Chunk | Failed) -> None:
+        if isinstance(came, Failed):
+            raise VedetteError(f"{self.plan.points[point].name}: {came.text}")
+        if self.store is not None:
+            self.store.write(point, k, came)
+        self._note(k, point, came)
+
+    def _note(self, k: int, point: int, chunk: Chunk) -> None:
+        self._done[k, point] = chunk
+        deque(islice(self._runs, len(self.plan.runs_of(k))), maxlen=0)  # these are already done
+        points = range(len(self.plan.points))
+        while not self.enough and all((len(self.whole), i) in self._done for i in points):
+            self.whole.append([self._done.pop((len(self.whole), i)) for i in points])
+            self.enough = precise(self.whole, self.plan.precision)

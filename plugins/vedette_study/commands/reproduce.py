@@ -1,0 +1,71 @@
+"""`vedette reproduce`: reproduce a published study."""
+
+from __future__ import annotations
+
+import json
+from argparse import Namespace
+from importlib.metadata import version
+from pathlib import Path
+from time import process_time
+
+from vedette.commands import options
+from vedette.config import Registry
+from vedette.errors import ConfigError, Problem
+from vedette.progress import on_terminal
+from vedette.reproduction import Findings, Reproduction, afresh
+from vedette.writing import check_folder, whole_file
+from vedette_report.canvas import Look
+from vedette_report.drawing import drawing
+from vedette_report.output import write_charts
+from vedette_study.parts import Parts
+from vedette_study.reproduction import data, text
+
+
+def run(arguments: Namespace) -> int:
+    """Run the study, print its tables and verdicts, write them and the figures; 0 whatever the verdicts."""
+    study = _study(arguments.paper)
+    usual = study.full_runs if arguments.full else study.default_runs
+    runs, seed = options.whole("--runs", arguments.runs, usual, 2), options.whole("--seed", arguments.seed, 1)
+    folder = None if arguments.out is None else Path(arguments.out)
+    look = drawing(arguments.format, arguments.columns, arguments.style).look
+    parts = _parts(folder, study, runs, seed, resume=arguments.resume)
+    before = process_time()
+    with on_terminal() as progress:
+        result = study.run(runs, seed, progress, parts or afresh)
+    seconds = process_time() - before
+    print(text(result))
+    print(f"{seconds:.1f} s of CPU time")
+    if folder is not None:
+        print(f"{folder}: {', '.join(_write(folder, result, look))}")
+    if parts is not None:
+        parts.forget()
+    if arguments.json:
+        print(json.dumps(data(result) | {"cpu_seconds": seconds}))
+    return 0
+
+
+def _parts(folder: Path | None, study: Reproduction, runs: int, seed: int, *, resume: bool) -> Parts | None:
+    """Return what keeps finished parts in the folder, if there is one; ConfigError if it holds those of another study."""
+    if folder is None:
+        if resume:
+            raise ConfigError([Problem("--resume", "needs the folder of the study that it is to go on with: --out")])
+        return None
+    check_folder(folder)
+    about = {"paper": study.kind, "runs": runs, "seed": seed, "version": version("vedette")}
+    return Parts(folder, about, resume=resume)
+
+
+def _study(name: str) -> Reproduction:
+    """Return the study of a paper by its name, which may have hyphens; it has no parameters, so its class alone makes it."""
+    made = Registry.installed().get("reproduction", name.replace("-", "_")).cls()
+    assert isinstance(made, Reproduction)
+    return made
+
+
+def _write(folder: Path, result: Findings, look: Look) -> list[str]:
+    """Write text, JSON and, where matplotlib is installed, the figures; return the names of the files."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, content in (("study.txt", text(result)), ("study.json", json.dumps(data(result), indent=2))):
+        with whole_file(folder / name) as file:
+            file.write(content + "\n")
+    return ["study.txt", "study.json", *write_charts(folder, result.charts, look)]

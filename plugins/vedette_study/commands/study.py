@@ -1,0 +1,67 @@
+"""`vedette study`: a grid of trackers over many runs."""
+
+from __future__ import annotations
+
+import json
+import os
+from argparse import Namespace
+from pathlib import Path
+from time import perf_counter, process_time
+
+from vedette.commands import DONE, INTERRUPTED, options
+from vedette.progress import on_terminal
+from vedette.writing import check_folder
+from vedette_report.canvas import Look
+from vedette_report.drawing import drawing
+from vedette_report.output import can_write, write_charts
+from vedette_report.warnings import of_recording
+from vedette_study.outcome import Outcome
+from vedette_study.plan import plan, read_study
+from vedette_study.store import told
+from vedette_study.study import perform
+from vedette_study.summary import charts, text, write_study
+
+INPUT = ("source", "sensors", "preprocessors")
+"""The parts of a config by which its input is read: points that are alike in them read the same."""
+
+
+def run(arguments: Namespace) -> int:
+    """Run the study, print its tables, write its files; return 130 if Ctrl-C ended it early."""
+    table = read_study(arguments.study)
+    for name in ("runs", "seed", "chunk"):
+        given = getattr(arguments, name)
+        if given is not None:
+            table[name] = options.whole(f"--{name}", given, 0)
+    folder = None if arguments.out is None else Path(arguments.out)
+    if folder is not None:
+        check_folder(folder)
+    look = drawing(arguments.format, arguments.columns, arguments.style).look
+    planned = plan(table, arguments.overrides)
+    threads = options.whole("--threads", arguments.threads, len(os.sched_getaffinity(0)))
+    began, cpu = perf_counter(), process_time()
+    with on_terminal() as progress:
+        outcome = perform(
+            planned, threads=threads, out=folder, resume=arguments.resume, scheduler=arguments.scheduler, progress=progress
+        )
+    seconds = perf_counter() - began
+    inputs = {json.dumps([at.config.get(part) for part in INPUT], default=str): at.experiment for at in planned.points}
+    for said in dict.fromkeys(said for experiment in inputs.values() for said in of_recording(experiment)):
+        print(f"LOOKS WRONG: {said}")
+    print(text(outcome))
+    print(f"{seconds:.1f} s, {process_time() - cpu:.1f} s of CPU time in this process")
+    if folder is not None:
+        with told(folder):
+            print(f"{folder}: {', '.join(_write(folder, outcome, look))}")
+    if arguments.json:
+        print(json.dumps(outcome.data() | {"seconds": seconds}))
+    return INTERRUPTED if outcome.interrupted else DONE
+
+
+def _write(folder: Path, outcome: Outcome, look: Look) -> list[str]:
+    """Write tables always, labelled arrays and pictures where their libraries are installed; return the files' names."""
+    written = write_study(folder, outcome)
+    if can_write("labelled arrays", "study", "xarray", "zarr"):
+        from vedette_study.arrays import write_zarr
+
+        written.append(write_zarr(folder, outcome))
+    return written + write_charts(folder, charts(outcome), look)

@@ -1,0 +1,85 @@
+"""Finished parts of a long reproduction in its folder, so that `--resume` goes on with them."""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from shutil import rmtree
+from typing import Any, TypeVar
+
+import attrs
+import numpy as np
+
+from vedette.errors import ConfigError, Problem
+from vedette.writing import whole_file, write_arrays
+
+R = TypeVar("R")
+FOLDER, ABOUT = "parts", "study.json"
+
+
+class Parts:
+    """Keeps the parts of one study, which `about` tells from any other, below a folder; see `vedette.reproduction.Keep`."""
+
+    def __init__(self, folder: Path, about: Mapping[str, Any], *, resume: bool) -> None:
+        self._folder = folder / FOLDER
+        self._about = dict(about)
+        before = self._before()
+        if before is not None and not resume:
+            told = f"{str(self._folder)!r} holds parts of an unfinished study: go on with --resume, or delete it"
+            raise ConfigError([Problem("--out", told)])
+        if before is not None and before != self._about:
+            other = ", ".join(
+                f"{name} {before.get(name)!r}" for name in self._about if before.get(name) != self._about[name]
+            )
+            raise ConfigError([Problem("--resume", f"{str(self._folder)!r} holds parts of another study: its {other}")])
+
+    def __call__(self, name: str, kind: type[R], make: Callable[[], R], /) -> R:
+        """Return the part, from its file if there is one."""
+        path = self._folder / f"{''.join(c if c.isalnum() else '-' for c in name)}.npz"
+        if path.exists():
+            return _read(path, name, kind)
+        made = make()
+        if not (self._folder / ABOUT).exists():
+            self._folder.mkdir(parents=True, exist_ok=True)
+            with whole_file(self._folder / ABOUT) as file:
+                file.write(json.dumps(self._about) + "\n")
+        _write(path, name, made)
+        return made
+
+    def forget(self) -> None:
+        """Delete all parts: the study is done."""
+        if (self._folder / ABOUT).exists():
+            rmtree(self._folder)
+
+    def _before(self) -> dict[str, Any] | None:
+        try:
+            found = json.loads((self._folder / ABOUT).read_text(encoding="utf-8"))
+        except FileNotFoundError:
+            return None
+        except ValueError:
+            found = None
+        if not isinstance(found, dict):
+            raise ConfigError(
+                [Problem(str(self._folder / ABOUT), "does not say which study's parts these are: delete them")]
+            )
+        return found
+
+
+def _write(path: Path, name: str, part: Any) -> None:
+    fields = {each.name: getattr(part, each.name) for each in attrs.fields(type(part))}
+    arrays: dict[str, Any] = {field: value for field, value in fields.items() if value is not None} | {"its name": name}
+    write_arrays(path, arrays)
+
+
+def _read(path: Path, name: str, kind: type[R]) -> R:
+    try:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as found:
+            if str(found["its name"]) != name:
+                raise ValueError(f"it is {str(found['its name'])!r}")
+            stored = dict(found)
+        fields = [each.name for each in attrs.fields(kind)]  # type: ignore[arg-type]
+        return kind(**{field: stored.get(field) for field in fields})
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+        raise ConfigError([Problem(str(path), f"is not the part {name!r} of this study ({error}): delete it")]) from None

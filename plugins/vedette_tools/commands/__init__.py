@@ -1,0 +1,113 @@
+"""The commands that draft, explain and tune a config: their options; the module of each does the work."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser, Namespace
+from typing import ClassVar, final
+
+from attrs import frozen
+
+from vedette import Command
+from vedette.commands import options
+
+METHODS = ["nelder-mead", "powell", "l-bfgs-b"]
+
+
+@final
+@frozen
+class New(Command):
+    """Draft a config for your data, or a plugin."""
+
+    kind: ClassVar[str] = "new"
+
+    def options(self, parser: ArgumentParser) -> None:
+        drafts = parser.add_subparsers(dest="what", required=True, metavar="WHAT")
+        about = (
+            "Read a file of returns; guess its columns, units, scan interval and noise; write a config that tracks its "
+            "targets, with a comment on each guess."
+        )
+        config = drafts.add_parser("config", help="a config that tracks the targets of a file", description=about)
+        config.add_argument("data", metavar="DATA", help="a CSV or Parquet file with a header and one row for each return")
+        config.add_argument("--out", metavar="FILE", help="the config; default: the data's name with .toml, in this folder")
+        about = (
+            "Write a Python package with a working component of one role, the test of all laws of that role, and the entry "
+            "point."
+        )
+        package = drafts.add_parser("plugin", help="a Python package with one component and its tests", description=about)
+        package.add_argument("name", metavar="NAME", help="name of the plugin: one word")
+        roles = ("motion", "sensor", "associator", "estimator", "birth", "lifecycle")
+        package.add_argument("--role", choices=roles, default="motion", help="role of its component; default: motion")
+        package.add_argument("--out", metavar="DIR", help="folder for the package; default: vedette-NAME")
+
+    def run(self, arguments: Namespace) -> int:
+        from vedette_tools.commands import new
+
+        return new.run(arguments)
+
+
+@final
+@frozen
+class Explain(Command):
+    """Say what a config composes and what is out of proportion.
+
+    Says in plain words which gates, errors and track lives follow from a config. Reads the first scans of the source, and
+    tracks nothing.
+    """
+
+    kind: ClassVar[str] = "explain"
+
+    def options(self, parser: ArgumentParser) -> None:
+        options.add_config(parser)
+        about = "time between scans, as in '2.5 s'; default: that of the source"
+        parser.add_argument("--interval", metavar="TIME", help=about)
+        options.add_json(parser)
+
+    def run(self, arguments: Namespace) -> int:
+        from vedette_tools.commands import explain
+
+        return explain.run(arguments)
+
+
+@final
+@frozen
+class Tune(Command):
+    """Estimate parameters from a recording without truth.
+
+    Finds the parameters of greatest likelihood given a recording's returns, on the first part of the scans; tests them on
+    the rest; states the error of each, and whether Q or R was wrong. Writes a config that runs. After Ctrl-C, --resume
+    continues.
+    """
+
+    kind: ClassVar[str] = "tune"
+
+    def options(self, parser: ArgumentParser) -> None:
+        options.add_config(parser)
+        parser.add_argument(
+            "--free",
+            nargs="+",
+            action="extend",
+            default=[],
+            metavar="PATH.TO.KEY=LOW..HIGH",
+            help="parameters to tune, with ranges: estimator.motion.sigma_accel=0.01..10; default: a tenth to ten times",
+        )
+        parser.add_argument(
+            "--part", default="0.5", metavar="P", help="fraction of the scans to tune on, from the first on; default: 0.5"
+        )
+        parser.add_argument(
+            "--by", default="likelihood", choices=["likelihood", "consistency"], help="the criterion; default: likelihood"
+        )
+        about = "number of searches; the first starts at the config's values; default: 3"
+        parser.add_argument("--starts", default="3", metavar="N", help=about)
+        parser.add_argument("--method", default=METHODS[0], choices=METHODS, help="search method; default: nelder-mead")
+        about = "number of processes; it changes no result; default: 1"
+        parser.add_argument("--workers", default="1", metavar="N", help=about)
+        options.add_seed(parser)
+        parser.add_argument("--out", metavar="DIR", help="folder for config, results and picture; default: out/NAME-tuned")
+        parser.add_argument("--resume", action="store_true", help="continue the unfinished tuning in the folder --out")
+        options.add_json(parser, "end standard output with one line of JSON: the results")
+        options.add_pictures(parser)
+
+    def run(self, arguments: Namespace) -> int:
+        from vedette_tools.commands import tune
+
+        return tune.run(arguments)

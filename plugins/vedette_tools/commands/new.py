@@ -1,0 +1,48 @@
+"""`vedette new`: a config for one's own data, a package for one's own plugin."""
+
+from __future__ import annotations
+
+from argparse import Namespace
+from pathlib import Path
+from shlex import quote
+
+from vedette.commands import DONE
+from vedette.config import load
+from vedette.errors import ConfigError, InputError, Problem
+from vedette.writing import whole_file
+from vedette_tools.drafting import distribution_name, draft_config, draft_package
+
+CONFIGS = (".toml", ".yaml", ".yml")
+"""How the names of configs end, and those of no table."""
+
+
+def run(arguments: Namespace) -> int:
+    """Write what is asked for, and say what to do with it."""
+    return _config(arguments) if arguments.what == "config" else _plugin(arguments)
+
+
+def _config(arguments: Namespace) -> int:
+    data = Path(arguments.data)
+    path = Path(arguments.out) if arguments.out else Path(f"{data.stem}.toml")
+    if arguments.out and path.suffix != ".toml":
+        raise ConfigError([Problem("--out", f"must end in .toml, got {str(path)!r}")])
+    if data.suffix in CONFIGS:
+        raise InputError(f"{data}: is a config, not data; `vedette run` runs it")
+    if path.exists():
+        raise ConfigError([Problem("--out", f"{str(path)!r} exists already: delete it, or name another file")])
+    text = draft_config(data)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with whole_file(path) as file:
+        file.write(text)
+    load(path)
+    print(text)
+    print(f"written to {path}; run it: vedette run {quote(str(path))}")
+    return DONE
+
+
+def _plugin(arguments: Namespace) -> int:
+    folder = Path(arguments.out or distribution_name(arguments.name))
+    for path in draft_package(arguments.name, folder, arguments.role):
+        print(path)
+    print(f"install and test it: cd {folder}; pip install -e '.[test]'; python -m pytest")
+    return DONE

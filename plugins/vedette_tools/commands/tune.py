@@ -1,0 +1,78 @@
+"""`vedette tune`: parameters from detections, with errors, judged on scans held back."""
+
+from __future__ import annotations
+
+import json
+from argparse import Namespace
+from pathlib import Path
+
+from vedette.commands import DONE, options
+from vedette.writing import check_folder, whole_file
+from vedette_report.canvas import Look
+from vedette_report.drawing import drawing
+from vedette_report.output import can_draw
+from vedette_study import short_names
+from vedette_tools.tuning import Found, Tuned, data, summary, text, toml, tune
+from vedette_tools.tuning.picture import Growth, Hill, draw
+
+
+def run(arguments: Namespace) -> int:
+    """Tune, print the table, write the tuned config, the figures and the picture."""
+    folder = Path(arguments.out) if arguments.out else Path("out") / f"{Path(arguments.config).stem}-tuned"
+    check_folder(folder)
+    look = drawing(arguments.format, arguments.columns, arguments.style).look
+    tuned = tune(
+        arguments.config,
+        arguments.free,
+        overrides=options.overrides(arguments),
+        by=arguments.by,
+        part=options.number("--part", arguments.part),
+        starts=options.whole("--starts", arguments.starts, 1),
+        method=arguments.method,
+        workers=options.whole("--workers", arguments.workers, 1),
+        out=folder,
+        resume=arguments.resume,
+    )
+    print(text(tuned))
+    print(f"{folder}: {', '.join(_write(folder, tuned, look))}")
+    if arguments.json:
+        print(json.dumps(data(tuned)))
+    return DONE
+
+
+def _write(folder: Path, tuned: Tuned, look: Look) -> list[str]:
+    written = []
+    files = {
+        "tuned.toml": toml(tuned),
+        "tuned.txt": text(tuned) + "\n",
+        "tuned.json": json.dumps(data(tuned), indent=2) + "\n",
+    }
+    for name, content in files.items():
+        with whole_file(folder / name) as file:
+            file.write(content)
+        written.append(name)
+    if can_draw():
+        judged, names = tuned.judged, short_names(each.free.path for each in tuned.parameters)
+        growth = None
+        if judged.before is not None:
+            growth = Growth(judged.times, judged.after - judged.before, judged.tuned)
+        what = "log-likelihood" if tuned.by == "likelihood" else "consistency"
+        facts = (
+            f"{what} below its top along each parameter, the others following; band: one standard error, whose parabola is "
+            "dotted; dashed: before"
+        )
+        hills = [_hill(each, names[each.free.path]) for each in tuned.parameters]
+        written.append(look.file("tuned"))
+        draw(f"Tuned: {tuned.title}" if tuned.title else "Tuned", facts, hills, growth, folder / written[-1], look)
+    return written
+
+
+def _hill(each: Found, name: str) -> Hill:
+    curve, band = each.curve, None
+    assert curve is not None
+    if each.error is not None:
+        band = (each.after - each.error, each.after + each.error)
+    return Hill(
+        name, each.free.place.unit, curve.values, curve.heights, curve.parabola, each.before, each.after, band,
+        each.free.scale == "log" and float(max(curve.values) / min(curve.values)) > 5.0, summary(each),
+    )  # fmt: skip

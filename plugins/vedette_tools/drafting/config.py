@@ -1,0 +1,298 @@
+"""A config for a table of detections: columns and units by its header, noise and rates by its rows."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+from attrs import evolve, frozen
+
+from vedette.config import load
+from vedette.experiment import Experiment
+from vedette.space import Array
+from vedette.types import Recording, Scan
+from vedette_files import NORTH_EAST, CsvSource, TablePath
+from vedette_tools.drafting.cadence import left_out_period
+from vedette_tools.drafting.chains import Chain, chains, spacing, unbroken
+from vedette_tools.drafting.noise import Noise, Windows, estimated, plausible
+from vedette_tools.drafting.table import FLAT, Table, read_table
+from vedette_tools.drafting.text import Facts, written
+from vedette_tools.drafting.third import UNSURE, VELOCITY, own_share, recedes, third_noise
+from vedette_tools.drafting.titles import meaning
+
+MOST_SCANS = 1500
+"""So many scans of a sensor tell its noise."""
+
+SURE = 10.0
+"""Another reading must be likelier by this, in logarithms, than the one that the titles suggest."""
+
+JUMP = 3.5
+"""A second difference of so many usual ones is taken as a jump to another target: noise alone makes one in 5,000."""
+
+FORGETTING = 100
+"""A target whose course is as good as straight is still drafted with process noise that is felt after so many scans."""
+
+TRACKER: dict[str, Any] = {
+    "estimator": {"kind": "ekf", "motion": {"kind": "constant_velocity", "sigma_accel": 1.0}},
+    "associator": {"kind": "jpda"},
+    "birth": {"kind": "from_returns", "spread": {"vx": 10.0, "vy": 10.0}},
+    "lifecycle": {"kind": "existence"},
+}
+
+
+@frozen(eq=False)
+class Seen:
+    """What one sensor's returns show: its scans' times, the positions of its returns, where it stood, the chains, and what
+    else it measured.
+    """
+
+    times: Array
+    spots: tuple[Array, ...]
+    stands: Array
+    found: tuple[Chain, ...]
+    thirds: tuple[Array, ...] = ()
+
+    @property
+    def rough(self) -> float:
+        """The usual second difference along the chains, in m; inf without any."""
+        each = [np.linalg.norm(np.diff(chain.spots, 2, axis=0), axis=-1) for chain in self.found]
+        return float(np.median(np.concatenate(each))) if each else np.inf
+
+    @property
+    def period(self) -> float:
+        """The usual time between scans, in s; 1 for a single one."""
+        return float(np.median(np.diff(np.unique(self.times)))) if len(self.times) > 1 else 1.0
+
+    @property
+    def least_accel(self) -> float:
+        """Return the acceleration noise, m/s^2, that moves a target by the sensor's own error in `FORGETTING` scans.
+
+        Over t s that is accel t^1.5 / sqrt(3). With less, the filter believes its prediction for ever.
+        """
+        return float(np.sqrt(3) * self.error / (FORGETTING * self.period) ** 1.5) if self.found else 0.0
+
+    @property
+    def error(self) -> float:
+        """The error of a return along an axis, in m, by the usual second difference, whose median is 2.9 times that."""
+        return self.rough / 2.9
+
+
+def draft_config(path: TablePath) -> str:
+    """Return a commented config, as TOML, that tracks the targets of a CSV or Parquet file, or of a data frame.
+
+    InputError if the file has no header, or no column that looks like a time or a position.
+    """
+    table = read_table(path)
+    recording = _opened(table)
+    if any("is out of order" in problem.text for problem in recording.refused):
+        table = evolve(table, sort=True)
+        recording = _opened(table)
+    best = _gapless(_best(Reading.of(table, recording)))
+    table = best.table if best.table.periods else table
+    if table.third and (why := _useless(best)):
+        table = table.without_third(why)
+        best = _best(Reading.of(table, _opened(table)))
+    if best.table.third == "range_rate" and _taken_out(best):
+        title = best.table.measured["range_rate"]
+        best = evolve(best, table=best.table.at_rest(f"{title} is over ground: the platform's own motion is not in it"))
+    facts = {name: _facts(each, plausible(best.noise[name].sensor)) for name, each in best.seen.items()}
+    accels = [best.noise[name].accel for name, each in best.seen.items() for _ in each.found]
+    accel, floor = float(np.median(accels)) if accels else 0.1, min(each.least_accel for each in best.seen.values())
+    speed = _speed([chain for each in best.seen.values() for chain in each.found])
+    return written(best.table, facts, max(accel, floor), speed, best.recording.notes, steady=accel < floor)
+
+
+def _gapless(best: Reading) -> Reading:
+    """Return the reading with the scans that the file leaves out for want of returns, if its times show such.
+
+    The targets must still be seen: of reports that come one by one, none is a look at all targets.
+    """
+    found = {name: left_out_period(each.times, [len(own) for own in each.spots]) for name, each in best.seen.items()}
+    periods = {name: period for name, period in found.items() if period is not None}
+    if not periods:
+        return best
+    told = "gaps of whole periods are scans without returns, which the file leaves out"
+    table = evolve(best.table, periods=periods, assumed=(*best.table.assumed, told))
+    filled = Reading.of(table, _opened(table))
+    return filled if filled.followed >= 0.95 * best.followed else best
+
+
+def _useless(best: Reading) -> str:
+    """Say why what is measured beside a position cannot be drafted, or return ""."""
+    seen = list(best.seen.values())
+    if not all(len(each.found) and np.isfinite(third_noise(each.found, each.thirds)) for each in seen):
+        return "no track was found that tells its noise"
+    if best.table.third != "range_rate":
+        return ""
+    own, moves = [own_share(each.found, each.thirds, each.stands) for each in seen], set(VELOCITY) & set(best.table.platform)
+    if not moves and any(share > 0.5 or error > UNSURE for share, error in own if error):
+        return "it needs the velocity of the platform, which no column tells"
+    if not all(recedes(each.found, each.thirds, each.stands, relative=not _taken_out(best)) for each in seen):
+        return "it falls where ranges grow, and a range rate must rise; turn its sign and draft anew"
+    return ""
+
+
+def _taken_out(best: Reading) -> bool:
+    """Return whether range rates are clearly without the platform's own motion."""
+    own = [own_share(each.found, each.thirds, each.stands) for each in best.seen.values()]
+    return all(share < 0.5 and 0 < error < UNSURE for share, error in own)
+
+
+def _opened(table: Table) -> Recording:
+    experiment = _experiment(table)
+    sensors, source = experiment.tracker.sensors, experiment.source
+    assert isinstance(source, CsvSource)
+    if table.frame_table is not None:
+        return source.open_frame(table.frame_table.frame, sensors)
+    return source.open(sensors, np.random.default_rng(0))
+
+
+def _experiment(table: Table) -> Experiment:
+    polar = {"sigma_range": 1.0, "sigma_bearing": 1e-3}
+    sensor: dict[str, Any] = {"kind": "cartesian_position", "sigma": 1.0}
+    parts = dict(TRACKER)
+    if table.third == "range_rate":
+        sensor = {"kind": "range_bearing_rate", **polar, "sigma_rate": 1.0}
+    elif table.polar:
+        sensor = {"kind": "range_bearing", **polar}
+    elif table.third:
+        sensor = {"kind": "linear", "axes": ["x", "y", "z"], "R": np.eye(3).tolist()}
+        motion = {"kind": "constant_velocity", "sigma_accel": 1.0, "axes": ["x", "y", "z"]}
+        parts |= {
+            "estimator": {"kind": "ekf", "motion": motion},
+            "birth": {"kind": "from_returns", "spread": {"vx": 10.0, "vy": 10.0, "vz": 10.0}},
+        }
+    return load(parts | {"sensors": dict.fromkeys(table.sensors, sensor), "source": table.source()})
+
+
+@frozen(eq=False)
+class Reading:
+    """One way to read a table: what it gives, what each sensor's returns show, and their noise."""
+
+    table: Table
+    recording: Recording
+    seen: dict[str, Seen]
+    noise: dict[str, Noise]
+
+    @classmethod
+    def of(cls, table: Table, recording: Recording) -> Reading:
+        """Read it."""
+        seen = _seen(table, recording)
+        return cls(table, recording, seen, {name: _noise(table, each) for name, each in seen.items()})
+
+    @property
+    def followed(self) -> int:
+        """How many returns the chains hold."""
+        return sum(len(chain.times) for each in self.seen.values() for chain in each.found)
+
+    @property
+    def evidence(self) -> float:
+        """How likely the returns are so."""
+        return sum(each.evidence for each in self.noise.values())
+
+
+def _best(first: Reading) -> Reading:
+    """Return the reading of the platform's columns by which the returns are likeliest: targets hardly accelerate."""
+    best = first
+    for other in _readings(first.table):
+        found = Reading.of(other, _opened(other))
+        if found.evidence > best.evidence + SURE:
+            best = found
+    return best
+
+
+def _readings(table: Table) -> Iterator[Table]:
+    """Yield the other ways to read a platform: bearings from north instead of the bow, x and y the other way round."""
+    if not table.platform:
+        return
+    swapped = dict(table.platform)
+    plainly = set(FLAT) <= set(swapped) and all(meaning(swapped[axis]).axis in FLAT for axis in FLAT)
+    if plainly:  # else the titles say which is which: north, latitude
+        for one, other in (("x", "y"), ("vx", "vy")):
+            if one in swapped and other in swapped:
+                swapped[one], swapped[other] = swapped[other], swapped[one]
+        yield evolve(table, platform=swapped, frame=NORTH_EAST)
+    if "heading" in table.platform:
+        for each in (table.platform, swapped) if plainly else (table.platform,):
+            plain = {axis: title for axis, title in each.items() if axis != "heading"}
+            frame = table.frame if each is table.platform else NORTH_EAST
+            yield evolve(table, platform=plain, frame=frame, left_out=(*table.left_out, table.platform["heading"]))
+
+
+def _seen(table: Table, recording: Recording) -> dict[str, Seen]:
+    sensors = _experiment(table).tracker.sensors
+    found = {}
+    for name, sensor in sensors.items():
+        scans = [scan for scan in recording.scans if scan.sensor == name][:MOST_SCANS]
+
+        def spots(scan: Scan) -> Array:
+            placed = sensor if scan.pose is None else sensor.at(scan.pose)  # noqa: B023
+            return placed.invert(scan.detections.z).mean[..., :2]
+
+        if scans:
+            stands = np.array([np.zeros(2) if scan.pose is None else scan.pose.position[:2] for scan in scans])
+            followed = _followed(np.array([scan.time for scan in scans]), tuple(map(spots, scans)), stands)
+            thirds = tuple(scan.detections.z[:, 2] for scan in scans) if table.third else ()
+            found[name] = evolve(followed, thirds=thirds)
+    return found
+
+
+def _followed(times: Array, spots: tuple[Array, ...], stands: Array) -> Seen:
+    """Follow the returns twice: first within what their spacing allows, then within what the first time showed."""
+    width = spacing(spots)
+    seen = Seen(times, spots, stands, tuple(chains(times, spots, width)))
+    if not seen.found:
+        return seen
+    return evolve(seen, found=tuple(chains(times, spots, min(width, 4.0 * max(seen.rough, 1e-6)))) or seen.found)
+
+
+def _speed(found: Sequence[Chain]) -> float:
+    """Return the usual speed along an axis, in m/s; a guess without any chain."""
+    paces = [(chain.spots[-1] - chain.spots[0]) / (chain.times[-1] - chain.times[0]) for chain in found]
+    return max(float(np.sqrt(np.mean(np.square(paces)))), 1e-3) if paces else 10.0
+
+
+def _noise(table: Table, seen: Seen) -> Noise:
+    """Return the noise of one sensor and the targets that it saw; a guess by the extent if it shows none."""
+    speed = _speed(seen.found)
+    apart = [own - stand for own, stand in zip(seen.spots, seen.stands, strict=True)]
+    far = float(np.median(np.linalg.norm(np.concatenate(apart), axis=-1))) if len(np.concatenate(apart)) else 1e3
+    sigma = max(seen.error if seen.found else far / 100, 1e-6)
+    guess = (sigma, sigma / max(far, 1e-6)) if table.polar else (sigma,)
+    if not seen.found:
+        return Noise(guess, 0.05 * speed / seen.period)
+    found = [piece for chain in seen.found for piece in unbroken(chain, JUMP * seen.rough)]
+    lines = []
+    for chain in found:
+        line = np.tile(np.eye(2), (len(chain.times), 1, 1))
+        if table.polar:
+            along = chain.spots - seen.stands[chain.scans]
+            r = np.maximum(np.linalg.norm(along, axis=-1), 1e-9)
+            line[..., 0] = along / r[:, None]
+            line[..., 1] = np.stack([-along[:, 1], along[:, 0]], axis=-1)
+        lines.append(line)
+    start = (*guess, 0.05 * speed / seen.period)
+    return estimated(Windows.of(found, lines), start, speed, lambda own: own if table.polar else np.repeat(own, 2))
+
+
+def _facts(seen: Seen, sigmas: tuple[float, ...]) -> Facts:
+    hits, looks = sum(len(chain.times) for chain in seen.found), sum(chain.looks for chain in seen.found)
+    every = np.concatenate(seen.spots)
+    ranges = [np.linalg.norm(own - stand, axis=-1) for own, stand in zip(seen.spots, seen.stands, strict=True)]
+    low, high = np.percentile(every, [1, 99], axis=0) if len(every) else (np.zeros(2), np.ones(2))
+    third = max(third_noise(seen.found, seen.thirds), 1e-6) if seen.thirds else 0.0
+    others = np.concatenate(seen.thirds) if seen.thirds else np.zeros(1)
+    return Facts(
+        sigmas=sigmas,
+        probability=float(np.clip(hits / looks, 0.3, 0.99)) if looks else 0.9,
+        clutter=max((len(every) - hits) / max(len(seen.times), 1), 0.05),
+        reach=float(np.max(np.concatenate(ranges), initial=1.0)),
+        area=float(np.prod(np.maximum(high - low, 10 * sigmas[0]))),
+        period=seen.period,
+        scans=len(seen.times),
+        chains=len(seen.found),
+        third=third,
+        fastest=float(np.max(np.abs(others), initial=0.0)),
+        height=float(max(np.ptp(np.percentile(others, [1, 99])), 10 * third)) if len(others) else 1.0,
+    )

@@ -1,0 +1,304 @@
+"""What a table of detections holds, by its header and its first rows: how a `csv` source reads it."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from itertools import islice
+from typing import Any
+
+import numpy as np
+from attrs import evolve, field, frozen
+
+from vedette.errors import InputError
+from vedette.space import Array
+from vedette_files import (
+    COMMAS,
+    FRAMES,
+    NORTH_EAST,
+    Dialect,
+    FrameTable,
+    TablePath,
+    cells_of,
+    fitted,
+    header_and_rows,
+    header_line,
+    is_columnar,
+    is_number,
+    lines,
+    listed,
+    shown,
+)
+from vedette_tools.drafting.third import VELOCITY, own_velocity, third_column
+from vedette_tools.drafting.titles import UNITS, Meaning, chosen, meaning
+
+LOOKED_AT = 2000
+"""So many rows say what the columns hold."""
+
+MOST_SENSORS = 20
+"""A column of more names than these is not taken to name sensors."""
+
+MANY = 20
+"""So many times of which none ends in 60 to 99 are times of day without their colons."""
+
+DELIMITERS = (",", ";", "\t", "|")
+_SENTENCE = re.compile(r"(^|\\)[!$][A-Z]{5},")
+_DAY = re.compile(r"\d{4}-\d\d-\d\d")
+
+ANGLES, SPEEDS = ("bearing", "heading", "course"), ("range_rate", "vx", "vy", "speed")
+COMPASS = ("bearing", "brg", "azimuth", "az", "azi")
+POLAR, GEODETIC, FLAT = ("range", "bearing"), ("latitude", "longitude"), ("x", "y")
+
+
+@frozen
+class Table:
+    """How a table is read: its columns by the config's tables, what was assumed, and what is left out."""
+
+    path: str
+    dialect: Dialect
+    time: Meaning
+    time_unit: str
+    scan: str
+    sensor_column: str
+    sensors: tuple[str, ...]
+    measured: Mapping[str, str]
+    platform: Mapping[str, str]
+    units: Mapping[str, str]
+    frame: str
+    assumed: tuple[str, ...] = ()
+    left_out: tuple[str, ...] = ()
+    sort: bool = False
+    periods: Mapping[str, float] = field(factory=dict)
+    frame_table: FrameTable | None = None
+
+    @property
+    def polar(self) -> bool:
+        """Whether returns are ranges and bearings."""
+        return "range" in self.measured
+
+    @property
+    def third(self) -> str:
+        """What is measured beside a position in the plane: range_rate, z or altitude; or ""."""
+        return next((axis for axis in ("range_rate", "z", "altitude") if axis in self.measured), "")
+
+    def without_third(self, why: str) -> Table:
+        """Return how the same table is read without it."""
+        kept = self.at_rest()
+        measured = {axis: title for axis, title in self.measured.items() if axis != self.third}
+        title = self.measured[self.third]
+        units = {axis: unit for axis, unit in self.units.items() if axis != self.third}
+        text = f"{title} is left out: {why}"
+        assumed = (*(one for one in kept.assumed if not one.startswith(f"{title} is in ")), text)
+        return evolve(kept, measured=measured, units=units, assumed=assumed, left_out=(*kept.left_out, title))
+
+    def at_rest(self, *why: str) -> Table:
+        """Return how the same table is read without the velocity of its platform."""
+        titles = tuple(title for axis, title in self.platform.items() if axis in VELOCITY)
+        platform = {axis: title for axis, title in self.platform.items() if axis not in VELOCITY}
+        assumed = [one for one in self.assumed if not one.startswith(tuple(f"{title} is in " for title in titles))]
+        return evolve(self, platform=platform, assumed=(*assumed, *why), left_out=(*self.left_out, *titles))
+
+    def source(self) -> dict[str, Any]:
+        """Return the config of the source."""
+        detections: dict[str, Any] = {"time": self.time.title, "columns": dict(self.measured)}
+        units = {axis: self.units[axis] for axis in self.measured if axis in self.units}
+        timed = {"time": self.time_unit} if self.time_unit else {}
+        detections |= {"units": units | timed} if units or timed else {}
+        detections |= {"scan": self.scan} if self.scan else {}
+        detections |= {"periods": dict(self.periods)} if self.periods else {}
+        if len(self.sensors) > 1:
+            detections |= {"sensor_column": self.sensor_column}
+        found: dict[str, Any] = {"kind": "csv", "path": self.path, "frame": self.frame, "detections": detections}
+        found |= {"delimiter": self.dialect.delimiter} if self.dialect.delimiter != "," else {}
+        found |= {"decimal": self.dialect.decimal} if self.dialect.decimal != "." else {}
+        found |= {"sort": True} if self.sort else {}
+        if self.platform:
+            own = {axis: self.units[f"own {axis}"] for axis in self.platform if f"own {axis}" in self.units}
+            units = own | timed
+            found["platform"] = {"time": self.time.title, "columns": dict(self.platform)} | (
+                {"units": units} if units else {}
+            )
+        return found
+
+
+def read_table(path: TablePath) -> Table:
+    """Return what a CSV or Parquet file holds; InputError if no time or no position can be found among its titles."""
+    titles, rows, dialect = _first_rows(path)
+    below = rows.pop(0) if rows and _states_units(rows[0]) else []
+    columns = {title: [row[i] for row in rows] for i, title in enumerate(titles)}
+    measured, own = chosen(titles, below)
+    if "time" not in measured:
+        index = "; an index counts if it has a name" if isinstance(path, FrameTable) else ""
+        raise InputError(f"{path}: no column looks like a time among {listed(titles)}; name it `time` or `t`{index}")
+    measured["time"] = time = _with_time_of_day(measured["time"], columns)
+    axes = next((pair for pair in (POLAR, GEODETIC, FLAT, ("east", "north")) if set(pair) <= set(measured)), None)
+    if axes is None:
+        wanted = "range and bearing, latitude and longitude, or x and y"
+        raise InputError(f"{path}: no columns look like {wanted} among {listed(titles)}")
+    names = dict(zip(FLAT, axes, strict=True)) if axes[0] == "east" else {axis: axis for axis in axes}
+    names |= third_column(axes[0], measured, columns)
+    units: dict[str, str] = {}
+    assumed = ["the row below the header states units; as a return it is refused"] if below else []
+    for axis, name in names.items():
+        _unit(axis, axis, measured[name], columns, units, assumed)
+    compass = axes == GEODETIC or any(word in measured["bearing"].title.lower() for word in COMPASS if axes == POLAR)
+    platform = _platform(own) if axes == POLAR else {}
+    if "range_rate" in names and platform:
+        platform |= own_velocity(own, platform, columns, compass)
+    for axis, given in platform.items():
+        _unit(f"own {axis}", axis, given, columns, units, assumed)
+    times = _numbers(columns[time.title])
+    if advice := joined(times):
+        raise InputError(f"{path}: {time.title}: {advice}, got {times[0]:.15g}")
+    unit = _time_unit(time, times, assumed)
+    who = measured["sensor"].title if "sensor" in measured else ""
+    sensors = tuple(sorted({cell for cell in columns[who] if cell})) if who else ()
+    if len(sensors) == 1:
+        assumed.append(f"all returns are of one sensor: {who} names only {sensors[0]}")
+    if len(sensors) > MOST_SENSORS:
+        assumed.append(f"{who} has more than {MOST_SENSORS} names, so all returns are of one sensor")
+        who, sensors = "", ()
+    read = {time.title, *(measured[name].title for name in names.values()), *(each.title for each in platform.values())}
+    read |= {who, measured["scan"].title if "scan" in measured else ""}
+    return Table(
+        path="" if isinstance(path, FrameTable) else str(path),
+        frame_table=path if isinstance(path, FrameTable) else None,
+        dialect=dialect,
+        time=time,
+        time_unit=unit,
+        scan=measured["scan"].title if "scan" in measured else "",
+        sensor_column=who,
+        sensors=sensors if len(sensors) > 1 else ("sensor",),
+        measured={axis: measured[name].title for axis, name in names.items()},
+        platform={axis: each.title for axis, each in platform.items()},
+        units=units,
+        frame=NORTH_EAST if compass else FRAMES[0],
+        assumed=tuple(assumed),
+        left_out=tuple(title for title in titles if title not in read),
+    )
+
+
+def _first_rows(path: TablePath) -> tuple[list[str], list[list[str]], Dialect]:
+    if isinstance(path, FrameTable) or is_columnar(path):
+        titles, _ = header_and_rows(path, ())
+        titles, given = header_and_rows(path, titles)
+        return titles, list(islice(given, LOOKED_AT)), COMMAS
+    number, first, below = header_line(lines(path))
+    if "\0" in first:
+        raise InputError(f"{path}: is no text; a table is CSV or Parquet, and the source `video` reads frames")
+    text = [line for _, line in islice(below, LOOKED_AT) if line.strip()]
+    if _SENTENCE.search(first):
+        raise InputError(f"{path}:{number}: holds sentences of NMEA 0183, not a table: decode them to one first")
+    delimiter = max(DELIMITERS, key=first.count)
+    header = cells_of(first, delimiter)
+    if not header or all(is_number(cell) for cell in header):
+        raise InputError(f"{path}:{number}: must be a header line with the titles of the columns, got {shown(first)}")
+    if len(header) == 1:
+        between = "a comma, a semicolon, a tab or |"
+        raise InputError(
+            f"{path}:{number}: must be the titles of the columns with {between} between them, got {shown(first)}"
+        )
+    dialect = Dialect(delimiter, _decimal(text, delimiter))
+    rows = [cells for line in text if (cells := fitted(dialect.cells(line), len(header))) and len(cells) == len(header)]
+    return header, rows, dialect
+
+
+def _states_units(row: Sequence[str]) -> bool:
+    """Return whether a row below the header holds units, and no number or date."""
+    words = [cell.strip("[]() ").lower() for cell in row]
+    return not any(cell[:1].isdigit() or is_number(cell) for cell in row) and any(
+        word in known for word in words for known in UNITS.values()
+    )
+
+
+def _with_time_of_day(time: Meaning, columns: Mapping[str, list[str]]) -> Meaning:
+    """Return the column of the time, or, if that holds bare days, another one that says when on a day it was."""
+    if not all(map(_DAY.fullmatch, filter(None, columns[time.title]))):
+        return time
+    others = [meaning(title) for title in columns if title != time.title]
+    return next((each for each in others if each.axis == "time" and not each.own and any(columns[each.title])), time)
+
+
+def _decimal(text: Sequence[str], delimiter: str) -> str:
+    """Return what numbers have before their decimals: the comma where more cells become numbers with it."""
+    point, comma = (
+        sum(is_number(cell) for line in text for cell in Dialect(delimiter, each).cells(line) or ()) for each in ".,"
+    )
+    return "," if comma > point else "."
+
+
+def _platform(own: Mapping[str, Meaning]) -> dict[str, Meaning]:
+    """Return the platform's columns: its position, and its heading if there is one."""
+    if set(GEODETIC) <= set(own):
+        pair = {axis: own[axis] for axis in GEODETIC}
+    elif {"east", "north"} <= set(own):
+        pair = {"x": own["north"], "y": own["east"]}
+    elif set(FLAT) <= set(own):
+        pair = {axis: own[axis] for axis in FLAT}
+    else:
+        return {}
+    return pair | ({"heading": own["heading"]} if "heading" in own else {})
+
+
+def _unit(
+    place: str, axis: str, given: Meaning, columns: Mapping[str, list[str]], units: dict[str, str], assumed: list[str]
+) -> None:
+    """Add a column's unit unless it is the usual one, and what had to be assumed."""
+    if axis in GEODETIC:
+        if given.unit == "rad":
+            units[place] = "rad"
+        return
+    usual = "rad" if axis in ANGLES else "m/s" if axis in SPEEDS else "m"
+    unit = given.unit
+    if not unit and axis in ANGLES:
+        largest = float(np.max(np.abs(_numbers(columns[given.title])), initial=0.0))
+        unit = "deg" if largest > 2.0001 * math.pi else "rad"
+        assumed.append(f"{given.title} is in {unit}: it goes up to {largest:.4g}{_unknown(given)}")
+    elif not unit:
+        assumed.append(f"{given.title} is in {usual}{_unknown(given)}")
+    if unit and unit != usual:
+        units[place] = unit
+
+
+def _unknown(given: Meaning) -> str:
+    return f", for {given.unknown!r} is no unit that is known" if given.unknown else ""
+
+
+def _time_unit(time: Meaning, values: Array, assumed: list[str]) -> str:
+    """Return the unit of times unless it is s or they are dates."""
+    if not len(values):
+        return ""
+    if time.unit:
+        return "" if time.unit == "s" else time.unit
+    size = float(np.median(np.abs(values)))
+    for least, unit in ((1e17, "ns"), (1e14, "us"), (1e11, "ms")):
+        if size > least:
+            assumed.append(f"{time.title} counts {unit} since 1970")
+            return unit
+    apart = np.diff(np.unique(values))
+    if 2e4 < size < 8e4 and len(apart) and float(np.median(apart)) < 1e-3:
+        assumed.append(f"{time.title} counts days, as spreadsheets do")
+        return "86400 s"
+    if np.all(values == np.rint(values)) and len(apart) and float(np.median(apart)) >= 100:
+        assumed.append(f"{time.title} counts ms: whole numbers {np.median(apart):.0f} apart")
+        return "ms"
+    assumed.append(f"{time.title} is in s{_unknown(time)}")
+    return ""
+
+
+def joined(times: Array) -> str:
+    """Say what to do with numbers that are dates or times of day without their colons, or return ""."""
+    if not len(times):
+        return ""
+    if np.all((times > 1.9e13) & (times < 2.1e13)):
+        return "must be dates and times as 2026-11-22T08:39:04"
+    seconds, minutes, hours = times % 100, times // 100 % 100, times // 10_000
+    looks = np.all((times >= 0) & (seconds < 60) & (minutes < 60) & (hours < 24))
+    if looks and len(np.unique(times)) >= MANY and len(np.unique(seconds)) > 5 and np.ptp(minutes + 60 * hours) > 0:
+        return "must be times of day as 08:39:04, for no number ends in 60 to 99"
+    return ""
+
+
+def _numbers(cells: Sequence[str]) -> Array:
+    return np.array([float(cell) for cell in cells if is_number(cell)])

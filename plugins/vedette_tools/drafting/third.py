@@ -1,0 +1,112 @@
+"""What returns measure beside a position in the plane: a height, or a range rate."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from vedette.space import Array
+from vedette_files import is_number
+from vedette_tools.drafting.chains import Chain
+from vedette_tools.drafting.titles import Meaning
+
+THIRD: dict[str, dict[str, tuple[str, ...]]] = {
+    "range": {"range_rate": ("range_rate",)},
+    "latitude": {"altitude": ("altitude", "z")},
+    "x": {"z": ("z", "altitude")},
+    "east": {"z": ("z", "altitude")},
+}
+"""By the first axis of the position: what else a source reads, and the axes that titles may name it by."""
+
+VELOCITY = ("vx", "vy", "speed", "course")
+"""The axes of a platform's velocity."""
+
+UNSURE = 0.2
+"""Beyond this standard error the data do not tell whether rates hold the platform's own motion: 1 is all of it, 0 none."""
+
+EVEN = 0.01
+"""Three returns are even in time if their two steps differ by less than this share."""
+
+
+def third_column(first: str, measured: Mapping[str, Meaning], columns: Mapping[str, list[str]]) -> dict[str, str]:
+    """Return what else is read and the axis of its title: only a column that has a number in each row, and not one alone."""
+    for key, names in THIRD[first].items():
+        for name in names:
+            cells = columns[measured[name].title] if name in measured else []
+            if len(set(cells)) > 1 and all(map(is_number, cells)):
+                return {key: name}
+    return {}
+
+
+def own_velocity(
+    own: Mapping[str, Meaning], platform: Mapping[str, Meaning], columns: Mapping[str, list[str]], compass: bool
+) -> dict[str, Meaning]:
+    """Return the columns of the platform's velocity that have a number in each row; `compass`: x of latitudes is north."""
+    north = compass if "latitude" in platform else platform["x"].axis == "north"
+    named = ("vx", "vy") if "x" in platform and platform["x"].axis == "x" else ("vnorth", "veast")
+    pairs = {"vx": named[0], "vy": named[1]} if north or named[0] == "vx" else {"vx": named[1], "vy": named[0]}
+    for names in (pairs, {"speed": "speed", "course": "course"}):
+        found = {axis: own[name] for axis, name in names.items() if name in own}
+        if len(found) == 2 and all(all(map(is_number, columns[each.title])) for each in found.values()):
+            return found
+    return {}
+
+
+def third_noise(found: Sequence[Chain], thirds: Sequence[Array]) -> float:
+    """Return the standard deviation of its errors, by its second differences along chains; NaN without any.
+
+    Steady motion leaves the noise alone in them: sqrt(6) of it. The median takes no notice of jumps to another target.
+    """
+    apart: list[Array] = [np.zeros(0)]
+    for chain in found:
+        if len(chain.times) > 2:
+            dt = np.diff(chain.times)
+            apart.append(np.diff(_along(chain, thirds), 2)[np.abs(dt[1:] - dt[:-1]) < EVEN * dt[1:]])
+    every = np.concatenate(apart)
+    return float(1.4826 * np.median(np.abs(every)) / np.sqrt(6)) if len(every) else float("nan")
+
+
+def recedes(found: Sequence[Chain], thirds: Sequence[Array], stands: Array, *, relative: bool) -> bool:
+    """Return whether rates are positive where ranges grow; `relative`: to the platform, else to where it stood."""
+    total = 0.0
+    for chain in found:
+        own, fixed = _steps(chain, stands)
+        total += float(np.sum((own if relative else fixed) * _mean_rates(chain, thirds)))
+    return total > 0
+
+
+def own_share(found: Sequence[Chain], thirds: Sequence[Array], stands: Array) -> tuple[float, float]:
+    """Return which share of the platform's own motion the rates hold, and its standard error; 1 and 0 if it stands still.
+
+    A radar measures all of it, but many take it out. By least squares: a range as seen from one place grows by the rate,
+    plus what the platform's own motion makes of it times the share.
+    """
+    apart, moved = [np.zeros(0)], [np.zeros(0)]
+    for chain in found:
+        own, fixed = _steps(chain, stands)
+        apart.append(fixed - _mean_rates(chain, thirds) * np.diff(chain.times))
+        moved.append(fixed - own)
+    y, w = np.concatenate(apart), np.concatenate(moved)
+    total = float(np.sum(w**2))
+    if total <= 1e-12 * max(float(np.sum(y**2)), 1e-300):
+        return 1.0, 0.0
+    share = float(y @ w) / total
+    return share, float(np.sqrt(np.mean((y - share * w) ** 2) / total))
+
+
+def _steps(chain: Chain, stands: Array) -> tuple[Array, Array]:
+    """Return by how much the range grows from each return to the next: from the moving platform, and from where it was."""
+    places = stands[chain.scans]
+    ranges = np.linalg.norm(chain.spots - places, axis=-1)
+    return np.diff(ranges), np.linalg.norm(chain.spots[1:] - places[:-1], axis=-1) - ranges[:-1]
+
+
+def _mean_rates(chain: Chain, thirds: Sequence[Array]) -> Array:
+    rates = _along(chain, thirds)
+    mean: Array = 0.5 * (rates[1:] + rates[:-1])
+    return mean
+
+
+def _along(chain: Chain, thirds: Sequence[Array]) -> Array:
+    return np.array([thirds[i][j] for i, j in zip(chain.scans.tolist(), chain.returns.tolist(), strict=True)])

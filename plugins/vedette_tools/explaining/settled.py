@@ -1,0 +1,195 @@
+"""How a filter's covariances develop from the start of a track on, when every scan brings the return that it expects."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+from attrs import frozen
+
+from vedette.filters import expected_return, predicted
+from vedette.roles import Sensor
+from vedette.space import Array
+from vedette.supporting import ImagingSensor
+from vedette.tracking import Tracker
+from vedette.types import Detections, Gaussian, Pose, Recording
+
+SCANS = 60
+"""After this many scans a filter has settled, or will hardly do so."""
+TRIED = tuple(10.0 ** (0.25 * k) for k in range(29))
+"""Distances in m, 1 to 10^7, at which it is asked what a sensor sees, where no data say where targets are."""
+FAR = TRIED[-1]
+
+
+@frozen(eq=False)
+class Settled:
+    """One sensor and one track over SCANS scans: `prior` and mean of its start, predicted and updated covariances.
+
+    start    the prior of a new track (1, n)
+    predicted, updated  covariances (s, n, n) at each scan;  mean (s, n) updated
+    S        innovation covariance (s, m, m);  R (m, m) of the last
+    measured (m,)       the last return
+    detects, density    probability of detection, clutter density at the last, in 1 / volume of the measurement space
+    """
+
+    start: Gaussian
+    predicted: Array
+    updated: Array
+    mean: Array
+    S: Array
+    R: Array
+    measured: Array
+    detects: float
+    density: float
+
+    def gate_volumes(self, threshold: float) -> Array:
+        """Return the volume of the gate at each scan (s,), in the measurement's units."""
+        m = self.R.shape[-1]
+        ball = math.exp(0.5 * m * math.log(math.pi * threshold) - math.lgamma(m / 2 + 1))
+        volumes: Array = ball * np.sqrt(np.maximum(np.linalg.det(self.S), 0.0))
+        return volumes
+
+
+def reach(sensor: Sensor) -> tuple[float, float]:
+    """Return the least and the largest distance in m at which it detects something; FAR: no limit; NaN: nothing."""
+    seen = [i for i, r in enumerate(TRIED) if _sees(sensor, r)]
+    if not seen:
+        return math.nan, math.nan
+    near, far = TRIED[seen[0]], TRIED[seen[-1]]
+    beyond = TRIED[min(seen[-1] + 1, len(TRIED) - 1)]
+    while beyond / far > 1.0001:
+        middle = math.sqrt(far * beyond)
+        far, beyond = (middle, beyond) if _sees(sensor, middle) else (far, middle)
+    return near, float(f"{far:.3g}")
+
+
+def _sees(sensor: Sensor, r: float) -> bool:
+    return bool(np.max(sensor.detects(ring(sensor, r))) > 0)
+
+
+def ring(sensor: Sensor, r: float) -> Array:
+    """Return points (8, n) over what the sensor observes, at the distance r around the origin."""
+    axes = [i for i, axis in enumerate(sensor.observes.axes) if axis.unit in ("m", "px")][:2]
+    x = np.zeros((8, len(sensor.observes)))
+    turn = np.pi / 8 + np.arange(8) * np.pi / 4
+    for i, part in zip(axes, (np.cos(turn), np.sin(turn)), strict=False):
+        x[:, i] = r * part
+    return x
+
+
+def settle(
+    tracker: Tracker, name: str, dt: float, recording: Recording | None, returns: Array, pose: Pose | None
+) -> Settled | None:
+    """Return how a track of one sensor settles with scans `dt` s apart; None if none can start, or for a camera."""
+    sensor = tracker.sensors[name]
+    if isinstance(sensor, ImagingSensor):
+        return None
+    start = _prior(tracker, name, dt, recording, returns, pose)
+    if pose is not None:
+        sensor = sensor.at(pose)
+    return None if start is None else _run(tracker, sensor, dt, start)
+
+
+def _prior(
+    tracker: Tracker, name: str, dt: float, recording: Recording | None, returns: Array, pose: Pose | None
+) -> Gaussian | None:
+    """Return the prior (1, n) of a track: one given, or one begun at a return that may be a target's."""
+    given = tracker.given(recording if recording is not None else Recording(())) if _gives(tracker, recording) else None
+    if given is not None:
+        return Gaussian(given.mean[:1], given.cov[:1])
+    starter = name if name in tracker.starters else next(iter(tracker.starters), None)
+    if starter is None or tracker.birth is None:
+        return None
+    sensor = tracker.sensors[starter]
+    if pose is not None:
+        sensor = sensor.at(pose)
+    if isinstance(sensor, ImagingSensor):
+        return None
+    tried = [z for z in returns[:: max(1, len(returns) // 40)] if starter == name] + list(_made_up(sensor))
+    begun = (prior for z in tried if (prior := _begun(tracker, sensor, starter, z, dt)) is not None)
+    if starter == name:
+        return next(begun, None)
+    own = tracker.sensors[name] if pose is None else tracker.sensors[name].at(pose)
+    where = tracker.state.locate(own.observes)
+    found = list(begun)
+    return next((prior for prior in found if np.max(own.detects(prior.mean[0, where])) > 0), found[0] if found else None)
+
+
+def _gives(tracker: Tracker, recording: Recording | None) -> bool:
+    """Return whether the birth's tracks before the first scan can be told, as without a recording they may not be."""
+    try:
+        tracker.given(recording if recording is not None else Recording(()))
+    except ValueError:
+        return False
+    return True
+
+
+def _made_up(sensor: Sensor) -> Iterator[Array]:
+    """Yield returns where the sensor detects something, from the middle of its reach outwards and then inwards."""
+    near, far = reach(sensor)
+    if math.isnan(near):
+        return
+    middle = math.sqrt(near * far) if far < FAR else max(1000.0, near)
+    for r in (middle, *(each for each in TRIED if near <= each <= far)):
+        x = ring(sensor, r)
+        seen = np.flatnonzero(np.broadcast_to(sensor.detects(x), 8) > 0)
+        if len(seen):
+            yield sensor.measure(x)[seen[0]]
+
+
+def _begun(tracker: Tracker, sensor: Sensor, name: str, z: Array, dt: float) -> Gaussian | None:
+    """Return the prior of the first track that begins where one return comes in each of three scans, or None."""
+    birth, estimator, p_gate = tracker.birth, tracker.estimator, tracker.gate.probability
+    assert birth is not None
+    if not np.max(sensor.detects(sensor.invert(z[None]).mean)) > 0 if inverts(sensor, z) else False:
+        return None
+    rng = np.random.default_rng(0)
+    one, free = Detections.of(z[None]), np.zeros(1)
+    memory, found = birth.initial_memory(estimator, rng) if birth.models_unseen else None, None
+    for i in range(3):
+        if birth.models_unseen:
+            memory = birth.predict(memory, estimator, dt if i else 0.0, rng)
+            _, found = birth.reveal(memory, estimator, sensor, one, p_gate)
+            memory = birth.update(memory, estimator, sensor, one, free, p_gate)
+        born = birth.begin(found, estimator, sensor, name, one, free)
+        if len(born.returns):
+            return Gaussian(born.prior.mean[:1], born.prior.cov[:1])
+    return None
+
+
+def inverts(sensor: Sensor, z: Array) -> bool:
+    """Return whether one return gives a position."""
+    try:
+        sensor.invert(z[None])
+    except NotImplementedError:
+        return False
+    return True
+
+
+def _run(tracker: Tracker, sensor: Sensor, dt: float, start: Gaussian) -> Settled:
+    """Take SCANS scans, each with the return that is expected."""
+    estimator, rng = tracker.estimator, np.random.default_rng(0)
+    where = estimator.state.locate(sensor.observes)
+    belief = estimator.start(start, estimator.state, rng)
+    predicted_cov, updated, means, S = list[Array](), list[Array](), list[Array](), list[Array]()
+    R: Array = np.zeros(0)
+    x: Array = start.mean[0, where]
+    for _ in range(SCANS):
+        belief = predicted(estimator, belief, dt, rng)
+        ahead = estimator.moments(belief)
+        x = ahead.mean[0, where]
+        R = sensor.noise(x)
+        expected, covariance, _ = expected_return(Gaussian(ahead.mean[0], ahead.cov[0]), estimator.state, sensor, R)
+        S.append(covariance)
+        innovation = estimator.evaluate(belief, sensor, Detections.of(expected[None]), tracker.gate.probability)
+        belief = estimator.update(belief, innovation, np.array([[0.0, 1.0]]))
+        after = estimator.moments(belief)
+        predicted_cov.append(ahead.cov[0])
+        updated.append(after.cov[0])
+        means.append(after.mean[0])
+    density = np.asarray(sensor.clutter(sensor.measure(x)[None]))
+    return Settled(
+        start, np.array(predicted_cov), np.array(updated), np.array(means), np.array(S), R, sensor.measure(x),
+        float(np.max(sensor.detects(x))), float(density.reshape(-1)[0]) if density.size else 0.0,
+    )  # fmt: skip

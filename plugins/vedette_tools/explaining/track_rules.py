@@ -1,0 +1,172 @@
+"""Rules on how tracks start, are confirmed, end and are judged."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from vedette.space import Array
+from vedette.units import say
+from vedette_tools.explaining.finding import Finding
+from vedette_tools.explaining.lives import LOOKS
+from vedette_tools.explaining.parameters import in_seconds
+from vedette_tools.explaining.settled import SCANS, inverts
+from vedette_tools.explaining.situation import Seen, Situation, deviation, positions
+
+LEAST_SURVIVAL = 0.8
+FALSE_TRACKS, FALSE_SHARE = 10.0, 0.2
+
+
+def _started(it: Situation) -> Iterator[tuple[Seen, Array, Array]]:
+    """Yield each sensor whose track is known, with the mean and the standard deviations of its start."""
+    for seen in it.sensors:
+        if seen.settled is not None:
+            start = seen.settled.start
+            yield seen, start.mean[0], np.sqrt(np.diag(start.cov[0]))
+
+
+def slow_prior(it: Situation) -> Iterator[Finding]:
+    """Find true objects far faster than a new track may be."""
+    speed = it.true_speed()
+    for _, mean, sigma in _started(it):
+        fast = [i for i, axis in enumerate(it.state.axes) if axis.unit == "m/s"]
+        if speed is None or not fast:
+            continue
+        most = float(np.linalg.norm(np.abs(mean[fast]) + 5.0 * sigma[fast]))
+        if speed > most:
+            text = (
+                f"true objects go at {say(speed, 'm/s')}, and a new track's speed is at most {say(most, 'm/s')} even at "
+                "five standard deviations"
+            )
+            yield Finding("birth", text, "a standard deviation of half the largest speed")
+
+
+def fast_prior(it: Situation) -> Iterator[Finding]:
+    """Find new tracks that may cross the whole view, or turn around, from one scan to the next."""
+    for seen, _, sigma in _started(it):
+        dt = seen.dt or 0.0
+        for axis, each in zip(it.state.axes, sigma, strict=True):
+            far = float(each) * dt
+            if axis.unit == "m/s" and seen.far is not None and far > 0.5 * seen.far:
+                text = (
+                    f"a new track's {axis.name}, {say(float(each), 'm/s')}, takes it {say(far, 'm')} far within a scan "
+                    f"interval of {say(dt, 's')}, and {seen.name!r} sees no farther than {say(seen.far, 'm')}"
+                )
+                yield Finding("birth", text, "a small part of the view")
+            if axis.unit == "rad/s" and each * dt > 0.5 * np.pi:
+                text = (
+                    f"a new track's {axis.name} turns it by {np.degrees(each * dt):.3g} deg within a scan interval of "
+                    f"{say(dt, 's')}"
+                )
+                yield Finding("birth", text, "at most some 30 deg")
+        speed = it.true_speed()
+        fast = [i for i, axis in enumerate(it.state.axes) if axis.unit == "m/s"]
+        if speed is not None and speed > 0 and fast and np.min(sigma[fast]) > 30 * speed:
+            text = f"a new track may go at {say(float(np.min(sigma[fast])), 'm/s')}, and true objects at {say(speed, 'm/s')}"
+            yield Finding("birth", text, "a standard deviation of half the largest speed")
+
+
+def wide_prior(it: Situation) -> Iterator[Finding]:
+    """Find new tracks that may be beyond all that the sensor sees."""
+    for seen, _, _ in _started(it):
+        assert seen.settled is not None
+        wide = deviation(seen.settled.start.cov[0], positions(it.state))
+        if seen.far is not None and wide > seen.far:
+            text = f"a new track's position is known to {say(wide, 'm')}, and {seen.name!r} sees {say(seen.far, 'm')} far"
+            yield Finding("birth", text, "a part of the view")
+
+
+def frozen_prior(it: Situation) -> Iterator[Finding]:
+    """Find a velocity that is exactly 0 at the start, as if that were known."""
+    fixed = it.experiment.tracker.estimator.zero_variance
+    for _, mean, sigma in _started(it):
+        for axis, x, each in zip(it.state.axes, mean, sigma, strict=True):
+            if each == 0 and x == 0 and axis.unit in ("m/s", "rad/s") and axis not in fixed.axes:
+                text = f"a new track's {axis.name} is exactly 0, as if that were known"
+                yield Finding("birth", text, "its standard deviation among targets")
+
+
+def short_life(it: Situation) -> Iterator[Finding]:
+    """Find targets that are gone before the next scan, and times that end a track almost at once."""
+    tracker = it.experiment.tracker
+    known = [seen.dt for seen in it.sensors if seen.dt is not None]
+    if not known:
+        return
+    dt = min(known)
+    survives = float(tracker.lifecycle.predict(np.ones(1), dt)[0])
+    if survives < LEAST_SURVIVAL:
+        text = f"of all targets {100 * (1 - survives):.3g} % leave within one scan interval of {say(dt, 's')}"
+        yield Finding("lifecycle", text, "a lifetime of 50 scans or more")
+    times = in_seconds(tracker.lifecycle)
+    for name, value in times.items():
+        if value < 2 * dt and survives >= LEAST_SURVIVAL:
+            text = f"{say(value, 's')} are fewer than two scan intervals of {say(dt, 's')}: a track ends almost at once"
+            yield Finding(f"lifecycle.{name}", text, "5 scans or more")
+    for name, value in in_seconds(tracker.birth).items() if tracker.birth is not None else ():
+        if value < 2 * dt:
+            text = f"{say(value, 's')} are fewer than two scan intervals of {say(dt, 's')}: unseen targets are gone before"
+            yield Finding(f"birth.{name}", text, "50 scans or more")
+        elif name in times and not 0.1 < value / times[name] < 10:
+            text = f"a target stays {say(value, 's')} while it is unseen and {say(times[name], 's')} once it has a track"
+            yield Finding(f"birth.{name}", text, "the same as the lifecycle's")
+
+
+def confirmation(it: Situation) -> Iterator[Finding]:
+    """Find false returns that become tracks, and targets that do not or are lost."""
+    for seen in it.sensors:
+        if seen.lives is None:
+            continue
+        lives, dt = seen.lives, seen.dt or 0.0
+        starts = _false_starts(seen)
+        if lives.false > FALSE_SHARE and starts is not None and 100 * starts * lives.false > FALSE_TRACKS:
+            text = (
+                f"of tracks that start at a false return {100 * lives.false:.3g} % are confirmed: in 100 scans with "
+                f"{starts:.3g} false returns each, {100 * starts * lives.false:.4g} false tracks"
+            )
+            yield Finding("lifecycle", text, "below 1 false track in 100 scans")
+        if lives.confirmed < 0.5:
+            text = (
+                f"of tracks that start at a target {100 * lives.confirmed:.3g} % are ever confirmed, with scans "
+                f"{say(dt, 's')} apart and a detection probability of {seen.settled.detects if seen.settled else 0:.3g}"
+            )
+            yield Finding("lifecycle", text, "more than 90 %")
+        elif lives.kept < 0.5:
+            lost, time = 100 * (1 - lives.kept), say(LOOKS * dt, "s")
+            text = f"of targets with a confirmed track {lost:.3g} % lose it within {LOOKS} scans, {time}"
+            yield Finding("lifecycle", text, "below 5 %")
+
+
+def _false_starts(seen: Seen) -> float | None:
+    """Return the number of false returns a scan: in the view, if that ends, or where returns come from."""
+    if seen.boxed is not None and seen.stated is not None:
+        return min(seen.boxed * seen.stated, seen.came.per_scan or 0.0)
+    plane = [axis.unit for axis in seen.sensor.measurement.axes] == ["m", "m"]
+    if seen.far is not None and plane and seen.settled is not None:
+        return float(np.pi * seen.far**2 * seen.settled.density)
+    return None
+
+
+def judge_against_errors(it: Situation) -> Iterator[Finding]:
+    """Find a judge that asks for more than the estimates can be."""
+    judge, where = it.experiment.judge, positions(it.state)
+    errors = [
+        deviation(seen.settled.updated[-1], where)
+        for seen in it.sensors
+        if seen.settled is not None
+        and inverts(seen.sensor, seen.settled.measured)  # others need a manoeuvre, which is not run
+    ]
+    if not errors or not where or it.opened.recording is None or not it.opened.recording.truth:
+        return
+    best = min(errors)
+    for name, value in (("cover_radius", judge.cover_radius), ("gospa_cutoff", judge.gospa_cutoff)):
+        if value < best:
+            text = (
+                f"{say(value, 'm')} are less than one standard deviation, {say(best, 'm')}, of a track after {SCANS} scans"
+            )
+            yield Finding(f"judge.{name}", text, "3 to 10 standard deviations")
+
+
+RULES = (
+    slow_prior, fast_prior, wide_prior, frozen_prior, short_life, confirmation, judge_against_errors,
+)  # fmt: skip

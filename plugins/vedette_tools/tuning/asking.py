@@ -1,0 +1,111 @@
+"""Evaluations asked for by position in the ranges: each run once, here or in other processes, and kept."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from contextlib import contextmanager
+from multiprocessing import get_context
+from threading import Lock
+from typing import Literal, final
+
+import numpy as np
+
+from vedette.errors import VedetteError
+from vedette.experiment import Experiment
+from vedette.space import Array
+from vedette_tools.tuning.evaluation import Data, evaluate, open_data
+from vedette_tools.tuning.free import Free
+from vedette_tools.tuning.keeping import Kept
+
+Criterion = Literal["likelihood", "consistency"]
+
+_HERE: dict[str, Data] = {}
+"""In another process: the data that it opened."""
+
+
+def run_one(data: Data, free: Sequence[Free], values: tuple[float, ...], by: Criterion) -> Array | None:
+    """Return what a criterion is made of: the log-likelihood of each scan (s,), or the moments over all of them (q,)."""
+    found = evaluate(data, free, values, moments=by == "consistency")
+    if found is None:
+        return None
+    return found.loglik if found.moments is None else found.moments.normalised(slice(0, data.tuned))
+
+
+def _open(experiment: Experiment, part: float) -> None:
+    _HERE["data"] = open_data(experiment, part)
+
+
+def _run_there(free: Sequence[Free], values: tuple[float, ...], by: Criterion) -> Array | None:
+    return run_one(_HERE["data"], free, values, by)
+
+
+@final
+class Asker:
+    """Answers how high the criterion is at positions in the ranges (p,); `evaluations` counts those that it ran.
+
+    `best` is the highest position (p,) asked for, None as long as the tracker could run at none.
+    """
+
+    def __init__(
+        self, data: Data, free: Sequence[Free], by: Criterion, kept: Kept, pool: ProcessPoolExecutor | None
+    ) -> None:
+        self.data, self.free, self.by, self.evaluations = data, tuple(free), by, 0
+        self.best: Array | None = None
+        self._kept, self._pool, self._lock = kept, pool, Lock()
+        self._order: tuple[float, ...] = (-np.inf,)
+
+    def values(self, position: Array) -> tuple[float, ...]:
+        """Return the parameters at a position."""
+        inside = np.clip(position, 0.0, 1.0)
+        return tuple(float(f"{float(each.value(u)):.12g}") for each, u in zip(self.free, inside, strict=True))
+
+    def found(self, position: Array) -> Array | None:
+        """Return what the criterion is made of at a position; None if the tracker cannot run there."""
+        values = self.values(position)
+        with self._lock:
+            if values in self._kept:
+                return self._kept[values]
+        if self._pool is None:
+            found = run_one(self.data, self.free, values, self.by)
+        else:
+            try:
+                found = self._pool.submit(_run_there, self.free, values, self.by).result()
+            except RuntimeError as error:
+                raise VedetteError(f"a worker failed: {error or type(error).__name__}; --resume goes on from here") from None
+        with self._lock:
+            self._kept.add(values, found)
+            self.evaluations += 1
+        return found
+
+    def height(self, position: Array) -> float:
+        """Return the criterion, to be made as large as possible: -inf where the tracker cannot run."""
+        found = self.found(position)
+        if found is None:
+            return -np.inf
+        height = float(np.sum(found)) if self.by == "likelihood" else -0.5 * float(np.sum(found**2))
+        order = (height, *position.tolist())  # of two as high always the same one, whichever thread came first
+        with self._lock:
+            if np.isfinite(height) and order > self._order:
+                self.best, self._order = np.array(position), order
+        return height
+
+    def heights(self, positions: Sequence[Array]) -> list[float]:
+        """Return the criterion at several positions, which are run at once if there are workers."""
+        if self._pool is None:
+            return [self.height(each) for each in positions]
+        with ThreadPoolExecutor(max(len(positions), 1)) as threads:
+            return list(threads.map(self.height, positions))
+
+
+@contextmanager
+def asker(data: Data, free: Sequence[Free], by: Criterion, kept: Kept, workers: int, part: float) -> Iterator[Asker]:
+    """Give an asker with so many processes, which open the recording themselves; one needs none."""
+    if workers == 1:
+        yield Asker(data, free, by, kept, None)
+        return
+    pool = ProcessPoolExecutor(workers, get_context("spawn"), initializer=_open, initargs=(data.experiment, part))
+    try:
+        yield Asker(data, free, by, kept, pool)
+    finally:
+        pool.shutdown(wait=True, cancel_futures=True)

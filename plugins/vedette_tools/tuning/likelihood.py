@@ -1,0 +1,150 @@
+"""How likely a tracker found a scan before it saw it: the predictive density of a Poisson multi-Bernoulli belief."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from attrs import define, evolve, field
+
+from vedette import kernels
+from vedette.hypotheses import HypothesisAssociator
+from vedette.space import Array
+from vedette.tracking import Expected, State, Tracker
+from vedette.types import Frame
+from vedette_tools.tuning.view import Cover
+
+NEGLIGIBLE = 40.0
+"""A pair of track and return that is less likely than others of its track by this, in logarithms, is left out."""
+SETS = 12
+"""Joint associations are summed exactly while so many tracks, or returns, need to be kept apart at once."""
+NOTHING: Array = np.zeros(1)
+LIFETIME, START = 600.0, 0.5
+"""Where a lifecycle keeps no existence: how long targets stay, in s, and the existence of new tracks, if no birth says."""
+
+
+@define
+class Predictive:
+    """The log-likelihood of scans under what a tracker expects of each, scan by scan in order.
+
+    log p(Z) = sum_i log c(z_i) - int c + log sum_a prod_t s(t, a_t), over the joint associations a in which no return is
+    that of two tracks. c is the density of clutter, and of undetected targets if the birth states it; s(t, 0) = 1 - e + e
+    (1 - P_D) and s(t, i) = e P_D p(z_i | t) / c(z_i) for a track of existence e. Gates take no part. Exact for one target
+    that is there and a filter that is exact; else as good as the tracker's belief. A frame counts by its ratio to its
+    background. Where the associator keeps hypotheses, each track's leaves are weighed by their marginal probabilities, and
+    where the lifecycle keeps no existence, it is followed here: e <- e exp(-dt / 600 s), then by Bayes' rule.
+    Garcia-Fernandez, Williams, Granstrom, Svensson, Poisson Multi-Bernoulli Mixture Filter: Direct Derivation and
+    Implementation, IEEE Trans. Aerospace and Electronic Systems 54, 2018.
+    """
+
+    tracker: Tracker
+    _exists: dict[int, float] = field(init=False, factory=dict)
+    _follows: bool = field(init=False)
+
+    def __attrs_post_init__(self) -> None:
+        lifecycle = self.tracker.lifecycle
+        self._follows = lifecycle.certain and not lifecycle.permanent
+
+    def __call__(self, it: Expected, cover: Cover, density: float | None = None) -> tuple[float, float]:
+        """Return the log-likelihood of a scan by what was expected of it, and the expected number of returns of no track.
+
+        `density`: that of the clutter, where the tracker counts it itself instead of asking its sensor.
+        """
+        tracker, before, sensor, observed = self.tracker, it.state, it.sensor, it.observed
+        existence = self._existence(before, it.dt) if self._follows else it.existence
+        innovation = tracker.estimator.evaluate(it.belief, sensor, observed, 1.0)
+        log_density: Array
+        if isinstance(observed, Frame):
+            expected, log_density = 0.0, NOTHING
+            hits, evidence = innovation.loglik[:, 1:], None
+        else:
+            clutter: Array = sensor.clutter(cover.points) if density is None else np.array(density)
+            expected = cover.total(clutter)
+            if density is None:
+                log_density = tracker.gate.stated_density(sensor, observed)[0]
+            else:
+                log_density = np.full(len(observed.z), math.log(max(density, 1e-300)))
+            if it.rate is not None:
+                log_density = np.logaddexp(log_density, kernels.safe_log(it.rate))
+                expected += self._unseen(it, cover)
+            hits, evidence = innovation.loglik[:, 1:] - log_density, observed.evidence
+            hits = hits if evidence is None else hits + evidence
+            if not observed.valid.all():
+                hits = np.where(observed.valid, hits, -np.inf)
+                log_density = log_density[observed.valid]
+        miss = innovation.loglik[:, 0]
+        scores: Array = np.empty(innovation.loglik.shape)
+        scores[:, 0], scores[:, 1:] = miss, hits
+        if not tracker.lifecycle.permanent:
+            scores[:, 0] = kernels.safe_log(1.0 - existence + existence * np.exp(miss))
+            scores[:, 1:] += kernels.safe_log(existence)[:, None]
+        if self._follows:
+            self._keep(before, scores, innovation.loglik, existence)
+        if before.leaves is not None:
+            scores = self._of_tracks(before, scores)
+        return float(np.sum(log_density)) - expected + joint_likelihood(scores), expected
+
+    def _existence(self, state: State, dt: float) -> Array:
+        """Return the existence (t,) that is expected of tracks whose lifecycle keeps none."""
+        birth = self.tracker.birth
+        first = START if birth is None or birth.initial_existence is None else birth.initial_existence
+        stays = math.exp(-dt / LIFETIME)
+        return np.array([stays * self._exists.get(track, first) for track in state.ids.tolist()])
+
+    def _keep(self, state: State, scores: Array, loglik: Array, existence: Array) -> None:
+        """Remember the existence after a scan."""
+        if not len(existence):
+            return
+        weights, _ = kernels.joint_weights(scores, SETS)
+        _, after, _ = kernels.existence(scores, weights, existence, loglik, 1.0, True)
+        self._exists = dict(zip(state.ids.tolist(), after.tolist(), strict=True))
+
+    def _of_tracks(self, state: State, scores: Array) -> Array:
+        """Return the scores of tracks from those of their leaves; a hypothesis that holds none of them holds no track."""
+        associator, leaves = self.tracker.associator, state.leaves
+        assert isinstance(associator, HypothesisAssociator)
+        scores = scores + kernels.safe_log(associator.probability(leaves.hypotheses))[:, None]
+        ids, place = np.unique(leaves.ids, return_inverse=True)
+        likely = np.zeros((len(ids), scores.shape[1]))
+        top = np.full(len(ids), -np.inf)
+        np.maximum.at(top, place, np.max(scores, axis=-1))
+        np.add.at(likely, place, np.exp(scores - top[place, None]))
+        there = np.bincount(place, associator.probability(leaves.hypotheses), len(ids))
+        likely[:, 0] += np.maximum(1.0 - there, 0.0) * np.exp(np.minimum(-top, 700.0))
+        together: Array = kernels.safe_log(likely) + top[:, None]
+        return together
+
+    def _unseen(self, it: Expected, cover: Cover) -> float:
+        """Return how many returns of undetected targets are expected."""
+        if not len(cover.points):
+            return 0.0
+        seen = evolve(it.scan.detections, z=cover.points, valid=np.ones(len(cover.points), bool), evidence=None,
+                      noise=None, missing=None)  # fmt: skip
+        density = it.undetected_at(seen)
+        return 0.0 if density is None else cover.total(density)
+
+
+def joint_likelihood(scores: Array) -> float:
+    """Return log sum_a prod_t exp(scores[t, a_t]) over the joint associations a of tracks to returns (t, 1+k), 0 the miss.
+
+    By the chain of conditional probabilities of one association, log p(a) taken from its score. Exact up to clusters of
+    `SETS`; beyond, older tracks claim their returns first.
+    """
+    if not len(scores):
+        return 0.0
+    if len(scores) == 1:
+        return float(np.logaddexp.reduce(scores[0]))
+    own = kernels.log_sum(scores)
+    linked = scores[:, 1:] > own[:, None] - NEGLIGIBLE
+    several = np.any(linked & (np.sum(linked, axis=0) > 1), axis=1)
+    total = float(np.sum(own[~several]))
+    rest = scores[several]
+    rest[:, 1:][~linked[several]] = -np.inf
+    while len(rest):
+        weights = kernels.joint_weights(rest, SETS)[0][0]
+        best = int(np.argmax(weights))
+        total += float(rest[0, best]) - math.log(float(weights[best]))
+        rest = rest[1:]
+        if best:
+            rest[:, best] = -np.inf
+    return total

@@ -1,0 +1,170 @@
+"""What is run by night alone catches nothing alone: the faults that it would see are caught by a test of the day.
+
+`BY_DAY` names, for every test that is marked `nightly`, what tries the same by day: a test, `laws` (of a kind that changed:
+`support.selection`), or `.ci/run`. `FAULTS` puts faults in, and the day's test fails. All other mutants, ours and those of
+others, are caught by tests that are marked nowhere.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bayes_risk import test_association as weights
+from flir import test_sizes, test_template
+from marine import test_cfar as rates
+from marine import test_chain as chain
+from support.paths import ROOT
+from testing import test_assert_consistent as consistent
+from vedette.metrics.consistency import chi_square_verdict
+from vedette.testing import verdicts
+from vedette_bayes_risk.parallel import ParallelKalmanPrinted
+from vedette_flir.estimators import template
+from vedette_marine.picture.evidence import Evidence
+from vedette_standard.estimators.kalman import Kalman
+
+TESTS = ROOT / "tests"
+
+BY_DAY: dict[str, tuple[str, ...]] = {
+    "adapters/test_stonesoup.py::laws": ("adapters/test_stonesoup_tutorials.py",),
+    "bayes_risk/test_reproduction.py::test_where_returns_compete_the_printed_covariance_is_twice_too_small": (
+        "bayes_risk/test_association.py::test_the_printed_covariance_is_the_mixtures_less_the_spread_of_the_means",
+        "bayes_risk/test_verdicts.py::test_what_a_default_run_finds_decides_all",
+    ),
+    "commands/test_check_time.py::test_a_check_is_short_and_finds_nothing": ("laws",),
+    "commands/test_new.py::test_over_many_draws_the_error_is_within_a_twentieth": (
+        "commands/test_new.py::test_from_an_empty_folder_to_tracks_on_a_map_in_two_commands",
+    ),
+    "commands/test_new_roles.py::test_each_package_keeps_its_laws_and_becomes_a_wheel": (
+        "commands/test_new.py::test_a_new_plugin_keeps_its_laws",
+    ),
+    "commands/test_reproduce.py::BY_NIGHT": (
+        "commands/test_reproduce.py::test_a_study_prints_its_tables_and_verdicts_and_ends_well",
+        "bayes_risk/test_reproduction.py::test_the_same_seed_gives_the_same_study",
+        "flir/test_reproduction.py::test_the_seed_decides",
+        "marine/test_reproduction.py::test_the_study_says_all_and_its_seed_decides",
+        "target_oriented/test_reproduction.py::test_the_same_seed_gives_the_same_study",
+    ),
+    "docs/test_notebooks.py::SLOW": (
+        "docs/test_notebooks.py::test_it_is_a_valid_notebook_that_holds_the_whole_page",
+        "docs/test_blocks.py::test_its_blocks_do_what_it_says",
+    ),
+    "explaining/test_planted.py::by_night": ("explaining/test_planted.py::test_a_planted_disproportion_is_found",),
+    "flir/test_clips.py::test_recorded_segments": (
+        "flir/test_template.py::test_a_drifting_template_is_held_by_its_centroid",
+        "flir/test_template.py::test_a_few_faint_frames_are_not_worth_another_target",
+    ),
+    "flir/test_doubt.py::test_recorded_clips_run_whole": (
+        "flir/test_doubt.py::test_a_run_says_when_its_target_was_lost_and_found_again",
+    ),
+    "flir/test_sizes.py::test_labels_of_recorded_clips_lie_within_the_stated_doubt": (
+        "flir/test_sizes.py::test_the_box_follows_a_target_that_grows_and_states_its_doubt",
+    ),
+    "marine/test_cfar.py::test_boats_are_tracked_from_simulated_sweeps": (
+        "marine/test_cfar.py::test_each_test_is_its_definition",
+        "marine/test_cfar.py::test_a_target_lies_where_it_is",
+    ),
+    "marine/test_simulated_pictures.py::test_boats_are_kept_in_a_rough_sea": (
+        "marine/test_simulated_pictures.py::test_boats_are_tracked_from_simulated_pictures",
+    ),
+    "marine/test_simulated_pictures.py::test_evidence_of_the_picture_keeps_spikes_from_becoming_tracks": (
+        "marine/test_chain.py::test_evidence_is_the_log_likelihood_ratio_of_brightness_and_size",
+    ),
+    "marine/test_simulated_pictures.py::test_the_large_ship_is_tracked_from_simulated_pictures": (
+        "marine/test_scene_mutants.py::test_a_mutant_is_caught",
+        "marine/test_simulated_pictures.py::test_boats_are_tracked_from_simulated_pictures",
+    ),
+    "standard/test_filterpy.py::test_the_stored_answers_are_filterpys": ("standard/test_filterpy.py",),
+    "test_examples.py::test_autoferry_over_ten_draws": ("test_examples.py::test_autoferry", "mutants/test_cures.py"),
+    "test_examples.py::test_joyrides_bias_pays_over_ten_draws": (
+        "test_examples.py::test_joyride_automatic",
+        "mutants/test_cures.py",
+    ),
+    "testing/test_plugin_template.py::test_it_keeps_the_laws": (".ci/run",),
+    "testing/test_power.py::BY_NIGHT": (
+        "testing/test_power.py::test_p_values_of_right_problems_are_uniform_and_alarms_as_rare_as_stated",
+        "testing/test_assert_consistent.py::test_a_right_tracker_passes_and_says_how_it_was_judged",
+        "testing/test_power.py::test_detection_is_what_theory_says",
+    ),
+    "tuning/test_calibration.py::test_an_imms_transition_is_found_within_its_error": ("tuning/test_mutants.py",),
+    "tuning/test_calibration.py::test_errors_hold_what_they_promise": ("tuning/test_mutants.py",),
+    "tuning/test_tune.py::test_workers_change_nothing": ("tuning/test_tune.py",),
+}
+
+
+def marked() -> set[str]:
+    """Return what the sources mark: a test, or the name that holds the mark of some of a test's cases."""
+    found = set()
+    for path in sorted(TESTS.rglob("*.py")):
+        text = path.read_text(encoding="utf-8")
+        if "pytest.mark.nightly(" not in text or path == Path(__file__):
+            continue
+        for node in ast.parse(text).body:
+            if "pytest.mark.nightly" in ast.unparse(node):
+                name = getattr(node, "name", None) or next(x.id for x in ast.walk(node) if isinstance(x, ast.Name))
+                found.add(f"{path.relative_to(TESTS).as_posix()}::{name}")
+    return found
+
+
+def test_the_table_has_what_is_marked_and_names_tests_of_the_day() -> None:
+    assert marked() == set(BY_DAY)
+    for named in BY_DAY.values():
+        for other in named:
+            path, _, name = other.partition("::")
+            if other == "laws":
+                continue
+            file = ROOT / path if path.startswith(".ci") else TESTS / path
+            assert not name or f"\ndef {name}(" in file.read_text(encoding="utf-8"), other
+            assert file.exists()
+            assert other not in BY_DAY
+
+
+def test_no_test_of_mutants_is_left_to_the_night() -> None:
+    assert not [name for name in BY_DAY if "mutant" in name]
+
+
+Fault = tuple[Any, str, Any, Callable[[], None]]
+
+
+FAULTS: dict[str, Fault] = {
+    "recorded segments: a drift counted the other way": (
+        template, "centroid", lambda image: -template_centroid(image),
+        test_template.test_a_drifting_template_is_held_by_its_centroid,
+    ),
+    "recorded segments: any match is as good": (
+        template, "match_ratio", lambda *given: 60.0, test_template.test_a_target_that_fades_is_missed_and_found_again,
+    ),
+    "labels of clips: a size that stays": (
+        template, "grown", lambda growth, *given: growth,
+        test_sizes.test_the_box_follows_a_target_that_grows_and_states_its_doubt,
+    ),
+    "returns that compete: the spread of the means is kept": (
+        ParallelKalmanPrinted, "update", Kalman.update,
+        weights.test_the_printed_covariance_is_the_mixtures_less_the_spread_of_the_means,
+    ),
+    "sweeps: a factor too large by a tenth": (
+        rates, "factor", lambda *given: 1.1 * cfar_factor(*given), rates.test_each_test_is_its_definition,
+    ),
+    "evidence: brightness counts for nothing": (
+        Evidence, "of", lambda self, groups, *given: np.zeros(len(groups.at)),
+        chain.test_evidence_is_the_log_likelihood_ratio_of_brightness_and_size,
+    ),
+    "p-values: squares too large by a tenth": (
+        verdicts, "chi_square_verdict", lambda name, squares, *given: chi_square_verdict(name, 1.1 * squares, *given),
+        lambda: consistent.test_a_right_tracker_passes_and_says_how_it_was_judged(consistent.LINEAR, ""),
+    ),
+}  # fmt: skip
+template_centroid, cfar_factor = template.centroid, rates.factor
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_by_day_a_fault_is_caught(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    where, attribute, wrong, check = FAULTS[name]
+    monkeypatch.setattr(where, attribute, wrong)
+    with pytest.raises(AssertionError):
+        check()

@@ -1,0 +1,101 @@
+"""Which kinds' laws a run of the tests tries: those of kinds whose code changed, and of a fifth of the others.
+
+What changed is told since the branch left main. The hash of the commit draws the fifth, so that the same commit tries the
+same kinds. Without git, as in an sdist, without history, with `--all` and in the nightly profile all are tried.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import subprocess
+from collections.abc import Iterable
+from pathlib import Path
+
+from attrs import frozen
+
+from support.closure import closure, known
+from support.paths import ROOT
+from vedette.roles import Component
+from vedette.testing import laws_of
+
+SHARE = 5
+"""One of so many unchanged kinds is tried."""
+
+OF_ALL = (
+    "core/cpp/",
+    "core/vedette/config/parameters.py",
+    *(f"core/vedette/testing/{name}.py" for name in ("kit", "repeatable", "strategies", "telling")),
+    "tests/testing/test_conformance.py",
+)
+"""Files and folders on which the laws of all kinds depend, whatever they import."""
+
+
+@frozen
+class Since:
+    """What changed: the commits compared, and the files that differ, those not yet committed among them."""
+
+    base: str
+    head: str
+    files: frozenset[str]
+
+
+def since(root: Path = ROOT) -> Since | None:
+    """Return what changed since the branch left main, on main itself by its last commit; None if git cannot tell."""
+    head, top = _git(root, "rev-parse", "HEAD"), _git(root, "rev-parse", "--show-toplevel")
+    if top is None or Path(top).resolve() != root.resolve():  # unpacked within another repository
+        return None
+    forks = (_git(root, "merge-base", "HEAD", main) for main in ("origin/main", "main"))
+    fork = next(filter(None, forks), None)
+    base = _git(root, "rev-parse", "--verify", "-q", "HEAD^") if fork == head else fork
+    if head is None or base is None:
+        return None
+    changed = _git(root, "diff", "--name-only", "--no-renames", base)
+    new = _git(root, "ls-files", "--others", "--exclude-standard")
+    return (
+        None if changed is None or new is None else Since(base, head, frozenset([*changed.splitlines(), *new.splitlines()]))
+    )
+
+
+def _git(root: Path, *words: str) -> str | None:
+    try:
+        done = subprocess.run(["git", "-C", str(root), *words], capture_output=True, text=True, check=False)
+    except OSError:
+        return None
+    return done.stdout.strip() if done.returncode == 0 else None
+
+
+def changed(classes: Iterable[type[Component]], files: frozenset[str]) -> set[type[Component]]:
+    """Return the classes that these files may have changed, their role's laws among them; those of others always."""
+    classes = set(classes)
+    if any(file.startswith(OF_ALL) for file in files):
+        return classes
+    return {cls for cls in classes if cls.__module__ not in known() or files & files_of(cls)}
+
+
+def files_of(cls: type[Component]) -> set[str]:
+    """Return the files that a class and its role's laws follow from, but for parts that the kit puts into it."""
+    laws = {law.check.__module__ for law in laws_of(cls)}
+    return {path.relative_to(ROOT).as_posix() for path in closure([cls.__module__, *laws])}
+
+
+def drawn(classes: Iterable[type[Component]], head: str) -> set[type[Component]]:
+    """Return the fifth of the classes that a commit draws."""
+
+    def lot(cls: type[Component]) -> bytes:
+        return hashlib.sha256(f"{head} {cls.__module__}.{cls.__qualname__}".encode()).digest()
+
+    ordered = sorted(classes, key=lot)
+    return set(ordered[: -(-len(ordered) // SHARE)])
+
+
+def chosen(classes: Iterable[type[Component]], what: Since | None) -> tuple[set[type[Component]], str]:
+    """Return the classes whose laws are tried, and a line that says why these."""
+    classes = set(classes)
+    if what is None:
+        return classes, f"laws of all {len(classes)} kinds, as git does not tell what changed"
+    touched = changed(classes, what.files)
+    others = drawn(classes - touched, what.head)
+    line = f"laws of {len(touched)} of {len(classes)} kinds, which changed since {what.base[:10]}"
+    if others:
+        line += f", and of {len(others)} that {what.head[:10]} draws: {', '.join(sorted(cls.__name__ for cls in others))}"
+    return touched | others, f"{line}; --all tries all"

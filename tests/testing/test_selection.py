@@ -1,0 +1,184 @@
+"""Which kinds' laws are tried by day: all whose code changed, and a fifth of the others."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+from attrs import evolve
+
+from mutants.foreign import MUTANTS as FOREIGN
+from support.closure import closure, known
+from support.mutants.table import MUTANTS as OURS
+from support.paths import ROOT
+from support.selection import OF_ALL, SHARE, Since, changed, chosen, drawn, files_of, since
+from vedette.config.registry import Registry
+from vedette.testing import FAST, examine, laws_of
+from vedette.testing.strategies import components
+from vedette_standard.associators.nearest import Nearest
+from vedette_standard.estimators.kalman import Kalman
+from vedette_standard.lifecycles.m_of_n import MOfN
+from vedette_standard.motion.constant_velocity import ConstantVelocity
+
+KINDS = {entry.cls for entry in Registry.installed() if entry.role != "reproduction"}
+
+
+def names(paths):
+    return {path.relative_to(ROOT).as_posix() for path in paths}
+
+
+def of(*files):
+    return {cls.__name__ for cls in changed(KINDS, frozenset(files))}
+
+
+def test_a_name_is_followed_to_where_it_is_defined():
+    found = names(closure(["vedette_standard.motion.constant_velocity"]))
+    assert {"core/vedette/roles.py", "core/vedette/space.py", "plugins/vedette_standard/motion/blocks.py"} <= found
+    assert (
+        not {"core/vedette/__init__.py", "core/vedette/tracking/tracker.py", "plugins/vedette_standard/__init__.py"} & found
+    )
+
+
+@pytest.mark.parametrize(
+    ("line", "reached"),
+    [
+        ("from vedette import Space", {"space"}),
+        ("import vedette\nx = vedette.Space", {"space"}),
+        ("import vedette as v\ndef f():\n    return v.Space", {"space"}),
+        ("def f():\n    from vedette.space import Space", {"space"}),
+        ("from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    from vedette import Space", set()),
+    ],
+)
+def test_an_import_is_seen_wherever_it_stands(line, reached, tmp_path, monkeypatch):
+    from support import closure as written
+
+    (tmp_path / "it.py").write_text(line)
+    two = {name: known()[name] for name in ("vedette", "vedette.space")}
+    monkeypatch.setattr(written, "known", lambda: two | {"it": tmp_path / "it.py"})
+    written._needs.cache_clear()
+    written._tree.cache_clear()
+    assert {path.stem for path in closure(["it"])} - {"it", "__init__"} == reached
+    written._needs.cache_clear()
+    written._tree.cache_clear()
+
+
+@pytest.mark.parametrize("cls", [Nearest, MOfN, ConstantVelocity], ids=lambda cls: cls.__name__)
+def test_what_its_laws_execute_is_among_its_files(cls):
+    """But for the hooks, which the registry looks up once."""
+    executed = set()
+
+    def seen(frame, event, argument):
+        if event == "call":
+            executed.add(frame.f_code.co_filename)
+
+    quick, drawer = evolve(FAST, examples=1, trials=1, runs=20, shrink=False), components(cls)
+    laws = [law for law in laws_of(cls) if law.effort != "long"]
+    sys.setprofile(seen)
+    try:
+        for law in laws:
+            examine(cls, law, drawer, quick)
+    finally:
+        sys.setprofile(None)
+    sources = [f"{ROOT}{os.sep}{folder}{os.sep}" for folder in ("core", "plugins", "simulators")]
+    files = {os.path.relpath(file, ROOT).replace(os.sep, "/") for file in executed if file.startswith(tuple(sources))}
+    assert len(files) > 5
+    assert {file for file in files - files_of(cls) if not file.startswith(OF_ALL) and "/__init__" not in file} == set()
+
+
+def test_a_change_is_of_the_kinds_that_import_it():
+    assert of("plugins/vedette_standard/associators/nearest.py") == {"Nearest"}
+    assert of("README.md", "tests/conftest.py") == set()
+    assert of("plugins/vedette_standard/motion/blocks.py") > {"ConstantVelocity", "Singer"}
+    assert not of("plugins/vedette_standard/motion/blocks.py") & {"Nearest", "MOfN"}
+    motions = {entry.cls.__name__ for entry in Registry.installed() if entry.role == "motion"}
+    assert of("core/vedette/testing/laws/motion.py") == motions
+    assert of("core/vedette/roles.py") == of("core/cpp/gauss.hpp") == {cls.__name__ for cls in KINDS}
+
+
+def test_a_kind_of_somebody_else_is_always_tried():
+    theirs = type("Theirs", (Nearest,), {"__module__": "elsewhere"})
+    assert changed({Nearest, theirs}, frozenset()) == {theirs}
+
+
+def test_whoever_puts_a_mutant_s_fault_into_a_kind_has_its_laws_tried():
+    """A fault is a change: which kinds are drawn loses no mutant, ours nor those of others."""
+    ours = {base for _, base, *_ in OURS if base in KINDS}
+    assert len(ours) > 30
+    for base in ours:
+        assert base in changed(KINDS, frozenset(names([known()[base.__module__]])))
+    others = {type(mutant.make()) for mutant in FOREIGN}
+    assert changed(others, frozenset()) == others
+
+
+def test_a_commit_draws_the_same_fifth_and_another_commit_another():
+    fifths = [drawn(KINDS, f"{i:040x}") for i in range(40)]
+    assert {len(fifth) for fifth in fifths} == {-(-len(KINDS) // SHARE)}
+    assert fifths[3] == drawn(sorted(KINDS, key=repr), f"{3:040x}")
+    assert len({frozenset(fifth) for fifth in fifths}) == 40
+    assert set().union(*fifths) == KINDS
+
+
+def test_what_is_chosen_is_told():
+    kinds, line = chosen(KINDS, Since("a" * 40, "b" * 40, frozenset({"plugins/vedette_standard/estimators/kalman.py"})))
+    assert Kalman in kinds
+    assert SHARE * (len(kinds) - 1) < 2 * len(KINDS)
+    assert "a" * 10 in line
+    assert "b" * 10 in line
+    assert "--all" in line
+    assert chosen(KINDS, None)[0] == KINDS
+
+
+@pytest.fixture
+def repository(tmp_path):
+    """A folder with a commit on main, and a function that runs git there."""
+
+    def git(*words):
+        who = ["-c", "user.name=x", "-c", "user.email=x@y", "-c", "commit.gpgsign=false"]
+        return subprocess.run(
+            ["git", "-C", str(tmp_path), *who, *words], check=True, capture_output=True, text=True
+        ).stdout.strip()
+
+    git("init", "-q", "-b", "main")
+    (tmp_path / "first").write_text("1")
+    git("add", "-A")
+    git("commit", "-q", "-m", "first")
+    return tmp_path, git
+
+
+def commit(repository, name):
+    folder, git = repository
+    (folder / name).write_text(name)
+    git("add", "-A")
+    git("commit", "-q", "-m", name)
+    return git("rev-parse", "HEAD")
+
+
+def test_a_branch_is_compared_with_where_it_left_main(repository):
+    folder, git = repository
+    base = commit(repository, "second")
+    git("switch", "-q", "-c", "branch")
+    commit(repository, "third")
+    head = commit(repository, "fourth")
+    git("switch", "-q", "main")
+    commit(repository, "of another")
+    git("switch", "-q", "branch")
+    (folder / "first").write_text("uncommitted")
+    (folder / "new").write_text("untracked")
+    assert since(folder) == Since(base, head, frozenset({"first", "third", "fourth", "new"}))
+
+
+def test_main_is_compared_with_its_last_commit_but_one(repository):
+    folder, git = repository
+    base, head = git("rev-parse", "HEAD"), commit(repository, "second")
+    assert since(folder) == Since(base, head, frozenset({"second"}))
+    git("switch", "-q", "-c", "branch")
+    assert since(folder) == Since(base, head, frozenset({"second"}))
+
+
+def test_without_history_all_are_tried(repository, tmp_path_factory):
+    folder, _ = repository
+    assert since(folder) is None  # there is one commit
+    assert since(tmp_path_factory.mktemp("no repository")) is None
+    (folder / "inner").mkdir()
+    commit(repository, "second")
+    assert since(folder / "inner") is None

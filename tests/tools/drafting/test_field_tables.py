@@ -1,0 +1,148 @@
+"""Tables as recorders and spreadsheets write them: each is read as the plain one is, or refused with what would be right."""
+
+import math
+import tomllib
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+import pytest
+
+import vedette
+from vedette.errors import InputError
+from vedette_tools.drafting import draft_config
+
+RNG = np.random.default_rng(3)
+LOOKS = [(2.0 * k, 3000.0 + 8.0 * k + RNG.normal(0, 5), 1000.0 - 3.0 * k + RNG.normal(0, 5)) for k in range(40)]
+
+
+def table(titles, row, between=",", end="\n", looks=LOOKS):
+    return end.join([titles, *(between.join(map(str, row(*look))) for look in looks)]) + end
+
+
+def plain(time, x, y):
+    return time, round(x, 2), round(y, 2)
+
+
+def polar(of_range, of_bearing):
+    return lambda time, x, y: (time, round(math.hypot(x, y) * of_range, 5), round(math.atan2(y, x) * of_bearing, 5))
+
+
+def clock(time, x, y):
+    return (
+        f"2026-05-12,{(86_380 + time) // 3600 % 24:02.0f}:{(86_380 + time) // 60 % 60:02.0f}:{(86_380 + time) % 60:02.0f}",
+        x,
+        y,
+    )
+
+
+PLAIN = table("time,x,y", plain)
+READ = {
+    "UTF-16, as Excel's Unicode text": PLAIN.replace(",", "\t").encode("utf-16"),
+    "comments above the header": f"# radar 3\n# 12 May, rain\n\n{PLAIN}",
+    "a header behind #, as numpy.savetxt writes it": f"# made by us\n# {PLAIN}",
+    "Excel's line of the separator": "sep=;\r\n" + table("time;x;y", plain, ";", "\r\n"),
+    "a delimiter at the end of each row": table("time,x,y", lambda *look: (*plain(*look), "")),
+    "decimal commas in quotation marks": table(
+        "time,x,y", lambda *look: (f'"{cell:.3f}"'.replace(".", ",") for cell in look)
+    ),
+    "units in the row below": table("t,range,azimuth\ns,km,gon", polar(1e-3, 200 / math.pi)),
+    "a column of days beside that of times": table("date,time,x,y", clock),
+    "days, as spreadsheets count": table("time,x,y", lambda time, x, y: (f"{46154.3 + time / 86400:.9f}", x, y)),
+    "minutes": table("t [min],x,y", lambda time, x, y: (time / 60, x, y)),
+    "hours, yards and degrees": table(
+        "time_h,Range (yd),Bearing (deg T)", lambda time, x, y: (time / 3600, *polar(1 / 0.9144, 180 / math.pi)(0, x, y)[1:])
+    ),
+    "an index without a title": table(",time,x,y", lambda *look: (int(look[0]) % 8, *plain(*look))),
+}
+
+
+def spots(recording, polar):
+    """The place of each return in m, and the s since the first."""
+    z = np.concatenate([scan.detections.z for scan in recording.scans])
+    if polar:
+        z = z[:, :1] * np.stack([np.cos(z[:, 1]), np.sin(z[:, 1])], axis=-1)
+    return z, np.array([scan.time for scan in recording.scans]) - recording.scans[0].time
+
+
+@pytest.mark.parametrize("name", READ)
+def test_it_is_read_as_the_plain_table(name, tmp_path):
+    path, text = tmp_path / "d.csv", READ[name]
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    experiment = vedette.load(tomllib.loads(draft_config(path)))
+    recording = experiment.source.open(experiment.tracker.sensors, RNG)
+    assert len(recording.refused) == (1 if "in the row below" in name else 0)
+    found, times = spots(recording, experiment.tracker.sensors["sensor"].kind == "range_bearing")
+    wanted = np.array(LOOKS)
+    np.testing.assert_allclose(times, wanted[:, 0], atol=1e-3)
+    np.testing.assert_allclose(found, wanted[:, 1:], atol=0.1)
+
+
+REFUSED = {
+    "titles with blanks between them": (
+        table("time x y", plain, " "),
+        r"d.csv:1: must be the titles of the columns with a comma",
+    ),
+    "an Excel workbook": (
+        b"PK\x03\x04" + bytes(99),
+        "is an Excel workbook or a ZIP archive, not text: save the table as CSV",
+    ),
+    "a Parquet file": (b"PAR1" + bytes(99), "is a Parquet file: its name must end in .parquet"),
+    "bytes of any kind": (bytes(range(1, 200)) * 3, r"among .*\\x02.*; name it `time` or `t`"),
+    "clock times without colons": (
+        table("time,x,y", lambda time, x, y: (int(75_900 + time if time < 60 else 79_940 + time), x, y)),
+        r"time: must be times of day as 08:39:04, for no number ends in 60 to 99, got 75900",
+    ),
+    "dates without marks": (
+        table("time,x,y", lambda time, x, y: (f"202605120830{time % 60:02.0f}", x, y)),
+        r"time: must be dates and times as 2026-11-22T08:39:04, got 20260512083000",
+    ),
+    "German dates": (
+        table("time,x,y", lambda time, x, y: (f"12.05.2026 08:30:{time % 60:02.0f}", x, y)),
+        r"d.csv:2: time must be a number, or a date and time as 2026-11-22T08:39:04.5Z, got '12.05.2026 08:30:00'",
+    ),
+    "AIS": ("!AIVDM,1,1,,B,177KQJ5000G?tO`K>RA1wUbN0TKH,0*5C\n" * 3, "d.csv:1: holds sentences of NMEA 0183, not a table"),
+    "letters after latitudes": (
+        table("time,lat,lon", lambda *look: (look[0], "59.4N", "10.5E")),
+        r"lat must be a number, got '59.4N'; write degrees with decimals, negative in the south and in the west",
+    ),
+    "negative ranges": (table("time,range,bearing", polar(-1, 1)), r"d.csv:2: range must be >= 0, got '-316"),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_it_is_refused_with_what_would_be_right(name, tmp_path):
+    path, (text, told) = tmp_path / "d.csv", REFUSED[name]
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    with pytest.raises(InputError, match=told):
+        draft_config(path)
+
+
+def test_the_wrong_delimiter_is_suspected(tmp_path):
+    (tmp_path / "d.csv").write_text(PLAIN)
+    config = tomllib.loads(drafted(PLAIN))
+    config["source"] |= {"path": str(tmp_path / "d.csv"), "delimiter": ";"}
+    with pytest.raises(InputError, match=r"the only column is 'time,x,y'; is source.delimiter right\?"):
+        vedette.load(config).run()
+
+
+def test_a_unit_that_nobody_knows_is_said():
+    assert "for 'cubits' is no unit that is known" in drafted(table("time,x [cubits],y [cubits]", plain))
+
+
+def test_plain_seconds_are_no_clock_times():
+    """A second of each minute under 60, ten minutes long: of clock times the gaps would be 40 s longer."""
+    assert "time is in s" in drafted(table("time,x,y", lambda time, x, y: (5 * time, x, y)))
+
+
+@pytest.mark.parametrize("titles", ["time,x,y", "time,range,bearing"])
+def test_returns_in_one_place_get_a_config_that_loads(titles):
+    still = [(2.0 * k, 0.0, 0.0) for k in range(40)]
+    vedette.load(tomllib.loads(drafted(table(titles, plain, looks=still))))
+
+
+def drafted(text, where="d.csv"):
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / where
+        path.write_text(text)
+        return draft_config(path)

@@ -1,0 +1,73 @@
+"""Noise by likelihood, against a Kalman filter written down plainly, and chains of returns."""
+
+import numpy as np
+import pytest
+from scipy.stats import multivariate_normal
+
+from support.foreign_files import paths
+from vedette_tools.drafting.chains import chains, spacing
+from vedette_tools.drafting.noise import Windows, estimated, loglik
+
+
+def seen(seed, sigma=4.0, accel=0.3, count=6, scans=120, clutter=0.0, p_detect=1.0):
+    """Times, the positions of the returns of each scan, and the truth (targets, scans, 4)."""
+    rng, times = np.random.default_rng(seed), 1.0 * np.arange(scans)
+    states = paths(rng, count, times, accel, 800, 8)
+    spots = []
+    for k in range(scans):
+        own = states[rng.random(count) < p_detect, k, :2]
+        own = own + rng.normal(0, sigma, own.shape)
+        spots.append(np.concatenate([own, rng.uniform(-2000, 2000, (rng.poisson(clutter), 2))]))
+    return times, spots, states
+
+
+def windows_of(found):
+    return Windows.of(found, [np.tile(np.eye(2), (len(chain.times), 1, 1)) for chain in found])
+
+
+def test_chains_are_the_targets_in_clutter():
+    times, spots, states = seen(1, clutter=3.0, p_detect=0.9)
+    found = chains(times, spots, min(spacing(spots), 25.0))
+    assert sum(len(chain.times) for chain in found) > 0.8 * 0.9 * 6 * 120
+    for chain in found:
+        apart = np.linalg.norm(states[:, chain.scans, :2] - chain.spots, axis=-1)
+        assert np.mean(apart.min(axis=0) < 20) > 0.97
+
+
+def test_no_return_is_in_two_chains_and_scans_increase():
+    times, spots, _ = seen(2, clutter=5.0, p_detect=0.7)
+    members = [(i, j) for chain in chains(times, spots, 40.0) for i, j in zip(chain.scans, chain.returns, strict=True)]
+    assert len(set(members)) == len(members)
+    for chain in chains(times, spots, 40.0):
+        assert np.all(np.diff(chain.scans) > 0)
+
+
+@pytest.mark.parametrize("spots", [[], [np.zeros((0, 2))] * 5, [np.zeros((1, 2))] * 3])
+def test_too_little_gives_no_chain(spots):
+    assert chains(np.arange(float(len(spots))), spots, 10.0) == []
+
+
+def test_the_likelihood_is_that_of_the_joint_gaussian():
+    """All positions after the first, given it, are jointly Gaussian: their density by one big covariance."""
+    times, spots, _ = seen(3, count=1, scans=7)
+    found = chains(times, spots, np.inf)
+    sigma, accel, speed = 4.0, 0.3, 8.0
+    z = found[0].spots[1:, 0] - found[0].spots[0, 0], found[0].spots[1:, 1] - found[0].spots[0, 1]
+    t = times[1:]
+    early, late = np.minimum.outer(t, t), np.maximum.outer(t, t)
+    cov = sigma**2 * (1 + np.eye(6)) + (2 * speed) ** 2 * np.outer(t, t)
+    cov += accel**2 * (early**2 * late / 2 - early**3 / 6)
+    wanted = sum(multivariate_normal(np.zeros(6), cov).logpdf(own) for own in z)
+    assert loglik(windows_of(found), np.array([sigma, sigma]), accel, speed) == pytest.approx(wanted, rel=1e-9)
+
+
+def test_the_noise_is_found_within_its_error():
+    """Six targets over 120 scans: the errors are some 3 % and 20 %, those of the mean of two draws less."""
+    found = []
+    for seed in range(2):
+        times, spots, _ = seen(10 + seed)
+        noise = estimated(windows_of(chains(times, spots, 30.0)), (10.0, 1.0), 8.0, lambda own: np.repeat(own, 2))
+        found.append((noise.sensor[0], noise.accel))
+    sigma, accel = np.exp(np.mean(np.log(found), axis=0))
+    assert sigma == pytest.approx(4.0, rel=0.06)
+    assert accel == pytest.approx(0.3, rel=0.3)

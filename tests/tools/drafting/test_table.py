@@ -1,0 +1,118 @@
+"""What the titles and rows of a table say: axes, units, the own platform, times."""
+
+import pytest
+
+from vedette.errors import InputError
+from vedette_files.reading import FRAMES
+from vedette_tools.drafting.table import read_table
+from vedette_tools.drafting.titles import meaning
+
+
+@pytest.mark.parametrize(
+    ("title", "axis", "unit", "own"),
+    [
+        ("t", "time", "", False),
+        ("timestamp", "time", "", False),
+        ("Time [ms]", "time", "ms", False),
+        ("epoch_ns", "time", "ns", False),
+        ("Range (NM)", "range", "NM", False),
+        ("SlantRangeMetres", "range", "m", False),
+        ("rng_km", "range", "km", False),
+        ("brg_deg", "bearing", "deg", False),
+        ("AZIMUTH", "bearing", "", False),
+        ("target_lat", "latitude", "", False),
+        ("Latitude_degrees", "latitude", "deg", False),
+        ("LON", "longitude", "", False),
+        ("ownship_lon", "longitude", "", True),
+        ("OwnEast (m)", "east", "m", True),
+        ("platform_x", "x", "", True),
+        ("HDG [deg]", "heading", "deg", False),
+        ("ship heading", "heading", "", True),
+        ("doppler (m/s)", "range_rate", "m/s", False),
+        ("vx", "vx", "", False),
+        ("SOG_knots", "speed", "kn", False),
+        ("sensor_id", "sensor", "", False),
+        ("Scan No", "scan", "", False),
+        ("power_db", "", "", False),
+        ("", "", "", False),
+    ],
+)
+def test_a_title_says_axis_unit_and_whose_it_is(title, axis, unit, own):
+    found = meaning(title)
+    assert (found.axis, found.unit, found.own) == (axis, unit, own)
+
+
+def table(folder, text, name="d.csv"):
+    (folder / name).write_text(text)
+    return read_table(folder / name)
+
+
+def test_a_polar_table_of_a_ship(tmp_path):
+    found = table(tmp_path, "utc,rng_km,brg,own_lat,own_lon,hdg,snr\n2026-01-01T00:00:00Z,1,350,59,10,271,9\n")
+    assert found.measured == {"range": "rng_km", "bearing": "brg"}
+    assert found.platform == {"latitude": "own_lat", "longitude": "own_lon", "heading": "hdg"}
+    assert found.units == {"range": "km", "bearing": "deg", "own heading": "deg"}
+    assert (found.time_unit, found.frame, found.left_out) == ("", FRAMES[1], ("snr",))
+    assert found.assumed == ("brg is in deg: it goes up to 350", "hdg is in deg: it goes up to 271")
+
+
+def test_positions_of_ships_are_what_is_measured_if_nothing_else_is(tmp_path):
+    found = table(tmp_path, "time,ship_lat,ship_lon,speed\n0,59,10,3\n")
+    assert found.measured == {"latitude": "ship_lat", "longitude": "ship_lon"}
+    assert found.platform == {}
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "unit"),
+    [
+        ("0", "2.5", ""),
+        ("0", "1", ""),
+        ("0", "2500", "ms"),
+        ("1700000000", "1700000001", ""),
+        ("1700000000000", "1700000000500", "ms"),
+        ("1700000000000000", "1700000000500000", "us"),
+        ("1700000000000000000", "1700000000500000000", "ns"),
+        ("08:00:00", "08:00:01", ""),
+    ],
+)
+def test_the_unit_of_times_by_their_size(tmp_path, first, second, unit):
+    assert table(tmp_path, f"t;x;y\n{first};1;2\n{second};1;2\n").time_unit == unit
+
+
+def test_several_sensors_are_told_apart(tmp_path):
+    found = table(tmp_path, "t,sensor,east,north\n0,a,1,2\n0,b,1,2\n1,a,1,2\n")
+    assert found.sensors == ("a", "b")
+    assert found.source()["detections"]["sensor_column"] == "sensor"
+    assert found.measured == {"x": "east", "y": "north"}
+    assert table(tmp_path, "t,sensor,east,north\n0,a,1,2\n1,a,1,2\n").sensors == ("sensor",)
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("a,x,y\n0,1,2\n", "no column looks like a time among a, x, y; name it `time` or `t`"),
+        ("t,bearing\n0,1\n", "no columns look like range and bearing, latitude and longitude, or x and y among t, bearing"),
+        ("0,1,2\n1,2,3\n", "d.csv:1: must be a header line"),
+        ("", "d.csv: is empty"),
+    ],
+)
+def test_what_cannot_be_understood_is_said(tmp_path, text, told):
+    with pytest.raises(InputError, match=told.replace("(", r"\(")):
+        table(tmp_path, text)
+
+
+def test_a_column_of_very_many_names_names_no_sensors(tmp_path):
+    rows = "".join(f"{i},s{i},1,2\n" for i in range(25))
+    found = table(tmp_path, f"t,sensor,east,north\n{rows}")
+    assert found.sensors == ("sensor",)
+    assert "sensor" in found.left_out
+    assert "sensor has more than 20 names, so all returns are of one sensor" in found.assumed
+
+
+def test_decimal_commas_are_told_from_points(tmp_path):
+    (tmp_path / "commas.csv").write_text("UTC;Range [NM];Bearing (deg)\n08:00:00,500;3,8730;33,86\n08:00:03,400;3;34\n")
+    (tmp_path / "points.csv").write_text("UTC;Range [NM];Bearing (deg)\n08:00:00.500;3.8730;33.86\n08:00:03.400;3;34\n")
+    commas, points = (read_table(tmp_path / f"{name}.csv") for name in ("commas", "points"))
+    assert commas.source()["decimal"] == ","
+    assert "decimal" not in points.source()
+    assert commas.units == points.units == {"range": "NM", "bearing": "deg"}

@@ -1,0 +1,152 @@
+"""Drafts of data with a height or a range rate: what is found, what is left out and why, and how near the tracks come."""
+
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import vedette
+from support.foreign_files import paths
+from vedette import Space, Trajectory, metrics
+from vedette_tools.drafting import draft_config
+
+TIMES = 2.0 * np.arange(80)
+SPACE = Space.of(x="m", y="m", z="m")
+BIRTH = '[associator]\nkind = "jpda"\n[lifecycle]\nkind = "existence"\nconfirm = 0.99\n'
+"""The lifecycle is the draft's: errors are of the scans in which tracks are shown, and the first are the largest."""
+
+
+def heights(seed=4):
+    """Positions in space: 6 m, 12 m in height, P_D 0.9, two false returns a scan."""
+    rng = np.random.default_rng(seed)
+    flat, up = paths(rng, 3, TIMES, 0.1, 1500, 8), paths(rng, 3, TIMES, 0.1, 300, 4)
+    whole, rows = np.concatenate([flat[..., :2], 2000 + up[..., :1]], axis=-1), []
+    for k, time in enumerate(TIMES):
+        seen = [whole[i, k] + rng.normal(0, [6, 6, 12]) for i in range(3) if rng.random() < 0.9]
+        seen += [np.append(rng.uniform(-4000, 4000, 2), rng.uniform(0, 4000)) for _ in range(rng.poisson(2))]
+        rows += [f"{time},{x:.2f},{y:.2f},{z:.2f}" for x, y, z in seen]
+    truth = tuple(Trajectory(f"{i}", SPACE, TIMES, own) for i, own in enumerate(whole))
+    by_hand = """
+[source]
+kind = "csv"
+path = "data.csv"
+detections = { time = "t", columns = { x = "x", y = "y", z = "height" } }
+[sensors.s]
+kind = "linear"
+axes = ["x", "y", "z"]
+R = [[36, 0, 0], [0, 36, 0], [0, 0, 144]]
+detection_probability = 0.9
+clutter_density = 8e-12
+[estimator]
+kind = "kalman"
+motion = { kind = "constant_velocity", sigma_accel = 0.1, axes = ["x", "y", "z"] }
+[birth]
+kind = "from_returns"
+spread = { vx = 10, vy = 10, vz = 10 }
+"""
+    return ["t,x,y,height", *rows], truth, by_hand + BIRTH
+
+
+def rates(seed=4, sign=1.0):
+    """Range, bearing and range rate: 10 m, .01 rad, .5 m/s, P_D 0.9, three false returns a scan."""
+    rng = np.random.default_rng(seed)
+    states, rows = paths(rng, 3, TIMES, 0.1, 4000, 12), []
+    for k, time in enumerate(TIMES):
+        seen = []
+        for x in (states[i, k] for i in range(3) if rng.random() < 0.9):
+            r, noise = np.hypot(x[0], x[1]), rng.normal(0, [10, 0.01, 0.5])
+            seen.append(np.array([r, np.arctan2(x[1], x[0]), (x[0] * x[2] + x[1] * x[3]) / r]) + noise)
+        for r, b, v in rng.random((rng.poisson(3), 3)):
+            seen += [np.array([8000 * np.sqrt(r), np.pi * (2 * b - 1), 40 * (2 * v - 1)])]
+        rows += [f"{time},{r:.2f},{np.rad2deg(b):.3f},{sign * v:.3f}" for r, b, v in seen]
+    truth = tuple(Trajectory(f"{i}", Space.of(x="m", y="m"), TIMES, own[:, :2]) for i, own in enumerate(states))
+    by_hand = """
+[source]
+kind = "csv"
+path = "data.csv"
+[source.detections]
+time = "t"
+columns = { range = "range_m", bearing = "angle_deg", range_rate = "doppler_mps" }
+units = { bearing = "deg" }
+[sensors.s]
+kind = "range_bearing_rate"
+sigma_range = 10
+sigma_bearing = 0.01
+sigma_rate = 0.5
+max_rate = 40
+max_range = 8000
+crossing_speed = 12
+detection_probability = 0.9
+clutter_per_scan = 3
+[estimator]
+kind = "ekf"
+motion = { kind = "constant_velocity", sigma_accel = 0.1 }
+[birth]
+kind = "from_returns"
+"""
+    return ["t,range_m,angle_deg,doppler_mps", *rows], truth, by_hand + BIRTH
+
+
+def error(config, truth):
+    experiment = vedette.load(config)
+    result = experiment.run()
+    score = metrics.judge(result.tracks, truth, result.scans, experiment.judge)
+    return score.position_rmse_m, score.coverage
+
+
+@pytest.mark.parametrize("make", [heights, rates])
+def test_a_draft_tracks_as_well_as_a_hand(make, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    rows, truth, by_hand = make()
+    Path("data.csv").write_text("\n".join(rows) + "\n")
+    text = draft_config(Path("data.csv"))
+    Path("draft.toml").write_text(text)
+    Path("hand.toml").write_text(by_hand)
+    sensor = tomllib.loads(text)["sensors"]["sensor"]
+    if make is heights:
+        np.testing.assert_allclose(np.diagonal(sensor["R"]), [36, 36, 144], rtol=0.25)
+    else:
+        assert sensor["sigma_rate"] == pytest.approx(0.5, rel=0.1)
+    (drafted, covered), (wanted, least) = error("draft.toml", truth), error("hand.toml", truth)
+    assert drafted <= 1.05 * wanted
+    assert covered >= least - 0.02
+
+
+def drafted(rows, tmp_path):
+    """Return the draft of the first rows."""
+    rows = rows[:150]
+    file = tmp_path / "data.csv"
+    file.write_text("\n".join(rows) + "\n")
+    return draft_config(file)
+
+
+def test_a_rate_that_falls_where_ranges_grow_is_left_out(tmp_path):
+    text = drafted(rates(sign=-1.0)[0], tmp_path)
+    assert "doppler_mps is left out: it falls where ranges grow, and a range rate must rise; turn its sign" in text
+    assert 'kind = "range_bearing"\n' in text
+    assert "# not read: doppler_mps" in text
+
+
+def test_a_rate_on_a_moving_platform_is_left_out(tmp_path):
+    rows = rates()[0]
+    rows = [f"{rows[0]},own_x,own_y", *(f"{row},{float(row.split(',')[0])},0" for row in rows[1:])]
+    text = drafted(rows, tmp_path)
+    assert "doppler_mps is left out: it needs the velocity of the platform, which no column tells" in text
+
+
+def test_a_height_that_never_changes_or_is_not_always_there_is_not_read(tmp_path):
+    rows = heights()[0]
+    flat = [rows[0], *(f"{row.rpartition(',')[0]},0.0" for row in rows[1:])]
+    gaps = [rows[0], f"{rows[1].rpartition(',')[0]},", *rows[2:]]
+    for given in (flat, gaps):
+        text = drafted(given, tmp_path)
+        assert "# not read: height" in text
+        assert 'kind = "cartesian_position"' in text
+
+
+def test_a_height_without_tracks_is_left_out(tmp_path):
+    rng = np.random.default_rng(0)
+    rows = ["t,x,y,z", *(f"{k},{rng.uniform(0, 1e4):.1f},{rng.uniform(0, 1e4):.1f},{k % 7}" for k in range(5))]
+    text = drafted(rows, tmp_path)
+    assert "z is left out: no track was found that tells its noise" in text

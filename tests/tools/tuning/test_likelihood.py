@@ -1,0 +1,158 @@
+"""The likelihood of a scan: a density, exact where the tracker is, over joint associations."""
+
+from itertools import product
+
+import numpy as np
+import pytest
+from attrs import evolve
+from scipy.stats import multivariate_normal, poisson
+
+import vedette
+from vedette import Detections, Gaussian, Scan, Space
+from vedette.testing.watch import Watch
+from vedette.types import Recording
+from vedette_standard.associators.jpda import Jpda
+from vedette_standard.estimators.kalman import Kalman
+from vedette_standard.lifecycles.existence import Existence
+from vedette_standard.motion.random_walk import RandomWalk
+from vedette_tools.tuning.evaluation import data_of, evaluate
+from vedette_tools.tuning.likelihood import Predictive, joint_likelihood
+from vedette_tools.tuning.view import Cover
+
+HALF = 8.0
+P_D, DENSITY = 0.7, 0.1
+
+
+def test_it_is_the_density_of_all_measurements_of_a_linear_target():
+    """Without clutter and misses, the scans' sum is that of one Gaussian over all measurements, by its whole covariance."""
+    rng, times, q, r = np.random.default_rng(1), np.cumsum([0.0, 1.0, 0.5, 2.0, 1.0, 1.0, 3.0, 1.0, 0.2, 1.0, 1.0]), 0.7, 2.0
+    config = {
+        "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": q}},
+        "sensors": {"radar": {"kind": "cartesian_position", "sigma": r}},
+        "associator": {"kind": "pda"},
+        "birth": {"kind": "given", "start": {"x": [1.0, 5.0], "y": [2.0, 4.0], "vx": [0.5, 3.0], "vy": [0.0, 2.0]}},
+        "lifecycle": {"kind": "single_target"},
+        "gate": "off",
+    }
+    z = rng.normal(size=(len(times), 2)) * 5.0
+    recording = Recording(tuple(Scan(t, "radar", Detections.of([each])) for t, each in zip(times, z, strict=True)))
+    found = evaluate(data_of(vedette.load(config), recording, 1.0), [], [], whole=True)
+    t = times - times[0]
+    early = np.minimum(t[:, None], t)
+    whole = 0.0
+    for axis, (mean, speed, sd, sd_speed) in enumerate([(1.0, 0.5, 5.0, 3.0), (2.0, 0.0, 4.0, 2.0)]):
+        wiener = q**2 * (early**2 * np.maximum(t[:, None], t) / 2 - early**3 / 6)
+        cov = sd**2 + sd_speed**2 * t[:, None] * t + wiener + r**2 * np.eye(len(t))
+        whole += multivariate_normal(mean + speed * t, cov).logpdf(z[:, axis])
+    assert found.loglik.sum() == pytest.approx(whole, rel=1e-9)
+
+
+def test_joint_associations_are_summed():
+    rng = np.random.default_rng(2)
+    for tracks, returns in [(1, 3), (2, 2), (3, 3), (4, 2), (3, 5)]:
+        scores = rng.normal(size=(tracks, 1 + returns)) * 3.0
+        scores[0, 1] = -np.inf
+        each = [
+            sum(scores[t, a] for t, a in enumerate(choice))
+            for choice in product(range(1 + returns), repeat=tracks)
+            if len(set(choice) - {0}) == sum(a > 0 for a in choice)
+        ]
+        assert joint_likelihood(scores.copy()) == pytest.approx(np.logaddexp.reduce(each), abs=1e-9)
+
+
+def line(birth=None):
+    """A tracker on a line, where 1.6 false returns a scan lie between -8 and 8 m."""
+    watch = Watch(observes=Space.of(x="m"), R=[[0.5]], probability=P_D, density=DENSITY)
+    motion = RandomWalk(axes=("x",), unit="m", sigma=0.1)
+    return vedette.Tracker(Kalman(motion), {"s": watch}, Jpda(), Existence(), birth)
+
+
+def undetected():
+    """0.8 undetected targets about 0, by a Gaussian."""
+    config = {
+        "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 1.0}},
+        "sensors": {"s": {"kind": "cartesian_position", "sigma": 1.0}},
+        "associator": {"kind": "jpda"},
+        "birth": {"kind": "poisson", "appear": [{"at": {"x": [0, 2]}, "initial": 0.8, "rate": 0.0}]},
+        "lifecycle": {"kind": "existence"},
+    }
+    return vedette.load(config).tracker.birth
+
+
+def mass(tracker, state, expected, sums):
+    """The probability of at most two returns by the likelihood, over a grid, and as `sums` has it."""
+    grid = np.linspace(-HALF, HALF, 41)[:-1] + HALF / 40
+    cover = Cover(grid[:, None], 2 * HALF)
+    predictive = Predictive(tracker)
+
+    def density(*z):
+        scan = Scan(0.0, "s", Detections.of(np.array(z).reshape(-1, 1), 1))
+        loglik, returns = predictive(tracker.expect(state, scan), cover)
+        assert returns == pytest.approx(expected, rel=1e-3)
+        return np.exp(loglik)
+
+    step = 2 * HALF / 40
+    one = sum(density(a) for a in grid) * step
+    two = sum(density(a, b) for i, a in enumerate(grid) for b in grid[:i]) * step**2
+    two += sum(density(a, a) for a in grid) * step**2 / 2
+    assert [density(), one, two] == pytest.approx(sums, rel=5e-3)
+
+
+def test_it_is_a_density_over_scans():
+    """Summed over all scans of none, one and two returns, it is the probability of so many."""
+    tracker = line()
+    state = tracker.start(Gaussian(np.array([[-1.0], [1.5]]), np.array([[[1.0]], [[2.0]]])), 0.0)
+    state = evolve(state, existence=np.array([0.6, 0.9]))
+    hits = np.convolve([1 - 0.6 * P_D, 0.6 * P_D], [1 - 0.9 * P_D, 0.9 * P_D])
+    false = poisson(2 * HALF * DENSITY).pmf(range(3))
+    mass(tracker, state, 2 * HALF * DENSITY, np.convolve(hits, false)[:3])
+
+
+def test_undetected_targets_count_by_what_the_birth_expects():
+    """They are 0.8 about 0, by a Gaussian, and returns of theirs are no false ones."""
+    tracker = line(undetected())
+    state = tracker.start()
+    expected = 2 * HALF * DENSITY + 0.8 * P_D
+    mass(tracker, state, expected, poisson(expected).pmf(range(3)))
+
+
+def test_where_a_lifecycle_keeps_no_existence_it_is_followed():
+    """A track at a false return stops to count against the detection probability."""
+    config = {
+        "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 0.1}},
+        "sensors": {
+            "radar": {"kind": "cartesian_position", "sigma": 1.0, "detection_probability": 0.9, "clutter_density": 1e-6}
+        },
+        "associator": {"kind": "pda"},
+        "birth": {"kind": "from_returns", "spread": {"vx": 1.0, "vy": 1.0}, "initial": 0.5},
+        "lifecycle": {"kind": "m_of_n", "hits": 2, "looks": 9, "misses": 9},
+    }
+    tracker = vedette.build(config)
+    predictive, state, cover = Predictive(tracker), tracker.start(), Cover(np.zeros((1, 2)), 1e6)
+    state = tracker.step(state, Scan(0.0, "radar", Detections.of([[0.0, 0.0]])))
+    e, found, wanted = 0.5, [], []
+    for time in (1.0, 2.0, 3.0):
+        scan = Scan(time, "radar", Detections.of([], 2))
+        e *= np.exp(-1 / 600)
+        wanted.append(np.log(1 - 0.9 * e) - 1.0)
+        e = 0.1 * e / (1 - 0.9 * e)
+        found.append(predictive(tracker.expect(state, scan), cover)[0])
+        state = tracker.step(state, scan)
+    assert found == pytest.approx(wanted, abs=1e-9)
+
+
+def test_hypotheses_give_what_their_tracks_do_when_they_are_sure():
+    """One track in one leaf is as likely under an associator of hypotheses as under JPDA."""
+    base = {
+        "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 0.5}},
+        "sensors": {"radar": {"kind": "cartesian_position", "sigma": 3.0, "detection_probability": 0.9,
+                              "clutter_density": 1e-5}},
+        "birth": {"kind": "given", "start": {"x": [0, 5], "y": [0, 5], "vx": [0, 1], "vy": [0, 1]}},
+        "lifecycle": {"kind": "existence"},
+    }  # fmt: skip
+    scan, cover = Scan(1.0, "radar", Detections.of([[1.0, 2.0], [4.0, -3.0]])), Cover(np.zeros((1, 2)), 1e5)
+    found = []
+    for kind in ("jpda", "n_scan"):
+        tracker = vedette.build(base | {"associator": {"kind": kind}})
+        found.append(Predictive(tracker)(tracker.expect(tracker.start(time=0.0), scan), cover)[0])
+    assert found[0] == pytest.approx(found[1], abs=1e-9)

@@ -1,0 +1,50 @@
+"""Errors put into the tuning on purpose: the tests named beside them catch each."""
+
+import numpy as np
+import pytest
+
+from tools.tuning import test_errors, test_free, test_likelihood
+from vedette import kernels
+from vedette_tools.tuning import errors, free, likelihood
+from vedette_tools.tuning.likelihood import Predictive
+from vedette_tools.tuning.view import Cover
+
+
+def alone(scores):
+    """Associate each track as if it were alone: two tracks may take one return."""
+    return float(np.sum(kernels.log_sum(scores)))
+
+
+MUTANTS = {
+    "the returns that do not come cost nothing": (
+        Cover, "total", lambda self, density: 0.0, test_likelihood.test_it_is_a_density_over_scans
+    ),
+    "two tracks take one return": (likelihood, "joint_likelihood", alone, test_likelihood.test_it_is_a_density_over_scans),
+    "undetected targets are not expected": (
+        Predictive, "_unseen", lambda *given: 0.0, test_likelihood.test_undetected_targets_count_by_what_the_birth_expects
+    ),
+    "a track at a false return is taken for certain": (
+        Predictive, "_existence", lambda self, state, dt: np.ones(len(state.ids)),
+        test_likelihood.test_where_a_lifecycle_keeps_no_existence_it_is_followed,
+    ),
+    "scores that go on in the next do not count": (
+        errors, "long_run", lambda scores: scores.T @ scores, None
+    ),
+    "a transition leaves its diagonal as it is": (free, "_kept", lambda *given: "", None),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", MUTANTS)
+def test_each_is_caught(name, monkeypatch):
+    home, attribute, wrong, check = MUTANTS[name]
+    monkeypatch.setattr(home, attribute, wrong)
+    if name.startswith("scores"):
+        monkeypatch.setattr(test_errors, "long_run", wrong)
+        check = test_errors.test_scores_that_go_on_in_the_next_count
+    if name.startswith("a transition"):
+        experiment = test_free.loaded()
+        with pytest.raises(ValueError, match="row"):
+            test_free.test_a_transition_takes_from_its_diagonal(experiment)
+        return
+    with pytest.raises(AssertionError):
+        check()
