@@ -16,20 +16,21 @@ from typing import Any
 
 from vedette.commands.ending import CLOSED, INTERRUPTED, complain, ended
 from vedette.commands.parser import Parser
-from vedette.config.registry import Registry
 from vedette.errors import VedetteError
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code. SystemExit only from argparse: for --help, --version and wrong use."""
     _open_streams()
-    parser = _parser()
-    parsed = parser.given(list(_values_joined(sys.argv[1:] if arguments is None else arguments)))
+    traceback = False
     try:
+        parser = _parser()
+        parsed = parser.given(list(_values_joined(sys.argv[1:] if arguments is None else arguments)))
+        traceback = parsed.traceback
         code = parser.commands[parsed.command].run(parsed)
         sys.stdout.flush()
     except VedetteError as error:
-        return ended(error, str(error), traceback=parsed.traceback)
+        return ended(error, str(error), traceback=traceback)
     except BrokenPipeError:
         _forget_stdout()
         return CLOSED
@@ -46,7 +47,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
         if (text := raised_by(error, None)) is None:
             raise
-        return ended(error, text, traceback=parsed.traceback)
+        return ended(error, text, traceback=traceback)
     return code
 
 
@@ -94,6 +95,8 @@ class _Version(Action):
 
 def _parser() -> Parser:
     """Return the parser of all commands that plugins bring, each with its own options."""
+    from vedette.config.registry import Registry  # which says in a line if the kernels asked for cannot be had
+
     parser = Parser("vedette", description="Compose target trackers from small parts and run them.")
     parser.add_argument("--version", action=_Version, nargs=0, help="show the version and exit")
     parser.add_argument("--traceback", action="store_true", help="show where in the code an error came from")

@@ -4,12 +4,13 @@ import time
 
 import pytest
 
+from vedette.config.parameters import APART
 from vedette import Registry
 from vedette.commands.check import check
 from vedette.testing.law import Profile
 
 LIMIT = 10.0
-ENTRIES = [entry for entry in Registry.installed() if entry.role != "reproduction"]
+ENTRIES = [entry for entry in Registry.installed() if entry.role not in APART]
 
 
 @pytest.mark.nightly("all kinds take minutes")
