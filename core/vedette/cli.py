@@ -17,7 +17,6 @@ from typing import Any
 
 from vedette.commands.ending import CLOSED, INTERRUPTED, complain, ended
 from vedette.commands.parser import Parser
-from vedette.config.registry import Registry
 from vedette.errors import VedetteError
 
 
@@ -27,13 +26,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if arguments is None:
         # a process of its own makes few cycles, and looking for them among all that is imported is a tenth of a short run
         gc.set_threshold(100_000, 20, 20)
-    parser = _parser()
-    parsed = parser.given(list(_values_joined(sys.argv[1:] if arguments is None else arguments)))
+    traceback = False
     try:
+        parser = _parser()
+        parsed = parser.given(list(_values_joined(sys.argv[1:] if arguments is None else arguments)))
+        traceback = parsed.traceback
         code = parser.commands[parsed.command].run(parsed)
         sys.stdout.flush()
     except VedetteError as error:
-        return ended(error, str(error), traceback=parsed.traceback)
+        return ended(error, str(error), traceback=traceback)
     except BrokenPipeError:
         _forget_stdout()
         return CLOSED
@@ -50,7 +51,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
         if (text := raised_by(error, None)) is None:
             raise
-        return ended(error, text, traceback=parsed.traceback)
+        return ended(error, text, traceback=traceback)
     return code
 
 
@@ -98,6 +99,8 @@ class _Version(Action):
 
 def _parser() -> Parser:
     """Return the parser of all commands that plugins bring, each with its own options."""
+    from vedette.config.registry import Registry  # which says in a line if the kernels asked for cannot be had
+
     parser = Parser("vedette", description="Compose target trackers from small parts and run them.")
     parser.add_argument("--version", action=_Version, nargs=0, help="show the version and exit")
     parser.add_argument("--traceback", action="store_true", help="show where in the code an error came from")

@@ -25,6 +25,8 @@ ROLES = {
     "preprocessor": ("Preprocessors", "How raw data of a sensor becomes scans."),
     "source": ("Sources", "Where scans come from: recordings and simulations."),
     "reproduction": ("Reproductions", "Published studies, run anew."),
+    "command": ("Commands", "What `vedette` does."),
+    "picture": ("Pictures", "What is drawn of a run, or of a report on consistency."),
 }
 ROLE_OF = {role: role for role in ROLES} | {"sensors": "sensor", "preprocessors": "preprocessor", "modes": "estimator"}
 ROLE_OF |= {"models": "motion", "wander": "motion", "scene": "source"}
@@ -161,9 +163,12 @@ def page(entry: Installed, example: tuple[str, str] | None) -> str:
         ]
     if entry.role == "reproduction":
         out += ["## Example", "", "```text", f"vedette reproduce {entry.kind.replace('_', '-')}", "```", ""]
+    if entry.role == "command":
+        out += ["## Example", "", "```text", f"vedette {entry.kind} --help", "```", ""]
     out += _laws(entry)
-    file = entry.cls.__module__.replace(".", "/") + ".py"
-    folder = next(folder for folder in ("core", "plugins", "simulators") if (ROOT / folder / file).exists())
+    file = entry.cls.__module__.replace(".", "/")
+    places = [(folder, file + end) for folder in ("core", "plugins", "simulators") for end in (".py", "/__init__.py")]
+    folder, file = next((folder, file) for folder, file in places if (ROOT / folder / file).exists())
     name = f"{entry.cls.__module__}.{entry.cls.__qualname__}"
     return "\n".join([*out, "## Source", "", f"`{name}` in [{folder}/{file}](../../../{folder}/{file})", ""])
 

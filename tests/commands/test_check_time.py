@@ -6,10 +6,11 @@ import pytest
 
 from vedette import Registry
 from vedette.commands.check import check
+from vedette.config.parameters import APART
 from vedette.testing.law import Profile
 
 LIMIT = 10.0
-ENTRIES = [entry for entry in Registry.installed() if entry.role != "reproduction"]
+ENTRIES = [entry for entry in Registry.installed() if entry.role not in APART]
 
 
 @pytest.mark.nightly("all kinds take minutes")

@@ -216,7 +216,7 @@ def with_figure(name: str, study: str) -> str:
 def test_a_plugins_figure_is_told_of_every_run_and_study(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, distribution: Distribution
 ) -> None:
-    monkeypatch.setattr("vedette_report.commands.run.can_draw", lambda: False)
+    monkeypatch.setattr("vedette_report.drawing.can_draw", lambda: False)
     distribution("large-dist", "vedette_test_large", with_figure("largest_m", "largest"))
     scene, out = _scene(tmp_path), tmp_path / "out"
     assert main(["run", str(scene), "--out", str(out), "--report"]) == 0

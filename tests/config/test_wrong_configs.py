@@ -227,7 +227,6 @@ def test_an_empty_table_lacks_everything_that_is_required(registry: Registry) ->
         "sensors",
         "associator",
         "lifecycle",
-        "birth",
     ]
 
 

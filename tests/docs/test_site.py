@@ -14,6 +14,7 @@ from docsite.site import public, with_outputs
 
 from support.architecture import PUBLIC
 from support.paths import ROOT
+from vedette.config.parameters import APART
 from vedette.config.registry import Registry
 from vedette.config.walker import Walker
 
@@ -65,6 +66,9 @@ def test_kinds_of_the_shelf_have_formula_reference_example_and_laws():
 def test_every_kind_has_an_example_that_builds_it(entry):
     if entry.role == "reproduction":
         assert f"vedette reproduce {entry.kind.replace('_', '-')}" in page(entry, None)
+        return
+    if entry.role in APART:
+        assert entry.summary in page(entry, None)
         return
     line, file = KNOWN[entry.role, entry.kind]
     assert f"{entry.role} = {line}" in page(entry, (line, file))

@@ -21,7 +21,8 @@ tracker = vedette.build({
     "sensors": {"radar": {"kind": "range_bearing", "sigma_range": 10.0, "sigma_bearing": 0.01, "detection_probability": 0.9,
                           "max_range": 5000.0, "clutter_per_scan": 5.0}},
     "associator": {"kind": "pda"},
-    "lifecycle": {"kind": "m_of_n", "spread": {"vx": 10.0, "vy": 10.0, "turn_rate": 0.05}}})
+    "birth": {"kind": "from_returns", "spread": {"vx": 10.0, "vy": 10.0, "turn_rate": 0.05}},
+    "lifecycle": {"kind": "m_of_n"}})
 rng, state = np.random.default_rng(1), tracker.start(seed=1)
 for k in range(30):
     z = np.concatenate([rng.normal([1000 + 8 * k, 0.5], [10, 0.01], (1, 2)), rng.uniform([0, -3], [5000, 3], (4, 2))])

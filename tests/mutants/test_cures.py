@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from montecarlo import test_recordings as studies
 
 import vedette
 from report import test_warnings as units
+from study import test_recordings as studies
 from tracking import test_ceiling as memory
 from tracking import test_live_loop as hand
 from vedette.errors import VedetteError

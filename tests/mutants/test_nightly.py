@@ -37,14 +37,14 @@ BY_DAY: dict[str, tuple[str, ...]] = {
         "bayes_risk/test_verdicts.py::test_what_a_default_run_finds_decides_all",
     ),
     "commands/test_check_time.py::test_a_check_is_short_and_finds_nothing": ("laws",),
-    "commands/test_new.py::test_over_many_draws_the_error_is_within_a_twentieth": (
-        "commands/test_new.py::test_from_an_empty_folder_to_tracks_on_a_map_in_two_commands",
+    "tools/commands/test_new.py::test_over_many_draws_the_error_is_within_a_twentieth": (
+        "tools/commands/test_new.py::test_from_an_empty_folder_to_tracks_on_a_map_in_two_commands",
     ),
-    "commands/test_new_roles.py::test_each_package_keeps_its_laws_and_becomes_a_wheel": (
-        "commands/test_new.py::test_a_new_plugin_keeps_its_laws",
+    "tools/commands/test_new_roles.py::test_each_package_keeps_its_laws_and_becomes_a_wheel": (
+        "tools/commands/test_new.py::test_a_new_plugin_keeps_its_laws",
     ),
-    "commands/test_reproduce.py::BY_NIGHT": (
-        "commands/test_reproduce.py::test_a_study_prints_its_tables_and_verdicts_and_ends_well",
+    "study/commands/test_reproduce.py::BY_NIGHT": (
+        "study/commands/test_reproduce.py::test_a_study_prints_its_tables_and_verdicts_and_ends_well",
         "bayes_risk/test_reproduction.py::test_the_same_seed_gives_the_same_study",
         "flir/test_reproduction.py::test_the_seed_decides",
         "marine/test_reproduction.py::test_the_study_says_all_and_its_seed_decides",
@@ -54,7 +54,9 @@ BY_DAY: dict[str, tuple[str, ...]] = {
         "docs/test_notebooks.py::test_it_is_a_valid_notebook_that_holds_the_whole_page",
         "docs/test_blocks.py::test_its_blocks_do_what_it_says",
     ),
-    "explaining/test_planted.py::by_night": ("explaining/test_planted.py::test_a_planted_disproportion_is_found",),
+    "tools/explaining/test_planted.py::by_night": (
+        "tools/explaining/test_planted.py::test_a_planted_disproportion_is_found",
+    ),
     "flir/test_clips.py::test_recorded_segments": (
         "flir/test_template.py::test_a_drifting_template_is_held_by_its_centroid",
         "flir/test_template.py::test_a_few_faint_frames_are_not_worth_another_target",
@@ -91,9 +93,9 @@ BY_DAY: dict[str, tuple[str, ...]] = {
         "testing/test_assert_consistent.py::test_a_right_tracker_passes_and_says_how_it_was_judged",
         "testing/test_power.py::test_detection_is_what_theory_says",
     ),
-    "tuning/test_calibration.py::test_an_imms_transition_is_found_within_its_error": ("tuning/test_mutants.py",),
-    "tuning/test_calibration.py::test_errors_hold_what_they_promise": ("tuning/test_mutants.py",),
-    "tuning/test_tune.py::test_workers_change_nothing": ("tuning/test_tune.py",),
+    "tools/tuning/test_calibration.py::test_an_imms_transition_is_found_within_its_error": ("tools/tuning/test_mutants.py",),
+    "tools/tuning/test_calibration.py::test_errors_hold_what_they_promise": ("tools/tuning/test_mutants.py",),
+    "tools/tuning/test_tune.py::test_workers_change_nothing": ("tools/tuning/test_tune.py",),
 }
 
 

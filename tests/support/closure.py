@@ -40,6 +40,13 @@ def _tree(name: str) -> ast.Module:
 
 
 @cache
+def _passed_on(package: str) -> ast.Module:
+    """Return the imports by which a package passes names on: those of its stub, where it looks names up when first used."""
+    stub = known()[package].with_suffix(".pyi")
+    return ast.parse(stub.read_text(encoding="utf-8")) if stub.exists() else _tree(package)
+
+
+@cache
 def _needs(name: str) -> frozenset[str]:
     return frozenset(_imports(_tree(name)))
 
@@ -73,7 +80,7 @@ def _home(module: str, name: str) -> str:
     if f"{module}.{name}" in known():
         return f"{module}.{name}"
     if module in known() and known()[module].name == "__init__.py":
-        for node in ast.walk(_tree(module)):
+        for node in ast.walk(_passed_on(module)):
             if isinstance(node, ast.ImportFrom) and node.module:
                 for alias in node.names:
                     if name == (alias.asname or alias.name):

@@ -47,9 +47,12 @@ motion = { kind = "constant_velocity", sigma_accel = 1.0 }
 [associator]
 kind = "gnn"
 
+[birth]
+kind = "from_returns"
+spread = { vx = 8.0, vy = 8.0 }
+
 [lifecycle]
 kind = "m_of_n"
-spread = { vx = 8.0, vy = 8.0 }
 """
 
 

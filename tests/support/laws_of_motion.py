@@ -172,4 +172,4 @@ LAWS = [
 
 
 def applies(law: Callable[..., None], model: type[MotionModel]) -> bool:
-    return {two_steps_make_one: model.divisible, moments_are_exact: model.linear}.get(law, True)
+    return {two_steps_make_one: model.divisible is True, moments_are_exact: model.linear is True}.get(law, True)

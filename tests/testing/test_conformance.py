@@ -10,7 +10,7 @@ import pytest
 from hypothesis import strategies as st
 
 import vedette
-from vedette.config.parameters import ROLES
+from vedette.config.parameters import APART, ROLES
 from vedette.config.registry import Registry
 from vedette.testing import conformance, examine, laws_of
 from vedette.testing.strategies import SENSOR, components
@@ -170,7 +170,7 @@ RECORDED = {
 NEED_FILES = {("source", "autoferry"), ("source", "csv"), ("source", "jsonl"), ("source", "radar_pictures")}
 """Sources that read a recording: the last test writes one for those that take any sensor; the others have their own."""
 
-INSTALLED = [entry for entry in Registry.installed() if entry.role != "reproduction"]
+INSTALLED = [entry for entry in Registry.installed() if entry.role not in APART]
 
 for entry in INSTALLED:
     if (entry.role, entry.kind) not in NEED_FILES:
@@ -203,4 +203,4 @@ def test_no_component_was_forgotten():
     tested = {name for name in vars(sys.modules[__name__]) if name.startswith("Test_")}
     wanted = {f"Test_{e.role}_{e.kind}" for e in INSTALLED if (e.role, e.kind) not in NEED_FILES}
     assert wanted <= tested
-    assert {entry.role for entry in INSTALLED} == set(ROLES) - {"reproduction"}
+    assert {entry.role for entry in INSTALLED} == set(ROLES) - set(APART)

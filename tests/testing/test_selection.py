@@ -12,6 +12,7 @@ from support.closure import closure, known
 from support.mutants.table import MUTANTS as OURS
 from support.paths import ROOT
 from support.selection import OF_ALL, SHARE, Since, changed, chosen, drawn, files_of, since
+from vedette.config.parameters import APART
 from vedette.config.registry import Registry
 from vedette.testing import FAST, examine, laws_of
 from vedette.testing.strategies import components
@@ -20,7 +21,7 @@ from vedette_standard.estimators.kalman import Kalman
 from vedette_standard.lifecycles.m_of_n import MOfN
 from vedette_standard.motion.constant_velocity import ConstantVelocity
 
-KINDS = {entry.cls for entry in Registry.installed() if entry.role != "reproduction"}
+KINDS = {entry.cls for entry in Registry.installed() if entry.role not in APART}
 
 
 def names(paths):

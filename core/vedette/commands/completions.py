@@ -8,6 +8,7 @@ from typing import Any
 import shtab
 
 from vedette.commands.ending import DONE
+from vedette.config.parameters import APART
 from vedette.config.registry import Registry
 
 CONFIGS: Any = shtab.glob("*.toml", "*.yaml", "*.yml", "*.json")
@@ -42,7 +43,7 @@ def completion_script(parser: ArgumentParser, shell: str) -> str:
     for entry in Registry.installed():
         kinds.setdefault(entry.role, []).append(entry.kind)
     papers = sorted(kinds.get("reproduction", []))
-    components = sorted({kind for role, names in kinds.items() if role != "reproduction" for kind in names})
+    components = sorted({kind for role, names in kinds.items() if role not in APART for kind in names})
     words = {"PAPER": papers, "ROLE_OR_KIND": [*dict.fromkeys([*kinds, *components])]}
     _mark(parser, FILES | {"WHAT": _or_config(components)}, words)
     return str(shtab.complete(parser, shell))

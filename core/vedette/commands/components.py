@@ -9,7 +9,7 @@ from textwrap import shorten, wrap
 from typing import Any
 
 from vedette.config.contract import Installed
-from vedette.config.parameters import ROLES, Parameter, Table, parameters, tables
+from vedette.config.parameters import APART, ROLES, Parameter, Table, parameters, tables
 from vedette.config.registry import Registry
 from vedette.config.suggestions import did_you_mean, which_kind
 from vedette.errors import ConfigError, Problem
@@ -72,17 +72,17 @@ def _summary(cls: type) -> str:
 
 def _overview(entries: Sequence[Installed], plain: Mapping[str, type]) -> Iterator[str]:
     """Yield a line for each kind, then the tables without kinds; kinds that only studies need come last."""
-    usual = [entry for entry in entries if not entry.cls.misprint and entry.role != "reproduction"]
+    usual = [entry for entry in entries if not entry.cls.misprint and entry.role not in APART]
     for role in dict.fromkeys(entry.role for entry in usual):
         yield role
         yield from (_line(entry.kind, _titled(entry)) for entry in usual if entry.role == role)
         yield ""
     yield "tables"
     yield from (_line(name, _summary(cls)) for name, cls in plain.items())
-    studies = [entry.kind for entry in entries if entry.role == "reproduction"]
-    if studies:
-        yield ""
-        yield from wrap(f"studies to reproduce: {', '.join(studies)}", _WIDTH, subsequent_indent="  ")
+    yield ""
+    for role, told in zip(APART, ("studies to reproduce", "commands", "pictures"), strict=True):
+        if kinds := [entry.kind for entry in entries if entry.role == role]:
+            yield from wrap(f"{told}: {', '.join(kinds)}", _WIDTH, subsequent_indent="  ")
     apart = [f"{entry.role} {entry.kind}" for entry in entries if entry.cls.misprint]
     if apart:
         yield from wrap(f"{_NOT_CHOSEN}: {', '.join(apart)}", _WIDTH, subsequent_indent="  ")

@@ -33,6 +33,9 @@ ROLES: dict[str, type[Component]] = {
 }
 """Role names as configs, commands and messages use them."""
 
+APART = ("reproduction", "command", "picture")
+"""Roles whose components no config holds: studies of papers, commands and pictures."""
+
 
 @frozen
 class Leaf:

@@ -20,6 +20,7 @@ import attrs
 from vedette.errors import PluginError, VedetteError
 from vedette.filters.memo import Memo
 from vedette.roles import Component
+from vedette.supporting import Command
 from vedette.tracking.parts import parts as parts_of
 from vedette.tracking.postconditions import METHODS, broken
 from vedette.types import Scan
@@ -145,7 +146,7 @@ def raised_by(error: BaseException, parts: object) -> str | None:
         if not code.co_argcount or code.co_filename.startswith("<attrs"):
             continue
         found = frame.f_locals.get(code.co_varnames[0])
-        if isinstance(found, Component) and _is_method(found, code):
+        if isinstance(found, Component) and not isinstance(found, Command) and _is_method(found, code):
             if found is not owner:
                 owner, method = found, code.co_name
             at = f"{Path(code.co_filename).name}:{line}"

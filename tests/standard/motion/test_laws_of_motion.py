@@ -41,8 +41,8 @@ def test_law(law, model, data):
 
 def test_which_models_are_divisible_and_linear():
     exact = {ConstantVelocity, ConstantAcceleration, Singer, KnownTurn}
-    assert {model for model in MODELS if model.divisible} == exact
-    assert {model for model in MODELS if model.linear} == exact
+    assert {model for model in MODELS if model.divisible is True} == exact
+    assert {model for model in MODELS if model.linear is True} == exact
 
 
 # Mutants.
