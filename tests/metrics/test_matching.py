@@ -8,7 +8,8 @@ from hypothesis.extra.numpy import arrays
 
 from support.histories import history, looks, path
 from support.pairings import pairings
-from vedette.metrics import Judge, covering, distances, is_lost, judge, switches
+from vedette.metrics import NONE, Judge, covering, distances, judge, switches
+from vedette.metrics.tally import Fate
 
 law = settings(max_examples=150)
 
@@ -91,8 +92,11 @@ def test_crossing_objects_do_not_switch_while_their_tracks_are_near():
         ("11100", False),
         ("00011", False),
         ("00000", True),
-        ("", True),
+        ("", None),
     ],
 )
 def test_lost_is_three_scans_in_a_row_after_it_was_found(covered, lost):
-    assert is_lost(np.array([c == "1" for c in covered], dtype=bool), 3) == lost
+    cover, fate = np.array([0 if c == "1" else NONE for c in covered], dtype=np.intp), Fate()
+    fate.follow(np.arange(len(covered), dtype=float), cover, cover)
+    fate.squares.add(np.zeros((1, covered.count("1"))))
+    assert fate.score("boat", 3).lost == lost

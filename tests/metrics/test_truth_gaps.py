@@ -21,7 +21,6 @@ LOOKS = np.array([-1.0, 0.0, 0.5, 2.0, 3.0, 5.0, 8.0, 8.5, 9.0, 9.5])
 def test_it_is_unknown_in_longer_gaps_but_for_their_ends(most, known):
     found = truth_at((BOAT,), LOOKS, None, most)
     np.testing.assert_array_equal(found.alive[:, 0], known)
-    np.testing.assert_array_equal(found.known, found.alive[:, 0])
     np.testing.assert_allclose(found.states[found.alive[:, 0], 0, 0], 10 * LOOKS[found.alive[:, 0]])
 
 

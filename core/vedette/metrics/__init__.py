@@ -2,16 +2,14 @@
 
 from vedette.metrics.bound import Bound, bound_along, enumerated_bound, information, reduced_bound
 from vedette.metrics.clear import Clear, clear_mot
-from vedette.metrics.consistency import chi_square_band, gate_truncation, nees
-from vedette.metrics.coverage import NONE, Indices, covering, is_lost, switches
-from vedette.metrics.errors import rmse, rmse_over_runs
+from vedette.metrics.consistency import chi_square_band, gate_truncation, nees, rmse_over_runs
+from vedette.metrics.coverage import NONE, Indices, covering, switches
 from vedette.metrics.gospa import Gospa, distances, gospa, ospa
 from vedette.metrics.histories import Entries, positions, truth_at, velocities
 from vedette.metrics.hota import Hota, hota
-from vedette.metrics.matching import Match, Pairs, match
+from vedette.metrics.matching import Match, Pairs
 from vedette.metrics.noises import at_fault
 from vedette.metrics.ospa2 import ospa2
-from vedette.metrics.pixels import pixel_figures
 from vedette.metrics.running import ENTRIES, SCANS, Block, RunningJudge, gate_of, judge, space_of
 from vedette.metrics.score import FIGURES, OF_OBJECTS, Figure, Judge, Score, TruthScore
 from vedette.metrics.siap import Siap, siap
@@ -51,16 +49,12 @@ __all__ = [
     "gospa",
     "hota",
     "information",
-    "is_lost",
     "judge",
-    "match",
     "nees",
     "ospa",
     "ospa2",
-    "pixel_figures",
     "positions",
     "reduced_bound",
-    "rmse",
     "rmse_over_runs",
     "siap",
     "space_of",

@@ -148,6 +148,19 @@ def mean_over_runs(values: Array) -> Estimate:
     return Estimate(float(np.mean(runs)), error)
 
 
+def rmse_over_runs(error: Array) -> Estimate:
+    """Return the root mean square error over runs, (r, *b, d), and its standard error, with the run as the unit.
+
+    By the delta method: the standard error of the mean square over twice its root. Scans of a run are dependent, so
+    only runs count; one run has no standard error.
+    """
+    square = mean_over_runs(np.mean(np.sum(error**2, axis=-1).reshape(len(error), -1), axis=-1))
+    root = float(np.sqrt(square.value))
+    if square.error is None:
+        return Estimate(root, None)
+    return Estimate(root, square.error / (2.0 * root) if root > 0 else 0.0)
+
+
 def chi_square_band(dof: float, alpha: float) -> tuple[float, float]:
     """Return the two-sided band of a chi-square sum with `dof` degrees of freedom in total, over `dof`: around 1.
 

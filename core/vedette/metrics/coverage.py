@@ -9,7 +9,7 @@ import numpy as np
 
 from vedette.metrics.near import Indices as Indices
 from vedette.metrics.near import Near, near, one_to_one
-from vedette.space import Array, Mask
+from vedette.space import Array
 
 NONE = -1
 """The covering track of a true object that none covers."""
@@ -61,12 +61,6 @@ def covering(
 def switches(cover: Indices) -> int:
     """Count how often the track (s,) that covers an object differs from the last one that did."""
     return int(np.count_nonzero(np.diff(cover[cover != NONE])))
-
-
-def is_lost(covered: Mask, scans: int) -> bool:
-    """Return whether an object was never covered in the scans of `covered` (s,), or later not for `scans` in a row."""
-    found = np.flatnonzero(covered)
-    return not found.size or int(np.max(np.diff(found, append=len(covered)))) > scans
 
 
 def _nearest(pairs: Near, free: Indices) -> Indices:

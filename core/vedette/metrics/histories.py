@@ -91,15 +91,6 @@ class Truth:
     alive: Mask
     unsaid: Mask
 
-    @property
-    def known(self) -> Mask:
-        """Scans (s,) between the first and the last at which any object is recorded, but for those `unsaid`."""
-        some = np.flatnonzero(self.alive.any(axis=1))
-        inside = np.zeros(len(self.alive), dtype=bool)
-        if some.size:
-            inside[some[0] : some[-1] + 1] = True
-        return inside & ~self.unsaid
-
 
 def truth_at(truth: Sequence[Trajectory], times: Array, space: Space | None, most: float | None = None) -> Truth:
     """Return the true states at `times` (s,) over the axes that all trajectories and the tracks' `space`, if given, share.

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from attrs import evolve, frozen
 
 from vedette.metrics.consistency import nees
 from vedette.metrics.coverage import NONE, Held, Indices, covering
-from vedette.metrics.histories import Entries, Truth, confirmed_entries, positions, truth_at
+from vedette.metrics.histories import Entries, Truth, positions
 from vedette.metrics.near import Near, near_points
 from vedette.metrics.score import Judge
 from vedette.space import Array
-from vedette.types import Scan, Track, Trajectory
 
 
 @frozen(eq=False)
@@ -33,13 +30,12 @@ class Pairs:
 
 @frozen(eq=False)
 class Match:
-    """The tracks that were ever confirmed, and the truth at the `s` judged scans.
+    """Confirmed tracks, and the truth at the `s` judged scans.
 
     scans (s,): their indices; rows: per scan, which entries; apart: per scan, the pairs of objects and tracks within the
     largest distance that the options ask about; cover (s, j): the covering track of each, NONE where there is none.
     """
 
-    tracks: tuple[Track, ...]
     entries: Entries
     truth: Truth
     scans: Indices
@@ -72,34 +68,17 @@ def nees_or_nan(error: Array, cov: Array) -> Array:
         return np.full(len(error), np.nan)
 
 
-def match(tracks: Sequence[Track], truth: Sequence[Trajectory], scans: Sequence[Scan], options: Judge) -> Match:
-    """Match tracks with the truth at the scans that the tracker took and the options choose, the known offset removed.
-
-    Scans before any true object is recorded, or after the last one, say nothing about the tracks and are not judged.
-    InputError where truth and tracks have no position axis in common, or a track has an entry when there is no scan.
-    """
-    confirmed = tuple(track for track in tracks if track.confirmed.any())
-    times = np.array([scan.time for scan in scans])
-    chosen = options.choose(scans)
-    real = truth_at(truth, times[chosen], confirmed[0].space if confirmed else None, options.truth_gap)
-    entries = confirmed_entries(confirmed, times, real.space)
-    known = real.known
-    real = Truth(real.space, real.states[known], real.alive[known], real.unsaid[known])
-    return matched(confirmed, entries, real, chosen[known], options, Held(len(truth)))
-
-
 def matched(
-    tracks: tuple[Track, ...],
     entries: Entries,
     truth: Truth,
     judged: Indices,
     options: Judge,
     held: Held,
-    which: Indices | None = None,
+    which: Indices,
 ) -> Match:
     """Match the entries of confirmed tracks with the truth at the scans `judged`, the known offset removed.
 
-    `held` says which matches there were before; `which` of its true objects are those of `truth`, by default all.
+    `held` says which matches there were before; `which` of its true objects are those of `truth`.
     """
     offset = dict(zip("xy", options.offset.tolist(), strict=True))
     entries = evolve(entries, mean=entries.mean - [offset.get(name, 0.0) for name in truth.space.names])
@@ -112,7 +91,7 @@ def matched(
     every = tuple(near_points(there, spots[part], reach, alive) for there, part, alive in scans)
     present = tuple(entries.track[part] for part in rows)
     cover = covering(every, present, options.cover_radius, held, which)
-    return Match(tracks, entries, truth, judged, rows, every, cover)
+    return Match(entries, truth, judged, rows, every, cover)
 
 
 def _radii(options: Judge) -> tuple[float | None, ...]:

@@ -133,7 +133,7 @@ class RunningJudge:
         near = truth_at([self._truth[j] for j in which.tolist()], times[chosen], self.space, options.truth_gap)
         known, states = ~near.unsaid, near.states.reshape(len(chosen), len(which), len(self.space))
         real = Truth(self.space, states[known], near.alive[known], near.unsaid[known])
-        found = matched((), entries, real, chosen[known], options, self._held, which)
+        found = matched(entries, real, chosen[known], options, self._held, which)
         self._nis.add(entries, chosen, axes, gates)
         block = Block(found, found.pairs(), times, chosen, axes, which)
         alive: Mask = np.any(near.alive, axis=1)

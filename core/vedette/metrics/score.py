@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any, Protocol, final
 
 import attrs
@@ -12,9 +12,7 @@ from attrs import evolve, frozen
 from vedette import fields
 from vedette.display import figures_html
 from vedette.metrics.bound import Bound
-from vedette.metrics.coverage import Indices
 from vedette.space import Array
-from vedette.types import Scan
 
 
 def _two(values: Array) -> str | None:
@@ -80,12 +78,6 @@ class Judge:
     def __attrs_post_init__(self) -> None:
         if self.last_scan is not None and self.last_scan < self.first_scan:
             raise ValueError(f"last_scan: must be >= first_scan ({self.first_scan}), got {self.last_scan}")
-
-    def choose(self, scans: Sequence[Scan]) -> Indices:
-        """Return the indices of the scans that are judged."""
-        own = [i for i, scan in enumerate(scans) if self.sensor in (None, scan.sensor)]
-        end = None if self.last_scan is None else self.last_scan + 1
-        return np.array(own[self.first_scan : end], dtype=np.intp)
 
 
 Number = float | None

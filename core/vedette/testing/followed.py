@@ -8,7 +8,7 @@ from attrs import frozen
 from vedette.errors import InputError
 from vedette.experiment import Experiment, Result
 from vedette.metrics.coverage import NONE, Indices
-from vedette.metrics.matching import match
+from vedette.metrics.running import RunningJudge, space_of
 from vedette.space import Array, Mask
 from vedette.types import Track
 from vedette.units import say
@@ -55,20 +55,24 @@ def followed(experiment: Experiment, result: Result) -> tuple[Followed, ...]:
     """
     truth, judge = result.recording.truth, experiment.judge
     try:
-        found = match(result.tracks, truth, result.scans, judge)
+        blocks = RunningJudge(truth, space_of(result.tracks), judge).take(result.tracks, result.scans)
     except InputError:  # nothing in common to pair by
         return tuple(Followed(path.name, (), (), ()) for path in truth)
-    times = np.array([scan.time for scan in result.scans])[found.scans]
-    objects = []
+    times = np.concatenate([np.zeros(0), *(block.times[block.found.scans] for block in blocks)])
+    cover, alive = np.full((len(times), len(truth)), NONE), np.zeros((len(times), len(truth)), dtype=bool)
+    ends = np.cumsum([len(block.found.scans) for block in blocks])
+    for rows, block in zip(np.split(np.arange(len(times)), ends), blocks, strict=False):
+        cover[rows[:, None], block.which], alive[rows[:, None], block.which] = block.found.cover, block.found.truth.alive
+    confirmed, objects = [track for track in result.tracks if track.confirmed.any()], list[Followed]()
     for j, path in enumerate(truth):
-        held = found.cover[:, j]
+        held = cover[:, j]
         turns = list(dict.fromkeys(held[held != NONE].tolist()))
         last = [float(times[np.flatnonzero(held == i)[-1]]) for i in turns]
         end = max(last, default=np.inf)
-        good = np.count_nonzero(times[found.truth.alive[:, j]] > end) > judge.lost_scans
+        good = np.count_nonzero(times[alive[:, j]] > end) > judge.lost_scans
         ended = tuple(time if time < end or good else None for time in last)
-        tracks = tuple(found.tracks[i] for i in turns)
-        scans = tuple(_followed_at(track, times, found.cover == i) == j for track, i in zip(tracks, turns, strict=True))
+        tracks = tuple(confirmed[i] for i in turns)
+        scans = tuple(_followed_at(track, times, cover == i) == j for track, i in zip(tracks, turns, strict=True))
         objects.append(Followed(path.name, tracks, scans, ended))
     return tuple(objects)
 
