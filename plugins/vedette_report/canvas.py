@@ -5,15 +5,17 @@ Sizes of letters, lines and marks are those of a screen, where letters have 10 p
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, final
 
+import numpy as np
 from attrs import frozen
 
 from vedette.errors import ConfigError, Problem
+from vedette.space import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -34,6 +36,8 @@ _HEAD = 0.62
 """Inches for title and facts."""
 _PAPER, _NARROW = 8.0, 5.0
 """Figures narrower than so many inches have no title, and below the second their panels stand below one another."""
+
+_BREAK = np.full((1, 2), np.nan)
 
 Format = Literal["png", "svg", "pdf"]
 Width = Literal["screen", "one", "two"]
@@ -96,12 +100,17 @@ def read_style(path: Path) -> Any:
 
 def colour(i: int) -> str:
     """Return the colour of the i-th track or object: that of the style, if one was given."""
+    return colours(i + 1)[i]
+
+
+def colours(count: int) -> list[str]:
+    """Return the colours of the first tracks or objects."""
     import matplotlib as mpl
 
     cycle = mpl.rcParams["axes.prop_cycle"]
     given = [] if cycle == mpl.rcParamsDefault["axes.prop_cycle"] else cycle.by_key().get("color", [])
-    colours = given or TRACKS
-    return str(colours[i % len(colours)])
+    one_turn = [str(shade) for shade in given or TRACKS]
+    return (one_turn * (1 + count // len(one_turn)))[:count]
 
 
 def letters(points: float = 10.0) -> float:
@@ -196,6 +205,18 @@ def head(made: Figure, title: str, facts: str) -> None:
     made.text(0.012, 1.0 - 0.56 / height, facts, fontsize=letters(10.5), color=SOFT)
 
 
+def lines(axes: Axes, paths: Sequence[Array], colours: Sequence[str], **looks: Any) -> None:
+    """Draw paths (s, 2) in these colours, all of one colour as one line, broken between them.
+
+    A line costs some 100 us beside its points, and only a line leaves out the points that nobody can see.
+    """
+    pieces: dict[str, list[Array]] = {}
+    for path, shade in zip(paths, colours, strict=True):
+        pieces.setdefault(shade, [_BREAK]).extend((path, _BREAK))
+    for shade, own in pieces.items():
+        axes.plot(*np.concatenate(own[1:-1]).T, color=shade, **looks)
+
+
 def plain(axes: Axes) -> None:
     """Remove what carries no information."""
     axes.spines[["top", "right"]].set_visible(False)
@@ -223,5 +244,10 @@ def save(made: Figure, path: Path) -> None:
     form = path.suffix[1:]
     title, _, facts = str(made.get_label()).partition("\n")
     named = {name: text for name, text in zip(_NAMES[form], (title, facts), strict=True) if text}
-    with rc_context({"svg.hashsalt": path.stem, "svg.fonttype": "none", "pdf.fonttype": 42}):
+    settings: dict[Any, Any] = {"svg.hashsalt": path.stem, "svg.fonttype": "none", "pdf.fonttype": 42}
+    with rc_context(settings | {"figure.autolayout": False, "figure.constrained_layout.use": False}):
+        if (layout := made.get_layout_engine()) is not None:
+            # savefig draws twice while there is a layout engine: once for the layout alone
+            layout.execute(made)
+            made.set_layout_engine(None)
         made.savefig(path, format=form, metadata=_UNDATED[form] | named)

@@ -11,16 +11,7 @@ from vedette.experiment import Experiment, Result
 from vedette.space import Array, Mask
 from vedette_report import canvas
 from vedette_report.figures import length_unit
-from vedette_report.traces import (
-    Judged,
-    Normalised,
-    Trace,
-    band,
-    innovations,
-    mode_names,
-    position_nees,
-    traces,
-)
+from vedette_report.traces import Judged, Normalised, Trace, band, mode_names
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -38,12 +29,12 @@ def errors(experiment: Experiment, result: Result, judged: Judged | None = None)
     In one column of a page there is a panel a row, and of each object its position error alone. `judged` is what the judge
     said of the result; default: it is judged anew.
     """
-    judged = Judged.of(experiment, result) if judged is None else judged
-    followed, seen = traces(experiment, result, judged), innovations(experiment, result, judged)
-    shown, begin = followed[:_MOST], result.scans[0].time if result.scans else 0.0
+    judged, truth = Judged.of(experiment, result) if judged is None else judged, result.recording.truth
+    shown, followed = judged.traces(truth[:_MOST]), len(truth) if judged.score.scans else 0
+    begin = result.scans[0].time if result.scans else 0.0
     modes = next((track.mode_prob.shape[1] for track in result.tracks if track.mode_prob is not None), 0)
     names = mode_names(experiment, modes) if shown and canvas.across(2) > 1 else ()
-    spots = _places(len(shown), bool(followed), 3 if names else 2)
+    spots = _places(len(shown), followed > 0, 3 if names else 2)
     made = canvas.figure(_height(len(shown)), 2, words=1.4 if canvas.across(2) > 1 else 1.8)
     grid = made.add_gridspec(1 + max(row for row, _ in spots), 6)
     places = [made.add_subplot(grid[row, columns]) for row, columns in spots]
@@ -51,23 +42,24 @@ def errors(experiment: Experiment, result: Result, judged: Judged | None = None)
     for i, trace in enumerate(shown):
         _show_object(places[i * each_has : (i + 1) * each_has], trace, begin, length_unit(experiment))
     if followed:
-        nees = position_nees(followed)
+        nees = judged.position_nees()
         told = f"{np.mean(nees.value) / np.mean(nees.axes):.3g} of what is expected" if len(nees.value) else ""
         _show_normalised(places[-2], nees, begin, "NEES of the position", told)
     told = f"{judged.score.nis or 0.0:.3g} of what is expected"
-    _show_normalised(places[-1], seen, begin, "NIS", told)
+    _show_normalised(places[-1], judged.innovations(), begin, "NIS", told)
     end = (result.scans[-1].time - begin if result.scans else 0.0) or 1.0
     last = max(row for row, _ in spots)
     for each, (row, _) in zip(places, spots, strict=True):
         canvas.plain(each)
         each.set_xlim(-0.01 * end, 1.01 * end)
+        each.locator_params(axis="x", nbins=6)
         if row == last:
             each.set_xlabel("time since the first scan [s]")
         elif len(each.get_xticks()):
             each.tick_params(labelbottom=False)
     facts = "lines and dots have the colours of the tracks in the map; all times are since the first scan"
-    if len(followed) > len(shown):
-        facts += f"   ·   the first {len(shown)} of {len(followed)} true objects; NEES and NIS are of all"
+    if followed > len(shown):
+        facts += f"   ·   the first {len(shown)} of {followed:,} true objects; NEES and NIS are of all"
     canvas.head(made, f"Errors: {experiment.title}" if experiment.title else "Errors", facts)
     _explain(made, names, bool(shown))
     return made
@@ -112,6 +104,7 @@ def _show_error(axes: Axes, times: Array, trace: Trace, error: Array, sigma: Arr
             times, own, ".-", color=canvas.colour(track), linewidth=canvas.stroke(1.2), markersize=canvas.mark(2.5), zorder=3
         )
     if np.isfinite(error).any():
+        axes.locator_params(axis="y", nbins=4)
         axes.set_ylim(0.0, 1.1 * max(float(np.nanmax(error)), float(np.nanquantile(2.0 * sigma, 0.9))))
     else:
         axes.set_yticks([])
@@ -132,12 +125,14 @@ def _show_modes(axes: Axes, times: Array, modes: Array | None) -> None:
     for k in range(top.shape[1]):
         bottom = top[:, k - 1] if k else np.zeros(len(times))
         axes.fill_between(times, bottom, top[:, k], color=canvas.MODES[k % len(canvas.MODES)], linewidth=0, zorder=1)
-    axes.set_ylim(0.0, 1.0)
+    axes.set(ylim=(0.0, 1.0), yticks=(0.0, 0.5, 1.0))
     axes.set_ylabel("mode probability")
 
 
 def _show_normalised(axes: Axes, seen: Normalised, begin: float, name: str, told: str) -> None:
     """Draw normalised squared errors on a logarithmic scale, over the band of chi-square, and `told` as in the summary."""
+    from matplotlib.colors import to_rgba_array
+
     if not len(seen.value):
         axes.text(0.5, 0.5, f"no {name}", transform=axes.transAxes, ha="center")
         axes.set(xticks=[], yticks=[])
@@ -146,16 +141,12 @@ def _show_normalised(axes: Axes, seen: Normalised, begin: float, name: str, told
         low, high = band(count)
         axes.axhspan(low, high, color=canvas.FAINT, linewidth=0, zorder=0)
         axes.axhline(count, color=canvas.SOFT, linewidth=canvas.stroke(1.0), linestyle="--", zorder=1)
-    shades = [canvas.colour(track) for track in seen.track.tolist()]
-    axes.scatter(
-        seen.times - begin,
-        np.maximum(seen.value, 1e-3),
-        s=max(canvas.mark(2.65), 1.4) ** 2,
-        c=shades,
-        linewidths=0,
-        zorder=3,
-    )
+    shades, size = to_rgba_array(canvas.colours(int(np.max(seen.track)) + 1)), max(canvas.mark(2.65), 1.4)
+    values = np.maximum(seen.value, 1e-3)
+    axes.scatter(seen.times - begin, values, s=size**2, c=shades[seen.track], linewidths=0, zorder=3)
     axes.set_yscale("log")
+    axes.minorticks_off()
+    axes.yaxis.set_major_formatter("{x:g}")
     axes.set_ylabel(canvas.wrapped(name))
     inside = seen.inside() or 0.0
     words = f"{told}; {100 * inside:.3g} % of {len(seen.value):,} in the 95 % band"

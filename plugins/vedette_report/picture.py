@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -25,8 +25,11 @@ ELLIPSE = -2.0 * np.log(0.05)
 _ELLIPSES = 14
 """Number of ellipses of the longest track; the others get them as often."""
 
-_LABELS = 60
-"""More ids than this hide the picture: only the longest tracks get theirs."""
+_NAMED = 60
+"""More names than this hide the picture: only the longest tracks and true paths get theirs."""
+
+_RINGED = 1_000
+"""More tracks' ellipses than this cover everything: only the longest tracks get theirs."""
 
 _SHAPE = 1.44
 """Width of the map over its height, as title and legend leave it."""
@@ -93,6 +96,10 @@ def _facts(result: Result, spots: dict[str, Array | None], outside: int) -> str:
     ]
     if result.recording.truth:
         facts.append(count(len(result.recording.truth), "true object"))
+    if max(len(result.tracks), len(result.recording.truth)) > _NAMED:
+        facts.append(f"names of the {_NAMED} longest")
+    if len(result.tracks) > _RINGED:
+        facts.append(f"ellipses of the {_RINGED:,} longest")
     if outside:
         facts.append(f"{count(outside, 'return')} outside the picture")
     facts += [f"{name}: one return gives no position, not drawn" for name, spot in spots.items() if spot is None]
@@ -143,44 +150,60 @@ def _show_returns(axes: Axes, spots: dict[str, Array | None]) -> None:
 
 
 def _show_truth(axes: Axes, truth: Sequence[Trajectory], plane: Plane) -> None:
-    for i, path in enumerate(truth):
-        x, y = plane.points(path.space, path.states).T
-        axes.plot(
-            x, y, color=canvas.INK, linewidth=canvas.stroke(0.9), zorder=4, label=None if i else "truth, its name at the end"
-        )
-        axes.plot(x[-1:], y[-1:], "s", color=canvas.INK, markersize=canvas.mark(3.5), zorder=4)
-        _write(axes, path.name, (x[-1], y[-1]), (6, -11), color=canvas.INK, style="italic")
+    """Draw paths with a mark at the end, and the names of the longest."""
+    if not truth:
+        return
+    paths = [plane.points(path.space, path.states) for path in truth]
+    canvas.lines(axes, paths, [canvas.INK] * len(paths), linewidth=canvas.stroke(0.9), zorder=4)
+    axes.plot([], [], color=canvas.INK, linewidth=canvas.stroke(0.9), label="truth, its name at the end")
+    ends = np.concatenate([path[-1:] for path in paths])
+    axes.plot(*ends.T, "s", color=canvas.INK, markersize=canvas.mark(3.5), zorder=4)
+    for i in _longest([path.times for path in truth], _NAMED):
+        x, y = paths[i][-1]
+        _write(axes, truth[i].name, (x, y), (6, -11), color=canvas.INK, style="italic")
 
 
 def _show_tracks(axes: Axes, tracks: Sequence[Track], plane: Plane, *, in_image: bool) -> None:
-    """Draw paths and covariances; in an image what exists with probability under one half is lost, and drawn as such."""
-    from matplotlib.collections import LineCollection
+    """Draw paths and covariances; in an image what exists with probability under one half is lost, and drawn as such.
 
-    every = max((track.times[-1] - track.times[0] for track in tracks), default=0.0) / _ELLIPSES
-    by_length = sorted(tracks, key=lambda track: len(track.times), reverse=True)
-    named = {track.id for track in by_length[:_LABELS]}
-    for i, track in enumerate(tracks):
-        shade = canvas.colour(i)
-        points = plane.points(track.space, track.mean)
-        held = track.confirmed & (track.existence >= 0.5) if in_image else track.confirmed
-        sure = np.where(held[:, None], points, np.nan)
-        axes.plot(*points.T, color=shade, linewidth=canvas.stroke(0.8), linestyle=(0, (1, 2)), zorder=2)
-        axes.plot(*sure.T, color=shade, linewidth=canvas.stroke(3.0), alpha=0.85, zorder=3, solid_capstyle="round")
-        chosen = _spread(track.times, held, every)
-        rings = ellipses(points[chosen], plane.covariances(track.space, track.cov[chosen]))
-        axes.add_collection(
-            LineCollection(list(rings), colors=shade, linewidths=canvas.stroke(0.9), alpha=0.9, zorder=3), autolim=False
-        )
-        if track.id in named:
-            first = int(np.argmax(track.confirmed))
-            _write(axes, str(track.id), (points[first, 0], points[first, 1]), (4, 5), color=shade, weight="bold")
-    if tracks:
-        axes.plot([], [], color=canvas.colour(0), linewidth=canvas.stroke(3.0), label="track, its number at the start")
-        other = "lost" if in_image else "not confirmed"
-        axes.plot([], [], color=canvas.colour(0), linewidth=canvas.stroke(0.8), linestyle=(0, (1, 2)), label=other)
-        axes.plot(
-            [], [], "o", color=canvas.colour(0), fillstyle="none", markersize=canvas.mark(9), label="95 % of its covariance"
-        )
+    The longest tracks get their numbers, and more of them their ellipses: so the cost grows with the tracks, not faster.
+    """
+    if not tracks:
+        return
+    times = [track.times for track in tracks]
+    shades = canvas.colours(len(tracks))
+    paths = [plane.points(track.space, track.mean) for track in tracks]
+    held = [track.confirmed & (track.existence >= 0.5) if in_image else track.confirmed for track in tracks]
+    sure = [np.where(some[:, None], path, np.nan) for some, path in zip(held, paths, strict=True)]
+    dotted: dict[str, Any] = {"linewidth": canvas.stroke(0.8), "linestyle": (0, (1, 2))}
+    canvas.lines(axes, paths, shades, zorder=2, **dotted)
+    canvas.lines(axes, sure, shades, linewidth=canvas.stroke(3.0), alpha=0.85, zorder=3, solid_capstyle="round")
+    every = max(time[-1] - time[0] for time in times) / _ELLIPSES
+    rings: list[Array] = []
+    ringed = _longest(times, _RINGED)
+    for i in ringed:
+        some = _spread(times[i], held[i], every)
+        cov = plane.covariances(tracks[i].space, tracks[i].cov[some])
+        rings.append(_in_one(ellipses(paths[i][some], cov)))
+    canvas.lines(axes, rings, [shades[i] for i in ringed], linewidth=canvas.stroke(0.9), alpha=0.9, zorder=3)
+    for i in _longest(times, _NAMED):
+        x, y = paths[i][int(np.argmax(tracks[i].confirmed))]
+        _write(axes, str(tracks[i].id), (x, y), (4, 5), color=shades[i], weight="bold")
+    first = canvas.colour(0)
+    axes.plot([], [], color=first, linewidth=canvas.stroke(3.0), label="track, its number at the start")
+    axes.plot([], [], color=first, label="lost" if in_image else "not confirmed", **dotted)
+    axes.plot([], [], "o", color=first, fillstyle="none", markersize=canvas.mark(9), label="95 % of its covariance")
+
+
+def _longest(times: Sequence[Array], most: int) -> list[int]:
+    """Return which paths have the most times, at most so many, in their order."""
+    return sorted(sorted(range(len(times)), key=lambda i: -len(times[i]))[:most])
+
+
+def _in_one(rings: Array) -> Array:
+    """Return rings (q, k, 2) as one path with breaks."""
+    broken = np.concatenate([rings, np.full((len(rings), 1, 2), np.nan)], axis=1)
+    return broken.reshape(-1, 2)[:-1]
 
 
 def _seen(track: Track) -> Mask:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 
 import numpy as np
 from attrs import frozen
@@ -29,7 +30,7 @@ class Plane:
             return cls((second, first), (f"east, {second.name} [{second.unit}]", f"north, {first.name} [{first.unit}]"))
         return cls((first, second), (f"{first.name} [{first.unit}]", f"{second.name} [{second.unit}]"))
 
-    @property
+    @cached_property
     def space(self) -> Space:
         """The two axes."""
         return Space(self.axes)

@@ -24,6 +24,7 @@ from vedette.metrics import (
     velocities,
 )
 from vedette.space import Array, Mask
+from vedette.types import Trajectory
 
 BAND = 0.05
 """Probability with which a correct filter's normalised squared error leaves the band that is shown."""
@@ -127,6 +128,41 @@ class Judged:
             bands.add(block)
         return bands
 
+    def traces(self, truth: Sequence[Trajectory]) -> tuple[Trace, ...]:
+        """Return a trace for each of the first true objects, in the order of the recording; none if no scan is judged."""
+        if not self.score.scans:
+            return ()
+        parts: list[list[Trace]] = [[] for _ in truth]
+        for block in self.blocks:
+            for j in np.flatnonzero(block.which < len(truth)).tolist():
+                number = int(block.which[j])
+                parts[number].append(_trace(block, j, truth[number].name, self.names))
+        return tuple(_joined(path.name, part) for path, part in zip(truth, parts, strict=True))
+
+    def position_nees(self) -> Normalised:
+        """Return the NEES of the positions of all covered objects."""
+        rows = list[Array]()
+        for block in self.blocks:
+            seen = np.flatnonzero(np.isfinite(block.pairs.nees))
+            entry, axes = block.pairs.entry[seen], len(positions(block.found.truth.space))
+            rows.append(self._rows(block, entry, block.pairs.nees[seen], np.full(len(seen), axes)))
+        return _normalised(rows)
+
+    def innovations(self) -> Normalised:
+        """Return the NIS of confirmed tracks where a return was probably theirs (over 1/2), given that one was."""
+        rows = list[Array]()
+        for block in self.blocks:
+            entries = block.found.entries
+            seen = np.flatnonzero(with_innovation(entries, block.chosen))
+            rows.append(self._rows(block, seen, entries.nis[seen] / entries.hit[seen], block.axes[entries.scan[seen]]))
+        return _normalised(rows)
+
+    def _rows(self, block: Block, entry: Indices, value: Array, axes: Indices) -> Array:
+        """Return times, tracks, values and axes of some entries, (4, e)."""
+        entries = block.found.entries
+        track = np.searchsorted(self.names, entries.track[entry])
+        return np.stack([block.times[entries.scan[entry]], track, value, axes])
+
 
 @frozen(eq=False)
 class Bands:
@@ -149,18 +185,6 @@ def band(axes: int) -> tuple[float, float]:
     """Return the chi-square band of one normalised squared error over `axes` axes."""
     low, high = chi_square_band(axes, BAND)
     return axes * low, axes * high
-
-
-def traces(experiment: Experiment, result: Result, judged: Judged | None = None) -> tuple[Trace, ...]:
-    """Return a trace for each true object, in the order of the recording; none if the tracks' positions are unknown."""
-    judged = Judged.of(experiment, result) if judged is None else judged
-    if not judged.score.scans or not result.recording.truth:
-        return ()
-    parts: list[list[Trace]] = [[] for _ in result.recording.truth]
-    for block in judged.blocks:
-        for j, number in enumerate(block.which.tolist()):
-            parts[number].append(_trace(block, j, result.recording.truth[number].name, judged.names))
-    return tuple(_joined(path.name, each) for path, each in zip(result.recording.truth, parts, strict=True))
 
 
 def _trace(block: Block, j: int, name: str, names: Indices) -> Trace:
@@ -210,29 +234,8 @@ def sigma_of(cov: Array, part: list[int]) -> Array:
     return sigma
 
 
-def position_nees(found: Sequence[Trace]) -> Normalised:
-    """Return the NEES of all traces together."""
-    kept = [trace.covered & np.isfinite(trace.nees) for trace in found]
-    pairs = list(zip(found, kept, strict=True))
-    none = np.zeros(0)
-    return Normalised(
-        np.concatenate([none, *(trace.times[mask] for trace, mask in pairs)]),
-        np.concatenate([none, *(trace.track[mask] for trace, mask in pairs)]).astype(np.intp),
-        np.concatenate([none, *(trace.nees[mask] for trace, mask in pairs)]),
-        np.concatenate([none, *(np.full(np.count_nonzero(mask), trace.axes) for trace, mask in pairs)]).astype(np.intp),
-    )
-
-
-def innovations(experiment: Experiment, result: Result, judged: Judged | None = None) -> Normalised:
-    """Return the NIS of confirmed tracks where a return was probably theirs (over 1/2), given that one was."""
-    judged = Judged.of(experiment, result) if judged is None else judged
-    rows = [np.zeros((4, 0))]
-    for block in judged.blocks:
-        entries = block.found.entries
-        seen = with_innovation(entries, block.chosen)
-        scan, track = entries.scan[seen], np.searchsorted(judged.names, entries.track[seen])
-        rows.append(np.stack([block.times[scan], track, entries.nis[seen] / entries.hit[seen], block.axes[scan]]))
-    times, track, value, axes = np.concatenate(rows, axis=1)
+def _normalised(rows: Sequence[Array]) -> Normalised:
+    times, track, value, axes = np.concatenate([np.zeros((4, 0)), *rows], axis=1)
     return Normalised(times, track.astype(np.intp), value, axes.astype(np.intp))
 
 

@@ -116,17 +116,44 @@ def test_the_picture_holds_truth_tracks_ids_and_names(scene):
     axes = picture(experiment, done).axes[0]
     lines = drawn_lines(axes)
     for path in done.recording.truth:
-        assert any(np.array_equal(line, path.states[:, :2]) for line in lines)
+        assert is_drawn(path.states[:, :2], lines)
     for one in done.tracks:
-        assert any(np.array_equal(line, one.mean[:, :2]) for line in lines)
-        sure = np.where(one.confirmed[:, None], one.mean[:, :2], np.nan)
-        assert any(np.array_equal(line, sure, equal_nan=True) for line in lines)
+        assert is_drawn(one.mean[:, :2], lines)
+        assert is_drawn(np.where(one.confirmed[:, None], one.mean[:, :2], np.nan), lines)
     texts = [text.get_text() for text in axes.texts]
     assert {str(one.id) for one in done.tracks} | {"near", "late"} == set(texts)
     count = sum(len(scan.detections.z) for scan in done.scans if scan.sensor == "radar")
     assert f"returns of radar ({count})" in axes.get_legend_handles_labels()[1]
-    rings = sum(len(one.get_segments()) for one in axes.collections)
-    assert 10 <= rings <= 40
+    held = [np.flatnonzero(one.confirmed & (one.times >= 0)) for one in done.tracks]
+    first = [ellipses(one.mean[k[:1], :2], one.cov[k[:1], :2, :2])[0] for one, k in zip(done.tracks, held, strict=True)]
+    assert all(is_drawn(ring, lines) for ring in first)
+
+
+def is_drawn(path, lines):
+    """Return whether some line goes along a path, between two breaks or ends."""
+    gap = np.full((1, 2), np.nan)
+    piece = np.concatenate([gap, path, gap]).tobytes()
+    return any(piece in np.concatenate([gap, line, gap]).tobytes() for line in lines)
+
+
+def test_a_map_of_many_tracks_names_the_longest_and_says_so(monkeypatch):
+    """The number of things to draw does not grow with the tracks: a line costs some 100 us beside its points."""
+    monkeypatch.setattr("vedette_report.picture._NAMED", 3)
+    monkeypatch.setattr("vedette_report.picture._RINGED", 5)
+    times, cov = np.arange(4.0), np.eye(4)
+    tracks = [track(times[: 4 - i % 3], np.full((4 - i % 3, 4), float(i)), cov, number=i) for i in range(40)]
+    truth = [still(f"ship {i}", times[: 2 + (i == 7)], (float(i), 0.0)) for i in range(30)]
+    made = picture(vedette.load(config()), result(tracks, truth, times))
+    axes = made.axes[0]
+    assert {text.get_text() for text in axes.texts} == {"0", "3", "6", "ship 7", "ship 0", "ship 1"}
+    assert len(axes.lines) < 60
+    lines = drawn_lines(axes)
+    assert all(is_drawn(one.mean[:, :2], lines) for one in tracks)
+    ringed = [is_drawn(ellipses(one.mean[:1, :2], one.cov[:1, :2, :2])[0], lines) for one in tracks]
+    assert np.flatnonzero(ringed).tolist() == [0, 3, 6, 9, 12]
+    facts = next(text for text in words(made) if "scans over" in text)
+    assert "of the 3 longest" in facts
+    assert "of the 5 longest" in facts
 
 
 def test_the_picture_reaches_all_paths_and_no_far_outlier(scene):

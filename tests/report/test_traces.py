@@ -9,19 +9,19 @@ from support.results import config, drawn_lines, result, still, track, words
 from vedette import Space, Trajectory, metrics
 from vedette.metrics.coverage import NONE
 from vedette_report.errors import errors
-from vedette_report.traces import Normalised, innovations, mode_names, position_nees, traces
+from vedette_report.traces import Judged, Normalised, mode_names
 
 
 def test_traces_agree_with_the_figures(scene):
     experiment, done = scene
     score = metrics.judge(done.tracks, done.recording.truth, done.scans, experiment.judge)
-    followed = traces(experiment, done)
+    followed = Judged.of(experiment, done).traces(done.recording.truth)
     assert [trace.name for trace in followed] == ["near", "late"]
     error = np.concatenate([trace.error[trace.covered] for trace in followed])
     speed = np.concatenate([trace.speed_error[trace.covered] for trace in followed])
     assert np.sqrt(np.mean(error**2)) == pytest.approx(score.position_rmse_m)
     assert np.sqrt(np.mean(speed**2)) == pytest.approx(score.velocity_rmse_mps)
-    assert np.mean(position_nees(followed).value) == pytest.approx(2 * score.nees_position)
+    assert np.mean(Judged.of(experiment, done).position_nees().value) == pytest.approx(2 * score.nees_position)
     for trace, fate in zip(followed, score.truths, strict=True):
         assert (len(trace.times), np.mean(trace.covered)) == (fate.scans, fate.coverage)
         assert np.array_equal(np.isnan(trace.error), ~trace.covered)
@@ -34,7 +34,7 @@ def test_a_trace_by_hand():
     mean = np.tile([4.0, 4.0, 0.6, 0.8], (4, 1))
     mean[2] = [500.0, 0.0, 0.0, 0.0]
     done = result([track(range(4), mean, cov)], [still("buoy", [1, 9], (0.0, 0.0))], range(6))
-    (trace,) = traces(experiment, done)
+    (trace,) = Judged.of(experiment, done).traces(done.recording.truth)
     assert trace.times.tolist() == [1.0, 2.0, 3.0, 4.0, 5.0]
     assert trace.track.tolist() == [0, NONE, 0, NONE, NONE]
     np.testing.assert_allclose(trace.error[[0, 2]], 5.0)
@@ -49,7 +49,7 @@ def test_a_trace_by_hand():
 
 def test_errors_are_drawn_where_a_track_covers_and_gaps_are_shaded(scene):
     experiment, done = scene
-    followed = traces(experiment, done)
+    followed = Judged.of(experiment, done).traces(done.recording.truth)
     made = errors(experiment, done)
     assert not followed[1].covered.all()
     for trace, axes in zip(followed, made.axes[::3], strict=False):
@@ -60,13 +60,13 @@ def test_errors_are_drawn_where_a_track_covers_and_gaps_are_shaded(scene):
         gaps = np.count_nonzero(np.diff(np.concatenate([[True], trace.covered]).astype(int)) < 0)
         assert len(axes.patches) == gaps
     seen = made.axes[-1].collections[0].get_offsets()
-    np.testing.assert_allclose(seen[:, 1], innovations(experiment, done).value)
+    np.testing.assert_allclose(seen[:, 1], Judged.of(experiment, done).innovations().value)
 
 
 def test_truth_without_velocity_leaves_its_error_unknown(scene):
     ground = Trajectory("buoy", Space.of(x="m", y="m"), np.array([0.0, 9.0]), np.zeros((2, 2)))
     done = result([track(range(5), np.zeros((5, 4)), np.eye(4))], [ground], range(5))
-    (trace,) = traces(scene[0], done)
+    (trace,) = Judged.of(scene[0], done).traces(done.recording.truth)
     assert np.isnan(trace.speed_error).all()
     assert "unknown" in words(errors(scene[0], done))
 
@@ -77,7 +77,7 @@ def test_innovations_are_per_return_and_only_of_likely_ones(scene):
         track(range(3), np.zeros((3, 4)), np.eye(4), 1, nis=1.2, hit=0.4),
         track(range(3), np.zeros((3, 4)), np.eye(4), 2, nis=0.0, hit=1.0),
     ]
-    seen = innovations(scene[0], result(tracks, times=range(3)))
+    seen = Judged.of(scene[0], result(tracks, times=range(3))).innovations()
     np.testing.assert_allclose(seen.value, [2.0, 2.0, 2.0])
     assert (seen.track.tolist(), seen.axes.tolist(), seen.times.tolist()) == ([0] * 3, [2] * 3, [0.0, 1.0, 2.0])
 

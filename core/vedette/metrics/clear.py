@@ -8,6 +8,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette.metrics.coverage import NONE, Indices, switches
+from vedette.metrics.near import Near, near
 from vedette.space import Array, Mask
 
 
@@ -23,13 +24,13 @@ class Clear:
 
 
 def clear_mot(
-    apart: Sequence[Array], present: Sequence[Indices], alive: Mask, cover: Indices, false: int | None = None
+    apart: Sequence[Array | Near], present: Sequence[Indices], alive: Mask, cover: Indices, false: int | None = None
 ) -> Clear:
     """Return 1 - (missed + false + identity switches) / objects, each summed over the scans, and the mean covered distance.
 
-    `apart`: per scan the distances (j, t) in m; `present`: which tracks the columns are; `alive` and `cover` (s, j): where
-    objects are there, and the track that covers each as in `covering`, which is the matching of these measures. `false`:
-    how many tracks are false, if not all that cover nothing.
+    `apart`: per scan the distances (j, t) in m, or those of near pairs; `present`: which tracks the columns are; `alive` and
+    `cover` (s, j): where objects are there, and the track that covers each as in `covering`, which is the matching of these
+    measures. `false`: how many tracks are false, if not all that cover nothing.
     Bernardin, Stiefelhagen, Evaluating Multiple Object Tracking Performance, EURASIP J. Image and Video Processing, 2008.
     """
     covered = cover != NONE
@@ -38,9 +39,8 @@ def clear_mot(
     wrong = sum(map(len, present)) - matches if false is None else false
     total = 0.0
     for each, columns, row in zip(apart, present, cover, strict=True):
-        rows = np.flatnonzero(row != NONE)
-        place = {track: i for i, track in enumerate(columns.tolist())}
-        total += float(np.sum(each[rows, [place[track] for track in row[rows].tolist()]])) if len(rows) else 0.0
+        pairs = near(each)
+        total += float(np.sum(pairs.distance[columns[pairs.track] == row[pairs.truth]]))
     return Clear(
         mota=1.0 - (objects - matches + wrong + changed) / objects if objects else None,
         motp=total / matches if matches else None,

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, final
+from typing import final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vedette.metrics.near import Indices as Indices
+from vedette.metrics.near import Near, near, one_to_one
 from vedette.space import Array, Mask
 
-Indices = NDArray[np.integer[Any]]
 NONE = -1
 """The covering track of a true object that none covers."""
 
@@ -25,7 +25,7 @@ class Held:
 
 
 def covering(
-    distance: Sequence[Array],
+    distance: Sequence[Array | Near],
     present: Sequence[Indices],
     radius: float,
     held: Held | None = None,
@@ -33,28 +33,27 @@ def covering(
 ) -> Indices:
     """Return the track that covers each true object at each scan, (s, j), NONE where none does.
 
-    Per scan: `distance` (j, t) in m, infinite for an object that does not exist then, and which tracks its columns are,
-    `present` (t,). Rows are the true objects `which` (j,) of all those in `held`, by default all. A track covers at most one
-    object. First, an object keeps the track that covered it last, if that has covered no other since and is still within
-    `radius` in m. Then as many as possible of the rest are paired within `radius`, at the least sum of distances. `held`
-    says what was before, by default nothing, and afterwards what is now. This is the matching of the CLEAR measures:
-    Bernardin, Stiefelhagen, Evaluating Multiple Object Tracking Performance, EURASIP J. Image and Video Processing, 2008.
+    Per scan: `distance` (j, t) in m, infinite for an object that does not exist then, or those of near pairs; and which
+    tracks its columns are, `present` (t,). Rows are the true objects `which` (j,) of all those in `held`, by default all. A
+    track covers at most one object. First, an object keeps the track that covered it last, if that has covered no other
+    since and is still within `radius` in m. Then as many as possible of the rest are paired within `radius`, at the least
+    sum of distances. `held` says what was before, by default nothing, and afterwards what is now. This is the matching of
+    the CLEAR measures: Bernardin, Stiefelhagen, Evaluating Multiple Object Tracking Performance, EURASIP J. Image and Video
+    Processing, 2008.
     """
-    held = Held(len(distance[0]) if distance else 0) if held is None else held
+    held = Held(distance[0].shape[0] if distance else 0) if held is None else held
     every = np.arange(len(held.last)) if which is None else which
     last, owner = held.last[every], held.owner
     cover = np.full((len(distance), len(every)), NONE)
     for s, (apart, columns) in enumerate(zip(distance, present, strict=True)):
-        if not columns.size or not every.size:
-            continue
-        within = apart <= radius
-        owned = np.array([owner.get(column, NONE) for column in columns.tolist()])
-        keeps = (columns[None, :] == last[:, None]) & (owned == every[:, None]) & within
-        free = ~(keeps.any(axis=1)[:, None] | keeps.any(axis=0))
-        chosen = keeps | _nearest(apart, within & free)
-        rows, picked = np.nonzero(chosen)
-        cover[s, rows] = last[rows] = columns[picked]
-        owner.update(zip(columns[picked].tolist(), every[rows].tolist(), strict=True))
+        pairs = near(apart, radius)
+        rows, tracks = pairs.truth, columns[pairs.track]
+        owned = np.array([owner.get(track, NONE) for track in tracks.tolist()], dtype=np.intp)
+        keeps = (tracks == last[rows]) & (owned == every[rows])
+        free = np.flatnonzero(~(np.isin(rows, rows[keeps]) | np.isin(tracks, tracks[keeps])))
+        chosen = np.concatenate([np.flatnonzero(keeps), free[_nearest(pairs, free)]])
+        cover[s, rows[chosen]] = last[rows[chosen]] = tracks[chosen]
+        owner.update(zip(tracks[chosen].tolist(), every[rows[chosen]].tolist(), strict=True))
     held.last[every] = last
     return cover
 
@@ -70,13 +69,8 @@ def is_lost(covered: Mask, scans: int) -> bool:
     return not found.size or int(np.max(np.diff(found, append=len(covered)))) > scans
 
 
-def _nearest(apart: Array, allowed: Mask) -> Mask:
-    """Return one-to-one pairs among those `allowed` (j, t): as many as possible, then at the least sum of distances."""
-    from scipy.optimize import linear_sum_assignment
-
-    chosen = np.zeros(allowed.shape, dtype=bool)
-    if allowed.any():
-        beyond = (1.0 + np.max(apart[allowed])) * (1 + min(allowed.shape))
-        rows, columns = linear_sum_assignment(np.where(allowed, apart, beyond))
-        chosen[rows, columns] = allowed[rows, columns]
-    return chosen
+def _nearest(pairs: Near, free: Indices) -> Indices:
+    """Return one-to-one pairs among those `free`: as many as possible, then at the least sum of distances."""
+    truth, track, apart = pairs.truth[free], pairs.track[free], pairs.distance[free]
+    beyond = (1.0 + np.max(apart, initial=0.0)) * (1 + min(len(np.unique(truth)), len(np.unique(track))))
+    return one_to_one(truth, track, apart, float(beyond))

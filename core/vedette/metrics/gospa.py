@@ -1,6 +1,6 @@
 """Distances between a set of true objects and a set of estimates, per scan.
 
-Both take the distance of every truth to every estimate, (j, t) in m, so that any base distance serves.
+Both take the distance of every truth to every estimate, (j, t) in m, or of near pairs alone: any base distance serves.
 
 >>> apart = distances(np.array([[0.0, 0.0], [50.0, 0.0]]), np.array([[3.0, 4.0]]))
 >>> gospa(apart, cutoff=20.0)
@@ -12,6 +12,7 @@ from __future__ import annotations
 import numpy as np
 from attrs import frozen
 
+from vedette.metrics.near import Near, near, one_to_one
 from vedette.space import Array
 
 
@@ -34,7 +35,7 @@ def distances(truth: Array, estimates: Array) -> Array:
     return apart
 
 
-def gospa(distance: Array, cutoff: float, order: float = 2.0) -> Gospa:
+def gospa(distance: Array | Near, cutoff: float, order: float = 2.0) -> Gospa:
     """Return the generalised OSPA with alpha = 2, of `distance` (j, t) in m: the least over pairings of
 
     ( sum over pairs d^p + c^p / 2 (missed truths + false estimates) )^(1/p).
@@ -43,13 +44,13 @@ def gospa(distance: Array, cutoff: float, order: float = 2.0) -> Gospa:
     Rahmathullah, Garcia-Fernandez, Svensson, Generalized Optimal Sub-Pattern Assignment Metric, Fusion 2017.
     """
     truths, estimates = distance.shape
-    near, pairs = _pair(distance, cutoff, order)
+    apart, pairs = _pair(distance, cutoff, order)
     missed, false = 0.5 * (truths - pairs), 0.5 * (estimates - pairs)
     power = cutoff**order
-    return Gospa(cutoff * (near + missed + false) ** (1 / order), power * near, power * missed, power * false)
+    return Gospa(cutoff * (apart + missed + false) ** (1 / order), power * apart, power * missed, power * false)
 
 
-def ospa(distance: Array, cutoff: float, order: float = 2.0) -> float:
+def ospa(distance: Array | Near, cutoff: float, order: float = 2.0) -> float:
     """Return the optimal sub-pattern assignment distance in m, of `distance` (j, t) in m; 0 if both sets are empty.
 
     With n = max(j, t): ( (the least sum over pairs of min(d, c)^p + c^p |j - t|) / n )^(1/p).
@@ -58,21 +59,18 @@ def ospa(distance: Array, cutoff: float, order: float = 2.0) -> float:
     objects = max(distance.shape)
     if objects == 0:
         return 0.0
-    near, pairs = _pair(distance, cutoff, order)
-    return float(cutoff * ((near + objects - pairs) / objects) ** (1 / order))
+    apart, pairs = _pair(distance, cutoff, order)
+    return float(cutoff * ((apart + objects - pairs) / objects) ** (1 / order))
 
 
-def _pair(distance: Array, cutoff: float, order: float) -> tuple[float, int]:
+def _pair(distance: Array | Near, cutoff: float, order: float) -> tuple[float, int]:
     """Return the sum of (d / c)^p over the pairs nearer than c of the best pairing, and their number.
 
-    A pair at c costs as much as leaving both out, so one assignment of costs cut off at c finds the best pairing.
+    A pair at c costs as much as leaving both out, so only nearer pairs matter.
     """
-    from scipy.optimize import linear_sum_assignment
-
     if not (cutoff > 0 and order >= 1):
         raise ValueError(f"cutoff: must be > 0 m, and order >= 1, got {cutoff:g} and {order:g}")
-    cost = np.minimum(distance / cutoff, 1.0) ** order
-    rows, columns = linear_sum_assignment(cost)
-    paid = cost[rows, columns]
-    near = paid < 1.0
-    return float(np.sum(paid[near])), int(np.count_nonzero(near))
+    pairs = near(distance, cutoff)
+    cost = (pairs.distance / cutoff) ** order
+    paid = cost[one_to_one(pairs.truth, pairs.track, cost, 1.0)]
+    return float(np.sum(paid)), len(paid)

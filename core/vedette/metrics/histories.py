@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import groupby
 
 import numpy as np
 from attrs import frozen
@@ -38,42 +39,44 @@ class Entries:
 
 def confirmed_entries(tracks: Sequence[Track], times: Array, space: Space) -> Entries:
     """Return the confirmed part of the histories of `tracks` over `space`, at scans of non-decreasing `times` (s,) in s."""
-    n = len(space)
-    own = [track.space.locate(space) for track in tracks]
-    scan = np.concatenate([np.zeros(0, dtype=np.intp), *(_scan_of(track, times) for track in tracks)])
+    n, real = len(space), np.zeros(0)
     number = np.repeat(np.arange(len(tracks)), [len(track.times) for track in tracks])
-    confirmed = np.concatenate([np.zeros(0, dtype=bool), *(track.confirmed for track in tracks)])
-    kept = np.flatnonzero(confirmed)
+    scan = _scans(tracks, number, np.concatenate([real, *(track.times for track in tracks)]), times)
+    kept = np.flatnonzero(np.concatenate([np.zeros(0, dtype=bool), *(track.confirmed for track in tracks)]))
     kept = kept[np.argsort(scan[kept], kind="stable")]
-    covs = (track.cov[:, part][:, :, part] for track, part in zip(tracks, own, strict=True))
+    mean, cov = [np.zeros((0, n))], [np.zeros((0, n, n))]
+    for alike in (list(group) for _, group in groupby(tracks, key=lambda track: id(track.space))):
+        part = alike[0].space.locate(space)
+        mean.append(np.concatenate([track.mean for track in alike])[:, part])
+        cov.append(np.concatenate([track.cov for track in alike])[:, part][:, :, part])
     modes = [track.mode_prob for track in tracks if track.mode_prob is not None]
     return Entries(
         scan=scan[kept],
         track=number[kept],
-        mean=np.concatenate([np.zeros((0, n)), *(track.mean[:, part] for track, part in zip(tracks, own, strict=True))])[
-            kept
-        ],
-        cov=np.concatenate([np.zeros((0, n, n)), *covs])[kept],
-        nis=np.concatenate([np.zeros(0), *(track.nis for track in tracks)])[kept],
-        hit=np.concatenate([np.zeros(0), *(track.hit for track in tracks)])[kept],
+        mean=np.concatenate(mean)[kept],
+        cov=np.concatenate(cov)[kept],
+        nis=np.concatenate([real, *(track.nis for track in tracks)])[kept],
+        hit=np.concatenate([real, *(track.hit for track in tracks)])[kept],
         mode_prob=np.concatenate(modes)[kept] if modes and len(modes) == len(tracks) else None,
     )
 
 
-def _scan_of(track: Track, times: Array) -> Indices:
-    """Return after which scan each entry of a history (s,) was made.
+def _scans(tracks: Sequence[Track], number: Indices, entered: Array, times: Array) -> Indices:
+    """Return after which scan each entry (e,) of the tracks was made, of which track and at what time they are given.
 
     Several scans may share a time. A track that starts then has the last of them, any other the first.
     """
-    first = np.searchsorted(times, track.times, "left")
-    after = np.searchsorted(times, track.times, "right")
+    first, after = np.searchsorted(times, entered, "left"), np.searchsorted(times, entered, "right")
     if np.any(first == after):
-        time = track.times[np.argmax(first == after)]
-        raise InputError(f"tracks: track {track.id} has an entry at {time:.6f} s, when there is no scan")
-    begin = np.searchsorted(track.times, track.times, "left")
-    number = np.searchsorted(track.times, track.times, "right") - begin
-    start = np.where(begin == 0, after - number, first)
-    return start + np.arange(len(track.times)) - begin
+        bad = int(np.argmax(first == after))
+        raise InputError(
+            f"tracks: track {tracks[number[bad]].id} has an entry at {entered[bad]:.6f} s, when there is no scan"
+        )
+    starts = np.diff(number, prepend=-1) != 0
+    begins = np.flatnonzero(starts | (np.diff(entered, prepend=np.nan) != 0))
+    count = np.diff(begins, append=len(number))
+    begin = np.where(starts[begins], after[begins] - count, first[begins])
+    return np.repeat(begin - begins, count) + np.arange(len(number))
 
 
 @frozen(eq=False)
@@ -119,8 +122,8 @@ def truth_at(truth: Sequence[Trajectory], times: Array, space: Space | None, mos
         shared = Space(tuple(axis for axis in shared.axes if axis.name in trajectory.space))
     if not positions(shared):
         raise InputError(f"truth {truth[0].name!r}: must have a position axis x, y or z of the tracks, has {truth[0].space}")
-    states, alive, gaps = zip(*(_sample(trajectory, times, shared, most) for trajectory in truth), strict=True)
-    return Truth(shared, np.stack(states, axis=1), np.stack(alive, axis=1), np.any(gaps, axis=0))
+    states, alive, wide = _samples(truth, times, shared, most)
+    return Truth(shared, states, alive, np.any(wide, axis=1))
 
 
 def positions(space: Space) -> list[int]:
@@ -133,19 +136,24 @@ def velocities(space: Space) -> list[int]:
     return [i for i, name in enumerate(space.names) if name in ("vx", "vy", "vz")]
 
 
-def _sample(trajectory: Trajectory, times: Array, space: Space, most: float | None) -> tuple[Array, Mask, Mask]:
-    """Return `trajectory.at` of all times at once: states (s, n) over `space`, where there is one (s,), gaps (s,)."""
-    known = trajectory.times
-    axes = trajectory.space.locate(space)
-    nowhere = np.zeros(len(times), dtype=bool)
-    if not len(known):
-        return np.zeros((len(times), len(space))), nowhere, nowhere
-    i = np.clip(np.searchsorted(known, times) - 1, 0, max(len(known) - 2, 0))
-    j = np.minimum(i + 1, len(known) - 1)
-    gap = known[j] - known[i]
-    part = np.clip(np.divide(times - known[i], gap, out=np.zeros(len(times)), where=gap > 0), 0.0, 1.0)
-    begin, end = trajectory.states[i][:, axes], trajectory.states[j][:, axes]  # of these scans alone: a truth may be long
-    step = part[:, None] * space.difference(end, begin)
-    inside = (known[0] <= times) & (times <= known[-1])
-    wide = nowhere if most is None else (gap > most) & (part > 0) & (part < 1)
-    return space.displace(begin, step), inside & ~wide, wide
+def _samples(truth: Sequence[Trajectory], times: Array, space: Space, most: float | None) -> tuple[Array, Mask, Mask]:
+    """Return `Trajectory.at` of all: states (s, j, n) over `space`, where there is one (s, j), and where a gap (s, j)."""
+    shape, parts = (len(times), len(truth)), {id(path.space): path.space.locate(space) for path in truth}
+    begin, end = np.zeros((*shape, len(space))), np.zeros((*shape, len(space)))
+    low, high, inside = np.zeros(shape), np.zeros(shape), np.zeros(shape, dtype=bool)
+    for j, path in enumerate(truth):
+        known, axes = path.times, parts[id(path.space)]
+        if not len(known):
+            continue
+        i = np.minimum(np.maximum(known.searchsorted(times) - 1, 0), max(len(known) - 2, 0))
+        k = np.minimum(i + 1, len(known) - 1)
+        begin[:, j], end[:, j] = (
+            path.states[i][:, axes],
+            path.states[k][:, axes],
+        )  # of these scans alone: a truth may be long
+        low[:, j], high[:, j] = known[i], known[k]
+        inside[:, j] = (known[0] <= times) & (times <= known[-1])
+    gap = high - low
+    part = np.clip(np.divide(times[:, None] - low, gap, out=np.zeros(shape), where=gap > 0), 0.0, 1.0)
+    wide = np.zeros(shape, dtype=bool) if most is None else (gap > most) & (part > 0) & (part < 1)
+    return space.displace(begin, part[..., None] * space.difference(end, begin)), inside & ~wide, wide

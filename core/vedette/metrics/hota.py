@@ -8,6 +8,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette.metrics.coverage import Indices
+from vedette.metrics.near import Near, near, one_to_one
 from vedette.space import Array, Mask
 
 THRESHOLDS = np.arange(1, 20) / 20
@@ -25,38 +26,47 @@ class Hota:
     localisation: float
 
 
-def hota(apart: Sequence[Array], present: Sequence[Indices], alive: Mask, tracks: int, cutoff: float) -> Hota:
+def hota(apart: Sequence[Array | Near], present: Sequence[Indices], alive: Mask, tracks: int, cutoff: float) -> Hota:
     """Return HOTA with the similarity max(0, 1 - d / c) of points.
 
     At each scan objects and tracks are matched one to one at the greatest sum of similarity times alignment, the Jaccard
     index of object and track over the whole run, as the authors' evaluation code does. At a threshold a matched pair counts
     if it is at least that similar. detection = TP / (TP + FN + FP); association = mean over the TP of
     TPA / (TPA + FNA + FPA), with TPA the TP of the same pair; localisation = mean similarity of the TP.
-    `apart`: per scan the distances (j, t) in m, infinite for an object that is not there; `present`: which of the `tracks`
-    its columns are; `alive` (s, j).
+    `apart`: per scan the distances (j, t) in m, infinite for an object that is not there, or those of near pairs; `present`:
+    which of the `tracks` its columns are; `alive` (s, j).
     Luiten, Osep, Dendorfer, Torr, Geiger, Leal-Taixe, Leibe, HOTA: A Higher Order Metric for Evaluating Multi-Object
     Tracking, Int. J. Computer Vision 129, 2021.
     """
-    from scipy.optimize import linear_sum_assignment
-
     if not cutoff > 0:
         raise ValueError(f"cutoff: must be > 0 m, got {cutoff:g}")
     objects = np.count_nonzero(alive, axis=0)
     entries = np.bincount(np.concatenate([*present, np.zeros(0, dtype=np.intp)]).astype(np.intp), minlength=tracks)
-    alignment = np.zeros((alive.shape[1], tracks))
-    for each, columns in zip((np.maximum(1.0 - far / cutoff, 0.0) for far in apart), present, strict=True):
-        rows = np.flatnonzero(each.any(axis=1))
-        own = each[rows]
-        either = np.sum(own, axis=1)[:, None] + np.sum(each, axis=0) - own
-        alignment[np.ix_(rows, columns)] += np.divide(own, either, out=np.zeros_like(own), where=either > 0)
-    alignment /= np.maximum(objects[:, None] + entries - alignment, _ROUNDING)
-    found = []
-    for each, columns in zip((np.maximum(1.0 - far / cutoff, 0.0) for far in apart), present, strict=True):
-        rows, picked = linear_sum_assignment(alignment[:, columns] * each, maximize=True)
-        near = each[rows, picked] > 0
-        found.append(np.stack([rows[near], columns[picked[near]], each[rows[near], picked[near]]]))
-    truth, track, similar = np.concatenate([*found, np.zeros((3, 0))], axis=1)
+    scans = [near(each, cutoff) for each in apart]
+    like = [np.maximum(1.0 - pairs.distance / cutoff, 0.0) for pairs in scans]
+    none = np.zeros(0, dtype=np.intp)
+    keys = np.concatenate(
+        [none, *(pairs.truth * tracks + columns[pairs.track] for pairs, columns in zip(scans, present, strict=True))]
+    )
+    pair, where = np.unique(keys, return_inverse=True)
+    shares = [_jaccard(pairs, own) for pairs, own in zip(scans, like, strict=True)]
+    shared = np.bincount(where.reshape(-1), np.concatenate([np.zeros(0), *shares]), len(pair))
+    alignment = shared / np.maximum(objects[pair // max(tracks, 1)] + entries[pair % max(tracks, 1)] - shared, _ROUNDING)
+    bounds = np.cumsum([0, *(len(own) for own in like)])
+    worth = [alignment[where.reshape(-1)[i:k]] * own for i, k, own in zip(bounds, bounds[1:], like, strict=False)]
+    found = [np.zeros((3, 0))]
+    for pairs, columns, own, gain in zip(scans, present, like, worth, strict=True):
+        best = one_to_one(pairs.truth, pairs.track, -gain, 0.0)
+        found.append(np.stack([pairs.truth[best], columns[pairs.track[best]], own[best]]))
+    truth, track, similar = np.concatenate(found, axis=1)
     return _over_thresholds(truth.astype(np.intp), track.astype(np.intp), similar, objects, entries)
+
+
+def _jaccard(pairs: Near, like: Array) -> Array:
+    """Return the similarity (q,) of each pair over all those of either: (q,) -> (q,)."""
+    of_truth, of_track = (np.bincount(side, like, 1)[side] for side in (pairs.truth, pairs.track))
+    either = of_truth + of_track - like
+    return np.divide(like, either, out=np.zeros_like(like), where=either > 0)
 
 
 def _over_thresholds(truth: Indices, track: Indices, similar: Array, objects: Indices, entries: Indices) -> Hota:

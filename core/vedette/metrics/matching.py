@@ -9,9 +9,8 @@ from attrs import evolve, frozen
 
 from vedette.metrics.consistency import nees
 from vedette.metrics.coverage import NONE, Held, Indices, covering
-from vedette.metrics.gospa import distances
 from vedette.metrics.histories import Entries, Truth, confirmed_entries, positions, truth_at
-from vedette.metrics.kept import kept
+from vedette.metrics.near import Near, near_points
 from vedette.metrics.score import Judge
 from vedette.space import Array
 from vedette.types import Scan, Track, Trajectory
@@ -36,8 +35,8 @@ class Pairs:
 class Match:
     """The tracks that were ever confirmed, and the truth at the `s` judged scans.
 
-    scans (s,): their indices; rows: per scan, which entries; apart: per scan, the distances (j, t) in m, infinite for a
-    object that does not exist then; cover (s, j): the covering track of each, NONE where there is none.
+    scans (s,): their indices; rows: per scan, which entries; apart: per scan, the pairs of objects and tracks within the
+    largest distance that the options ask about; cover (s, j): the covering track of each, NONE where there is none.
     """
 
     tracks: tuple[Track, ...]
@@ -45,7 +44,7 @@ class Match:
     truth: Truth
     scans: Indices
     rows: tuple[slice, ...]
-    apart: Sequence[Array]
+    apart: tuple[Near, ...]
     cover: Indices
 
     @property
@@ -108,11 +107,14 @@ def matched(
     begin, end = np.searchsorted(entries.scan, judged, "left"), np.searchsorted(entries.scan, judged, "right")
     rows = tuple(slice(i, j) for i, j in zip(begin.tolist(), end.tolist(), strict=True))
     place, spots = truth.states[..., where], entries.mean[:, where]
-
-    def apart(i: int) -> Array:
-        return np.where(truth.alive[i][:, None], distances(place[i], spots[rows[i]]), np.inf)
-
-    every = kept(len(judged), apart, truth.alive.shape[1] * sum(part.stop - part.start for part in rows))
+    reach = max(of for of in _radii(options) if of is not None)
+    scans = zip(place, rows, truth.alive, strict=True)
+    every = tuple(near_points(there, spots[part], reach, alive) for there, part, alive in scans)
     present = tuple(entries.track[part] for part in rows)
     cover = covering(every, present, options.cover_radius, held, which)
     return Match(tracks, entries, truth, judged, rows, every, cover)
+
+
+def _radii(options: Judge) -> tuple[float | None, ...]:
+    """Return the distances in m that the figures ask about; what is farther apart counts as infinitely far."""
+    return options.cover_radius, options.gospa_cutoff, options.far, options.near, options.lost_error

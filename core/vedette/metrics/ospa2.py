@@ -8,11 +8,12 @@ import numpy as np
 
 from vedette.metrics.coverage import Indices
 from vedette.metrics.gospa import ospa
+from vedette.metrics.near import Near, near
 from vedette.space import Array, Mask
 
 
 def ospa2(
-    apart: Sequence[Array],
+    apart: Sequence[Array | Near],
     present: Sequence[Indices],
     alive: Mask,
     tracks: int,
@@ -24,8 +25,9 @@ def ospa2(
 
     The distance of an object and a track is the mean, of order p, over the scans of the window at which either is there, of
     min(d, c), or c where only one of them is. OSPA compares the objects and tracks of the window by that distance.
-    `apart`: per scan the distances (j, t) in m, infinite for an object that is not there; `present`: which of the `tracks`
-    its columns are; `alive` (s, j). Windows at the beginning are shorter.
+    `apart`: per scan the distances (j, t) in m, infinite for an object that is not there, or those of near pairs; `present`:
+    which of the `tracks` its columns are; `alive` (s, j). Windows at the beginning are shorter. The cost grows with the
+    pairs that are ever near, and with a window with its length, at each scan.
     Beard, Vo, Vo, A Solution for Large-Scale Multi-Object Tracking, IEEE T-SP 68, 2020.
     """
     scans = len(apart)
@@ -36,18 +38,39 @@ def ospa2(
 
 
 def _within(
-    apart: Sequence[Array], present: Sequence[Indices], alive: Mask, tracks: int, cutoff: float, order: float
+    apart: Sequence[Array | Near], present: Sequence[Indices], alive: Mask, tracks: int, cutoff: float, order: float
 ) -> float:
     """Return the distance over all the scans given."""
-    excess, both = np.zeros((alive.shape[1], tracks)), np.zeros((alive.shape[1], tracks))
-    there = np.zeros(tracks)
-    for each, columns, now in zip(apart, present, alive, strict=True):
-        rows = np.flatnonzero(now)
-        block = np.ix_(rows, columns)
-        excess[block] += 1.0 - np.minimum(each[rows] / cutoff, 1.0) ** order
-        both[block] += 1.0
-        there[columns] += 1.0
-    known, named = np.flatnonzero(alive.any(axis=0)), np.flatnonzero(there)
-    part = np.ix_(known, named)
-    either = np.count_nonzero(alive[:, known], axis=0)[:, None] + there[named] - both[part]
-    return ospa(cutoff * np.maximum(1.0 - excess[part] / either, 0.0) ** (1 / order), cutoff, order)
+    scans = [near(each, cutoff) for each in apart]
+    none = np.zeros(0, dtype=np.intp)
+    keys = [pairs.truth * tracks + columns[pairs.track] for pairs, columns in zip(scans, present, strict=True)]
+    pair, where = np.unique(np.concatenate([none, *keys]), return_inverse=True)
+    gain = [1.0 - (pairs.distance / cutoff) ** order for pairs in scans]
+    excess = np.bincount(where.reshape(-1), np.concatenate([np.zeros(0), *gain]), len(pair))
+    truth, track = pair // max(tracks, 1), pair % max(tracks, 1)
+    there = np.bincount(np.concatenate([none, *present]).astype(np.intp), minlength=tracks)
+    either = np.count_nonzero(alive, axis=0)[truth] + there[track] - _both(truth, track, present, alive)
+    distance = cutoff * np.maximum(1.0 - excess / either, 0.0) ** (1 / order)
+    whole = Near((alive.shape[1], tracks), truth, track, distance)
+    return ospa(whole.among(np.any(alive, axis=0), there > 0), cutoff, order)
+
+
+def _both(truth: Indices, track: Indices, present: Sequence[Indices], alive: Mask) -> Indices:
+    """Return at how many scans both of each pair (q,) are there, by the runs of scans at which the track is."""
+    scan = np.repeat(np.arange(len(present)), [len(columns) for columns in present])
+    entry = np.concatenate([np.zeros(0, dtype=np.intp), *present]).astype(np.intp)
+    order = np.lexsort((scan, entry))
+    scan, entry = scan[order], entry[order]
+    goes_on = (np.diff(scan) == 1) & (np.diff(entry) == 0)
+    first, last = (
+        np.flatnonzero(np.append(True, ~goes_on)[: len(scan)]),
+        np.flatnonzero(np.append(~goes_on, True)[: len(scan)]),
+    )
+    runs = np.searchsorted(entry[first], [track, track + 1])
+    count = runs[1] - runs[0]
+    run = np.repeat(runs[0] - np.cumsum(count) + count, count) + np.arange(int(np.sum(count)))
+    pair = np.repeat(np.arange(len(truth)), count)
+    before = np.concatenate([np.zeros((1, alive.shape[1]), dtype=np.intp), np.cumsum(alive, axis=0)])
+    together = before[scan[last[run]] + 1, truth[pair]] - before[scan[first[run]], truth[pair]]
+    both: Indices = np.bincount(pair, together, len(truth)).astype(np.intp)
+    return both

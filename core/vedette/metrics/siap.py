@@ -8,6 +8,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette.metrics.coverage import NONE, Indices
+from vedette.metrics.near import Near, near
 from vedette.space import Array, Mask
 
 
@@ -27,15 +28,16 @@ class Siap:
     longest: float | None
 
 
-def assigned(apart: Array, radius: float) -> Indices:
+def assigned(apart: Array | Near, radius: float) -> Indices:
     """Return the nearest object of each track within `radius` in m, NONE where there is none: (j, t) -> (t,).
 
     Several tracks may have the same object: that is what `ambiguity` counts.
     """
-    if not apart.shape[0]:
-        return np.full(apart.shape[1], NONE)
-    nearest = np.argmin(apart, axis=0)
-    return np.where(apart[nearest, np.arange(apart.shape[1])] <= radius, nearest, NONE)
+    pairs = near(apart, radius)
+    order = np.lexsort((pairs.truth, pairs.distance, pairs.track))[::-1]  # of each track the nearest is written last
+    owner = np.full(apart.shape[1], NONE)
+    owner[pairs.track[order]] = pairs.truth[order]
+    return owner
 
 
 def siap(

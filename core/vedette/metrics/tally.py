@@ -196,12 +196,11 @@ def sets(found: Match, options: Judge, begin: int) -> Array:
     cutoff, order, rows = options.gospa_cutoff, options.gospa_order, list[tuple[float, ...]]()
     scans = zip(found.apart[begin:], found.truth.alive[begin:], found.present[begin:], found.cover[begin:], strict=True)
     for apart, alive, present, covered in scans:
-        nearest = np.min(apart, axis=0, initial=np.inf)
-        there = apart[alive]
-        within = there if options.far is None else there[:, nearest <= options.far]
+        there = apart.among(alive)
+        within = there if options.far is None else there.among(tracks=apart.nearest <= options.far)
         counted, plain = gospa(within, cutoff, order), ospa(within, cutoff, order)
         every = counted.value if options.far is None else gospa(there, cutoff, order).value
         idle = ~np.isin(present, covered)
-        false = np.count_nonzero(idle if options.near is None else idle & (nearest <= options.near))
+        false = np.count_nonzero(idle if options.near is None else idle & (apart.nearest <= options.near))
         rows.append((counted.value, counted.localisation, counted.missed, counted.false, every, plain, float(false)))
     return np.ascontiguousarray(np.array(rows).reshape(-1, len(SETS)).T)

@@ -9,6 +9,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette.metrics.coverage import Indices
+from vedette.metrics.near import Near, hanging_together, near
 from vedette.space import Array, Mask
 
 
@@ -37,7 +38,7 @@ class _Part:
 
 
 def trajectory_gospa(
-    apart: Sequence[Array],
+    apart: Sequence[Array | Near],
     present: Sequence[Indices],
     alive: Mask,
     cutoff: float,
@@ -52,7 +53,7 @@ def trajectory_gospa(
     with 0 <= W and sums over each object and each track <= 1. `apart`: per scan the distances (j, t) in m, infinite for an
     object that is not there; `present`: which tracks the columns are; `alive` (s, j); `switch`: g in m, what a track that
     passes from one object to another costs. Not divided by the number of scans. None if a linear program would have more
-    than `limit` variables.
+    than `limit` variables: objects and tracks need one where they compete, and its cost grows faster than its size.
     Garcia-Fernandez, Rahmathullah, Svensson, A Metric on the Space of Finite Sets of Trajectories, IEEE T-SP 68, 2020.
     """
     if not (cutoff > 0 and switch >= 0 and order >= 1):
@@ -73,28 +74,26 @@ def trajectory_gospa(
     return TrajectoryGospa(value, power * near, power * missed, power * false, power * changes)
 
 
-def _parts(apart: Sequence[Array], present: Sequence[Indices], cutoff: float, order: float) -> Iterator[_Part]:
+def _parts(apart: Sequence[Array | Near], present: Sequence[Indices], cutoff: float, order: float) -> Iterator[_Part]:
     """Yield the parts of the problem that can be solved on their own.
 
     A pair that is never nearer than c costs at every scan what leaving both out costs. A scan at which no pair of a part is
     near changes nothing in it: W may stay as it is there. So only near pairs, and their scans, count.
     """
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-
     found = []
     for k, (each, tracks) in enumerate(zip(apart, present, strict=True)):
-        rows, picked = np.nonzero(each < cutoff)
-        found.append((np.full(len(rows), k), rows, tracks[picked], (each[rows, picked] / cutoff) ** order - 1.0))
+        close = near(each, cutoff)
+        found.append(
+            (np.full(len(close.truth), k), close.truth, tracks[close.track], (close.distance / cutoff) ** order - 1.0)
+        )
     if not sum(len(rows) for _, rows, _, _ in found):
         return
     scan, truth, track = (np.concatenate([one[i] for one in found]) for i in range(3))
     gain = np.concatenate([one[3] for one in found])
-    pairs, pair = np.unique(np.stack([truth, track]), axis=1, return_inverse=True)
-    pair = pair.reshape(-1)
-    truths, nodes = len(apart[0]), len(apart[0]) + int(np.max(track)) + 1
-    links = coo_matrix((np.ones(pairs.shape[1]), (pairs[0], truths + pairs[1])), shape=(nodes, nodes))
-    part = connected_components(links, directed=False)[1][pairs[0]]
+    wide = int(np.max(track)) + 1
+    keys, pair = np.unique(truth * wide + track, return_inverse=True)
+    pairs, pair = np.stack(np.divmod(keys, wide)), pair.reshape(-1)
+    part = hanging_together(pairs[0], pairs[1])
     order_of = np.argsort(part[pair], kind="stable")
     for entries in np.split(order_of, np.flatnonzero(np.diff(part[pair][order_of])) + 1):
         own, column = np.unique(pair[entries], return_inverse=True)
@@ -107,8 +106,13 @@ def _parts(apart: Sequence[Array], present: Sequence[Indices], cutoff: float, or
 
 def _assigned(part: _Part, penalty: float, limit: float) -> Array | None:
     """Return the weights (k, q) of the pairs at the least cost, in units of c^p; None beyond the limit."""
-    if part.truth[-1] == 0 or np.max(part.track) == 0:
-        return _star(part.gain, penalty)
+    for side, other in ((part.truth, part.track), (part.track, part.truth)):
+        # without the sums over one side the other side's members are solved apart: a bound, and the solution where it fits
+        weight = np.zeros(part.gain.shape)
+        for member in range(int(np.max(side)) + 1):
+            weight[:, side == member] = _star(part.gain[:, side == member], penalty)
+        if all(np.sum(weight[:, other == member], axis=1).max() <= 1.0 for member in range(int(np.max(other)) + 1)):
+            return weight
     scans, pairs = part.gain.shape
     return _program(part, penalty) if (2 * scans - 1) * pairs <= limit else None
 

@@ -13,8 +13,8 @@ from vedette.metrics.clear import clear_mot
 from vedette.metrics.coverage import NONE, Indices
 from vedette.metrics.histories import positions, truth_at, velocities
 from vedette.metrics.hota import hota
-from vedette.metrics.kept import kept
 from vedette.metrics.matching import Match
+from vedette.metrics.near import Near
 from vedette.metrics.ospa2 import ospa2
 from vedette.metrics.score import Judge
 from vedette.metrics.siap import assigned, siap
@@ -30,7 +30,7 @@ PARTS = ("localisation", "missed", "false", "switches")
 class _Look:
     """One scan: its time in s; the true objects that are there (a,), and which track covers each (a,); the tracks (t,).
 
-    near: of the pairs within the reach of any figure, object, column and distance (q,). counted (t,): the tracks that are
+    near: the pairs of true objects and tracks within the reach of any figure. counted (t,): the tracks that are
     not far from all objects; owner: the object that each of these is assigned to; position and velocity: their errors.
     """
 
@@ -38,7 +38,7 @@ class _Look:
     alive: Indices
     cover: Indices
     present: Indices
-    near: tuple[Indices, Indices, Array]
+    near: Near
     counted: Mask
     owner: Indices
     position: Array
@@ -47,7 +47,7 @@ class _Look:
     @property
     def numbers(self) -> int:
         """How many numbers it takes, 8 bytes each: those that it holds, and what its arrays take besides."""
-        return 128 + 2 * len(self.alive) + 5 * len(self.present) + 3 * len(self.near[0])
+        return 128 + 2 * len(self.alive) + 5 * len(self.present) + 3 * len(self.near.track)
 
 
 @final
@@ -71,9 +71,8 @@ class WholeTracks:
         spot, speed, reach = positions(space), velocities(space), max(self._options.gospa_cutoff, radius)
         for i in range(begin, len(times)):
             apart, rows, there = found.apart[i], found.rows[i], np.flatnonzero(found.truth.alive[i])
-            near = np.nonzero(apart <= reach)
-            close = np.ones(apart.shape[1], dtype=bool) if far is None else np.min(apart, axis=0, initial=np.inf) <= far
-            nearest = assigned(apart[:, close], radius)
+            close = np.ones(apart.shape[1], dtype=bool) if far is None else apart.nearest <= far
+            nearest = assigned(apart.among(tracks=close), radius)
             owned = np.flatnonzero(nearest != NONE)
             entry = np.arange(rows.start, rows.stop)[close][owned]
             error = space.difference(found.entries.mean[entry], found.truth.states[i, nearest[owned]])
@@ -82,7 +81,7 @@ class WholeTracks:
                 alive=which[there],
                 cover=found.cover[i, there],
                 present=found.entries.track[rows],
-                near=(which[near[0]], near[1], apart[near]),
+                near=apart.within(reach).numbered(which, self._truths),
                 counted=close,
                 owner=np.where(nearest == NONE, NONE, which[nearest]) if len(which) else nearest,
                 position=np.linalg.norm(error[:, spot], axis=-1),
@@ -104,28 +103,20 @@ class WholeTracks:
         for i, look in enumerate(looks):
             alive[i, look.alive] = True
             cover[i, look.alive] = np.where(look.cover == NONE, NONE, np.searchsorted(named, look.cover))
-        every = kept(scans, lambda i: self._apart(looks[i]), self._truths * sum(map(len, present)))
-        mot = clear_mot(every, present, alive, cover, false)
+        apart = tuple(look.near for look in looks)
+        mot = clear_mot(apart, present, alive, cover, false)
         if options.far is not None:
             present = tuple(columns[look.counted] for columns, look in zip(present, looks, strict=True))
-            pairs = self._truths * sum(map(len, present))
-            every = kept(scans, lambda i: self._apart(looks[i])[:, looks[i].counted], pairs)
+            apart = tuple(look.near.among(tracks=look.counted) for look in looks)
         return {
             "mota": mot.mota,
             "motp_m": mot.motp,
-            **self._of_trajectories(every, present, alive, len(named)),
+            **self._of_trajectories(apart, present, alive, len(named)),
             **_siap(looks, present, alive),
         }
 
-    def _apart(self, look: _Look) -> Array:
-        """Return the distances of a scan (j, t) in m, infinite where no figure asks for them."""
-        apart = np.full((self._truths, len(look.present)), np.inf)
-        truth, column, distance = look.near
-        apart[truth, column] = distance
-        return apart
-
     def _of_trajectories(
-        self, apart: Sequence[Array], present: Sequence[Indices], alive: Mask, tracks: int
+        self, apart: Sequence[Near], present: Sequence[Indices], alive: Mask, tracks: int
     ) -> dict[str, Any]:
         options, scans = self._options, len(apart)
         cutoff, order = options.gospa_cutoff, options.gospa_order

@@ -57,11 +57,12 @@ def lineage(gates: Gates, ids: Indices, born: int, weights: Array, returns: Indi
     child = np.full(1 + max(np.max(starts, initial=-1), np.max(held, initial=-1)), -1)
     child[starts] = gates.born + np.arange(len(starts))
     splits = np.column_stack([child[held], tracks])[child[held] >= 0]
-    merges = []
-    for gone in sure[~_among(sure, ids)].tolist():
-        taken = _taken_most(ids, weights, returns, held[tracks == gone], sure)
-        if taken is not None:
-            merges.append((gone, taken))
+    ended, merges = sure[~_among(sure, ids)].tolist(), []
+    takers = _takers(ids, weights, returns, sure) if ended else {}
+    for gone in ended:
+        others = [other for one in set(held[tracks == gone].tolist()) for other in takers.get(one, ())]
+        if others:
+            merges.append((gone, min(set(others), key=lambda other: (-others.count(other), other))))
     if not len(splits) and not merges:
         return None
     return Lineage(splits, np.array(merges, dtype=np.int64).reshape(-1, 2))
@@ -80,15 +81,14 @@ def _gated(gates: Gates, sure: Indices) -> tuple[Indices, Indices]:
     return tracks, held
 
 
-def _taken_most(ids: Indices, weights: Array, returns: Indices | None, held: Indices, sure: Indices) -> int | None:
-    """Return the confirmed track that took most of the returns `held`, or None."""
+def _takers(ids: Indices, weights: Array, returns: Indices | None, sure: Indices) -> dict[int, list[int]]:
+    """Return the confirmed tracks that took each return."""
     row, column = np.nonzero(weights[:, 1:] > MOST)
-    taken = column if returns is None else returns[row, column]
-    others = ids[row][np.isin(taken, held) & _among(ids[row], sure)]
-    if not len(others):
-        return None
-    names, counts = np.unique(others, return_counts=True)
-    return int(names[np.argmax(counts)])
+    taken, takers = column if returns is None else returns[row, column], dict[int, list[int]]()
+    known = _among(ids[row], sure)
+    for one, track in zip(taken[known].tolist(), ids[row[known]].tolist(), strict=True):
+        takers.setdefault(one, []).append(track)
+    return takers
 
 
 def _among(ids: Indices, some: Indices) -> Mask:
