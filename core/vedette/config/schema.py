@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from argparse import ArgumentParser
 from collections.abc import Iterable, Mapping
 from typing import Any, get_args, get_origin
 
@@ -25,6 +26,8 @@ from vedette.config.parameters import (
 )
 from vedette.config.registry import Registry
 from vedette.experiment import Experiment
+from vedette.roles import Component
+from vedette.supporting import Command
 from vedette.tracking.parts import INLINE
 from vedette.tracking.tracker import Tracker
 from vedette.units import spellings
@@ -39,7 +42,7 @@ def schema(registry: Registry | None = None) -> dict[str, Any]:
     top = [p for p in (*parameters(Tracker), *parameters(Experiment)) if p.name != INLINE]
     definitions: dict[str, Any] = {role: _any_of(registry, Part(role, base)) for role, base in ROLES.items()}
     for entry in registry:
-        kind = {"kind": {"const": entry.kind}}
+        kind = {"kind": {"const": entry.kind}, **_options(entry.cls)}
         definitions[f"{entry.role}.{entry.kind}"] = _table(entry.parameters, registry, entry.summary, kind)
     for cls in tables([*top, *(parameter for entry in registry for parameter in entry.parameters)]):
         summary = (cls.__doc__ or "").strip().partition("\n")[0]
@@ -48,6 +51,18 @@ def schema(registry: Registry | None = None) -> dict[str, Any]:
     document["properties"] = {"$schema": {"type": "string"}, **document["properties"]}
     head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "Vedette config"}
     return head | document | {"$defs": definitions}
+
+
+def _options(cls: type[Component]) -> dict[str, Any]:
+    """Return the options and arguments of a command by their names, in words; none for any other component."""
+    if not issubclass(cls, Command):
+        return {}
+    parser = ArgumentParser(add_help=False)
+    cls().options(parser)
+    return {
+        action.dest: {"description": action.help or ""} | ({"enum": [*action.choices]} if action.choices else {})
+        for action in parser._actions
+    }
 
 
 def _name(cls: type) -> str:
@@ -66,7 +81,7 @@ def _table(own: Iterable[Parameter], registry: Registry, summary: str, kind: Map
         "type": "object",
         "description": summary,
         "properties": {**kind, **{parameter.name: _property(parameter, registry) for parameter in own}},
-        "required": [*kind, *(parameter.name for parameter in own if parameter.required)],
+        "required": [*(["kind"] if kind else []), *(parameter.name for parameter in own if parameter.required)],
         "additionalProperties": False,
     }
 

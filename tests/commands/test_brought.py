@@ -1,0 +1,140 @@
+"""A third party's command, picture and name of `vedette` come by the doors that Vedette's own come by."""
+
+import json
+import re
+import sys
+
+import pytest
+
+import vedette
+from vedette.cli import main
+from vedette.config.schema import schema
+from vedette.errors import PluginError
+
+GREET = '''
+from typing import ClassVar
+from attrs import frozen
+import vedette
+
+VEDETTE_CONTRACT = 2
+
+
+@frozen
+class Greet(vedette.Command):
+    """Greet somebody by name.
+
+    It is of no further use.
+    """
+
+    kind: ClassVar[str] = "KIND"
+
+    def options(self, parser):
+        parser.add_argument("name", metavar="NAME", help="who is greeted")
+        parser.add_argument("--tone", choices=["warm", "cool"], default="warm", help="how warmly")
+        BROKEN
+
+    def run(self, arguments):
+        print(f"{arguments.name}, {arguments.tone}")
+        return 3
+
+
+@frozen
+class Dots(vedette.Picture):
+    """Times of the scans."""
+
+    kind: ClassVar[str] = "dots"
+
+    def draw(self, subject):
+        from matplotlib.figure import Figure
+
+        figure = Figure()
+        figure.subplots().plot([scan.time for scan in subject.scans])
+        return figure
+
+
+def welcome():
+    return "welcome"
+
+
+@vedette.plugin
+def vedette_components():
+    return [Greet, Dots]
+'''
+
+
+@pytest.fixture
+def greeting(tmp_path, monkeypatch):
+    """Install a distribution whose command has this kind."""
+    monkeypatch.syspath_prepend(tmp_path)
+
+    def install(kind="greet", broken="", names="welcome = vedette_test_greet:welcome"):
+        info = tmp_path / "greet-1.0.dist-info"
+        info.mkdir()
+        (info / "METADATA").write_text("Metadata-Version: 2.1\nName: greet\nVersion: 1.0\n")
+        (info / "entry_points.txt").write_text(f"[vedette]\ngreet = vedette_test_greet\n[vedette.names]\n{names}\n")
+        (tmp_path / "vedette_test_greet.py").write_text(GREET.replace("KIND", kind).replace("BROKEN", broken))
+
+    yield install
+    sys.modules.pop("vedette_test_greet", None)
+    vars(vedette).pop("welcome", None)
+
+
+def test_it_stands_in_help_completions_and_schema_and_runs(greeting, capsys):
+    greeting()
+    with pytest.raises(SystemExit):
+        main(["--help"])
+    assert re.search(r"greet\s+greet somebody by name", capsys.readouterr().out)
+    with pytest.raises(SystemExit):
+        main(["greet", "--help"])
+    assert "of no further use" in capsys.readouterr().out
+    for shell in ("bash", "zsh", "fish"):
+        assert main(["completions", shell]) == 0
+        assert "--tone" in capsys.readouterr().out.replace("-l tone", "--tone").replace("-l 'tone'", "--tone")
+    options = schema()["$defs"]["command.greet"]["properties"]
+    assert options["tone"] == {"description": "how warmly", "enum": ["warm", "cool"]}
+    assert main(["greet", "Ada", "--tone", "cool"]) == 3
+    assert capsys.readouterr().out == "Ada, cool\n"
+
+
+def test_a_command_that_two_bring_is_no_ones(greeting, capsys):
+    greeting(kind="info")
+    with pytest.raises(SystemExit):
+        main(["info"])
+    told = capsys.readouterr().err
+    assert "greet 1.0" in told
+    assert "vedette 0.1.0" in told
+
+
+def test_one_whose_options_fail_harms_no_other(greeting, capsys):
+    greeting(broken="raise RuntimeError('no pen')")
+    assert main(["info", "--json"]) == 0
+    told = capsys.readouterr()
+    assert "no pen" in told.err
+    assert "'greet'" in told.err
+    assert json.loads(told.out)["vedette"]
+
+
+def test_its_picture_is_drawn_of_every_run(greeting, config, tmp_path):
+    pytest.importorskip("matplotlib")
+    greeting()
+    assert main(["run", str(config), "--out", str(tmp_path / "out")]) == 0
+    assert (tmp_path / "out" / "dots.png").stat().st_size > 1000
+
+
+def test_its_name_is_vedettes(greeting):
+    greeting()
+    assert vedette.welcome() == "welcome"
+    assert "welcome" in dir(vedette)
+
+
+def test_a_name_that_cannot_be_had_names_who_brings_it(greeting):
+    greeting(names="welcome = vedette_test_nowhere:welcome")
+    with pytest.raises(PluginError, match=r"vedette\.welcome .*vedette_test_nowhere:welcome of greet"):
+        vedette.welcome  # noqa: B018
+
+
+def test_a_name_that_two_bring_is_refused_with_both(greeting):
+    greeting(names="track = vedette_test_greet:welcome")
+    vars(vedette).pop("track", None)
+    with pytest.raises(PluginError, match=r"(?=.*vedette_test_greet:welcome of greet)(?=.*vedette_tools:track)"):
+        vedette.track  # noqa: B018
