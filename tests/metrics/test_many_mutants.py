@@ -66,11 +66,11 @@ MUTANTS = [
     ("((up, after, before), (down, before, after))", "((up, after, before),)"),
     (".max() <= 1.0 for member", ".max() <= 9.0 for member"),
     ("((part.truth, part.track), (part.track, part.truth)):", "((part.truth, part.truth), (part.track, part.track)):"),
-    ("near(each, cutoff)", "near(each, 0.5 * cutoff)"),
+    ("near_in_scans(apart, present, cutoff)", "near_in_scans(apart, present, 0.5 * cutoff)"),
 ]
 OF_OSPA2 = [
     ("+ there[track] - _both(truth, track, present, alive)", "+ there[track]"),
-    ("(pairs.distance / cutoff) ** order", "(pairs.distance / cutoff)"),
+    ("(distance / cutoff) ** order", "(distance / cutoff)"),
     ("whole.among(np.any(alive, axis=0), there > 0)", "whole"),
     ("np.maximum(1.0 - excess / either, 0.0) ** (1 / order)", "(1.0 - excess / either)"),
     ("(np.diff(scan) == 1) & ", ""),
@@ -78,9 +78,9 @@ OF_OSPA2 = [
 ]
 OF_HOTA = [
     ("np.arange(1, 20) / 20", "np.arange(1, 19) / 20"),
-    ("pairs.track, -gain, 0.0)", "pairs.track, -own, 0.0)"),
+    ("track[i:k], -worth[i:k], 0.0)", "track[i:k], -like[i:k], 0.0)"),
     ("entries[pair % max(tracks, 1)] - shared", "entries[pair % max(tracks, 1)]"),
-    ("of_truth + of_track - like", "of_truth + of_track"),
+    ("sums[0] + sums[1] - like", "sums[0] + sums[1]"),
     ("np.sum(objects) + np.sum(entries)) - positives", "np.sum(objects) + np.sum(entries))"),
     ("entries[key % max(len(entries), 1)] - count", "entries[key % max(len(entries), 1)]"),
     ("np.mean((count / own)[again.reshape(-1)])", "np.mean(count / own)"),

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 from attrs import frozen
 
 from vedette.metrics.coverage import Indices
-from vedette.metrics.near import Near, near, one_to_one
+from vedette.metrics.near import Near, near_in_scans, one_to_one
 from vedette.space import Array, Mask
 
 THRESHOLDS = np.arange(1, 20) / 20
@@ -42,30 +43,25 @@ def hota(apart: Sequence[Array | Near], present: Sequence[Indices], alive: Mask,
         raise ValueError(f"cutoff: must be > 0 m, got {cutoff:g}")
     objects = np.count_nonzero(alive, axis=0)
     entries = np.bincount(np.concatenate([*present, np.zeros(0, dtype=np.intp)]).astype(np.intp), minlength=tracks)
-    scans = [near(each, cutoff) for each in apart]
-    like = [np.maximum(1.0 - pairs.distance / cutoff, 0.0) for pairs in scans]
-    none = np.zeros(0, dtype=np.intp)
-    keys = np.concatenate(
-        [none, *(pairs.truth * tracks + columns[pairs.track] for pairs, columns in zip(scans, present, strict=True))]
-    )
-    pair, where = np.unique(keys, return_inverse=True)
-    shares = [_jaccard(pairs, own) for pairs, own in zip(scans, like, strict=True)]
-    shared = np.bincount(where.reshape(-1), np.concatenate([np.zeros(0), *shares]), len(pair))
+    scan, truth, track, distance = near_in_scans(apart, present, cutoff)
+    like = np.maximum(1.0 - distance / cutoff, 0.0)
+    pair, where = np.unique(truth * tracks + track, return_inverse=True)
+    shared = np.bincount(where.reshape(-1), _jaccard(scan, truth, track, like), len(pair))
     alignment = shared / np.maximum(objects[pair // max(tracks, 1)] + entries[pair % max(tracks, 1)] - shared, _ROUNDING)
-    bounds = np.cumsum([0, *(len(own) for own in like)])
-    worth = [alignment[where.reshape(-1)[i:k]] * own for i, k, own in zip(bounds, bounds[1:], like, strict=False)]
-    found = [np.zeros((3, 0))]
-    for pairs, columns, own, gain in zip(scans, present, like, worth, strict=True):
-        best = one_to_one(pairs.truth, pairs.track, -gain, 0.0)
-        found.append(np.stack([pairs.truth[best], columns[pairs.track[best]], own[best]]))
-    truth, track, similar = np.concatenate(found, axis=1)
-    return _over_thresholds(truth.astype(np.intp), track.astype(np.intp), similar, objects, entries)
+    worth = alignment[where.reshape(-1)] * like
+    edges = np.searchsorted(scan, np.arange(len(apart) + 1))
+    best = [i + one_to_one(truth[i:k], track[i:k], -worth[i:k], 0.0) for i, k in pairwise(edges.tolist())]
+    matched = np.concatenate([np.zeros(0, dtype=np.intp), *best])
+    return _over_thresholds(truth[matched], track[matched], like[matched], objects, entries)
 
 
-def _jaccard(pairs: Near, like: Array) -> Array:
-    """Return the similarity (q,) of each pair over all those of either: (q,) -> (q,)."""
-    of_truth, of_track = (np.bincount(side, like, 1)[side] for side in (pairs.truth, pairs.track))
-    either = of_truth + of_track - like
+def _jaccard(scan: Indices, truth: Indices, track: Indices, like: Array) -> Array:
+    """Return the similarity (q,) of each pair over all those of either at its scan: (q,) -> (q,)."""
+    sums = []
+    for side in (truth, track):
+        member = np.unique(scan * (1 + np.max(side, initial=0)) + side, return_inverse=True)[1].reshape(-1)
+        sums.append(np.bincount(member, like, 1)[member])
+    either = sums[0] + sums[1] - like
     return np.divide(like, either, out=np.zeros_like(like), where=either > 0)
 
 

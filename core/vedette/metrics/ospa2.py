@@ -8,7 +8,7 @@ import numpy as np
 
 from vedette.metrics.coverage import Indices
 from vedette.metrics.gospa import ospa
-from vedette.metrics.near import Near, near
+from vedette.metrics.near import Near, near_in_scans
 from vedette.space import Array, Mask
 
 
@@ -41,14 +41,11 @@ def _within(
     apart: Sequence[Array | Near], present: Sequence[Indices], alive: Mask, tracks: int, cutoff: float, order: float
 ) -> float:
     """Return the distance over all the scans given."""
-    scans = [near(each, cutoff) for each in apart]
-    none = np.zeros(0, dtype=np.intp)
-    keys = [pairs.truth * tracks + columns[pairs.track] for pairs, columns in zip(scans, present, strict=True)]
-    pair, where = np.unique(np.concatenate([none, *keys]), return_inverse=True)
-    gain = [1.0 - (pairs.distance / cutoff) ** order for pairs in scans]
-    excess = np.bincount(where.reshape(-1), np.concatenate([np.zeros(0), *gain]), len(pair))
+    _, truth, track, distance = near_in_scans(apart, present, cutoff)
+    pair, where = np.unique(truth * tracks + track, return_inverse=True)
+    excess = np.bincount(where.reshape(-1), 1.0 - (distance / cutoff) ** order, len(pair))
     truth, track = pair // max(tracks, 1), pair % max(tracks, 1)
-    there = np.bincount(np.concatenate([none, *present]).astype(np.intp), minlength=tracks)
+    there = np.bincount(np.concatenate([np.zeros(0), *present]).astype(np.intp), minlength=tracks)
     either = np.count_nonzero(alive, axis=0)[truth] + there[track] - _both(truth, track, present, alive)
     distance = cutoff * np.maximum(1.0 - excess / either, 0.0) ** (1 / order)
     whole = Near((alive.shape[1], tracks), truth, track, distance)

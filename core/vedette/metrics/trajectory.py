@@ -9,7 +9,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette.metrics.coverage import Indices
-from vedette.metrics.near import Near, hanging_together, near
+from vedette.metrics.near import Near, hanging_together, near_in_scans
 from vedette.space import Array, Mask
 
 
@@ -80,16 +80,10 @@ def _parts(apart: Sequence[Array | Near], present: Sequence[Indices], cutoff: fl
     A pair that is never nearer than c costs at every scan what leaving both out costs. A scan at which no pair of a part is
     near changes nothing in it: W may stay as it is there. So only near pairs, and their scans, count.
     """
-    found = []
-    for k, (each, tracks) in enumerate(zip(apart, present, strict=True)):
-        close = near(each, cutoff)
-        found.append(
-            (np.full(len(close.truth), k), close.truth, tracks[close.track], (close.distance / cutoff) ** order - 1.0)
-        )
-    if not sum(len(rows) for _, rows, _, _ in found):
+    scan, truth, track, distance = near_in_scans(apart, present, cutoff)
+    if not len(scan):
         return
-    scan, truth, track = (np.concatenate([one[i] for one in found]) for i in range(3))
-    gain = np.concatenate([one[3] for one in found])
+    gain = (distance / cutoff) ** order - 1.0
     wide = int(np.max(track)) + 1
     keys, pair = np.unique(truth * wide + track, return_inverse=True)
     pairs, pair = np.stack(np.divmod(keys, wide)), pair.reshape(-1)
