@@ -113,7 +113,7 @@ class Recorder:
         """Take what `Experiment.finish` tells its `watch`."""
         self._writer.add(scan, before, state, estimate, modes)
         self.judge.add(scan, state.ids, state.confirmed, estimate, state.nis, state.hit, modes)
-        self._scans, self._entries = self._scans + 1, self._entries + len(state.ids)
+        self._scans, self._entries = self._scans + 1, self._entries + 1 + len(state.ids)
         if self._kept and self.full:
             self.finish_block()
 
