@@ -11,7 +11,7 @@
 
 namespace {
 
-constexpr Py_ssize_t kMost = 16;
+constexpr Py_ssize_t kMost = 32;
 
 struct Maker {
     PyObject_HEAD
