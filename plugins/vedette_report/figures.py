@@ -8,8 +8,9 @@ from typing import Any
 from attrs import asdict
 
 from vedette.experiment import Experiment, Result
-from vedette.metrics import Score, pixel_figures
+from vedette.metrics import Score
 from vedette.types import Rows
+from vedette_report.pixels import pixel_figures
 
 FIRST = 20
 """Number of refused parts that the figures name."""

@@ -22,10 +22,11 @@ from vedette.metrics import (
     positions,
     velocities,
 )
-from vedette.sampling import NotInLockStep, Redraw, Seeds, sequence
+from vedette.sampling import NotInLockStep, Seeds, sequence
 from vedette.space import Array, Mask, Space
 from vedette.types import Detections, Gaussian, Recording, Scan, Trajectory
 from vedette_study.lockstep import run_together
+from vedette_study.redraw import Redraw
 from vedette_study.scenes import DrawsTogether, Scenes
 
 SERIES = ("square", "nees", "nis")

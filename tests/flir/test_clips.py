@@ -10,11 +10,11 @@ import vedette
 from support.paths import EXAMPLES, recording
 from vedette import ConfigError, InputError, Scan, ScanRefused, Track, Trajectory
 from vedette.cli import main
-from vedette.metrics.pixels import pixel_figures
 from vedette_flir.patches import centroid, isolated, mask_of, peak, sample, similarity
 from vedette_flir.sources.boxes import centred
 from vedette_flir.sources.images import grey_of
 from vedette_flir.sources.video import BOX
+from vedette_report.pixels import pixel_figures
 
 EXAMPLE = EXAMPLES / "flir_clip.toml"
 

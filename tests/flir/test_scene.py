@@ -78,7 +78,7 @@ def test_spots_turn_and_dead_pixels_are_nan():
 def test_the_example_keeps_its_target():
     experiment = vedette.load(EXAMPLE)
     result = experiment.run()
-    from vedette.metrics.pixels import pixel_figures
+    from vedette_report.pixels import pixel_figures
 
     track, truth = result.tracks[0], result.recording.truth[0]
     seen = track.mean[:, :2] + track.mean[:, 2:4]

@@ -11,7 +11,6 @@ from vedette.metrics.hota import Hota, hota
 from vedette.metrics.matching import Match, Pairs, match
 from vedette.metrics.noises import at_fault
 from vedette.metrics.ospa2 import ospa2
-from vedette.metrics.pixels import pixel_figures
 from vedette.metrics.running import ENTRIES, SCANS, Block, RunningJudge, gate_of, judge, space_of
 from vedette.metrics.score import FIGURES, OF_OBJECTS, Figure, Judge, Score, TruthScore
 from vedette.metrics.siap import Siap, siap
@@ -57,7 +56,6 @@ __all__ = [
     "nees",
     "ospa",
     "ospa2",
-    "pixel_figures",
     "positions",
     "reduced_bound",
     "rmse",

@@ -15,12 +15,6 @@ from vedette.reproduction.findings import Reproduction as Reproduction
 from vedette.reproduction.findings import Table as Table
 from vedette.reproduction.keeping import Keep as Keep
 from vedette.reproduction.keeping import afresh as afresh
-from vedette.reproduction.panels import comparison as comparison
-from vedette.reproduction.panels import mean_over_runs as mean_over_runs
-from vedette.reproduction.panels import mode_panel as mode_panel
-from vedette.reproduction.panels import over_runs as over_runs
-from vedette.reproduction.starts import over_axes as over_axes
-from vedette.reproduction.starts import two_point as two_point
 from vedette.reproduction.verdicts import Claim as Claim
 from vedette.reproduction.verdicts import Condition as Condition
 from vedette.reproduction.verdicts import Verdict as Verdict

@@ -12,7 +12,6 @@ from vedette.sampling.detections import (
     thinned,
 )
 from vedette.sampling.generators import NO_DRAWS, NotInLockStep
-from vedette.sampling.recorded import Redraw
 from vedette.sampling.seeds import Seeds, sequence
 from vedette.sampling.trajectories import (
     common_state,
@@ -30,7 +29,6 @@ __all__ = [
     "NO_DRAWS",
     "Bounds",
     "NotInLockStep",
-    "Redraw",
     "Seeds",
     "ceiling",
     "common_state",
