@@ -37,24 +37,6 @@ _HOMES = {
     "recorded": ("Recorded", "recorded_consistency"),
     "trackers": ("Report", "assert_consistent", "consistency"),
 }
-__all__ = [
-    "FAST",
-    "NIGHTLY",
-    "Broken",
-    "Closed",
-    "Law",
-    "Misuse",
-    "Outcome",
-    "Profile",
-    "Recorded",
-    "Report",
-    "assert_consistent",
-    "conformance",
-    "consistency",
-    "examine",
-    "laws_of",
-    "recorded_consistency",
-]
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 
 
