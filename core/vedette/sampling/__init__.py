@@ -12,7 +12,6 @@ from vedette.sampling.detections import thinned as thinned
 from vedette.sampling.generators import NO_DRAWS as NO_DRAWS
 from vedette.sampling.generators import NotInLockStep as NotInLockStep
 from vedette.sampling.seeds import Seeds as Seeds
-from vedette.sampling.seeds import sequence as sequence
 from vedette.sampling.trajectories import common_state as common_state
 from vedette.sampling.trajectories import draw_gaussian as draw_gaussian
 from vedette.sampling.trajectories import draw_jump_markov as draw_jump_markov
