@@ -50,4 +50,4 @@ from vedette.filters.particles import point_likelihoods as point_likelihoods
 from vedette.filters.particles import points_at as points_at
 from vedette.filters.particles import resample as resample
 from vedette.filters.particles import too_few as too_few
-from vedette.filters.points import PointFilter as PointFilter
+from vedette.filters.sigma_points import PointFilter as PointFilter

@@ -18,9 +18,9 @@ from vedette.fields import ABSURD
 from vedette.metrics.consistency import Verdict, chi_square_band, free_axes, nees
 from vedette.names import look_up
 from vedette.space import Array
-from vedette.testing.culprit import likely_cause
-from vedette.testing.judging import Misuse
+from vedette.testing.comparisons import Misuse
 from vedette.testing.montecarlo import Runs, play, prior_of
+from vedette.testing.noise_diagnosis import likely_cause
 from vedette.testing.verdicts import (
     LAGS,
     bias_of,

@@ -18,7 +18,7 @@ from vedette.metrics.consistency import (
 )
 from vedette.space import Array, Mask
 from vedette.testing.bands import binomial_band
-from vedette.testing.judging import Misuse
+from vedette.testing.comparisons import Misuse
 from vedette.testing.montecarlo import Looks, Runs
 
 LAGS = 5

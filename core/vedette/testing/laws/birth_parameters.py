@@ -13,9 +13,9 @@ from attrs import evolve
 
 from vedette.space import Array
 from vedette.supporting import Birth
-from vedette.testing.judging import Closed, demand, same
+from vedette.testing.comparisons import Closed, demand, same
 from vedette.testing.law import Law
-from vedette.testing.laws.births import P_GATE, Returns, begun
+from vedette.testing.laws.birth_cases import P_GATE, Returns, begun
 from vedette.testing.strategies import SENSOR, usual
 from vedette.types import Detections, Newborn
 
