@@ -27,9 +27,9 @@ from attrs import frozen
 
 import vedette
 from vedette import Array, Frame, Gaussian, Scan
-from vedette.metrics.pixels import LAST, NEAR
 from vedette_flir.sources.boxes import read_boxes
 from vedette_flir.sources.images import look_through
+from vedette_report.pixels import LAST, NEAR
 
 CONFIG = tomllib.loads((Path(__file__).parents[1] / "examples" / "flir_clip.toml").read_text(encoding="utf-8"))
 

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from hypothesis import settings
 
-from vedette.testing.repeatable import constants_of_no_module
+from vedette.testing.hypothesis_constants import constants_of_no_module
 
 pytest.register_assert_rewrite("support")
 

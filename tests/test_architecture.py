@@ -16,7 +16,7 @@ OTHERS = {name: ROOT / name for name in ("plugins", "simulators", "examples")}
 def test_no_module_of_the_core_leads_back_to_itself() -> None:
     graph = imports(core())
     assert len(graph) > 100
-    assert graph["vedette.config.walker"] > {"vedette.config.registry", "vedette.errors"}
+    assert graph["vedette.config.builder"] > {"vedette.config.registry", "vedette.errors"}
     assert circles(graph) == []
 
 

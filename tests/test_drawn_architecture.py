@@ -44,7 +44,7 @@ def test_arrows_point_down(above):
 
 def test_imports_are_found_wherever_they_stand():
     source = """
-import vedette.config.walker
+import vedette.config.builder
 from vedette import kernels, Gate
 from typing import TYPE_CHECKING
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from vedette.commands.ending import CLOSED, INTERRUPTED, complain, ended
+from vedette.commands.exit_codes import CLOSED, INTERRUPTED, complain, ended
 from vedette.commands.parser import Parser
 from vedette.errors import VedetteError
 

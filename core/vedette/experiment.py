@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from time import process_time
-from typing import Any, final
+from typing import Any, Protocol, final
 
 import numpy as np
 from attrs import Factory, evolve, frozen
@@ -17,8 +17,7 @@ from vedette.errors import ConfigError, Problem, ScanRefused
 from vedette.metrics import Judge, Score, judge
 from vedette.names import look_up
 from vedette.progress import Progress, silent
-from vedette.sampling.recorded import Redraw
-from vedette.space import Array
+from vedette.space import Array, Space
 from vedette.supporting import Preprocessor, Source
 from vedette.tracking.faults import check_again, check_made, explain_run, read
 from vedette.tracking.history import History, from_the_start
@@ -27,13 +26,25 @@ from vedette.tracking.preprocessing import check_preprocessors, noted, open_sour
 from vedette.tracking.state import State
 from vedette.tracking.tracker import Tracker
 from vedette.tracking.validation import with_axes, without_bad_returns
-from vedette.types import Gaussian, LazyScans, Recording, Scan, Track
+from vedette.types import Gaussian, LazyScans, Recording, Scan, Track, Trajectory
 
 Watch = Callable[[Scan, State, State, Gaussian, Array | None], None]
 """Is told of a scan, the states before and after it, and that one's estimates (t,) and mode probabilities (t, r), if any."""
 
 NAMED = 100
 """The greatest number of refused parts that a streamed run names; all are counted."""
+
+
+class Redraw(Protocol):
+    """Draws a run's own version of a recording, from the run's seeds: of many runs over it no two are the same."""
+
+    def recording(self, whole: Recording, seeds: np.random.SeedSequence, /) -> Recording:
+        """Return the recording as this run meets it."""
+
+    def start(
+        self, given: Gaussian | None, space: Space, truth: Sequence[Trajectory], seeds: np.random.SeedSequence, /
+    ) -> Gaussian | None:
+        """Return the tracks (t, n) over `space` that are given before the first scan."""
 
 
 @frozen(eq=False, repr=False)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Mapping
 
 from attrs import evolve, frozen
 
@@ -84,6 +85,10 @@ class WrappedSensor(Sensor):
     @property
     def measurement(self) -> Space:
         return self.of.measurement
+
+    @property
+    def optional(self) -> Mapping[str, float]:
+        return self.of.optional
 
     def measure(self, x: Array) -> Array:
         """(*b, n) -> (*b, m)"""

@@ -9,21 +9,9 @@ import numpy as np
 from attrs import evolve, frozen
 
 from vedette import Array, Experiment, Mask
-from vedette.reproduction import (
-    Cell,
-    Chart,
-    Claim,
-    Curve,
-    Panel,
-    Table,
-    comparison,
-    mean_cell,
-    mode_panel,
-    over_runs,
-    rms_cell,
-    share_cell,
-)
+from vedette.reproduction import Cell, Chart, Claim, Curve, Panel, Table, mean_cell, rms_cell, share_cell
 from vedette_bayes_risk.fusion import DistributedDetection
+from vedette_study import comparison, mode_panel, over_runs
 
 WINDOWS = {"6-20 s": slice(4, 19), "21-30 s": slice(19, 29), "51-90 s": slice(49, 89)}
 """Slices of a record, which begins at 2 s. The paper reports the last two."""

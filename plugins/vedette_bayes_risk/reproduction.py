@@ -11,13 +11,13 @@ from attrs import frozen
 
 from vedette import Array, Experiment, Gaussian, Mask, Progress, Reproduction, Scan, Space, Trajectory, load
 from vedette.metrics import nees
-from vedette.reproduction import Findings, Keep, afresh, mean_over_runs, over_axes, squared_distances, two_point
+from vedette.reproduction import Findings, Keep, afresh, squared_distances
 from vedette.sampling import Bounds, draw_detections
 from vedette.tracking import preprocessed, raw_sensors
 from vedette_bayes_risk import outcome, verdicts
 from vedette_bayes_risk.configs import CONTESTED, FILTERS, SENSORS
 from vedette_bayes_risk.outcome import Contest, Record
-from vedette_study import run_together
+from vedette_study import mean_over_runs, over_axes, run_together, two_point
 
 R = TypeVar("R")
 PLANE = Space.of(x="m", y="m", vx="m/s", vy="m/s")

@@ -8,21 +8,8 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Mask
-from vedette.reproduction import (
-    Cell,
-    Chart,
-    Claim,
-    Curve,
-    Panel,
-    Table,
-    comparison,
-    mean_cell,
-    mode_panel,
-    over_runs,
-    ratio_cell,
-    rms_cell,
-    share_cell,
-)
+from vedette.reproduction import Cell, Chart, Claim, Curve, Panel, Table, mean_cell, ratio_cell, rms_cell, share_cell
+from vedette_study import comparison, mode_panel, over_runs
 
 FILTERS = ("IMM-PDAF", "CV-PDAF", "CT-PDAF")
 

@@ -8,11 +8,11 @@ from attrs import evolve
 from vedette.errors import InputError
 from vedette.experiment import Experiment, Steps
 from vedette.progress import Progress
-from vedette.sampling import Seeds, sequence
 from vedette.types import Detections, Recording, Scan, Trajectory
 from vedette_study.chunk import recorded
 from vedette_study.plan import Plan
 from vedette_study.scenes import DrawsTogether
+from vedette_study.seeds import RunSeeds, sequence
 
 
 def open_again(plan: Plan, point: int, run: int, progress: Progress) -> Steps:
@@ -21,13 +21,13 @@ def open_again(plan: Plan, point: int, run: int, progress: Progress) -> Steps:
     if not plan.together:
         redraw = plan.redraw if recorded(experiment) else None
         return experiment.steps(seeds=sequence(plan.seed, run), redraw=redraw, named=np.inf, progress=progress)
-    recording = _scene(experiment, Seeds(plan.seed, (run,)))
+    recording = _scene(experiment, RunSeeds(plan.seed, (run,)))
     given = experiment.tracker.given(recording)
     seeds = sequence(plan.seed, run, (1,))
     return Steps(experiment, recording, given, seeds, strict=False, progress=progress, named=np.inf)
 
 
-def _scene(experiment: Experiment, seeds: Seeds) -> Recording:
+def _scene(experiment: Experiment, seeds: RunSeeds) -> Recording:
     """Return the scene that one run in lock-step has, as a recording."""
     source = experiment.source
     scenes = (

@@ -13,9 +13,9 @@ from attrs import frozen
 from vedette.errors import VedetteError
 from vedette.experiment import Experiment
 from vedette.progress import Progress
-from vedette.sampling import Redraw
 from vedette_study.chunk import Chunk, run_chunk
 from vedette_study.plan import Plan
+from vedette_study.redraw import Redraw
 from vedette_study.statistics import precise
 from vedette_study.store import Store
 

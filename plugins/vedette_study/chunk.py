@@ -22,11 +22,13 @@ from vedette.metrics import (
     positions,
     velocities,
 )
-from vedette.sampling import NotInLockStep, Redraw, Seeds, sequence
+from vedette.sampling import NotInLockStep
 from vedette.space import Array, Mask, Space
 from vedette.types import Detections, Gaussian, Recording, Scan, Trajectory
 from vedette_study.lockstep import run_together
+from vedette_study.redraw import Redraw
 from vedette_study.scenes import DrawsTogether, Scenes
+from vedette_study.seeds import RunSeeds, sequence
 
 SERIES = ("square", "nees", "nis")
 """What is kept against time: squared position error in m^2, NEES over the number of axes, NIS over its expectation."""
@@ -57,7 +59,7 @@ def run_chunk(experiment: Experiment, seed: int, runs: Sequence[int], together: 
 
     `redraw` is what each run draws of a recording; a source that draws is left alone.
     """
-    seeds = Seeds(seed, tuple(runs))
+    seeds = RunSeeds(seed, tuple(runs))
     return _together(experiment, seeds) if together else _one_by_one(experiment, seeds, redraw)
 
 
@@ -71,7 +73,7 @@ def goes_together(experiment: Experiment) -> bool:
 
     Three runs are tried up to the first time step. Two would not do: an estimator may draw pairs for all runs at once.
     """
-    seeds = Seeds(0, (0, 1, 2))
+    seeds = RunSeeds(0, (0, 1, 2))
     try:
         given, scenes = _opened(experiment, seeds)
         begin = scenes.scans[0].time
@@ -82,7 +84,7 @@ def goes_together(experiment: Experiment) -> bool:
     return True
 
 
-def _opened(experiment: Experiment, seeds: Seeds) -> tuple[Gaussian, Scenes]:
+def _opened(experiment: Experiment, seeds: RunSeeds) -> tuple[Gaussian, Scenes]:
     """Return priors and scenes. NotInLockStep if a run may have several tracks or a source that draws run by run."""
     tracker, source = experiment.tracker, experiment.source
     starts = tracker.starts_tracks
@@ -97,7 +99,7 @@ def _opened(experiment: Experiment, seeds: Seeds) -> tuple[Gaussian, Scenes]:
     return _given(experiment, scenes), scenes
 
 
-def _together(experiment: Experiment, seeds: Seeds) -> Chunk:
+def _together(experiment: Experiment, seeds: RunSeeds) -> Chunk:
     """Run the runs in lock-step."""
     (given, scenes), tracker, judged = _opened(experiment, seeds), experiment.tracker, experiment.judge
     runs = run_together(tracker, given, scenes.scans[0].time, scenes.scans, seeds.child(1))
@@ -182,7 +184,7 @@ def _lost(far: Mask, scans: int) -> Array:
     return lost
 
 
-def _one_by_one(experiment: Experiment, seeds: Seeds, redraw: Redraw | None) -> Chunk:
+def _one_by_one(experiment: Experiment, seeds: RunSeeds, redraw: Redraw | None) -> Chunk:
     """Run each run by itself, as `vedette run` does, judged against its truth."""
     rows, known = [], study_figures()
     redraw = redraw if recorded(experiment) else None

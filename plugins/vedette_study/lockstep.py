@@ -7,10 +7,10 @@ from collections.abc import Iterable
 import numpy as np
 from attrs import frozen
 
-from vedette.sampling import Seeds
 from vedette.space import Array, Space
 from vedette.tracking import Tracker
 from vedette.types import Gaussian, Scan
+from vedette_study.seeds import RunSeeds
 
 
 @frozen(eq=False)
@@ -30,7 +30,7 @@ class Runs:
     hit: Array
 
 
-def run_together(tracker: Tracker, given: Gaussian, begin: float, scans: Iterable[Scan], seed: int | Seeds = 0) -> Runs:
+def run_together(tracker: Tracker, given: Gaussian, begin: float, scans: Iterable[Scan], seed: int | RunSeeds = 0) -> Runs:
     """Track one target in every run: prior `given` (*b, 1, n) at `begin` in s, scans whose detections lead with `*b`.
 
     The tracker's lifecycle must keep its tracks, as 'single_target' does. Equal to each run alone to 1e-12.

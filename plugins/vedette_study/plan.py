@@ -14,11 +14,11 @@ from attrs import field, frozen
 from vedette.config import Registry, did_you_mean, plain, read_file, to_config
 from vedette.errors import ConfigError, Problem
 from vedette.experiment import Experiment
-from vedette.sampling import Redraw
 from vedette.space import Array
 from vedette.units import in_unit
 from vedette_study.chunk import goes_together, recorded, study_figures
 from vedette_study.grid import Grid, Point, overridden, value_at
+from vedette_study.redraw import Redraw
 
 MOST_RUNS = 1_000_000_000
 TOGETHER, ALONE = 2000, 10

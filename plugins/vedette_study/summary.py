@@ -11,12 +11,12 @@ import numpy as np
 from attrs import evolve
 
 from vedette.reproduction import Cell, Chart, Curve, Panel, Table
-from vedette.sampling import Redraw
 from vedette.space import Array
 from vedette.writing import whole_file
 from vedette_study.chunk import study_figures
 from vedette_study.grid import short_names, spaced_evenly_in_log, told, unit_at
 from vedette_study.outcome import Outcome, numeric_axes
+from vedette_study.redraw import Redraw
 from vedette_study.reproduction import rows
 from vedette_study.statistics import Mean
 

@@ -10,9 +10,9 @@ from attrs import frozen
 
 from vedette import Experiment, Gaussian, Progress, Reproduction, Scan, Space, load
 from vedette.metrics import nees
-from vedette.reproduction import Findings, Keep, afresh, mean_over_runs, over_axes, squared_distances, two_point
+from vedette.reproduction import Findings, Keep, afresh, squared_distances
 from vedette.sampling import Bounds, draw_detections
-from vedette_study import run_together
+from vedette_study import mean_over_runs, over_axes, run_together, two_point
 from vedette_target_oriented import accelerations, outcome, processes, verdicts
 from vedette_target_oriented.configs import FILTERS
 from vedette_target_oriented.frames import cartesian, in_frame

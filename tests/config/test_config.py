@@ -15,8 +15,8 @@ import vedette
 from support.configs import LEAST, SMALL, experiment_config, tracker_config, walk
 from vedette import Array, Associator, ConfigError, Estimator, Registry, Sensor, fields
 from vedette.config import build, load
+from vedette.config.builder import Builder
 from vedette.config.parameters import parameters
-from vedette.config.walker import Walker
 
 
 def test_a_config_builds_what_its_author_would_write_in_python(registry: Registry) -> None:
@@ -139,10 +139,10 @@ class Pair(Associator):
 
 
 def test_a_part_can_be_narrower_than_its_role(registry: Registry) -> None:
-    walker = Walker(registry)
+    builder = Builder(registry)
     given = {"estimator": {"kind": "kalmann"}, "sensor": {"kind": "cartesian_position", "sigma": 1}}
-    walker.construct(Pair, parameters(Pair), given, "", set())
-    estimator, sensor = map(str, walker.problems)
+    builder.construct(Pair, parameters(Pair), given, "", set())
+    estimator, sensor = map(str, builder.problems)
     assert estimator.startswith("estimator.kind: unknown kind 'kalmann'; did you mean 'kalman'?")
     assert sensor.startswith("sensor.kind: must be a Wide, and 'cartesian_position' is none;")
 

@@ -11,8 +11,8 @@ from attrs import frozen
 
 import vedette
 from vedette import Array, Associator, ConfigError, Registry, fields
+from vedette.config.builder import Builder
 from vedette.config.parameters import parameters
-from vedette.config.walker import Walker
 
 SEEN: list[Any] = []
 
@@ -51,9 +51,9 @@ def forgotten() -> None:
 
 
 def walked(**given: Any) -> tuple[Any, list[str]]:
-    walker = Walker(Registry.of(Noting))
-    built = walker.construct(Noting, parameters(Noting), given, "", set())
-    return built, [str(problem) for problem in walker.problems]
+    builder = Builder(Registry.of(Noting))
+    built = builder.construct(Noting, parameters(Noting), given, "", set())
+    return built, [str(problem) for problem in builder.problems]
 
 
 def test_each_value_is_converted_once() -> None:

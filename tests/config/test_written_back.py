@@ -12,10 +12,10 @@ from hypothesis.errors import Unsatisfiable
 from support.configs import Band, Rate, Region, experiment_config, tracker_config, walk
 from vedette import Registry
 from vedette.config import build, load, to_config
+from vedette.config.builder import Builder
 from vedette.config.parameters import plain
 from vedette.config.registry import Installed
-from vedette.config.walker import Walker
-from vedette.testing.judging import Misuse
+from vedette.testing.comparisons import Misuse
 from vedette.testing.strategies import components
 
 
@@ -101,10 +101,10 @@ EXAMPLES: list[tuple[str, dict[str, Any]]] = [
 
 def component(role: str, config: dict[str, Any], registry: Registry) -> Any:
     """A component by itself."""
-    walker = Walker(registry)
+    builder = Builder(registry)
     entry = registry.get(role, config["kind"])
-    built = walker.construct(entry.cls, entry.parameters, config, role, set())
-    assert walker.problems == []
+    built = builder.construct(entry.cls, entry.parameters, config, role, set())
+    assert builder.problems == []
     return built
 
 

@@ -14,9 +14,9 @@ from docsite.site import public, with_outputs
 
 from support.architecture import PUBLIC
 from support.paths import ROOT
+from vedette.config.builder import Builder
 from vedette.config.parameters import APART
 from vedette.config.registry import Registry
-from vedette.config.walker import Walker
 
 KNOWN = examples()
 KINDS = [entry for entry in Registry.installed().entries if entry.distribution == "vedette"]
@@ -74,9 +74,9 @@ def test_every_kind_has_an_example_that_builds_it(entry):
     assert f"{entry.role} = {line}" in page(entry, (line, file))
     given = tomllib.loads(f"it = {line}")["it"]
     assert given.pop("kind") == entry.kind
-    walker = Walker(Registry.installed())
-    built = walker.construct(entry.cls, entry.parameters, given, "", set())
-    assert not walker.problems
+    builder = Builder(Registry.installed())
+    built = builder.construct(entry.cls, entry.parameters, given, "", set())
+    assert not builder.problems
     assert isinstance(built, entry.cls)
 
 

@@ -7,8 +7,8 @@ from attrs import field, frozen
 from vedette import Detections, Gaussian, MotionModel, PluginError, Registry, Space, Tracker, Traits, fields
 from vedette.filters import GaussianFilter, contradiction, predicted
 from vedette.testing import laws_of
-from vedette.testing.judging import Misuse
-from vedette.testing.watch import Watch
+from vedette.testing.comparisons import Misuse
+from vedette.testing.linear_sensor import Watch
 from vedette_flir.estimators.monitored import ResidualMonitored
 from vedette_flir.motion.carrying import Carrying
 from vedette_standard.associators.nearest import Nearest

@@ -18,11 +18,11 @@ from study import test_recordings as studies
 from tracking import test_ceiling as memory
 from tracking import test_live_loop as hand
 from vedette.errors import VedetteError
-from vedette.sampling import recorded
 from vedette.tracking import births, ceiling, intake, validation
 from vedette.tracking import tracker as stepping
 from vedette_report import warnings
 from vedette_study import plan as planning
+from vedette_study import redraw
 
 Check = Callable[[Path, pytest.MonkeyPatch], None]
 CAUGHT = (AssertionError, VedetteError, pytest.fail.Exception, AttributeError, IndexError)
@@ -59,10 +59,10 @@ def nothing(*given: Any) -> None:
 CURES: dict[str, tuple[Any, str, Any, Check]] = {
     # A study on a recording runs the same run N times.
     "study: nothing is left out": (
-        recorded.Redraw, "recording", lambda self, whole, seeds: whole, study(studies.test_a_study_of_a_recording_has_errors)
+        redraw.Redraw, "recording", lambda self, whole, seeds: whole, study(studies.test_a_study_of_a_recording_has_errors)
     ),
     "study: every run draws the same": (
-        recorded, "_stream", lambda *given: np.random.default_rng(0), study(studies.test_a_study_of_a_recording_has_errors)
+        redraw, "_stream", lambda *given: np.random.default_rng(0), study(studies.test_a_study_of_a_recording_has_errors)
     ),
     "study: equal runs are not refused": (
         planning, "_draws", lambda *given: True, study(studies.test_runs_that_would_all_be_the_same_are_refused)

@@ -6,7 +6,7 @@ from attrs import evolve
 
 import vedette
 from vedette.metrics import Score
-from vedette.testing.telling import method_of
+from vedette.testing.counterexamples import method_of
 from vedette_report.summary import summary
 
 CONFIG = {

@@ -10,8 +10,8 @@ import pytest
 import vedette
 from support.paths import ROOT, recording
 from vedette import metrics
+from vedette.config.builder import Builder
 from vedette.config.registry import Registry
-from vedette.config.walker import Walker
 
 INSTALLED = Registry.installed()
 SHELF = [entry for entry in INSTALLED if entry.cls.__module__.startswith("vedette_standard.")]
@@ -40,9 +40,9 @@ def test_every_line_builds_what_it_says(role, row):
     entry = INSTALLED.find(role, row["kind"])
     given = tomllib.loads(f"it = {row['line']}")["it"]
     assert given["kind"] == row["kind"]
-    walker = Walker(INSTALLED)
-    built = walker.construct(entry.cls, entry.parameters, {k: v for k, v in given.items() if k != "kind"}, "", set())
-    assert not walker.problems
+    builder = Builder(INSTALLED)
+    built = builder.construct(entry.cls, entry.parameters, {k: v for k, v in given.items() if k != "kind"}, "", set())
+    assert not builder.problems
     assert isinstance(built, entry.cls)
     docstring = " ".join(entry.cls.__doc__.split())
     assert row["reference"] == "none needed" or row["reference"] in docstring

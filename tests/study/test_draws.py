@@ -6,9 +6,9 @@ import pytest
 import vedette
 from vedette.metrics import judge
 from vedette.sampling.generators import NotInLockStep
-from vedette.sampling.seeds import Seeds, sequence
 from vedette.sampling.trajectories import follow, psd_root
 from vedette_study.chunk import goes_together, run_chunk
+from vedette_study.seeds import RunSeeds, sequence
 
 START = {"x": [0, 10], "y": [0, 10], "vx": [5, 2], "vy": [3, 2]}
 CV = {"kind": "constant_velocity", "sigma_accel": 0.5}
@@ -33,7 +33,7 @@ def estimator(kind):
 
 
 def seeds(runs):
-    return Seeds(3, tuple(runs))
+    return RunSeeds(3, tuple(runs))
 
 
 def depends_on_company(make):
@@ -55,7 +55,7 @@ def normals(rng, runs):
 @pytest.mark.parametrize("branch", [(), (1,), (0, 7), (2**40,)])
 def test_streams_are_numpys_own(seed, branch):
     runs = (0, 1, 5, 999, 10**6, 2**32 - 1)
-    for run, found in zip(runs, Seeds(seed, runs, branch).generators(), strict=True):
+    for run, found in zip(runs, RunSeeds(seed, runs, branch).generators(), strict=True):
         expected = np.random.Generator(np.random.PCG64(sequence(seed, run, branch)))
         assert found.bit_generator.state == expected.bit_generator.state
 

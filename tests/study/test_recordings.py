@@ -12,11 +12,11 @@ import vedette
 from support.statistics import ALPHA, moments_match
 from vedette import ConfigError, Detections, Gaussian, LazyScans, Recording, Scan, Space, Trajectory
 from vedette.cli import main
-from vedette.sampling import Redraw
-from vedette.sampling.seeds import sequence
 from vedette.types import Frame
 from vedette_files import write_recording
 from vedette_study.plan import plan
+from vedette_study.redraw import Redraw
+from vedette_study.seeds import sequence
 from vedette_study.summary import charts
 
 KALMAN = {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 1.0}}

@@ -14,8 +14,8 @@ import pytest
 
 import vedette
 from vedette.cli import main
-from vedette.sampling.seeds import sequence
 from vedette_study.chunk import run_chunk
+from vedette_study.seeds import sequence
 from vedette_study.statistics import difference, mean, ratios
 
 START = {"x": [0, 10], "y": [0, 10], "vx": [5, 2], "vy": [3, 2]}

@@ -14,7 +14,6 @@ CORE = (
     "vedette.commands",
     "vedette.commands.options",
     "vedette.config",
-    "vedette.config.toml_text",
     "vedette.display",
     "vedette.errors",
     "vedette.experiment",

@@ -9,8 +9,8 @@ import attrs
 from attrs import frozen
 
 from vedette import Array, Associator, Registry, fields
+from vedette.config.builder import Builder
 from vedette.config.parameters import parameters
-from vedette.config.walker import Walker
 
 
 @frozen
@@ -67,10 +67,10 @@ LEAST = {"kind": "band", "low": 1, "high": 2}
 
 def walk(config: Mapping[str, Any], registry: Registry = SMALL) -> Any:
     """The band of a config, or the problems' lines."""
-    walker, own = Walker(registry), parameters(Band)
-    meant = walker.check_names(config, ["kind", *(parameter.name for parameter in own)], "", "band")
-    built = walker.construct(Band, own, config, "", meant)
-    return [str(problem) for problem in walker.problems] or built
+    builder, own = Builder(registry), parameters(Band)
+    meant = builder.check_names(config, ["kind", *(parameter.name for parameter in own)], "", "band")
+    built = builder.construct(Band, own, config, "", meant)
+    return [str(problem) for problem in builder.problems] or built
 
 
 def tracker_config() -> dict[str, Any]:

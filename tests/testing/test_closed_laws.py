@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from vedette import Sensor, WrappedSensor, fields
 from vedette.testing import FAST, examine, laws_of
-from vedette.testing.judging import Broken, Closed
+from vedette.testing.comparisons import Broken, Closed
 from vedette.testing.law import Law
 from vedette.testing.strategies import components
 from vedette_standard.motion.constant_velocity import ConstantVelocity

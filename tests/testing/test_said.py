@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vedette.testing import Broken
-from vedette.testing.judging import same
+from vedette.testing.comparisons import same
 
 
 def test_what_is_nearly_right_is_told_with_its_tolerance() -> None:

@@ -6,7 +6,7 @@ from attrs import frozen
 
 import vedette
 from vedette.testing import Profile, examine, laws_of
-from vedette.testing.laws.looks import regular
+from vedette.testing.laws.sensor_cases import regular
 from vedette.testing.strategies import components
 
 FAST = Profile.named("fast", 0)

@@ -7,10 +7,11 @@ from attrs import frozen
 import vedette
 from vedette import Detections, Estimator, Gaussian, Scan
 from vedette.sampling.generators import NO_DRAWS
-from vedette.sampling.seeds import Seed, Seeds, sequence
+from vedette.sampling.seeds import Seed
 from vedette_standard.estimators.kalman import Kalman
 from vedette_standard.motion.constant_velocity import ConstantVelocity
 from vedette_study.lockstep import run_together
+from vedette_study.seeds import RunSeeds, sequence
 
 CV = {"kind": "constant_velocity", "sigma_accel": 0.5}
 
@@ -79,7 +80,7 @@ def test_a_run_draws_the_same_alone_and_among_others(kind):
     scans = [Detections(np.array([[[3.0 * k + r, 1.0]] for r in runs]), np.ones((3, 1), bool)) for k in range(1, 5)]
     many = Gaussian(np.broadcast_to(prior.mean, (3, 1, 4)), np.broadcast_to(prior.cov, (3, 1, 4, 4)))
     looks = [Scan(float(k), "radar", seen) for k, seen in enumerate(scans, 1)]
-    together = run_together(made, many, 0.0, looks, Seeds(11, runs).child(1))
+    together = run_together(made, many, 0.0, looks, RunSeeds(11, runs).child(1))
     for i, run in enumerate(runs):
         state = made.start(prior, 0.0, sequence(11, run, (1,)))
         for k, seen in enumerate(scans, 1):
@@ -94,7 +95,7 @@ def test_a_seed_is_a_value_of_whatever_it_is_made_from():
     assert Seed.of(np.random.default_rng(1)) == Seed.of(np.random.default_rng(1)) != Seed.of(np.random.default_rng(2))
     rng = np.random.default_rng(1)
     assert Seed.of(rng) != Seed.of(rng)
-    assert Seeds(5, (3,)).child(1).generators()[0].random() == np.random.default_rng(sequence(5, 3, (1,))).random()
+    assert RunSeeds(5, (3,)).child(1).generators()[0].random() == np.random.default_rng(sequence(5, 3, (1,))).random()
     with pytest.raises(ValueError, match="must be a whole number >= 0"):
         Seed.of(-1)
 

@@ -15,7 +15,7 @@ from typing import Any
 
 import attrs
 
-from vedette.commands.ending import DONE, FAILED, complain
+from vedette.commands.exit_codes import DONE, FAILED, complain
 from vedette.config import load
 from vedette.config.contract import described
 from vedette.config.parameters import role_of
@@ -121,7 +121,7 @@ def _components(module: ModuleType) -> list[type[Component]]:
 
 def check(cls: type[Component], profile: object, one: Component | None = None) -> dict[str, Any]:
     """Print the table of a class of components, or of `one` with its parameters, and return it as plain data."""
-    from vedette.testing.judging import Misuse
+    from vedette.testing.comparisons import Misuse
     from vedette.testing.kit import examine, laws_of
     from vedette.testing.law import Profile
     from vedette.testing.strategies import components, fixed

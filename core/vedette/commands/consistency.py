@@ -12,7 +12,7 @@ from vedette.commands import DONE, options
 from vedette.config import load, warnings_of
 from vedette.names import look_up
 from vedette.progress import on_terminal
-from vedette.testing.pooled import pooled
+from vedette.testing.objects import pooled
 from vedette.testing.recorded import Recorded, recorded
 from vedette.writing import check_folder, whole_file
 

@@ -22,6 +22,8 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+from vedette.config.builder import Builder, below, told
+from vedette.config.default_birth import with_birth
 from vedette.config.files import check_size, read_file
 from vedette.config.hooks import plugin
 from vedette.config.overrides import KeyPath, apply_changes, apply_overrides, path_of
@@ -29,8 +31,6 @@ from vedette.config.parameters import Maybe, Parameter, holds_parts, parameters,
 from vedette.config.plugins import answers, installed_figures, load_plugins, warnings_of
 from vedette.config.registry import Registry
 from vedette.config.suggestions import did_you_mean
-from vedette.config.usual import with_birth
-from vedette.config.walker import Walker, below, told
 from vedette.errors import ConfigError, Problem
 from vedette.experiment import Experiment
 from vedette.tracking.parts import INLINE
@@ -88,10 +88,10 @@ def load(config: Config, registry: Registry | None = None, overrides: Iterable[s
     registry = Registry.installed() if registry is None else registry
     given = with_birth(apply_overrides(given, overrides, registry), given, registry)
     check_size(given)
-    walker = Walker(registry)
-    experiment = _experiment(walker, {name: value for name, value in given.items() if name != "$schema"})
-    if walker.problems or not isinstance(experiment, Experiment):
-        raise ConfigError(walker.problems)
+    builder = Builder(registry)
+    experiment = _experiment(builder, {name: value for name, value in given.items() if name != "$schema"})
+    if builder.problems or not isinstance(experiment, Experiment):
+        raise ConfigError(builder.problems)
     return experiment
 
 
@@ -101,11 +101,11 @@ def to_config(value: Any) -> dict[str, Any]:
     return config.pop(INLINE) | config if isinstance(value, Experiment) else config
 
 
-def _experiment(walker: Walker, given: Mapping[str, Any]) -> Any:
+def _experiment(builder: Builder, given: Mapping[str, Any]) -> Any:
     inner = parameters(Tracker)
     outer = parameters(Experiment)
     known = [parameter.name for parameter in (*inner, *outer) if parameter.name != INLINE]
-    meant = walker.check_names(given, known, "", "a config")
-    tracker = walker.construct(Tracker, inner, given, "", meant)
+    meant = builder.check_names(given, known, "", "a config")
+    tracker = builder.construct(Tracker, inner, given, "", meant)
     own = {name: value for name, value in given.items() if name != INLINE}
-    return walker.construct(Experiment, outer, {**own, INLINE: tracker}, "", meant)
+    return builder.construct(Experiment, outer, {**own, INLINE: tracker}, "", meant)

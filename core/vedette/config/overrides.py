@@ -8,9 +8,9 @@ from typing import Any
 
 from attrs import frozen
 
+from vedette.config.builder import LONGEST, below, told
 from vedette.config.registry import Registry
 from vedette.config.suggestions import did_you_mean, nearest
-from vedette.config.walker import LONGEST, below, told
 from vedette.errors import ConfigError, Problem
 
 _STEP = re.compile(r'(?:^|\.)(?:(?P<name>[A-Za-z0-9_-]+)|"(?P<quoted>[^"]*)")|\[(?P<index>\d+)\]')

@@ -13,14 +13,8 @@ from vedette.reproduction.findings import Findings as Findings
 from vedette.reproduction.findings import Panel as Panel
 from vedette.reproduction.findings import Reproduction as Reproduction
 from vedette.reproduction.findings import Table as Table
-from vedette.reproduction.keeping import Keep as Keep
-from vedette.reproduction.keeping import afresh as afresh
-from vedette.reproduction.panels import comparison as comparison
-from vedette.reproduction.panels import mean_over_runs as mean_over_runs
-from vedette.reproduction.panels import mode_panel as mode_panel
-from vedette.reproduction.panels import over_runs as over_runs
-from vedette.reproduction.starts import over_axes as over_axes
-from vedette.reproduction.starts import two_point as two_point
+from vedette.reproduction.resuming import Keep as Keep
+from vedette.reproduction.resuming import afresh as afresh
 from vedette.reproduction.verdicts import Claim as Claim
 from vedette.reproduction.verdicts import Condition as Condition
 from vedette.reproduction.verdicts import Verdict as Verdict

@@ -13,7 +13,7 @@ from attrs import frozen
 
 from vedette.progress import Progress
 from vedette.reproduction.cells import Cell
-from vedette.reproduction.keeping import Keep, afresh
+from vedette.reproduction.resuming import Keep, afresh
 from vedette.reproduction.verdicts import Claim
 from vedette.roles import Component
 from vedette.space import Array

@@ -13,9 +13,9 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from vedette.testing.judging import Broken as Broken
-    from vedette.testing.judging import Closed as Closed
-    from vedette.testing.judging import Misuse as Misuse
+    from vedette.testing.comparisons import Broken as Broken
+    from vedette.testing.comparisons import Closed as Closed
+    from vedette.testing.comparisons import Misuse as Misuse
     from vedette.testing.kit import Outcome as Outcome
     from vedette.testing.kit import conformance as conformance
     from vedette.testing.kit import examine as examine
@@ -31,30 +31,12 @@ if TYPE_CHECKING:
     from vedette.testing.trackers import consistency as consistency
 
 _HOMES = {
-    "judging": ("Broken", "Closed", "Misuse"),
+    "comparisons": ("Broken", "Closed", "Misuse"),
     "kit": ("Outcome", "conformance", "examine", "laws_of"),
     "law": ("FAST", "NIGHTLY", "Law", "Profile"),
     "recorded": ("Recorded", "recorded_consistency"),
     "trackers": ("Report", "assert_consistent", "consistency"),
 }
-__all__ = [
-    "FAST",
-    "NIGHTLY",
-    "Broken",
-    "Closed",
-    "Law",
-    "Misuse",
-    "Outcome",
-    "Profile",
-    "Recorded",
-    "Report",
-    "assert_consistent",
-    "conformance",
-    "consistency",
-    "examine",
-    "laws_of",
-    "recorded_consistency",
-]
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 
 

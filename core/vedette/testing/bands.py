@@ -6,7 +6,7 @@ import numpy as np
 
 from vedette.metrics.consistency import chi_square_band
 from vedette.space import Array
-from vedette.testing.judging import demand
+from vedette.testing.comparisons import demand
 
 
 def judge_standard_normal(what: str, white: Array, alpha: float) -> None:

@@ -20,38 +20,38 @@ from vedette.config.parameters import ROLES, role_of
 from vedette.config.suggestions import did_you_mean
 from vedette.filters import contradiction
 from vedette.roles import Component
-from vedette.testing.judging import Closed, Misuse
+from vedette.testing.comparisons import Closed, Misuse
+from vedette.testing.counterexamples import counterexample, line_of, method_of
+from vedette.testing.hypothesis_constants import constants_of_no_module
 from vedette.testing.law import Law, Profile
 from vedette.testing.laws import (
     associator,
+    associator_cases,
     birth,
-    births,
+    birth_cases,
     estimator,
+    estimator_cases,
     lifecycle,
-    lives,
-    looks,
+    lifecycle_cases,
     motion,
-    moves,
+    motion_cases,
     preprocessor,
-    scene,
     sensor,
+    sensor_cases,
     source,
-    trials,
 )
-from vedette.testing.repeatable import constants_of_no_module
 from vedette.testing.strategies import components
-from vedette.testing.telling import counterexample, line_of, method_of
 from vedette.tracking.faults import broken_promise
 
 Drawer = Callable[[Any, Profile], st.SearchStrategy[Any]]
 
 _ROLES: dict[str, tuple[tuple[Law, ...], Drawer]] = {
-    "motion": (motion.LAWS, moves.drawn),
-    "sensor": (sensor.LAWS, looks.drawn),
-    "associator": (associator.LAWS, trials.drawn),
-    "estimator": (estimator.LAWS, scene.drawn),
-    "birth": (birth.LAWS, births.drawn),
-    "lifecycle": (lifecycle.LAWS, lives.drawn),
+    "motion": (motion.LAWS, motion_cases.drawn),
+    "sensor": (sensor.LAWS, sensor_cases.drawn),
+    "associator": (associator.LAWS, associator_cases.drawn),
+    "estimator": (estimator.LAWS, estimator_cases.drawn),
+    "birth": (birth.LAWS, birth_cases.drawn),
+    "lifecycle": (lifecycle.LAWS, lifecycle_cases.drawn),
     "preprocessor": (preprocessor.LAWS, preprocessor.drawn),
     "source": (source.LAWS, source.drawn),
 }

@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 from attrs import evolve, field, frozen
 
-from vedette.testing.judging import Misuse
+from vedette.testing.comparisons import Misuse
 
 
 @frozen

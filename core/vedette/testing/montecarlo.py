@@ -14,7 +14,7 @@ from vedette.roles import Estimator, Sensor
 from vedette.sampling.detections import densities, returns, thinned
 from vedette.space import Array, Mask
 from vedette.supporting import Lifecycle
-from vedette.testing.judging import Misuse
+from vedette.testing.comparisons import Misuse
 from vedette.testing.truth import draw_truth, motion_of
 from vedette.tracking.tracker import Tracker
 from vedette.types import Detections, Gaussian, Recording, Scan

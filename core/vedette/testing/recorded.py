@@ -25,8 +25,8 @@ from vedette.metrics.noises import at_fault
 from vedette.progress import Progress, silent
 from vedette.space import Array, Mask, Space
 from vedette.supporting import ImagingSensor
-from vedette.testing.followed import Followed, followed
-from vedette.testing.judging import Misuse
+from vedette.testing.comparisons import Misuse
+from vedette.testing.pairing import Followed, followed
 from vedette.tracking import Expected
 from vedette.tracking.state import State
 from vedette.tracking.tracker import Tracker

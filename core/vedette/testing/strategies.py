@@ -19,7 +19,7 @@ from vedette.config.parameters import Leaf, Many, Maybe, Names, Parameter, Part,
 from vedette.config.registry import Registry
 from vedette.config.suggestions import did_you_mean
 from vedette.roles import Component
-from vedette.testing.judging import Misuse
+from vedette.testing.comparisons import Misuse
 
 Given = Mapping[str, st.SearchStrategy[Any]]
 

@@ -15,28 +15,24 @@ from vedette.config import build
 from vedette.display import html_table
 from vedette.experiment import Experiment
 from vedette.fields import ABSURD
-from vedette.metrics.consistency import (
-    Verdict,
-    chi_square_band,
-    free_axes,
-    nees,
-)
+from vedette.metrics.consistency import Verdict, chi_square_band, free_axes, nees
 from vedette.names import look_up
 from vedette.space import Array
-from vedette.testing.counted import hits_verdicts, returns_verdicts
-from vedette.testing.culprit import likely_cause
-from vedette.testing.judging import Misuse
+from vedette.testing.comparisons import Misuse
 from vedette.testing.montecarlo import Runs, play, prior_of
+from vedette.testing.noise_diagnosis import likely_cause
 from vedette.testing.verdicts import (
     LAGS,
     bias_of,
     calibration,
     calibration_verdict,
+    hits_verdicts,
     lost_runs,
     lost_verdict,
     nees_verdict,
     nis_verdicts,
     normalised_innovations,
+    returns_verdicts,
     whiteness_verdicts,
     without,
 )

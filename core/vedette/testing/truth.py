@@ -9,7 +9,7 @@ import numpy as np
 from vedette.roles import Estimator, MotionModel
 from vedette.sampling.trajectories import draw_gaussian, draw_jump_markov, draw_states, union_state
 from vedette.space import Array
-from vedette.testing.judging import Misuse
+from vedette.testing.comparisons import Misuse
 from vedette.types import Gaussian
 
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 
 from attrs import frozen
 
-from vedette.config import toml_text
+from vedette_tools import toml_text
 from vedette_tools.drafting.table import Table
 
 HEIGHTS = ("z", "altitude")

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from vedette.config import apply_changes, plain, toml_text
+from vedette.config import apply_changes, plain
+from vedette_tools import toml_text
 from vedette_tools.tuning.said import summary
 from vedette_tools.tuning.tuned import Tuned
 

@@ -10,6 +10,7 @@ from vedette import Detections, Gaussian, Pose
 from vedette.filters import evaluate_linearised
 from vedette_standard.sensors.biased import Biased
 from vedette_standard.sensors.cartesian_position import CartesianPosition
+from vedette_standard.sensors.partial import Partial
 from vedette_standard.sensors.range_bearing import RangeBearing
 
 POSE = Pose(np.array([300.0, -200.0]), np.array([4.0, -3.0]), 0.7)
@@ -109,3 +110,8 @@ def test_an_update_learns_a_bias_with_the_place_known():
     z = RangeBearing(10.0, 1e-6).measure(mean[:, :2]) + [0.0, -0.033]
     told = evaluate_linearised(belief, sensor.observes, sensor, Detections.of(z), 1.0)
     np.testing.assert_allclose(told.detail.shift[0, 0, 2], -0.033, rtol=1e-5)
+
+
+def test_what_a_return_may_lack_it_may_lack_of_a_biased_sensor():
+    partial = Partial(RADAR, {"bearing": 6.0})
+    assert Biased(partial, add={"range": "long"}).optional == {"bearing": 6.0}

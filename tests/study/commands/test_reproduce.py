@@ -9,21 +9,9 @@ import pytest
 
 from vedette import Gaussian, Registry, Space
 from vedette.cli import main
-from vedette.reproduction import (
-    Cell,
-    Chart,
-    Claim,
-    Curve,
-    Findings,
-    Panel,
-    Table,
-    mean_cell,
-    over_axes,
-    ratio_cell,
-    rms_cell,
-    two_point,
-)
+from vedette.reproduction import Cell, Chart, Claim, Curve, Findings, Panel, Table, mean_cell, ratio_cell, rms_cell
 from vedette_report.chart import draw
+from vedette_study import over_axes, two_point
 from vedette_study.reproduction import data, text
 
 PAPERS = ("vts", "target-oriented", "bayes-risk", "marine")

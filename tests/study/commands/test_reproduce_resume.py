@@ -17,12 +17,11 @@ from vedette.reproduction import (
     Reproduction,
     Table,
     afresh,
-    comparison,
     judged,
     mean_cell,
-    over_runs,
     remark,
 )
+from vedette_study import comparison, over_runs
 from vedette_study.commands import reproduce
 
 

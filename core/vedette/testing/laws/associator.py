@@ -8,10 +8,10 @@ import numpy as np
 
 from vedette.roles import Associator
 from vedette.space import Array
-from vedette.testing.judging import Closed, demand, frozen_copy, same
+from vedette.testing.comparisons import Closed, demand, frozen_copy, same
 from vedette.testing.law import Law
 from vedette.testing.laws import hypotheses
-from vedette.testing.laws.trials import Scores
+from vedette.testing.laws.associator_cases import Scores
 
 
 def _weights(associator: Associator, scores: Array, evidence: Array) -> Array:

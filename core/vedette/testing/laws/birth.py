@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from vedette.supporting import Birth
-from vedette.testing.judging import Closed, covariance, demand, same
+from vedette.testing.comparisons import Closed, covariance, demand, same
 from vedette.testing.law import Law
-from vedette.testing.laws import begin, returned
-from vedette.testing.laws.births import P_GATE, Returns, begun
+from vedette.testing.laws import birth_parameters, birth_returns
+from vedette.testing.laws.birth_cases import P_GATE, Returns, begun
 from vedette.types import Detections
 
 
@@ -88,6 +88,6 @@ LAWS = (
     Law(padding_starts_nothing),
     Law(tracks_start_near_their_returns),
     Law(rates_are_densities),
-    *returned.LAWS,
-    *begin.LAWS,
+    *birth_returns.LAWS,
+    *birth_parameters.LAWS,
 )

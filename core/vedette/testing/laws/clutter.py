@@ -11,9 +11,9 @@ import numpy as np
 
 from vedette.roles import Sensor
 from vedette.space import Array, Axis
-from vedette.testing.judging import Closed, demand, frozen_copy, same
+from vedette.testing.comparisons import Closed, demand, frozen_copy, same
 from vedette.testing.law import Law
-from vedette.testing.laws.looks import Looks, full
+from vedette.testing.laws.sensor_cases import Looks, full
 from vedette.testing.states import size
 
 FARTHEST = 1e9

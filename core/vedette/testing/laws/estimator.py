@@ -10,10 +10,10 @@ from vedette.filters import predicted
 from vedette.roles import Estimator
 from vedette.sampling.generators import NO_DRAWS
 from vedette.space import Axis, Space
-from vedette.testing.judging import Closed, demand, frozen_copy, same
+from vedette.testing.comparisons import Closed, demand, frozen_copy, same
 from vedette.testing.law import Law
-from vedette.testing.laws import credible, drawing, exact, limit, mixture, partly, turning
-from vedette.testing.laws.scene import (
+from vedette.testing.laws import credibility, draws, exact, missing_components, mixture, reframing, sharp_beliefs
+from vedette.testing.laws.estimator_cases import (
     P_GATE,
     Scene,
     after_scan,
@@ -28,8 +28,8 @@ from vedette.testing.laws.scene import (
     started,
     sure,
 )
+from vedette.testing.linear_sensor import Watch
 from vedette.testing.truth import modes_of
-from vedette.testing.watch import Watch
 from vedette.tracking import trees
 from vedette.types import Detections, Gaussian
 
@@ -263,7 +263,7 @@ LAWS = (
     Law(predicts_the_same_again),
     Law(draws_only_if_it_says_so),
     Law(draws_from_its_generator),
-    *drawing.LAWS,
+    *draws.LAWS,
     Law(noise_of_steps_adds_up),
     Law(batches_as_it_loops),
     Law(tracks_come_and_go),
@@ -276,9 +276,9 @@ LAWS = (
     Law(return_likelihood_is_a_density),
     Law(soft_weights_give_the_mixtures_moments),
     *exact.LAWS,
-    *credible.LAWS,
+    *credibility.LAWS,
     *mixture.LAWS,
-    *limit.LAWS,
-    *partly.LAWS,
-    *turning.LAWS,
+    *sharp_beliefs.LAWS,
+    *missing_components.LAWS,
+    *reframing.LAWS,
 )

@@ -9,9 +9,9 @@ import numpy as np
 from vedette.filters import predicted
 from vedette.roles import Estimator
 from vedette.space import Array
-from vedette.testing.judging import same
+from vedette.testing.comparisons import same
 from vedette.testing.law import Law
-from vedette.testing.laws.scene import (
+from vedette.testing.laws.estimator_cases import (
     P_GATE,
     Scene,
     alike,

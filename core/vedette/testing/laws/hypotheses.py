@@ -15,9 +15,9 @@ from attrs import evolve, frozen
 from vedette.hypotheses import Branching, HypothesisAssociator
 from vedette.roles import Associator
 from vedette.space import Array, Indices, Mask, Space
-from vedette.testing.judging import Closed, demand, frozen_copy, same
+from vedette.testing.comparisons import Closed, demand, frozen_copy, same
 from vedette.testing.law import Law
-from vedette.testing.laws.trials import Scores
+from vedette.testing.laws.associator_cases import Scores
 from vedette.types import Gaussian
 
 ROOM = {"hypotheses": 1000, "associations": 1000, "leaves": 1000, "scans": 10, "least": 0.0}

@@ -8,9 +8,9 @@ from attrs import evolve
 from vedette.roles import Sensor
 from vedette.space import Array
 from vedette.supporting import ImagingSensor
-from vedette.testing.judging import Closed, covariance, demand, frozen_copy, same
+from vedette.testing.comparisons import Closed, covariance, demand, frozen_copy, same
 from vedette.testing.law import Law
-from vedette.testing.laws.looks import Looks
+from vedette.testing.laws.sensor_cases import Looks
 from vedette.types import Frame
 
 COLUMN, ROW, SIDE = 13.2, 9.4, 24

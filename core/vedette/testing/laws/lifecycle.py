@@ -9,10 +9,10 @@ from attrs import evolve
 
 from vedette.space import Array
 from vedette.supporting import Lifecycle
-from vedette.testing.judging import Closed, demand, same
+from vedette.testing.comparisons import Closed, demand, same
 from vedette.testing.law import Law
-from vedette.testing.laws import patience
-from vedette.testing.laws.lives import Lives, live
+from vedette.testing.laws import lifecycle_limits
+from vedette.testing.laws.lifecycle_cases import Lives, live
 from vedette.tracking import trees
 from vedette.types import Review
 
@@ -145,5 +145,5 @@ LAWS = (
     Law(permanent_as_declared),
     Law(a_hit_never_harms),
     Law(unseen_tracks_end),
-    *patience.LAWS,
+    *lifecycle_limits.LAWS,
 )

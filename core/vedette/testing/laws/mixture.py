@@ -9,9 +9,9 @@ from attrs import evolve, fields
 
 from vedette.filters import predicted
 from vedette.roles import Estimator
-from vedette.testing.judging import Closed, demand, same
+from vedette.testing.comparisons import Closed, demand, same
 from vedette.testing.law import Law
-from vedette.testing.laws.scene import (
+from vedette.testing.laws.estimator_cases import (
     P_GATE,
     Scene,
     ahead,

@@ -10,12 +10,12 @@ from vedette.roles import MotionModel
 from vedette.sampling.trajectories import draw_states, psd_root
 from vedette.space import Array
 from vedette.testing.bands import judge_standard_normal
-from vedette.testing.judging import Closed, covariance, demand, finite, frozen_copy, is_derivative, same
+from vedette.testing.comparisons import Closed, covariance, demand, finite, frozen_copy, is_derivative, same
 from vedette.testing.law import Law
-from vedette.testing.laws import bending, turning
+from vedette.testing.laws import curved_paths, reframing
 from vedette.testing.laws import space as spaces
-from vedette.testing.laws.moves import Moves
-from vedette.testing.laws.squares import demand_squares
+from vedette.testing.laws.motion_cases import Moves
+from vedette.testing.laws.noise_units import demand_squares
 from vedette.testing.states import random_gaussian, steps_of
 from vedette.types import Gaussian
 
@@ -212,10 +212,10 @@ LAWS = (
     Law(two_steps_make_one, needs="divisible"),
     Law(noise_matches_draws, effort="statistical"),
     Law(velocities_move_their_positions),
-    *bending.LAWS,
+    *curved_paths.LAWS,
     Law(parts_keep_their_own),
     Law(reframing_keeps_a_belief),
-    Law(turning.frames_within_turn),
+    Law(reframing.frames_within_turn),
     Law(differences_undo_steps),
     Law(angles_wrap),
 )

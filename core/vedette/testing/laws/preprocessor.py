@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from vedette.sampling.trajectories import psd_root
 from vedette.space import Array
 from vedette.supporting import Preprocessor
-from vedette.testing.judging import Closed, covariance, demand, finite, frozen_copy, same
+from vedette.testing.comparisons import Closed, covariance, demand, finite, frozen_copy, same
 from vedette.testing.law import Law, Profile
 from vedette.testing.states import SEEDS, sizes
 from vedette.types import Detections, Pose, Scan

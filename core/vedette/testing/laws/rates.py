@@ -6,9 +6,9 @@ import numpy as np
 
 from vedette.roles import Sensor
 from vedette.space import Array
-from vedette.testing.judging import Closed, demand, derivative
+from vedette.testing.comparisons import Closed, demand, derivative
 from vedette.testing.law import Law
-from vedette.testing.laws.looks import Looks, regular
+from vedette.testing.laws.sensor_cases import Looks, regular
 
 MOVING = {"x": "vx", "y": "vy", "z": "vz"}
 STEP = 1e-2

@@ -14,12 +14,12 @@ from vedette.sampling.detections import returns
 from vedette.sampling.trajectories import psd_root
 from vedette.space import Array, Axis, Space
 from vedette.testing.bands import judge_frequency, judge_standard_normal
-from vedette.testing.judging import Closed, covariance, demand, finite, frozen_copy, is_derivative, same
+from vedette.testing.comparisons import Closed, covariance, demand, finite, frozen_copy, is_derivative, same
 from vedette.testing.law import Law
-from vedette.testing.laws import clutter, imaging, inverting, placing, rates
+from vedette.testing.laws import clutter, imaging, inversion, platforms, rates
 from vedette.testing.laws import space as spaces
-from vedette.testing.laws.looks import Looks, full, noise_of, regular, slopes
-from vedette.testing.laws.squares import demand_squares
+from vedette.testing.laws.noise_units import demand_squares
+from vedette.testing.laws.sensor_cases import Looks, full, noise_of, regular, slopes
 from vedette.testing.states import random_covariance, size, steps_of
 from vedette.types import Detections, Gaussian, Pose
 
@@ -268,8 +268,8 @@ LAWS = (
     Law(differences_undo_steps),
     Law(angles_wrap),
     Law(names_mean_the_same),
-    *inverting.LAWS,
-    *placing.LAWS,
+    *inversion.LAWS,
+    *platforms.LAWS,
     *clutter.LAWS,
     *rates.LAWS,
     *imaging.LAWS,

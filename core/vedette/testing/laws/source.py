@@ -18,7 +18,7 @@ from vedette.errors import ConfigError, InputError
 from vedette.roles import Sensor
 from vedette.space import Array
 from vedette.supporting import Source
-from vedette.testing.judging import Closed, demand, finite, same
+from vedette.testing.comparisons import Closed, demand, finite, same
 from vedette.testing.law import Law, Profile
 from vedette.testing.states import SEEDS
 from vedette.testing.strategies import SENSOR, components, usual

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vedette.space import Array, Space
-from vedette.testing.judging import demand, same
+from vedette.testing.comparisons import demand, same
 
 
 def difference_undoes_displace(space: Space, x: Array, step: Array) -> None:

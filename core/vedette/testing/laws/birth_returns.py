@@ -7,9 +7,9 @@ from attrs import evolve
 
 from vedette.space import Array
 from vedette.supporting import Birth
-from vedette.testing.judging import Closed, demand, frozen_copy, same
+from vedette.testing.comparisons import Closed, demand, frozen_copy, same
 from vedette.testing.law import Law
-from vedette.testing.laws.births import Returns, begun, elsewise
+from vedette.testing.laws.birth_cases import Returns, begun, elsewise
 from vedette.testing.strategies import usual
 from vedette.types import Detections
 

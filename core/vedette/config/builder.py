@@ -64,7 +64,7 @@ def told(given: Any) -> str:
 
 
 @frozen
-class Walker:
+class Builder:
     """One walk: what is installed, and the problems found so far."""
 
     registry: Registry

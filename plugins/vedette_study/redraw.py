@@ -9,7 +9,7 @@ import numpy as np
 from attrs import evolve, frozen
 
 from vedette import fields
-from vedette.sampling.trajectories import psd_root
+from vedette.sampling import psd_root
 from vedette.space import Mask, Space
 from vedette.types import Detections, Gaussian, LazyScans, Recording, Scan, Trajectory
 

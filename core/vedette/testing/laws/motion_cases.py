@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from vedette.roles import MotionModel
 from vedette.space import Array
-from vedette.testing.judging import frozen_copy
+from vedette.testing.comparisons import frozen_copy
 from vedette.testing.law import Profile
 from vedette.testing.states import SEEDS, STEPS, points
 

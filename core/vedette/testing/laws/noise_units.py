@@ -12,7 +12,7 @@ from attrs import evolve
 from vedette.config.parameters import holds_parts, parameters
 from vedette.roles import Component
 from vedette.space import Array, Space
-from vedette.testing.judging import Closed, demand
+from vedette.testing.comparisons import Closed, demand
 
 _LENGTHS, _ANGLES = ("m", "km", "NM", "ft", "px"), ("rad", "deg", "mrad")
 _PART = re.compile(r"(m|km|NM|ft|px|rad|deg|mrad|1)(?:\^([\d.]+))?$")

@@ -6,10 +6,10 @@ import numpy as np
 
 from vedette.roles import Sensor
 from vedette.space import Array, Space
-from vedette.testing.judging import Closed, same
+from vedette.testing.comparisons import Closed, same
 from vedette.testing.law import Law
-from vedette.testing.laws.inverting import a_sharp_return_inverts_exactly, inverted
-from vedette.testing.laws.looks import Looks, full, noise_of, regular
+from vedette.testing.laws.inversion import a_sharp_return_inverts_exactly, inverted
+from vedette.testing.laws.sensor_cases import Looks, full, noise_of, regular
 from vedette.types import Pose
 
 PLACE, SPEED, HEADING = np.array([120.0, -45.0]), np.array([3.0, 4.0]), 0.7

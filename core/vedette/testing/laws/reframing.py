@@ -13,11 +13,11 @@ from vedette import fields
 from vedette.filters import predicted, unforwarded
 from vedette.roles import Component, Estimator, MotionModel
 from vedette.space import Array, Space
-from vedette.testing.judging import Closed, demand, frozen_copy, same
+from vedette.testing.comparisons import Closed, demand, frozen_copy, same
 from vedette.testing.law import Law
-from vedette.testing.laws.moves import Moves
-from vedette.testing.laws.scene import P_GATE, Scene, soft
-from vedette.testing.watch import Watch
+from vedette.testing.laws.estimator_cases import P_GATE, Scene, soft
+from vedette.testing.laws.motion_cases import Moves
+from vedette.testing.linear_sensor import Watch
 from vedette.types import Detections, Gaussian
 
 C = TypeVar("C", bound=Component)

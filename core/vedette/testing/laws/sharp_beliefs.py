@@ -15,13 +15,13 @@ from vedette.filters import predicted
 from vedette.roles import Estimator
 from vedette.sampling.trajectories import psd_root
 from vedette.space import Array, Space
-from vedette.testing.judging import Closed, demand, frozen_copy, same
+from vedette.testing.comparisons import Closed, demand, frozen_copy, same
 from vedette.testing.law import Law
-from vedette.testing.laws.scene import P_GATE, Scene, alike, free_axes, not_if_it_draws, soft, started, sure
+from vedette.testing.laws.estimator_cases import P_GATE, Scene, alike, free_axes, not_if_it_draws, soft, started, sure
+from vedette.testing.linear_sensor import Watch
+from vedette.testing.nonlinear_sensor import MEASURED, Tangent, Unlike
 from vedette.testing.states import random_covariance, sizes
 from vedette.testing.truth import modes_of, motion_of
-from vedette.testing.unlike import MEASURED, Tangent, Unlike
-from vedette.testing.watch import Watch
 from vedette.types import Detections, Gaussian, Innovation
 
 SHARP = 1e-5

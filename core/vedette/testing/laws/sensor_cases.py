@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from vedette.roles import Sensor
 from vedette.space import Array, Space
-from vedette.testing.judging import derivative, frozen_copy
+from vedette.testing.comparisons import derivative, frozen_copy
 from vedette.testing.law import Profile
 from vedette.testing.states import SEEDS, points, steps_of
 

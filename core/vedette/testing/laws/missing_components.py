@@ -8,11 +8,11 @@ import numpy as np
 
 from vedette.roles import Estimator
 from vedette.space import Space
-from vedette.testing.judging import Closed, frozen_copy, same
+from vedette.testing.comparisons import Closed, frozen_copy, same
 from vedette.testing.law import Law
-from vedette.testing.laws.scene import P_GATE, Scene, alike, free_axes, not_if_it_draws, soft
+from vedette.testing.laws.estimator_cases import P_GATE, Scene, alike, free_axes, not_if_it_draws, soft
+from vedette.testing.linear_sensor import Watch
 from vedette.testing.states import sizes
-from vedette.testing.watch import Watch
 from vedette.types import Detections
 
 SCALE = 1000.0

@@ -8,9 +8,9 @@ import numpy as np
 
 from vedette.roles import Sensor
 from vedette.space import Array
-from vedette.testing.judging import Closed, demand, frozen_copy, same
+from vedette.testing.comparisons import Closed, demand, frozen_copy, same
 from vedette.testing.law import Law
-from vedette.testing.laws.looks import Looks, noise_of, regular
+from vedette.testing.laws.sensor_cases import Looks, noise_of, regular
 from vedette.types import Gaussian
 
 SHARP = 1e-4

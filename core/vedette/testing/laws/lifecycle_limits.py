@@ -13,9 +13,9 @@ from attrs import evolve
 
 from vedette.space import Array, Mask
 from vedette.supporting import Lifecycle
-from vedette.testing.judging import Closed, demand, same
+from vedette.testing.comparisons import Closed, demand, same
 from vedette.testing.law import Law
-from vedette.testing.laws.lives import Lives, live
+from vedette.testing.laws.lifecycle_cases import Lives, live
 from vedette.tracking import trees
 from vedette.types import Review
 

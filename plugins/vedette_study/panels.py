@@ -6,8 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vedette.reproduction.cells import Cell
-from vedette.reproduction.findings import Curve, Panel, Table
+from vedette.reproduction import Cell, Curve, Panel, Table
 from vedette.space import Array
 
 

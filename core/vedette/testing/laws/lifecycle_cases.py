@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from vedette.space import Array, Mask
 from vedette.supporting import Lifecycle
-from vedette.testing.judging import frozen_copy
+from vedette.testing.comparisons import frozen_copy
 from vedette.testing.law import Profile
 from vedette.testing.states import SEEDS, STEPS
 from vedette.tracking import trees

@@ -8,7 +8,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette.metrics.consistency import pooled_nis
-from vedette.testing.followed import Followed
+from vedette.testing.pairing import Followed
 from vedette.testing.recorded import Recorded
 
 

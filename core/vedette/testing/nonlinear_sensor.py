@@ -76,10 +76,6 @@ class Tangent(WrappedSensor):
     of: Sensor = fields.part("the sensor")
     at_state: Array = fields.array("1", "x0 (n,)", ndim=1)
 
-    @property
-    def optional(self) -> Mapping[str, float]:
-        return self.of.optional
-
     def measure(self, x: Array) -> Array:
         apart = self.observes.difference(x, self.at_state)
         return self.measurement.displace(self.of.measure(self.at_state), apart @ self.of.jacobian(self.at_state).T)

@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 from vedette.filters import predicted
 from vedette.roles import Estimator, MotionModel
 from vedette.space import Array, Space
-from vedette.testing.judging import Closed, frozen_copy, same
+from vedette.testing.comparisons import Closed, frozen_copy, same
 from vedette.testing.law import Profile
+from vedette.testing.linear_sensor import Watch
 from vedette.testing.states import SEEDS, random_covariance, random_gaussian, sizes
 from vedette.testing.truth import modes_of, motion_of
-from vedette.testing.watch import Watch
 from vedette.types import Detections, Gaussian, Innovation
 
 P_GATE = 0.98

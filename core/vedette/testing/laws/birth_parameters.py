@@ -13,9 +13,9 @@ from attrs import evolve
 
 from vedette.space import Array
 from vedette.supporting import Birth
-from vedette.testing.judging import Closed, demand, same
+from vedette.testing.comparisons import Closed, demand, same
 from vedette.testing.law import Law
-from vedette.testing.laws.births import P_GATE, Returns, begun
+from vedette.testing.laws.birth_cases import P_GATE, Returns, begun
 from vedette.testing.strategies import SENSOR, usual
 from vedette.types import Detections, Newborn
 
@@ -88,6 +88,14 @@ def _unseen(birth: Birth) -> None:
         raise Closed("it does not say that it models targets without a track")
 
 
+def _lifetime(birth: Birth) -> float:
+    _unseen(birth)
+    lifetime = getattr(birth, "lifetime", None)
+    if not isinstance(lifetime, float):
+        raise Closed("it has no `lifetime`")
+    return lifetime
+
+
 def _rate(birth: Birth, memory: Any, drawn: Returns, z: Array | None = None) -> Array:
     scan = drawn.detections if z is None else Detections.of(z, 2)
     rate, _ = birth.reveal(memory, drawn.estimator, drawn.sensor, scan, P_GATE)
@@ -141,9 +149,7 @@ def the_unseen_come_and_go_with_time(birth: Birth, drawn: Returns) -> None:
 
 def the_unseen_move(birth: Birth, drawn: Returns) -> None:
     """If it models targets without a track and has `lifetime`: as long as they live they move, as they have velocities."""
-    _unseen(birth)
-    if not isinstance(getattr(birth, "lifetime", None), float):
-        raise Closed("it has no `lifetime`")
+    _lifetime(birth)
     many = birth.initial_memory(drawn.estimator, drawn.rng())
     few = birth.update(many, drawn.estimator, drawn.sensor, Detections.of([], 2), np.zeros(0), P_GATE)
     shapes = []
@@ -160,9 +166,7 @@ def the_unseen_move(birth: Birth, drawn: Returns) -> None:
 
 def the_unseen_fade(birth: Birth, drawn: Returns) -> None:
     """If it models targets without a track and has `lifetime`: they leave as exp(-dt / lifetime)."""
-    _unseen(birth)
-    if not isinstance(getattr(birth, "lifetime", None), float):
-        raise Closed("it has no `lifetime`")
+    _lifetime(birth)
     brief: Birth = evolve(birth, lifetime=0.1)  # type: ignore[misc]  # so short that they hardly move meanwhile
     many = brief.initial_memory(drawn.estimator, drawn.rng())
     few = brief.update(many, drawn.estimator, drawn.sensor, Detections.of([], 2), np.zeros(0), P_GATE)
@@ -178,10 +182,7 @@ def the_unseen_fade(birth: Birth, drawn: Returns) -> None:
 
 def the_unseen_settle(birth: Birth, drawn: Returns) -> None:
     """If it models targets without a track and has `lifetime`: in time as many leave as come, in steps of any length."""
-    _unseen(birth)
-    lifetime = getattr(birth, "lifetime", None)
-    if not isinstance(lifetime, float):
-        raise Closed("it has no `lifetime`")
+    lifetime = _lifetime(birth)
     begin = birth.initial_memory(drawn.estimator, drawn.rng())
     ends = [birth.predict(begin, drawn.estimator, lives * lifetime, drawn.rng()) for lives in (25.0, 50.0)]
     before, soon, late = (_rate(birth, memory, drawn, PLACES) for memory in (begin, *ends))

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from vedette.roles import Estimator, Sensor
 from vedette.space import Array
 from vedette.supporting import Birth
-from vedette.testing.judging import Closed, frozen_copy
+from vedette.testing.comparisons import Closed, frozen_copy
 from vedette.testing.law import Profile
 from vedette.testing.states import SEEDS, STEPS
 from vedette.testing.strategies import SENSOR, usual

@@ -6,9 +6,9 @@ import numpy as np
 
 from vedette.roles import MotionModel
 from vedette.space import Array
-from vedette.testing.judging import Closed, demand
+from vedette.testing.comparisons import Closed, demand
 from vedette.testing.law import Law
-from vedette.testing.laws.moves import Moves
+from vedette.testing.laws.motion_cases import Moves
 
 STEP = 1e-2
 """Time of a step, in s."""

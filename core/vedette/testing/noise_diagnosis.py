@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any, ClassVar, final
 
 import numpy as np
@@ -47,10 +46,6 @@ class Noisy(WrappedSensor):
 
     of: Sensor = fields.part("the sensor")
     factors: Array = fields.array("1", "factors of the variances", ndim=1)
-
-    @property
-    def optional(self) -> Mapping[str, float]:
-        return self.of.optional
 
     def noise(self, x: Array) -> Array:
         root = np.sqrt(self.factors)

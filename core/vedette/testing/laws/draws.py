@@ -9,9 +9,9 @@ from attrs import evolve
 
 from vedette.filters import predicted
 from vedette.roles import Estimator
-from vedette.testing.judging import Closed, demand, frozen_copy
+from vedette.testing.comparisons import Closed, demand, frozen_copy
 from vedette.testing.law import Law
-from vedette.testing.laws.scene import Scene, started
+from vedette.testing.laws.estimator_cases import Scene, started
 from vedette.types import Gaussian
 
 

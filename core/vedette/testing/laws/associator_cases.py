@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from vedette.roles import Associator
 from vedette.space import Array
-from vedette.testing.judging import frozen_copy
+from vedette.testing.comparisons import frozen_copy
 from vedette.testing.law import Profile
 from vedette.testing.states import SEEDS
 

@@ -12,9 +12,9 @@ from vedette.metrics.consistency import nees
 from vedette.roles import Estimator
 from vedette.space import Space
 from vedette.testing.bands import judge_run_means, judge_scale
-from vedette.testing.judging import Closed, Misuse, covariance, demand, finite
+from vedette.testing.comparisons import Closed, Misuse, covariance, demand, finite
 from vedette.testing.law import Law
-from vedette.testing.laws.scene import (
+from vedette.testing.laws.estimator_cases import (
     Scene,
     free_axes,
     holdable,
@@ -23,8 +23,8 @@ from vedette.testing.laws.scene import (
     sure,
     with_zero_variance,
 )
+from vedette.testing.linear_sensor import Watch
 from vedette.testing.truth import draw_truth, modes_of, motion_of
-from vedette.testing.watch import Watch
 from vedette.types import Detections, Gaussian
 
 EQUIVALENCE = (0.85, 1.15)
