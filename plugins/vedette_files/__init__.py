@@ -11,15 +11,15 @@ from vedette_files.csv_source import CsvSource
 from vedette_files.csv_table import COMMAS, UNCLOSED, Dialect, cells_of, fitted, header_line, header_of, is_number, listed
 from vedette_files.frames import FrameFiles, read_frame
 from vedette_files.geodesy import Origin
+from vedette_files.georeference import Terms, geometry, utc, write_features, write_geojson
 from vedette_files.image_header import check_pixels, picture_size
+from vedette_files.input_files import check_regular, inside, lines, shown, user_path, whole_text
 from vedette_files.json_values import parse, short
 from vedette_files.jsonl import read_recording, recording_head, scan_line, units, write_recording
 from vedette_files.jsonl_source import JsonLinesSource
-from vedette_files.opening import check_regular, inside, lines, shown, user_path, whole_text
 from vedette_files.png import SIGNATURE, check_png, is_png
-from vedette_files.reading import FRAMES, NORTH_EAST, Sample, beyond_period, find, in_time_order
+from vedette_files.readers import FRAMES, NORTH_EAST, Sample, beyond_period, find, in_time_order
 from vedette_files.series import Column, Series, SeriesFile, Tables, read_about, read_series
-from vedette_files.terms import Terms, geometry, utc, write_features, write_geojson
 from vedette_files.track_pieces import Write, geojson_pieces, parquet_pieces
 from vedette_files.track_table import table_of, write_tracks_parquet
 from vedette_files.tracks import (

@@ -10,7 +10,7 @@ from typing import Any
 from attrs import frozen
 
 from vedette.errors import InputError
-from vedette_files.opening import check_regular
+from vedette_files.input_files import check_regular
 
 SUFFIX, PARQUET = ".parquet", "Parquet"
 """How the name of such a file ends, and what a recording's note `table` says of one."""

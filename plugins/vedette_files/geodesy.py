@@ -11,7 +11,7 @@ from attrs import frozen
 from vedette import fields
 from vedette.errors import InputError
 from vedette.space import Array, Axis, Space
-from vedette_files.reading import NORTH_EAST
+from vedette_files.readers import NORTH_EAST
 
 GEODETIC = Space.of(latitude="deg", longitude="deg", altitude="m")
 """Above the ellipsoid WGS 84."""

@@ -6,7 +6,7 @@ import numpy as np
 
 from vedette import Array
 from vedette.reproduction import Chart, Claim, Curve, Panel, over_runs
-from vedette_flir.matched import FRAMES, RATE, SETTLED, Record, bound
+from vedette_flir.matched_truth import FRAMES, RATE, SETTLED, Record, bound
 from vedette_flir.verdicts import Found, Varied
 
 CHANNELS = ("X-channel dynamics", "Y-channel dynamics", "X-channel atmospheric", "Y-channel atmospheric")

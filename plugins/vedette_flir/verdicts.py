@@ -20,7 +20,7 @@ from vedette.reproduction import (
     rms_cell,
     share_cell,
 )
-from vedette_flir.matched import Record, bound
+from vedette_flir.matched_truth import Record, bound
 
 Found = Mapping[tuple[float, float, float], Mapping[str, Record]]
 Varied = Mapping[str, Mapping[str, Record]]

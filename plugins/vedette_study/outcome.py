@@ -13,8 +13,8 @@ from vedette.display import figures_html
 from vedette.errors import VedetteError
 from vedette.space import Array
 from vedette_study.averages import averaged, averaged_plan
-from vedette_study.carry import Chunks
 from vedette_study.chunk import SERIES, study_figures
+from vedette_study.execution import Chunks
 from vedette_study.grid import short_names
 from vedette_study.plan import Plan, by_point
 from vedette_study.statistics import Mean, difference, gathered, mean, ratios

@@ -18,7 +18,7 @@ from vedette_report.page import page
 from vedette_study.chunk import study_figures
 from vedette_study.outcome import Outcome
 from vedette_study.summary import charts, tables, text
-from vedette_study.worst import FOLDER, Bad, judged_by, whole, worst
+from vedette_study.worst_runs import FOLDER, Bad, judged_by, whole, worst
 
 MOST = 5
 """Worst runs of each point that are named."""

@@ -21,7 +21,6 @@ from vedette.sampling import (
 from vedette_sim.ais import Transponder
 from vedette_sim.convoy import Convoy
 from vedette_sim.crossing import Crossing
-from vedette_sim.drawn import Drawn
 from vedette_sim.infrared import HotSpot, HotTarget, InfraredScene
 from vedette_sim.look import Look
 from vedette_sim.marine_hull import Vessel
@@ -30,6 +29,7 @@ from vedette_sim.marine_scene import RadarPicturesScene
 from vedette_sim.marine_surroundings import Buoy, Land, Racon, Rain
 from vedette_sim.population import Population
 from vedette_sim.ppi import PpiRadar
+from vedette_sim.random_motion import Drawn
 from vedette_sim.scenario import Simulation
 from vedette_sim.sea import SeaClutter
 from vedette_sim.ships import Leg, Ship

@@ -30,7 +30,7 @@ from vedette_files import (
     listed,
     shown,
 )
-from vedette_tools.drafting.third import VELOCITY, own_velocity, third_column
+from vedette_tools.drafting.height_and_rate import VELOCITY, own_velocity, third_column
 from vedette_tools.drafting.titles import UNITS, Meaning, chosen, meaning
 
 LOOKED_AT = 2000

@@ -10,7 +10,7 @@ from attrs import frozen
 
 from vedette import Array
 from vedette_flir.camera import Camera
-from vedette_flir.matched import (
+from vedette_flir.matched_truth import (
     FRAMES,
     RATE,
     Noise,
@@ -21,9 +21,9 @@ from vedette_flir.matched import (
     shown,
     wander,
 )
-from vedette_flir.sensors.fitted import FittedImage
 from vedette_flir.sensors.gaussian_spot import GaussianSpot
 from vedette_flir.sensors.hot_spots import HotSpots, Spot
+from vedette_flir.sensors.image_model import FittedImage
 
 JITTER = 0.2
 """Standard deviation of the jitter in px."""

@@ -13,8 +13,8 @@ from vedette.metrics import nees
 from vedette.sampling import draw_gaussian, draw_states
 from vedette_flir.motion.atmospheric_wander import AtmosphericWander
 from vedette_flir.motion.jittered_wander import JitteredWander
-from vedette_flir.sensors.fitted import FittedImage
 from vedette_flir.sensors.gaussian_spot import GaussianSpot
+from vedette_flir.sensors.image_model import FittedImage
 from vedette_flir.spots import circular
 from vedette_study import run_together
 

@@ -15,8 +15,8 @@ from vedette.display import shown
 from vedette.supporting import ImagingSensor
 from vedette.tracking import parts
 from vedette.units import say
-from vedette_tools.explaining.settled import SCANS
 from vedette_tools.explaining.situation import Seen, Situation, deviation, positions
+from vedette_tools.explaining.steady_state import SCANS
 
 WIDTH = 120
 _UNTOLD = "source"

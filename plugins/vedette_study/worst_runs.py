@@ -16,9 +16,9 @@ from vedette_report.files import write_files, write_series
 from vedette_report.page import write_page
 from vedette_report.series import recorded_run
 from vedette_report.summary import summary
-from vedette_study.again import open_again
 from vedette_study.chunk import study_figures
 from vedette_study.outcome import Outcome
+from vedette_study.rerun import open_again
 
 JUDGED_BY = ("gospa", "position_rmse")
 """The figures that say which run is worse, the first that a study has: GOSPA counts what is missed, too."""
