@@ -40,6 +40,13 @@ CORE = (
 
 PLUGINS = (
     "vedette_files",
+    "vedette_files.columnar",
+    "vedette_files.csv_table",
+    "vedette_files.image_header",
+    "vedette_files.input_files",
+    "vedette_files.json_values",
+    "vedette_files.png",
+    "vedette_files.readers",
     "vedette_marine",
     "vedette_marine.ais",
     "vedette_marine.geometry",

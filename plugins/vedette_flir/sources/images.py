@@ -12,7 +12,9 @@ from attrs import frozen
 from numpy.typing import NDArray
 
 from vedette import InputError, Problem
-from vedette_files import check_pixels, check_png, check_regular, inside, is_png, picture_size
+from vedette_files.image_header import check_pixels, picture_size
+from vedette_files.input_files import check_regular, inside
+from vedette_files.png import check_png, is_png
 
 Grey = NDArray[np.unsignedinteger[Any]]
 """A frame (h, w) of 8 or 16 bit."""

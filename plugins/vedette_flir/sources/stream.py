@@ -26,7 +26,10 @@ from vedette import (
     Trajectory,
     fields,
 )
-from vedette_files import check_pixels, check_regular, short, user_path, without_passwords
+from vedette.display import without_passwords
+from vedette_files.image_header import check_pixels
+from vedette_files.input_files import check_regular, user_path
+from vedette_files.json_values import short
 from vedette_flir.sources.boxes import BOX, four, fours, given_boxes
 from vedette_flir.sources.images import WEIGHTS, grey_of, opencv
 from vedette_flir.sources.video import camera_of

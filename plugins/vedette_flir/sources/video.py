@@ -25,7 +25,7 @@ from vedette import (
     Trajectory,
     fields,
 )
-from vedette_files import inside, user_path
+from vedette_files.input_files import inside, user_path
 from vedette_flir.sources.boxes import (
     BOX,
     Segment,

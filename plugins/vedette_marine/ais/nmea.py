@@ -12,7 +12,7 @@ import numpy as np
 
 from vedette import InputError, Problem, Rows
 from vedette.fields import ABSURD
-from vedette_files import lines, shown
+from vedette_files.input_files import lines, shown
 from vedette_marine.ais.reports import KNOT, ROT_STEP, Reports, by_ship, turn_rate
 
 POSITIONS = (1, 2, 3, 18, 19, 27)

@@ -12,7 +12,8 @@ from vedette.config import load
 from vedette.experiment import Experiment
 from vedette.space import Array
 from vedette.types import Recording, Scan
-from vedette_files import NORTH_EAST, CsvSource, TablePath
+from vedette_files import NORTH_EAST, CsvSource
+from vedette_files.columnar import TablePath
 from vedette_tools.drafting.cadence import left_out_period
 from vedette_tools.drafting.chains import Chain, chains, spacing, unbroken
 from vedette_tools.drafting.height_and_rate import UNSURE, VELOCITY, own_share, recedes, third_noise
