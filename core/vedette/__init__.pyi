@@ -68,8 +68,8 @@ from vedette_report.drawing import drawing as drawing
 from vedette_report.tables import draw_result as draw_result
 from vedette_report.tables import result_html as result_html
 from vedette_report.tables import tabulate_result as tabulate_result
-from vedette_study import monte_carlo as monte_carlo
-from vedette_tools import track as track
-from vedette_tools import tune as tune
+from vedette_study.study import monte_carlo as monte_carlo
+from vedette_tools.drafting.run import track as track
+from vedette_tools.tuning.tuner import tune as tune
 
 __version__: str

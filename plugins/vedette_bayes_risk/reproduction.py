@@ -17,7 +17,7 @@ from vedette.tracking import preprocessed, raw_sensors
 from vedette_bayes_risk import outcome, verdicts
 from vedette_bayes_risk.configs import CONTESTED, FILTERS, SENSORS
 from vedette_bayes_risk.outcome import Contest, Record
-from vedette_study import run_together
+from vedette_study.lockstep import run_together
 
 R = TypeVar("R")
 PLANE = Space.of(x="m", y="m", vx="m/s", vy="m/s")

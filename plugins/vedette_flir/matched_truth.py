@@ -16,7 +16,7 @@ from vedette_flir.motion.jittered_wander import JitteredWander
 from vedette_flir.sensors.gaussian_spot import GaussianSpot
 from vedette_flir.sensors.image_model import FittedImage
 from vedette_flir.spots import circular
-from vedette_study import run_together
+from vedette_study.lockstep import run_together
 
 RATE, FRAMES, SETTLED = 30.0, 240, 30
 """Frames per second, frames of a run, and how many at the start are not counted."""

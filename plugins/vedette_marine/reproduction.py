@@ -15,7 +15,7 @@ from vedette.reproduction import Findings, Keep, afresh, mean_over_runs
 from vedette_marine import configs, outcome, scenes, verdicts
 from vedette_marine.outcome import FILTERS, Record
 from vedette_marine.points import Points, by_frame_number, draw, prior
-from vedette_study import run_together
+from vedette_study.lockstep import run_together
 
 CLUTTER = 1e-6
 """Clutter density per m^2 and scan: 1 per km^2."""

@@ -13,7 +13,7 @@ from vedette.metrics import nees
 from vedette.reproduction import Findings, Keep, afresh, mean_over_runs, over_axes, squared_distances, two_point
 from vedette.sampling import returns
 from vedette.tracking import preprocessed, raw_sensors
-from vedette_study import run_together
+from vedette_study.lockstep import run_together
 from vedette_vts import outcome, verdicts
 from vedette_vts.configs import FILTERS
 from vedette_vts.gating import watch

@@ -34,7 +34,7 @@ from vedette_sim.random_motion import Drawn, life
 from vedette_sim.resolution import merged_returns
 from vedette_sim.ships import PLANE, Ship
 from vedette_sim.streamed_scene import BLOCK, LazyScene, Views
-from vedette_study import Scenes
+from vedette_study.scenes import Scenes
 
 _MOST_SCANS = 1_000_000
 """More scans of one sensor are taken for a wrong unit."""

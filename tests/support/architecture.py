@@ -61,7 +61,11 @@ PLUGINS = (
     "vedette_report.summary",
     "vedette_report.warnings",
     "vedette_standard",
-    "vedette_study",
+    "vedette_study.grid",
+    "vedette_study.lockstep",
+    "vedette_study.plan",
+    "vedette_study.scenes",
+    "vedette_study.store",
 )
 """The modules of plugins that the plugins above them may import."""
 

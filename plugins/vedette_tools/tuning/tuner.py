@@ -14,8 +14,8 @@ from attrs import field, frozen
 from vedette.config import Registry, apply_overrides, load, read_file, to_config, with_birth
 from vedette.errors import ConfigError, Problem
 from vedette.space import Array
-from vedette_study import made_by
-from vedette_study import whole as whole_number
+from vedette_study.plan import whole as whole_number
+from vedette_study.store import made_by
 from vedette_tools.tuning.checkpoint import Kept
 from vedette_tools.tuning.errors import Curvature
 from vedette_tools.tuning.evaluation import check, open_data

@@ -18,7 +18,7 @@ from vedette.cli import main
 from vedette_files.georeference import Terms
 from vedette_files.readers import NORTH_EAST
 from vedette_standard.motion.constant_velocity import ConstantVelocity
-from vedette_tools.drafting import draft_config
+from vedette_tools.drafting.config import draft_config
 
 
 def placed(path, notes):

@@ -13,9 +13,12 @@ from vedette.cli import main
 from vedette.errors import ConfigError
 from vedette_report.canvas import Look
 from vedette_tools.commands import tune as command
-from vedette_tools.tuning import data, evaluator, text, toml, tune
+from vedette_tools.tuning import evaluator
 from vedette_tools.tuning.checkpoint import EVALUATIONS, Kept
+from vedette_tools.tuning.config_text import toml
 from vedette_tools.tuning.innovations import Noise
+from vedette_tools.tuning.summary import data, text
+from vedette_tools.tuning.tuner import tune
 from vedette_tools.tuning.validation import Gain
 
 SIGMAS = ["estimator.motion.sigma_accel", "sensors.radar.sigma"]
