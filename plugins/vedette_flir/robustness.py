@@ -20,6 +20,7 @@ from vedette_flir.matched_truth import (
     offset,
     shown,
     wander,
+    white,
 )
 from vedette_flir.sensors.gaussian_spot import GaussianSpot
 from vedette_flir.sensors.hot_spots import HotSpots, Spot
@@ -87,11 +88,6 @@ def _flight(acceleration: float) -> Callable[[int, np.random.Generator], tuple[A
         return state, times
 
     return draw
-
-
-def white(runs: int, rng: np.random.Generator) -> Noise:
-    """Return noise that is white over pixels and frames."""
-    return lambda k, shape, corner: rng.standard_normal(shape)
 
 
 def over_space(runs: int, rng: np.random.Generator) -> Noise:

@@ -33,7 +33,7 @@ def table(varied: Varied) -> Table:
             f"{label}: {name}",
             (
                 *(rms_cell(_kept(part, seen)) for part in (seen.dynamics, seen.jitter, seen.apparent)),
-                mean_cell(np.mean(seen.nees[~seen.lost], axis=1)),
+                _nees(seen),
                 mean_cell(np.mean(seen.nis[~seen.lost], axis=1)),
                 share_cell(seen.lost),
             ),

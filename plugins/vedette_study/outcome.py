@@ -97,7 +97,7 @@ class Outcome:
         except ImportError:
             raise VedetteError("labelled arrays need xarray: pip install 'vedette[study]'") from None
         axes = self.plan.axes
-        names = _dimensions(tuple(axes))
+        names = tuple(short_names(axes, {"run", "step", "time", *study_figures()}).values())
         arrays: dict[str, Any] = {}
         for name, values in self.figures.items():
             each = np.sqrt(values) if study_figures()[name].squared else values
@@ -146,11 +146,6 @@ def _against(chunks: Chunks, point: int) -> Against:
 
 def _plain(means: dict[str, Mean]) -> dict[str, Any]:
     return {name: {"value": each.value, "error": each.error, "runs": each.runs} for name, each in means.items()}
-
-
-def _dimensions(paths: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the ends of the config paths, long enough to be unique."""
-    return tuple(short_names(paths, {"run", "step", "time", *study_figures()}).values())
 
 
 def _coordinate(values: tuple[Any, ...]) -> list[Any]:

@@ -45,6 +45,7 @@ PLUGINS = (
     "vedette_files.image_header",
     "vedette_files.input_files",
     "vedette_files.json_values",
+    "vedette_files.libraries",
     "vedette_files.png",
     "vedette_files.readers",
     "vedette_marine",
