@@ -14,8 +14,8 @@ import numpy as np
 from vedette import Frame, Gaussian
 from vedette.filters import evaluate_frame
 from vedette_flir.camera import Camera
-from vedette_flir.matched import FRAMES, record
-from vedette_flir.motion.carrying import Carrying
+from vedette_flir.matched_truth import FRAMES, record
+from vedette_flir.motion.constant_axes import Carrying
 from vedette_flir.motion.image_velocity import ImageVelocity
 from vedette_flir.motion.jittered_acceleration import JitteredAcceleration
 from vedette_flir.sensors.gaussian_spot import GaussianSpot

@@ -28,11 +28,11 @@ from vedette.roles import Estimator as Estimator
 from vedette.roles import MotionModel as MotionModel
 from vedette.roles import Sensor as Sensor
 from vedette.roles import Traits as Traits
+from vedette.space import NO_AXES as NO_AXES
 from vedette.space import Array as Array
 from vedette.space import Axis as Axis
 from vedette.space import Indices as Indices
 from vedette.space import Mask as Mask
-from vedette.space import NO_AXES as NO_AXES
 from vedette.space import Space as Space
 from vedette.space import SpaceError as SpaceError
 from vedette.supporting import Birth as Birth
@@ -68,8 +68,8 @@ from vedette_report.drawing import drawing as drawing
 from vedette_report.tables import draw_result as draw_result
 from vedette_report.tables import result_html as result_html
 from vedette_report.tables import tabulate_result as tabulate_result
-from vedette_study import monte_carlo as monte_carlo
-from vedette_tools import track as track
-from vedette_tools import tune as tune
+from vedette_study.study import monte_carlo as monte_carlo
+from vedette_tools.drafting.run import track as track
+from vedette_tools.tuning.tuner import tune as tune
 
 __version__: str

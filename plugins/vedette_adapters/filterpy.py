@@ -15,7 +15,7 @@ from vedette.filters import GaussianFilter, Hypotheses, embedded, make_innovatio
 from vedette.roles import MotionModel, Sensor
 from vedette.space import Array
 from vedette.types import Detections, Frame, Gaussian, Innovation
-from vedette_adapters.needed import foreign, needed
+from vedette_adapters.libraries import foreign, needed
 
 KINDS = {
     "KalmanFilter": "kalman",

@@ -19,7 +19,7 @@ from vedette.roles import Sensor
 from vedette.space import Array, Space
 from vedette.supporting import Source
 from vedette.types import Detections, Recording, Scan, Track, Trajectory
-from vedette_adapters.needed import foreign, needed
+from vedette_adapters.libraries import foreign, needed
 
 Namer = Callable[[Any], str]
 """What says of which of the tracker's sensors a detection is."""

@@ -16,7 +16,7 @@ from vedette.errors import InputError
 from vedette.roles import MotionModel, Sensor
 from vedette.space import Array, Space
 from vedette.types import Gaussian
-from vedette_adapters.needed import foreign, needed
+from vedette_adapters.libraries import foreign, needed
 
 MEASURED = {
     "CartesianToBearingRange": Space.of(bearing="rad mod 2pi", range="m"),

@@ -8,7 +8,7 @@ import numpy as np
 
 from vedette.errors import InputError
 from vedette.experiment import Result
-from vedette_adapters.needed import needed
+from vedette_adapters.libraries import needed
 
 
 def to_dataset(result: Result) -> Any:

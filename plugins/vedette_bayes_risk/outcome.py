@@ -11,7 +11,7 @@ from attrs import evolve, frozen
 from vedette import Array, Experiment, Mask
 from vedette.reproduction import Cell, Chart, Claim, Curve, Panel, Table, mean_cell, rms_cell, share_cell
 from vedette_bayes_risk.fusion import DistributedDetection
-from vedette_study import comparison, mode_panel, over_runs
+from vedette_study.panels import comparison, mode_panel, over_runs
 
 WINDOWS = {"6-20 s": slice(4, 19), "21-30 s": slice(19, 29), "51-90 s": slice(49, 89)}
 """Slices of a record, which begins at 2 s. The paper reports the last two."""
@@ -53,21 +53,16 @@ def tables(
     records: Mapping[str, Record], contests: Mapping[str, Contest], experiments: Mapping[str, Experiment]
 ) -> tuple[Table, ...]:
     """Return table 2, consistency, the weights, and the variants where returns compete."""
-    errors = [
-        (
-            name,
-            tuple(
-                rms_cell(record.squares[:, part], was) for part, was in zip(WINDOWS.values(), _printed(name), strict=True)
-            ),
-        )
-        for name, record in records.items()
-    ]
+    errors = []
+    for name, record in records.items():
+        printed = zip(WINDOWS.values(), PUBLISHED.get(name, (None, None, None)), strict=True)
+        errors.append((name, tuple(rms_cell(record.squares[:, part], was) for part, was in printed)))
     sizes = [
         (name, tuple(mean_cell(np.mean(record.nees[:, part], axis=1)) for part in WINDOWS.values()))
         for name, record in records.items()
     ]
     competing = [
-        (name, (mean_cell(part.contested), share_cell(part.rivals > 1, scale=100), _lost(part)))
+        (name, (mean_cell(part.contested), share_cell(part.rivals > 1, scale=100), share_cell(~part.kept, scale=100)))
         for name, part in contests.items()
     ]
     return (
@@ -87,14 +82,6 @@ def tables(
             "2 is expected of a right covariance; runs that were ever more than 100 m off are left out",
         ),
     )
-
-
-def _printed(name: str) -> tuple[float | None, ...]:
-    return PUBLISHED.get(name, (None, None, None))
-
-
-def _lost(part: Contest) -> Cell:
-    return share_cell(~part.kept, scale=100)
 
 
 def _weights(experiments: Mapping[str, Experiment]) -> Table:
@@ -129,7 +116,8 @@ def charts(
         if record.modes is not None
     )
     flown = Panel("One run", "x [km]", "y [km]", flight, equal=True)
-    dense = Panel("", "", "position NEES, 2 is right", (*comparison(tables[3], ("NEES",), "").curves, _two(tables[3])))
+    right = Curve("right", np.array([-0.3, len(tables[3].rows) - 0.7]), np.full(2, 2.0), "dashed")
+    dense = Panel("", "", "position NEES, 2 is right", (*comparison(tables[3], ("NEES",), "").curves, right))
     return (
         Chart("trajectory", "The target's path (figure 3)", (flown,)),
         Chart(
@@ -152,7 +140,3 @@ def charts(
         ),
         Chart("modes", "Mode probabilities of the IMMs, mean over runs; bands: two standard errors", modes, shared=True),
     )
-
-
-def _two(table: Table) -> Curve:
-    return Curve("right", np.array([-0.3, len(table.rows) - 0.7]), np.full(2, 2.0), "dashed")

@@ -17,7 +17,9 @@ from vedette.tracking import preprocessed, raw_sensors
 from vedette_bayes_risk import outcome, verdicts
 from vedette_bayes_risk.configs import CONTESTED, FILTERS, SENSORS
 from vedette_bayes_risk.outcome import Contest, Record
-from vedette_study import mean_over_runs, over_axes, run_together, two_point
+from vedette_study.lockstep import run_together
+from vedette_study.panels import mean_over_runs
+from vedette_study.starts import over_axes, two_point
 
 R = TypeVar("R")
 PLANE = Space.of(x="m", y="m", vx="m/s", vy="m/s")

@@ -3,108 +3,47 @@
 from collections.abc import Iterable
 
 from vedette.config import plugin
-from vedette.display import without_passwords
 from vedette.roles import Component
-from vedette_files.autoferry import AutoferrySource
-from vedette_files.columnar import PARQUET, FrameTable, TablePath, frame_of, header_and_rows, is_columnar
-from vedette_files.csv_source import CsvSource
-from vedette_files.csv_table import COMMAS, UNCLOSED, Dialect, cells_of, fitted, header_line, header_of, is_number, listed
-from vedette_files.frames import FrameFiles, read_frame
-from vedette_files.geodesy import Origin
-from vedette_files.image_header import check_pixels, picture_size
-from vedette_files.json_values import parse, short
-from vedette_files.jsonl import read_recording, recording_head, scan_line, units, write_recording
-from vedette_files.jsonl_source import JsonLinesSource
-from vedette_files.opening import check_regular, inside, lines, shown, user_path, whole_text
-from vedette_files.png import SIGNATURE, check_png, is_png
-from vedette_files.reading import FRAMES, NORTH_EAST, Sample, beyond_period, find, in_time_order
-from vedette_files.series import Column, Series, SeriesFile, Tables, read_about, read_series
-from vedette_files.terms import Terms, geometry, utc, write_features, write_geojson
-from vedette_files.track_pieces import Write, geojson_pieces, parquet_pieces
-from vedette_files.track_table import table_of, write_tracks_parquet
-from vedette_files.tracks import (
-    csv_head,
-    csv_rows,
-    jsonl_head,
-    jsonl_rows,
-    read_tracks,
-    write_tracks_csv,
-    write_tracks_jsonl,
-)
+from vedette_files.autoferry import AutoferrySource as AutoferrySource
+from vedette_files.columnar import PARQUET as PARQUET
+from vedette_files.csv_source import CsvSource as CsvSource
+from vedette_files.frames import FrameFiles as FrameFiles
+from vedette_files.frames import read_frame as read_frame
+from vedette_files.geodesy import Origin as Origin
+from vedette_files.georeference import Terms as Terms
+from vedette_files.georeference import geometry as geometry
+from vedette_files.georeference import utc as utc
+from vedette_files.georeference import write_features as write_features
+from vedette_files.georeference import write_geojson as write_geojson
+from vedette_files.jsonl import read_recording as read_recording
+from vedette_files.jsonl import recording_head as recording_head
+from vedette_files.jsonl import scan_line as scan_line
+from vedette_files.jsonl import units as units
+from vedette_files.jsonl import write_recording as write_recording
+from vedette_files.jsonl_source import JsonLinesSource as JsonLinesSource
+from vedette_files.png import SIGNATURE as SIGNATURE
+from vedette_files.readers import NORTH_EAST as NORTH_EAST
+from vedette_files.readers import beyond_period as beyond_period
+from vedette_files.series import Column as Column
+from vedette_files.series import Series as Series
+from vedette_files.series import SeriesFile as SeriesFile
+from vedette_files.series import Tables as Tables
+from vedette_files.series import read_about as read_about
+from vedette_files.series import read_series as read_series
+from vedette_files.track_pieces import Write as Write
+from vedette_files.track_pieces import geojson_pieces as geojson_pieces
+from vedette_files.track_pieces import parquet_pieces as parquet_pieces
+from vedette_files.track_table import table_of as table_of
+from vedette_files.track_table import write_tracks_parquet as write_tracks_parquet
+from vedette_files.tracks import csv_head as csv_head
+from vedette_files.tracks import csv_rows as csv_rows
+from vedette_files.tracks import jsonl_head as jsonl_head
+from vedette_files.tracks import jsonl_rows as jsonl_rows
+from vedette_files.tracks import read_tracks as read_tracks
+from vedette_files.tracks import write_tracks_csv as write_tracks_csv
+from vedette_files.tracks import write_tracks_jsonl as write_tracks_jsonl
 
 VEDETTE_CONTRACT = 2
-
-__all__ = [
-    "COMMAS",
-    "FRAMES",
-    "NORTH_EAST",
-    "PARQUET",
-    "SIGNATURE",
-    "UNCLOSED",
-    "AutoferrySource",
-    "Column",
-    "CsvSource",
-    "Dialect",
-    "FrameFiles",
-    "FrameTable",
-    "JsonLinesSource",
-    "Origin",
-    "Sample",
-    "Series",
-    "SeriesFile",
-    "TablePath",
-    "Tables",
-    "Terms",
-    "Write",
-    "beyond_period",
-    "cells_of",
-    "check_pixels",
-    "check_png",
-    "check_regular",
-    "csv_head",
-    "csv_rows",
-    "find",
-    "fitted",
-    "frame_of",
-    "geojson_pieces",
-    "geometry",
-    "header_and_rows",
-    "header_line",
-    "header_of",
-    "in_time_order",
-    "inside",
-    "is_columnar",
-    "is_number",
-    "is_png",
-    "jsonl_head",
-    "jsonl_rows",
-    "lines",
-    "listed",
-    "parquet_pieces",
-    "parse",
-    "picture_size",
-    "read_about",
-    "read_frame",
-    "read_recording",
-    "read_series",
-    "read_tracks",
-    "recording_head",
-    "scan_line",
-    "short",
-    "shown",
-    "table_of",
-    "units",
-    "user_path",
-    "utc",
-    "whole_text",
-    "without_passwords",
-    "write_features",
-    "write_geojson",
-    "write_recording",
-    "write_tracks_csv",
-    "write_tracks_jsonl",
-    "write_tracks_parquet",
-]
 
 
 @plugin

@@ -16,7 +16,7 @@ from vedette.supporting import Source
 from vedette.types import Pose, Recording, Rows, Scan
 from vedette_files.autoferry_files import PUBLISHER, bearings, entries, returns, truth
 from vedette_files.json_values import number, short, vector
-from vedette_files.reading import NORTH_EAST, check_files, detections, find, polar
+from vedette_files.readers import NORTH_EAST, check_files, detections, find, polar
 
 SENSORS = {1: "lidar", 2: "radar", 3: "infrared", 4: "electro_optical"}
 """The benchmark's sensorID to the tracker's sensor name. The last two are cameras: they measure bearings."""

@@ -12,8 +12,8 @@ import numpy as np
 from vedette.errors import InputError, Problem
 from vedette.space import Space
 from vedette.types import Rows, Trajectory
+from vedette_files.input_files import whole_text
 from vedette_files.json_values import number, parse, short, vector
-from vedette_files.opening import whole_text
 
 PUBLISHER = (
     "the Autoferry sensor fusion benchmark (Helgesen, Vasstein, Brekke, Stahl, Ocean Engineering 252, 2022, 111152). "

@@ -10,7 +10,8 @@ from typing import Any
 from attrs import frozen
 
 from vedette.errors import InputError
-from vedette_files.opening import check_regular
+from vedette_files.input_files import check_regular
+from vedette_files.libraries import needed
 
 SUFFIX, PARQUET = ".parquet", "Parquet"
 """How the name of such a file ends, and what a recording's note `table` says of one."""
@@ -39,12 +40,8 @@ TablePath = Path | FrameTable
 
 def pyarrow() -> tuple[Any, Any]:
     """Return pyarrow and its module for Parquet files; InputError without them."""
-    try:
-        import pyarrow as pa
-        import pyarrow.parquet as parquet
-    except ImportError:
-        raise InputError("Parquet files need pyarrow: pip install 'vedette[data]'") from None
-    return pa, parquet
+    told = "Parquet files need pyarrow"
+    return needed("pyarrow", told, "data"), needed("pyarrow.parquet", told, "data")
 
 
 def frame_of(data: Any) -> Any:
@@ -56,12 +53,9 @@ def frame_of(data: Any) -> Any:
         return data
     named = isinstance(data, Mapping) or getattr(getattr(data, "dtype", None), "names", None)
     if named or (isinstance(data, list | tuple) and data and all(isinstance(row, Mapping) for row in data)):
+        pd = needed("pandas", "tables in memory need pandas", "data")
         try:
-            import pandas as pd
-
             return pd.DataFrame(data)
-        except ImportError:
-            raise InputError("tables in memory need pandas: pip install 'vedette[data]'") from None
         except ValueError as error:
             raise InputError(f"the data are no table: {error}") from None
     wanted = "a file's path, a data frame of pandas, or columns by name as { 't': [...], 'x': [...], 'y': [...] }"

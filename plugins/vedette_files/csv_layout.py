@@ -14,7 +14,7 @@ from vedette_files.columnar import TablePath
 from vedette_files.csv_table import COMMAS, Dialect, Number, Row, numbers, rows
 from vedette_files.csv_times import NUMBER, Form, Times, form_of
 from vedette_files.geodesy import COURSE, GEODETIC, Origin, axes_read
-from vedette_files.reading import FRAMES
+from vedette_files.readers import FRAMES
 
 
 class Column(Protocol):

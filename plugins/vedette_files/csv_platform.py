@@ -17,8 +17,8 @@ from vedette_files.csv_layout import Layout, chosen
 from vedette_files.csv_table import rows
 from vedette_files.csv_truth import trajectory
 from vedette_files.geodesy import complaint, into_plane, made
-from vedette_files.opening import shown
-from vedette_files.reading import Sample, in_time_order
+from vedette_files.input_files import shown
+from vedette_files.readers import Sample, in_time_order
 
 POSE = Space.of(x="m", y="m", z="m", vx="m/s", vy="m/s", heading="rad mod 2pi")
 """The axes that a platform may give."""

@@ -17,8 +17,8 @@ from vedette_files.columnar import TablePath
 from vedette_files.csv_layout import Layout, with_altitude
 from vedette_files.csv_table import rows
 from vedette_files.geodesy import axes_read, complaint, into_plane, made
-from vedette_files.opening import shown
-from vedette_files.reading import Sample, in_time_order
+from vedette_files.input_files import shown
+from vedette_files.readers import Sample, in_time_order
 
 POSITION = Space.of(x="m", y="m")
 POLAR = ("range", "bearing")

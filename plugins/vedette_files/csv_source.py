@@ -21,10 +21,10 @@ from vedette_files.csv_returns import POSITION, DetectionColumns, Look, Reading
 from vedette_files.csv_table import Dialect
 from vedette_files.csv_times import DATED, UNZONED
 from vedette_files.csv_truth import TruthColumns
-from vedette_files.gaps import fill_gaps
+from vedette_files.empty_scans import fill_gaps
 from vedette_files.geodesy import FAR, Origin
-from vedette_files.opening import shown, user_path
-from vedette_files.reading import (
+from vedette_files.input_files import shown, user_path
+from vedette_files.readers import (
     FRAMES,
     NORTH_EAST,
     Sample,

@@ -16,7 +16,7 @@ from vedette.fields import ABSURD
 from vedette.space import Axis, Space
 from vedette.units import in_unit
 from vedette_files.columnar import FrameTable, TablePath, header_and_rows, is_columnar
-from vedette_files.opening import lines, shown
+from vedette_files.input_files import lines, shown
 
 WIDEST = 131_072
 """Characters of a cell; what Python's csv module reads unless it is told otherwise, for the whole process."""

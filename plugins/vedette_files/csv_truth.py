@@ -15,7 +15,7 @@ from vedette.types import Trajectory
 from vedette_files.csv_layout import Layout, chosen
 from vedette_files.csv_table import rows
 from vedette_files.geodesy import complaint, into_plane, made
-from vedette_files.reading import Sample, in_time_order
+from vedette_files.readers import Sample, in_time_order
 
 STATE = Space.of(
     x="m", y="m", z="m", vx="m/s", vy="m/s", vz="m/s", ax="m/s^2", ay="m/s^2", turn_rate="rad/s", heading="rad mod 2pi"

@@ -11,8 +11,8 @@ import numpy as np
 from vedette.types import Frame, LazyScans, Recording
 from vedette.writing import write_arrays
 from vedette_files.image_header import check_pixels
+from vedette_files.input_files import check_regular, inside
 from vedette_files.json_values import short, vector
-from vedette_files.opening import check_regular, inside
 
 ENTRY = "pixels.npy"
 KINDS = {np.dtype(kind) for kind in ("u1", "u2", "f4", "f8")}

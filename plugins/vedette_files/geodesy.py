@@ -9,9 +9,9 @@ import numpy as np
 from attrs import frozen
 
 from vedette import fields
-from vedette.errors import InputError
 from vedette.space import Array, Axis, Space
-from vedette_files.reading import NORTH_EAST
+from vedette_files.libraries import needed
+from vedette_files.readers import NORTH_EAST
 
 GEODETIC = Space.of(latitude="deg", longitude="deg", altitude="m")
 """Above the ellipsoid WGS 84."""
@@ -134,12 +134,9 @@ def into_plane(read: Space, values: Sequence[Sequence[float]], origin: Origin | 
 
 
 def _pymap3d(name: str) -> Callable[..., tuple[Array, Array, Array]]:
-    try:
-        import pymap3d
-    except ImportError:
-        raise InputError("latitudes and longitudes need pymap3d: pip install 'vedette[data]'") from None
-    found: Callable[..., tuple[Array, Array, Array]] = getattr(pymap3d, name)
-    return found
+    library = needed("pymap3d", "latitudes and longitudes need pymap3d", "data")
+    conversion: Callable[..., tuple[Array, Array, Array]] = getattr(library, name)
+    return conversion
 
 
 def _floats(values: Array) -> Array:

@@ -14,9 +14,9 @@ from vedette.roles import Sensor
 from vedette.space import Space
 from vedette.supporting import ImagingSensor, Source
 from vedette.types import Recording, Scan
+from vedette_files.input_files import shown
 from vedette_files.jsonl import read_recording
-from vedette_files.opening import shown
-from vedette_files.reading import find
+from vedette_files.readers import find
 
 
 @final

@@ -12,7 +12,7 @@ from vedette.space import Space
 from vedette.types import Track
 from vedette.writing import whole_bytes, whole_file
 from vedette_files.columnar import pyarrow
-from vedette_files.terms import Terms, geometry, points_of
+from vedette_files.georeference import Terms, geometry, points_of
 from vedette_files.track_table import arrow_table, table_of
 
 Write = Callable[[Sequence[Track]], None]

@@ -13,7 +13,7 @@ from vedette.space import Array, Space
 from vedette.types import Track
 from vedette.writing import whole_bytes
 from vedette_files.columnar import pyarrow
-from vedette_files.terms import PLAIN, Terms
+from vedette_files.georeference import PLAIN, Terms
 
 
 def columns_of(space: Space, modes: int, terms: Terms = PLAIN, *, later: bool = False) -> list[str]:

@@ -14,10 +14,10 @@ from vedette.errors import InputError
 from vedette.space import Array, Space
 from vedette.types import Track
 from vedette.writing import whole_file
+from vedette_files.georeference import PLAIN, Terms
+from vedette_files.input_files import lines, shown
 from vedette_files.json_values import number, parse, short
 from vedette_files.jsonl import line, space_of, units
-from vedette_files.opening import lines, shown
-from vedette_files.terms import PLAIN, Terms
 from vedette_files.track_table import columns_of, mode_count, numbers_of
 
 FORMAT = "vedette tracks"

@@ -4,13 +4,13 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import vedette
-from vedette_flir.annotate import annotated, episodes
+from vedette_flir.annotation import annotated, episodes
 from vedette_flir.estimators.correlation import CorrelationFilter
 from vedette_flir.estimators.monitored import ResidualMonitored
 from vedette_flir.estimators.template import TemplateFilter
 from vedette_flir.lifecycles.reappearing import ReappearingTarget
 from vedette_flir.motion.atmospheric_wander import AtmosphericWander
-from vedette_flir.motion.carrying import Carrying
+from vedette_flir.motion.constant_axes import Carrying
 from vedette_flir.motion.image_velocity import ImageVelocity
 from vedette_flir.motion.jittered_acceleration import JitteredAcceleration
 from vedette_flir.motion.jittered_wander import JitteredWander

@@ -6,9 +6,9 @@ import numpy as np
 
 from vedette import Array
 from vedette.reproduction import Chart, Claim, Curve, Panel
-from vedette_flir.matched import FRAMES, RATE, SETTLED, Record, bound
+from vedette_flir.matched_truth import FRAMES, RATE, SETTLED, Record, bound
 from vedette_flir.verdicts import Found, Varied
-from vedette_study import over_runs
+from vedette_study.panels import over_runs
 
 CHANNELS = ("X-channel dynamics", "Y-channel dynamics", "X-channel atmospheric", "Y-channel atmospheric")
 """The paper's four figures; it prints neither scales nor parameters, so there is nothing to mark."""

@@ -12,9 +12,9 @@ from attrs import frozen
 from vedette import Progress, Reproduction
 from vedette.reproduction import Cell, Findings, Keep, Table, afresh, mean_cell, rms_cell, share_cell
 from vedette_flir import verdicts
-from vedette_flir.matched import Record, bound, information, record
+from vedette_flir.matched_truth import Record, bound, information, record
 from vedette_flir.pictures import charts
-from vedette_flir.variations import variations
+from vedette_flir.robustness import variations
 
 CASES = tuple(
     (jitter, spread, snr)

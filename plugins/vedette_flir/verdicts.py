@@ -20,7 +20,7 @@ from vedette.reproduction import (
     rms_cell,
     share_cell,
 )
-from vedette_flir.matched import Record, bound
+from vedette_flir.matched_truth import Record, bound
 
 Found = Mapping[tuple[float, float, float], Mapping[str, Record]]
 Varied = Mapping[str, Mapping[str, Record]]
@@ -33,7 +33,7 @@ def table(varied: Varied) -> Table:
             f"{label}: {name}",
             (
                 *(rms_cell(_kept(part, seen)) for part in (seen.dynamics, seen.jitter, seen.apparent)),
-                mean_cell(np.mean(seen.nees[~seen.lost], axis=1)),
+                _nees(seen),
                 mean_cell(np.mean(seen.nis[~seen.lost], axis=1)),
                 share_cell(seen.lost),
             ),

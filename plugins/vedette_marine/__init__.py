@@ -6,7 +6,7 @@ from pathlib import Path
 import vedette
 from vedette_marine.births.announced import Announced
 from vedette_marine.lifecycles.announced import AnnouncedTracks
-from vedette_marine.picture.looking import illustrate
+from vedette_marine.picture.inspection import illustrate
 from vedette_marine.picture_runs import MarinePicturesReproduction
 from vedette_marine.preprocessors.cfar import Cfar
 from vedette_marine.preprocessors.radar_picture import RadarPicture

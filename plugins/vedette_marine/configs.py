@@ -8,25 +8,19 @@ from typing import Any
 PROBABILITY_DETECTION = 0.95
 
 
-def _cv(sigma: float, sigma_turn: float) -> dict[str, Any]:
-    """Return constant velocity over the five axes of the paper's state; the turn rate is a random walk beside it."""
+def cv_pdaf(sigma: float, sigma_turn: float = 1e-3) -> dict[str, Any]:
+    """Return the estimator of CV-PDAF: `sigma` in m/s^2, that of the turn rate in rad/s^2.
+
+    Its axes are the five of the paper's state; the turn rate is a random walk beside the others.
+    """
     turn = {"kind": "random_walk", "axes": ["turn_rate"], "unit": "rad/s", "sigma": sigma_turn}
     motion = {"kind": "product", "models": [{"kind": "constant_velocity", "sigma_accel": sigma}, turn]}
     return {"kind": "ekf", "motion": motion}
 
 
-def _ct(sigma: float, sigma_turn: float) -> dict[str, Any]:
-    return {"kind": "ekf", "motion": {"kind": "coordinated_turn", "sigma_accel": sigma, "sigma_turn_rate": sigma_turn}}
-
-
-def cv_pdaf(sigma: float, sigma_turn: float = 1e-3) -> dict[str, Any]:
-    """Return the estimator of CV-PDAF: `sigma` in m/s^2, that of the turn rate in rad/s^2."""
-    return _cv(sigma, sigma_turn)
-
-
 def ct_pdaf(sigma: float, sigma_turn: float) -> dict[str, Any]:
     """Return the estimator of CT-PDAF, whose turn rate is estimated."""
-    return _ct(sigma, sigma_turn)
+    return {"kind": "ekf", "motion": {"kind": "coordinated_turn", "sigma_accel": sigma, "sigma_turn_rate": sigma_turn}}
 
 
 def imm_printed(cv: tuple[float, float], ct: tuple[float, float], stay: float) -> dict[str, Any]:
@@ -35,7 +29,7 @@ def imm_printed(cv: tuple[float, float], ct: tuple[float, float], stay: float) -
     The constant-velocity mode carries a turn rate that it cannot observe. With little noise it keeps an old one and hands it
     to the other mode at each mixing, and boats that begin to turn at 3 to 5 deg/s are lost.
     """
-    return {"kind": "imm", "transition": _switching(stay), "modes": [_cv(*cv), _ct(*ct)]}
+    return {"kind": "imm", "transition": _switching(stay), "modes": [cv_pdaf(*cv), ct_pdaf(*ct)]}
 
 
 def imm_pdaf(cv: float, ct: tuple[float, float], stay: float, turn: float = 0.05) -> dict[str, Any]:
@@ -47,7 +41,7 @@ def imm_pdaf(cv: float, ct: tuple[float, float], stay: float, turn: float = 0.05
     return {
         "kind": "imm",
         "transition": _switching(stay),
-        "modes": [straight, _ct(*ct)],
+        "modes": [straight, ct_pdaf(*ct)],
         "absent": {"turn_rate": [0.0, turn]},
     }
 

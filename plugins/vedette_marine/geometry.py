@@ -33,7 +33,9 @@ from attrs import fields as attributes
 from attrs import frozen
 
 from vedette import Array, InputError, Pose, fields
-from vedette_files import check_pixels, parse, short, whole_text
+from vedette_files.image_header import check_pixels
+from vedette_files.input_files import whole_text
+from vedette_files.json_values import parse, short
 
 STABILISATIONS = ("north-up", "head-up")
 

@@ -15,7 +15,7 @@ from vedette.tracking import preprocessed
 from vedette_marine import configs
 from vedette_marine.ais.reports import Reports
 from vedette_marine.ais.tracks import STATE, motion
-from vedette_study import over_axes
+from vedette_study.starts import over_axes
 
 MARGIN = 400.0
 """Margin in m around the paths in which returns are kept: the gate of a track that is not lost is much smaller."""

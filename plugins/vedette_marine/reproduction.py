@@ -8,14 +8,15 @@ from time import process_time
 from typing import Any, ClassVar, final
 
 import numpy as np
-from attrs import frozen
+from attrs import evolve, frozen
 
-from vedette import Array, Mask, Progress, Reproduction, build
+from vedette import Array, Detections, Mask, Progress, Reproduction, build
 from vedette.reproduction import Findings, Keep, afresh
 from vedette_marine import configs, outcome, scenes, verdicts
 from vedette_marine.outcome import FILTERS, Record
 from vedette_marine.points import Points, by_frame_number, draw, prior
-from vedette_study import mean_over_runs, run_together
+from vedette_study.lockstep import run_together
+from vedette_study.panels import mean_over_runs
 
 CLUTTER = 1e-6
 """Clutter density per m^2 and scan: 1 per km^2."""
@@ -153,21 +154,10 @@ def record(
 
 def run_times(scene: str, points: Points, estimators: dict[str, Any], sigma: float) -> tuple[float, float, float]:
     """Measure CPU seconds of each filter for the first run alone, over all targets."""
-    from attrs import evolve
-
-    from vedette import Detections
-
     alone = []
     for scan in points.scans:
-        detections = scan.detections
-        alone.append(
-            evolve(
-                scan,
-                detections=Detections(
-                    detections.z[:1][:, detections.valid[0]], detections.valid[:1][:, detections.valid[0]]
-                ),
-            )
-        )
+        z, valid = scan.detections.z[:1], scan.detections.valid[:1]
+        alone.append(evolve(scan, detections=Detections(z[:, valid[0]], valid[:, valid[0]])))
     first = evolve(points, ais=points.ais[:1], announced=points.announced[:1], scans=tuple(alone))
     took = []
     for name in FILTERS:

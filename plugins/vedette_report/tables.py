@@ -9,19 +9,17 @@ import numpy as np
 
 from vedette.config import did_you_mean, installed_figures
 from vedette.display import html_table
-from vedette.errors import ConfigError, InputError, Problem
+from vedette.errors import ConfigError, Problem
 from vedette.experiment import Result
 from vedette_files import Terms, table_of
+from vedette_files.libraries import needed
 from vedette_report.figures import figures
 from vedette_report.traces import Judged
 
 
 def tabulate_result(result: Result, what: str) -> Any:
     """Return one of the tables of a result; ConfigError for a name that is none, InputError without pandas."""
-    try:
-        import pandas as pd
-    except ImportError:
-        raise InputError("data frames need pandas: pip install 'vedette[data]'") from None
+    pd = needed("pandas", "data frames need pandas", "data")
     if what not in TABLES:
         text = f"there is no such table;{did_you_mean(what, TABLES)} those are {', '.join(TABLES)}"
         raise ConfigError([Problem(str(what), text)])

@@ -12,7 +12,7 @@ from typing import Any, cast
 
 from vedette.config import Registry
 from vedette.errors import ConfigError, Problem, VedetteError
-from vedette_study.carry import KEPT
+from vedette_study.execution import KEPT
 from vedette_study.plan import Plan
 from vedette_study.store import made_by
 

@@ -13,8 +13,8 @@ from vedette.display import figures_html
 from vedette.errors import VedetteError
 from vedette.space import Array
 from vedette_study.averages import averaged, averaged_plan
-from vedette_study.carry import Chunks
 from vedette_study.chunk import SERIES, study_figures
+from vedette_study.execution import Chunks
 from vedette_study.grid import short_names
 from vedette_study.plan import Plan, by_point
 from vedette_study.statistics import Mean, difference, gathered, mean, ratios
@@ -97,7 +97,7 @@ class Outcome:
         except ImportError:
             raise VedetteError("labelled arrays need xarray: pip install 'vedette[study]'") from None
         axes = self.plan.axes
-        names = _dimensions(tuple(axes))
+        names = tuple(short_names(axes, {"run", "step", "time", *study_figures()}).values())
         arrays: dict[str, Any] = {}
         for name, values in self.figures.items():
             each = np.sqrt(values) if study_figures()[name].squared else values
@@ -146,11 +146,6 @@ def _against(chunks: Chunks, point: int) -> Against:
 
 def _plain(means: dict[str, Mean]) -> dict[str, Any]:
     return {name: {"value": each.value, "error": each.error, "runs": each.runs} for name, each in means.items()}
-
-
-def _dimensions(paths: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the ends of the config paths, long enough to be unique."""
-    return tuple(short_names(paths, {"run", "step", "time", *study_figures()}).values())
 
 
 def _coordinate(values: tuple[Any, ...]) -> list[Any]:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from vedette.reproduction import Chart, Curve, Panel, Table
+from vedette.reproduction import Curve, Panel, Table
 from vedette.space import Array
 from vedette.writing import whole_file
 from vedette_report import canvas
@@ -18,7 +18,7 @@ from vedette_report.page import page
 from vedette_study.chunk import study_figures
 from vedette_study.outcome import Outcome
 from vedette_study.summary import charts, tables, text
-from vedette_study.worst import FOLDER, Bad, judged_by, whole, worst
+from vedette_study.worst_runs import FOLDER, Bad, judged_by, whole, worst
 
 MOST = 5
 """Worst runs of each point that are named."""
@@ -29,8 +29,8 @@ def write_study_page(folder: Path, outcome: Outcome, target: Path) -> None:
     """Write the page of the study in `folder` as one HTML file. It links the runs that were run anew."""
     facts = {
         "words": text(outcome),
-        "tables": [_table(each) for each in tables(outcome)],
-        "charts": [_chart(each) for each in charts(outcome)],
+        "tables": [_table(table) for table in tables(outcome)],
+        "charts": [{"name": chart.name, "panels": [_panel(panel) for panel in chart.panels]} for chart in charts(outcome)],
         "colours": canvas.TRACKS,
         **_worst(folder, outcome, target),
     }
@@ -67,10 +67,6 @@ def _bad(folder: Path, bad: Bad, target: Path) -> dict[str, Any]:
 def _table(table: Table) -> dict[str, Any]:
     rows = [[label, [[cell.measured, cell.error] for cell in cells]] for label, cells in table.rows]
     return {"title": table.title, "columns": table.columns, "rows": rows}
-
-
-def _chart(chart: Chart) -> dict[str, Any]:
-    return {"name": chart.name, "panels": [_panel(panel) for panel in chart.panels]}
 
 
 def _panel(panel: Panel) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from attrs import evolve
 from vedette.config import read_file
 from vedette.errors import ConfigError, Problem
 from vedette.progress import Progress, silent
-from vedette_study.carry import carry_out
+from vedette_study.execution import carry_out
 from vedette_study.executors import cluster, local
 from vedette_study.outcome import Outcome, outcome
 from vedette_study.plan import Plan, plan, whole

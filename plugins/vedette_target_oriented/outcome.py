@@ -9,7 +9,7 @@ from attrs import frozen
 
 from vedette import Array, Mask, Scan
 from vedette.reproduction import Cell, Chart, Claim, Curve, Panel, Table, mean_cell, ratio_cell, rms_cell, share_cell
-from vedette_study import comparison, mode_panel, over_runs
+from vedette_study.panels import comparison, mode_panel, over_runs
 from vedette_target_oriented.configs import MODES, SCANS
 
 FIRST = 5
@@ -105,7 +105,8 @@ def charts(scene: Scene, records: Mapping[str, Record], errors: Table, claims: t
     """Return table 1 with the published marks, figure 5, the trajectory, and the mode probabilities."""
     path = scene.truth[:, :2] / 1e3
     flight = [Curve("truth", path[:, 0], path[:, 1])]
-    flight += [Curve(name, *_columns(records[name].path / 1e3), "dashed") for name in ("Singer", "TOM")]
+    tracks = {name: records[name].path / 1e3 for name in ("Singer", "TOM")}
+    flight += [Curve(name, track[:, 0], track[:, 1], "dashed") for name, track in tracks.items()]
     flight.append(Curve("", path[:1, 0], path[:1, 1], "points", 0, notes=("start",)))
     against_time = []
     for name, record in records.items():
@@ -138,7 +139,3 @@ def _kept(record: Record) -> Mask:
     """Select the runs that a curve shows: those that did not fail, or all if all did."""
     kept: Mask = ~record.failed
     return kept if kept.any() else ~kept
-
-
-def _columns(points: Array) -> tuple[Array, Array]:
-    return points[:, 0], points[:, 1]

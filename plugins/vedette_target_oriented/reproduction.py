@@ -12,7 +12,9 @@ from vedette import Experiment, Gaussian, Progress, Reproduction, Scan, Space, l
 from vedette.metrics import nees
 from vedette.reproduction import Findings, Keep, afresh, squared_distances
 from vedette.sampling import Bounds, draw_detections
-from vedette_study import mean_over_runs, over_axes, run_together, two_point
+from vedette_study.lockstep import run_together
+from vedette_study.panels import mean_over_runs
+from vedette_study.starts import over_axes, two_point
 from vedette_target_oriented import accelerations, outcome, processes, verdicts
 from vedette_target_oriented.configs import FILTERS
 from vedette_target_oriented.frames import cartesian, in_frame

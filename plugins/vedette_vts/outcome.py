@@ -9,7 +9,7 @@ from attrs import frozen
 
 from vedette import Array, Mask, Scan
 from vedette.reproduction import Chart, Claim, Curve, Panel, Table, mean_cell, rms_cell, share_cell
-from vedette_study import comparison, mode_panel, over_runs
+from vedette_study.panels import comparison, mode_panel, over_runs
 from vedette_vts.configs import LEGS, MODES
 
 SETTLED = 20

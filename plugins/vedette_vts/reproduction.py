@@ -13,7 +13,9 @@ from vedette.metrics import nees
 from vedette.reproduction import Findings, Keep, afresh, squared_distances
 from vedette.sampling import returns
 from vedette.tracking import preprocessed, raw_sensors
-from vedette_study import mean_over_runs, over_axes, run_together, two_point
+from vedette_study.lockstep import run_together
+from vedette_study.panels import mean_over_runs
+from vedette_study.starts import over_axes, two_point
 from vedette_vts import outcome, verdicts
 from vedette_vts.configs import FILTERS
 from vedette_vts.gating import watch

@@ -9,7 +9,7 @@ from attrs import frozen
 
 from vedette import Array, MotionModel, Trajectory, fields
 from vedette.sampling import draw_states
-from vedette_sim.drawn import Drawn
+from vedette_sim.random_motion import Drawn
 
 
 @final

@@ -9,7 +9,7 @@ from attrs import frozen
 
 from vedette import Array, MotionModel, Trajectory, fields
 from vedette.sampling import common_state, draw_jump_markov, union_state
-from vedette_sim.drawn import check_life, check_models, life
+from vedette_sim.random_motion import check_life, check_models, life
 
 _PLANE = ("x", "y", "vx", "vy")
 

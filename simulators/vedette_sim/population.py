@@ -10,7 +10,7 @@ from attrs import Factory, frozen
 
 from vedette import Array, MotionModel, Trajectory, fields
 from vedette.sampling import Bounds, common_state, draw_jump_markov, union_state
-from vedette_sim.drawn import check_models
+from vedette_sim.random_motion import check_models
 
 Modes = np.ndarray[Any, np.dtype[np.intp]]
 

@@ -27,14 +27,14 @@ from vedette import (
 from vedette.sampling import common_state, corners, draw_clutter, returns, shuffled
 from vedette_sim.convoy import Convoy
 from vedette_sim.crossing import Crossing
-from vedette_sim.drawn import Drawn, life
-from vedette_sim.lazy import BLOCK, LazyScene, Views
+from vedette_sim.lockstep import Gaze, drawn_states, look_together, ship_states
 from vedette_sim.look import Look
-from vedette_sim.merging import merged_returns
 from vedette_sim.population import Population
+from vedette_sim.random_motion import Drawn, life
+from vedette_sim.resolution import merged_returns
 from vedette_sim.ships import PLANE, Ship
-from vedette_sim.together import Gaze, drawn_states, look_together, ship_states
-from vedette_study import Scenes
+from vedette_sim.streamed_scene import BLOCK, LazyScene, Views
+from vedette_study.scenes import Scenes
 
 _MOST_SCANS = 1_000_000
 """More scans of one sensor are taken for a wrong unit."""

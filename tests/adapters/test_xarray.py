@@ -6,7 +6,7 @@ import pytest
 import vedette
 from support.paths import EXAMPLES
 from vedette.errors import InputError
-from vedette_adapters.needed import needed
+from vedette_adapters.libraries import needed
 from vedette_adapters.xarray import to_dataset, to_frame
 
 LINE = EXAMPLES / "filterpy" / "line.csv"

@@ -16,7 +16,7 @@ from vedette_files import CsvSource
 from vedette_files.csv_platform import PlatformColumns
 from vedette_files.csv_returns import DetectionColumns
 from vedette_files.csv_truth import TruthColumns
-from vedette_files.gaps import fill_gaps
+from vedette_files.empty_scans import fill_gaps
 from vedette_standard.sensors.range_bearing import RangeBearing
 
 RNG = np.random.default_rng(0)

@@ -13,7 +13,7 @@ from vedette_files import CsvSource
 from vedette_files.csv_platform import PlatformColumns
 from vedette_files.csv_returns import DetectionColumns
 from vedette_files.csv_truth import TruthColumns
-from vedette_files.reading import Sample, in_time_order
+from vedette_files.readers import Sample, in_time_order
 from vedette_standard.sensors.range_bearing import RangeBearing
 
 RNG = np.random.default_rng(0)

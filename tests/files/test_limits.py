@@ -15,7 +15,7 @@ import pytest
 import vedette
 from vedette.cli import main
 from vedette.errors import ConfigError, InputError
-from vedette_files import opening
+from vedette_files import input_files
 from vedette_files.image_header import MOST_PIXELS, picture_size
 
 ROOT = Path(__file__).parents[2]
@@ -145,13 +145,13 @@ def test_a_scenario_stays_in_its_folder(tmp_path, capsys):
 
 @pytest.mark.parametrize(("source", "head"), [(CSV, ""), (CSV, ROWS), ({"kind": "jsonl"}, ""), ({"kind": "jsonl"}, SCENE)])
 def test_a_line_that_does_not_end(tmp_path, capsys, monkeypatch, source, head):
-    monkeypatch.setattr(opening, "LONGEST_LINE", 1000)
+    monkeypatch.setattr(input_files, "LONGEST_LINE", 1000)
     (tmp_path / "d.csv").write_text(head + "1" * 5000)
     assert "longer than 1,000 characters" in told(tmp_path, capsys, source | {"path": str(tmp_path / "d.csv")})
 
 
 def test_a_file_that_is_read_whole_has_a_ceiling(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(opening, "LARGEST_WHOLE", 1000)
+    monkeypatch.setattr(input_files, "LARGEST_WHOLE", 1000)
     for name in ("scenario1_detections.json", "scenario1_groundTruth.json"):
         (tmp_path / name).write_text(f"[{' ' * 2000}]")
     line = told(tmp_path, capsys, {"kind": "autoferry", "scenario": 1, "path": str(tmp_path)})

@@ -7,7 +7,7 @@ import pytest
 from support.results import PLANE
 from vedette.cli import main
 from vedette_files.geodesy import Origin
-from vedette_files.terms import Terms
+from vedette_files.georeference import Terms
 from vedette_files.track_pieces import geojson_pieces, parquet_pieces
 from vedette_report import series
 

@@ -10,7 +10,7 @@ from vedette.testing import laws_of
 from vedette.testing.comparisons import Misuse
 from vedette.testing.linear_sensor import Watch
 from vedette_flir.estimators.monitored import ResidualMonitored
-from vedette_flir.motion.carrying import Carrying
+from vedette_flir.motion.constant_axes import Carrying
 from vedette_standard.associators.nearest import Nearest
 from vedette_standard.estimators.bootstrap import BootstrapParticles
 from vedette_standard.estimators.extended import ExtendedKalman

@@ -11,7 +11,7 @@ from vedette.filters import unforwarded
 from vedette.testing import examine, laws_of
 from vedette.testing.law import FAST
 from vedette.testing.strategies import components
-from vedette_flir.motion.carrying import Carrying
+from vedette_flir.motion.constant_axes import Carrying
 from vedette_standard.associators.nearest import Nearest
 from vedette_standard.births.given import Given
 from vedette_standard.estimators.extended import ExtendedKalman

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from vedette_flir import reproduction as study
-from vedette_flir.matched import Record
+from vedette_flir.matched_truth import Record
 from vedette_flir.reproduction import FlirReproduction
-from vedette_flir.variations import Variation
+from vedette_flir.robustness import Variation
 from vedette_study.reproduction import data, text
 
 

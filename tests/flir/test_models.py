@@ -10,7 +10,7 @@ from vedette.filters import evaluate_frame
 from vedette.testing import conformance
 from vedette_flir.camera import Camera
 from vedette_flir.motion.atmospheric_wander import AtmosphericWander
-from vedette_flir.motion.carrying import Carrying
+from vedette_flir.motion.constant_axes import Carrying
 from vedette_flir.motion.jittered_acceleration import JitteredAcceleration
 from vedette_flir.motion.jittered_wander import JitteredWander
 from vedette_flir.sensors.gaussian_spot import GaussianSpot

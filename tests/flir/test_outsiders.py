@@ -12,7 +12,7 @@ from support.paths import EXAMPLES
 from vedette import ConfigError, Frame, Gaussian, InputError, Scan, ScanRefused
 from vedette_flir.sources.images import in_order
 from vedette_report.pixels import pixel_figures
-from vedette_tools.drafting import draft_config
+from vedette_tools.drafting.config import draft_config
 
 EXAMPLE = EXAMPLES / "flir_clip.toml"
 

@@ -11,7 +11,7 @@ import vedette
 from support.paths import EXAMPLES
 from vedette import Frame, Gaussian, Scan
 from vedette.config.files import read_file
-from vedette_study import run_together
+from vedette_study.lockstep import run_together
 
 SPREAD = {"x": 0.5, "y": 0.5, "vx": 20.0, "vy": 20.0, "ax": 200.0, "ay": 200.0, "jx": 0.2, "jy": 0.2}
 SIGMA_JITTER, TAU_JITTER, RATE, AMPLITUDE, WIDTH = 0.2, 0.076, 30.0, 10.0, 2.0

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from attrs import evolve
 
-from vedette_flir import variations as varied
+from vedette_flir import robustness
 from vedette_flir.camera import Camera
-from vedette_flir.matched import bound, information, record
-from vedette_flir.sensors.fitted import FittedImage
+from vedette_flir.matched_truth import bound, information, record
 from vedette_flir.sensors.hot_spots import HotSpots
+from vedette_flir.sensors.image_model import FittedImage
 from vedette_flir.verdicts import claims, figures
 
 
@@ -58,7 +58,7 @@ def matched(passes):
 
 
 def rows():
-    return {variation.label: variation for variation in varied.variations()}
+    return {variation.label: variation for variation in robustness.variations()}
 
 
 def seen(variation):

@@ -7,7 +7,7 @@ from attrs import evolve
 from vedette import Frame, Gaussian
 from vedette.filters import evaluate_frame
 from vedette_flir.camera import Camera
-from vedette_flir.motion.carrying import Carrying
+from vedette_flir.motion.constant_axes import Carrying
 from vedette_flir.motion.jittered_wander import JitteredWander
 from vedette_flir.sensors.elliptic_spot import EllipticSpot
 from vedette_flir.sensors.gaussian_spot import GaussianSpot

@@ -10,7 +10,7 @@ import vedette
 from support.paths import EXAMPLES
 from vedette import ConfigError, InputError
 from vedette.cli import main
-from vedette_files import without_passwords
+from vedette.display import without_passwords
 from vedette_flir.sources import stream
 
 EXAMPLE = str(EXAMPLES / "flir_clip.toml")

@@ -7,7 +7,7 @@ import vedette
 from vedette import Frame, Scan
 from vedette_flir.estimators import appearance
 from vedette_flir.estimators.appearance import match_ratio
-from vedette_flir.finding import target_in
+from vedette_flir.initial_box import target_in
 
 TRACKER = {
     "estimator": {

@@ -7,7 +7,7 @@ import pytest
 import vedette
 from support.paths import EXAMPLES
 from vedette.cli import main
-from vedette_flir import annotate
+from vedette_flir import annotation
 
 EXAMPLE = str(EXAMPLES / "flir_clip.toml")
 BOX = "source.box=[18, 28, 7, 7]"
@@ -66,28 +66,28 @@ def test_what_is_no_list_of_numbers_is_told_so(tmp_path, capsys, value):
 
 def test_an_enlarged_part_covers_no_box():
     image, zoomed = np.zeros((240, 320, 3), np.uint8), np.full((120, 120, 3), 9, np.uint8)
-    annotate._put(image, zoomed, [(30, 70, 50, 90), (250, 30, 270, 50)])
-    assert image[239, 319].tolist() == list(annotate.TEXT)
+    annotation._put(image, zoomed, [(30, 70, 50, 90), (250, 30, 270, 50)])
+    assert image[239, 319].tolist() == list(annotation.TEXT)
     assert image[230, 300].tolist() == [9, 9, 9]
     assert not image[:119].any()
     assert not image[:, :199].any()
     everywhere = [(x, y, x + 9, y + 9) for x in (20, 280) for y in (20, 200)]
     image[:] = 0
-    annotate._put(image, zoomed, everywhere)
+    annotation._put(image, zoomed, everywhere)
     assert not image.any()
 
 
 def test_nothing_is_enlarged_outside_the_image():
     image = np.zeros((120, 160, 3), np.uint8)
-    assert annotate._enlarged(image, 1, np.array([170.0, 60.0])) is None
-    assert annotate._enlarged(image, 1, np.array([80.0, -3.0])) is None
-    assert annotate._enlarged(image, 1, np.array([150.0, 60.0])).shape == (60, 60, 3)
+    assert annotation._enlarged(image, 1, np.array([170.0, 60.0])) is None
+    assert annotation._enlarged(image, 1, np.array([80.0, -3.0])) is None
+    assert annotation._enlarged(image, 1, np.array([150.0, 60.0])).shape == (60, 60, 3)
 
 
 @pytest.mark.parametrize("at", [(400, 60), (-90, -90), (150, 1), (100, 999)])
 def test_words_stay_in_the_image(at):
     image = np.zeros((120, 160, 3), np.uint8)
-    annotate._write(cv2, image, "lost", at, annotate.LOST)
+    annotation._write(cv2, image, "lost", at, annotation.LOST)
     inside = np.zeros((120, 160, 3), np.uint8)
-    annotate._write(cv2, inside, "lost", (60, 60), annotate.LOST)
+    annotation._write(cv2, inside, "lost", (60, 60), annotation.LOST)
     assert np.count_nonzero(image[..., 2]) == np.count_nonzero(inside[..., 2]) > 50

@@ -19,7 +19,7 @@ from vedette.config.contract import check_version, described
 from vedette.kernels import reference
 from vedette.tracking.history import History
 from vedette.units import in_unit
-from vedette_files.reading import in_time_order
+from vedette_files.readers import in_time_order
 
 FUZZERS = {
     "configs": (configs.case, 150),

@@ -10,7 +10,7 @@ from vedette import Frame, InputError, Pose, Scan, load
 from vedette.metrics import judge
 from vedette_marine import configs, scenes
 from vedette_marine.preprocessors.cfar import Cfar
-from vedette_marine.preprocessors.rates import factor, greatest_of, ordered
+from vedette_marine.preprocessors.false_alarm_rates import factor, greatest_of, ordered
 from vedette_marine.screen import RadarScreen
 
 SCREEN = {"receiver": RadarScreen()}

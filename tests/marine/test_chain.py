@@ -14,7 +14,7 @@ from vedette_marine.picture.artefacts import rain, spokes
 from vedette_marine.picture.chain import Chain, right_ahead
 from vedette_marine.picture.colours import Palette
 from vedette_marine.picture.evidence import Evidence, Excess
-from vedette_marine.picture.looking import sheet, stage_pictures
+from vedette_marine.picture.inspection import sheet, stage_pictures
 from vedette_marine.preprocessors.radar_picture import RadarPicture
 from vedette_marine.screen import RadarScreen
 

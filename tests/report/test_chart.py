@@ -5,7 +5,7 @@ import pytest
 
 from vedette.reproduction import Cell, Chart, Curve, Panel, Table
 from vedette_report.chart import draw
-from vedette_study import comparison, mean_over_runs, mode_panel
+from vedette_study.panels import comparison, mean_over_runs, mode_panel
 
 X = np.arange(40.0)
 

@@ -17,7 +17,7 @@ from support.results import PLANE, config, drawn_lines, result, still, track, wo
 from vedette import Gaussian, Recording, Scan, Space, metrics
 from vedette.metrics import judge
 from vedette.types import Detections, Pose
-from vedette_files.reading import NORTH_EAST
+from vedette_files.readers import NORTH_EAST
 from vedette_report import canvas
 from vedette_report.errors import errors
 from vedette_report.figures import figures

@@ -16,8 +16,8 @@ from vedette.cli import main
 from vedette.config.files import read_file
 from vedette_files import read_series
 from vedette_study.grid import spaced_evenly_in_log, unit_at
-from vedette_study.kept import read_outcome
-from vedette_study.worst import worst
+from vedette_study.results import read_outcome
+from vedette_study.worst_runs import worst
 
 SWEPT = "estimator.motion.sigma_accel"
 

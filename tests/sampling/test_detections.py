@@ -7,9 +7,9 @@ import numpy as np
 from attrs import evolve
 from scipy import stats
 
-import vedette_sim as sim
 from support.scenes import REGION, Polar
 from support.statistics import ALPHA, dispersion_p, moments_match
+from vedette import sampling
 from vedette.sampling.detections import shuffled
 from vedette_standard.sensors.cartesian_position import CartesianPosition
 
@@ -17,7 +17,7 @@ from vedette_standard.sensors.cartesian_position import CartesianPosition
 def test_returns_are_noisy_as_stated_and_wrap():
     sensor = Polar()
     x = np.broadcast_to([-300.0, 0.5], (4000, 1, 2))
-    seen = sim.draw_detections(sensor, x, np.random.default_rng(4))
+    seen = sampling.draw_detections(sensor, x, np.random.default_rng(4))
     z = seen.z[seen.valid]
     assert np.all((z[:, 1] >= -np.pi) & (z[:, 1] < np.pi))
     assert np.any(z[:, 1] < 0)
@@ -28,12 +28,12 @@ def test_returns_are_noisy_as_stated_and_wrap():
 
 def test_objects_are_detected_as_often_as_the_sensor_says():
     x = np.broadcast_to([[100.0, 0.0], [0.0, 2000.0], [-50.0, 50.0]], (2000, 3, 2))
-    _, seen = sim.returns(Polar(), x, np.random.default_rng(4).random((2000, 3)), np.zeros((2000, 3, 2)))
+    _, seen = sampling.returns(Polar(), x, np.random.default_rng(4).random((2000, 3)), np.zeros((2000, 3, 2)))
     hits = seen.sum(axis=0)
     assert hits[1] == 0
     for count in (hits[0], hits[2]):
         assert stats.binomtest(int(count), 2000, 0.9).pvalue > ALPHA
-    sure = sim.draw_detections(
+    sure = sampling.draw_detections(
         evolve(Polar(), p_detect=1.0), x, np.random.default_rng(0), alive=np.array([True, True, False])
     )
     assert np.all(sure.valid.sum(axis=-1) == 1)
@@ -42,7 +42,7 @@ def test_objects_are_detected_as_often_as_the_sensor_says():
 
 def test_clutter_has_the_density_that_the_sensor_states():
     sensor, runs = Polar(density=3e-6), 1000
-    z, valid = sim.draw_clutter(sensor, REGION, np.random.default_rng(6), (runs,))
+    z, valid = sampling.draw_clutter(sensor, REGION, np.random.default_rng(6), (runs,))
     expected = 3e-6 * np.pi * (1000.0**2 - 100.0**2)
     counts = valid.sum(axis=-1)
     assert dispersion_p(counts, expected) > ALPHA
@@ -55,18 +55,18 @@ def test_clutter_has_the_density_that_the_sensor_states():
 
 def test_uniform_clutter_fills_its_box_and_nothing_else():
     sensor = CartesianPosition(sigma=1.0, clutter_density=1e-4)
-    box = {"y": sim.Bounds(0, 500), "x": sim.Bounds(-100, 300)}
-    z, valid = sim.draw_clutter(sensor, box, np.random.default_rng(6), (1000,))
+    box = {"y": sampling.Bounds(0, 500), "x": sampling.Bounds(-100, 300)}
+    z, valid = sampling.draw_clutter(sensor, box, np.random.default_rng(6), (1000,))
     assert dispersion_p(valid.sum(axis=-1), 20.0) > ALPHA
     assert stats.kstest(z[valid][:, 0], stats.uniform(-100, 400).cdf).pvalue > ALPHA
     assert stats.kstest(z[valid][:, 1], stats.uniform(0, 500).cdf).pvalue > ALPHA
-    quiet = sim.draw_clutter(CartesianPosition(sigma=1.0), box, np.random.default_rng(6))[1]
+    quiet = sampling.draw_clutter(CartesianPosition(sigma=1.0), box, np.random.default_rng(6))[1]
     assert quiet.shape == (0,)
 
 
 def test_a_sector_over_the_seam_stays_a_sector():
-    sector = {"range": sim.Bounds(100, 1000), "bearing": sim.Bounds(3.0, 3.5)}
-    z, valid = sim.draw_clutter(Polar(density=1e-4), sector, np.random.default_rng(6), (20,))
+    sector = {"range": sampling.Bounds(100, 1000), "bearing": sampling.Bounds(3.0, 3.5)}
+    z, valid = sampling.draw_clutter(Polar(density=1e-4), sector, np.random.default_rng(6), (20,))
     bearing = z[valid][:, 1]
     assert np.all(np.abs(bearing) <= np.pi)
     assert np.all((bearing >= 3.0) | (bearing <= 3.5 - 2 * np.pi))
@@ -91,9 +91,9 @@ def test_returns_come_in_random_order_and_valid_ones_first():
 def test_a_batch_of_scans_is_like_scans_one_by_one():
     sensor = Polar(density=2e-6)
     x = np.array([[200.0, 0.0], [0.0, -700.0]])
-    batch = sim.draw_detections(sensor, np.broadcast_to(x, (800, 2, 2)), np.random.default_rng(1), REGION)
+    batch = sampling.draw_detections(sensor, np.broadcast_to(x, (800, 2, 2)), np.random.default_rng(1), REGION)
     rng = np.random.default_rng(2)
-    singles = [sim.draw_detections(sensor, x, rng, REGION) for _ in range(800)]
+    singles = [sampling.draw_detections(sensor, x, rng, REGION) for _ in range(800)]
     assert all(np.all(one.valid) for one in singles)
     assert np.all(np.diff(batch.valid.astype(int), axis=-1) <= 0)
     alone = np.concatenate([one.z for one in singles])

@@ -9,7 +9,7 @@ import vedette
 import vedette_sim as sim
 from support.paths import EXAMPLES
 from support.scenes import DRAWN, REGION, SENSORS, SHIPS, START, Peaked, Polar, Weaving, scene
-from vedette import ConfigError, Pose, Sensor, Space
+from vedette import ConfigError, Pose, Sensor, Space, sampling
 from vedette_standard.motion.constant_velocity import ConstantVelocity
 
 SCENE_TOML = """
@@ -115,30 +115,30 @@ def rng() -> np.random.Generator:
         (lambda: scene(sensors={"sonar": SENSORS["radar"]}), r"sensors.sonar: never looks; there are looks"),
         (lambda: scene(ownship=SHIPS["tug"]), "ownship: must be there all"),
         (lambda: scene(duration=1e12), "looks.radar.interval: makes more than 1000000 scans"),
-        (lambda: sim.follow(CV, np.zeros(3), np.arange(2.0), np.zeros((1, 4))), "x0: must have the 4 axes"),
-        (lambda: sim.follow(CV, np.zeros(4), np.arange(2.0), np.zeros((2, 4))), "standard: must end in"),
-        (lambda: sim.draw_states(CV, np.zeros(4), np.array([1.0, 0.0]), rng()), "times: .* never going back"),
-        (lambda: sim.draw_states(CV, np.zeros(4), np.array([np.nan]), rng()), "times: must be finite"),
-        (lambda: sim.switch(np.ones((2, 2)), 0, np.arange(2.0), np.zeros(1)), "transition: must be square"),
-        (lambda: sim.switch(np.eye(2), 2, np.arange(2.0), np.zeros(1)), r"mode0: must be one.*got 2"),
+        (lambda: sampling.follow(CV, np.zeros(3), np.arange(2.0), np.zeros((1, 4))), "x0: must have the 4 axes"),
+        (lambda: sampling.follow(CV, np.zeros(4), np.arange(2.0), np.zeros((2, 4))), "standard: must end in"),
+        (lambda: sampling.draw_states(CV, np.zeros(4), np.array([1.0, 0.0]), rng()), "times: .* never going back"),
+        (lambda: sampling.draw_states(CV, np.zeros(4), np.array([np.nan]), rng()), "times: must be finite"),
+        (lambda: sampling.switch(np.ones((2, 2)), 0, np.arange(2.0), np.zeros(1)), "transition: must be square"),
+        (lambda: sampling.switch(np.eye(2), 2, np.arange(2.0), np.zeros(1)), r"mode0: must be one.*got 2"),
         (
-            lambda: sim.draw_jump_markov((CV, Weaving()), np.eye(2), np.zeros(5), 0, np.arange(2.0), rng()),
+            lambda: sampling.draw_jump_markov((CV, Weaving()), np.eye(2), np.zeros(5), 0, np.arange(2.0), rng()),
             "starts: must give .* of turn_rate",
         ),
         (
-            lambda: sim.draw_jump_markov((CV,), np.eye(2), np.zeros(4), 0, np.arange(2.0), rng()),
+            lambda: sampling.draw_jump_markov((CV,), np.eye(2), np.zeros(4), 0, np.arange(2.0), rng()),
             r"one row for each.*got 2",
         ),
-        (lambda: sim.draw_detections(Polar(), np.zeros((1, 4)), rng()), "x: must have the 2 axes"),
-        (lambda: sim.draw_clutter(Polar(), {}, rng()), "range: must have a low and a high"),
-        (lambda: sim.draw_clutter(Polar(), REGION | {"x": sim.Bounds(0, 1)}, rng()), "x: is not measured"),
+        (lambda: sampling.draw_detections(Polar(), np.zeros((1, 4)), rng()), "x: must have the 2 axes"),
+        (lambda: sampling.draw_clutter(Polar(), {}, rng()), "range: must have a low and a high"),
+        (lambda: sampling.draw_clutter(Polar(), REGION | {"x": sim.Bounds(0, 1)}, rng()), "x: is not measured"),
         (
-            lambda: sim.draw_clutter(Polar(), REGION | {"bearing": sim.Bounds(0, 7)}, rng()),
+            lambda: sampling.draw_clutter(Polar(), REGION | {"bearing": sim.Bounds(0, 7)}, rng()),
             r"bearing: must span at most 6.28319.*got 7",
         ),
-        (lambda: sim.draw_clutter(Polar(density=1e3), REGION, rng()), "false returns a scan; check"),
-        (lambda: sim.draw_clutter(Polar(density=-1e-6), REGION, rng()), "must be finite and >= 0"),
-        (lambda: sim.draw_clutter(Peaked(), REGION, rng(), (2000,)), "peaks too sharply"),
+        (lambda: sampling.draw_clutter(Polar(density=1e3), REGION, rng()), "false returns a scan; check"),
+        (lambda: sampling.draw_clutter(Polar(density=-1e-6), REGION, rng()), "must be finite and >= 0"),
+        (lambda: sampling.draw_clutter(Peaked(), REGION, rng(), (2000,)), "peaks too sharply"),
     ],
 )  # fmt: skip
 def test_what_is_wrong_is_said(wrong, said):

@@ -12,7 +12,7 @@ import pytest
 
 import vedette
 from support.clusters import boat
-from vedette_study import carry, executors
+from vedette_study import execution, executors
 
 distributed = pytest.importorskip("distributed")
 
@@ -88,7 +88,7 @@ def test_a_worker_without_the_plugin_is_told_and_finished_chunks_are_kept(cluste
 
 def test_a_chunk_that_kills_its_workers_ends_the_study_and_keeps_the_others(cluster, monkeypatch, tmp_path):
     monkeypatch.setattr(cluster.scheduler, "allowed_failures", 0)
-    own = carry.attempt
+    own = execution.attempt
 
     def fatal(config, seed, runs, *rest):
         return os._exit(1) if runs.start == 160 else own(config, seed, runs, *rest)
@@ -96,7 +96,7 @@ def test_a_chunk_that_kills_its_workers_ends_the_study_and_keeps_the_others(clus
     wait_for_workers(cluster)
     options = {"chunk": 20, "out": tmp_path / "out"}
     with monkeypatch.context() as patched:
-        patched.setattr(carry, "attempt", fatal)
+        patched.setattr(execution, "attempt", fatal)
         with pytest.raises(vedette.VedetteError, match=r"a worker failed: KilledWorker.*--resume continues"):
             vedette.monte_carlo(CONFIG, 200, 3, scheduler=cluster.scheduler_address, **options)
     kept = {path.name for path in (tmp_path / "out" / "chunks").iterdir()}

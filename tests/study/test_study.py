@@ -201,16 +201,16 @@ def test_resuming_runs_only_what_is_missing(tmp_path, undisturbed, monkeypatch):
     vedette.monte_carlo(config(), 60, 3, **options)
     (tmp_path / "chunks" / "00001-0000002.npz").write_bytes(b"torn")
     (tmp_path / "chunks" / "00000-0000004.npz").unlink()
-    from vedette_study import carry
+    from vedette_study import execution
 
     done = []
-    monkeypatch.setattr(carry, "run_chunk", lambda *given: (done.append(given[2]), run_chunk(*given))[1])
+    monkeypatch.setattr(execution, "run_chunk", lambda *given: (done.append(given[2]), run_chunk(*given))[1])
     equal(undisturbed, vedette.monte_carlo(config(), 60, 3, resume=True, **options))
     assert done == [range(20, 30), range(40, 50)]
 
 
 def test_ctrl_c_keeps_what_all_points_have(monkeypatch, undisturbed):
-    from vedette_study import carry
+    from vedette_study import execution
 
     left = iter(range(5))
 
@@ -219,7 +219,7 @@ def test_ctrl_c_keeps_what_all_points_have(monkeypatch, undisturbed):
             raise KeyboardInterrupt
         return run_chunk(*given)
 
-    monkeypatch.setattr(carry, "run_chunk", chunk)
+    monkeypatch.setattr(execution, "run_chunk", chunk)
     found = vedette.monte_carlo(config(), 60, 3, chunk=10, sweep=SWEEP)
     assert found.interrupted
     assert found.runs == 20

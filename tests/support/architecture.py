@@ -39,6 +39,14 @@ CORE = (
 
 PLUGINS = (
     "vedette_files",
+    "vedette_files.columnar",
+    "vedette_files.csv_table",
+    "vedette_files.image_header",
+    "vedette_files.input_files",
+    "vedette_files.json_values",
+    "vedette_files.libraries",
+    "vedette_files.png",
+    "vedette_files.readers",
     "vedette_marine",
     "vedette_marine.ais",
     "vedette_marine.geometry",
@@ -53,7 +61,13 @@ PLUGINS = (
     "vedette_report.summary",
     "vedette_report.warnings",
     "vedette_standard",
-    "vedette_study",
+    "vedette_study.grid",
+    "vedette_study.lockstep",
+    "vedette_study.panels",
+    "vedette_study.plan",
+    "vedette_study.scenes",
+    "vedette_study.starts",
+    "vedette_study.store",
 )
 """The modules of plugins that the plugins above them may import."""
 

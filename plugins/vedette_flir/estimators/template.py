@@ -16,9 +16,9 @@ from vedette_flir.estimators.appearance import (
     Match,
     match_ratio,
 )
-from vedette_flir.finding import target_in
+from vedette_flir.initial_box import target_in
 from vedette_flir.patches import blurred, centroid, contrast, isolated, mask_of, peak, sample, similarity
-from vedette_flir.scenes import BLOCKS, FADING, change, is_cut, outline
+from vedette_flir.scene_changes import BLOCKS, FADING, change, is_cut, outline
 from vedette_flir.sizes import DOUBT, grown, spread_of
 
 BRIGHTEST = 1.5

@@ -9,7 +9,7 @@ from attrs import frozen
 
 from vedette import Array, Frame, Mask, fields
 from vedette_flir.camera import cut
-from vedette_flir.sensors.apparent import ApparentPosition
+from vedette_flir.sensors.apparent_position import ApparentPosition
 
 
 @final

@@ -8,8 +8,8 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, fields
-from vedette_flir.sensors.fitted import FittedImage, Picture
 from vedette_flir.sensors.gaussian_spot import WIDTHS
+from vedette_flir.sensors.image_model import FittedImage, Picture
 from vedette_flir.spots import bivariate, elliptic
 
 CORRELATIONS = (-0.9, 0.9, 0.1)

@@ -8,7 +8,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, fields
-from vedette_flir.sensors.fitted import FittedImage, Picture
+from vedette_flir.sensors.image_model import FittedImage, Picture
 from vedette_flir.spots import circular, disc
 
 WIDTHS = (0.4, 6.0, 0.5)

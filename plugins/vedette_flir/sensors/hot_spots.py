@@ -8,7 +8,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, fields
-from vedette_flir.sensors.fitted import FittedImage, Picture
+from vedette_flir.sensors.image_model import FittedImage, Picture
 from vedette_flir.spots import bivariate, elliptic
 
 QUARTER = np.array([[0.0, -1.0], [1.0, 0.0]])

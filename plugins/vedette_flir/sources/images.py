@@ -12,7 +12,10 @@ from attrs import frozen
 from numpy.typing import NDArray
 
 from vedette import InputError, Problem
-from vedette_files import check_pixels, check_png, check_regular, inside, is_png, picture_size
+from vedette_files.image_header import check_pixels, picture_size
+from vedette_files.input_files import check_regular, inside
+from vedette_files.libraries import needed
+from vedette_files.png import check_png, is_png
 
 Grey = NDArray[np.unsignedinteger[Any]]
 """A frame (h, w) of 8 or 16 bit."""
@@ -25,11 +28,12 @@ ALIKE = 8
 
 def opencv() -> Any:
     """Return the module `cv2`; InputError if it is not installed."""
-    try:
-        import cv2
-    except ImportError:
-        raise InputError("reading images needs OpenCV: pip install 'vedette[vision]'") from None
-    return cv2
+    return needed("cv2", "reading images needs OpenCV", "vision")
+
+
+def signed(pixels: NDArray[Any], negative: bool) -> NDArray[Any]:
+    """Return a frame, or its negative, in its own integer type."""
+    return np.asarray(np.iinfo(pixels.dtype).max - pixels) if negative else pixels
 
 
 WEIGHTS = {"luminance": (0.114, 0.587, 0.299), "blue": (1.0, 0.0, 0.0), "green": (0.0, 1.0, 0.0), "red": (0.0, 0.0, 1.0)}

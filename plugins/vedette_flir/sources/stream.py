@@ -26,9 +26,12 @@ from vedette import (
     Trajectory,
     fields,
 )
-from vedette_files import check_pixels, check_regular, short, user_path, without_passwords
+from vedette.display import without_passwords
+from vedette_files.image_header import check_pixels
+from vedette_files.input_files import check_regular, user_path
+from vedette_files.json_values import short
 from vedette_flir.sources.boxes import BOX, four, fours, given_boxes
-from vedette_flir.sources.images import WEIGHTS, grey_of, opencv
+from vedette_flir.sources.images import WEIGHTS, grey_of, opencv, signed
 from vedette_flir.sources.video import camera_of
 
 ENDLESS = 10**9
@@ -139,7 +142,7 @@ class _Frames:
             video.release()
             raise InputError(f"{address}: gives no frame")
         try:
-            self.first = self._signed(grey_of(image, grey))
+            self.first = signed(grey_of(image, grey), negative)
         except ValueError as error:
             video.release()
             raise InputError(f"{address}: frame 0: {error}") from None
@@ -164,7 +167,7 @@ class _Frames:
     def _usable(self, image: NDArray[Any], number: int) -> NDArray[Any]:
         """Return a frame in grey levels; unknown pixels, with a warning, for one in colour or of another size or kind."""
         try:
-            pixels = self._signed(grey_of(image, self.grey))
+            pixels = signed(grey_of(image, self.grey), self.negative)
             if (pixels.shape, pixels.dtype) != (self.first.shape, self.first.dtype):
                 (height, width), (rows, columns) = self.first.shape, pixels.shape
                 raise ValueError(
@@ -174,7 +177,3 @@ class _Frames:
             warnings.warn(f"frame {number}: {error}; its pixels count as unknown", RuntimeWarning, stacklevel=2)
             return np.full(self.first.shape, np.nan)
         return pixels
-
-    def _signed(self, pixels: NDArray[Any]) -> NDArray[Any]:
-        signed: NDArray[Any] = np.iinfo(pixels.dtype).max - pixels if self.negative else pixels
-        return signed

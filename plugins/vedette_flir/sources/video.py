@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, ClassVar, cast, final
+from typing import ClassVar, cast, final
 
 import numpy as np
 from attrs import frozen
@@ -25,7 +25,7 @@ from vedette import (
     Trajectory,
     fields,
 )
-from vedette_files import inside, user_path
+from vedette_files.input_files import inside, user_path
 from vedette_flir.sources.boxes import (
     BOX,
     Segment,
@@ -37,7 +37,7 @@ from vedette_flir.sources.boxes import (
     meets,
     read_segment,
 )
-from vedette_flir.sources.images import WEIGHTS, Grey, look_through
+from vedette_flir.sources.images import WEIGHTS, look_through, signed
 
 
 @final
@@ -105,7 +105,7 @@ class VideoSource(Source):
             raise InputError(f"{path}: has no frame from {begin} to {part.end - 1}; it has {len(clip.numbers)}")
 
         def make(i: int) -> Scan:
-            return Scan.image(kept[i] / rate, camera, Frame(self._signed(clip.frame(kept[i]))))
+            return Scan.image(kept[i] / rate, camera, Frame(cast(Array, signed(clip.frame(kept[i]), self.negative))))
 
         seen = in_sight(boxes, absent)
         truth = [
@@ -153,11 +153,6 @@ class VideoSource(Source):
     @property
     def _given(self) -> bool:
         return self.box is not None or self.boxes is not None
-
-    def _signed(self, pixels: Grey) -> Array:
-        """Return the frame, or its negative, in its own integer type."""
-        signed: Any = np.iinfo(pixels.dtype).max - pixels if self.negative else pixels
-        return cast(Array, signed)
 
 
 def camera_of(sensors: Mapping[str, Sensor]) -> str:

@@ -10,9 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from vedette import InputError, Problem, Rows
+from vedette import Problem, Rows
 from vedette.fields import ABSURD
-from vedette_files import lines, shown
+from vedette_files.input_files import lines, shown
+from vedette_files.libraries import needed
 from vedette_marine.ais.reports import KNOT, ROT_STEP, Reports, by_ship, turn_rate
 
 POSITIONS = (1, 2, 3, 18, 19, 27)
@@ -50,10 +51,7 @@ def messages(sentences: Iterable[tuple[str, str]], refused: list[Problem]) -> It
 
     The parts of a long message need not be adjacent: they are joined by their number and channel.
     """
-    try:
-        import pyais
-    except ImportError:
-        raise InputError("AIS sentences need pyais: pip install 'vedette[marine]'") from None
+    pyais = needed("pyais", "AIS sentences need pyais", "marine")
     waiting: dict[tuple[str, str, str], tuple[str, list[str]]] = {}
     for place, sentence in sentences:
         parts = [sentence]

@@ -7,7 +7,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, InputError, Mask, Problem
+from vedette import Array, Mask, Problem
+from vedette_files.libraries import needed
 
 KNOT = 1852.0 / 3600.0
 """m/s"""
@@ -73,10 +74,7 @@ def turn_rate(rot: Array) -> Array:
 
 def east_north(latitude: Array, longitude: Array, origin: tuple[float, float]) -> Array:
     """Return east and north (s, 2) in m of the local tangent plane at `origin`, latitude and longitude in deg, on WGS 84."""
-    try:
-        from pymap3d import geodetic2enu
-    except ImportError:
-        raise InputError("latitudes and longitudes need pymap3d: pip install 'vedette[marine]'") from None
+    geodetic2enu = needed("pymap3d", "latitudes and longitudes need pymap3d", "marine").geodetic2enu
     east, north, _ = geodetic2enu(latitude, longitude, 0.0, origin[0], origin[1], 0.0)
     return np.stack([np.asarray(east, dtype=float), np.asarray(north, dtype=float)], axis=-1)
 

@@ -25,7 +25,9 @@ from vedette import (
     Trajectory,
     fields,
 )
-from vedette_files import Sample, check_png, find, in_time_order, inside, shown
+from vedette_files.input_files import inside, shown
+from vedette_files.png import check_png
+from vedette_files.readers import Sample, find, in_time_order
 from vedette_marine.ais.csv import read_csv
 from vedette_marine.ais.reports import without_outliers
 from vedette_marine.ais.tracks import trajectories

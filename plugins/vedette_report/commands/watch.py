@@ -15,8 +15,8 @@ from vedette.experiment import Experiment, Steps, Watch
 from vedette.writing import check_folder
 from vedette_report.streaming import stream
 from vedette_report.warnings import of_input
-from vedette_report.watching.pace import Pace, read_speed
 from vedette_report.watching.page import LivePage
+from vedette_report.watching.real_time import Pace, read_speed
 from vedette_report.watching.terminal import TerminalView
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from importlib import import_module
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -12,11 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vedette.errors import InputError
 from vedette.space import Array
 from vedette.types import Track
 from vedette.writing import unfinished
 from vedette_files import read_series
+from vedette_files.libraries import needed
 from vedette_report import canvas
 from vedette_report.exporting.run import CHI_SQUARE_95, OUTLINE, Run
 from vedette_report.page.columns import middle
@@ -31,10 +30,7 @@ def write_rerun(path: Path, run: Run, ellipses: int) -> None:
     Places are in m, or px, from a round one in the middle, which the document `about` names: Rerun keeps them in single
     precision. Latitudes and longitudes stand beside them where they are known.
     """
-    try:
-        rr: Any = import_module("rerun")
-    except ImportError:
-        raise InputError("Rerun's files need rerun-sdk: pip install 'vedette[rerun]'") from None
+    rr = needed("rerun", "Rerun's files need rerun-sdk", "rerun")
     series = read_series(run.folder / "series.npz")
     centre = middle(series)
     with unfinished(path) as place:

@@ -47,7 +47,7 @@ class Shown:
         if own.name == SMOOTHED:
             name, figures = f"{name} (smoothed)", figures.get("smoothed", {})
         config = without_passwords(_text(folder / "config.json"))
-        return cls(name, folder, series, _renamed(figures), _text(folder / "summary.txt"), config)
+        return cls(name, folder, series, figures, _text(folder / "summary.txt"), config)
 
     def facts(
         self, underlay: Path | None, origin: Origin | None, centre: Array | None = None
@@ -71,16 +71,6 @@ class Shown:
     def map_axes(self) -> list[str]:
         """The names of the map's axes; none without a map."""
         return list(self.series.about["map"]["axes"]) if self.series.about["map"] else []
-
-
-def _renamed(figures: dict[str, Any]) -> dict[str, Any]:
-    """Return figures under today's names: once the NEES was told as it is, not over the number of its axes."""
-    told = dict(figures)
-    for old, new, axes in (("anees", "nees_position", "bias_m"), ("anees_state", "nees_state", "anees_state_axes")):
-        if old in told:
-            value, over = told.pop(old), told.get(axes)
-            told.setdefault(new, value / len(over) if value is not None and over else None)
-    return told
 
 
 def _box(series: Series) -> tuple[Array, Array]:

@@ -24,7 +24,7 @@ from vedette_report.page.frames import limits_of, picture
 from vedette_report.page.geography import graticule, read_underlay
 from vedette_report.page.skeleton import page
 from vedette_report.watching.journal import Journal
-from vedette_report.watching.pace import Pace
+from vedette_report.watching.real_time import Pace
 from vedette_report.watching.records import Records, Seen
 from vedette_report.watching.server import Server
 

@@ -8,9 +8,9 @@ from pathlib import Path
 from vedette.commands import options
 from vedette.progress import on_terminal
 from vedette_report.page import target_of
-from vedette_study.kept import is_study, read_outcome
 from vedette_study.page import write_study_page
-from vedette_study.worst import read_run, run_anew, worst
+from vedette_study.results import is_study, read_outcome
+from vedette_study.worst_runs import read_run, run_anew, worst
 
 
 def page_asked_for(folder: Path, arguments: Namespace) -> Path | None:

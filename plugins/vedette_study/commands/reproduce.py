@@ -17,7 +17,7 @@ from vedette.writing import check_folder, whole_file
 from vedette_report.canvas import Look
 from vedette_report.drawing import drawing
 from vedette_report.output import write_charts
-from vedette_study.parts import Parts
+from vedette_study.checkpoint import Parts
 from vedette_study.reproduction import data, text
 
 

@@ -13,7 +13,7 @@ from vedette.config import load
 from vedette.tracking import explained
 from vedette.units import in_unit
 from vedette_tools.explaining import findings, situation
-from vedette_tools.explaining.words import WIDTH, composed, figures, lines
+from vedette_tools.explaining.description import WIDTH, composed, figures, lines
 
 
 def run(arguments: Namespace) -> int:

@@ -10,7 +10,8 @@ from vedette.commands import DONE
 from vedette.config import load
 from vedette.errors import ConfigError, InputError, Problem
 from vedette.writing import whole_file
-from vedette_tools.drafting import distribution_name, draft_config, draft_package
+from vedette_tools.drafting.config import draft_config
+from vedette_tools.drafting.package import distribution_name, draft_package
 
 CONFIGS = (".toml", ".yaml", ".yml")
 """How the names of configs end, and those of no table."""

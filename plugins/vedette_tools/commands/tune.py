@@ -11,9 +11,11 @@ from vedette.writing import check_folder, whole_file
 from vedette_report.canvas import Look
 from vedette_report.drawing import drawing
 from vedette_report.output import can_draw
-from vedette_study import short_names
-from vedette_tools.tuning import Found, Tuned, data, summary, text, toml, tune
+from vedette_study.grid import short_names
+from vedette_tools.tuning.config_text import toml
 from vedette_tools.tuning.picture import Growth, Hill, draw
+from vedette_tools.tuning.summary import data, summary, text
+from vedette_tools.tuning.tuner import Found, Tuned, tune
 
 
 def run(arguments: Namespace) -> int:

@@ -12,13 +12,14 @@ from vedette.config import load
 from vedette.experiment import Experiment
 from vedette.space import Array
 from vedette.types import Recording, Scan
-from vedette_files import NORTH_EAST, CsvSource, TablePath
+from vedette_files import NORTH_EAST, CsvSource
+from vedette_files.columnar import TablePath
 from vedette_tools.drafting.cadence import left_out_period
 from vedette_tools.drafting.chains import Chain, chains, spacing, unbroken
+from vedette_tools.drafting.height_and_rate import UNSURE, VELOCITY, own_share, recedes, third_noise
 from vedette_tools.drafting.noise import Noise, Windows, estimated, plausible
 from vedette_tools.drafting.table import FLAT, Table, read_table
 from vedette_tools.drafting.text import Facts, written
-from vedette_tools.drafting.third import UNSURE, VELOCITY, own_share, recedes, third_noise
 from vedette_tools.drafting.titles import meaning
 
 MOST_SCANS = 1500

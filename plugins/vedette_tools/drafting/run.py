@@ -17,7 +17,8 @@ from vedette.experiment import Experiment, Result
 from vedette.roles import Sensor
 from vedette.supporting import Source
 from vedette.types import Recording
-from vedette_files import CsvSource, FrameTable, frame_of
+from vedette_files import CsvSource
+from vedette_files.columnar import FrameTable, frame_of
 from vedette_tools.drafting.config import draft_config
 
 

@@ -13,24 +13,12 @@ from attrs import evolve, field, frozen
 
 from vedette.errors import InputError
 from vedette.space import Array
-from vedette_files import (
-    COMMAS,
-    FRAMES,
-    NORTH_EAST,
-    Dialect,
-    FrameTable,
-    TablePath,
-    cells_of,
-    fitted,
-    header_and_rows,
-    header_line,
-    is_columnar,
-    is_number,
-    lines,
-    listed,
-    shown,
-)
-from vedette_tools.drafting.third import VELOCITY, own_velocity, third_column
+from vedette_files import NORTH_EAST
+from vedette_files.columnar import FrameTable, TablePath, header_and_rows, is_columnar
+from vedette_files.csv_table import COMMAS, Dialect, cells_of, fitted, header_line, is_number, listed
+from vedette_files.input_files import lines, shown
+from vedette_files.readers import FRAMES
+from vedette_tools.drafting.height_and_rate import VELOCITY, own_velocity, third_column
 from vedette_tools.drafting.titles import UNITS, Meaning, chosen, meaning
 
 LOOKED_AT = 2000

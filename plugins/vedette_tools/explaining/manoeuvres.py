@@ -12,7 +12,7 @@ from vedette.filters import expected_return, predicted
 from vedette.roles import Sensor
 from vedette.space import Array, Axis, Space
 from vedette.types import Detections, Gaussian, Pose, Trajectory
-from vedette_tools.explaining.settled import Settled
+from vedette_tools.explaining.steady_state import Settled
 
 BEFORE, AFTER = 50, 20
 """Scans before and after the strongest manoeuvre that the filter is led over."""

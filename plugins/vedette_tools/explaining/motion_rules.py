@@ -14,8 +14,8 @@ from vedette.units import say
 from vedette_tools.explaining.finding import Finding
 from vedette_tools.explaining.manoeuvres import Manoeuvre, strongest
 from vedette_tools.explaining.parameters import square
-from vedette_tools.explaining.settled import inverts
 from vedette_tools.explaining.situation import Seen, Situation
+from vedette_tools.explaining.steady_state import inverts
 
 LOUD, QUIET_SCANS = 10.0, 300
 LAG = 3.0

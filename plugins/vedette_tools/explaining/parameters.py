@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import attrs
@@ -10,20 +11,17 @@ import numpy as np
 
 def in_seconds(component: Any) -> dict[str, float]:
     """Return the parameters of a component that are times in s, by name, those left open apart."""
-    found = {}
-    for each in attrs.fields(type(component)) if attrs.has(type(component)) else ():
-        value = getattr(component, each.name)
-        if each.init and each.metadata.get("unit") == "s" and isinstance(value, float | int):
-            found[each.name] = float(value)
-    return found
+    return {name: float(value) for name, value in _in_unit(component, "s") if isinstance(value, float | int)}
 
 
 def square(component: Any, unit: str) -> dict[str, np.ndarray[Any, Any]]:
     """Return the parameters of a component that are square matrices in `unit`, by name."""
-    found = {}
-    for each in attrs.fields(type(component)) if attrs.has(type(component)) else ():
-        value = getattr(component, each.name)
-        matrix = isinstance(value, np.ndarray) and value.ndim == 2 and value.shape[0] == value.shape[1] > 1
-        if each.init and matrix and each.metadata.get("unit") == unit:
-            found[each.name] = value
-    return found
+    arrays = {name: value for name, value in _in_unit(component, unit) if isinstance(value, np.ndarray)}
+    return {name: array for name, array in arrays.items() if array.ndim == 2 and array.shape[0] == array.shape[1] > 1}
+
+
+def _in_unit(component: Any, unit: str) -> Iterator[tuple[str, Any]]:
+    """Yield name and value of the parameters of a component that are in `unit`."""
+    for parameter in attrs.fields(type(component)) if attrs.has(type(component)) else ():
+        if parameter.init and parameter.metadata.get("unit") == unit:
+            yield parameter.name, getattr(component, parameter.name)

@@ -11,8 +11,8 @@ from vedette.space import Array
 from vedette.supporting import ImagingSensor
 from vedette.units import say
 from vedette_tools.explaining.finding import Finding
-from vedette_tools.explaining.settled import ring
 from vedette_tools.explaining.situation import Seen, Situation
+from vedette_tools.explaining.steady_state import ring
 
 MOST_IN_NEW_GATE, MOST_IN_GATE = 3.0, 1.5
 LEAST_GATE, LEAST_DETECTION = 0.8, 0.3

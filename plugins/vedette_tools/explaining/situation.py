@@ -13,9 +13,9 @@ from vedette.space import Array, Space
 from vedette.supporting import ImagingSensor
 from vedette.tracking import check_again, parts
 from vedette.types import Recording
-from vedette_tools.explaining.lives import Lives, lives
-from vedette_tools.explaining.settled import FAR, Settled, reach, settle
+from vedette_tools.explaining.lifetimes import Lives, lives
 from vedette_tools.explaining.source import Came, Opened, opened
+from vedette_tools.explaining.steady_state import FAR, Settled, reach, settle
 
 NONE = Came(None, None, np.zeros((0, 0)), (), None)
 

@@ -9,10 +9,10 @@ import numpy as np
 from vedette.space import Array
 from vedette.units import say
 from vedette_tools.explaining.finding import Finding
-from vedette_tools.explaining.lives import LOOKS
+from vedette_tools.explaining.lifetimes import LOOKS
 from vedette_tools.explaining.parameters import in_seconds
-from vedette_tools.explaining.settled import SCANS, inverts
 from vedette_tools.explaining.situation import Seen, Situation, deviation, positions
+from vedette_tools.explaining.steady_state import SCANS, inverts
 
 LEAST_SURVIVAL = 0.8
 FALSE_TRACKS, FALSE_SHARE = 10.0, 0.2

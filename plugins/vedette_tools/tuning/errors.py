@@ -6,7 +6,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette.space import Array, Indices
-from vedette_tools.tuning.asking import Asker
+from vedette_tools.tuning.evaluator import Asker
 
 DROP = 2.0
 """By this a parabola falls two standard errors from its top: so far the criterion is looked at."""

@@ -18,10 +18,10 @@ from vedette.supporting import ImagingSensor
 from vedette.tracking import State, open_source
 from vedette.types import LazyScans, Recording, Scan
 from vedette_report.warnings import of_input
-from vedette_tools.tuning.free import Free, applied
+from vedette_tools.tuning.field_of_view import Cover, View, views
+from vedette_tools.tuning.innovations import Gathering, Moments
 from vedette_tools.tuning.likelihood import Predictive
-from vedette_tools.tuning.moments import Gathering, Moments
-from vedette_tools.tuning.view import Cover, View, views
+from vedette_tools.tuning.parameters import Free, applied
 
 LEAST = 10
 """Scans that are needed to tune on, and to judge by."""

@@ -12,7 +12,7 @@ from vedette.hypotheses import HypothesisAssociator
 from vedette.space import Array
 from vedette.tracking import Expected, State, Tracker
 from vedette.types import Frame
-from vedette_tools.tuning.view import Cover
+from vedette_tools.tuning.field_of_view import Cover
 
 NEGLIGIBLE = 40.0
 """A pair of track and return that is less likely than others of its track by this, in logarithms, is left out."""

@@ -8,8 +8,8 @@ import numpy as np
 from attrs import frozen
 
 from vedette.space import Array
-from vedette_tools.tuning.asking import Asker
 from vedette_tools.tuning.errors import Curvature, curvature
+from vedette_tools.tuning.evaluator import Asker
 from vedette_tools.tuning.search import FINE, climbed_on, highest
 
 REACH, CURVE = 2.5, 9

@@ -8,8 +8,8 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 
 from vedette.space import Array
-from vedette_tools.tuning.asking import Asker
-from vedette_tools.tuning.view import even
+from vedette_tools.tuning.evaluator import Asker
+from vedette_tools.tuning.field_of_view import even
 
 METHODS = {"nelder-mead": "Nelder-Mead", "powell": "Powell", "l-bfgs-b": "L-BFGS-B"}
 SIMPLEX, AGAIN = 0.2, 0.05

@@ -14,7 +14,7 @@ from support.results import PLANE, config, track
 from vedette.cli import main
 from vedette_files import read_series, read_tracks
 from vedette_files.geodesy import Origin
-from vedette_files.terms import Terms
+from vedette_files.georeference import Terms
 from vedette_report.exporting.run import CHI_SQUARE_95, Run, chosen, read_epoch
 
 ORIGIN = Origin(63.4, 10.4)

@@ -13,8 +13,8 @@ from support.results import config
 from vedette_files import read_series
 from vedette_report.streaming import stream
 from vedette_report.watching import records
-from vedette_report.watching.pace import Pace
 from vedette_report.watching.page import LivePage
+from vedette_report.watching.real_time import Pace
 
 pytestmark = pytest.mark.skipif(LACKING is not None, reason=str(LACKING))
 HALF = 20

@@ -8,7 +8,7 @@ import pytest
 import vedette
 from support.results import config
 from vedette.errors import ConfigError
-from vedette_report.watching.pace import Pace
+from vedette_report.watching.real_time import Pace
 from vedette_report.watching.terminal import TerminalView
 
 rich = pytest.importorskip("rich.console", reason="needs rich, which is not installed")

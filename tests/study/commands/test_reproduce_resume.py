@@ -21,8 +21,8 @@ from vedette.reproduction import (
     mean_cell,
     remark,
 )
-from vedette_study import comparison, over_runs
 from vedette_study.commands import reproduce
+from vedette_study.panels import comparison, over_runs
 
 
 @frozen(eq=False)

@@ -15,10 +15,10 @@ import vedette
 from support.foreign_files import FILES, degrees, reports, ships_radar, shuffled
 from vedette import metrics
 from vedette.cli import main
-from vedette_files.reading import NORTH_EAST
-from vedette_files.terms import Terms
+from vedette_files.georeference import Terms
+from vedette_files.readers import NORTH_EAST
 from vedette_standard.motion.constant_velocity import ConstantVelocity
-from vedette_tools.drafting import draft_config
+from vedette_tools.drafting.config import draft_config
 
 
 def placed(path, notes):

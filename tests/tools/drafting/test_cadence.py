@@ -8,8 +8,8 @@ import pytest
 
 import vedette
 from support.foreign_files import paths
-from vedette_tools.drafting import draft_config
 from vedette_tools.drafting.cadence import left_out_period
+from vedette_tools.drafting.config import draft_config
 
 RNG = np.random.default_rng
 

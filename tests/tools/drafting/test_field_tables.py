@@ -10,7 +10,7 @@ import pytest
 
 import vedette
 from vedette.errors import InputError
-from vedette_tools.drafting import draft_config
+from vedette_tools.drafting.config import draft_config
 
 RNG = np.random.default_rng(3)
 LOOKS = [(2.0 * k, 3000.0 + 8.0 * k + RNG.normal(0, 5), 1000.0 - 3.0 * k + RNG.normal(0, 5)) for k in range(40)]

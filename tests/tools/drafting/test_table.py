@@ -3,7 +3,7 @@
 import pytest
 
 from vedette.errors import InputError
-from vedette_files.reading import FRAMES
+from vedette_files.readers import FRAMES
 from vedette_tools.drafting.table import read_table
 from vedette_tools.drafting.titles import meaning
 

@@ -5,7 +5,7 @@ import pytest
 from scipy.stats import binom
 
 from support.tuned import RANGES, RATES, TRUTH, off, recorded, switching
-from vedette_tools.tuning import tune
+from vedette_tools.tuning.tuner import tune
 
 FACTORS = (0.1, 10.0)
 

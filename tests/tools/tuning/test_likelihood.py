@@ -16,8 +16,8 @@ from vedette_standard.estimators.kalman import Kalman
 from vedette_standard.lifecycles.existence import Existence
 from vedette_standard.motion.random_walk import RandomWalk
 from vedette_tools.tuning.evaluation import data_of, evaluate
+from vedette_tools.tuning.field_of_view import Cover
 from vedette_tools.tuning.likelihood import Predictive, joint_likelihood
-from vedette_tools.tuning.view import Cover
 
 HALF = 8.0
 P_D, DENSITY = 0.7, 0.1

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from tools.tuning import test_errors, test_free, test_likelihood
+from tools.tuning import test_errors, test_likelihood, test_parameters
 from vedette import kernels
-from vedette_tools.tuning import errors, free, likelihood
+from vedette_tools.tuning import errors, likelihood, parameters
+from vedette_tools.tuning.field_of_view import Cover
 from vedette_tools.tuning.likelihood import Predictive
-from vedette_tools.tuning.view import Cover
 
 
 def alone(scores):
@@ -30,7 +30,7 @@ MUTANTS = {
     "scores that go on in the next do not count": (
         errors, "long_run", lambda scores: scores.T @ scores, None
     ),
-    "a transition leaves its diagonal as it is": (free, "_kept", lambda *given: "", None),
+    "a transition leaves its diagonal as it is": (parameters, "_kept", lambda *given: "", None),
 }  # fmt: skip
 
 
@@ -42,9 +42,9 @@ def test_each_is_caught(name, monkeypatch):
         monkeypatch.setattr(test_errors, "long_run", wrong)
         check = test_errors.test_scores_that_go_on_in_the_next_count
     if name.startswith("a transition"):
-        experiment = test_free.loaded()
+        experiment = test_parameters.loaded()
         with pytest.raises(ValueError, match="row"):
-            test_free.test_a_transition_takes_from_its_diagonal(experiment)
+            test_parameters.test_a_transition_takes_from_its_diagonal(experiment)
         return
     with pytest.raises(AssertionError):
         check()

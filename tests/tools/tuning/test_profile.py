@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from vedette_tools.tuning import asking, errors, profile
-from vedette_tools.tuning.asking import Asker
-from vedette_tools.tuning.keeping import Kept
+from vedette_tools.tuning import errors, evaluator, profile
+from vedette_tools.tuning.checkpoint import Kept
+from vedette_tools.tuning.evaluator import Asker
 from vedette_tools.tuning.search import FINE
 
 
@@ -19,7 +19,7 @@ class Straight:
 def asked(criterion, p, monkeypatch):
     """Return an asker of a criterion of the position (p,), shared evenly by 20 scans."""
     monkeypatch.setattr(errors, "long_run", lambda scores: scores.T @ scores)  # of scans that share alike it would be 0
-    monkeypatch.setattr(asking, "run_one", lambda data, free, values, by: np.full(20, criterion(np.array(values)) / 20))
+    monkeypatch.setattr(evaluator, "run_one", lambda data, free, values, by: np.full(20, criterion(np.array(values)) / 20))
     return Asker(None, [Straight()] * p, "likelihood", Kept(None, {}, resume=False), None)
 
 

@@ -13,10 +13,13 @@ from vedette.cli import main
 from vedette.errors import ConfigError
 from vedette_report.canvas import Look
 from vedette_tools.commands import tune as command
-from vedette_tools.tuning import asking, data, text, toml, tune
-from vedette_tools.tuning.judged import Gain
-from vedette_tools.tuning.keeping import EVALUATIONS, Kept
-from vedette_tools.tuning.moments import Noise
+from vedette_tools.tuning import evaluator
+from vedette_tools.tuning.checkpoint import EVALUATIONS, Kept
+from vedette_tools.tuning.config_text import toml
+from vedette_tools.tuning.innovations import Noise
+from vedette_tools.tuning.summary import data, text
+from vedette_tools.tuning.tuner import tune
+from vedette_tools.tuning.validation import Gain
 
 SIGMAS = ["estimator.motion.sigma_accel", "sensors.radar.sigma"]
 FREE = [f"{path}={RANGES[path]}" for path in SIGMAS]
@@ -113,7 +116,7 @@ def test_the_command_resumes_and_gives_the_same(config, tmp_path, capsys, monkey
     whole = capsys.readouterr().out.splitlines()
     assert {each.name for each in folder.iterdir()} == {"tuned.toml", "tuned.txt", "tuned.json"}
 
-    run_one, count = asking.run_one, [0]
+    run_one, count = evaluator.run_one, [0]
 
     def stops(*arguments):
         count[0] += 1
@@ -121,7 +124,7 @@ def test_the_command_resumes_and_gives_the_same(config, tmp_path, capsys, monkey
             raise KeyboardInterrupt
         return run_one(*arguments)
 
-    monkeypatch.setattr(asking, "run_one", stops)
+    monkeypatch.setattr(evaluator, "run_one", stops)
     assert main(call) == 130
     with (folder / EVALUATIONS).open("a") as file:
         file.write('{"values": [0.1')  # a line that a kill tore

@@ -12,7 +12,7 @@ from vedette.errors import ConfigError, Problem
 from vedette.experiment import Experiment
 from vedette.space import Array
 from vedette.units import in_unit, say, spellings
-from vedette_tools.tuning.places import Place, changed, find, whole
+from vedette_tools.tuning.config_paths import Place, changed, find, whole
 
 NEAREST = 1e-6
 """Probabilities are searched no nearer to 0 and 1 than this."""

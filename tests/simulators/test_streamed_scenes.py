@@ -8,7 +8,7 @@ import pytest
 import vedette
 from support.ships import AROUND, RADAR, radar_and_beacon
 from vedette import ConfigError, Sensor
-from vedette_sim import lazy, scenario
+from vedette_sim import scenario, streamed_scene
 from vedette_standard.sensors.cartesian_position import CartesianPosition
 
 CONFIG = radar_and_beacon(
@@ -23,17 +23,17 @@ CONFIG = radar_and_beacon(
 )
 
 
-def scans(monkeypatch, whole, block=lazy.BLOCK, config=CONFIG):
+def scans(monkeypatch, whole, block=streamed_scene.BLOCK, config=CONFIG):
     """The scans of the scene; drawn whole in one block, or as they are asked for in blocks of this size."""
     experiment = vedette.load(config)
     with monkeypatch.context() as patch:
         patch.setattr(scenario, "_WHOLE", 10**9 if whole else 3)
         patch.setattr(scenario, "BLOCK", block)
-        patch.setattr(lazy, "BLOCK", block)
+        patch.setattr(streamed_scene, "BLOCK", block)
         found = experiment.source.open(experiment.tracker.sensors, np.random.default_rng(4)).scans
         yield from found
         if not whole:
-            assert isinstance(found, lazy.LazyScene)
+            assert isinstance(found, streamed_scene.LazyScene)
             for i in (5, 3, 90, -1, 0):
                 same(found[i], list(found)[i])
             same(found[7:9][1], found[8])
@@ -68,7 +68,7 @@ def in_one_stream(self, name, begin):
     return even, even
 
 
-begun = lazy.Views._begun
+begun = streamed_scene.Views._begun
 MUTANTS = {
     "a late object's numbers from its stream's start": ("_begun", from_the_start),
     "normal numbers in between the uniform ones": ("_begun", in_one_stream),
@@ -78,7 +78,7 @@ MUTANTS = {
 @pytest.mark.parametrize("name", MUTANTS)
 def test_a_mutant_is_caught(monkeypatch, name):
     attribute, mutant = MUTANTS[name]
-    monkeypatch.setattr(lazy.Views, attribute, mutant)
+    monkeypatch.setattr(streamed_scene.Views, attribute, mutant)
     with pytest.raises(AssertionError):
         check(monkeypatch, 7)
 

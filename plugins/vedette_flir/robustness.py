@@ -10,7 +10,7 @@ from attrs import frozen
 
 from vedette import Array
 from vedette_flir.camera import Camera
-from vedette_flir.matched import (
+from vedette_flir.matched_truth import (
     FRAMES,
     RATE,
     Noise,
@@ -20,10 +20,11 @@ from vedette_flir.matched import (
     offset,
     shown,
     wander,
+    white,
 )
-from vedette_flir.sensors.fitted import FittedImage
 from vedette_flir.sensors.gaussian_spot import GaussianSpot
 from vedette_flir.sensors.hot_spots import HotSpots, Spot
+from vedette_flir.sensors.image_model import FittedImage
 
 JITTER = 0.2
 """Standard deviation of the jitter in px."""
@@ -87,11 +88,6 @@ def _flight(acceleration: float) -> Callable[[int, np.random.Generator], tuple[A
         return state, times
 
     return draw
-
-
-def white(runs: int, rng: np.random.Generator) -> Noise:
-    """Return noise that is white over pixels and frames."""
-    return lambda k, shape, corner: rng.standard_normal(shape)
 
 
 def over_space(runs: int, rng: np.random.Generator) -> Noise:

@@ -15,7 +15,7 @@ from vedette.errors import ConfigError, InputError, Problem
 from vedette.space import Array, Axis, Space
 from vedette.types import Detections
 from vedette.units import in_unit
-from vedette_files.opening import inside, shown, user_path
+from vedette_files.input_files import inside, shown, user_path
 
 V = TypeVar("V")
 

@@ -9,7 +9,7 @@ from support.scenes import SENSORS, SHIPS, Polar, rows, scene
 from support.statistics import ALPHA, moments_match
 from vedette import ConfigError
 from vedette.sampling import returns
-from vedette_sim.merging import merged_returns
+from vedette_sim.resolution import merged_returns
 from vedette_standard.sensors.cartesian_position import CartesianPosition
 
 

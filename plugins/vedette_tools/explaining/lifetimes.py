@@ -9,7 +9,7 @@ from scipy.special import gammaincinv
 from vedette.space import Array
 from vedette.supporting import Lifecycle
 from vedette.types import Review
-from vedette_tools.explaining.settled import Settled
+from vedette_tools.explaining.steady_state import Settled
 
 TRACKS, LOOKS, MOST = 1000, 40, 60
 """Tracks of each sort that are drawn, the scans that each sees, and the most false returns in a gate that are drawn."""

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from vedette_tools.tuning.errors import JUMPS
-from vedette_tools.tuning.moments import Noise
-from vedette_tools.tuning.tuned import Found, Tuned
+from vedette_tools.tuning.innovations import Noise
+from vedette_tools.tuning.tuner import Found, Tuned
 
 PULL = 2.0
 """A log-likelihood that grows by more over one standard error of a value wants another value: by chance it grows by 1."""

@@ -9,7 +9,7 @@ import pytest
 import vedette
 from support.foreign_files import paths
 from vedette import Space, Trajectory, metrics
-from vedette_tools.drafting import draft_config
+from vedette_tools.drafting.config import draft_config
 
 TIMES = 2.0 * np.arange(80)
 SPACE = Space.of(x="m", y="m", z="m")

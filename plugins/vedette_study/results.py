@@ -9,7 +9,7 @@ from typing import Any
 from attrs import evolve
 
 from vedette.errors import InputError
-from vedette_study.carry import Chunks
+from vedette_study.execution import Chunks
 from vedette_study.outcome import Outcome, outcome
 from vedette_study.plan import plan
 from vedette_study.store import MANIFEST, Store

@@ -6,8 +6,8 @@ import pytest
 
 from vedette import LazyScans, Scan
 from vedette.types import Detections
-from vedette_report.watching import pace
-from vedette_report.watching.pace import Pace, read_speed
+from vedette_report.watching import real_time
+from vedette_report.watching.real_time import Pace, read_speed
 
 
 class Clock:
@@ -24,9 +24,9 @@ class Clock:
 @pytest.fixture
 def clock(monkeypatch):
     clock = Clock()
-    monkeypatch.setattr(pace, "sleep", clock.sleep)
-    monkeypatch.setattr(pace, "monotonic", lambda: clock.now)
-    monkeypatch.setattr(pace, "time", lambda: clock.now + 1e9)
+    monkeypatch.setattr(real_time, "sleep", clock.sleep)
+    monkeypatch.setattr(real_time, "monotonic", lambda: clock.now)
+    monkeypatch.setattr(real_time, "time", lambda: clock.now + 1e9)
     return clock
 
 

@@ -12,8 +12,8 @@ from attrs import frozen
 from vedette.space import Array
 from vedette_tools.tuning.errors import long_run
 from vedette_tools.tuning.evaluation import Data, Evaluated, evaluate
-from vedette_tools.tuning.free import Free
-from vedette_tools.tuning.moments import Noise
+from vedette_tools.tuning.innovations import Noise
+from vedette_tools.tuning.parameters import Free
 
 
 @frozen

@@ -13,10 +13,10 @@ from vedette.metrics import nees
 from vedette.sampling import draw_gaussian, draw_states
 from vedette_flir.motion.atmospheric_wander import AtmosphericWander
 from vedette_flir.motion.jittered_wander import JitteredWander
-from vedette_flir.sensors.fitted import FittedImage
 from vedette_flir.sensors.gaussian_spot import GaussianSpot
+from vedette_flir.sensors.image_model import FittedImage
 from vedette_flir.spots import circular
-from vedette_study import run_together
+from vedette_study.lockstep import run_together
 
 RATE, FRAMES, SETTLED = 30.0, 240, 30
 """Frames per second, frames of a run, and how many at the start are not counted."""
@@ -83,7 +83,7 @@ def record(passes: int, spread: float, snr: float, sigma_jitter: float, runs: in
     state, times = wander(sigma_jitter, runs, rng)
     start = offset(sigma_jitter, runs, rng)
     looks = np.array([snr, spread, 0.0])
-    scans = shown(times, state[..., :2] + state[..., 2:], GaussianSpot(), looks, _white(rng))
+    scans = shown(times, state[..., :2] + state[..., 2:], GaussianSpot(), looks, white(runs, rng))
     return follow(config(passes, sigma_jitter), state, start, sigma_jitter, looks, scans)
 
 
@@ -134,7 +134,8 @@ Noise = Callable[[int, tuple[int, ...], Array], Array]
 """Noise of the k-th frame of a shape (r, h, w), whose first pixels are at corners (r, 2)."""
 
 
-def _white(rng: np.random.Generator) -> Noise:
+def white(runs: int, rng: np.random.Generator) -> Noise:
+    """Return noise that is white over pixels and frames."""
     return lambda k, shape, corner: rng.standard_normal(shape)
 
 

@@ -6,8 +6,8 @@ import pytest
 from support.tuned import RANGES, TRUTH, recorded
 from vedette.config import load
 from vedette_tools.tuning.evaluation import evaluate, open_data
-from vedette_tools.tuning.free import read_free
-from vedette_tools.tuning.judged import judge
+from vedette_tools.tuning.parameters import read_free
+from vedette_tools.tuning.validation import judge
 
 SIGMA = "sensors.radar.sigma"
 

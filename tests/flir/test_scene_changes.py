@@ -8,7 +8,7 @@ import pytest
 import vedette
 from support.paths import EXAMPLES
 from vedette import Frame, Gaussian, Scan
-from vedette_flir.scenes import BLOCKS, change, is_cut, outline
+from vedette_flir.scene_changes import BLOCKS, change, is_cut, outline
 
 
 def field(seed, size=(90, 120)):

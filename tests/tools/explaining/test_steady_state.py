@@ -6,8 +6,8 @@ from scipy.linalg import solve_discrete_are
 
 from vedette.config import load
 from vedette_tools.explaining import situation
-from vedette_tools.explaining.lives import TRACKS
-from vedette_tools.explaining.settled import reach
+from vedette_tools.explaining.lifetimes import TRACKS
+from vedette_tools.explaining.steady_state import reach
 
 DT, SIGMA, ACCEL = 1.5, 20.0, 0.5
 

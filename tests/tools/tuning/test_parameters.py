@@ -6,7 +6,7 @@ import pytest
 import vedette
 from vedette.errors import ConfigError
 from vedette.units import in_unit
-from vedette_tools.tuning.free import applied, read_free
+from vedette_tools.tuning.parameters import applied, read_free
 
 CONFIG = {
     "estimator": {

@@ -14,16 +14,16 @@ from attrs import field, frozen
 from vedette.config import Registry, apply_overrides, load, read_file, to_config, with_birth
 from vedette.errors import ConfigError, Problem
 from vedette.space import Array
-from vedette_study import made_by
-from vedette_study import whole as whole_number
-from vedette_tools.tuning.asking import Asker, Criterion, asker
+from vedette_study.plan import whole as whole_number
+from vedette_study.store import made_by
+from vedette_tools.tuning.checkpoint import Kept
 from vedette_tools.tuning.errors import Curvature
 from vedette_tools.tuning.evaluation import check, open_data
-from vedette_tools.tuning.free import Free, applied, changes, read_free
-from vedette_tools.tuning.judged import Judged, judge
-from vedette_tools.tuning.keeping import Kept
+from vedette_tools.tuning.evaluator import Asker, Criterion, asker
+from vedette_tools.tuning.parameters import Free, applied, changes, read_free
 from vedette_tools.tuning.profile import Curve, settled
 from vedette_tools.tuning.search import METHODS, ended_there
+from vedette_tools.tuning.validation import Judged, judge
 
 
 @frozen(eq=False)

@@ -16,7 +16,7 @@ from vedette.types import Track
 from vedette.writing import whole_file
 from vedette_files.csv_times import DATED, EPOCH
 from vedette_files.geodesy import Origin
-from vedette_files.reading import NORTH_EAST
+from vedette_files.readers import NORTH_EAST
 
 
 @frozen

@@ -15,8 +15,8 @@ from vedette.display import shown
 from vedette.supporting import ImagingSensor
 from vedette.tracking import parts
 from vedette.units import say
-from vedette_tools.explaining.settled import SCANS
 from vedette_tools.explaining.situation import Seen, Situation, deviation, positions
+from vedette_tools.explaining.steady_state import SCANS
 
 WIDTH = 120
 _UNTOLD = "source"
@@ -28,10 +28,9 @@ def composed(it: Situation) -> list[dict[str, Any]]:
     found = []
     for place, part in parts(it.experiment):
         if not place.startswith(f"{_UNTOLD}."):
-            about = (type(part).__doc__ or "").strip().partition("\n")[0]
-            found.append({"place": place, "kind": part.kind, "about": about, "parameters": list(_told(part))})
+            found.append({"place": place, "kind": part.kind, "about": _first(part), "parameters": list(_told(part))})
     gate = it.experiment.tracker.gate
-    found.append({"place": "gate", "kind": "", "about": _first(type(gate)), "parameters": list(_told(gate))})
+    found.append({"place": "gate", "kind": "", "about": _first(gate), "parameters": list(_told(gate))})
     return found
 
 
@@ -140,8 +139,9 @@ def round_(value: float) -> float:
     return float(f"{value:.3g}")
 
 
-def _first(cls: type) -> str:
-    return (cls.__doc__ or "").strip().partition("\n")[0]
+def _first(part: Any) -> str:
+    """Return the first line of what a part's class says of itself."""
+    return (type(part).__doc__ or "").strip().partition("\n")[0]
 
 
 def _told(part: Any) -> Iterator[tuple[str, str, str]]:

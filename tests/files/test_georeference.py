@@ -13,7 +13,7 @@ from vedette import Space, Track
 from vedette_files import write_tracks_csv
 from vedette_files.csv_times import DATED
 from vedette_files.geodesy import Origin
-from vedette_files.terms import PLAIN, Terms, utc, write_geojson
+from vedette_files.georeference import PLAIN, Terms, utc, write_geojson
 from vedette_files.track_table import table_of, write_tracks_parquet
 
 ORIGIN = Origin(59.0, 10.0, 20.0)

@@ -14,9 +14,9 @@ import numpy as np
 from vedette.errors import VedetteError
 from vedette.experiment import Experiment
 from vedette.space import Array
+from vedette_tools.tuning.checkpoint import Kept
 from vedette_tools.tuning.evaluation import Data, evaluate, open_data
-from vedette_tools.tuning.free import Free
-from vedette_tools.tuning.keeping import Kept
+from vedette_tools.tuning.parameters import Free
 
 Criterion = Literal["likelihood", "consistency"]
 

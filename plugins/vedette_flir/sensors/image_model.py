@@ -9,7 +9,7 @@ from attrs import frozen
 
 from vedette import Array, Frame, fields
 from vedette_flir.camera import Camera
-from vedette_flir.sensors.apparent import ApparentPosition
+from vedette_flir.sensors.apparent_position import ApparentPosition
 
 
 @frozen(eq=False)

@@ -16,9 +16,9 @@ from vedette_report.files import write_files, write_series
 from vedette_report.page import write_page
 from vedette_report.series import recorded_run
 from vedette_report.summary import summary
-from vedette_study.again import open_again
 from vedette_study.chunk import study_figures
 from vedette_study.outcome import Outcome
+from vedette_study.rerun import open_again
 
 JUDGED_BY = ("gospa", "position_rmse")
 """The figures that say which run is worse, the first that a study has: GOSPA counts what is missed, too."""
@@ -57,17 +57,16 @@ def worst(outcome: Outcome, most: int) -> list[list[Bad]]:
         return [[] for _ in outcome.plan.points]
     values = outcome.figures[name]
     values = np.sqrt(values) if study_figures()[name].squared else values
-    return [[_bad(i, run, own) for run in _order(own)[:most]] for i, own in enumerate(values)]
+    return [
+        [Bad(i, run, float(at[run]) if np.isfinite(at[run]) else None) for run in _order(at)[:most]]
+        for i, at in enumerate(values)
+    ]
 
 
 def _order(values: Array) -> list[int]:
     """Return the runs from the worst to the best, those without a figure first."""
-    found: list[int] = np.argsort(-np.nan_to_num(values, nan=np.inf), kind="stable").tolist()
-    return found
-
-
-def _bad(point: int, run: int, values: Array) -> Bad:
-    return Bad(point, run, float(values[run]) if np.isfinite(values[run]) else None)
+    order: list[int] = np.argsort(-np.nan_to_num(values, nan=np.inf), kind="stable").tolist()
+    return order
 
 
 def read_run(text: str, outcome: Outcome) -> Bad:

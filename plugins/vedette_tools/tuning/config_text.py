@@ -7,8 +7,8 @@ from typing import Any
 
 from vedette.config import apply_changes, plain
 from vedette_tools import toml_text
-from vedette_tools.tuning.said import summary
-from vedette_tools.tuning.tuned import Tuned
+from vedette_tools.tuning.summary import summary
+from vedette_tools.tuning.tuner import Tuned
 
 WIDE = 100
 """A table that is longer than so many characters gets lines of its own."""
