@@ -38,7 +38,8 @@ def newborn(it: Expected, claims: Array) -> Newborn:
     plan, name, n = it.plan, it.scan.sensor, len(it.plan.state)
     if plan.birth is None or name not in plan.starters or not isinstance(it.observed, Detections):
         return Newborn(np.zeros(0, dtype=np.intp), Gaussian(np.zeros((0, n)), np.zeros((0, n, n))), np.zeros(0))
-    return plan.birth.begin(it.found, plan.estimator, it.sensor, name, it.observed, claims)
+    sources = None if it.undetected is None else it.undetected.sources
+    return plan.birth.begin(sources, plan.estimator, it.sensor, name, it.observed, claims)
 
 
 def looked(it: Expected, unseen: Any, claims: Array) -> Any:

@@ -92,7 +92,7 @@ def branch_out(it: Expected, by: Branched, rows: Rows, p_detect: Array) -> tuple
 
     shown_existence = associator.judged(branching.hypotheses, rows.existence)
     rows, alive = _reviewed(it, rows, shown_existence, branching.parent, hit, p_detect)
-    unseen = births.looked(it, it.unseen, by.claims)
+    unseen = births.looked(it, it.memory, by.claims)
     if not alive.all():
         mass = rows.existence * associator.probability(branching.hypotheses)
         unseen = births.recycled(it, unseen, rows.belief, ~alive, mass)

@@ -21,6 +21,9 @@ from vedette.tracking.parts import parts
 from vedette.types import Detections, Frame, Gaussian, Pose, Scan
 from vedette.units import short
 
+LONG_AGO = -ABSURD
+"""Before this time in s no scan is taken: a state without a time is of -inf."""
+
 
 def check_forwarding(estimator: Estimator[Any]) -> None:
     """Raise ValueError, with its place, if an estimator or motion within does not forward what it holds."""
@@ -111,13 +114,12 @@ def admitted(scan: Scan, gates: Mapping[str, SensorGate], since: float) -> Detec
         raise ScanRefused(str(Problem("sensor", told))) from None
     if (  # the most common kind of scan, without problems
         sensor_gate is not None
-        and since <= scan.time <= ABSURD
+        and LONG_AGO < since <= scan.time <= ABSURD
         and scan.frame is None
         and scan.pose is None
         and detections.evidence is None
         and detections.noise is None
         and detections.missing is None
-        and since > -ABSURD
         and sensor_gate.axes
         and kernels.is_plain(detections.z, detections.valid, sensor_gate.axes, ABSURD)
     ):
