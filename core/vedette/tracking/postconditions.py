@@ -104,7 +104,7 @@ def _is(kind: type, words: str = "", then: Postcondition | None = None, count: i
     """State that a value of this kind is returned, or a tuple of so many, of which `then` says more."""
 
     def postcondition(component: Any, given: Given, gave: Any) -> Iterator[str]:
-        if not isinstance(gave, kind) or (count is not None and len(gave) != count):
+        if not isinstance(gave, kind) or (isinstance(gave, tuple) and count not in (None, len(gave))):
             yield f"must return {words or f'a {kind.__name__}'}; got {_told(gave)}"
         elif then is not None:
             yield from then(component, given, gave)
