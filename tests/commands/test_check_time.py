@@ -4,9 +4,9 @@ import time
 
 import pytest
 
-from vedette.config.parameters import APART
 from vedette import Registry
 from vedette.commands.check import check
+from vedette.config.parameters import APART
 from vedette.testing.law import Profile
 
 LIMIT = 10.0

@@ -3,10 +3,10 @@
 import json
 import re
 
-from vedette.config.parameters import APART
 import vedette
 from support.commands import in_json
 from vedette.cli import main
+from vedette.config.parameters import APART
 from vedette.config.schema import schema
 
 

@@ -33,7 +33,7 @@ from vedette.config.usual import with_birth
 from vedette.config.walker import Walker, below, told
 from vedette.errors import ConfigError, Problem
 from vedette.experiment import Experiment
-from vedette.tracking.parts import INLINE
+from vedette.tracking.components import INLINE
 from vedette.tracking.tracker import Tracker
 
 __all__ = [

@@ -25,7 +25,7 @@ from vedette.config.parameters import (
 )
 from vedette.config.registry import Registry
 from vedette.experiment import Experiment
-from vedette.tracking.parts import INLINE
+from vedette.tracking.components import INLINE
 from vedette.tracking.tracker import Tracker
 from vedette.units import spellings
 

@@ -103,10 +103,10 @@ def _of_pairs(it: Expected, met: Sequence[Part]) -> Associated:
         plan.associator, pairs, it.existence, observed.evidence, plan.p_gate, plan.permanent
     )
     used = []
-    for part, (own, place) in zip(met, places, strict=True):
+    for part, (pair, place) in zip(met, places, strict=True):
         table: Array = np.zeros(part.scores.shape)
         table[:, 0, 0] = misses[part.rows]
-        table[:, 0, 1:][place] = weights[own]
+        table[:, 0, 1:][place] = weights[pair]
         used.append(table)
 
     column = pairs.column()

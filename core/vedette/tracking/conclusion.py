@@ -9,7 +9,7 @@ import numpy as np
 
 from vedette import kernels
 from vedette.space import Array, Indices
-from vedette.tracking import births, trees
+from vedette.tracking import births, pytrees
 from vedette.tracking.association import Associated
 from vedette.tracking.branching import Leaves, branch_out
 from vedette.tracking.expected import Expected
@@ -58,7 +58,7 @@ def _gates(it: Expected, scores: Array | None, by: Associated) -> Gates | None:
 def _of_branches(it: Expected, innovation: Innovation, parent: Indices, weights: Array) -> Any:
     """Return the belief after the scan of leaves that branched."""
     # Each leaf has its return for certain: there is no existence to condition on.
-    return it.plan.estimator.update(trees.take(it.belief, parent, 0), trees.take(innovation, parent, 0), weights)
+    return it.plan.estimator.update(pytrees.take(it.belief, parent, 0), pytrees.take(innovation, parent, 0), weights)
 
 
 def _of_parts(it: Expected, parts: Sequence[Part], weights_of: Sequence[Array]) -> Any:
@@ -72,9 +72,9 @@ def _of_parts(it: Expected, parts: Sequence[Part], weights_of: Sequence[Array]) 
         after.append(estimator.update(part.belief, part.innovation, weights))
     joined = after[0]
     for more in after[1:]:
-        joined = trees.join(joined, more, 0)
+        joined = pytrees.join(joined, more, 0)
     back = np.argsort(np.concatenate([part.rows for part in parts]), kind="stable")
-    return trees.take(trees.take(joined, back, 0), 0, 1)
+    return pytrees.take(pytrees.take(joined, back, 0), 0, 1)
 
 
 def _of_leaves(it: Expected, by: Associated, belief: Any) -> tuple[Rows, Any, Leaves, int]:
@@ -82,7 +82,7 @@ def _of_leaves(it: Expected, by: Associated, belief: Any) -> tuple[Rows, Any, Le
     assert by.branched is not None
     assert by.seen is not None
     leaves, (_, existence, p_detect) = it.state.leaves, by.seen
-    memory, ids, confirmed = trees.take((leaves.memory, leaves.ids, leaves.confirmed), by.branched.parent, 0)
+    memory, ids, confirmed = pytrees.take((leaves.memory, leaves.ids, leaves.confirmed), by.branched.parent, 0)
     rows = Rows(belief, memory, ids, existence, confirmed, by.weights, by.distances, None)
     return branch_out(it, by.branched, rows, p_detect)
 
@@ -100,7 +100,7 @@ def _of_tracks(it: Expected, by: Associated, belief: Any) -> tuple[Rows, Any, No
             told = "runs in lock-step keep their tracks; use one that ends none, such as 'single_target'"
             raise ValueError(f"lifecycle: {told}")
         # What ended is recycled before the birth looks at the scan, so such targets count as missed by it once more.
-        rows, unseen = trees.take(rows, alive, 0), births.recycled(it, unseen, belief, ~alive, existence)
+        rows, unseen = pytrees.take(rows, alive, 0), births.recycled(it, unseen, belief, ~alive, existence)
     if not plan.begins or not isinstance(it.observed, Detections):
         return rows, unseen, None, 0
     unseen = births.looked(it, unseen, by.claims)

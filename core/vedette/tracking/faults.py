@@ -19,7 +19,7 @@ from vedette.errors import PluginError, VedetteError
 from vedette.filters.gaussian import GaussianFilter
 from vedette.roles import Component
 from vedette.supporting import Command
-from vedette.tracking.parts import parts as parts_of
+from vedette.tracking.components import parts as parts_of
 from vedette.tracking.postconditions import METHODS, broken
 from vedette.types import Scan
 

@@ -14,9 +14,9 @@ from attrs import frozen
 
 from vedette import kernels
 from vedette.space import Array, Indices
-from vedette.tracking import trees
-from vedette.tracking.ceiling import FEW, is_sparse, most_pairs, refused
+from vedette.tracking import pytrees
 from vedette.tracking.expected import Expected
+from vedette.tracking.memory_limits import FEW, is_sparse, most_pairs, refused
 from vedette.types import Detections, Innovation
 
 
@@ -81,7 +81,7 @@ def _candidates(it: Expected, observed: Detections) -> list[tuple[Indices, Indic
 
 def _of_few(it: Expected, observed: Detections, rows: Indices, returns: Indices) -> Part:
     """Return the meeting of tracks, as runs of one track each, with returns of their own."""
-    belief = trees.take(it.belief, rows[:, None], 0)
+    belief = pytrees.take(it.belief, rows[:, None], 0)
     evidence = None if observed.evidence is None else observed.evidence[returns]
     noise = None if observed.noise is None else observed.noise[returns]
     detections = Detections(observed.z[returns], returns >= 0, evidence, noise)
