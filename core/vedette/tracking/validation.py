@@ -16,6 +16,7 @@ from vedette.filters.detections import present_noise
 from vedette.roles import Estimator, Sensor
 from vedette.space import Array, Mask, SpaceError
 from vedette.supporting import ImagingSensor
+from vedette.tracking import pytrees
 from vedette.tracking.components import parts
 from vedette.tracking.gate import Gate, SensorGate
 from vedette.types import Detections, Frame, Gaussian, Pose, Scan
@@ -146,14 +147,7 @@ def without_bad_returns(scan: Scan) -> tuple[Scan, list[Problem]]:
     if not bad.any():
         return scan, []
     problems = [Problem(f"return {i}", _complaint(detections, i)) for i in np.flatnonzero(bad)]
-    usable = Detections(
-        detections.z[~bad],
-        detections.valid[~bad],
-        None if detections.evidence is None else detections.evidence[~bad],
-        None if detections.noise is None else detections.noise[~bad],
-        None if detections.missing is None else detections.missing[~bad],
-    )
-    return evolve(scan, detections=usable), problems
+    return evolve(scan, detections=pytrees.take(detections, ~bad, 0)), problems
 
 
 def _at_most(values: Array | float) -> str:
