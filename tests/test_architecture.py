@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from support.architecture import PUBLIC, all_of_vedette, circles, core, imported, imports, modules
+from support.architecture import PUBLIC, all_of_vedette, circles, core, imported, imports, lines_of_code, modules
+from support.closure import closure
 from support.paths import ROOT
 
 OTHERS = {name: ROOT / name for name in ("plugins", "simulators", "examples")}
@@ -59,3 +60,11 @@ def test_public_modules_are_there_and_say_what_they_are_for(name: str) -> None:
     for one in dir(module):
         if not one.startswith("_"):
             getattr(module, one)
+
+
+@pytest.mark.parametrize(("module", "most"), [("vedette.tracking.tracker", 7_000), ("vedette.config", 11_000)])
+def test_what_a_step_needs_and_what_build_needs_can_be_read(module: str, most: int) -> None:
+    """The lines of code, without blanks, comments and docstrings, of a module and of all that it imports."""
+    files = closure([module])
+    assert len(files) > 30
+    assert sum(map(lines_of_code, files)) <= most

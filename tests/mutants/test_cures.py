@@ -15,10 +15,10 @@ import pytest
 import vedette
 from report import test_warnings as units
 from study import test_recordings as studies
-from tracking import test_ceiling as memory
 from tracking import test_live_loop as hand
+from tracking import test_memory_limits as memory
 from vedette.errors import VedetteError
-from vedette.tracking import births, ceiling, intake, validation
+from vedette.tracking import births, intake, memory_limits, validation
 from vedette.tracking import tracker as stepping
 from vedette_report import warnings
 from vedette_study import plan as planning
@@ -49,7 +49,7 @@ def said(words: str) -> Check:
 
 
 def counted(modes: int) -> Check:
-    return lambda folder, patch: memory.test_the_ceiling_counts_tracks_modes_and_returns(modes, patch)
+    return lambda folder, patch: memory.test_the_limit_counts_tracks_modes_and_returns(modes, patch)
 
 
 def nothing(*given: Any) -> None:
@@ -72,10 +72,10 @@ CURES: dict[str, tuple[Any, str, Any, Check]] = {
     ),
     # Memory grows as tracks x returns.
     "memory: pairs are not counted": (
-        ceiling, "check_pairs", nothing, counted(3)
+        memory_limits, "check_pairs", nothing, counted(3)
     ),
     "memory: modes are not counted": (
-        ceiling.trees, "size", lambda belief: 0, counted(3)
+        memory_limits.pytrees, "size", lambda belief: 0, counted(3)
     ),
     "memory: births are not counted": (
         births, "check_births", nothing, lambda folder, patch: memory.test_tracks_that_would_begin_count_too(patch)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import ast
+import io
+import tokenize
 from collections.abc import Iterator, Mapping
 from functools import cache
 from pathlib import Path
@@ -137,3 +139,17 @@ def _reached(graph: Mapping[str, set[str]], name: str) -> set[str]:
             found.add(following)
             todo += graph[following]
     return found
+
+
+def lines_of_code(path: Path) -> int:
+    """Count the lines of a file without blanks, comments and docstrings."""
+    text = path.read_text(encoding="utf-8")
+    lines = set[int]()
+    for token in tokenize.generate_tokens(io.StringIO(text).readline):
+        if token.string.strip() and token.type != tokenize.COMMENT:
+            lines.update(range(token.start[0], token.end[0] + 1))
+    for node in ast.walk(ast.parse(text)):
+        for line in getattr(node, "body", []) if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef) else []:
+            if isinstance(line, ast.Expr) and isinstance(line.value, ast.Constant) and isinstance(line.value.value, str):
+                lines -= {*range(line.lineno, (line.end_lineno or line.lineno) + 1)}
+    return len(lines)

@@ -10,7 +10,7 @@ from attrs import evolve
 import vedette
 from support.paths import EXAMPLES
 from vedette import Detections, Scan
-from vedette.tracking import births, ceiling, lineage
+from vedette.tracking import births, lineage, memory_limits
 from vedette.tracking.history import History
 from vedette_files import read_tracks, write_tracks_jsonl
 from vedette_files.tracks import jsonl_rows
@@ -98,7 +98,7 @@ def test_the_sparse_way_records_the_same(monkeypatch):
         given.append(np.concatenate([seen + rng.normal(0, 2, seen.shape), rng.uniform(0, 400, (20, 2))]))
     found = {}
     for least in (1, 10**9):
-        monkeypatch.setattr(ceiling, "LEAST_PAIRS", least)
+        monkeypatch.setattr(memory_limits, "LEAST_PAIRS", least)
         monkeypatch.setattr(births, "LEAST_PAIRS", least)
         found[least] = [state.lineage for state in tracked(given, "jpda")[1]]
     splits = merges = 0

@@ -13,7 +13,7 @@ from support.smoothing import RADAR, TURN, conditioned, estimates, random_proble
 from vedette import Associator, Detections, Gaussian, MotionModel, Scan, Sensor, Space, Tracker
 from vedette.errors import ConfigError
 from vedette.filters import OverMotion
-from vedette.tracking import trees
+from vedette.tracking import pytrees
 from vedette.tracking.smoothing import check_smoothing, smooth, smoothed
 from vedette_standard.associators.pda import Pda
 from vedette_standard.births.from_returns import FromReturns
@@ -42,7 +42,7 @@ def test_runs_in_lock_step_are_those_runs_alone(estimator):
     assert np.isfinite(means).all()
     assert np.linalg.eigvalsh(covs).min() > 0
     for run in range(3):
-        own = [evolve(scan, detections=trees.take(scan.detections, run, 0)) for scan in scans]
+        own = [evolve(scan, detections=pytrees.take(scan.detections, run, 0)) for scan in scans]
         alone = states_of(tracker, Gaussian(prior.mean[run], prior.cov[run]), own, -1.0)
         mean, cov = estimates(tracker, smoothed(tracker, alone, 9.0))
         np.testing.assert_allclose(means[:, run], mean, rtol=1e-12, atol=1e-10)
@@ -121,7 +121,7 @@ def test_tracks_keep_all_but_their_estimates_and_end_and_begin_where_they_did():
             evolve(
                 each,
                 **{
-                    name: trees.take(getattr(each, name), each.ids == one.id, 0)
+                    name: pytrees.take(getattr(each, name), each.ids == one.id, 0)
                     for name in ("belief", "memory", "ids", "existence", "confirmed", "weights", "distances")
                 },
             )

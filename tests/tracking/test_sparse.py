@@ -6,7 +6,7 @@ import pytest
 import vedette
 from vedette import Detections, Scan
 from vedette.errors import ScanRefused
-from vedette.tracking import association, births, ceiling, clusters
+from vedette.tracking import association, births, clusters, memory_limits
 from vedette.tracking.history import History
 from vedette_files.tracks import read_tracks, write_tracks_jsonl
 
@@ -51,7 +51,7 @@ def dense_weights(state, k):
 
 
 def run(monkeypatch, config, given, least):
-    monkeypatch.setattr(ceiling, "LEAST_PAIRS", least)
+    monkeypatch.setattr(memory_limits, "LEAST_PAIRS", least)
     monkeypatch.setattr(births, "LEAST_PAIRS", least)
     tracker = vedette.build(config)
     state, states = tracker.start(seed=1), []
@@ -144,7 +144,7 @@ def test_what_it_is_not_made_for_is_worked_on_whole(monkeypatch):
 def test_too_many_pairs_within_gates_are_refused_and_nothing_is_lost(monkeypatch):
     given = list(scans(9, count=3))
     tracker, states, _ = run(monkeypatch, config(), given[:2], 1)
-    monkeypatch.setattr(ceiling, "MOST_PAIRS", 20)
+    monkeypatch.setattr(memory_limits, "MOST_PAIRS", 20)
     with pytest.raises(ScanRefused, match="make more than 20 pairs within"):
         tracker.step(states[-1], given[2])
     monkeypatch.undo()
@@ -160,7 +160,7 @@ def test_a_cluster_that_is_too_large_is_refused_and_nothing_is_lost(monkeypatch)
     pairs = np.count_nonzero(tracker.step(states[-1], given[4]).gates.returns >= 0)
     assert max(sizes) > 3 * pairs
     monkeypatch.setattr(clusters, "check_clusters", real)
-    monkeypatch.setattr(ceiling, "MOST_PAIRS", max(sizes) - 1)
+    monkeypatch.setattr(memory_limits, "MOST_PAIRS", max(sizes) - 1)
     with pytest.raises(ScanRefused, match="tracks hang together by the ") as caught:
         tracker.step(states[-1], given[4])
     assert "ends doubtful tracks sooner" in str(caught.value)

@@ -33,7 +33,7 @@ from vedette.config.registry import Registry
 from vedette.config.suggestions import did_you_mean
 from vedette.errors import ConfigError, Problem
 from vedette.experiment import Experiment
-from vedette.tracking.parts import INLINE
+from vedette.tracking.components import INLINE
 from vedette.tracking.tracker import Tracker
 
 __all__ = [

@@ -28,7 +28,7 @@ from vedette.config.registry import Registry
 from vedette.experiment import Experiment
 from vedette.roles import Component
 from vedette.supporting import Command
-from vedette.tracking.parts import INLINE
+from vedette.tracking.components import INLINE
 from vedette.tracking.tracker import Tracker
 from vedette.units import spellings
 

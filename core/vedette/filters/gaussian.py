@@ -76,11 +76,11 @@ def marginal(prior: Gaussian, axes: Space, state: Space, zero_variance: Space) -
     """Return the marginal over `state` of a Gaussian over `axes`; the axes `zero_variance` lose their variance."""
     if axes is state and not zero_variance:
         return prior
-    own = axes.locate(state)
-    cov = prior.cov[..., own, :][..., own]
+    places = axes.locate(state)
+    cov = prior.cov[..., places, :][..., places]
     if len(zero_variance):
         cov = without_variance(cov, state.locate(zero_variance))
-    return Gaussian(prior.mean[..., own], cov)
+    return Gaussian(prior.mean[..., places], cov)
 
 
 def without_variance(cov: Array, axes: list[int]) -> Array:

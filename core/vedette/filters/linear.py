@@ -35,23 +35,24 @@ def evaluate_linearised(
 
     `state`: the axes of `belief`. `memo`: the filter's own, so that the matrices of a linear sensor are computed once.
     """
-    if not isinstance(observed, Detections):
-        return evaluate_frame(belief, state, sensor, observed, p_gate)
     memo = memo or Memo()
     constants = memo.last
     if constants is None or constants.sensor is not sensor:
+        if isinstance(observed, Frame):  # a camera has no constants, so that it is never the last to have had some
+            return evaluate_frame(belief, state, sensor, observed, p_gate)
         constants = memo.constants(state, sensor, belief.mean)
+    returns: Detections = observed  # type: ignore[assignment]  # a frame has gone its way above
     x = belief.mean[constants.where]
     H = embedded(sensor.jacobian(x), constants.where[-1], len(state)) if constants.H is None else constants.H
-    if observed.missing is not None:
-        ready = prepare(sensor, observed, sensor.measure(x), sensor.noise(x))
+    if returns.missing is not None:
+        ready = prepare(sensor, returns, sensor.measure(x), sensor.noise(x))
         return evaluate_each(belief, ready, H[..., None, :, :], x, p_gate)
-    R = constants.R if observed.noise is None else observed.noise[..., None, :, :, :]
+    R = constants.R if returns.noise is None else returns.noise[..., None, :, :, :]
     if R is None:
         R = sensor.noise(x)[..., None, :, :]
     p_detect = sensor.detects(x) if constants.p_detect is None else constants.p_detect
     loglik, distance, log_volume, shift, post = kernels.evaluate_returns(
-        belief.cov, observed.z, sensor.measure(x), H, R, p_detect, p_gate, constants.periods
+        belief.cov, returns.z, sensor.measure(x), H, R, p_detect, p_gate, constants.periods
     )
     return new_innovation(loglik, distance, log_volume, distance, new_hypotheses(shift, post))
 

@@ -64,12 +64,12 @@ class Memo:
 
     def step(self, motion: MotionModel, x: Array, dt: float) -> tuple[Array, Array, Periods]:
         """Return F and Q of a linear motion over `dt` s, and the periods of its state."""
-        found = self.steps.get(dt)
-        if found is None:
-            found = motion.jacobian(x, dt), motion.noise(x, dt), motion.state.periods
-            if found[0].ndim == found[1].ndim == 2:
-                keep(self.steps, dt, found)
-        return found
+        matrices = self.steps.get(dt)
+        if matrices is None:
+            matrices = motion.jacobian(x, dt), motion.noise(x, dt), motion.state.periods
+            if matrices[0].ndim == matrices[1].ndim == 2:
+                keep(self.steps, dt, matrices)
+        return matrices
 
     def framed(self, motion: MotionModel) -> tuple[Periods, list[int]]:
         """Return `frame` of the filter's motion."""
@@ -78,12 +78,13 @@ class Memo:
 
     def constants(self, state: Space, sensor: Sensor, mean: Array) -> SensorConstants:
         """Return how `sensor` observes states like `mean` (*b, t, n)."""
-        found = self._constants.get(id(sensor))
-        if found is None or found.sensor is not sensor:
-            found = SensorConstants.of(state, sensor, mean)
-            keep(self._constants, id(sensor), found)
-        self.last = found
-        return found
+        constants = self._constants.get(id(sensor))
+        # An id is given anew once its sensor is gone: the entry holds the sensor that it is of.
+        if constants is None or constants.sensor is not sensor:
+            constants = SensorConstants.of(state, sensor, mean)
+            keep(self._constants, id(sensor), constants)
+        self.last = constants
+        return constants
 
 
 def embedded(slope: Array, where: slice | list[int], n: int) -> Array:

@@ -14,9 +14,8 @@ from vedette.tracking import births
 from vedette.tracking.branching import Branched, branched
 from vedette.tracking.clusters import Pairs, by_cluster
 from vedette.tracking.expected import Expected
-from vedette.tracking.lineage import Gates
 from vedette.tracking.meeting import Met, Part
-from vedette.types import Detections, Frame
+from vedette.types import Detections, Frame, Innovation
 from vedette.values import maker
 
 UNCLAIMED: Array = np.zeros(0)
@@ -32,7 +31,6 @@ class Associated:
               those that met the scan; None where tracks are permanent
     claims    (k,) the probability that a return is from an existing track
     approximated  number of tracks whose weights are not exact
-    gates     the returns in the tracks' gates; None where no track splits or merges
     branched  the leaves that the associator made of those that met, where it keeps hypotheses
     """
 
@@ -43,7 +41,6 @@ class Associated:
     seen: tuple[Array, Array, Array] | None
     claims: Array
     approximated: int
-    gates: Gates | None
     branched: Branched | None
 
 
@@ -52,26 +49,25 @@ new_associated = maker(Associated)
 
 def associate(it: Expected, met: Met) -> Associated:
     """Return which row took which return; tracks that meet all returns at once, pairs in clusters, leaves as hypotheses."""
-    plan = it.plan
+    plan, (innovation, scores, parts) = it.plan, met
     if plan.keeps_hypotheses:
-        return _of_leaves(it, met)
-    if met.parts is not None:
-        return _of_pairs(it, met.parts)
-    scores, innovation, observed, framed = met.scores, met.innovation, it.observed, not it.gate.axes
-    weights = plan.associator.associate(scores, None) if not framed and observed.evidence is None else _weighed(it, scores)
+        return _of_leaves(it, innovation, scores)
+    if parts is not None:
+        return _of_pairs(it, parts)
+    framed = not it.gate.axes
+    plain = not framed and it.observed.evidence is None
+    weights = plan.associator.associate(scores, None) if plain else _weighed(it, scores)
     if plan.keeps_tracks and not plan.approximates:
-        return new_associated(weights, innovation.nis, None, None, None, UNCLAIMED, 0, None, None)
-    seen, gates, claims, approximated = None, None, UNCLAIMED, 0
+        return new_associated(weights, innovation.nis, None, None, None, UNCLAIMED, 0, None)
+    seen, claims, approximated = None, UNCLAIMED, 0
     if plan.approximates and not framed:
         approximated = int(np.count_nonzero(plan.associator.approximated(scores)))
     if not plan.permanent:
         apart = plan.exclusive or framed
         seen = kernels.existence(scores, weights, it.existence, innovation.loglik, plan.p_gate, apart)
-        if not framed:
-            gates = Gates(it.state.ids, it.state.confirmed, it.state.born, it.state.ids, scores, None, None)
     if plan.begins and not framed:
         claims = births.claimed(weights[..., 1:], plan.exclusive)
-    return new_associated(weights, innovation.nis, None, None, seen, claims, approximated, gates, None)
+    return new_associated(weights, innovation.nis, None, None, seen, claims, approximated, None)
 
 
 def _weighed(it: Expected, scores: Array) -> Array:
@@ -83,20 +79,18 @@ def _weighed(it: Expected, scores: Array) -> Array:
     return associator.associate(scores, None if evidence is None else evidence[..., None, :])
 
 
-def _of_leaves(it: Expected, met: Met) -> Associated:
+def _of_leaves(it: Expected, innovation: Innovation, scores: Array) -> Associated:
     """Return the leaves after a scan: each has taken one return, or none, for certain."""
-    leaves, state = it.state.leaves, it.state
-    after = branched(it, met.scores)
-    parent, choice, loglik = after.parent, after.choice, met.innovation.loglik[:, 0]
-    weights = np.zeros((len(parent), met.scores.shape[-1]))
+    after = branched(it, scores)
+    parent, choice, loglik = after.parent, after.choice, innovation.loglik[:, 0]
+    weights = np.zeros((len(parent), scores.shape[-1]))
     weights[range(len(parent)), choice] = 1.0
     prior = it.existence[parent]
     missed = prior * np.exp(loglik[parent])
     absent = 1.0 - prior + missed
     unseen = np.divide(missed, absent, out=np.zeros_like(absent), where=absent > 0)
     seen = (choice > 0).astype(float), np.where(choice > 0, 1.0, unseen), (1.0 - np.exp(loglik)) / it.plan.p_gate
-    gates = Gates(state.ids, state.confirmed, state.born, leaves.ids, met.scores, None, after.newborn.returns)
-    return Associated(weights, met.innovation.distance[parent], None, None, seen, after.claims, 0, gates, after)
+    return Associated(weights, innovation.distance[parent], None, None, seen, after.claims, 0, after)
 
 
 def _of_pairs(it: Expected, met: Sequence[Part]) -> Associated:
@@ -109,10 +103,10 @@ def _of_pairs(it: Expected, met: Sequence[Part]) -> Associated:
         plan.associator, pairs, it.existence, observed.evidence, plan.p_gate, plan.permanent
     )
     used = []
-    for part, (own, place) in zip(met, places, strict=True):
+    for part, (pair, place) in zip(met, places, strict=True):
         table: Array = np.zeros(part.scores.shape)
         table[:, 0, 0] = misses[part.rows]
-        table[:, 0, 1:][place] = weights[own]
+        table[:, 0, 1:][place] = weights[pair]
         used.append(table)
 
     column = pairs.column()
@@ -122,10 +116,7 @@ def _of_pairs(it: Expected, met: Sequence[Part]) -> Associated:
     table[pairs.tracks, 1 + column], distances[pairs.tracks, column] = weights, pairs.distances
     returns[pairs.tracks, column] = pairs.returns
     claims = births.claimed_by_pairs(pairs.returns, weights, k, plan.exclusive)
-    gates = None
-    if not plan.permanent:
-        gates = Gates(it.state.ids, it.state.confirmed, it.state.born, it.state.ids, None, returns, None)
-    return Associated(table, distances, returns, used, seen, claims, approximated, gates, None)
+    return Associated(table, distances, returns, used, seen, claims, approximated, None)
 
 
 def _within_gates(met: Sequence[Part], t: int, k: int) -> tuple[Pairs, list[tuple[Indices, tuple[Indices, Indices]]]]:

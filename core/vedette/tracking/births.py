@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from vedette.space import Array, Indices, Mask
-from vedette.tracking import trees
-from vedette.tracking.ceiling import LEAST_PAIRS, LEAST_STARTED, check_births, check_started
+from vedette.tracking import pytrees
 from vedette.tracking.expected import Expected
+from vedette.tracking.memory_limits import LEAST_PAIRS, LEAST_STARTED, check_births, check_started
 from vedette.tracking.rows import Rows, compact
 from vedette.types import Detections, Gaussian, Newborn
 
@@ -38,7 +38,8 @@ def newborn(it: Expected, claims: Array) -> Newborn:
     plan, name, n = it.plan, it.scan.sensor, len(it.plan.state)
     if plan.birth is None or name not in plan.starters or not isinstance(it.observed, Detections):
         return Newborn(np.zeros(0, dtype=np.intp), Gaussian(np.zeros((0, n)), np.zeros((0, n, n))), np.zeros(0))
-    return plan.birth.begin(it.found, plan.estimator, it.sensor, name, it.observed, claims)
+    sources = None if it.undetected is None else it.undetected.sources
+    return plan.birth.begin(sources, plan.estimator, it.sensor, name, it.observed, claims)
 
 
 def looked(it: Expected, unseen: Any, claims: Array) -> Any:
@@ -54,7 +55,7 @@ def recycled(it: Expected, unseen: Any, belief: Any, ended: Mask, mass: Array) -
     plan = it.plan
     if plan.birth is None or not plan.models_unseen:
         return unseen
-    return plan.birth.recycle(unseen, plan.estimator, plan.estimator.moments(trees.take(belief, ended, 0)), mass[ended])
+    return plan.birth.recycle(unseen, plan.estimator, plan.estimator.moments(pytrees.take(belief, ended, 0)), mass[ended])
 
 
 def with_newborn(it: Expected, rows: Rows, begin: Newborn) -> Rows:
@@ -64,7 +65,7 @@ def with_newborn(it: Expected, rows: Rows, begin: Newborn) -> Rows:
         rows = compact(rows)
     check_births(len(rows.ids), count, rows.distances.shape[-1])
     if count >= LEAST_STARTED:  # one is started by a copy of the generator, which stays as it is
-        one = plan.estimator.start(trees.take(begin.prior, slice(1), 0), plan.state, deepcopy(it.rng))
+        one = plan.estimator.start(pytrees.take(begin.prior, slice(1), 0), plan.state, deepcopy(it.rng))
         check_started(one, len(plan.state), count)
     existence = np.ones(count) if plan.certain else begin.existence
     return joined(it, rows, begin, it.state.born + np.arange(count), existence)
@@ -80,4 +81,4 @@ def joined(it: Expected, rows: Rows, begin: Newborn, ids: Indices, existence: Ar
         returns[:, 0] = begin.returns
     belief = plan.estimator.start(begin.prior, plan.state, it.rng)
     memory, unconfirmed = plan.lifecycle.start(existence), np.zeros(count, dtype=bool)
-    return trees.join(rows, Rows(belief, memory, ids, existence, unconfirmed, weights, np.zeros((count, k)), returns), 0)
+    return pytrees.join(rows, Rows(belief, memory, ids, existence, unconfirmed, weights, np.zeros((count, k)), returns), 0)

@@ -14,7 +14,7 @@ from vedette.filters.mixing import merged
 from vedette.hypotheses import Branching, HypothesisAssociator
 from vedette.sampling.generators import NotInLockStep
 from vedette.space import Array, Indices, Mask
-from vedette.tracking import births, trees
+from vedette.tracking import births, pytrees
 from vedette.tracking.expected import Expected
 from vedette.tracking.rows import Rows, judged
 from vedette.types import Newborn
@@ -84,7 +84,7 @@ def branch_out(it: Expected, by: Branched, rows: Rows, p_detect: Array) -> tuple
     associator, branching = _associator(it), by.branching
     if len(by.parent) < len(branching.parent):
         begun = np.searchsorted(by.newborn.returns, branching.choice[len(by.parent) :] - 1)
-        begin = trees.take(by.newborn, begun, 0)
+        begin = pytrees.take(by.newborn, begun, 0)
         rows = births.joined(it, rows, begin, it.state.born + begun, begin.existence)
     hit = (branching.choice > 0).astype(float)
     if associator.merges == "kept":
@@ -92,20 +92,22 @@ def branch_out(it: Expected, by: Branched, rows: Rows, p_detect: Array) -> tuple
 
     shown_existence = associator.judged(branching.hypotheses, rows.existence)
     rows, alive = _reviewed(it, rows, shown_existence, branching.parent, hit, p_detect)
-    unseen = births.looked(it, it.unseen, by.claims)
+    unseen = births.looked(it, it.memory, by.claims)
     if not alive.all():
         mass = rows.existence * associator.probability(branching.hypotheses)
         unseen = births.recycled(it, unseen, rows.belief, ~alive, mass)
 
     hypotheses, stay = associator.keep(branching.hypotheses, alive)
-    kept, parent, choice = trees.take(rows, stay, 0), branching.parent[stay], branching.choice[stay]
-    after = Leaves(kept.belief, kept.memory, hypotheses, kept.ids, kept.existence, kept.confirmed, parent, choice)
+    staying, parent, choice = pytrees.take(rows, stay, 0), branching.parent[stay], branching.choice[stay]
+    after = Leaves(
+        staying.belief, staying.memory, hypotheses, staying.ids, staying.existence, staying.confirmed, parent, choice
+    )
     if associator.merges == "shown":
-        branching, rows, _ = _merged(it, Branching(parent, choice, hypotheses), kept, hit[stay])
+        branching, rows, _ = _merged(it, Branching(parent, choice, hypotheses), staying, hit[stay])
         shown_existence, alive = rows.existence, np.ones(len(rows.ids), dtype=bool)
     shown = associator.reported(branching.hypotheses, rows.existence)
     shown = shown[alive[shown]]
-    return trees.take(evolve(rows, existence=shown_existence), shown, 0), unseen, after, len(by.newborn.returns)
+    return pytrees.take(evolve(rows, existence=shown_existence), shown, 0), unseen, after, len(by.newborn.returns)
 
 
 def _associator(it: Expected) -> HypothesisAssociator:
@@ -122,18 +124,18 @@ def _merged(it: Expected, branching: Branching, rows: Rows, hit: Array) -> tuple
     mass[existence == 0.0, past[existence == 0.0]] = 1.0
     shares = mass / np.sum(mass, axis=-1, keepdims=True)
     belief = plan.estimator.start(merged(estimate, shares, plan.state), plan.state, it.rng)
-    after = evolve(trees.take(rows, past, 0), belief=belief, existence=existence)
+    after = evolve(pytrees.take(rows, past, 0), belief=belief, existence=existence)
     return Branching(branching.parent[past], branching.choice[past], merging.hypotheses), after, merging.shares @ hit
 
 
 def _reviewed(it: Expected, rows: Rows, existence: Array, parent: Indices, hit: Array, p_detect: Array) -> tuple[Rows, Mask]:
     """Return the leaves judged by the lifecycle, and which of them go on; those that have just begun do."""
     old = np.flatnonzero(parent >= 0)
-    belief, memory = trees.take(rows.belief, old, 0), trees.take(rows.memory, old, 0)
+    belief, memory = pytrees.take(rows.belief, old, 0), pytrees.take(rows.memory, old, 0)
     memory, confirmed, alive = judged(it.plan, belief, memory, it.dt, existence[old], hit[old], p_detect[parent[old]])
     new = len(rows.ids) - len(old)
     if new == 0:
         return evolve(rows, memory=memory, confirmed=confirmed), alive
-    memory = trees.join(memory, trees.take(rows.memory, slice(len(old), None), 0), 0)
+    memory = pytrees.join(memory, pytrees.take(rows.memory, slice(len(old), None), 0), 0)
     confirmed, alive = np.append(confirmed, np.zeros(new, dtype=bool)), np.append(alive, np.ones(new, dtype=bool))
     return evolve(rows, memory=memory, confirmed=confirmed), alive

@@ -10,8 +10,16 @@ from attrs import frozen
 from vedette import kernels
 from vedette.roles import Associator
 from vedette.space import Array, Indices, Mask
-from vedette.tracking.ceiling import check_clusters
-from vedette.tracking.places import places
+from vedette.tracking.memory_limits import check_clusters
+
+
+def places(groups: Indices, count: int) -> Indices:
+    """Return each entry's place among those of its group, in their order; groups (p,) are numbers below `count`."""
+    order = np.argsort(groups, kind="stable")
+    number = np.bincount(groups, minlength=count)
+    place = np.empty_like(order)
+    place[order] = np.arange(len(groups)) - np.repeat(np.cumsum(number) - number, number)
+    return place
 
 
 @frozen(eq=False)
@@ -67,15 +75,15 @@ def by_cluster(
         if evidence is not None:
             given = np.zeros((group.shape[0], 1, group.shape[2] - 1))
             given[group.pair_at[0], 0, group.pair_at[2] - 1] = evidence[pairs.returns[group.pairs]]
-        found = associator.associate(scores, given)
-        misses[group.tracks], weights[group.pairs] = found[(*group.track_at, 0)], found[group.pair_at]
+        shares = associator.associate(scores, given)
+        misses[group.tracks], weights[group.pairs] = shares[(*group.track_at, 0)], shares[group.pair_at]
         if associator.approximates:
             approximated += int(np.count_nonzero(associator.approximated(scores)))
         if permanent:
             continue
         before, loglik = np.ones(group.shape[:2]), np.zeros(group.shape)
         before[group.track_at], loglik[(*group.track_at, 0)] = prior[group.tracks], pairs.loglik[group.tracks]
-        seen = kernels.existence(scores, found, before, loglik, p_gate, associator.exclusive)
+        seen = kernels.existence(scores, shares, before, loglik, p_gate, associator.exclusive)
         for to, values in zip((hit, existence, p_detect), seen, strict=True):
             to[group.tracks] = values[group.track_at]
     return weights, misses, (hit, existence, p_detect), approximated
@@ -88,14 +96,15 @@ def _groups(pairs: Pairs) -> Iterator[Group]:
     count, of_track, of_return = int(labels.max(initial=-1)) + 1, labels[:t], labels[t:]
     row, column = places(of_track, count), places(of_return, count)
     tracks, returns = _rounded(np.bincount(of_track, minlength=count)), _rounded(np.bincount(of_return, minlength=count))
+    # One number for both sizes: after rounding up to a power of two, `returns` is below 2 (k + 1).
     size = tracks * (k + 1) * 2 + returns
     size[tracks == 0] = -1
     for value in np.unique(size[of_track]).tolist():
-        own = size == value
-        number = np.cumsum(own) - 1
-        some, among = own[of_track], own[of_track[pairs.tracks]]
+        alike = size == value
+        number = np.cumsum(alike) - 1
+        some, among = alike[of_track], alike[of_track[pairs.tracks]]
         cluster = of_track[pairs.tracks[among]]
-        shape = (int(np.count_nonzero(own)), int(tracks[own][0]), 1 + int(returns[own][0]))
+        shape = (int(np.count_nonzero(alike)), int(tracks[alike][0]), 1 + int(returns[alike][0]))
         track_at = number[of_track[some]], row[some]
         pair_at = number[cluster], row[pairs.tracks[among]], 1 + column[pairs.returns[among]]
         yield Group(some, track_at, among, pair_at, shape)

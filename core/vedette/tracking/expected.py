@@ -21,8 +21,19 @@ from vedette.values import maker
 
 NEVER = -math.inf
 """The time of a state before the first scan, whenever that is."""
-UNMODELLED = None, None, None
-"""What a birth that models no undetected targets has: no memory, no density of returns, nothing to begin tracks with."""
+
+
+@frozen(eq=False)
+class Undetected:
+    """Targets without a track at the scan, as the birth models them.
+
+    memory: the birth's; rate (k,): the density of returns from them at each return, None of a frame; sources: what the
+    birth begins tracks with.
+    """
+
+    memory: Any
+    rate: Array | None
+    sources: Any
 
 
 @frozen(eq=False)
@@ -34,8 +45,7 @@ class Expected:
     dt        time since the state, in s
     belief    predicted by dt, as the estimator keeps it, and existence: of tracks (*b, t), or of their leaves where the
               associator keeps hypotheses
-    unseen    the birth's memory at the scan; rate (k,): the density of returns from undetected targets at each return, or
-              None; found: what the birth needs to begin tracks
+    undetected  targets without a track, None where the birth models none
     """
 
     plan: Plan
@@ -47,10 +57,18 @@ class Expected:
     dt: float
     belief: Any
     existence: Array
-    unseen: Any
-    rate: Array | None
-    found: Any
+    undetected: Undetected | None
     rng: np.random.Generator
+
+    @property
+    def rate(self) -> Array | None:
+        """The density (k,) of returns from undetected targets at each return; None: not stated."""
+        return None if self.undetected is None else self.undetected.rate
+
+    @property
+    def memory(self) -> Any:
+        """The birth's memory at the scan; None where it models no undetected targets."""
+        return None if self.undetected is None else self.undetected.memory
 
     @property
     def tracks(self) -> Gaussian:
@@ -83,9 +101,10 @@ class Expected:
 
     def undetected_at(self, detections: Detections) -> Array | None:
         """Return the density (k,) of returns from undetected targets at other returns than the scan's; None: not stated."""
-        if self.plan.birth is None or not self.plan.models_unseen:
+        if self.plan.birth is None or self.undetected is None:
             return None
-        density, _ = self.plan.birth.reveal(self.unseen, self.plan.estimator, self.sensor, detections, self.plan.p_gate)
+        plan, memory = self.plan, self.undetected.memory
+        density, _ = self.plan.birth.reveal(memory, plan.estimator, self.sensor, detections, plan.p_gate)
         return density
 
 
@@ -106,19 +125,16 @@ def expect(plan: Plan, state: State, scan: Scan, observed: Detections | Frame) -
     belief = estimator.predict(belief, dt, rng)
     if not plan.certain:
         existence = plan.lifecycle.predict(existence, dt)
-    unseen, rate, found = _undetected(plan, state, dt, sensor, observed, rng) if plan.models_unseen else UNMODELLED
-    return new_expected(
-        plan, state, scan, observed, sensor, gate, dt, belief, existence, unseen, rate, found, rng,
-    )  # fmt: skip
+    undetected = _undetected(plan, state, dt, sensor, observed, rng) if plan.models_unseen else None
+    return new_expected(plan, state, scan, observed, sensor, gate, dt, belief, existence, undetected, rng)
 
 
 def _undetected(
     plan: Plan, state: State, dt: float, sensor: Sensor, observed: Detections | Frame, rng: np.random.Generator
-) -> tuple[Any, Array | None, Any]:
-    """Return the birth's memory at the scan, the density of returns from what it models, and what it begins tracks with."""
+) -> Undetected:
+    """Return what the birth models of targets without a track, at the scan."""
     assert plan.birth is not None
-    unseen = plan.birth.predict(state.unseen, plan.estimator, dt, rng)
+    memory = plan.birth.predict(state.unseen, plan.estimator, dt, rng)
     if isinstance(observed, Frame):
-        return unseen, None, None
-    rate, found = plan.birth.reveal(unseen, plan.estimator, sensor, observed, plan.p_gate)
-    return unseen, rate, found
+        return Undetected(memory, None, None)
+    return Undetected(memory, *plan.birth.reveal(memory, plan.estimator, sensor, observed, plan.p_gate))

@@ -15,13 +15,11 @@ from traceback import walk_tb
 from types import CodeType, FrameType
 from typing import Any, TypeVar, final
 
-import attrs
-
 from vedette.errors import PluginError, VedetteError
-from vedette.filters.memo import Memo
+from vedette.filters.gaussian import GaussianFilter
 from vedette.roles import Component
 from vedette.supporting import Command
-from vedette.tracking.parts import parts as parts_of
+from vedette.tracking.components import parts as parts_of
 from vedette.tracking.postconditions import METHODS, broken
 from vedette.types import Scan
 
@@ -33,35 +31,35 @@ _LONGEST = 300
 
 @final
 class _Watch:
-    """Notes the first method of a component that broke its promise, as a function for `sys.setprofile`."""
+    """Tells of the first method of a component that broke its promise; a function for `sys.setprofile`."""
 
-    def __init__(self) -> None:
-        self.found: tuple[Component, str, str] | None = None
-        self._given: dict[FrameType, tuple[Any, ...]] = {}
+    def __init__(self, parts: object) -> None:
+        self.complaint: str | None = None
+        self._parts = parts
+        self._calls: dict[FrameType, tuple[Any, ...]] = {}
 
     def __call__(self, frame: FrameType, event: str, gave: Any) -> None:
         code = frame.f_code
-        if self.found is not None or code.co_name not in METHODS:
+        if self.complaint is not None or code.co_name not in METHODS:
             return
         if event == "call":
             given = _given(frame)
             if given and _is_method(given[0], code):
-                self._given[frame] = given
-        elif event == "return" and frame in self._given and _returns(frame):
-            owner, took = self._given[frame][0], self._given.pop(frame)[1:]
-            try:
-                if complaint := broken(owner, code.co_name, took, gave):
-                    self.found = owner, code.co_name, complaint
-            except Exception:  # what it was given is odd already: no fault of its own
-                return
+                self._calls[frame] = given
+        # A frame that an exception ends has a "return" too, of None, but not at an instruction that returns.
+        elif frame in self._calls and dis.opname[code.co_code[frame.f_lasti]].startswith("RETURN"):
+            component, given = self._calls[frame][0], self._calls.pop(frame)[1:]
+            with suppress(Exception):  # what it was given is odd already: no fault of its own
+                if wrong := broken(component, code.co_name, given, gave):
+                    self.complaint = _told(component, code.co_name, wrong, self._parts)
 
 
 def _is_method(owner: object, code: CodeType) -> bool:
     """Return whether a code is that of a method or property of a component."""
     if not isinstance(owner, Component):
         return False
-    own = [vars(cls).get(code.co_name) for cls in type(owner).__mro__]
-    return any(getattr(getattr(each, "fget", each), "__code__", None) is code for each in own)
+    members = [vars(cls).get(code.co_name) for cls in type(owner).__mro__]
+    return any(getattr(getattr(member, "fget", member), "__code__", None) is code for member in members)
 
 
 def _given(frame: FrameType) -> tuple[Any, ...]:
@@ -73,11 +71,6 @@ def _given(frame: FrameType) -> tuple[Any, ...]:
     return given
 
 
-def _returns(frame: FrameType) -> bool:
-    """Return whether a frame that ends returns a value, and raises nothing."""
-    return dis.opname[frame.f_code.co_code[frame.f_lasti]].startswith("RETURN")
-
-
 def explain(error: Exception, parts: object, again: Callable[[], object], before: Callable[[], object] = object) -> None:
     """Raise PluginError, which names class and method, if a component of `parts` is at fault for an error.
 
@@ -86,35 +79,47 @@ def explain(error: Exception, parts: object, again: Callable[[], object], before
     """
     if isinstance(error, VedetteError | MemoryError) or isinstance(sys.getprofile(), _Watch):
         return
-    second = error
-    watch = _Watch()
-    with suppress(Exception):
-        _watched(watch, parts, before)
-    try:
-        _watched(watch, parts, again)
-    except Exception as raised:
-        second = raised
-    if watch.found is not None:
-        raise PluginError(_told(*watch.found, parts)) from error
-    for each in (second, error):
-        if not isinstance(each, VedetteError) and (text := raised_by(each, parts)):
-            raise PluginError(text) from error
+    second: list[Exception] = []
+
+    def both() -> None:
+        with suppress(Exception):
+            before()
+        try:
+            again()
+        except Exception as raised:
+            second.append(raised)
+
+    text = broken_promise(parts, both)
+    for raised in (*second, error):
+        if text is None and not isinstance(raised, VedetteError):
+            text = raised_by(raised, parts)
+    if text is not None:
+        raise PluginError(text) from error
 
 
 def broken_promise(parts: object, again: Callable[[], object]) -> str | None:
-    """Return which component of `parts` broke its promise while something was done, None if all kept theirs."""
-    watch = _Watch()
-    _watched(watch, parts, again)
-    return None if watch.found is None else _told(*watch.found, parts)
+    """Return which component of `parts` broke its promise while something was done once more, None if all kept theirs."""
+    for _, component in parts_of(parts):
+        if isinstance(component, GaussianFilter):  # it keeps what components answered before, and would not ask again
+            component._memo.clear()
+    watch, earlier = _Watch(parts), sys.getprofile()
+    sys.setprofile(watch)
+    try:
+        again()
+    finally:
+        sys.setprofile(earlier)
+    return watch.complaint
 
 
 def check_again(parts: object, again: Callable[[], object]) -> None:
     """Raise PluginError if a component of `parts` breaks its promise when something is done once more."""
-    watch = _Watch()
-    with suppress(Exception):  # it cannot be done again, as pictures come once, say; or it fails again
-        _watched(watch, parts, again)
-    if watch.found is not None:
-        raise PluginError(_told(*watch.found, parts))
+
+    def tried() -> None:
+        with suppress(Exception):  # it cannot be done again, as pictures come once, say; or it fails again
+            again()
+
+    if text := broken_promise(parts, tried):
+        raise PluginError(text)
 
 
 def check_made(component: Component, method: str, gave: object, parts: object) -> None:
@@ -123,51 +128,32 @@ def check_made(component: Component, method: str, gave: object, parts: object) -
         raise PluginError(_told(component, method, complaint, parts))
 
 
-def _watched(watch: _Watch, parts: object, again: Callable[[], object]) -> None:
-    """Do something once more under a watch, without what filters have kept of the components' answers."""
-    for _, component in parts_of(parts):
-        for value in _values(component):
-            if isinstance(value, Memo):
-                value.clear()
-    before = sys.getprofile()
-    sys.setprofile(watch)
-    try:
-        again()
-    finally:
-        sys.setprofile(before)
-
-
 def raised_by(error: BaseException, parts: object) -> str | None:
     """Return which component's method raised an error, with its place in `parts` and in its file; None if none did."""
-    owner: Component | None = None
-    method = at = ""
+    component: Component | None = None
+    method = line_of = ""
     for frame, line in walk_tb(error.__traceback__):
         code = frame.f_code
         if not code.co_argcount or code.co_filename.startswith("<attrs"):
             continue
-        found = frame.f_locals.get(code.co_varnames[0])
-        if isinstance(found, Component) and not isinstance(found, Command) and _is_method(found, code):
-            if found is not owner:
-                owner, method = found, code.co_name
-            at = f"{Path(code.co_filename).name}:{line}"
-    if owner is None:
+        owner = frame.f_locals.get(code.co_varnames[0])
+        if isinstance(owner, Component) and not isinstance(owner, Command) and _is_method(owner, code):
+            if owner is not component:
+                component, method = owner, code.co_name
+            line_of = f"{Path(code.co_filename).name}:{line}"
+    if component is None:
         return None
-    reason = " ".join(str(error).split())[:_LONGEST]
-    return _told(owner, method, f"raised {type(error).__name__}: {reason or 'no reason given'} ({at})", parts)
+    reason = " ".join(str(error).split())[:_LONGEST] or "no reason given"
+    return _told(component, method, f"raised {type(error).__name__}: {reason} ({line_of})", parts)
 
 
 def _told(component: Component, method: str, complaint: str, parts: object) -> str:
-    place = next((place for place, each in parts_of(parts) if each is component), None)
-    if place is None:  # a sensor that was placed elsewhere, say
-        place = next((place for place, each in parts_of(parts) if type(each) is type(component)), None)
+    """Return a complaint with class, method, and place of the component, or of its like: a sensor at another pose, say."""
+    places = {place: part for place, part in parts_of(parts) if type(part) is type(component)}
+    place = next((place for place, part in places.items() if part is component), next(iter(places), ""))
     cls = type(component)
     who = f"{component.kind} ({cls.__module__}.{cls.__qualname__}).{method}"
-    hint = f"`vedette check {component.kind}` tries all that it must keep"
-    return f"{f'{place}: ' if place else ''}{who} {complaint}; {hint}"
-
-
-def _values(value: Any) -> list[Any]:
-    return [getattr(value, field.name, None) for field in attrs.fields(type(value))] if attrs.has(type(value)) else []
+    return f"{place and f'{place}: '}{who} {complaint}; `vedette check {component.kind}` tries all that it must keep"
 
 
 def explain_run(error: Exception, parts: object, again: Callable[[], object]) -> None:
@@ -180,18 +166,13 @@ def explain_run(error: Exception, parts: object, again: Callable[[], object]) ->
     explain(error, parts, again)
 
 
-def blamed(error: Exception, parts: object) -> None:
-    """Raise PluginError if a method of a component raised an error; its place is that in `parts`."""
-    if not isinstance(error, VedetteError | MemoryError | OSError) and (text := raised_by(error, parts)):
-        raise PluginError(text) from error
-
-
 def read(scans: Iterable[Scan], parts: object) -> Iterator[Scan]:
-    """Yield the scans; PluginError if what makes them raises another's error."""
+    """Yield the scans; PluginError if a component that makes them raises another's error."""
     try:
         yield from scans
     except Exception as error:
-        blamed(error, parts)
+        if not isinstance(error, VedetteError | MemoryError | OSError) and (text := raised_by(error, parts)):
+            raise PluginError(text) from error
         raise
 
 

@@ -73,13 +73,13 @@ class History:
             columns["mode_prob"] = self._column("mode_prob")[order]
         weights = [row for rows in self._rows for row in rows["weights"]]
         returns = [row for rows in self._rows for row in rows["returns"]]
-        found = []
+        tracks = []
         for i, j in pairwise(edges):
-            number, own = int(ids[order[i]]), order[i:j]
+            number, rows = int(ids[order[i]]), order[i:j]
             if number in self._handed_out or columns["confirmed"][i:j].any():
-                associations = [weights[row] for row in own], [returns[row] for row in own]
-                found.append(self._piece(number, {name: column[i:j] for name, column in columns.items()}, *associations))
-        return tuple(found)
+                associations = [weights[row] for row in rows], [returns[row] for row in rows]
+                tracks.append(self._piece(number, {name: column[i:j] for name, column in columns.items()}, *associations))
+        return tuple(tracks)
 
     def first_undefined(self) -> int | None:
         """Return the first scan after which an estimate or an existence was no number, counted from 0; None: all were."""
@@ -106,19 +106,19 @@ class History:
         What was returned is dropped, and so are tracks that ended unconfirmed. Those that may still be confirmed stay. A
         piece without a scan says only that its track merged.
         """
-        found = self.tracks()
-        ended = self._merged.keys() & self._handed_out - {track.id for track in found}
+        tracks = self.tracks()
+        ended = self._merged.keys() & self._handed_out - {track.id for track in tracks}
         if ended:
             none = {name: rows[:0] for name, rows in self._rows[0].items() if isinstance(rows, np.ndarray) and name != "ids"}
-            found += tuple(self._piece(number, none, [], []) for number in sorted(ended))
+            tracks += tuple(self._piece(number, none, [], []) for number in sorted(ended))
         alive = self._rows[-1]["ids"].tolist() if self._rows else []
-        known = self._handed_out | {track.id for track in found}
+        known = self._handed_out | {track.id for track in tracks}
         self._handed_out = known & set(alive)
         waiting = [number for number in alive if number not in known]
         self._parents = {number: self._parents[number] for number in waiting if number in self._parents}
         self._merged = {}
         self._rows = [row for row in (_of(row, waiting) for row in self._rows) if len(row["ids"])] if waiting else []
-        return found
+        return tracks
 
     def _column(self, name: str) -> Array:
         return np.concatenate([row[name] for row in self._rows])
@@ -126,12 +126,12 @@ class History:
 
 def _of(row: dict[str, Any], ids: list[int]) -> dict[str, Any]:
     """Return a row's entries of some tracks, in arrays of its own, so that the others' are freed."""
-    own = np.isin(row["ids"], ids)
-    kept = {name: row[name][own] for name in _COLUMNS}
-    modes = None if row["mode_prob"] is None else row["mode_prob"][own]
-    numbers = np.flatnonzero(own).tolist()
+    chosen = np.isin(row["ids"], ids)
+    columns = {name: row[name][chosen] for name in _COLUMNS}
+    modes = None if row["mode_prob"] is None else row["mode_prob"][chosen]
+    numbers = np.flatnonzero(chosen).tolist()
     weights, returns = [row["weights"][i].copy() for i in numbers], [row["returns"][i] for i in numbers]
-    return {**kept, "mode_prob": modes, "weights": weights, "returns": returns}
+    return {**columns, "mode_prob": modes, "weights": weights, "returns": returns}
 
 
 def _associations(state: State) -> dict[str, list[Any]]:

@@ -121,12 +121,12 @@ class Intake:
     @property
     def returns(self) -> int:
         """Number of returns."""
-        return sum(each.returns for each in self.came.values())
+        return sum(came.returns for came in self.came.values())
 
     @property
     def frames(self) -> int:
         """Number of camera frames."""
-        return sum(each.frames for each in self.came.values())
+        return sum(came.frames for came in self.came.values())
 
     @classmethod
     def of(cls, sensors: Mapping[str, Sensor], scans: Iterable[Scan], refused: Iterable[Problem] = ()) -> Intake:

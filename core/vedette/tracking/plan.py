@@ -14,7 +14,7 @@ from vedette.roles import Associator, Estimator, Sensor
 from vedette.space import Space
 from vedette.supporting import Birth, ImagingSensor, Lifecycle
 from vedette.tracking.gate import Gate, SensorGate
-from vedette.tracking.spread import check_spread
+from vedette.tracking.position_spread import check_spread
 from vedette.tracking.validation import check_forwarding, check_sensors
 from vedette.types import Detections
 

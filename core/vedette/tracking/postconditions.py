@@ -40,60 +40,55 @@ def _told(value: Any) -> str:
     return "nothing" if value is None else f"a {type(value).__name__}"
 
 
-def _arrays(value: Any) -> Iterator[np.ndarray[Any, Any]]:
-    """Yield the arrays in a value: attrs values, tuples and arrays."""
-    if isinstance(value, np.ndarray | np.floating | float):
-        yield np.asarray(value)
-    elif isinstance(value, tuple | list):
+def _leaves(value: Any) -> Iterator[Any]:
+    """Yield what attrs values and tuples are made of, as beliefs and memories are of arrays and numbers."""
+    if isinstance(value, tuple | list):
         for part in value:
-            yield from _arrays(part)
+            yield from _leaves(part)
     elif attrs.has(type(value)) and not isinstance(value, Component | Space):
         for field in attrs.fields(type(value)):
-            yield from _arrays(getattr(value, field.name, None))
+            yield from _leaves(getattr(value, field.name, None))
+    else:
+        yield value
 
 
 def _is_tree(value: Any) -> bool:
     """Return whether a value is made of attrs values, tuples and arrays, as beliefs and memories are."""
-    if isinstance(value, tuple):
-        return all(map(_is_tree, value))
-    if isinstance(value, np.ndarray):
-        return value.dtype.kind in "biuf"
-    return isinstance(value, np.generic | float | int) or value is None or attrs.has(type(value))
+    return (
+        all(map(_is_tree, value))
+        if isinstance(value, tuple)
+        else value is None or _is_array(value) or attrs.has(type(value))
+    )
+
+
+def _is_array(value: Any, kinds: str = "biuf") -> bool:
+    return isinstance(value, np.ndarray | np.generic | float | int) and np.asarray(value).dtype.kind in kinds
 
 
 def _count(which: Callable[..., Any], value: Any) -> int:
     """Count the numbers in a value that are as `which` says: `np.isnan`, say."""
-    return sum(int(np.count_nonzero(which(part))) for part in _arrays(value) if part.dtype.kind == "f")
-
-
-def _infinite(value: Any) -> Any:
-    return ~np.isfinite(value)
+    return sum(int(np.count_nonzero(which(leaf))) for leaf in _leaves(value) if _is_array(leaf, "f"))
 
 
 def _array(
     given: Given, gave: Any, batch: Shape, core: Shape = (), part: str = "", *, whole: bool = True, mask: bool = False
 ) -> Iterator[str]:
     """Yield what is wrong with an array (*batch, *core), whose batch axes may be missing unless it must be `whole`."""
-    name, lead = f"{part} " if part else "", np.shape(gave)[: np.ndim(gave) - len(core)]
-    right = f"{name}{(*batch, *core)}"
+    lead: Shape = np.shape(gave)[: np.ndim(gave) - len(core)]
+    right = f"{(*batch, *core)}"
     if batch and not whole:
-        right = f"{name}{_dims('*b', *core)} or {_dims(*core)}, *b being {batch} here"
-    plain = isinstance(gave, np.ndarray | np.generic | float | int)
-    if not plain or np.asarray(gave).dtype.kind not in ("b" if mask else "biuf"):
-        yield f"must return {right}, an array of {'true or false' if mask else 'numbers'}; got {_told(gave)}"
-        return
+        right = f"{('*b', *core)} or {core}, *b being {batch} here".replace("'", "")
+    right = f"must return {part} {right}" if part else f"must return {right}"
     # Batch axes of one element, or none at all, broadcast where the result does not depend on the state.
     fits = lead == batch
     if not whole:
         fits = len(lead) <= len(batch) and all(a in (1, b) for a, b in zip(lead[::-1], batch[::-1], strict=False))
-    if np.ndim(gave) < len(core) or np.shape(gave)[len(lead) :] != core or not fits:
-        yield f"must return {right}; got {np.shape(gave)}"
+    if not _is_array(gave, "b" if mask else "biuf"):
+        yield f"{right}, an array of {'true or false' if mask else 'numbers'}; got {_told(gave)}"
+    elif np.shape(gave)[len(lead) :] != core or not fits:
+        yield f"{right}; got {np.shape(gave)}"
     elif (count := _count(np.isnan, gave)) and not _count(np.isnan, tuple(given)):
         yield f"must return numbers; got nan in {count} of {np.size(gave)}{f' of {part}' if part else ''}"
-
-
-def _dims(*axes: object) -> str:
-    return f"({', '.join(map(str, axes))}{',' if len(axes) == 1 else ''})"
 
 
 def _gaussian(given: Given, gave: Any, batch: Shape, n: int, part: str = "") -> Iterator[str]:
@@ -105,24 +100,12 @@ def _gaussian(given: Given, gave: Any, batch: Shape, n: int, part: str = "") -> 
     yield from _array(given, gave.cov, batch, (n, n), f"{part} cov".strip())
 
 
-def _is(kind: type, words: str = "", then: Postcondition | None = None) -> Postcondition:
-    """State that a value of this kind is returned, of which `then` says more."""
+def _is(kind: type, words: str = "", then: Postcondition | None = None, count: int | None = None) -> Postcondition:
+    """State that a value of this kind is returned, or a tuple of so many, of which `then` says more."""
 
     def postcondition(component: Any, given: Given, gave: Any) -> Iterator[str]:
-        if not isinstance(gave, kind):
+        if not isinstance(gave, kind) or (isinstance(gave, tuple) and count not in (None, len(gave))):
             yield f"must return {words or f'a {kind.__name__}'}; got {_told(gave)}"
-        elif then is not None:
-            yield from then(component, given, gave)
-
-    return postcondition
-
-
-def _parts(count: int, words: str, then: Postcondition | None = None) -> Postcondition:
-    """State that a tuple of so many is returned, of which `then` says more."""
-
-    def postcondition(component: Any, given: Given, gave: Any) -> Iterator[str]:
-        if not isinstance(gave, tuple) or len(gave) != count:
-            yield f"must return {words}; got {_told(gave)}"
         elif then is not None:
             yield from then(component, given, gave)
 
@@ -135,7 +118,7 @@ def _over_x(*core: str, variance: bool = False) -> Postcondition:
     def postcondition(component: Any, given: Given, gave: Any) -> Iterator[str]:
         sizes = tuple(len(getattr(component, name)) for name in core)
         yield from _array(given, gave, np.shape(given[0])[:-1], sizes, whole=False)
-        if core and (count := _count(_infinite, gave)) and not _count(_infinite, tuple(given)):
+        if core and (count := _count(np.isinf, gave)) and not _count(np.isinf, tuple(given)):
             yield f"must return finite numbers; got {count} of {np.size(gave)} that are not"
         if variance and np.size(gave) and (least := np.min(np.diagonal(gave, axis1=-2, axis2=-1))) < 0:
             yield f"must return a covariance; got {least:.3g} on its diagonal"
@@ -161,22 +144,12 @@ def _believes(estimator: Estimator[Any], given: Given, gave: Any) -> Iterator[st
     before = given[0]
     if before is None:
         yield "was given no belief: `start`, `predict` and `update` must return one"
-    elif type(gave) is not type(before) and not _is_another_belief(estimator, before, gave):
+    elif gave is None or not _is_tree(gave) or (isinstance(before, Gaussian) and not isinstance(gave, Gaussian)):
         yield f"must return a belief, a {type(before).__name__} as it was given; got {_told(gave)}"
     elif isinstance(before, Gaussian):
         yield from _gaussian(given, gave, np.shape(before.mean)[:-1], np.shape(before.mean)[-1])
     elif (count := _count(np.isnan, gave)) and not _count(np.isnan, tuple(given)):
         yield f"must return a belief in numbers; got nan in {count} places"
-
-
-def _is_another_belief(estimator: Estimator[Any], before: Any, gave: Any) -> bool:
-    """Return whether the estimator, whose beliefs are no Gaussians, has several types of beliefs, and this is one."""
-    if isinstance(before, Gaussian) or gave is None or not _is_tree(gave):
-        return False
-    try:
-        return isinstance(estimator.moments(gave), Gaussian)
-    except Exception:
-        return False
 
 
 def _evaluates(estimator: Estimator[Any], given: Given, gave: Innovation) -> Iterator[str]:
@@ -195,12 +168,12 @@ def _moments(estimator: Estimator[Any], given: Given, gave: Any) -> Iterator[str
     yield from _gaussian(given, gave, np.shape(mean)[:-1], len(estimator.state))
 
 
-def _per_track(given: Given, gave: Any, shape: Shape) -> Iterator[str]:
+def _per_track(given: Given, gave: Any, tracks: Shape) -> Iterator[str]:
     if not _is_tree(gave):
         yield f"must return a memory of attrs values, tuples and arrays; got {_told(gave)}"
-    for part in _arrays(gave):
-        if part.shape[: len(shape)] != shape:
-            yield f"must return a memory whose arrays lead with the tracks, {shape}; got one of {part.shape}"
+    for leaf in _leaves(gave):
+        if isinstance(leaf, np.ndarray | np.floating | float) and np.shape(leaf)[: len(tracks)] != tracks:
+            yield f"must return a memory whose arrays lead with the tracks, {tracks}; got one of {np.shape(leaf)}"
 
 
 def _reviews(lifecycle: Lifecycle, given: Given, gave: Any) -> Iterator[str]:
@@ -217,13 +190,10 @@ def _reveals(birth: Birth, given: Given, gave: Any) -> Iterator[str]:
 
 def _begins(birth: Birth, given: Given, gave: Newborn) -> Iterator[str]:
     k, returns = given[4].z.shape[-2], gave.returns
-    if np.ndim(returns) != 1 or np.asarray(returns).dtype.kind not in "iu":
-        yield f"must return returns (j,), an array of whole numbers; got {_told(returns)}"
-    elif len(returns) and not 0 <= np.min(returns) <= np.max(returns) < k:
-        yield f"must return returns from 0 to {k - 1}, as there are {k}; got {np.max(returns)}"
-    else:
-        yield from _gaussian(given, gave.prior, np.shape(returns), len(given[1].state), "prior")
-        yield from _array(given, gave.existence, np.shape(returns), (), "existence")
+    if not _is_array(returns, "iu") or np.ndim(returns) != 1 or np.any((returns < 0) | (returns >= k)):
+        yield f"must return returns (j,), whole numbers below {k}, as there are {k}; got {_told(returns)}"
+    yield from _gaussian(given, gave.prior, np.shape(returns), len(given[1].state), "prior")
+    yield from _array(given, gave.existence, np.shape(returns), (), "existence")
 
 
 def _branches(associator: HypothesisAssociator, given: Given, gave: Branching) -> Iterator[str]:
@@ -260,7 +230,7 @@ POSTCONDITIONS: dict[type[Component], dict[str, Postcondition]] = {
         "reframe": _GAUSSIAN,
     },
     ImagingSensor: {
-        "information": _parts(3, "three arrays: information, score, log-likelihood ratio", _informs),
+        "information": _is(tuple, "three arrays: information, score, log-likelihood ratio", _informs, 3),
         "seek": _over_x("observes"),
         "learn": _over_x("observes"),
     },
@@ -277,7 +247,7 @@ POSTCONDITIONS: dict[type[Component], dict[str, Postcondition]] = {
     },
     HypothesisAssociator: {
         "branch": _is(Branching, "a Branching(parent, choice, hypotheses)", _branches),
-        "keep": _parts(2, "the hypotheses and the rows of the leaves that stay"),
+        "keep": _is(tuple, "the hypotheses and the rows of the leaves that stay", count=2),
         "associate": _weighs,
     },
     Associator: {
@@ -295,12 +265,12 @@ POSTCONDITIONS: dict[type[Component], dict[str, Postcondition]] = {
     },
     Birth: {
         "begin": _is(Newborn, "a Newborn(returns, prior, existence)", _begins),
-        "reveal": _parts(2, "the density of each return, or None, and what `begin` needs", _reveals),
+        "reveal": _is(tuple, "the density of each return, or None, and what `begin` needs", _reveals, 2),
     },
     Lifecycle: {
         "start": lambda it, given, gave: _per_track(given, gave, np.shape(given[0])),
         "predict": lambda it, given, gave: _array(given, gave, np.shape(given[0])),
-        "review": _parts(3, "memory, confirmed and alive", _reviews),
+        "review": _is(tuple, "memory, confirmed and alive", _reviews, 3),
     },
     Preprocessor: {"measurement": _SPACE, "process": _is(Detections, "Detections", _processes)},
     Source: {"open": _is(Recording, "", _opens)},

@@ -70,7 +70,7 @@ def still_to_run(
         if sensor is not None and space != sensor.measurement:
             told = f"the recording's scans of it are over {space}, and the tracker's measure {sensor.measurement}"
             raise ConfigError([Problem(f"sensors.{name}", told)])
-    return {name: each for name, each in preprocessors.items() if name not in recording.detected}
+    return {name: preprocessor for name, preprocessor in preprocessors.items() if name not in recording.detected}
 
 
 def noted(scans: Iterable[Scan], frames: deque[tuple[float, str, int]]) -> Iterator[Scan]:
@@ -140,12 +140,12 @@ def _sound(
     raw = {name: sensor for preprocessor in preprocessors.values() for name, sensor in preprocessor.sensors.items()}
     for i, scan in enumerate(scans):
         scan = with_axes(scan, raw)
-        if scan.sensor in raw and (found := flaws(scan, raw, scan.time)):
+        if scan.sensor in raw and (refused := flaws(scan, raw, scan.time)):
             if strict:
-                raise ScanRefused(f"raw scan of {scan.sensor!r} at {scan.time:.6f} s: {'; '.join(map(str, found))}")
+                raise ScanRefused(f"raw scan of {scan.sensor!r} at {scan.time:.6f} s: {'; '.join(map(str, refused))}")
             scan, left_out = without_bad_returns(scan)
-            found = left_out or found
-            problems.extend([Problem(f"raw scan {i}, {problem.place}", problem.text) for problem in found])
+            refused = left_out or refused
+            problems.extend([Problem(f"raw scan {i}, {problem.place}", problem.text) for problem in refused])
             if not left_out:
                 continue
         yield scan

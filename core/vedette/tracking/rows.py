@@ -8,9 +8,9 @@ import numpy as np
 from attrs import evolve, frozen
 
 from vedette.space import Array, Indices, Mask
-from vedette.tracking.places import places
+from vedette.tracking.clusters import places
 from vedette.tracking.plan import Plan
-from vedette.tracking.spread import largest_deviation
+from vedette.tracking.position_spread import largest_deviation
 from vedette.types import Review
 
 

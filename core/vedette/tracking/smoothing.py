@@ -18,7 +18,7 @@ from vedette.hypotheses import HypothesisAssociator
 from vedette.roles import Estimator
 from vedette.sampling.generators import NO_DRAWS
 from vedette.sampling.seeds import Seed, Seeds
-from vedette.tracking import trees
+from vedette.tracking import pytrees
 from vedette.tracking.history import History
 from vedette.tracking.state import State
 from vedette.tracking.tracker import Tracker
@@ -85,11 +85,11 @@ def _check_associator(tracker: Tracker) -> None:
 
 def _backwards(estimator: Estimator[Any], states: Sequence[State], seed: Seed | Seeds) -> list[State]:
     """Smooth every state by all of them."""
-    found: list[State] = []
+    smoothed: list[State] = []
     for state in reversed(states):
         rng = seed.generator(state.steps) if estimator.traits.draws else NO_DRAWS
-        found.append(_retraced(estimator, state, found[-1], rng) if found else state)
-    return found[::-1]
+        smoothed.append(_retraced(estimator, state, smoothed[-1], rng) if smoothed else state)
+    return smoothed[::-1]
 
 
 def _retraced(estimator: Estimator[Any], state: State, later: State, rng: np.random.Generator) -> State:
@@ -98,11 +98,11 @@ def _retraced(estimator: Estimator[Any], state: State, later: State, rng: np.ran
     goes_on = np.isin(state.ids, later.ids)
     if not goes_on.any():
         return state
-    after = trees.take(later.belief, np.isin(later.ids, state.ids), axis)
+    after = pytrees.take(later.belief, np.isin(later.ids, state.ids), axis)
     dt = later.time - state.time
     if goes_on.all():
         return evolve(state, belief=estimator.smooth_step(state.belief, after, dt, rng))
-    back = estimator.smooth_step(trees.take(state.belief, goes_on, axis), after, dt, rng)
-    both = trees.join(back, trees.take(state.belief, ~goes_on, axis), axis)
+    back = estimator.smooth_step(pytrees.take(state.belief, goes_on, axis), after, dt, rng)
+    both = pytrees.join(back, pytrees.take(state.belief, ~goes_on, axis), axis)
     order = np.argsort(np.concatenate([np.flatnonzero(goes_on), np.flatnonzero(~goes_on)]))
-    return evolve(state, belief=trees.take(both, order, axis))
+    return evolve(state, belief=pytrees.take(both, order, axis))

@@ -17,6 +17,7 @@ from vedette.sampling.generators import NO_DRAWS
 from vedette.sampling.seeds import Seed, Seeds
 from vedette.space import Space
 from vedette.supporting import Birth, Lifecycle
+from vedette.tracking.arguments import check_given, check_predicted, check_state, time_from, time_of_start
 from vedette.tracking.association import associate
 from vedette.tracking.branching import initial_leaves
 from vedette.tracking.conclusion import conclude
@@ -24,7 +25,6 @@ from vedette.tracking.expected import Expected, expect
 from vedette.tracking.faults import explain, explained
 from vedette.tracking.gate import Gate
 from vedette.tracking.meeting import meet
-from vedette.tracking.mistaken import check_given, check_predicted, check_state, time_from, time_of_start
 from vedette.tracking.plan import Plan, planned
 from vedette.tracking.state import State
 from vedette.tracking.validation import admitted, checked_prior

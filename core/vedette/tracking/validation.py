@@ -16,10 +16,14 @@ from vedette.filters.detections import present_noise
 from vedette.roles import Estimator, Sensor
 from vedette.space import Array, Mask, SpaceError
 from vedette.supporting import ImagingSensor
+from vedette.tracking import pytrees
+from vedette.tracking.components import parts
 from vedette.tracking.gate import Gate, SensorGate
-from vedette.tracking.parts import parts
 from vedette.types import Detections, Frame, Gaussian, Pose, Scan
 from vedette.units import short
+
+LONG_AGO = -ABSURD
+"""Before this time in s no scan is taken: a state without a time is of -inf."""
 
 
 def check_forwarding(estimator: Estimator[Any]) -> None:
@@ -50,22 +54,22 @@ def flaws(scan: Scan, sensors: Mapping[str, Sensor], since: float) -> list[Probl
     """Return what is wrong with a scan for a tracker at time `since` in s; nothing if it can be taken."""
     if scan.sensor not in sensors:
         return [Problem("sensor", f"must be one of {', '.join(map(repr, sensors))}, got {scan.sensor!r}")]
-    found = []
+    problems = []
     if not abs(scan.time) <= ABSURD:
-        found.append(Problem("time", f"must be a finite number of s{_at_most(scan.time)}, got {scan.time}"))
+        problems.append(Problem("time", f"must be a finite number of s{_at_most(scan.time)}, got {scan.time}"))
     elif scan.time < since:
-        found.append(
+        problems.append(
             Problem("time", f"must not go back: {scan.time:.6f} s is {since - scan.time:.6g} s before the last scan")
         )
     if scan.pose is not None:
-        found += _pose_flaws(scan.pose)
+        problems += _pose_flaws(scan.pose)
     sensor = sensors[scan.sensor]
     if isinstance(sensor, ImagingSensor) != (scan.frame is not None):
         text = "must hold a frame, as it is a camera's" if scan.frame is None else f"{scan.sensor!r} is not a camera"
-        return [*found, Problem("frame", text)]
+        return [*problems, Problem("frame", text)]
     if scan.frame is not None:
-        return found + _frame_flaws(scan.frame)
-    return found + _return_flaws(scan.detections, sensor)
+        return problems + _frame_flaws(scan.frame)
+    return problems + _return_flaws(scan.detections, sensor)
 
 
 def with_axes(scan: Scan, sensors: Mapping[str, Sensor]) -> Scan:
@@ -111,13 +115,12 @@ def admitted(scan: Scan, gates: Mapping[str, SensorGate], since: float) -> Detec
         raise ScanRefused(str(Problem("sensor", told))) from None
     if (  # the most common kind of scan, without problems
         sensor_gate is not None
-        and since <= scan.time <= ABSURD
+        and LONG_AGO < since <= scan.time <= ABSURD
         and scan.frame is None
         and scan.pose is None
         and detections.evidence is None
         and detections.noise is None
         and detections.missing is None
-        and since > -ABSURD
         and sensor_gate.axes
         and kernels.is_plain(detections.z, detections.valid, sensor_gate.axes, ABSURD)
     ):
@@ -144,14 +147,7 @@ def without_bad_returns(scan: Scan) -> tuple[Scan, list[Problem]]:
     if not bad.any():
         return scan, []
     problems = [Problem(f"return {i}", _complaint(detections, i)) for i in np.flatnonzero(bad)]
-    kept = Detections(
-        detections.z[~bad],
-        detections.valid[~bad],
-        None if detections.evidence is None else detections.evidence[~bad],
-        None if detections.noise is None else detections.noise[~bad],
-        None if detections.missing is None else detections.missing[~bad],
-    )
-    return evolve(scan, detections=kept), problems
+    return evolve(scan, detections=pytrees.take(detections, ~bad, 0)), problems
 
 
 def _at_most(values: Array | float) -> str:
@@ -231,8 +227,8 @@ def _good(detections: Detections) -> Mask:
     if detections.evidence is not None:
         good &= np.isfinite(detections.evidence)
     if detections.noise is not None:
-        own = detections.noise if detections.missing is None else present_noise(detections.noise, ~detections.missing)
-        good &= _is_covariance(own)
+        noise = detections.noise if detections.missing is None else present_noise(detections.noise, ~detections.missing)
+        good &= _is_covariance(noise)
     return good | ~detections.valid
 
 
@@ -261,7 +257,7 @@ def _complaint(detections: Detections, i: Any) -> str:
     if detections.evidence is not None and not np.isfinite(detections.evidence[i]):
         return f"its evidence must be a finite number, got {detections.evidence[i]}"
     assert detections.noise is not None
-    own = detections.noise[i]
-    too_large = np.all(np.isfinite(own)) and np.any(np.abs(own) > ABSURD**2)
+    noise = detections.noise[i]
+    too_large = np.all(np.isfinite(noise)) and np.any(np.abs(noise) > ABSURD**2)
     told = f", its elements at most {ABSURD**2:g}" if too_large else ", its correlations within 1 by 1e-14 at least"
-    return f"its noise must be symmetric and positive definite{told}, got {own.tolist()}"
+    return f"its noise must be symmetric and positive definite{told}, got {noise.tolist()}"

@@ -7,7 +7,7 @@ from attrs import frozen
 from support.imm import NESTED, pool, start, step, unlike
 from support.models import LinearStep, Looking
 from vedette import Detections, Gaussian, MotionModel, Space
-from vedette.tracking import trees
+from vedette.tracking import pytrees
 from vedette_standard.associators.global_nearest import GlobalNearest
 from vedette_standard.associators.jpda import Jpda
 from vedette_standard.associators.nearest import Nearest
@@ -37,7 +37,7 @@ def scene(sensor, *batch, scans=6, k=3, seed=1):
 
 def alone(imm, belief, i):
     """Entry `i` of the batch, as a belief of its own."""
-    return trees.take(belief, i, 0)
+    return pytrees.take(belief, i, 0)
 
 
 def run(imm, belief, sensor, seen, associator=None):

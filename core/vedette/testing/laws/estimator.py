@@ -30,7 +30,7 @@ from vedette.testing.laws.estimator_cases import (
 )
 from vedette.testing.linear_sensor import Watch
 from vedette.testing.truth import modes_of
-from vedette.tracking import trees
+from vedette.tracking import pytrees
 from vedette.types import Detections, Gaussian
 
 
@@ -147,18 +147,18 @@ def tracks_come_and_go(estimator: Estimator[Any], drawn: Scene) -> None:
     after = estimator.moments(estimator.update(belief, innovation, weights))
     for i in ([0], [1], [1, 0]):
         own = np.array(i)
-        taken = estimator.update(trees.take(belief, own, 1), trees.take(innovation, own, 1), weights[:, own])
+        taken = estimator.update(pytrees.take(belief, own, 1), pytrees.take(innovation, own, 1), weights[:, own])
         found = estimator.moments(taken)
         if estimator.traits.draws:  # what it draws in an update may depend on the tracks beside
             demand(found.mean.shape == (2, *own.shape, len(estimator.state)), f"update: mean of {found.mean.shape}")
         else:
             alike(estimator, found, Gaussian(after.mean[:, own], after.cov[:, own]), 1e-9)
     wanted = estimator.moments(belief)
-    swapped = estimator.moments(trees.take(belief, np.array([1, 0]), 1))
+    swapped = estimator.moments(pytrees.take(belief, np.array([1, 0]), 1))
     same("mean of swapped tracks", swapped.mean, wanted.mean[:, ::-1])
     same("cov of swapped tracks", swapped.cov, wanted.cov[:, ::-1])
-    one, other = (trees.take(belief, np.array([i]), 1) for i in (0, 1))
-    same("mean of joined tracks", estimator.moments(trees.join(one, other, 1)).mean, wanted.mean)
+    one, other = (pytrees.take(belief, np.array([i]), 1) for i in (0, 1))
+    same("mean of joined tracks", estimator.moments(pytrees.join(one, other, 1)).mean, wanted.mean)
 
 
 def starts_at_its_prior(estimator: Estimator[Any], drawn: Scene) -> None:

@@ -13,7 +13,7 @@ from vedette.testing.comparisons import Closed, demand, same
 from vedette.testing.law import Law
 from vedette.testing.laws import lifecycle_limits
 from vedette.testing.laws.lifecycle_cases import Lives, live
-from vedette.tracking import trees
+from vedette.tracking import pytrees
 from vedette.types import Review
 
 
@@ -59,13 +59,13 @@ def batches_as_it_loops(lifecycle: Lifecycle, drawn: Lives) -> None:
 def _stacked(memory: Any) -> Any:
     """The memory of two equal runs."""
     lead = _map(memory, lambda array: array[None])
-    return trees.join(lead, lead, 0)
+    return pytrees.join(lead, lead, 0)
 
 
 def _map(tree: Any, change: Any) -> Any:
     if isinstance(tree, np.ndarray):
         return change(tree)
-    return trees._rebuild(tree, [_map(part, change) for part in trees._parts(tree)])
+    return pytrees._rebuild(tree, [_map(part, change) for part in pytrees._parts(tree)])
 
 
 def survival_is_a_probability(lifecycle: Lifecycle, drawn: Lives) -> None:

@@ -14,7 +14,7 @@ from vedette.supporting import Lifecycle
 from vedette.testing.comparisons import frozen_copy
 from vedette.testing.law import Profile
 from vedette.testing.states import SEEDS, STEPS
-from vedette.tracking import trees
+from vedette.tracking import pytrees
 from vedette.types import Review
 
 
@@ -55,7 +55,7 @@ def _lives(t: int, s: int, dt: float, later: float, seed: int) -> Lives:
 
 def live(lifecycle: Lifecycle, lives: Lives, tracks: Any = slice(None)) -> list[tuple[Mask, Mask]]:
     """Confirmed and alive (t,) after each scan, of some of the tracks."""
-    memory = trees.take(lifecycle.start(lives.initial), np.arange(lives.hit.shape[1])[tracks], 0)
+    memory = pytrees.take(lifecycle.start(lives.initial), np.arange(lives.hit.shape[1])[tracks], 0)
     verdicts = []
     for scan in range(len(lives.hit)):
         memory, confirmed, alive = lifecycle.review(still(memory), lives.review(scan, tracks))
@@ -67,4 +67,4 @@ def still(memory: Any) -> Any:
     """Return a copy of a memory that cannot be written into: it is part of a state, which somebody may have kept."""
     if isinstance(memory, np.ndarray):
         return frozen_copy(memory)
-    return trees._rebuild(memory, [still(part) for part in trees._parts(memory)])
+    return pytrees._rebuild(memory, [still(part) for part in pytrees._parts(memory)])

@@ -16,7 +16,7 @@ from vedette.supporting import Lifecycle
 from vedette.testing.comparisons import Closed, demand, same
 from vedette.testing.law import Law
 from vedette.testing.laws.lifecycle_cases import Lives, live
-from vedette.tracking import trees
+from vedette.tracking import pytrees
 from vedette.types import Review
 
 ONES = np.ones(2)
@@ -94,7 +94,7 @@ def memory_does_not_grow(lifecycle: Lifecycle, drawn: Lives) -> None:
 
 
 def _size(tree: Any) -> int:
-    return tree.size if isinstance(tree, np.ndarray) else 1 + sum(_size(part) for part in trees._parts(tree))
+    return tree.size if isinstance(tree, np.ndarray) else 1 + sum(_size(part) for part in pytrees._parts(tree))
 
 
 def asks_for_what_it_uses(lifecycle: Lifecycle, drawn: Lives) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from vedette.errors import ScanRefused
-from vedette.tracking import trees
+from vedette.tracking import pytrees
 from vedette.tracking.plan import Plan
 from vedette.tracking.state import State
 from vedette.types import Scan
@@ -93,7 +93,7 @@ def refused(tracks: int, returns: int, most: int) -> ScanRefused:
 
 def _parts(belief: Any, tracks: int, axes: int) -> int:
     """Return the number of modes or particles of a track: the numbers in its belief, over those of one Gaussian."""
-    return max(1, round(trees.size(belief) / tracks / (axes + axes**2)))
+    return max(1, round(pytrees.size(belief) / tracks / (axes + axes**2)))
 
 
 def _told(what: str, pairs: int) -> str:

@@ -9,8 +9,8 @@ from attrs import evolve, frozen
 import vedette
 from vedette import Axis, Detections, Scan, ScanRefused, Space
 from vedette.experiment import Experiment
-from vedette.tracking import ceiling
-from vedette.tracking.spread import check_spread
+from vedette.tracking import memory_limits
+from vedette.tracking.position_spread import check_spread
 
 KALMAN = {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 1.0}}
 ESTIMATORS = {
@@ -59,10 +59,10 @@ def test_a_hundred_thousand_returns_are_taken_by_pairs_within_gates():
 
 
 @pytest.mark.parametrize("parts", [1, 3])
-def test_the_ceiling_counts_tracks_modes_and_returns(parts, monkeypatch):
+def test_the_limit_counts_tracks_modes_and_returns(parts, monkeypatch):
     built = tracker(parts)
     state = built.step(built.start(), scan(0, 80))
-    monkeypatch.setattr(ceiling, "MOST_PAIRS", 80 * 100 * parts)
+    monkeypatch.setattr(memory_limits, "MOST_PAIRS", 80 * 100 * parts)
     with pytest.raises(ScanRefused, match="would begin") if parts == 1 else nullcontext():
         built.step(state, scan(1, 100))
     with pytest.raises(ScanRefused, match=r"80 tracks.* and 101 returns make"):
@@ -71,14 +71,14 @@ def test_the_ceiling_counts_tracks_modes_and_returns(parts, monkeypatch):
 
 def test_tracks_that_would_begin_count_too(monkeypatch):
     built = tracker(1)
-    monkeypatch.setattr(ceiling, "MOST_PAIRS", 100 * 100)
+    monkeypatch.setattr(memory_limits, "MOST_PAIRS", 100 * 100)
     assert len(built.step(built.start(), scan(0, 100)).ids) == 100
     with pytest.raises(ScanRefused, match=r"101 tracks that would begin at 101.*10,201"):
         built.step(built.start(), scan(0, 101))
 
 
 def test_a_run_goes_on_without_a_scan_that_is_too_much(monkeypatch):
-    monkeypatch.setattr(ceiling, "MOST_PAIRS", 2_000)
+    monkeypatch.setattr(memory_limits, "MOST_PAIRS", 2_000)
     experiment = evolve(Experiment(tracker(0)), source=_Given())
     result = experiment.run()
     assert [scan.time for scan in result.scans] == [0.0, 1.0, 3.0, 4.0]
@@ -98,7 +98,7 @@ class _Given(vedette.Source):
 def test_the_particles_of_tracks_that_would_begin_count(monkeypatch):
     particles = {"kind": "bootstrap_particles", "motion": KALMAN["motion"], "particles": 200}
     built = vedette.build(_config(particles))
-    monkeypatch.setattr(ceiling, "MOST_STARTED", 60_000)
+    monkeypatch.setattr(memory_limits, "MOST_STARTED", 60_000)
     state = built.step(built.start(seed=3), scan(0, 1150))
     assert len(state.ids) == 1150
     with pytest.raises(ScanRefused, match="1,210 tracks that would begin have 60,500"):
@@ -116,7 +116,7 @@ def test_leaves_count_where_a_tracker_keeps_hypotheses(monkeypatch):
         state = built.step(state, scan(time, 12))
     leaves = len(state.leaves.ids)
     assert leaves > len(state.ids)
-    monkeypatch.setattr(ceiling, "MOST_PAIRS", leaves * 70 - 1)
+    monkeypatch.setattr(memory_limits, "MOST_PAIRS", leaves * 70 - 1)
     with pytest.raises(ScanRefused, match=rf"{leaves} leaves of tracks and 70 returns make"):
         built.step(state, scan(3, 70))
 

@@ -52,10 +52,10 @@ def check_given(state: State, start: Callable[[], State], observed: Detections |
     """Raise ValueError for a state unlike those with which a tracker starts, ScanRefused for returns of other runs."""
     check_state(state)
     try:
-        own: State | None = start()
+        first: State | None = start()
     except Exception:  # it needs what only a user can give, or that is what failed
-        own = None
-    pairs = [] if own is None else [("belief", _belief(state), _belief(own)), ("memory", state.memory, own.memory)]
+        first = None
+    pairs = [] if first is None else [("belief", _belief(state), _belief(first)), ("memory", state.memory, first.memory)]
     for what, its, mine in pairs:
         axes, wanted = set(_axes(its)), set(_axes(mine))
         if unlike := _unlike(its, mine) or (axes and wanted and axes != wanted and (its, mine)):
@@ -103,8 +103,8 @@ def _axes(value: Any) -> Iterator[int]:
     if isinstance(value, Gaussian):
         yield value.mean.shape[-1]
     elif isinstance(value, tuple):
-        for each in value:
-            yield from _axes(each)
+        for part in value:
+            yield from _axes(part)
     elif attrs.has(type(value)):
         for field in attrs.fields(type(value)):
             yield from _axes(getattr(value, field.name))
