@@ -28,11 +28,11 @@ from vedette.roles import Estimator as Estimator
 from vedette.roles import MotionModel as MotionModel
 from vedette.roles import Sensor as Sensor
 from vedette.roles import Traits as Traits
+from vedette.space import NO_AXES as NO_AXES
 from vedette.space import Array as Array
 from vedette.space import Axis as Axis
 from vedette.space import Indices as Indices
 from vedette.space import Mask as Mask
-from vedette.space import NO_AXES as NO_AXES
 from vedette.space import Space as Space
 from vedette.space import SpaceError as SpaceError
 from vedette.supporting import Birth as Birth
