@@ -156,5 +156,5 @@ def _experiment(builder: Builder, given: Mapping[str, Any]) -> Any:
     known = [parameter.name for parameter in (*inner, *outer) if parameter.name != INLINE]
     meant = builder.check_names(given, known, "", "a config")
     tracker = builder.construct(Tracker, inner, given, "", meant)
-    own = {name: value for name, value in given.items() if name != INLINE}
-    return builder.construct(Experiment, outer, {**own, INLINE: tracker}, "", meant)
+    rest = {name: value for name, value in given.items() if name != INLINE}
+    return builder.construct(Experiment, outer, {**rest, INLINE: tracker}, "", meant)
