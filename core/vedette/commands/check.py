@@ -38,42 +38,42 @@ def run(arguments: Namespace) -> int:
 
         profile = Profile.named(arguments.profile, arguments.seed)
         if Path(arguments.subject).suffix in FORMATS:
-            found = [check(type(each), profile, each) for each in parts_of(arguments.subject, None, arguments.overrides)]
+            tables = [check(type(part), profile, part) for part in parts_of(arguments.subject, None, arguments.overrides)]
         elif arguments.config is not None:
             parts = parts_of(arguments.config, arguments.subject, arguments.overrides)
-            found = [check(type(each), profile, each) for each in parts]
+            tables = [check(type(part), profile, part) for part in parts]
         elif arguments.overrides:
             raise ConfigError([Problem("--set", "changes a config: name one, as in --config tracker.toml")])
         else:
-            found = [check(cls, profile) for cls in classes_of(arguments.subject, Registry.installed())]
+            tables = [check(cls, profile) for cls in classes_of(arguments.subject, Registry.installed())]
     except ModuleNotFoundError as missing:
         return complain(str(missing))
     if arguments.json:
-        print(json.dumps({"components": found}))
-    return FAILED if any(component["failed"] for component in found) else DONE
+        print(json.dumps({"components": tables}))
+    return FAILED if any(component["failed"] for component in tables) else DONE
 
 
 def parts_of(config: str, kind: str | None = None, overrides: Sequence[str] = ()) -> list[Component]:
     """Return the components of a config, or those of one kind, each with its parameters; ConfigError if there are none."""
-    found: list[Component] = []
+    components: list[Component] = []
 
     def gather(value: Any) -> None:
-        if isinstance(value, Component) and value not in found:
-            found.append(value)
+        if isinstance(value, Component) and value not in components:
+            components.append(value)
         if attrs.has(type(value)):
             for field in attrs.fields(type(value)):
                 gather(getattr(value, field.name))
         elif isinstance(value, Mapping):
-            for each in value.values():
-                gather(each)
+            for item in value.values():
+                gather(item)
         elif isinstance(value, tuple | list):
-            for each in value:
-                gather(each)
+            for item in value:
+                gather(item)
 
     gather(load(config, overrides=overrides))
-    parts = [each for each in found if role_of(type(each)) and kind in (None, each.kind)]
+    parts = [part for part in components if role_of(type(part)) and kind in (None, part.kind)]
     if not parts:
-        kinds = ", ".join(sorted({each.kind for each in found}))
+        kinds = ", ".join(sorted({part.kind for part in components}))
         raise ConfigError([Problem(str(kind), f"{config} has none; it has {kinds}")])
     return parts
 
@@ -97,12 +97,12 @@ def classes_of(subject: str, registry: Registry) -> list[type[Component]]:
         raise ConfigError([Problem(subject, text)]) from None
     except (Exception, SystemExit) as error:
         raise PluginError(f"{name}: could not be imported: {type(error).__name__}: {error}") from error
-    found = _components(module)
+    classes = _components(module)
     if one:
-        found = [cls for cls in found if cls.__name__ == one]
-    if not found:
+        classes = [cls for cls in classes if cls.__name__ == one]
+    if not classes:
         raise ConfigError([Problem(subject, "has no component: no class derived from a role, with a kind")])
-    return found
+    return classes
 
 
 def _components(module: ModuleType) -> list[type[Component]]:
@@ -115,8 +115,8 @@ def _components(module: ModuleType) -> list[type[Component]]:
             raise PluginError(
                 f"{module.__name__}: its vedette_components failed: {type(error).__name__}: {error}"
             ) from error
-    own = [cls for _, cls in inspect.getmembers(module, inspect.isclass) if cls.__module__ == module.__name__]
-    return [cls for cls in own if issubclass(cls, Component) and role_of(cls) and not inspect.isabstract(cls)]
+    defined = [cls for _, cls in inspect.getmembers(module, inspect.isclass) if cls.__module__ == module.__name__]
+    return [cls for cls in defined if issubclass(cls, Component) and role_of(cls) and not inspect.isabstract(cls)]
 
 
 def check(cls: type[Component], profile: object, one: Component | None = None) -> dict[str, Any]:
@@ -147,7 +147,7 @@ def check(cls: type[Component], profile: object, one: Component | None = None) -
             except Misuse as lacking:
                 print(f"  cannot be drawn: {lacking}\n  {_CURE}")
                 return component | {"reason": str(lacking)}
-        warned.update(f"{each.message} ({Path(each.filename).name}:{each.lineno})" for each in caught)
+        warned.update(f"{warning.message} ({Path(warning.filename).name}:{warning.lineno})" for warning in caught)
         verdict, text = _expected(outcome.verdict, outcome.text, cls.known_failures.get(law.name))
         told.append({"law": law.name, "verdict": verdict, "text": text, "examples": outcome.examples})
         note = law.sentence if verdict == "held" else text.replace("\n", "\n" + " " * (width + 12))

@@ -25,8 +25,8 @@ def run(arguments: Namespace) -> int:
     """Print them by role, as text or as JSON: a line for each kind, or all of a role or of a kind."""
     registry, wanted = Registry.installed(), arguments.wanted
     if arguments.json:
-        found = {"components": [_described(entry) for entry in _chosen(registry, wanted)], **_unused(registry)}
-        print(json.dumps(found, indent=2))
+        listed = {"components": [_described(entry) for entry in _chosen(registry, wanted)], **_unused(registry)}
+        print(json.dumps(listed, indent=2))
         return 0
     plain = _top_tables()
     if wanted is None:
@@ -47,8 +47,8 @@ def _chosen(registry: Registry, wanted: str | None) -> tuple[Installed, ...]:
         return registry.entries
     if wanted in ROLES:
         return registry.of_role(wanted)
-    if found := tuple(entry for entry in registry.entries if entry.kind == wanted):
-        return found
+    if of_kind := tuple(entry for entry in registry.entries if entry.kind == wanted):
+        return of_kind
     if unused := registry.unused(wanted):
         raise ConfigError([Problem(wanted, reason) for reason in unused])
     kinds = [entry.kind for entry in registry.entries]
@@ -62,8 +62,8 @@ def _chosen(registry: Registry, wanted: str | None) -> tuple[Installed, ...]:
 
 def _top_tables() -> dict[str, type]:
     """Return the tables without a kind at the top of a config: gate, judge."""
-    own = (*parameters(Tracker), *parameters(Experiment))
-    return {p.name: p.shape.cls for p in own if isinstance(p.shape, Table) and p.shape.cls is not Tracker}
+    top = (*parameters(Tracker), *parameters(Experiment))
+    return {p.name: p.shape.cls for p in top if isinstance(p.shape, Table) and p.shape.cls is not Tracker}
 
 
 def _summary(cls: type) -> str:
@@ -148,9 +148,9 @@ def _listing(entries: Sequence[Installed]) -> Iterator[str]:
         yield "none is installed"
 
 
-def _takes(own: Sequence[Parameter], indent: str) -> Iterator[str]:
-    width = max((len(parameter.name) for parameter in own), default=0)
-    for parameter in own:
+def _takes(declared: Sequence[Parameter], indent: str) -> Iterator[str]:
+    width = max((len(parameter.name) for parameter in declared), default=0)
+    for parameter in declared:
         about = parameter.describe()
         facts = [about["type"], "" if about["unit"] in ("", "1") else f"in {about['unit']}", *_range(about)]
         facts.append("required" if about["required"] else f"default {_shown(about.get('default'))}")

@@ -30,7 +30,7 @@ def run(arguments: Namespace) -> int:
     objects = pooled(told, experiment.tracker.gate.probability)
     odd = [f"LOOKS WRONG: {said}" for said in warnings_of(result.intake, result.recording, experiment.tracker.sensors)]
     text = "\n".join([*odd, *(one.text for one in told), *(one.text for one in objects if one.text)])
-    found = {
+    figures = {
         "title": experiment.title,
         "seed": experiment.seed,
         "tracks": [one.data() for one in told],
@@ -38,18 +38,18 @@ def run(arguments: Namespace) -> int:
     }
     print(text)
     if folder is not None:
-        print(f"{folder}: {', '.join(_write(folder, experiment.title, told, text, found, drawing))}")
+        print(f"{folder}: {', '.join(_write(folder, experiment.title, told, text, figures, drawing))}")
     if arguments.json:
-        print(json.dumps(found))
+        print(json.dumps(figures))
     return DONE
 
 
 def _write(
-    folder: Path, title: str, told: Sequence[Recorded], text: str, found: dict[str, object], drawing: Any
+    folder: Path, title: str, told: Sequence[Recorded], text: str, figures: dict[str, object], drawing: Any
 ) -> list[str]:
     folder.mkdir(parents=True, exist_ok=True)
     written = []
-    for name, content in (("consistency.txt", text), ("consistency.json", json.dumps(found, indent=2))):
+    for name, content in (("consistency.txt", text), ("consistency.json", json.dumps(figures, indent=2))):
         with whole_file(folder / name) as file:
             file.write(content + "\n")
         written.append(name)

@@ -21,7 +21,7 @@ def run(arguments: Namespace) -> int:
         "python": f"{platform.python_version()} on {platform.machine()}",
         "kernels": kernels.RUNNING,
         "values": "made by compiled code" if values.COMPILED else "made by Python",
-        "libraries": {name: found for name in _LIBRARIES if (found := _version(name)) is not None},
+        "libraries": {name: installed for name in _LIBRARIES if (installed := _version(name)) is not None},
         "plugins": _plugins(registry),
         "unused": registry.reasons(),
     }

@@ -68,15 +68,48 @@ Config = Mapping[str, Any] | str | Path
 def build(config: Config, registry: Registry | None = None) -> Tracker:
     """Return the tracker that a config describes. An experiment's config is checked as a whole.
 
-    ConfigError holds every problem with its path. `registry` defaults to all that is installed.
+    Parameters
+    ----------
+    config
+        A table, with or without component objects in it, or the path to a TOML, YAML or JSON file. Numbers are in SI units
+        unless a text such as "5 km" says otherwise.
+    registry
+        The components that the config may name; default: all that is installed.
+
+    Returns
+    -------
+    Tracker
+        It is frozen: one tracker serves any number of runs.
+
+    Raises
+    ------
+    ConfigError
+        With every problem and its path in the config.
     """
     return load(config, registry).tracker
 
 
 def load(config: Config, registry: Registry | None = None, overrides: Iterable[str] = ()) -> Experiment:
-    """Return the experiment that a config describes, after `overrides` such as "estimator.modes[1].motion.sigma_accel=0.2".
+    """Return the experiment that a config describes: a tracker, its source and its judge.
 
-    ConfigError holds every problem with its path. `registry` defaults to all that is installed.
+    Parameters
+    ----------
+    config
+        A table, with or without component objects in it, or the path to a TOML, YAML or JSON file.
+    registry
+        The components that the config may name; default: all that is installed.
+    overrides
+        Changes made before it is built, such as "estimator.modes[1].motion.sigma_accel=0.2", in order; values as in TOML.
+
+    Returns
+    -------
+    Experiment
+        Its `source` is None if the config names none: then it builds a tracker, and cannot run.
+
+    Raises
+    ------
+    ConfigError
+        With every problem and its path; also for a file that cannot be read, and for a study of many runs.
     """
     given: Any = read_file(config) if isinstance(config, str | Path) else config
     if not isinstance(given, Mapping):
@@ -96,7 +129,23 @@ def load(config: Config, registry: Registry | None = None, overrides: Iterable[s
 
 
 def to_config(value: Any) -> dict[str, Any]:
-    """Return a config of plain numbers, strings, lists and tables that builds an equal tracker or component."""
+    """Return a config of plain numbers, strings, lists and tables that builds an equal tracker or component.
+
+    Parameters
+    ----------
+    value
+        A tracker, an experiment, or a component.
+
+    Returns
+    -------
+    dict
+        Plain data, in SI units. A tracker's or an experiment's can be passed to `build` or `load`, or be written as TOML.
+
+    Raises
+    ------
+    TypeError
+        For a value that no config can hold.
+    """
     config: dict[str, Any] = plain(value)
     return config.pop(INLINE) | config if isinstance(value, Experiment) else config
 
@@ -107,5 +156,5 @@ def _experiment(builder: Builder, given: Mapping[str, Any]) -> Any:
     known = [parameter.name for parameter in (*inner, *outer) if parameter.name != INLINE]
     meant = builder.check_names(given, known, "", "a config")
     tracker = builder.construct(Tracker, inner, given, "", meant)
-    own = {name: value for name, value in given.items() if name != INLINE}
-    return builder.construct(Experiment, outer, {**own, INLINE: tracker}, "", meant)
+    rest = {name: value for name, value in given.items() if name != INLINE}
+    return builder.construct(Experiment, outer, {**rest, INLINE: tracker}, "", meant)

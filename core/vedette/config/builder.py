@@ -91,13 +91,13 @@ class Builder:
         return meant
 
     def construct(
-        self, cls: type[T], own: Iterable[Parameter], given: Mapping[str, Any], place: str, meant: set[str]
+        self, cls: type[T], declared: Iterable[Parameter], given: Mapping[str, Any], place: str, meant: set[str]
     ) -> T | _Failed:
         """Build a class from what `given` says about its parameters, without complaint about missing ones in `meant`."""
-        own = list(own)
-        stated, before = [p for p in own if p.name in given], len(self.problems)
+        declared = list(declared)
+        stated, before = [p for p in declared if p.name in given], len(self.problems)
         values = {p.name: self._walked(p, given[p.name], below(place, p.name)) for p in stated}
-        for parameter in own:
+        for parameter in declared:
             if parameter.required and parameter not in stated:
                 values[parameter.name] = FAILED
                 if parameter.name not in meant:
@@ -118,26 +118,26 @@ class Builder:
         for parameter in stated:
             if not holds_parts(parameter.shape):
                 self._judge(parameter, values[parameter.name], below(place, parameter.name))
-        names = {parameter.field.name: parameter.name for parameter in own}
+        names = {parameter.field.name: parameter.name for parameter in declared}
         for complaint in complaints if len(self.problems) == walked else ():
             self._complain(complaint, place, names)
-        self._sort(before, [below(place, parameter.name) for parameter in own])
+        self._sort(before, [below(place, parameter.name) for parameter in declared])
         return FAILED
 
     def _sort(self, since: int, places: list[str]) -> None:
         """Sort the latest problems by a class's parameters; those of one parameter keep their order."""
 
         def order(problem: Problem) -> int:
-            found = [i for i, place in enumerate(places) if re.match(rf"{re.escape(place)}($|[.\[])", problem.place)]
-            return found[0] if found else len(places)
+            owners = [i for i, place in enumerate(places) if re.match(rf"{re.escape(place)}($|[.\[])", problem.place)]
+            return owners[0] if owners else len(places)
 
         self.problems[since:] = sorted(self.problems[since:], key=order)
 
     def _complain(self, text: str, place: str, names: Mapping[str, str]) -> None:
         """Record a class's own complaint: `name: ...` or `name.part[0]: ...` about a parameter, else about all of it."""
-        found = re.match(r"(\w+)((?:\.[\w-]+|\[\d+\])*): ", text)
-        if found and found[1] in names:
-            self.fail(below(place, names[found[1]]) + found[2], text[found.end() :])
+        about = re.match(r"(\w+)((?:\.[\w-]+|\[\d+\])*): ", text)
+        if about and about[1] in names:
+            self.fail(below(place, names[about[1]]) + about[2], text[about.end() :])
         else:
             self.fail(place, text)
 
@@ -191,14 +191,14 @@ class Builder:
     def _table(self, cls: type, given: Any, place: str) -> Any:
         if isinstance(given, cls):
             return given
-        own, words = parameters(cls), words_of(cls)
-        known = [parameter.name for parameter in own]
+        declared, words = parameters(cls), words_of(cls)
+        known = [parameter.name for parameter in declared]
         if isinstance(given, str) and given in words:
             given = words[given]
         if not isinstance(given, Mapping):
             called = f"; or {' or '.join(map(repr, words))}" if words else ""
             return self.fail(place, f"must be a table of {', '.join(known)}, got {told(given)}{called}")
-        return self.construct(cls, own, given, place, self.check_names(given, known, place, cls.__name__))
+        return self.construct(cls, declared, given, place, self.check_names(given, known, place, cls.__name__))
 
     def _part(self, shape: Part, given: Any, place: str) -> Any:
         if isinstance(given, shape.base):

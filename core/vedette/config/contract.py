@@ -105,15 +105,15 @@ def described(cls: type[Component], distribution: str, version: str) -> Installe
     if not _KIND.fullmatch(kind):
         raise PluginError(f"{who}: its kind must be one word, as 'my_model': letters, digits and _ - . +, got {kind!r}")
     try:
-        own = parameters(cls)
-        inner = tables(own)
-        for parameter in (*own, *(parameter for table in inner for parameter in parameters(table))):
+        declared = parameters(cls)
+        inner = tables(declared)
+        for parameter in (*declared, *(parameter for table in inner for parameter in parameters(table))):
             _check_default(parameter)
     except TypeError as error:
         raise PluginError(f"{who}: {error}") from error
-    if any(parameter.name == "kind" for parameter in own):
+    if any(parameter.name == "kind" for parameter in declared):
         raise PluginError(f"{who}: `kind` must be a ClassVar, not a parameter")
-    return Installed(role, kind, cls, distribution, version, own)
+    return Installed(role, kind, cls, distribution, version, declared)
 
 
 def _check_default(parameter: Parameter) -> None:

@@ -144,10 +144,10 @@ def _leading_path(written: str) -> tuple[KeyPath, str]:
     path: list[str | int] = []
     rest = written.strip()
     end = 0
-    while found := _STEP.match(rest, end):
-        name = found["quoted"] if found["name"] is None else found["name"]
-        path.append(int(found["index"]) if found["index"] else name)
-        end = found.end()
+    while step := _STEP.match(rest, end):
+        name = step["quoted"] if step["name"] is None else step["name"]
+        path.append(int(step["index"]) if step["index"] else name)
+        end = step.end()
     return tuple(path), rest[end:].lstrip()
 
 

@@ -69,11 +69,11 @@ def _loaded(points: tuple[EntryPoint, ...], places: tuple[str, ...]) -> tuple[tu
     aside: list[SetAside] = []
     owners = {id(dist): _owner(dist) for dist in {id(point.dist): point.dist for point in points}.values()}
     for point in sorted(points, key=lambda point: (owners[id(point.dist)], point.name)):
-        found = _load(point, *owners[id(point.dist)])
-        if isinstance(found, Loaded):
-            used.append(found)
+        plugin = _load(point, *owners[id(point.dist)])
+        if isinstance(plugin, Loaded):
+            used.append(plugin)
         else:
-            aside.append(found)
+            aside.append(plugin)
     return tuple(used), tuple(aside)
 
 

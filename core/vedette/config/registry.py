@@ -47,18 +47,18 @@ def _in_order(entries: Iterable[Installed]) -> tuple[Installed, ...]:
 
 
 def _by_kind(registry: Registry) -> Mapping[tuple[str, str], Installed]:
-    found, clashes = _unambiguous(registry.entries)
+    unique, clashes = _unambiguous(registry.entries)
     if clashes:
         raise PluginError(str(clashes[0]))
-    return MappingProxyType({(entry.role, entry.kind): entry for entry in found})
+    return MappingProxyType({(entry.role, entry.kind): entry for entry in unique})
 
 
 def _unambiguous(entries: Iterable[Installed]) -> tuple[tuple[Installed, ...], tuple[Clash, ...]]:
     """Return the entries whose kind is unique, and the kinds that several provide; one class may come twice."""
-    found: dict[tuple[str, str], dict[type[Component], Installed]] = {}
+    classes: dict[tuple[str, str], dict[type[Component], Installed]] = {}
     for entry in entries:
-        found.setdefault((entry.role, entry.kind), {}).setdefault(entry.cls, entry)
-    groups = [tuple(group.values()) for group in found.values()]
+        classes.setdefault((entry.role, entry.kind), {}).setdefault(entry.cls, entry)
+    groups = [tuple(group.values()) for group in classes.values()]
     return tuple(group[0] for group in groups if len(group) == 1), tuple(Clash(group) for group in groups if len(group) > 1)
 
 

@@ -75,13 +75,13 @@ def _any_of(registry: Registry, part: Part) -> dict[str, Any]:
     return {"oneOf": [{"$ref": f"#/$defs/{part.role}.{kind}"} for kind in kinds]} if kinds else {"not": {}}
 
 
-def _table(own: Iterable[Parameter], registry: Registry, summary: str, kind: Mapping[str, Any]) -> dict[str, Any]:
-    own = list(own)
+def _table(declared: Iterable[Parameter], registry: Registry, summary: str, kind: Mapping[str, Any]) -> dict[str, Any]:
+    declared = list(declared)
     return {
         "type": "object",
         "description": summary,
-        "properties": {**kind, **{parameter.name: _property(parameter, registry) for parameter in own}},
-        "required": [*(["kind"] if kind else []), *(parameter.name for parameter in own if parameter.required)],
+        "properties": {**kind, **{parameter.name: _property(parameter, registry) for parameter in declared}},
+        "required": [*(["kind"] if kind else []), *(parameter.name for parameter in declared if parameter.required)],
         "additionalProperties": False,
     }
 

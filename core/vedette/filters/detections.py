@@ -56,10 +56,25 @@ class Prepared:
 
 
 def prepare(sensor: Sensor, detections: Detections, expected: Array, noise: Array, points: bool = False) -> Prepared:
-    """Return the detections as residuals from the `expected` measurements (*b, t, m), with the sensor's `noise` there
-    (*b, t, m, m) or (m, m) where they bring none of their own.
+    """Return the detections as residuals from what is expected of them, and noises where they bring none of their own.
 
-    With `points`, tracks are points: expected (*b, t, p, m) and noise (*b, t, p, m, m) or (m, m).
+    Parameters
+    ----------
+    sensor
+        The sensor of the scan.
+    detections
+        The scan: z (*b, k, m).
+    expected
+        Expected measurements (*b, t, m); of points (*b, t, p, m).
+    noise
+        The sensor's R there, (*b, t, m, m) or (m, m); of points (*b, t, p, m, m) or (m, m).
+    points
+        Whether each track is p points.
+
+    Returns
+    -------
+    Prepared
+        Residuals and noises in which missing components say nothing.
     """
     z, own, missing = detections.z[..., None, :, :], detections.noise, detections.missing
     present = None if missing is None else ~missing[..., None, :, :]
@@ -98,10 +113,31 @@ def make_innovation(
     detail: Any,
     in_view: Mask | None = None,
 ) -> Innovation:
-    """Return the innovation of tracks, with the detection probability at `x` (*b, t, n), the axes that the sensor observes.
+    """Return the innovation of tracks, with the detection probability at their states.
 
-    loglik (*b, t, k): log density of each detection; squared distance (*b, t, k); log_volume (*b, t, 1|k): log sqrt|S|.
-    `in_view` (*b, t): where the scan covers the track at all; elsewhere the detection probability is 0.
+    Parameters
+    ----------
+    sensor
+        The sensor of the scan.
+    x
+        The axes that the sensor observes (*b, t, ...).
+    p_gate
+        Probability that the target's own return is inside the gate.
+    loglik
+        Log density of each detection (*b, t, k), in 1 / volume of the measurement space.
+    distance
+        Squared distances (*b, t, k).
+    log_volume
+        Logarithm of sqrt|S| (*b, t, 1|k).
+    detail
+        What `update` reads of it.
+    in_view
+        Where the scan covers the track at all (*b, t): elsewhere the detection probability is 0; default: everywhere.
+
+    Returns
+    -------
+    Innovation
+        Its loglik is (*b, t, 1+k), column 0 the miss.
     """
     p_detect = np.asarray(sensor.detects(x))
     if in_view is not None:

@@ -73,7 +73,24 @@ def has_gaussian_belief(estimator: Estimator[Any]) -> bool:
 
 
 def marginal(prior: Gaussian, axes: Space, state: Space, zero_variance: Space) -> Gaussian:
-    """Return the marginal over `state` of a Gaussian over `axes`; the axes `zero_variance` lose their variance."""
+    """Return the marginal of a Gaussian over some of its axes.
+
+    Parameters
+    ----------
+    prior
+        Mean (*b, n) and covariance (*b, n, n) over `axes`.
+    axes
+        The axes of `prior`.
+    state
+        The axes that remain, in their order; all among `axes`.
+    zero_variance
+        Those of them that lose their variance.
+
+    Returns
+    -------
+    Gaussian
+        Over `state`; it is `prior` itself if nothing changes.
+    """
     if axes is state and not zero_variance:
         return prior
     places = axes.locate(state)

@@ -15,9 +15,23 @@ from vedette.types import Detections, Frame, Gaussian, Innovation, new_gaussian,
 
 
 def predict_linearised(belief: Gaussian, motion: MotionModel, dt: float, memo: Memo | None = None) -> Gaussian:
-    """Return the belief `dt` > 0 s later, by the motion's derivative at each track's mean: P- = F P F' + Q.
+    """Return the belief `dt` s later, by the motion's derivative at each track's mean: P- = F P F' + Q.
 
-    `memo`: the filter's own, so that the matrices of a linear motion are computed once per dt.
+    Parameters
+    ----------
+    belief
+        Mean (*b, t, n) and covariance (*b, t, n, n) over the motion's axes.
+    motion
+        How the targets move.
+    dt
+        Time step in s, > 0.
+    memo
+        The filter's own, so that the matrices of a linear motion are computed once per dt.
+
+    Returns
+    -------
+    Gaussian
+        Of the same shapes.
     """
     x = belief.mean
     if motion.linear:
@@ -31,9 +45,27 @@ def predict_linearised(belief: Gaussian, motion: MotionModel, dt: float, memo: M
 def evaluate_linearised(
     belief: Gaussian, state: Space, sensor: Sensor, observed: Detections | Frame, p_gate: float, memo: Memo | None = None
 ) -> Innovation:
-    """Return the innovation of each track, by the sensor's derivative at the track's mean; its detail is `Hypotheses`.
+    """Return the innovation of each track, by the sensor's derivative at the track's mean.
 
-    `state`: the axes of `belief`. `memo`: the filter's own, so that the matrices of a linear sensor are computed once.
+    Parameters
+    ----------
+    belief
+        Mean (*b, t, n) and covariance (*b, t, n, n) over `state`.
+    state
+        The axes of `belief`; those that the sensor observes must be among them.
+    sensor
+        The sensor, placed if it stands on a platform.
+    observed
+        Its scan, z (*b, k, m), or a camera's frame, which counts as one return.
+    p_gate
+        Probability that the target's own return is inside the gate.
+    memo
+        The filter's own, so that the matrices of a linear sensor are computed once.
+
+    Returns
+    -------
+    Innovation
+        Its loglik is (*b, t, 1+k), column 0 the miss; its detail is `Hypotheses`.
     """
     memo = memo or Memo()
     constants = memo.last
@@ -60,10 +92,24 @@ def evaluate_linearised(
 def expected_return(
     predicted: Gaussian, state: Space, sensor: Sensor, noise: Array | None = None
 ) -> tuple[Array, Array, Array]:
-    """Return what a sensor is expected to measure (*b, m), the covariance S = H P H' + R of the innovation, and H.
+    """Return what a sensor is expected to measure.
 
-    `predicted`: tracks (*b, n) over the axes `state`; H (*b, m, n) or (m, n) is over those that the sensor observes. R is
-    `noise`, or else the sensor's.
+    Parameters
+    ----------
+    predicted
+        Tracks, mean (*b, n) and covariance (*b, n, n) over `state`.
+    state
+        The axes of `predicted`; those that the sensor observes must be among them.
+    sensor
+        The sensor, placed if it stands on a platform.
+    noise
+        R (*b, m, m) or (m, m), in the squares of the measured axes' units; default: the sensor's.
+
+    Returns
+    -------
+    tuple of arrays
+        The measurement (*b, m), the covariance S = H P H' + R of the innovation (*b, m, m), and H (*b, m, n) or (m, n) over
+        the axes that the sensor observes.
     """
     where = state.locate(sensor.observes)
     x, P = predicted.mean[..., where], predicted.cov[..., where, :][..., where]
@@ -75,7 +121,28 @@ def expected_return(
 def extent_linearised(
     belief: Gaussian, state: Space, sensor: Sensor, detections: Detections, limit: float, memo: Memo | None = None
 ) -> tuple[Array, Array]:
-    """Return the corners (*b, t, m) of the box around each gate of `evaluate_linearised`: the mean +- sqrt(limit S_ii)."""
+    """Return the box around each gate of `evaluate_linearised`: the mean +- sqrt(limit S_ii).
+
+    Parameters
+    ----------
+    belief
+        Mean (*b, t, n) and covariance (*b, t, n, n) over `state`.
+    state
+        The axes of `belief`.
+    sensor
+        The sensor, placed if it stands on a platform.
+    detections
+        Its scan; if returns have noises of their own, the largest of them counts.
+    limit
+        The gate's threshold: the greatest squared distance.
+    memo
+        The filter's own.
+
+    Returns
+    -------
+    tuple of arrays
+        The lower and the upper corners (*b, t, m); angles go up from the first and are not wrapped.
+    """
     constants = (memo or Memo()).constants(state, sensor, belief.mean)
     x = belief.mean[constants.where]
     H = embedded(sensor.jacobian(x), constants.where[-1], len(state)) if constants.H is None else constants.H
@@ -90,9 +157,25 @@ def extent_linearised(
 
 
 def evaluate_each(belief: Gaussian, detections: Prepared, H: Array, x: Array, p_gate: float) -> Innovation:
-    """Return the innovation of prepared detections, with a derivative H (*b, t, 1|k, m, n) over the whole state for each.
+    """Return the innovation of prepared detections.
 
-    `x` (*b, t, n): the axes that the sensor observes, at which its detection probability is evaluated.
+    Parameters
+    ----------
+    belief
+        Mean (*b, t, n) and covariance (*b, t, n, n).
+    detections
+        What `prepare` returns.
+    H
+        Derivatives (*b, t, 1|k, m, n) over the whole state, one for all detections or one for each.
+    x
+        The axes that the sensor observes (*b, t, ...), at which its detection probability is evaluated.
+    p_gate
+        Probability that the target's own return is inside the gate.
+
+    Returns
+    -------
+    Innovation
+        Its loglik is (*b, t, 1+k), column 0 the miss; its detail is `Hypotheses`.
     """
     loglik, distance, log_volume, shift, post = kernels.evaluate(
         belief.cov[..., None, :, :],

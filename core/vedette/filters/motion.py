@@ -53,6 +53,22 @@ def predicted(estimator: Estimator[B], belief: B, dt: float, rng: np.random.Gene
     """Return the belief `dt` s later, in the frame of its own estimate if the estimator reframes.
 
     For the outermost estimator, as the tracker predicts it: a mixture reframes the beliefs of its modes itself.
+
+    Parameters
+    ----------
+    estimator
+        The estimator of the belief.
+    belief
+        Of tracks (*b, t).
+    dt
+        Time step in s, >= 0.
+    rng
+        The generator of an estimator that draws; `vedette.sampling.NO_DRAWS` for others.
+
+    Returns
+    -------
+    belief
+        Of the same kind and shapes.
     """
     if dt > 0 and estimator.traits.reframes:
         belief = estimator.reframe(belief, estimator.moments(belief))

@@ -35,19 +35,47 @@ class Bounds:
 
 
 def returns(sensor: Sensor, x: Array, uniform: Array, standard: Array) -> tuple[Array, Mask]:
-    """Return what `sensor` measures of objects x (*b, t, n) over `observes`, z (*b, t, m), and which it detects (*b, t).
+    """Return what a sensor measures of objects under given noise, z = h(x) + L w with L L' = R(x), and which it detects.
 
-    z = h(x) + L w, wrapped, with L L' = R(x) and standard normal w (*b, t, m); an object is detected if its uniform number
-    (*b, t) in [0, 1) is below P_D(x).
+    Parameters
+    ----------
+    sensor
+        The sensor, placed if it stands on a platform.
+    x
+        States of the objects (*b, t, n) over the axes that the sensor observes.
+    uniform
+        Numbers in [0, 1), (*b, t): an object is detected if its number is below P_D(x).
+    standard
+        Standard normal numbers (*b, t, m), the w above.
+
+    Returns
+    -------
+    tuple of arrays
+        Measurements z (*b, t, m), wrapped, and which of them are detected (*b, t).
     """
     noise = (psd_root(sensor.noise(x)) @ standard[..., None])[..., 0]
     return sensor.measurement.displace(sensor.measure(x), noise), uniform < sensor.detects(x)
 
 
 def corners(measurement: Space, region: Mapping[str, Bounds]) -> tuple[Array, Array]:
-    """Return the box that `region` names: lows (m,) and highs (m,). An axis that wraps may be left out for all of it.
+    """Return the box that a region names.
 
-    ValueError if an axis is missing or unknown, or if a range is longer than the period.
+    Parameters
+    ----------
+    measurement
+        The measured axes.
+    region
+        Measured axis to its limits in the axis' unit. An axis that wraps may be left out for all of it.
+
+    Returns
+    -------
+    tuple of arrays
+        The lowest corner (m,) and the highest (m,).
+
+    Raises
+    ------
+    ValueError
+        If an axis is missing or unknown, or a range is longer than the period.
     """
     if unknown := [name for name in region if name not in measurement]:
         raise ValueError(f"{unknown[0]}: is not measured; the measured axes are {measurement}")
@@ -67,7 +95,25 @@ def corners(measurement: Space, region: Mapping[str, Bounds]) -> tuple[Array, Ar
 
 
 def densities(sensor: Sensor, z: Array) -> Array:
-    """Return the clutter density at z (*b, m): (*b); ValueError if it is not a density."""
+    """Return a sensor's clutter density at given places.
+
+    Parameters
+    ----------
+    sensor
+        The sensor, placed if it stands on a platform.
+    z
+        Measurements (*b, m).
+
+    Returns
+    -------
+    array
+        False returns a scan in 1 / volume of the measurement space (*b).
+
+    Raises
+    ------
+    ValueError
+        If one of them is negative or not finite.
+    """
     density = np.broadcast_to(sensor.clutter(sensor.measurement.canonical(z)), z.shape[:-1])
     if not np.all((density >= 0) & np.isfinite(density)):
         raise ValueError(f"{sensor.kind}: its clutter density must be finite and >= 0, got {np.min(density):.6g}")
@@ -75,10 +121,26 @@ def densities(sensor: Sensor, z: Array) -> Array:
 
 
 def ceiling(sensor: Sensor, lows: Array, highs: Array) -> float:
-    """Return a bound of the clutter density in the box: its greatest value on a grid, plus a quarter if it varies.
+    """Return a bound of the clutter density in a box: its greatest value on a grid, plus a quarter if it varies.
 
-    The grid is made finer around its greatest value, for densities that peak, as at a radar. ValueError if it makes more
-    returns than a scene can have.
+    The grid is made finer around its greatest value, for densities that peak, as at a radar.
+
+    Parameters
+    ----------
+    sensor
+        The sensor, placed if it stands on a platform.
+    lows, highs
+        The corners of the box (m,), as `corners` returns them.
+
+    Returns
+    -------
+    float
+        In 1 / volume of the measurement space.
+
+    Raises
+    ------
+    ValueError
+        If it makes more returns than a scene can have.
     """
     z, density = _gridded(sensor, lows, highs)
     top, least, half = float(np.max(density)), float(np.min(density)), 0.5 * (highs - lows)
@@ -104,11 +166,32 @@ def _gridded(sensor: Sensor, lows: Array, highs: Array) -> tuple[Array, Array]:
 
 
 def thinned(sensor: Sensor, z: Array, uniform: Array, bound: float, candidate: Mask) -> Mask:
-    """Return which of the candidates z (*b, k, m) of a uniform process stay: with probability density / `bound`.
+    """Return which of the candidates of a uniform process stay: each with probability density / `bound`.
 
-    uniform (*b, k) in [0, 1); candidate (*b, k) says which of z are any. ValueError if one lies where the density is above
-    the bound, as at a narrow peak: that would be a wrong draw.
     Lewis, Shedler, Simulation of nonhomogeneous Poisson processes by thinning, Naval Research Logistics 26, 1979.
+
+    Parameters
+    ----------
+    sensor
+        The sensor, placed if it stands on a platform.
+    z
+        Candidates (*b, k, m).
+    uniform
+        Numbers in [0, 1), (*b, k).
+    bound
+        The density of the candidates, in 1 / volume of the measurement space.
+    candidate
+        Which of z are candidates (*b, k); the others are padding.
+
+    Returns
+    -------
+    array
+        True for those that stay (*b, k).
+
+    Raises
+    ------
+    ValueError
+        If a candidate lies where the density is above the bound, as at a narrow peak: that would be a wrong draw.
     """
     density = densities(sensor, z)
     if np.any((density > bound) & candidate):
@@ -119,9 +202,28 @@ def thinned(sensor: Sensor, z: Array, uniform: Array, bound: float, candidate: M
 def draw_clutter(
     sensor: Sensor, region: Mapping[str, Bounds], rng: np.random.Generator, size: tuple[int, ...] = ()
 ) -> tuple[Array, Mask]:
-    """Draw clutter in `region`: z (*size, k, m), and which returns are valid (*size, k).
+    """Draw a sensor's clutter: a Poisson process with the density that it states, exact for any density.
 
-    They are a Poisson process with the density that `sensor` states, `thinned` from a uniform one; exact for any density.
+    Parameters
+    ----------
+    sensor
+        The sensor, placed if it stands on a platform.
+    region
+        Measured axis to the limits within which clutter is drawn, in the axis' unit.
+    rng
+        The generator that is drawn from.
+    size
+        Batch axes: so many scans are drawn at once.
+
+    Returns
+    -------
+    tuple of arrays
+        Returns z (*size, k, m), and which of them are valid (*size, k).
+
+    Raises
+    ------
+    ValueError
+        If the region is wrong, or the density is none, peaks too sharply, or makes more returns than a scene can have.
     """
     lows, highs = corners(sensor.measurement, region)
     bound, volume = ceiling(sensor, lows, highs), float(np.prod(highs - lows))
@@ -133,7 +235,22 @@ def draw_clutter(
 
 
 def shuffled(z: Array, valid: Mask, rng: np.random.Generator) -> Detections:
-    """Put the valid ones of z (*b, k, m) first, in random order; padding of the shorter runs is 0."""
+    """Put the valid returns first, in random order.
+
+    Parameters
+    ----------
+    z
+        Returns (*b, k, m).
+    valid
+        Which of them there are (*b, k).
+    rng
+        The generator that is drawn from.
+
+    Returns
+    -------
+    Detections
+        Shortened to the longest run; padding of the shorter ones is 0.
+    """
     key = np.where(valid, rng.random(valid.shape), 2.0)
     order = np.argsort(key, axis=-1, kind="stable")[..., : int(np.max(np.sum(valid, axis=-1), initial=0))]
     valid = np.take_along_axis(valid, order, axis=-1)
@@ -148,9 +265,30 @@ def draw_detections(
     region: Mapping[str, Bounds] | None = None,
     alive: Mask | None = None,
 ) -> Detections:
-    """Draw one scan of objects x (*b, t, n) over the sensor's `observes`, in random order: z (*b, k, m), valid (*b, k).
+    """Draw one scan of objects, in random order.
 
-    With `region`, clutter lies in it (see `draw_clutter`); without, there is none. `alive` (*b, t) masks objects out.
+    Parameters
+    ----------
+    sensor
+        The sensor, placed if it stands on a platform.
+    x
+        States of the objects (*b, t, n) over the axes that the sensor observes.
+    rng
+        The generator that is drawn from.
+    region
+        Measured axis to the limits within which clutter is drawn, in the axis' unit; default: no clutter.
+    alive
+        Which objects there are (*b, t); default: all.
+
+    Returns
+    -------
+    Detections
+        z (*b, k, m) and valid (*b, k).
+
+    Raises
+    ------
+    ValueError
+        If x lacks an axis, or for what `draw_clutter` refuses.
     """
     if x.shape[-1] != len(sensor.observes):
         raise ValueError(f"x: must have the {len(sensor.observes)} axes {sensor.observes}, got shape {x.shape}")

@@ -21,9 +21,22 @@ Modes = np.ndarray[Any, np.dtype[np.intp]]
 
 
 def psd_root(cov: Array) -> Array:
-    """Return L (*b, n, n), lower triangular, with L L' = cov (*b, n, n): Cholesky's, but singular covariances are allowed.
+    """Return the lower triangular L with L L' = cov: Cholesky's, but singular covariances are allowed.
 
-    ValueError if `cov` is not symmetric positive semi-definite.
+    Parameters
+    ----------
+    cov
+        Covariances (*b, n, n).
+
+    Returns
+    -------
+    array
+        L (*b, n, n).
+
+    Raises
+    ------
+    ValueError
+        If `cov` is not symmetric positive semi-definite.
     """
     lower = kernels.root(cov)
     spread = np.sqrt(np.maximum(np.diagonal(cov, axis1=-2, axis2=-1), 0.0))
@@ -34,7 +47,24 @@ def psd_root(cov: Array) -> Array:
 
 
 def draw_gaussian(mean: Array, cov: Array, rng: np.random.Generator, size: tuple[int, ...] = ()) -> Array:
-    """Draw from N(mean, cov): mean (*b, n), cov (*b, n, n), singular or not -> (*size, *b, n)."""
+    """Draw from N(mean, cov).
+
+    Parameters
+    ----------
+    mean
+        Means (*b, n).
+    cov
+        Covariances (*b, n, n), singular or not.
+    rng
+        The generator that is drawn from.
+    size
+        Batch axes: so many draws are made of each.
+
+    Returns
+    -------
+    array
+        Draws (*size, *b, n).
+    """
     return mean + _coloured(cov, rng.standard_normal((*size, *np.shape(mean))))
 
 
@@ -72,9 +102,28 @@ def _step(model: MotionModel, x: Array, dt: float, standard: Array, factors: dic
 
 
 def follow(model: MotionModel, x0: Array, times: Array, standard: Array) -> Array:
-    """Return the trajectory from x0 (*b, n) under standard normal noise (*b, s-1, n): (*b, s, n).
+    """Return the trajectory of a model under given noise: x' = f(x, dt) + L w with L L' = Q(x, dt).
 
-    x' = f(x, dt) + L w with L L' = Q(x, dt); `times` (s,) in s.
+    Parameters
+    ----------
+    model
+        The motion model.
+    x0
+        First states (*b, n) over the model's axes.
+    times
+        Times in s (s,), never going back, x0 at the first.
+    standard
+        Standard normal numbers (*b, s-1, n), the w above.
+
+    Returns
+    -------
+    array
+        States (*b, s, n).
+
+    Raises
+    ------
+    ValueError
+        If a shape is wrong, or times go back.
     """
     steps = _steps(times)
     if standard.shape[-2:] != (len(steps), len(model.state)):
@@ -89,7 +138,26 @@ def follow(model: MotionModel, x0: Array, times: Array, standard: Array) -> Arra
 
 
 def draw_states(model: MotionModel, x0: Array, times: Array, rng: np.random.Generator, size: tuple[int, ...] = ()) -> Array:
-    """Draw trajectories of `model` from x0 (*b, n) at `times` (s,) in s, x0 at the first: (*size, *b, s, n)."""
+    """Draw trajectories of a model.
+
+    Parameters
+    ----------
+    model
+        The motion model.
+    x0
+        First states (*b, n) over the model's axes.
+    times
+        Times in s (s,), never going back, x0 at the first.
+    rng
+        The generator that is drawn from.
+    size
+        Batch axes: so many trajectories are drawn from each first state.
+
+    Returns
+    -------
+    array
+        States (*size, *b, s, n).
+    """
     shape = (*size, *np.shape(x0)[:-1], max(len(times) - 1, 0), len(model.state))
     return follow(model, x0, times, rng.standard_normal(shape))
 
@@ -105,10 +173,28 @@ def common_state(models: Sequence[MotionModel]) -> Space:
 
 
 def switch(transition: Array, mode0: Modes | int, times: Array, uniform: Array) -> Modes:
-    """Return a Markov chain under uniform noise (*b, s-1) in [0, 1): modes (*b, s).
+    """Return a Markov chain under given noise. Over a step of 0 s nothing switches, as in the IMM estimator.
 
-    `transition` (r, r) holds for every step of `times` (s,) longer than 0 s: row the mode, column the next. Over a step of
-    0 s nothing switches, as in the IMM estimator.
+    Parameters
+    ----------
+    transition
+        Probabilities (r, r) of every step longer than 0 s: row the mode, column the next.
+    mode0
+        First modes () or (*b).
+    times
+        Times in s (s,), never going back.
+    uniform
+        Numbers in [0, 1), (*b, s-1).
+
+    Returns
+    -------
+    array
+        Modes from 0 (*b, s).
+
+    Raises
+    ------
+    ValueError
+        If `transition` is no matrix of probabilities, or `mode0` is none of its modes.
     """
     transition = np.asarray(transition, dtype=float)
     r = transition.shape[0]
@@ -128,10 +214,27 @@ def switch(transition: Array, mode0: Modes | int, times: Array, uniform: Array) 
 def follow_modes(
     models: Sequence[MotionModel], modes: Modes, x0: Array, times: Array, standard: Array, fresh: Array
 ) -> Array:
-    """Return the trajectory over `union_state(models)`, u axes, under modes (*b, s) and standard normal noise (*b, s-1, u).
+    """Return the trajectory over `union_state(models)`, u axes, under given modes and noise.
 
-    modes[k] moves the state from times[k-1] to times[k]; modes[0] only decides which axes of x0 (*b, u) count. An axis that
-    the last model lacked starts at `fresh` (*b, s-1, u). Result (*b, s, u), NaN on the axes that the current mode lacks.
+    Parameters
+    ----------
+    models
+        The motion model of each mode.
+    modes
+        Modes (*b, s): modes[k] moves the state from times[k-1] to times[k]; modes[0] only decides which axes of x0 count.
+    x0
+        First states (*b, u).
+    times
+        Times in s (s,), never going back, x0 at the first.
+    standard
+        Standard normal numbers (*b, s-1, u).
+    fresh
+        Where an axis starts that the last model lacked (*b, s-1, u).
+
+    Returns
+    -------
+    array
+        States (*b, s, u), NaN on the axes that the current mode lacks.
     """
     space = union_state(models)
     own = [np.array(space.locate(model.state), dtype=np.intp) for model in models]
@@ -165,11 +268,36 @@ def draw_jump_markov(
     size: tuple[int, ...] = (),
     starts: Mapping[str, tuple[float, float]] | None = None,
 ) -> tuple[Modes, Array]:
-    """Draw trajectories that switch between `models` by a Markov chain: modes (*size, *b, s), states (*size, *b, s, u).
+    """Draw trajectories that switch between models by a Markov chain; shared axes are carried over by their names.
 
-    x0 (*b, u) over `union_state(models)`, mode0 () or (*b). Shared axes are carried over by their names; an axis that the
-    last model lacked starts from [mean, standard deviation] of `starts`. See `switch` for `transition`, `follow_modes` for
-    the states.
+    Parameters
+    ----------
+    models
+        The motion model of each mode.
+    transition
+        Probabilities (r, r) of every step longer than 0 s: row the mode, column the next.
+    x0
+        First states (*b, u) over `union_state(models)`.
+    mode0
+        First modes () or (*b).
+    times
+        Times in s (s,), never going back, x0 at the first.
+    rng
+        The generator that is drawn from.
+    size
+        Batch axes: so many trajectories are drawn from each first state.
+    starts
+        Axis to [mean, standard deviation], in the axis' unit, from which it starts when the last model lacked it.
+
+    Returns
+    -------
+    tuple of arrays
+        Modes (*size, *b, s), and states (*size, *b, s, u), NaN on the axes that the mode lacks.
+
+    Raises
+    ------
+    ValueError
+        If an axis that not all models have is not in `starts`, or for what `switch` refuses.
     """
     space, starts = union_state(models), starts or {}
     if len(transition) != len(models):

@@ -92,7 +92,29 @@ def laws_of(cls: type[Component]) -> tuple[Law, ...]:
 
 
 def examine(cls: type[Component], law: Law, drawn: st.SearchStrategy[Any], profile: Profile) -> Outcome:
-    """Test one law on components from the strategy `drawn`, which `components(cls)` infers."""
+    """Test one law on components drawn from a strategy.
+
+    Parameters
+    ----------
+    cls
+        The component's class.
+    law
+        One of `laws_of(cls)`.
+    drawn
+        The strategy of Hypothesis that draws components; `vedette.testing.strategies.components(cls)` infers one.
+    profile
+        How thoroughly to test, and the seed: equal ones give the same outcome.
+
+    Returns
+    -------
+    Outcome
+        Held, failed with the smallest counterexample, or skipped with why the law does not apply.
+
+    Raises
+    ------
+    Misuse
+        If no component could be built from what was drawn.
+    """
     role = role_of(cls) or ""
     lacks = f"it is not {law.needs.rpartition('.')[2].replace('_', ' ')}"
     if law.needs and getattr(cls, law.needs, True) in (False, getattr(ROLES[role], law.needs, False)):
@@ -176,10 +198,28 @@ def _promise(law: Law, component: Component, data: Any) -> str:
 def conformance(cls: type[Component], *, known_failures: Mapping[str, str] | None = None, **strategies: Any) -> type:
     """Return a pytest class with one test for each law of the component's role.
 
-    `strategies` draw the parameters, as in `hypothesis.strategies.builds`; where none is given, one is inferred
-    from the field's type, limits and unit. `known_failures` names laws that the component is known to break, with the
-    reason: a strict expected failure; by default those that the class declares. A law that does not apply is skipped with
-    its reason. Misuse says how to put it right.
+    A law that does not apply is skipped with its reason.
+
+    Parameters
+    ----------
+    cls
+        The component's class.
+    known_failures
+        Law to the reason why the component is known to break it: a strict expected failure; default: those that the class
+        declares.
+    **strategies
+        Parameter to the strategy that draws it, as in `hypothesis.strategies.builds`; where none is given, one is inferred
+        from the field's type, limits and unit.
+
+    Returns
+    -------
+    type
+        To be bound to a name that pytest collects: `TestMyMotion = conformance(MyMotion)`.
+
+    Raises
+    ------
+    Misuse
+        If the class plays no role or is incomplete, or if a law or a parameter is unknown; it says how to put it right.
     """
     laws = laws_of(cls)
     known = dict(cls.known_failures if known_failures is None else known_failures)

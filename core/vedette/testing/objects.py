@@ -37,7 +37,7 @@ class Pooled:
 
 def pooled(told: Sequence[Recorded], p_gate: float) -> tuple[Pooled, ...]:
     """Return the objects that tracks covered, each with the figures of all of them; `p_gate` is the tracker's."""
-    found = []
+    objects = []
     for own in {id(one.target): one.target for one in told}.values():
         if own is not None:
             tracks = [one for one in told if one.target is own]
@@ -45,5 +45,5 @@ def pooled(told: Sequence[Recorded], p_gate: float) -> tuple[Pooled, ...]:
             nis, hit, axes = (np.concatenate([getattr(one, name) for one in seen]) for name in ("nis", "hit", "axes"))
             anees = float(np.mean(np.concatenate([one.nees for one in tracks if one.nees is not None])))
             mean = float(pooled_nis(nis, hit, axes, p_gate)) if np.any(hit > 0) else None
-            found.append(Pooled(own, sum(one.scans for one in tracks), anees, mean))
-    return tuple(found)
+            objects.append(Pooled(own, sum(one.scans for one in tracks), anees, mean))
+    return tuple(objects)

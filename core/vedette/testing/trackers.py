@@ -118,10 +118,40 @@ def consistency(
 ) -> Report:
     """Draw truth from the tracker's own models, run it `runs` times in one batch, and judge its errors.
 
-    A linear Gaussian tracker is judged by chi-square. Any other (a mixture, a nonlinear model, clutter) is known only to
-    have a mean over runs near 1: it must not contradict `band`. `prior` gives each axis' [mean, standard deviation] at the
-    start, unless the birth states it. `world`, a tracker over the same axes with sensors of the same names, draws truth and
-    returns from its models instead, to see how far this tracker's may be off. Misuse if no truth can be drawn.
+    A linear Gaussian tracker is judged by chi-square. Any other (a mixture, a nonlinear model, clutter) is only known to
+    have a mean over runs near 1: it must not contradict `band`.
+
+    Parameters
+    ----------
+    tracker
+        A tracker, an experiment, whose source is not used, or a config.
+    prior
+        Axis to [mean, standard deviation] at the start, in the axis' unit; default: as the birth states it.
+    runs, scans
+        Number of runs, at least 30, and of scans of each sensor in a run, at least 10.
+    interval
+        Time between scans in s.
+    alpha
+        Probability with which a consistent tracker is found not to be, over all verdicts together.
+    band
+        Where the mean NEES, NIS and calibration may lie, as a share of what is expected, if chi-square does not hold.
+    seed
+        Of all draws: the same seed gives the same report.
+    world
+        A tracker over the same axes with sensors of the same names, from whose models truth and returns are drawn instead,
+        to see how far this tracker's may be off.
+
+    Returns
+    -------
+    Report
+        Figures over time with their bands, the verdicts, and which parameter is likely wrong.
+
+    Raises
+    ------
+    Misuse
+        If an option is out of its range, or no truth can be drawn.
+    ConfigError
+        For a wrong config.
     """
     _check_options(runs, scans, interval, alpha, seed)
     if isinstance(tracker, Experiment):
@@ -158,7 +188,7 @@ def _asserted(judged: Callable[P, Report]) -> Callable[P, Report]:
         return report
 
     checked.__name__ = checked.__qualname__ = "assert_consistent"
-    checked.__doc__ = "Call `consistency`, and raise AssertionError with its words where a figure leaves its band."
+    checked.__doc__ = "Call `consistency`, whose arguments it takes; AssertionError where a figure leaves its band."
     return checked
 
 

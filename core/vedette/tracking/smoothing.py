@@ -42,7 +42,28 @@ def smooth(
 ) -> tuple[Track, ...]:
     """Return the tracks that were ever confirmed, smoothed by the scans of up to `lag` s later; by default by all.
 
-    `states` are those of one run in the order of time, as `Experiment.run(keep_states=True)` leaves them in its result.
+    Parameters
+    ----------
+    tracker
+        The tracker that made the states.
+    states
+        Those of one run in the order of time, as `Experiment.run(keep_states=True)` leaves them in its result.
+    lag
+        How much later a scan may be that a state uses, in s; default: all scans.
+    seed
+        Of the draws of an estimator that draws; others draw nothing.
+
+    Returns
+    -------
+    tuple of Track
+        In the order of their ids, with means (s, n) and covariances (s, n, n) over the tracker's state.
+
+    Raises
+    ------
+    ValueError
+        For a lag that is negative or NaN, and for times that go backwards.
+    ConfigError
+        If the estimator or the associator cannot smooth.
     """
     history = History(tracker)
     for state in smoothed(tracker, states, lag, seed):
@@ -55,9 +76,31 @@ def smoothed(
 ) -> Iterator[State]:
     """Yield the same states, in their order, with beliefs that use the scans of up to `lag` s later (fixed lag) or all.
 
-    It works while the tracker runs: it yields a state as soon as a later one is beyond its lag, or at the end.
-    Runs in lock-step are smoothed at once. ValueError: a lag that is negative or NaN, times that go backwards. ConfigError:
-    an associator that keeps hypotheses.
+    It works while the tracker runs: it yields a state as soon as a later one is beyond its lag, or at the end. Runs in
+    lock-step are smoothed at once.
+
+    Parameters
+    ----------
+    tracker
+        The tracker that makes the states.
+    states
+        Those of one run, or of many in lock-step, in the order of time; they may come while the tracker runs.
+    lag
+        How much later a scan may be that a state uses, in s; default: all scans.
+    seed
+        Of the draws of an estimator that draws; others draw nothing.
+
+    Yields
+    ------
+    State
+        Each of the states, with a smoothed belief.
+
+    Raises
+    ------
+    ValueError
+        For a lag that is negative or NaN, and for times that go backwards.
+    ConfigError
+        If the associator keeps hypotheses: a track's past then changes with the hypothesis that is shown.
     """
     _check_associator(tracker)
     if not lag >= 0:
