@@ -16,7 +16,7 @@ from __future__ import annotations
 import argparse
 import os
 import tomllib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import product
 from pathlib import Path
 from time import process_time
@@ -177,21 +177,19 @@ def from_starts(recorded: list[Clip], options: Mapping[str, Any]) -> None:
     print(f"all      : {told(every)}")
 
 
-def settings(recorded: list[Clip], options: Mapping[str, Any]) -> None:
+def settings(recorded: list[Clip], options: Mapping[str, Any], ways: Sequence[Callable[[Array], Array]] = (exact,)) -> None:
     """Print the figures of each setting, and what the best on the other clips gives on each; ties: nearest the middle."""
-    tried = _tried(recorded, options, [exact])
+    tried, by = _tried(recorded, options, ways), ", chosen by all starts" if len(ways) > 1 else ""
     for title, pick in (("the first of equals", _best), ("the median of equals", _middle)):
-        print(f"one clip left out, {title}: {_left_out(tried, pick)}")
+        print(f"one clip left out{by}, {title}: {_left_out(tried, pick)}")
 
 
 def chosen(recorded: list[Clip], options: Mapping[str, Any]) -> None:
     """Print the same with settings chosen by all eleven starts on the other clips: more of what goes wrong is seen there."""
-    tried = _tried(recorded, options, list(starts()))
-    for title, pick in (("the first of equals", _best), ("the median of equals", _middle)):
-        print(f"one clip left out, chosen by all starts, {title}: {_left_out(tried, pick)}")
+    settings(recorded, options, tuple(starts()))
 
 
-def _tried(recorded: list[Clip], options: Mapping[str, Any], ways: list[Callable[[Array], Array]]) -> dict[str, Array]:
+def _tried(recorded: list[Clip], options: Mapping[str, Any], ways: Sequence[Callable[[Array], Array]]) -> dict[str, Array]:
     """Return by clip, of each setting (27, 2, 3), frames held, frames and targets lost: from the exact start, from all."""
     counts: dict[str, list[Array]] = {clip.name: [] for clip in recorded}
     for opening, margin, limit in SETTINGS:
@@ -295,7 +293,7 @@ def main() -> None:
     given = parser.parse_args()
     recorded = clips()
     for name in given.what:
-        known[name](recorded, dict(each.split("=", 1) for each in given.set))
+        known[name](recorded, dict(assigned.split("=", 1) for assigned in given.set))
 
 
 if __name__ == "__main__":

@@ -41,15 +41,20 @@ def write_files(folder: Path, experiment: Experiment, result: Result, figures: M
 
 def write_summaries(folder: Path, experiment: Experiment, figures: Mapping[str, Any], text: str) -> list[str]:
     """Write the config, the figures and the summary in words; return the names of the files."""
-    told = {
+    texts = {
         "config.json": json.dumps(to_config(experiment), indent=2) + "\n",
         "summary.json": json.dumps(figures, indent=2) + "\n",
         "summary.txt": text,
     }
-    for name, content in told.items():
+    return write_texts(folder, texts)
+
+
+def write_texts(folder: Path, texts: Mapping[str, str]) -> list[str]:
+    """Write each text as the file of its name, whole or not at all; return the names."""
+    for name, content in texts.items():
         with whole_file(folder / name) as file:
             file.write(content)
-    return list(told)
+    return list(texts)
 
 
 def _in_its_terms(folder: Path, result: Result, space: Space, terms: Terms) -> list[str]:

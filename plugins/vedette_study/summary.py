@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import json
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ from attrs import evolve
 from vedette.reproduction import Cell, Chart, Curve, Panel, Table
 from vedette.space import Array
 from vedette.writing import whole_file
+from vedette_report.files import write_texts
 from vedette_study.chunk import study_figures
 from vedette_study.grid import short_names, spaced_evenly_in_log, told, unit_at
 from vedette_study.outcome import Outcome, numeric_axes
@@ -84,18 +86,15 @@ def _cells(means: Mapping[str, Mean], names: Sequence[str]) -> tuple[Cell, ...]:
 
 def write_study(folder: Path, outcome: Outcome) -> list[str]:
     """Write text, JSON and CSV; return their names."""
-    import json
-
     folder.mkdir(parents=True, exist_ok=True)
-    for name, content in (("summary.txt", text(outcome)), ("summary.json", json.dumps(outcome.data(), indent=2))):
-        with whole_file(folder / name) as file:
-            file.write(content + "\n")
+    texts = {"summary.txt": text(outcome) + "\n", "summary.json": json.dumps(outcome.data(), indent=2) + "\n"}
+    names = write_texts(folder, texts)
     with whole_file(folder / "summary.csv") as file:
         table = [_flat(row) for row in outcome.table()]
         writer = csv.DictWriter(file, list(table[0]), lineterminator="\n")
         writer.writeheader()
         writer.writerows(table)
-    return ["summary.txt", "summary.json", "summary.csv"]
+    return [*names, "summary.csv"]
 
 
 def _flat(row: Mapping[str, Any]) -> dict[str, Any]:

@@ -13,9 +13,10 @@ from vedette.config import Registry
 from vedette.errors import ConfigError, Problem
 from vedette.progress import on_terminal
 from vedette.reproduction import Findings, Reproduction, afresh
-from vedette.writing import check_folder, whole_file
+from vedette.writing import check_folder
 from vedette_report.canvas import Look
 from vedette_report.drawing import drawing
+from vedette_report.files import write_texts
 from vedette_report.output import write_charts
 from vedette_study.checkpoint import Parts
 from vedette_study.reproduction import data, text
@@ -65,7 +66,5 @@ def _study(name: str) -> Reproduction:
 def _write(folder: Path, result: Findings, look: Look) -> list[str]:
     """Write text, JSON and, where matplotlib is installed, the figures; return the names of the files."""
     folder.mkdir(parents=True, exist_ok=True)
-    for name, content in (("study.txt", text(result)), ("study.json", json.dumps(data(result), indent=2))):
-        with whole_file(folder / name) as file:
-            file.write(content + "\n")
-    return ["study.txt", "study.json", *write_charts(folder, result.charts, look)]
+    texts = {"study.txt": text(result) + "\n", "study.json": json.dumps(data(result), indent=2) + "\n"}
+    return [*write_texts(folder, texts), *write_charts(folder, result.charts, look)]

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
+import warnings
 from argparse import Namespace
 from pathlib import Path
 from time import perf_counter, process_time
@@ -61,7 +63,18 @@ def _write(folder: Path, outcome: Outcome, look: Look) -> list[str]:
     """Write tables always, labelled arrays and pictures where their libraries are installed; return the files' names."""
     written = write_study(folder, outcome)
     if can_write("labelled arrays", "study", "xarray", "zarr"):
-        from vedette_study.arrays import write_zarr
-
-        written.append(write_zarr(folder, outcome))
+        written.append(_write_zarr(folder, outcome))
     return written + write_charts(folder, charts(outcome), look)
+
+
+def _write_zarr(folder: Path, outcome: Outcome) -> str:
+    """Write `study.zarr` beside the old one, then put it in its place; returns its name."""
+    name = "study.zarr"
+    unfinished = folder / f".{name}.part"
+    shutil.rmtree(unfinished, ignore_errors=True)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # zarr's own, on strings and on metadata that it may change
+        outcome.dataset().to_zarr(unfinished, mode="w", consolidated=False)
+    shutil.rmtree(folder / name, ignore_errors=True)
+    unfinished.rename(folder / name)
+    return name

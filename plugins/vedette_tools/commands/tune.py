@@ -7,9 +7,10 @@ from argparse import Namespace
 from pathlib import Path
 
 from vedette.commands import DONE, options
-from vedette.writing import check_folder, whole_file
+from vedette.writing import check_folder
 from vedette_report.canvas import Look
 from vedette_report.drawing import drawing
+from vedette_report.files import write_texts
 from vedette_report.output import can_draw
 from vedette_study.grid import short_names
 from vedette_tools.tuning.config_text import toml
@@ -43,16 +44,12 @@ def run(arguments: Namespace) -> int:
 
 
 def _write(folder: Path, tuned: Tuned, look: Look) -> list[str]:
-    written = []
-    files = {
+    texts = {
         "tuned.toml": toml(tuned),
         "tuned.txt": text(tuned) + "\n",
         "tuned.json": json.dumps(data(tuned), indent=2) + "\n",
     }
-    for name, content in files.items():
-        with whole_file(folder / name) as file:
-            file.write(content)
-        written.append(name)
+    written = write_texts(folder, texts)
     if can_draw():
         judged, names = tuned.judged, short_names(each.free.path for each in tuned.parameters)
         growth = None

@@ -57,15 +57,15 @@ def unbroken(chain: Chain, width: float) -> list[Chain]:
     jumps = np.linalg.norm(step[1:] - step[:-1] * (dt[1:] / dt[:-1])[:, None], axis=-1) > width
     first = jumps & ~np.concatenate([[False], jumps[:-1]])  # the step after a jump starts at its end, and is large as well
     pieces = np.split(np.arange(len(chain.times)), np.flatnonzero(first) + 2)
-    return [Chain(chain.scans[own], chain.returns[own], chain.times[own], chain.spots[own]) for own in pieces]
+    return [Chain(chain.scans[rows], chain.returns[rows], chain.times[rows], chain.spots[rows]) for rows in pieces]
 
 
 def spacing(spots: Sequence[Array]) -> float:
     """Return half the usual distance between neighbouring returns of a scan, in m; inf where scans have one."""
     nearest = []
-    for own in spots:
-        if len(own) > 1:
-            apart = np.linalg.norm(own[:, None] - own[None], axis=-1)
+    for places in spots:
+        if len(places) > 1:
+            apart = np.linalg.norm(places[:, None] - places[None], axis=-1)
             np.fill_diagonal(apart, np.inf)
             nearest.append(apart.min(axis=1))
     if not nearest or sum(map(len, nearest)) < len(spots):
@@ -81,23 +81,23 @@ def chains(times: Array, spots: Sequence[Array], width: float) -> list[Chain]:
     growing: list[_Growing] = []
     done: list[_Growing] = []
     before: list[tuple[int, int]] = []
-    for i, (time, own) in enumerate(zip(times.tolist(), spots, strict=True)):
-        free = np.ones(len(own), dtype=bool)
+    for i, (time, places) in enumerate(zip(times.tolist(), spots, strict=True)):
+        free = np.ones(len(places), dtype=bool)
         kept: list[_Growing] = []
-        for each in sorted(growing, key=lambda each: -len(each.members)):
-            expected = each.spot + each.velocity * (time - each.time)
-            apart = np.where(free, np.linalg.norm(own - expected, axis=-1), np.inf)
-            j = int(np.argmin(apart)) if len(own) else -1
+        for chain in sorted(growing, key=lambda chain: -len(chain.members)):
+            expected = chain.spot + chain.velocity * (time - chain.time)
+            apart = np.where(free, np.linalg.norm(places - expected, axis=-1), np.inf)
+            j = int(np.argmin(apart)) if len(places) else -1
             if j >= 0 and apart[j] <= width:
                 free[j] = False
-                dt = max(time - each.time, 1e-9)
-                gain = max(0.3, 2.0 / (len(each.members) + 1))
-                each.velocity = each.velocity + gain * (own[j] - expected) / dt
-                each.spot, each.time, each.missed = expected + max(0.5, gain) * (own[j] - expected), time, 0
-                each.members.append((i, j))
+                dt = max(time - chain.time, 1e-9)
+                gain = max(0.3, 2.0 / (len(chain.members) + 1))
+                chain.velocity = chain.velocity + gain * (places[j] - expected) / dt
+                chain.spot, chain.time, chain.missed = expected + max(0.5, gain) * (places[j] - expected), time, 0
+                chain.members.append((i, j))
             else:
-                each.missed += 1
-            (kept if each.missed <= COAST and (each.missed == 0 or len(each.members) > 2) else done).append(each)
+                chain.missed += 1
+            (kept if chain.missed <= COAST and (chain.missed == 0 or len(chain.members) > 2) else done).append(chain)
         left = [(i, int(j)) for j in np.flatnonzero(free)]
         growing = [*kept, *_pairs(before, left, times, spots, START * width)]
         before = left
@@ -111,24 +111,24 @@ def _pairs(
     if not before or not now:
         return []
     first = np.array([spots[i][j] for i, j in before])
-    found = []
+    begun = []
     for i, j in now:
         apart = np.linalg.norm(first - spots[i][j], axis=-1)
         for k in np.argsort(apart)[:CANDIDATES]:
             dt = float(times[i] - times[before[k][0]])
             if apart[k] <= reach and dt > 0:
                 velocity = (spots[i][j] - first[k]) / dt
-                found.append(_Growing([before[k], (i, j)], spots[i][j], velocity, float(times[i])))
-    return found
+                begun.append(_Growing([before[k], (i, j)], spots[i][j], velocity, float(times[i])))
+    return begun
 
 
-def _whole(found: list[_Growing], times: Array, spots: Sequence[Array]) -> list[Chain]:
+def _whole(grown: list[_Growing], times: Array, spots: Sequence[Array]) -> list[Chain]:
     """Return the chains that are long and dense enough, each return in one only."""
     used: set[tuple[int, int]] = set()
     kept = []
-    for each in sorted(found, key=lambda each: -len(each.members)):
-        members = [member for member in each.members if member not in used]
-        if len(members) < max(LEAST, 0.8 * len(each.members)):
+    for chain in sorted(grown, key=lambda chain: -len(chain.members)):
+        members = [member for member in chain.members if member not in used]
+        if len(members) < max(LEAST, 0.8 * len(chain.members)):
             continue
         scans, returns = np.array(members).T
         if len(members) >= 0.5 * (scans[-1] - scans[0] + 1):

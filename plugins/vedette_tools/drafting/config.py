@@ -51,14 +51,14 @@ class Seen:
     times: Array
     spots: tuple[Array, ...]
     stands: Array
-    found: tuple[Chain, ...]
+    chains: tuple[Chain, ...]
     thirds: tuple[Array, ...] = ()
 
     @property
     def rough(self) -> float:
         """The usual second difference along the chains, in m; inf without any."""
-        each = [np.linalg.norm(np.diff(chain.spots, 2, axis=0), axis=-1) for chain in self.found]
-        return float(np.median(np.concatenate(each))) if each else np.inf
+        seconds = [np.linalg.norm(np.diff(chain.spots, 2, axis=0), axis=-1) for chain in self.chains]
+        return float(np.median(np.concatenate(seconds))) if seconds else np.inf
 
     @property
     def period(self) -> float:
@@ -71,7 +71,7 @@ class Seen:
 
         Over t s that is accel t^1.5 / sqrt(3). With less, the filter believes its prediction for ever.
         """
-        return float(np.sqrt(3) * self.error / (FORGETTING * self.period) ** 1.5) if self.found else 0.0
+        return float(np.sqrt(3) * self.error / (FORGETTING * self.period) ** 1.5) if self.chains else 0.0
 
     @property
     def error(self) -> float:
@@ -97,10 +97,10 @@ def draft_config(path: TablePath) -> str:
     if best.table.third == "range_rate" and _taken_out(best):
         title = best.table.measured["range_rate"]
         best = evolve(best, table=best.table.at_rest(f"{title} is over ground: the platform's own motion is not in it"))
-    facts = {name: _facts(each, plausible(best.noise[name].sensor)) for name, each in best.seen.items()}
-    accels = [best.noise[name].accel for name, each in best.seen.items() for _ in each.found]
-    accel, floor = float(np.median(accels)) if accels else 0.1, min(each.least_accel for each in best.seen.values())
-    speed = _speed([chain for each in best.seen.values() for chain in each.found])
+    facts = {name: _facts(seen, plausible(best.noise[name].sensor)) for name, seen in best.seen.items()}
+    accels = [best.noise[name].accel for name, seen in best.seen.items() for _ in seen.chains]
+    accel, floor = float(np.median(accels)) if accels else 0.1, min(seen.least_accel for seen in best.seen.values())
+    speed = _speed([chain for seen in best.seen.values() for chain in seen.chains])
     return written(best.table, facts, max(accel, floor), speed, best.recording.notes, steady=accel < floor)
 
 
@@ -109,8 +109,8 @@ def _gapless(best: Reading) -> Reading:
 
     The targets must still be seen: of reports that come one by one, none is a look at all targets.
     """
-    found = {name: left_out_period(each.times, [len(own) for own in each.spots]) for name, each in best.seen.items()}
-    periods = {name: period for name, period in found.items() if period is not None}
+    counted = {name: (seen.times, [len(places) for places in seen.spots]) for name, seen in best.seen.items()}
+    periods = {name: period for name, scans in counted.items() if (period := left_out_period(*scans)) is not None}
     if not periods:
         return best
     told = "gaps of whole periods are scans without returns, which the file leaves out"
@@ -121,23 +121,24 @@ def _gapless(best: Reading) -> Reading:
 
 def _useless(best: Reading) -> str:
     """Say why what is measured beside a position cannot be drafted, or return ""."""
-    seen = list(best.seen.values())
-    if not all(len(each.found) and np.isfinite(third_noise(each.found, each.thirds)) for each in seen):
+    sensors = list(best.seen.values())
+    if not all(len(seen.chains) and np.isfinite(third_noise(seen.chains, seen.thirds)) for seen in sensors):
         return "no track was found that tells its noise"
     if best.table.third != "range_rate":
         return ""
-    own, moves = [own_share(each.found, each.thirds, each.stands) for each in seen], set(VELOCITY) & set(best.table.platform)
-    if not moves and any(share > 0.5 or error > UNSURE for share, error in own if error):
+    shares = [own_share(seen.chains, seen.thirds, seen.stands) for seen in sensors]
+    moves = set(VELOCITY) & set(best.table.platform)
+    if not moves and any(share > 0.5 or error > UNSURE for share, error in shares if error):
         return "it needs the velocity of the platform, which no column tells"
-    if not all(recedes(each.found, each.thirds, each.stands, relative=not _taken_out(best)) for each in seen):
+    if not all(recedes(seen.chains, seen.thirds, seen.stands, relative=not _taken_out(best)) for seen in sensors):
         return "it falls where ranges grow, and a range rate must rise; turn its sign and draft anew"
     return ""
 
 
 def _taken_out(best: Reading) -> bool:
     """Return whether range rates are clearly without the platform's own motion."""
-    own = [own_share(each.found, each.thirds, each.stands) for each in best.seen.values()]
-    return all(share < 0.5 and 0 < error < UNSURE for share, error in own)
+    shares = [own_share(seen.chains, seen.thirds, seen.stands) for seen in best.seen.values()]
+    return all(share < 0.5 and 0 < error < UNSURE for share, error in shares)
 
 
 def _opened(table: Table) -> Recording:
@@ -180,26 +181,26 @@ class Reading:
     def of(cls, table: Table, recording: Recording) -> Reading:
         """Read it."""
         seen = _seen(table, recording)
-        return cls(table, recording, seen, {name: _noise(table, each) for name, each in seen.items()})
+        return cls(table, recording, seen, {name: _noise(table, sensor) for name, sensor in seen.items()})
 
     @property
     def followed(self) -> int:
         """How many returns the chains hold."""
-        return sum(len(chain.times) for each in self.seen.values() for chain in each.found)
+        return sum(len(chain.times) for seen in self.seen.values() for chain in seen.chains)
 
     @property
     def evidence(self) -> float:
         """How likely the returns are so."""
-        return sum(each.evidence for each in self.noise.values())
+        return sum(noise.evidence for noise in self.noise.values())
 
 
 def _best(first: Reading) -> Reading:
     """Return the reading of the platform's columns by which the returns are likeliest: targets hardly accelerate."""
     best = first
     for other in _readings(first.table):
-        found = Reading.of(other, _opened(other))
-        if found.evidence > best.evidence + SURE:
-            best = found
+        reading = Reading.of(other, _opened(other))
+        if reading.evidence > best.evidence + SURE:
+            best = reading
     return best
 
 
@@ -215,15 +216,15 @@ def _readings(table: Table) -> Iterator[Table]:
                 swapped[one], swapped[other] = swapped[other], swapped[one]
         yield evolve(table, platform=swapped, frame=NORTH_EAST)
     if "heading" in table.platform:
-        for each in (table.platform, swapped) if plainly else (table.platform,):
-            plain = {axis: title for axis, title in each.items() if axis != "heading"}
-            frame = table.frame if each is table.platform else NORTH_EAST
+        for platform in (table.platform, swapped) if plainly else (table.platform,):
+            plain = {axis: title for axis, title in platform.items() if axis != "heading"}
+            frame = table.frame if platform is table.platform else NORTH_EAST
             yield evolve(table, platform=plain, frame=frame, left_out=(*table.left_out, table.platform["heading"]))
 
 
 def _seen(table: Table, recording: Recording) -> dict[str, Seen]:
     sensors = _experiment(table).tracker.sensors
-    found = {}
+    by_sensor = {}
     for name, sensor in sensors.items():
         scans = [scan for scan in recording.scans if scan.sensor == name][:MOST_SCANS]
 
@@ -235,37 +236,37 @@ def _seen(table: Table, recording: Recording) -> dict[str, Seen]:
             stands = np.array([np.zeros(2) if scan.pose is None else scan.pose.position[:2] for scan in scans])
             followed = _followed(np.array([scan.time for scan in scans]), tuple(map(spots, scans)), stands)
             thirds = tuple(scan.detections.z[:, 2] for scan in scans) if table.third else ()
-            found[name] = evolve(followed, thirds=thirds)
-    return found
+            by_sensor[name] = evolve(followed, thirds=thirds)
+    return by_sensor
 
 
 def _followed(times: Array, spots: tuple[Array, ...], stands: Array) -> Seen:
     """Follow the returns twice: first within what their spacing allows, then within what the first time showed."""
     width = spacing(spots)
     seen = Seen(times, spots, stands, tuple(chains(times, spots, width)))
-    if not seen.found:
+    if not seen.chains:
         return seen
-    return evolve(seen, found=tuple(chains(times, spots, min(width, 4.0 * max(seen.rough, 1e-6)))) or seen.found)
+    return evolve(seen, chains=tuple(chains(times, spots, min(width, 4.0 * max(seen.rough, 1e-6)))) or seen.chains)
 
 
-def _speed(found: Sequence[Chain]) -> float:
+def _speed(followed: Sequence[Chain]) -> float:
     """Return the usual speed along an axis, in m/s; a guess without any chain."""
-    paces = [(chain.spots[-1] - chain.spots[0]) / (chain.times[-1] - chain.times[0]) for chain in found]
+    paces = [(chain.spots[-1] - chain.spots[0]) / (chain.times[-1] - chain.times[0]) for chain in followed]
     return max(float(np.sqrt(np.mean(np.square(paces)))), 1e-3) if paces else 10.0
 
 
 def _noise(table: Table, seen: Seen) -> Noise:
     """Return the noise of one sensor and the targets that it saw; a guess by the extent if it shows none."""
-    speed = _speed(seen.found)
-    apart = [own - stand for own, stand in zip(seen.spots, seen.stands, strict=True)]
+    speed = _speed(seen.chains)
+    apart = [places - stand for places, stand in zip(seen.spots, seen.stands, strict=True)]
     far = float(np.median(np.linalg.norm(np.concatenate(apart), axis=-1))) if len(np.concatenate(apart)) else 1e3
-    sigma = max(seen.error if seen.found else far / 100, 1e-6)
+    sigma = max(seen.error if seen.chains else far / 100, 1e-6)
     guess = (sigma, sigma / max(far, 1e-6)) if table.polar else (sigma,)
-    if not seen.found:
+    if not seen.chains:
         return Noise(guess, 0.05 * speed / seen.period)
-    found = [piece for chain in seen.found for piece in unbroken(chain, JUMP * seen.rough)]
+    pieces = [piece for chain in seen.chains for piece in unbroken(chain, JUMP * seen.rough)]
     lines = []
-    for chain in found:
+    for chain in pieces:
         line = np.tile(np.eye(2), (len(chain.times), 1, 1))
         if table.polar:
             along = chain.spots - seen.stands[chain.scans]
@@ -274,15 +275,15 @@ def _noise(table: Table, seen: Seen) -> Noise:
             line[..., 1] = np.stack([-along[:, 1], along[:, 0]], axis=-1)
         lines.append(line)
     start = (*guess, 0.05 * speed / seen.period)
-    return estimated(Windows.of(found, lines), start, speed, lambda own: own if table.polar else np.repeat(own, 2))
+    return estimated(Windows.of(pieces, lines), start, speed, lambda sigmas: sigmas if table.polar else np.repeat(sigmas, 2))
 
 
 def _facts(seen: Seen, sigmas: tuple[float, ...]) -> Facts:
-    hits, looks = sum(len(chain.times) for chain in seen.found), sum(chain.looks for chain in seen.found)
+    hits, looks = sum(len(chain.times) for chain in seen.chains), sum(chain.looks for chain in seen.chains)
     every = np.concatenate(seen.spots)
-    ranges = [np.linalg.norm(own - stand, axis=-1) for own, stand in zip(seen.spots, seen.stands, strict=True)]
+    ranges = [np.linalg.norm(places - stand, axis=-1) for places, stand in zip(seen.spots, seen.stands, strict=True)]
     low, high = np.percentile(every, [1, 99], axis=0) if len(every) else (np.zeros(2), np.ones(2))
-    third = max(third_noise(seen.found, seen.thirds), 1e-6) if seen.thirds else 0.0
+    third = max(third_noise(seen.chains, seen.thirds), 1e-6) if seen.thirds else 0.0
     others = np.concatenate(seen.thirds) if seen.thirds else np.zeros(1)
     return Facts(
         sigmas=sigmas,
@@ -292,7 +293,7 @@ def _facts(seen: Seen, sigmas: tuple[float, ...]) -> Facts:
         area=float(np.prod(np.maximum(high - low, 10 * sigmas[0]))),
         period=seen.period,
         scans=len(seen.times),
-        chains=len(seen.found),
+        chains=len(seen.chains),
         third=third,
         fastest=float(np.max(np.abs(others), initial=0.0)),
         height=float(max(np.ptp(np.percentile(others, [1, 99])), 10 * third)) if len(others) else 1.0,

@@ -75,13 +75,13 @@ def _lines(
             yield f"[source.{place}]"
             for name, value in source[place].items():
                 yield f"{name} = {toml_text.value(value)}"
-    for name, own in facts.items():
+    for name, of_sensor in facts.items():
         yield ""
-        yield from _sensor(table, name, own, speed)
+        yield from _sensor(table, name, of_sensor, speed)
     yield ""
     yield "[estimator]"
     yield f'kind = "{"ekf" if table.polar else "kalman"}"'
-    fitted = sum(own.chains for own in facts.values())
+    fitted = sum(of_sensor.chains for of_sensor in facts.values())
     told = f"of greatest likelihood over {_count(fitted, 'stretch', 'stretches')} of tracks" if fitted else _GUESS
     told = "these targets keep their courses; with less a filter would hardly notice a turn" if steady else told
     space = ', axes = ["x", "y", "z"]' if table.third in HEIGHTS else ""
@@ -105,33 +105,33 @@ def _lines(
     yield "confirm = 0.99  # the probability of being a target at which a track is shown"
 
 
-def _sensor(table: Table, name: str, own: Facts, speed: float) -> Iterator[str]:
+def _sensor(table: Table, name: str, facts: Facts, speed: float) -> Iterator[str]:
     yield f"[sensors.{toml_text.key(name)}]"
-    apart = f", usually {own.period:.3g} s apart" if own.scans > 1 else ""
-    yield f"# {_count(own.scans, 'scan')}{apart}; {_count(own.chains, 'stretch', 'stretches')} of tracks found"
-    doubt = "" if own.chains else f"  # {_GUESS}"
+    apart = f", usually {facts.period:.3g} s apart" if facts.scans > 1 else ""
+    yield f"# {_count(facts.scans, 'scan')}{apart}; {_count(facts.chains, 'stretch', 'stretches')} of tracks found"
+    doubt = "" if facts.chains else f"  # {_GUESS}"
     if table.polar:
         yield f'kind = "range_bearing{"_rate" if table.third else ""}"'
-        yield f"sigma_range = {rounded(own.sigmas[0])!r}{doubt}"
-        yield f'sigma_bearing = "{rounded(math.degrees(own.sigmas[1])):g} deg"{doubt}'
+        yield f"sigma_range = {rounded(facts.sigmas[0])!r}{doubt}"
+        yield f'sigma_bearing = "{rounded(math.degrees(facts.sigmas[1])):g} deg"{doubt}'
         if table.third:
-            yield f"sigma_rate = {rounded(own.third)!r}"
-            yield f"max_rate = {rounded(1.1 * own.fastest)!r}"
+            yield f"sigma_rate = {rounded(facts.third)!r}"
+            yield f"max_rate = {rounded(1.1 * facts.fastest)!r}"
             yield f"crossing_speed = {rounded(max(1.5 * speed, 1e-3))!r}"
-        yield f"max_range = {rounded(1.1 * own.reach)!r}"
-        clutter = f"clutter_per_scan = {rounded(own.clutter)!r}  # returns that belong to no track"
+        yield f"max_range = {rounded(1.1 * facts.reach)!r}"
+        clutter = f"clutter_per_scan = {rounded(facts.clutter)!r}  # returns that belong to no track"
     else:
         if table.third:
-            flat, up = rounded(own.sigmas[0] ** 2), rounded(own.third**2)
+            flat, up = rounded(facts.sigmas[0] ** 2), rounded(facts.third**2)
             yield 'kind = "linear"'
             yield 'axes = ["x", "y", "z"]'
-            yield f"R = [[{flat!r}, 0, 0], [0, {flat!r}, 0], [0, 0, {up!r}]]  # m^2: {rounded(own.third):g} m in height"
+            yield f"R = [[{flat!r}, 0, 0], [0, {flat!r}, 0], [0, 0, {up!r}]]  # m^2: {rounded(facts.third):g} m in height"
         else:
             yield 'kind = "cartesian_position"'
-            yield f"sigma = {rounded(own.sigmas[0])!r}{doubt}"
-        density = rounded(own.clutter / own.area / (own.height if table.third else 1.0))
-        clutter = f"clutter_density = {density!r}  # {rounded(own.clutter):g} returns a scan that belong to no track"
-    yield f"detection_probability = {rounded(own.probability)!r}"
+            yield f"sigma = {rounded(facts.sigmas[0])!r}{doubt}"
+        density = rounded(facts.clutter / facts.area / (facts.height if table.third else 1.0))
+        clutter = f"clutter_density = {density!r}  # {rounded(facts.clutter):g} returns a scan that belong to no track"
+    yield f"detection_probability = {rounded(facts.probability)!r}"
     yield clutter
 
 

@@ -18,13 +18,13 @@ def toml(tuned: Tuned) -> str:
     """Return the config with the tuned values in it, of the form that it had: what it left to defaults stays left."""
     config = plain(apply_changes(tuned.own, tuned.written.items()))
     notes: dict[tuple[Any, ...], str] = {}
-    for each in tuned.parameters:
-        inside = each.free.place.inside
-        path = each.free.place.path[: len(each.free.place.path) - len(inside)]
-        was = "" if each.before is None else f", was {each.before:.4g}"
+    for parameter in tuned.parameters:
+        inside = parameter.free.place.inside
+        path = parameter.free.place.path[: len(parameter.free.place.path) - len(inside)]
+        was = "" if parameter.before is None else f", was {parameter.before:.4g}"
         which = "".join(f"[{i}]" for i in inside)
         notes[path] = f"{notes[path]}; " if path in notes else ""
-        notes[path] += f"{f'{which}: ' if which else ''}tuned: {summary(each)}{was}"
+        notes[path] += f"{f'{which}: ' if which else ''}tuned: {summary(parameter)}{was}"
     judged = tuned.judged
     head = [
         f"# {toml_text.comment(tuned.title) or 'A config'}, tuned by {tuned.by} with `vedette tune`.",
@@ -39,29 +39,29 @@ def toml(tuned: Tuned) -> str:
 
 def _table(table: Mapping[str, Any], path: tuple[Any, ...], notes: Mapping[tuple[Any, ...], str]) -> Iterator[str]:
     """Yield a table: its values first, then the tables in it that need lines of their own."""
-    own = {name: value for name, value in table.items() if not _needs_lines(value, (*path, name), notes)}
-    for name, value in own.items():
+    short = {name: value for name, value in table.items() if not _needs_lines(value, (*path, name), notes)}
+    for name, value in short.items():
         note = notes.get((*path, name), "")
         yield f"{toml_text.key(name)} = {toml_text.value(value)}{f'  # {note}' if note else ''}"
     for name, value in table.items():
-        if name in own:
+        if name in short:
             continue
         here = (*path, name)
         if isinstance(value, Mapping):
-            if any(not _needs_lines(each, (*here, inner), notes) for inner, each in value.items()):
+            if any(not _needs_lines(entry, (*here, inner), notes) for inner, entry in value.items()):
                 yield ""
                 yield f"[{_path(here)}]"
             yield from _table(value, here, notes)
             continue
-        for i, each in enumerate(value):
+        for i, entry in enumerate(value):
             yield ""
             yield f"[[{_path(here)}]]"
-            yield from _table(each, (*here, i), notes)
+            yield from _table(entry, (*here, i), notes)
 
 
 def _needs_lines(value: Any, path: tuple[Any, ...], notes: Mapping[tuple[Any, ...], str]) -> bool:
     tables = isinstance(value, Mapping) or (
-        isinstance(value, list) and len(value) > 0 and all(isinstance(each, Mapping) for each in value)
+        isinstance(value, list) and len(value) > 0 and all(isinstance(entry, Mapping) for entry in value)
     )
     if not tables:
         return False

@@ -71,14 +71,14 @@ def curvature(asked: Asker, top: Array) -> Curvature:
         if asked.height(moved) >= asked.height(top):
             top, shift = moved, np.zeros_like(shift)
         J = surface.H if asked.by == "consistency" else long_run(surface.scores)
-        found = inverse @ J @ inverse
+        sandwich = inverse @ J @ inverse
         with np.errstate(invalid="ignore", divide="ignore"):
-            short = np.sqrt(np.maximum(np.diagonal(inverse) / np.diagonal(found), 1.0))
-        found = found * short * short[:, None] + np.diag(shift**2)
+            short = np.sqrt(np.maximum(np.diagonal(inverse) / np.diagonal(sandwich), 1.0))
+        sandwich = sandwich * short * short[:, None] + np.diag(shift**2)
         unknown = np.sum(axes[:, ~told] ** 2, axis=1) > 0.1
-        found[unknown] = np.nan
-        found[:, unknown] = np.nan
-        cov[np.ix_(inner, inner)] = found
+        sandwich[unknown] = np.nan
+        sandwich[:, unknown] = np.nan
+        cov[np.ix_(inner, inner)] = sandwich
         blurred = np.zeros((int(np.sum(~told)), p))
         blurred[:, inner] = axes[:, ~told].T
     return Curvature(top, cov, edge, blurred, jumps)
@@ -109,9 +109,9 @@ def _step(asked: Asker, top: Array, i: int) -> float:
     reach, heights = room, dict[float, float]()
     for _ in range(10):
         rungs = [sign * reach / 2**k for k in range(3) for sign in (1.0, -1.0)]
-        new = [each for each in rungs if each not in heights]
-        heights |= dict(zip(new, asked.heights([_moved(top, {i: each}) for each in new]), strict=True))
-        d, h = np.array(rungs), np.array([heights[each] for each in rungs])
+        new = [rung for rung in rungs if rung not in heights]
+        heights |= dict(zip(new, asked.heights([_moved(top, {i: rung}) for rung in new]), strict=True))
+        d, h = np.array(rungs), np.array([heights[rung] for rung in rungs])
         known = np.isfinite(h)
         if np.sum(known) >= 4:
             _, _, bend = np.linalg.lstsq(np.stack([d**0, d, -0.5 * d**2], axis=-1)[known], h[known], rcond=None)[0]
@@ -157,10 +157,10 @@ def _surface(asked: Asker, top: Array, inner: Indices, steps: Array) -> Surface:
     pairs = [(i, j) for i in range(p) for j in range(i + 1)]
     squares = np.stack([away[:, i] * away[:, j] * (0.5 if i == j else 1.0) for i, j in pairs], axis=-1)
     terms = np.concatenate([np.ones((len(away), 1)), away, -squares, away**3], axis=-1)[known]
-    found, weights = _robust(terms, heights[known])
-    jumps = float(np.max(np.abs(heights[known] - terms @ found)))
+    coefficients, weights = _robust(terms, heights[known])
+    jumps = float(np.max(np.abs(heights[known] - terms @ coefficients)))
     H = np.zeros((p, p))
-    for (i, j), bend in zip(pairs, found[1 + p : 1 + p + len(pairs)], strict=True):
+    for (i, j), bend in zip(pairs, coefficients[1 + p : 1 + p + len(pairs)], strict=True):
         H[i, j] = H[j, i] = bend / (steps[i] * steps[j])
     sound = np.zeros(len(away))
     sound[known] = weights
@@ -168,23 +168,23 @@ def _surface(asked: Asker, top: Array, inner: Indices, steps: Array) -> Surface:
     assert here is not None
     scores = [np.zeros_like(here)] * p
     for i in range(p):
-        own = [k for k in range(i * 2 * len(AXIAL), (i + 1) * 2 * len(AXIAL)) if sound[k] > 0.5]
-        if len(own) > 1:
-            first, last = min(own, key=lambda k: away[k, i]), max(own, key=lambda k: away[k, i])
+        axial = [k for k in range(i * 2 * len(AXIAL), (i + 1) * 2 * len(AXIAL)) if sound[k] > 0.5]
+        if len(axial) > 1:
+            first, last = min(axial, key=lambda k: away[k, i]), max(axial, key=lambda k: away[k, i])
             low, high = asked.found(place(away[first])), asked.found(place(away[last]))
             if low is not None and high is not None:
                 scores[i] = (high - low) / ((away[last, i] - away[first, i]) * steps[i])
-    return Surface(found[1 : 1 + p] / steps, H, np.stack(scores, axis=-1), jumps)
+    return Surface(coefficients[1 : 1 + p] / steps, H, np.stack(scores, axis=-1), jumps)
 
 
 def _robust(terms: Array, heights: Array) -> tuple[Array, Array]:
     """Return the coefficients that fit best by Huber's criterion, and the weight of each height: 1 near the surface."""
     weights: Array = np.ones(len(heights))
-    found: Array = np.zeros(terms.shape[1])
+    coefficients: Array = np.zeros(terms.shape[1])
     for _ in range(50):
         root = np.sqrt(weights)
-        found = np.linalg.lstsq(terms * root[:, None], heights * root, rcond=None)[0]
-        off = np.abs(heights - terms @ found)
+        coefficients = np.linalg.lstsq(terms * root[:, None], heights * root, rcond=None)[0]
+        off = np.abs(heights - terms @ coefficients)
         limit = max(JUMPS, 3.0 * 1.48 * float(np.median(off)))
         weights = np.where(off > limit, (limit / np.maximum(off, limit)) ** 2, 1.0)
-    return found, weights
+    return coefficients, weights

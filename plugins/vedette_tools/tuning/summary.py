@@ -27,15 +27,15 @@ def data(tuned: Tuned) -> dict[str, Any]:
         "title": tuned.title,
         "warnings": list(tuned.odd),
         "by": tuned.by,
-        "parameters": [each.data() for each in tuned.parameters],
+        "parameters": [parameter.data() for parameter in tuned.parameters],
         "correlation": [[None if np.isnan(one) else one for one in row] for row in tuned.correlation.tolist()],
         "not_told": list(tuned.blurred),
         "tuned_on": None if judged.on is None else judged.on.data(),
         "held_back": None if judged.held is None else judged.held.data(),
         "advice": judged.advice,
         "held_back_grows_by": judged.pull.tolist(),
-        "innovations_before": [each.data() for each in judged.noises_before],
-        "innovations_after": [each.data() for each in judged.noises_after],
+        "innovations_before": [noise.data() for noise in judged.noises_before],
+        "innovations_after": [noise.data() for noise in judged.noises_after],
         "jumps": tuned.jumps,
         "starts": tuned.starts,
         "ended_at_the_best": tuned.ends,
@@ -43,24 +43,26 @@ def data(tuned: Tuned) -> dict[str, Any]:
     }
 
 
-def summary(each: Found) -> str:
+def summary(parameter: Found) -> str:
     """Return one parameter's value and error in words."""
-    unit = "" if each.free.place.unit == "1" else f" {each.free.place.unit}"
-    if each.error is None:
-        return f"{each.after:.3g}{unit}, {each.told}"
-    return f"{each.after:.3g} +- {each.error:.2g}{unit}"
+    unit = "" if parameter.free.place.unit == "1" else f" {parameter.free.place.unit}"
+    if parameter.error is None:
+        return f"{parameter.after:.3g}{unit}, {parameter.told}"
+    return f"{parameter.after:.3g} +- {parameter.error:.2g}{unit}"
 
 
 def _lines(tuned: Tuned) -> Iterator[str]:
     judged = tuned.judged
     yield from (f"LOOKS WRONG: {said}" for said in tuned.odd)
     rows = [("parameter", "before", "after", "error", "95 % within", "")]
-    for each in tuned.parameters:
-        unit = "" if each.free.place.unit == "1" else f" {each.free.place.unit}"
-        within = "" if each.interval is None else f"{each.interval[0]:.3g} to {each.interval[1]:.3g}{unit}"
-        error = "-" if each.error is None else f"{each.error:.2g}"
-        before = "-" if each.before is None else f"{each.before:.4g}"
-        rows.append((each.free.path, before, f"{each.after:.4g}", error, within, each.told or _off(each)))
+    for parameter in tuned.parameters:
+        unit = "" if parameter.free.place.unit == "1" else f" {parameter.free.place.unit}"
+        within = "" if parameter.interval is None else f"{parameter.interval[0]:.3g} to {parameter.interval[1]:.3g}{unit}"
+        error = "-" if parameter.error is None else f"{parameter.error:.2g}"
+        before = "-" if parameter.before is None else f"{parameter.before:.4g}"
+        rows.append(
+            (parameter.free.path, before, f"{parameter.after:.4g}", error, within, parameter.told or _off(parameter))
+        )
     widths = [max(len(row[i]) for row in rows) for i in range(6)]
     for row in rows:
         yield "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
@@ -79,7 +81,7 @@ def _lines(tuned: Tuned) -> Iterator[str]:
         yield from _causes(tuned)
     if judged.on is None:
         yield "the config's own values cannot run over the whole recording, so nothing is compared with them"
-    off = any("times too" in _off(each) for each in tuned.parameters)
+    off = any("times too" in _off(parameter) for parameter in tuned.parameters)
     yield from _noises(judged.noises_before, judged.noises_after, off)
     if tuned.onward:
         again = "once" if tuned.onward == 1 else f"{tuned.onward} times"
@@ -89,15 +91,15 @@ def _lines(tuned: Tuned) -> Iterator[str]:
     )
 
 
-def _off(each: Found) -> str:
+def _off(parameter: Found) -> str:
     """Say by how much a value was off, if that is more than chance."""
-    if each.before is None or each.before <= 0 or each.interval is None or each.free.scale == "linear":
+    if parameter.before is None or parameter.before <= 0 or parameter.interval is None or parameter.free.scale == "linear":
         return ""
-    if each.interval[0] <= each.before <= each.interval[1]:
+    if parameter.interval[0] <= parameter.before <= parameter.interval[1]:
         return "as it was, within its error"
-    if each.free.scale == "logit":
-        return "was too small" if each.after > each.before else "was too large"
-    ratio = each.after / each.before
+    if parameter.free.scale == "logit":
+        return "was too small" if parameter.after > parameter.before else "was too large"
+    ratio = parameter.after / parameter.before
     return f"was {ratio:.2g} times too small" if ratio > 1 else f"was {1 / ratio:.2g} times too large"
 
 
@@ -125,10 +127,10 @@ def _causes(tuned: Tuned) -> Iterator[str]:
         return
     yield "  keep the values you had: on scans that they were not tuned on, the tuned ones are worse"
     wanted = sorted(zip(judged.pull.tolist(), tuned.parameters, strict=True), key=lambda one: -abs(one[0]))
-    for pull, each in wanted:
+    for pull, parameter in wanted:
         if abs(pull) > PULL:
             way = "larger" if pull > 0 else "smaller"
-            yield f"  those scans favour a {way} {each.free.path}: one standard error {way} gains {abs(pull):.1f}"
+            yield f"  those scans favour a {way} {parameter.free.path}: one standard error {way} gains {abs(pull):.1f}"
     if judged.held.difference > -2 * judged.held.error:
         yield "  a loss of this size is within what the errors of the tuned values allow: these are not known well"
     yield "  either the values are overfitted: the scans tuned on are too few for so many parameters"
@@ -142,11 +144,11 @@ def _noises(before: Sequence[Noise], after: Sequence[Noise], off: bool) -> Itera
 
     `off`: values were found to be wrong. Where innovations showed nothing of it, the text says why that may be.
     """
-    later = {(each.sensor, each.axis): each for each in after}
-    for each in before or after:
-        then = later.get((each.sensor, each.axis))
-        yield f"innovations of {each.sensor} along {each.axis}:"
-        for when, one in (("before", each if before else None), ("after", then)):
+    later = {(noise.sensor, noise.axis): noise for noise in after}
+    for noise in before or after:
+        then = later.get((noise.sensor, noise.axis))
+        yield f"innovations of {noise.sensor} along {noise.axis}:"
+        for when, one in (("before", noise if before else None), ("after", then)):
             if one is not None:
                 hint = one.hint or "neither Q nor R stands out"
                 if off and when == "before" and not one.hint:

@@ -78,7 +78,7 @@ class Tuned:
     @property
     def values(self) -> dict[str, float]:
         """Config path to tuned value."""
-        return {each.free.path: each.after for each in self.parameters}
+        return {parameter.free.path: parameter.after for parameter in self.parameters}
 
 
 def tune(
@@ -116,25 +116,25 @@ def tune(
     data = open_data(experiment, part)
     about = {
         "config": hashlib.sha256(json.dumps(to_config(experiment), sort_keys=True).encode()).hexdigest()[:16],
-        "free": [f"{each.path}={each.low!r}..{each.high!r}" for each in parameters],
+        "free": [f"{parameter.path}={parameter.low!r}..{parameter.high!r}" for parameter in parameters],
         "by": by, "part": part, "scans": len(data.times), **made_by(),
     }  # fmt: skip
     kept = Kept(None if out is None else Path(out), about, resume=resume)
-    first = np.array([float(each.position(each.start)) for each in parameters])
+    first = np.array([float(parameter.position(parameter.start)) for parameter in parameters])
     with asker(data, parameters, by, kept, workers, part) as asked:
         if not np.isfinite(asked.height(first)):
             check(data, parameters, asked.values(first))
         settling = settled(asked, first, starts, method)
         known = settling.known
-        found = tuple(_found(asked, known, curve, i) for i, curve in enumerate(settling.curves))
+        results = tuple(_found(asked, known, curve, i) for i, curve in enumerate(settling.curves))
         evaluations = asked.evaluations
-    values = [each.after for each in found]
+    values = [parameter.after for parameter in results]
     check(data, parameters, values)
     own = with_birth(apply_overrides(given, overrides), given, Registry.installed())
     with np.errstate(invalid="ignore"):
         correlation = known.cov / np.outer(known.error, known.error)
     result = Tuned(
-        experiment.title, by, found, _blurred(known, parameters),
+        experiment.title, by, results, _blurred(known, parameters),
         judge(data, parameters, values, known.cov), correlation, starts,
         ended_there(settling.ends, known.position),
         settling.onward, known.jumps, evaluations, kept.resumed, to_config(applied(experiment, parameters, values)),
@@ -171,6 +171,6 @@ def _blurred(known: Curvature, free: Sequence[Free]) -> tuple[str, ...]:
     """Say which parameters, or combinations of them, the data do not tell."""
     told = []
     for direction in known.blurred:
-        own = [each.path for each, share in zip(free, direction, strict=True) if abs(share) > 0.3]
-        told.append(own[0] if len(own) == 1 else f"{' and '.join(own)} apart from one another")
+        paths = [parameter.path for parameter, share in zip(free, direction, strict=True) if abs(share) > 0.3]
+        told.append(paths[0] if len(paths) == 1 else f"{' and '.join(paths)} apart from one another")
     return tuple(told)
