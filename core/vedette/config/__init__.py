@@ -36,31 +36,6 @@ from vedette.experiment import Experiment
 from vedette.tracking.components import INLINE
 from vedette.tracking.tracker import Tracker
 
-__all__ = [
-    "KeyPath",
-    "Maybe",
-    "Parameter",
-    "Registry",
-    "answers",
-    "apply_changes",
-    "apply_overrides",
-    "below",
-    "build",
-    "did_you_mean",
-    "holds_parts",
-    "installed_figures",
-    "load",
-    "load_plugins",
-    "parameters",
-    "path_of",
-    "plain",
-    "plugin",
-    "read_file",
-    "to_config",
-    "warnings_of",
-    "with_birth",
-]
-
 Config = Mapping[str, Any] | str | Path
 """A table, with or without component objects in it, or the path to a TOML, YAML or JSON file."""
 

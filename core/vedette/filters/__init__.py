@@ -14,40 +14,25 @@ residuals and noises that already account for each detection's own noise and mis
 `Memo` keeps the matrices of linear models. Particles: `Particles` and the functions on them.
 """
 
-from vedette.filters.declared import contradiction as contradiction
-from vedette.filters.declared import unforwarded as unforwarded
-from vedette.filters.detections import Prepared as Prepared
-from vedette.filters.detections import make_innovation as make_innovation
-from vedette.filters.detections import prepare as prepare
-from vedette.filters.detections import present_noise as present_noise
-from vedette.filters.frames import evaluate_frame as evaluate_frame
-from vedette.filters.gaussian import GaussianFilter as GaussianFilter
-from vedette.filters.gaussian import Hypotheses as Hypotheses
-from vedette.filters.gaussian import has_gaussian_belief as has_gaussian_belief
-from vedette.filters.gaussian import marginal as marginal
-from vedette.filters.gaussian import without_variance as without_variance
-from vedette.filters.linear import evaluate_each as evaluate_each
-from vedette.filters.linear import evaluate_linearised as evaluate_linearised
-from vedette.filters.linear import expected_return as expected_return
-from vedette.filters.linear import extent_linearised as extent_linearised
-from vedette.filters.linear import predict_linearised as predict_linearised
-from vedette.filters.memo import Memo as Memo
-from vedette.filters.memo import SensorConstants as SensorConstants
-from vedette.filters.memo import embedded as embedded
-from vedette.filters.memo import keep as keep
-from vedette.filters.mixing import merged as merged
-from vedette.filters.mixing import mixed as mixed
-from vedette.filters.motion import OverMotion as OverMotion
-from vedette.filters.motion import predicted as predicted
-from vedette.filters.particles import Particles as Particles
-from vedette.filters.particles import check_particle_motion as check_particle_motion
-from vedette.filters.particles import draw_particles as draw_particles
-from vedette.filters.particles import log_association as log_association
-from vedette.filters.particles import normalised as normalised
-from vedette.filters.particles import particle_innovation as particle_innovation
-from vedette.filters.particles import particle_moments as particle_moments
-from vedette.filters.particles import point_likelihoods as point_likelihoods
-from vedette.filters.particles import points_at as points_at
-from vedette.filters.particles import resample as resample
-from vedette.filters.particles import too_few as too_few
-from vedette.filters.sigma_points import PointFilter as PointFilter
+from vedette.filters.declared import contradiction, unforwarded
+from vedette.filters.detections import Prepared, make_innovation, prepare, present_noise
+from vedette.filters.frames import evaluate_frame
+from vedette.filters.gaussian import GaussianFilter, Hypotheses, has_gaussian_belief, marginal, without_variance
+from vedette.filters.linear import evaluate_each, evaluate_linearised, expected_return, extent_linearised, predict_linearised
+from vedette.filters.memo import Memo, SensorConstants, embedded, keep
+from vedette.filters.mixing import merged, mixed
+from vedette.filters.motion import OverMotion, predicted
+from vedette.filters.particles import (
+    Particles,
+    check_particle_motion,
+    draw_particles,
+    log_association,
+    normalised,
+    particle_innovation,
+    particle_moments,
+    point_likelihoods,
+    points_at,
+    resample,
+    too_few,
+)
+from vedette.filters.sigma_points import PointFilter

@@ -11,27 +11,3 @@ from vedette.tracking.pytrees import Common, join, take
 from vedette.tracking.smoothing import check_smoothing, smooth
 from vedette.tracking.state import State
 from vedette.tracking.tracker import Tracker
-
-__all__ = [
-    "Came",
-    "Common",
-    "Expected",
-    "GivenTracks",
-    "History",
-    "Intake",
-    "PermanentTracks",
-    "State",
-    "Tracker",
-    "check_again",
-    "check_smoothing",
-    "explained",
-    "from_the_start",
-    "join",
-    "open_source",
-    "parts",
-    "preprocess",
-    "preprocessed",
-    "raw_sensors",
-    "smooth",
-    "take",
-]
