@@ -1,18 +1,23 @@
-"""Write the types of `vedette`'s names, its own and those that entry points bring: `python docs/write_stub.py`."""
+"""Write the types of names that packages of the core look up when they are first used: `python docs/write_stub.py`.
+
+Those of `vedette` are its own, and those that entry points bring.
+"""
 
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Iterable
 from pathlib import Path
 
 import vedette
+from vedette import testing
 
 ROOT = Path(__file__).parents[1]
-STUB = ROOT / "core" / "vedette" / "__init__.pyi"
+CORE = ROOT / "core" / "vedette"
 
 
-def stub() -> str:
-    """Return the stub: a line for each name."""
+def stubs() -> dict[Path, str]:
+    """Return the stubs by their files: a line for each name."""
     document = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     homes = [(f"vedette.{home}", name) for name, home in vedette._HOME_OF.items()]
     for name, value in document["project"]["entry-points"]["vedette.names"].items():
@@ -20,9 +25,18 @@ def stub() -> str:
         assert attribute == name, f"{value} must have the name {name}"
         homes.append((module, name))
     homes += [("vedette", room) for room in vedette._ROOMS]
+    of_testing = [(f"vedette.testing.{home}", name) for name, home in testing._HOME_OF.items()]
+    return {
+        CORE / "__init__.pyi": _stub(homes) + "\n__version__: str\n",
+        CORE / "testing" / "__init__.pyi": _stub(of_testing),
+    }
+
+
+def _stub(homes: Iterable[tuple[str, str]]) -> str:
     lines = [f"from {module} import {name} as {name}" for module, name in sorted(homes)]
-    return "\n".join(['"""Written by docs/write_stub.py."""', "", *lines, "", "__version__: str", ""])
+    return "\n".join(['"""Written by docs/write_stub.py."""', "", *lines, ""])
 
 
 if __name__ == "__main__":
-    STUB.write_text(stub(), encoding="utf-8")
+    for path, text in stubs().items():
+        path.write_text(text, encoding="utf-8")

@@ -1,10 +1,13 @@
 """What an import pulls in, in a process of its own."""
 
+import importlib.util
 import json
 import subprocess
 import sys
 
 import pytest
+
+from support.paths import DOCS
 
 HEAVY = ("scipy.stats", "cv2", "matplotlib", "plotly", "hypothesis", "pytest", "rich", "xarray", "zarr", "dask")
 
@@ -39,3 +42,12 @@ def test_every_public_name_is_there():
         assert getattr(vedette, name) is not None
     with pytest.raises(AttributeError, match="module 'vedette' has no attribute 'trakcer'"):
         _ = vedette.trakcer
+
+
+def test_the_stubs_tell_the_names_of_today():
+    spec = importlib.util.spec_from_file_location("write_stub", DOCS / "write_stub.py")
+    writing = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(writing)
+    for path, text in writing.stubs().items():
+        said = sorted(path.read_text(encoding="utf-8").split("\n"))
+        assert said == sorted(text.split("\n")), "run `python docs/write_stub.py`"

@@ -23,42 +23,27 @@ from typing import Any
 
 _ROOMS = ("fields", "filters", "kernels")
 _HOMES = {
-    "config": ("build", "load", "to_config"),
-    "errors": ("ConfigError", "InputError", "PluginError", "Problem", "ScanRefused", "VedetteError"),
-    "experiment": ("Experiment", "Result"),
-    "tracking.gate": ("Gate",),
-    "config.hooks": ("plugin",),
-    "hypotheses": ("Branching", "HypothesisAssociator", "Merging"),
-    "metrics": ("Judge",),
-    "config.registry": ("Registry",),
-    "progress": ("Progress",),
-    "reproduction": ("Reproduction",),
-    "roles": ("Associator", "Component", "Estimator", "MotionModel", "Sensor", "Traits"),
-    "supporting": ("Birth", "Command", "ImagingSensor", "Lifecycle", "Picture", "Preprocessor", "Source"),
-    "tracking.smoothing": ("smooth", "smoothed"),
-    "space": ("NO_AXES", "Array", "Axis", "Indices", "Mask", "Space", "SpaceError"),
-    "tracking.tracker": ("Tracker",),
-    "types": (
-        "Detections",
-        "Frame",
-        "Gaussian",
-        "Innovation",
-        "LazyScans",
-        "Newborn",
-        "Pose",
-        "Recording",
-        "Review",
-        "Rows",
-        "Scan",
-        "Track",
-        "Trajectory",
-        "new_gaussian",
-        "new_innovation",
-    ),
-    "values": ("maker",),
-    "wrapping": ("WrappedMotion", "WrappedSensor"),
+    "config": "build load to_config",
+    "errors": "ConfigError InputError PluginError Problem ScanRefused VedetteError",
+    "experiment": "Experiment Result",
+    "tracking.gate": "Gate",
+    "config.hooks": "plugin",
+    "hypotheses": "Branching HypothesisAssociator Merging",
+    "metrics": "Judge",
+    "config.registry": "Registry",
+    "progress": "Progress",
+    "reproduction": "Reproduction",
+    "roles": "Associator Component Estimator MotionModel Sensor Traits",
+    "supporting": "Birth Command ImagingSensor Lifecycle Picture Preprocessor Source",
+    "tracking.smoothing": "smooth smoothed",
+    "space": "NO_AXES Array Axis Indices Mask Space SpaceError",
+    "tracking.tracker": "Tracker",
+    "types": "Detections Frame Gaussian Innovation LazyScans Newborn Pose Recording Review Rows Scan "
+    "Track Trajectory new_gaussian new_innovation",
+    "values": "maker",
+    "wrapping": "WrappedMotion WrappedSensor",
 }
-_HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
+_HOME_OF = {name: home for home, names in _HOMES.items() for name in names.split()}
 
 
 def __getattr__(name: str) -> Any:

@@ -10,8 +10,8 @@ import gc
 import inspect
 import os
 import sys
-from argparse import Action, ArgumentParser
 from collections.abc import Iterator, Sequence
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -87,22 +87,14 @@ def _forget_stdout() -> None:
         return
 
 
-class _Version(Action):
-    """Looks the version up only when it is requested."""
-
-    def __call__(self, parser: ArgumentParser, *_: Any) -> None:
-        from importlib.metadata import version
-
-        print(f"vedette {version('vedette')}")
-        parser.exit()
-
-
 def _parser() -> Parser:
     """Return the parser of all commands that plugins bring, each with its own options."""
     from vedette.config.registry import Registry  # which says in a line if the kernels asked for cannot be had
 
     parser = Parser("vedette", description="Compose target trackers from small parts and run them.")
-    parser.add_argument("--version", action=_Version, nargs=0, help="show the version and exit")
+    parser.add_argument(
+        "--version", action="version", version=f"vedette {version('vedette')}", help="show the version and exit"
+    )
     parser.add_argument("--traceback", action="store_true", help="show where in the code an error came from")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     registry = Registry.installed()

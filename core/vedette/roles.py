@@ -33,6 +33,9 @@ class Component(ABC):
 
     kind: ClassVar[str]
 
+    abbreviations: ClassVar[tuple[str, ...]] = ()
+    """What the field calls it in short where the letters of the kind do not say it, in small letters without underscores."""
+
     misprint: ClassVar[str] = ""
     """What a paper misprints, if the component exists only to show it; listings name such components separately."""
 

@@ -192,9 +192,8 @@ class Command(Component):
     `options` is asked of every command at each start, so what `run` alone needs is imported there.
     """
 
-    @abstractmethod
     def options(self, parser: ArgumentParser) -> None:
-        """Add the options and arguments that the command takes."""
+        """Add the options and arguments that the command takes; by default none."""
 
     @abstractmethod
     def run(self, arguments: Namespace) -> int:

@@ -136,5 +136,5 @@ def test_a_name_that_cannot_be_had_names_who_brings_it(greeting):
 def test_a_name_that_two_bring_is_refused_with_both(greeting):
     greeting(names="track = vedette_test_greet:welcome")
     vars(vedette).pop("track", None)
-    with pytest.raises(PluginError, match=r"(?=.*vedette_test_greet:welcome of greet)(?=.*vedette_tools:track)"):
+    with pytest.raises(PluginError, match=r"(?=.*vedette_test_greet:welcome of greet)(?=.*vedette_tools\.drafting\.run:track of vedette)"):
         vedette.track  # noqa: B018

@@ -5,14 +5,10 @@ import pytest
 import vedette
 from vedette import fields
 from vedette.config.schema import schema
-from vedette.config.suggestions import SHORT, nearest, which_kind
+from vedette.config.suggestions import nearest, which_kind
 from vedette.units import in_unit, spellings
 
 REGISTRY = vedette.Registry.installed()
-
-
-def kinds(role):
-    return [entry.kind for entry in REGISTRY.of_role(role)]
 
 
 @pytest.mark.parametrize(
@@ -34,18 +30,19 @@ def kinds(role):
     ],
 )
 def test_the_fields_short_names_are_understood(role, given, meant):
-    assert which_kind(given, kinds(role)) == f" did you mean {meant!r}?"
+    assert which_kind(given, REGISTRY.of_role(role)) == f" did you mean {meant!r}?"
 
 
 @pytest.mark.parametrize("given", ["", "c", "F", "xyz", "9"])
 def test_what_resembles_nothing_gets_no_question(given):
-    assert all(which_kind(given, kinds(role)) == "" for role in ("motion", "associator", "estimator"))
+    assert all(which_kind(given, REGISTRY.of_role(role)) == "" for role in ("motion", "associator", "estimator"))
 
 
-def test_every_short_name_is_of_an_installed_kind():
-    installed = {entry.kind for entry in REGISTRY}
-    assert set(SHORT.values()) <= installed
-    assert not set(SHORT) & installed
+def test_every_abbreviation_is_of_one_kind_and_no_kind_itself():
+    told = [name for entry in REGISTRY for name in entry.cls.abbreviations]
+    assert len(set(told)) == len(told) > 20
+    assert not set(told) & {entry.kind for entry in REGISTRY}
+    assert all(name == name.lower().replace("_", "") for name in told)
 
 
 def test_capitals_do_not_hide_a_name():

@@ -51,8 +51,7 @@ def _chosen(registry: Registry, wanted: str | None) -> tuple[Installed, ...]:
         return of_kind
     if unused := registry.unused(wanted):
         raise ConfigError([Problem(wanted, reason) for reason in unused])
-    kinds = [entry.kind for entry in registry.entries]
-    question = did_you_mean(wanted, [*ROLES, *_top_tables()]) or which_kind(wanted, kinds)
+    question = did_you_mean(wanted, [*ROLES, *_top_tables()]) or which_kind(wanted, registry.entries)
     causes = "".join(f" {cause};" for cause in registry.unreadable())
     text = (
         f"is no role and no kind;{question}{causes} the roles are {', '.join(ROLES)}; `vedette components` lists the kinds"

@@ -135,9 +135,6 @@ class Schema(Command):
 
     kind: ClassVar[str] = "schema"
 
-    def options(self, parser: ArgumentParser) -> None:
-        """Add none."""
-
     def run(self, arguments: Namespace) -> int:
         from vedette.commands import schema
 

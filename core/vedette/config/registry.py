@@ -127,9 +127,10 @@ class Registry:
         """Return why `kind` is not among the candidates of a role, and what may have been meant; causes before lists."""
         if unused := self.unused(kind, [role]):
             return "; ".join(unused)
-        kinds = [entry.kind for entry in candidates]
+        offered = [*candidates]
+        kinds = [entry.kind for entry in offered]
         elsewhere = [entry.role for entry in self.entries if entry.kind == kind]
-        hint = f" it is a kind of {' and '.join(elsewhere)};" if elsewhere else which_kind(kind, kinds)
+        hint = f" it is a kind of {' and '.join(elsewhere)};" if elsewhere else which_kind(kind, offered)
         known = f"installed: {', '.join(kinds)}" if kinds else "none is installed"
         causes = "".join(f" {cause};" for cause in self.unreadable())
         return f"unknown kind {kind!r};{hint}{causes} {known}"

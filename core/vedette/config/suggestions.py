@@ -4,35 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-SHORT = {
-    "kf": "kalman",
-    "srif": "srkf",
-    "pf": "bootstrap_particles",
-    "gsf": "gaussian_sum",
-    "squareroot": "srkf",
-    "information": "kalman",
-    "mmae": "imm",
-    "enkf": "ensemble_kalman",
-    "hinf": "h_infinity",
-    "ghk": "g_h",
-    "alphabeta": "g_h",
-    "alphabetagamma": "g_h",
-    "rls": "least_squares",
-    "mht": "n_scan",
-    "tomht": "n_scan",
-    "pmbm": "k_best",
-    "ipda": "existence",
-    "nn": "nearest",
-    "gnnf": "gnn",
-    "mofn": "m_of_n",
-    "sprt": "score",
-    "ncv": "constant_velocity",
-    "nca": "constant_acceleration",
-    "dwna": "constant_velocity_piecewise",
-    "radar": "range_bearing",
-    "position": "cartesian_position",
-}
-"""What the field calls some kinds in short, where the letters of the kind do not say it."""
+from vedette.config.contract import Installed
 
 
 def folded(name: str) -> str:
@@ -58,13 +30,18 @@ def did_you_mean(given: str, known: Iterable[str]) -> str:
     return f" did you mean {near!r}?" if near else ""
 
 
-def which_kind(given: str, kinds: Iterable[str]) -> str:
+def which_kind(given: str, entries: Iterable[Installed]) -> str:
     """Return the question after an unknown kind, which may be the field's short name of one: `cv`, `KF`, `PDAF`."""
-    kinds = list(kinds)
+    abbreviations: dict[str, str] = {}
+    kinds = []
+    for entry in entries:
+        kinds.append(entry.kind)
+        if "_" in entry.kind:
+            abbreviations.setdefault("".join(word[0] for word in entry.kind.split("_")), entry.kind)
+        abbreviations |= dict.fromkeys(entry.cls.abbreviations, entry.kind)
     short = folded(given).replace("_", "")
-    initials = {"".join(word[0] for word in kind.split("_")): kind for kind in reversed(kinds) if "_" in kind}
     for name in (short, short.removesuffix("f")):
-        meant = name if name in kinds else SHORT.get(name, initials.get(name))
-        if meant in kinds and len(name) > 1:
+        meant = name if name in kinds else abbreviations.get(name)
+        if meant is not None and len(name) > 1:
             return f" did you mean {meant!r}?"
     return did_you_mean(given, kinds)

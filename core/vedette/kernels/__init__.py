@@ -12,18 +12,11 @@ from vedette.kernels import joint as _joint
 from vedette.kernels import modes as _modes
 from vedette.kernels import reference as _reference
 from vedette.kernels import streams as _streams
-from vedette.kernels.backward import smooth_step as smooth_step
-from vedette.kernels.backward import solve_by_root as solve_by_root
-from vedette.kernels.derivative import numerical_jacobian as numerical_jacobian
-from vedette.kernels.hypotheses import best_marginals as best_marginals
-from vedette.kernels.modes import stacked as stacked
-from vedette.kernels.reference import evaluate as evaluate
-from vedette.kernels.reference import log_sum as log_sum
-from vedette.kernels.reference import mixture as mixture
-from vedette.kernels.reference import moments as moments
-from vedette.kernels.reference import root as root
-from vedette.kernels.reference import safe_log as safe_log
-from vedette.kernels.reference import symmetric as symmetric
+from vedette.kernels.backward import smooth_step, solve_by_root
+from vedette.kernels.derivative import numerical_jacobian
+from vedette.kernels.hypotheses import best_marginals
+from vedette.kernels.modes import stacked
+from vedette.kernels.reference import evaluate, log_sum, mixture, moments, root, safe_log, symmetric
 from vedette.kernels.selection import Selection as _Selection
 
 _fastest = _Selection.now()

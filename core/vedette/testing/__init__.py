@@ -10,25 +10,7 @@ Names are imported when first used, so that the pytest plugin costs other projec
 """
 
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from vedette.testing.comparisons import Broken as Broken
-    from vedette.testing.comparisons import Closed as Closed
-    from vedette.testing.comparisons import Misuse as Misuse
-    from vedette.testing.kit import Outcome as Outcome
-    from vedette.testing.kit import conformance as conformance
-    from vedette.testing.kit import examine as examine
-    from vedette.testing.kit import laws_of as laws_of
-    from vedette.testing.law import FAST as FAST
-    from vedette.testing.law import NIGHTLY as NIGHTLY
-    from vedette.testing.law import Law as Law
-    from vedette.testing.law import Profile as Profile
-    from vedette.testing.recorded import Recorded as Recorded
-    from vedette.testing.recorded import recorded_consistency as recorded_consistency
-    from vedette.testing.trackers import Report as Report
-    from vedette.testing.trackers import assert_consistent as assert_consistent
-    from vedette.testing.trackers import consistency as consistency
+from typing import Any
 
 _HOMES = {
     "comparisons": ("Broken", "Closed", "Misuse"),

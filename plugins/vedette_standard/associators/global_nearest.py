@@ -21,6 +21,7 @@ class GlobalNearest(Associator):
     """
 
     kind: ClassVar[str] = "gnn"
+    abbreviations: ClassVar[tuple[str, ...]] = ("gnnf",)
     by_cluster: ClassVar[bool] = True
     exclusive: ClassVar[bool] = True
 

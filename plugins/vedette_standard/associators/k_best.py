@@ -24,6 +24,7 @@ class KBest(Growing):
     """
 
     kind: ClassVar[str] = "k_best"
+    abbreviations: ClassVar[tuple[str, ...]] = ("pmbm",)
 
     hypotheses: int = fields.integer("most hypotheses that are kept", default=100, at_least=1)
     least: float = fields.probability("weight at or below which a hypothesis is dropped", default=1e-4, below=1)

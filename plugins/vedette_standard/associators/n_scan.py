@@ -31,6 +31,7 @@ class NScan(HypothesisAssociator):
     """
 
     kind: ClassVar[str] = "n_scan"
+    abbreviations: ClassVar[tuple[str, ...]] = ("mht", "tomht")
 
     scans: int = fields.integer("number of scans after which an association is final", default=3, at_least=1)
     hypotheses: int = fields.integer("most hypotheses that are kept", default=100, at_least=1)

@@ -18,6 +18,7 @@ class Nearest(Associator):
     """
 
     kind: ClassVar[str] = "nearest"
+    abbreviations: ClassVar[tuple[str, ...]] = ("nn",)
     by_cluster: ClassVar[bool] = True
 
     @property

@@ -38,6 +38,7 @@ class BootstrapParticles(OverMotion[Particles]):
     """
 
     kind: ClassVar[str] = "bootstrap_particles"
+    abbreviations: ClassVar[tuple[str, ...]] = ("pf",)
     declares: ClassVar[Traits] = Traits(draws=True)
 
     motion: MotionModel = fields.part("how the target moves")

@@ -58,6 +58,7 @@ class EnsembleKalman(OverMotion[Ensemble]):
     """
 
     kind: ClassVar[str] = "ensemble_kalman"
+    abbreviations: ClassVar[tuple[str, ...]] = ("enkf",)
     declares: ClassVar[Traits] = Traits(draws=True)
 
     motion: MotionModel = fields.part("how the target moves")

@@ -43,6 +43,7 @@ class GH(GaussianFilter):
     """
 
     kind: ClassVar[str] = "g_h"
+    abbreviations: ClassVar[tuple[str, ...]] = ("ghk", "alphabeta", "alphabetagamma")
     declares: ClassVar[Traits] = Traits(bounded=True)
 
     motion: MotionModel = fields.part("how the target moves: with velocities, or for k with accelerations too")

@@ -24,6 +24,7 @@ class GaussianSum(Estimator[Modes]):
     """
 
     kind: ClassVar[str] = "gaussian_sum"
+    abbreviations: ClassVar[tuple[str, ...]] = ("gsf",)
     drops: ClassVar[tuple[str, ...]] = ("exact_when_linear", "reframes", "bounded")  # its bank reframes the parts
 
     each: Estimator[Any] = fields.part("the filter of every part")

@@ -27,6 +27,7 @@ class HInfinity(GaussianFilter):
     """
 
     kind: ClassVar[str] = "h_infinity"
+    abbreviations: ClassVar[tuple[str, ...]] = ("hinf",)
     declares: ClassVar[Traits] = Traits(takes_frames=True, bounded=True, conservative=True)
 
     motion: MotionModel = fields.part("how the target moves")

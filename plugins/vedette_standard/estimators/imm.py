@@ -80,6 +80,7 @@ class Imm(Estimator[Modes]):
     """
 
     kind: ClassVar[str] = "imm"
+    abbreviations: ClassVar[tuple[str, ...]] = ("mmae",)
     drops: ClassVar[tuple[str, ...]] = ("exact_when_linear", "reframes")  # its mixing is not; it reframes the modes itself
 
     modes: tuple[Estimator[Any], ...] = fields.part("the estimators, one a mode")

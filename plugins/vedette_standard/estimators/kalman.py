@@ -33,6 +33,7 @@ class Kalman(GaussianFilter):
     """
 
     kind: ClassVar[str] = "kalman"
+    abbreviations: ClassVar[tuple[str, ...]] = ("kf", "information")
     declares: ClassVar[Traits] = Traits(exact_when_linear=True, takes_frames=True, bounded=True)
 
     motion: MotionModel = fields.part("how the target moves; a linear model")

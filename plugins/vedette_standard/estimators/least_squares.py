@@ -45,6 +45,7 @@ class LeastSquares(OverMotion[Root]):
     """
 
     kind: ClassVar[str] = "least_squares"
+    abbreviations: ClassVar[tuple[str, ...]] = ("rls",)
 
     trajectory: MotionModel = fields.part("how the target moves; its noise is left out")
     forgetting: float = fields.probability("weight of a return `step` old, relative to a new one", default=1.0, above=0)

@@ -39,6 +39,7 @@ class SquareRootKalman(OverMotion[Root]):
     """
 
     kind: ClassVar[str] = "srkf"
+    abbreviations: ClassVar[tuple[str, ...]] = ("srif", "squareroot")
     declares: ClassVar[Traits] = Traits(exact_when_linear=True)
 
     motion: MotionModel = fields.part("how the target moves")

@@ -24,6 +24,7 @@ class Existence(Limited):
     """
 
     kind: ClassVar[str] = "existence"
+    abbreviations: ClassVar[tuple[str, ...]] = ("ipda",)
 
     lifetime: float = fields.quantity("s", "mean time for which a target stays in view", default=600.0, above=0)
     confirm: float = fields.probability("existence that confirms a track", default=0.95)

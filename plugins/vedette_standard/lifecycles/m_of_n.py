@@ -32,6 +32,7 @@ class MOfN(Limited):
     """
 
     kind: ClassVar[str] = "m_of_n"
+    abbreviations: ClassVar[tuple[str, ...]] = ("mofn",)
     certain: ClassVar[bool] = True
 
     hits: int = fields.integer("M, detections that confirm a track", default=3, at_least=1, at_most=60)

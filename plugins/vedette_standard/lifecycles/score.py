@@ -37,6 +37,7 @@ class Score(Limited):
     """
 
     kind: ClassVar[str] = "score"
+    abbreviations: ClassVar[tuple[str, ...]] = ("sprt",)
     usual_birth: ClassVar[Mapping[str, Any]] = {"kind": "from_returns", "initial": 0.1}
 
     false_tracks: float = fields.probability("share of false tracks that may be confirmed", default=1e-3, above=0, below=0.5)

@@ -23,6 +23,7 @@ class ConstantAcceleration(PerAxis):
     """
 
     kind: ClassVar[str] = "constant_acceleration"
+    abbreviations: ClassVar[tuple[str, ...]] = ("nca",)
     divisible: ClassVar[bool] = True
     derivatives: ClassVar[int] = 3
 

@@ -22,6 +22,7 @@ class ConstantVelocity(PerAxis):
     """
 
     kind: ClassVar[str] = "constant_velocity"
+    abbreviations: ClassVar[tuple[str, ...]] = ("ncv",)
     divisible: ClassVar[bool] = True
     derivatives: ClassVar[int] = 2
 

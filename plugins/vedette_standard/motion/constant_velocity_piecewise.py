@@ -22,6 +22,7 @@ class ConstantVelocityPiecewise(PerAxis):
     """
 
     kind: ClassVar[str] = "constant_velocity_piecewise"
+    abbreviations: ClassVar[tuple[str, ...]] = ("dwna",)
     derivatives: ClassVar[int] = 2
 
     sigma_accel: float = fields.quantity("m/s^2", "standard deviation of the acceleration held in a step, per axis", above=0)

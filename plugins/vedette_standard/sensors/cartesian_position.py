@@ -18,6 +18,7 @@ class CartesianPosition(ViewedSensor):
     """z = position + v, v ~ N(0, sigma^2 I): a position in the tracker's own frame, whatever platform it comes from."""
 
     kind: ClassVar[str] = "cartesian_position"
+    abbreviations: ClassVar[tuple[str, ...]] = ("position",)
 
     sigma: float = fields.quantity("m", "standard deviation per axis", above=0)
     detection_probability: float = fields.probability("probability that a target in view gives a return", default=1.0)

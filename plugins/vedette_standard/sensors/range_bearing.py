@@ -31,6 +31,7 @@ class RangeBearing(RangingSensor):
     """
 
     kind: ClassVar[str] = "range_bearing"
+    abbreviations: ClassVar[tuple[str, ...]] = ("radar",)
 
     sigma_range: float = fields.quantity("m", "standard deviation of the range", above=0)
     sigma_bearing: float = fields.quantity("rad", "standard deviation of the bearing", above=0, at_most=1)
