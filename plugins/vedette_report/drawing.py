@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, final
@@ -31,7 +32,15 @@ class Drawing:
         with styled(self.look):
             for entry in Registry.installed().of_role("picture"):
                 picture: Any = entry.cls()
-                if picture.of == "run" and (made := picture.draw(result)) is not None:
+                try:
+                    made = picture.draw(result) if picture.of == "run" else None
+                except Exception as error:
+                    if entry.distribution == "vedette":
+                        raise
+                    told = f"the picture {entry.kind!r} of {entry.bringer} failed: {type(error).__name__}: {error}"
+                    print(f"vedette: {told}", file=sys.stderr)  # a third party's: the run has its results all the same
+                    continue
+                if made is not None:
                     written.append(self.look.file(entry.kind))
                     save(made, folder / written[-1])
         return written

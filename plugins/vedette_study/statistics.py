@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from attrs import frozen
 
+from vedette.errors import ConfigError, Problem
 from vedette.space import Array
 from vedette_study.chunk import Chunk, study_figures
 
@@ -59,10 +60,16 @@ def gathered(chunks: Sequence[Sequence[Chunk]], name: str, point: int) -> Array:
 
 
 def precise(chunks: Sequence[Sequence[Chunk]], wanted: Mapping[str, float]) -> bool:
-    """Return whether every wanted figure is known well enough at every point that has it; False if none is wanted."""
+    """Return whether every wanted figure is known well enough at every point that has it; False if none is wanted.
+
+    ConfigError for a figure that no point has: runs that go together have fewer figures than those that go one by one.
+    """
     if not wanted or not chunks:
         return False
     for name, error in wanted.items():
+        if not any(name in chunk.figures for chunk in chunks[0]):
+            there = ", ".join(dict.fromkeys(name for chunk in chunks[0] for name in chunk.figures))
+            raise ConfigError([Problem(f"precision.{name}", f"no point of this study has that figure; they have {there}")])
         for point, chunk in enumerate(chunks[0]):
             if name in chunk.figures:
                 known = mean(name, gathered(chunks, name, point))

@@ -47,6 +47,7 @@ class Dots(vedette.Picture):
     def draw(self, subject):
         from matplotlib.figure import Figure
 
+        DRAWING
         figure = Figure()
         figure.subplots().plot([scan.time for scan in subject.scans])
         return figure
@@ -67,12 +68,14 @@ def greeting(tmp_path, monkeypatch):
     """Install a distribution whose command has this kind."""
     monkeypatch.syspath_prepend(tmp_path)
 
-    def install(kind="greet", broken="", names="welcome = vedette_test_greet:welcome"):
+    def install(kind="greet", broken="", drawing="", names="welcome = vedette_test_greet:welcome"):
         info = tmp_path / "greet-1.0.dist-info"
         info.mkdir()
         (info / "METADATA").write_text("Metadata-Version: 2.1\nName: greet\nVersion: 1.0\n")
         (info / "entry_points.txt").write_text(f"[vedette]\ngreet = vedette_test_greet\n[vedette.names]\n{names}\n")
-        (tmp_path / "vedette_test_greet.py").write_text(GREET.replace("KIND", kind).replace("BROKEN", broken))
+        (tmp_path / "vedette_test_greet.py").write_text(
+            GREET.replace("KIND", kind).replace("BROKEN", broken).replace("DRAWING", drawing)
+        )
 
     yield install
     sys.modules.pop("vedette_test_greet", None)
@@ -121,6 +124,17 @@ def test_its_picture_is_drawn_of_every_run(greeting, config, tmp_path):
     assert (tmp_path / "out" / "dots.png").stat().st_size > 1000
 
 
+def test_a_picture_that_fails_is_told_and_costs_the_run_nothing(greeting, config, tmp_path, capsys):
+    pytest.importorskip("matplotlib")
+    greeting(drawing="raise ValueError('no ink')")
+    assert main(["run", str(config), "--out", str(tmp_path / "out")]) == 0
+    told = capsys.readouterr()
+    assert "'dots' of greet 1.0" in told.err
+    assert "no ink" in told.err
+    assert "coverage" in told.out
+    assert (tmp_path / "out" / "picture.png").exists()
+
+
 def test_its_name_is_vedettes(greeting):
     greeting()
     assert vedette.welcome() == "welcome"
@@ -136,5 +150,7 @@ def test_a_name_that_cannot_be_had_names_who_brings_it(greeting):
 def test_a_name_that_two_bring_is_refused_with_both(greeting):
     greeting(names="track = vedette_test_greet:welcome")
     vars(vedette).pop("track", None)
-    with pytest.raises(PluginError, match=r"(?=.*vedette_test_greet:welcome of greet)(?=.*vedette_tools\.drafting\.run:track of vedette)"):
+    with pytest.raises(
+        PluginError, match=r"(?=.*vedette_test_greet:welcome of greet)(?=.*vedette_tools\.drafting\.run:track of vedette)"
+    ):
         vedette.track  # noqa: B018

@@ -154,6 +154,12 @@ def test_a_study_stops_when_it_is_precise_enough():
     equal(found, vedette.monte_carlo(config(), 2000, 1, threads=2, **options))
 
 
+def test_precision_of_a_figure_that_no_point_has_is_refused_rather_than_reached():
+    with pytest.raises(vedette.ConfigError) as caught:
+        vedette.monte_carlo(config(), 40, 1, chunk=20, precision={"gospa": "1 m"})
+    assert caught.value.problems[0].place == "precision.gospa"
+
+
 def test_files_of_a_study(tmp_path, capsys, undisturbed):
     xarray = pytest.importorskip("xarray")
     pytest.importorskip("zarr")

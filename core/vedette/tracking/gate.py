@@ -1,4 +1,4 @@
-"""The gate: the only place where scores are computed."""
+"""The gate: the only place where scores are asked for."""
 
 from __future__ import annotations
 

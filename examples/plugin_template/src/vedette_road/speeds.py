@@ -52,13 +52,14 @@ class SpeedsOverTime(vedette.Picture):
 class Largest:
     """Takes the judged scans of a run block by block, and keeps the largest error of a covered object."""
 
-    square: float = 0.0
+    square: float | None = None
 
     def add(self, block):
-        self.square = np.max(block.pairs.square, initial=self.square)
+        if block.pairs.square.size:
+            self.square = np.max(block.pairs.square, initial=self.square or 0.0)
 
     def value(self):
-        return float(np.sqrt(self.square))
+        return None if self.square is None else float(np.sqrt(self.square))
 
 
 def speeds(track):
