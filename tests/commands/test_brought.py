@@ -150,7 +150,7 @@ def test_a_name_that_cannot_be_had_names_who_brings_it(greeting):
 def test_a_name_that_two_bring_is_refused_with_both(greeting):
     greeting(names="track = vedette_test_greet:welcome")
     vars(vedette).pop("track", None)
-    with pytest.raises(
-        PluginError, match=r"(?=.*vedette_test_greet:welcome of greet)(?=.*vedette_tools\.drafting\.run:track of vedette)"
-    ):
+    with pytest.raises(PluginError) as refused:
         vedette.track  # noqa: B018
+    assert "vedette_test_greet:welcome" in str(refused.value)
+    assert "vedette_tools" in str(refused.value)
