@@ -9,6 +9,7 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
+from vedette.config import warnings_of
 from vedette.experiment import Experiment, Result
 from vedette.metrics import Score
 from vedette.roles import Sensor
@@ -28,7 +29,7 @@ _SHORT, _LONG = 1e-5, 1000.0
 def warnings(experiment: Experiment, result: Result, score: Score) -> Iterator[str]:
     """Yield a sentence for each thing that looks wrong, the most serious first."""
     intake = result.intake
-    yield from of_input(intake, result.recording, experiment.tracker.sensors)
+    yield from warnings_of(intake, result.recording, experiment.tracker.sensors)
     if intake.tracked >= ENOUGH and intake.hits == 0 and intake.frames == intake.scans:
         yield (
             f"there were tracks in {intake.tracked:,} frames, and in none of them was a target found: does it stand "
@@ -77,7 +78,7 @@ def of_recording(experiment: Experiment) -> Iterator[str]:
     sensors = experiment.tracker.sensors
     recording = open_source(experiment.source, experiment.preprocessors, sensors, np.random.default_rng(experiment.seed))
     unread = isinstance(recording.scans, LazyScans) or bool(experiment.preprocessors)
-    yield from of_input(Intake.of(sensors, () if unread else recording.scans, recording.refused), recording, sensors)
+    yield from warnings_of(Intake.of(sensors, () if unread else recording.scans, recording.refused), recording, sensors)
 
 
 def _interval(gap: float) -> str:

@@ -60,6 +60,12 @@ def welcome():
 @vedette.plugin
 def vedette_components():
     return [Greet, Dots]
+
+
+@vedette.plugin
+def vedette_warnings(intake, recording, sensors):
+    WARNING
+    return [f"odd-{intake.scans}"]
 '''
 
 
@@ -68,14 +74,13 @@ def greeting(tmp_path, monkeypatch):
     """Install a distribution whose command has this kind."""
     monkeypatch.syspath_prepend(tmp_path)
 
-    def install(kind="greet", broken="", drawing="", names="welcome = vedette_test_greet:welcome"):
+    def install(kind="greet", broken="", drawing="", warning="", names="welcome = vedette_test_greet:welcome"):
         info = tmp_path / "greet-1.0.dist-info"
         info.mkdir()
         (info / "METADATA").write_text("Metadata-Version: 2.1\nName: greet\nVersion: 1.0\n")
         (info / "entry_points.txt").write_text(f"[vedette]\ngreet = vedette_test_greet\n[vedette.names]\n{names}\n")
-        (tmp_path / "vedette_test_greet.py").write_text(
-            GREET.replace("KIND", kind).replace("BROKEN", broken).replace("DRAWING", drawing)
-        )
+        source = GREET.replace("KIND", kind).replace("BROKEN", broken).replace("DRAWING", drawing)
+        (tmp_path / "vedette_test_greet.py").write_text(source.replace("WARNING", warning))
 
     yield install
     sys.modules.pop("vedette_test_greet", None)
@@ -133,6 +138,16 @@ def test_a_picture_that_fails_is_told_and_costs_the_run_nothing(greeting, config
     assert "no ink" in told.err
     assert "coverage" in told.out
     assert (tmp_path / "out" / "picture.png").exists()
+
+
+@pytest.mark.parametrize("command", ["run", "consistency"])
+@pytest.mark.parametrize(("warning", "told"), [("", r"odd-\d+"), ("raise ValueError('no eyes')", r"of greet 1\.0.*no eyes")])
+def test_its_warning_is_told_wherever_a_recording_is_read_and_a_failing_one_harms_nothing(
+    greeting, config, tmp_path, capsys, undrawn, command, warning, told
+):
+    greeting(warning=warning)
+    assert main([command, str(config), "--out", str(tmp_path / "out")]) == 0
+    assert re.search(told, " ".join(capsys.readouterr().out.split()))
 
 
 def test_its_name_is_vedettes(greeting):

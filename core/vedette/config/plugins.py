@@ -179,6 +179,10 @@ def answers(hook: str, **given: Any) -> Iterator[tuple[Loaded, Any]]:
 
 
 def warnings_of(intake: Intake, recording: Recording, sensors: Mapping[str, Sensor]) -> Iterator[str]:
-    """Yield what looks wrong with the input of a run, in the words of every plugin that judges it."""
-    for _, sentences in answers("vedette_warnings", intake=intake, recording=recording, sensors=sensors):
-        yield from sentences
+    """Yield what looks wrong with the input of a run, in the words of each plugin that judges it; one that fails is told."""
+    for used in load_plugins()[0]:
+        try:
+            for sentences in used.hooks.vedette_warnings(intake=intake, recording=recording, sensors=sensors):
+                yield from sentences
+        except Exception as error:
+            yield f"{used}: its vedette_warnings failed: {_reason(error)}"

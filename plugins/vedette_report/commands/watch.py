@@ -9,12 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from vedette.commands import DONE, INTERRUPTED, options
-from vedette.config import load
+from vedette.config import load, warnings_of
 from vedette.errors import ConfigError, Problem
 from vedette.experiment import Experiment, Steps, Watch
 from vedette.writing import check_folder
 from vedette_report.streaming import stream
-from vedette_report.warnings import of_input
 from vedette_report.watching.page import LivePage
 from vedette_report.watching.real_time import Pace, read_speed
 from vedette_report.watching.terminal import TerminalView
@@ -49,7 +48,9 @@ def _follow(
         if folder is None:
             interrupted, confirmed = _through(experiment, steps, view.take)
             found = {"scans_taken": steps.intake.scans, "begun": steps.state.born, "confirmed": confirmed}
-            lines = [f"LOOKS WRONG: {said}" for said in of_input(steps.intake, steps.recording, experiment.tracker.sensors)]
+            lines = [
+                f"LOOKS WRONG: {said}" for said in warnings_of(steps.intake, steps.recording, experiment.tracker.sensors)
+            ]
             lines += [f"{steps.intake.scans} scans, {confirmed} confirmed tracks of {steps.state.born} begun"]
         else:
             done = stream(experiment, folder, steps=steps, watch=view.take)

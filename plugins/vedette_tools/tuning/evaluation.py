@@ -9,6 +9,7 @@ from itertools import islice
 import numpy as np
 from attrs import evolve, frozen
 
+from vedette.config import warnings_of
 from vedette.errors import ConfigError, Problem, VedetteError
 from vedette.experiment import Experiment, Steps
 from vedette.progress import silent
@@ -17,7 +18,6 @@ from vedette.space import Array
 from vedette.supporting import ImagingSensor
 from vedette.tracking import State, open_source
 from vedette.types import LazyScans, Recording, Scan
-from vedette_report.warnings import of_input
 from vedette_tools.tuning.field_of_view import Cover, View, views
 from vedette_tools.tuning.innovations import Gathering, Moments
 from vedette_tools.tuning.likelihood import Predictive
@@ -106,7 +106,7 @@ def data_of(experiment: Experiment, recording: Recording, part: float) -> Data:
     scans = [evolve(scan, frame=None) if framed else scan for scan, _ in steps]
     times = np.array([scan.time for scan in scans])
     tuned = len(scans) if part == 1 else int(np.searchsorted(times, times[int(part * len(times))])) if len(times) else 0
-    odd = tuple(of_input(steps.intake, recording, tracker.sensors))
+    odd = tuple(warnings_of(steps.intake, recording, tracker.sensors))
     if tuned < LEAST or (part < 1 and len(scans) - tuned < LEAST):
         told = f"gives {len(scans)} scan{'' if len(scans) == 1 else 's'}, of which {tuned} are to tune on"
         text = "; ".join([f"{told}: at least {LEAST} are needed there and in the rest", *odd])
