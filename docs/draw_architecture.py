@@ -16,7 +16,9 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 PICTURE = ROOT / "docs" / "architecture.svg"
 
-GROUND = ("display", "errors", "fields", "given", "names", "progress", "space", "types", "units", "values", "writing")
+GROUND = (
+    "display", "errors", "fields", "given", "names", "progress", "reading", "space", "types", "units", "values", "writing",
+)  # fmt: skip
 """What all rooms may use, drawn as one."""
 FRONT = ("__main__", "cli", "commands")
 """The command line, drawn as one."""
@@ -34,6 +36,7 @@ PLACES: dict[str, tuple[float, float, str]] = {
     "hypotheses": (2.4, 3.0, "associators of many scans"),
     "supporting": (0.7, 3.0, "births, lifecycles, commands, ..."),
     "wrapping": (4.1, 3.0, "a part around another"),
+    "streams": (5.4, 4.0, "live runs: inputs, outputs"),
     "roles": (2.9, 2.0, "the contract: four roles"),
     "kernels": (5.2, 1.0, "inner loops, numpy and C++"),
     "ground": (3.1, 0.0, " \u00b7 ".join(GROUND)),
@@ -46,7 +49,8 @@ LAYERS: dict[str, tuple[float, float, str]] = {
     "vedette_sim": (3.1, 16.4, "scenes drawn from the models"),
     "papers": (3.1, 15.5, "one plugin a paper: bayes_risk, flir, marine, ..."),
     "vedette_tools": (1.6, 14.6, "new, explain, tune"),
-    "vedette_adapters": (4.6, 14.6, "other libraries' objects"),
+    "vedette_live": (3.9, 14.6, "serve, replay"),
+    "vedette_adapters": (6.2, 14.6, "other libraries' objects"),
     "vedette_study": (1.6, 13.7, "study, reproduce"),
     "vedette_report": (1.6, 12.8, "run, report, watch, export; pictures"),
     "vedette_files": (1.6, 11.9, "recordings, tables, tracks"),

@@ -33,8 +33,14 @@ def stubs() -> dict[Path, str]:
 
 
 def _stub(homes: Iterable[tuple[str, str]]) -> str:
-    lines = [f"from {module} import {name} as {name}" for module, name in sorted(homes)]
+    lines = [f"from {module} import {name} as {name}" for module, name in sorted(homes, key=_order)]
     return "\n".join(['"""Written by docs/write_stub.py."""', "", *lines, ""])
+
+
+def _order(home: tuple[str, str]) -> tuple[str, bool, bool, str]:
+    """Return where ruff sorts an import: of one module constants, then classes, then functions."""
+    module, name = home
+    return module, not name.isupper(), not name[0].isupper(), name
 
 
 if __name__ == "__main__":

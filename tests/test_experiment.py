@@ -10,6 +10,7 @@ from vedette import Detections, Recording, Scan, Source, Space, Trajectory
 from vedette.metrics import judge
 from vedette_report.figures import figures
 from vedette_report.files import write_files
+from vedette_report.series import recorded_run
 from vedette_report.summary import summary
 
 PLANE = Space.of(x="m", y="m", vx="m/s", vy="m/s")
@@ -61,10 +62,11 @@ def path(times, name="ship"):
 
 def told(built, folder, pictures=True):
     """All that `vedette run` does after a run; the result, its figures, its summary."""
-    result = built.run()
+    recorded = recorded_run(built, built.steps(named=np.inf))
+    result = recorded.result
     score = judge(result.tracks, result.recording.truth, result.scans, built.judge, built.tracker.gate.probability)
     found, text = figures(built, result, score), summary(built, result, score)
-    write_files(folder, evolve(built, source=None), result, found, text)
+    write_files(folder, evolve(built, source=None), recorded, found, text)
     if pictures:
         pytest.importorskip("matplotlib")
         write_pictures(folder, built, result)

@@ -55,10 +55,33 @@ def test_nothing_is_left_behind():
             Watched.alive -= 1
 
     make = values.maker(Gaussian)
+    evolve = values.evolver(Gaussian)
     for _ in range(100):
-        make(Watched(), Watched())
+        evolve(make(Watched(), Watched()), cov=Watched())
     circle = []
     circle.append(make(circle, Watched()))
     del circle
     gc.collect()
     assert Watched.alive == 0
+
+
+@pytest.mark.parametrize("cls", [Gaussian, State])
+def test_an_evolved_value_differs_in_the_named_fields_alone(cls):
+    names = [field.name for field in attrs.fields(cls)]
+    value, evolve = cls(*(np.full(2, float(i)) for i, _ in enumerate(names))), values.evolver(cls)
+    for changed in ((), names[:1], names[-1:], names[1::2], names[::-1], ["".join(["me", "an"])] if "mean" in names else ()):
+        changes = {name: object() for name in changed}
+        after = evolve(value, **changes)
+        assert type(after) is cls
+        for name in names:
+            assert getattr(after, name) is changes.get(name, getattr(value, name))
+    with pytest.raises(TypeError):
+        evolve(value, nothing=1)
+
+
+@needs_maker
+def test_only_values_of_the_class_are_evolved():
+    evolve = values.evolver(Gaussian)
+    for given in ((), (1,), (Innovation(*range(5)),), (Gaussian(1, 2), 3)):
+        with pytest.raises(TypeError):
+            evolve(*given)

@@ -79,15 +79,14 @@ def kf(problem: Problem) -> Pipeline:
     F, Q, H, R, predict, update = problem.F[0], problem.Q[0], problem.H, problem.R, kernels.predict, kernels.update
 
     def step(state: Any, z: Any) -> Any:
-        x, P = state
-        x, P = predict(x, P, F, Q)
-        return update(x, P, z, H, R)[:2]
+        ahead = predict(*state, F, Q)
+        return update(ahead.mean, ahead.cov, z, H, R)[:2]
 
     def online(state: Any, zs: list[Any]) -> Any:
         x, P = state
         for z in zs:
-            x, P = predict(x, P, F, Q)
-            x, P, _ = update(x, P, z, H, R)
+            ahead = predict(x, P, F, Q)
+            x, P, _ = update(ahead.mean, ahead.cov, z, H, R)
         return x, P
 
     return Pipeline(lambda size: prior(problem, size), step, online=online)
@@ -118,8 +117,8 @@ def imm(problem: Problem) -> Pipeline:
     def step(state: Any, z: Any) -> Any:
         log_prob, xs, Ps, _, _ = state
         log_prob, xs, Ps = mix(log_prob, change, xs, Ps)
-        xs, Ps = predict(xs, Ps, F, Q)
-        xs, Ps, loglik = update(xs, Ps, z, H, R)
+        ahead = predict(xs, Ps, F, Q)
+        xs, Ps, loglik = update(ahead.mean, ahead.cov, z, H, R)
         log_prob, x, P, _ = combine(log_prob, loglik, xs, Ps)
         return log_prob, xs, Ps, x, P
 
@@ -135,8 +134,8 @@ def imm_pdaf(problem: Problem) -> Pipeline:
     def step(state: Any, z: Any) -> Any:
         log_prob, xs, Ps, _, _ = state
         log_prob, xs, Ps = mix(log_prob, change, xs, Ps)
-        xs, Ps = predict(xs, Ps, F, Q)
-        xs, Ps, loglik = update(xs, Ps, z, H, R, P_DETECT, P_GATE, GATE, log_density)
+        ahead = predict(xs, Ps, F, Q)
+        xs, Ps, loglik = update(ahead.mean, ahead.cov, z, H, R, P_DETECT, P_GATE, GATE, log_density)
         log_prob, x, P, _ = combine(log_prob, loglik, xs, Ps)
         return log_prob, xs, Ps, x, P
 

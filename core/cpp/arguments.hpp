@@ -5,6 +5,7 @@
 
 #include "arrays.hpp"
 #include "kernels.hpp"
+#include "results.hpp"
 
 namespace vedette {
 
@@ -16,6 +17,7 @@ class Call {
     Batch batch;
     bool ok = true;
 
+    explicit Call(const Result* results) : results_(results) {}
     ~Call() {
         for (int i = 0; i < owned_; ++i) Py_DECREF(keep_[i]);
     }
@@ -59,6 +61,16 @@ class Call {
         batch.out[o] = static_cast<double*>(PyArray_DATA(reinterpret_cast<PyArrayObject*>(array)));
         batch.out_size[o] = (core > 0 ? a : 1) * (core > 1 ? b : 1) * (core > 2 ? c : 1);
         return array;
+    }
+
+    // The kernel's result of these parts, or the one within it.
+    template <class... Parts>
+    PyObject* pack(Parts... parts) const {
+        return results_[0].make(parts...);
+    }
+    template <class... Parts>
+    PyObject* pack_within(Parts... parts) const {
+        return results_[1].make(parts...);
     }
 
     template <class Shape>
@@ -113,6 +125,7 @@ class Call {
     }
 
   private:
+    const Result* results_;
     PyObject* keep_[kMostOperands + 4];  // copies of operands, lists held, and an array of two rows
     int owned_ = 0, whole_ = 0;
     npy_intp full_[kMostDims], size_ = 1, numbers_size_ = 0;

@@ -20,22 +20,6 @@ inline const Table* table = nullptr;
 
 namespace entries {
 
-template <class... Parts>
-PyObject* pack(Parts... parts) {
-    PyObject* all[] = {parts...};
-    constexpr Py_ssize_t count = sizeof...(parts);
-    PyObject* tuple = PyTuple_New(count);
-    bool good = tuple != nullptr;
-    for (PyObject* at_offset : all) good = good && at_offset != nullptr;
-    if (!good) {
-        for (PyObject* at_offset : all) Py_XDECREF(at_offset);
-        Py_XDECREF(tuple);
-        return nullptr;
-    }
-    for (Py_ssize_t i = 0; i < count; ++i) PyTuple_SET_ITEM(tuple, i, all[i]);
-    return tuple;
-}
-
 inline bool square(const npy_intp* sizes, npy_intp n) { return sizes != nullptr && sizes[0] == n && sizes[1] == n; }
 
 inline PyObject* predict(Call& call, Args args) {
@@ -46,7 +30,7 @@ inline PyObject* predict(Call& call, Args args) {
     const npy_intp n = x[0];
     PyObject *to = call.out(1, n), *cov = call.out(2, n, n);
     if (to != nullptr && cov != nullptr) call.run(table->predict, {static_cast<int>(n)});
-    return pack(to, cov);
+    return call.pack(to, cov);
 }
 
 inline PyObject* propagate(Call& call, Args args) {
@@ -72,7 +56,7 @@ inline PyObject* update_or_step(Call& call, Args args, bool step) {
     PyObject *to = call.out(1, n), *cov = call.out(2, n, n), *loglik = call.out(0);
     if (to != nullptr && cov != nullptr && loglik != nullptr)
         call.run(table->update, {static_cast<int>(n), static_cast<int>(m), step});
-    return pack(to, cov, loglik);
+    return call.pack(to, cov, loglik);
 }
 
 inline PyObject* update(Call& call, Args args) { return update_or_step(call, args, false); }
@@ -87,7 +71,7 @@ inline PyObject* evaluate_returns(Call& call, Args args) {
     shape.p_gate = call.number(args[6]);
     if (!call.ok) return nullptr;
     const npy_intp n = P[0], m = z[1], k = z[0], noises = R[0];
-    if (n < 1 || n > kMostStates || m < 1 || m > kMostMeasured || !square(P, n) || expected[0] != m || H[0] != m ||
+    if (n < 1 || n > kMostStates || m < 1 || m > kMostMeasured || !square(P, n) || expected[0] < m || H[0] != m ||
         H[1] != n || !square(R + 1, m) || (noises != 1 && noises != k) || !are_among(shape.periods, m) || !call.broadcast())
         return nullptr;
     shape.n = static_cast<int>(n), shape.m = static_cast<int>(m), shape.k = static_cast<int>(k);
@@ -95,7 +79,8 @@ inline PyObject* evaluate_returns(Call& call, Args args) {
     PyObject *loglik = call.out(1, 1 + k), *distance = call.out(1, k), *volume = call.out(0), *shift = call.out(2, k, n),
              *post = call.out(3, noises, n, n);
     if (loglik && distance && volume && shift && post) call.run(table->evaluate_returns, shape);
-    return pack(loglik, distance, volume, shift, post);
+    PyObject* detail = call.pack_within(shift, post);
+    return call.pack(loglik, distance, volume, Py_XNewRef(distance), detail);
 }
 
 inline PyObject* weighted_update(Call& call, Args args) {
@@ -111,7 +96,23 @@ inline PyObject* weighted_update(Call& call, Args args) {
     shape.n = static_cast<int>(n), shape.k = static_cast<int>(k), shape.shared = post[0] == 1;
     PyObject *to = call.out(1, n), *cov = call.out(2, n, n);
     if (to != nullptr && cov != nullptr) call.run(table->weighted_update, shape);
-    return pack(to, cov);
+    return call.pack(to, cov);
+}
+
+inline PyObject* smooth_linear(Call& call, Args args) {
+    shapes::SmoothLinear shape;
+    if (!read_periods(args[6], shape.periods)) return nullptr;
+    const npy_intp *x = call.in(args[0], 1), *P = call.in(args[1], 2), *F = call.in(args[2], 2), *Q = call.in(args[3], 2),
+                   *later = call.in(args[4], 1), *cov = call.in(args[5], 2);
+    if (!call.ok) return nullptr;
+    const npy_intp n = x[0];
+    if (n < 1 || n > kMostStates || !square(P, n) || !square(F, n) || !square(Q, n) || later[0] != n || !square(cov, n) ||
+        !are_among(shape.periods, n) || !call.broadcast())
+        return nullptr;
+    shape.n = static_cast<int>(n);
+    PyObject *to = call.out(1, n), *smoothed = call.out(2, n, n);
+    if (to != nullptr && smoothed != nullptr) call.run(table->smooth_linear, shape);
+    return call.pack(to, smoothed);
 }
 
 // The reference tells what is wrong with a covariance, so it takes what came out without a number.
@@ -147,7 +148,7 @@ inline PyObject* sigma_points(Call& call, Args args) {
         for (npy_intp i = 1; i < points; ++i) each[i] = 0.5 / scale;
         call.run(table->sigma_points, {static_cast<int>(n), scale});
     }
-    return pack(offsets, weights);
+    return call.pack(offsets, weights);
 }
 
 inline PyObject* evaluate_points(Call& call, Args args) {
@@ -163,7 +164,7 @@ inline PyObject* evaluate_points(Call& call, Args args) {
     if (loglik && distance && volume && shift && post)
         call.run(table->evaluate_points, {static_cast<int>(n), static_cast<int>(m), static_cast<int>(k), static_cast<int>(s),
                                           static_cast<int>(noises)});
-    return pack(loglik, distance, volume, shift, post);
+    return call.pack(loglik, distance, volume, shift, post);
 }
 
 inline PyObject* pda_update(Call& call, Args args) {
@@ -180,7 +181,7 @@ inline PyObject* pda_update(Call& call, Args args) {
     shape.n = static_cast<int>(n), shape.m = static_cast<int>(m), shape.k = static_cast<int>(k), shape.r = static_cast<int>(r);
     PyObject *to = call.out(2, r, n), *cov = call.out(3, r, n, n), *loglik = call.out(1, r);
     if (to && cov && loglik) call.run(table->pda_update, shape);
-    return pack(to, cov, loglik);
+    return call.pack(to, cov, loglik);
 }
 
 inline PyObject* imm_mix(Call& call, Args args) {
@@ -193,7 +194,7 @@ inline PyObject* imm_mix(Call& call, Args args) {
         return nullptr;
     PyObject *after = call.out(1, r), *means = call.out(2, r, n), *covs = call.out(3, r, n, n);
     if (after && means && covs) call.run(table->imm_mix, {static_cast<int>(n), static_cast<int>(r)});
-    return pack(after, means, covs);
+    return call.pack(after, means, covs);
 }
 
 inline PyObject* imm_combine(Call& call, Args args) {
@@ -206,7 +207,7 @@ inline PyObject* imm_combine(Call& call, Args args) {
         return nullptr;
     PyObject *after = call.out(1, r), *mean = call.out(1, n), *cov = call.out(2, n, n), *loglik = call.out(0);
     if (after && mean && cov && loglik) call.run(table->imm_combine, {static_cast<int>(n), static_cast<int>(r)});
-    return pack(after, mean, cov, loglik);
+    return call.pack(after, mean, cov, loglik);
 }
 
 // The arrays of a list or tuple, one a mode.
@@ -254,24 +255,28 @@ inline PyObject* mix_modes(Call& call, Args args) {
     if (!call.ok || !square(transition, prob[0]) || !read_bank(call, args + 2, prob[0], shape) || !call.broadcast())
         return nullptr;
     const int r = shape.r;
-    PyObject *after = call.out(1, r), *means = PyTuple_New(r), *covs = PyTuple_New(r);
-    bool good = after != nullptr && means != nullptr && covs != nullptr;
-    for (int j = 0; good && j < r; ++j) {
-        PyObject* mean = call.out(1, shape.sizes[j]);
-        good = mean != nullptr;
-        if (good) PyTuple_SET_ITEM(means, j, mean);
+    PyObject *after = call.out(1, r), *beliefs = PyTuple_New(r), *means[kMostModes], *covs[kMostModes];
+    bool good = after != nullptr && beliefs != nullptr;
+    int made = 0;
+    for (; good && made < r; ++made) {
+        means[made] = call.out(1, shape.sizes[made]), covs[made] = nullptr;
+        good = means[made] != nullptr;
     }
     for (int j = 0; good && j < r; ++j) {
-        PyObject* cov = call.out(2, shape.sizes[j], shape.sizes[j]);
-        good = cov != nullptr;
-        if (good) PyTuple_SET_ITEM(covs, j, cov);
+        covs[j] = call.out(2, shape.sizes[j], shape.sizes[j]);
+        good = covs[j] != nullptr;
+    }
+    for (int j = 0; j < made; ++j) {
+        PyObject* belief = good ? call.pack_within(means[j], covs[j]) : (Py_XDECREF(means[j]), Py_XDECREF(covs[j]), nullptr);
+        if (good) PyTuple_SET_ITEM(beliefs, j, belief);
+        good = good && belief != nullptr;
     }
     if (!good) {
-        Py_XDECREF(after), Py_XDECREF(means), Py_XDECREF(covs);
+        Py_XDECREF(after), Py_XDECREF(beliefs);
         return nullptr;
     }
     call.run(table->mix_modes, shape);
-    return pack(after, means, covs);
+    return call.pack(after, beliefs);
 }
 
 inline PyObject* mixture_moments(Call& call, Args args) {
@@ -280,7 +285,7 @@ inline PyObject* mixture_moments(Call& call, Args args) {
     if (!call.ok || !read_bank(call, args + 1, prob[0], shape.bank) || !call.broadcast()) return nullptr;
     PyObject *mean = call.out(1, shape.bank.n), *cov = call.out(2, shape.bank.n, shape.bank.n);
     if (mean != nullptr && cov != nullptr) call.run(table->mixture_moments, shape);
-    return pack(mean, cov);
+    return call.pack(mean, cov);
 }
 
 inline PyObject* weigh_modes(Call& call, Args args) {
@@ -304,7 +309,7 @@ inline PyObject* weigh_modes(Call& call, Args args) {
              *share = call.out(2, 1 + k, r);
     if (loglik && distance && volume && expected && share)
         call.run(table->weigh_modes, {static_cast<int>(k), static_cast<int>(r)});
-    return pack(loglik, distance, volume, expected, share);
+    return call.pack(loglik, distance, volume, expected, share);
 }
 
 inline PyObject* split_weights(Call& call, Args args) {
@@ -324,7 +329,7 @@ inline PyObject* split_weights(Call& call, Args args) {
         return nullptr;
     }
     call.run(table->split_weights, {static_cast<int>(k), static_cast<int>(r)});
-    return pack(after, own);
+    return call.pack(after, own);
 }
 
 // Which returns count: as numbers, or where all do for their shape alone.
@@ -405,7 +410,7 @@ inline PyObject* existence(Call& call, Args args) {
     PyObject *hit = call.out(1, t), *exists = call.out(1, t), *detected = call.out(1, t), *room = call.out(1, columns - 1);
     if (hit && exists && detected && room) call.run(table->existence, shape);
     Py_XDECREF(room);
-    return room == nullptr ? (Py_XDECREF(hit), Py_XDECREF(exists), Py_XDECREF(detected), nullptr) : pack(hit, exists, detected);
+    return room == nullptr ? (Py_XDECREF(hit), Py_XDECREF(exists), Py_XDECREF(detected), nullptr) : call.pack(hit, exists, detected);
 }
 
 inline PyObject* is_plain(Call&, Args args) {
@@ -459,7 +464,7 @@ inline PyObject* k_best(Call& call, Args args) {
             column = std::copy_n(ranking->columns(node), n, column);
         }
     }
-    return pack(columns, costs);
+    return call.pack(columns, costs);
 }
 
 // Arguments: scores (*b, t, 1+k), and how many tracks or returns may be open at once. The tracks (*b, t) of clusters that need
@@ -489,7 +494,7 @@ inline PyObject* joint(Call& call, Args args, bool weigh) {
     }
     Py_END_ALLOW_THREADS;
     if (!enough) return Py_XDECREF(weights), Py_DECREF(wide), PyErr_NoMemory();
-    return weigh ? pack(weights, wide) : wide;
+    return weigh ? call.pack(weights, wide) : wide;
 }
 
 inline PyObject* joint_weights(Call& call, Args args) { return joint(call, args, true); }
@@ -532,7 +537,33 @@ inline PyObject* pairs_in_boxes(Call& call, Args args) {
         std::copy_n(boxes.data(), size, static_cast<std::int64_t*>(PyArray_DATA(reinterpret_cast<PyArrayObject*>(first))));
         std::copy_n(points.data(), size, static_cast<std::int64_t*>(PyArray_DATA(reinterpret_cast<PyArrayObject*>(second))));
     }
-    return pack(first, second);
+    return call.pack(first, second);
+}
+
+// Arguments: a block, p rows of p floats in tuples, and the number of axes c: that block over each of them, (p c, p c).
+inline PyObject* over_axes(Call&, Args args) {
+    const Py_ssize_t count = PyNumber_AsSsize_t(args[1], PyExc_OverflowError);
+    const Py_ssize_t p = PyTuple_CheckExact(args[0]) ? PyTuple_GET_SIZE(args[0]) : 0;
+    if (PyErr_Occurred() || p < 1 || p > 4 || count < 1 || count > 4) return nullptr;
+    double block[16];
+    for (Py_ssize_t i = 0; i < p; ++i) {
+        PyObject* row = PyTuple_GET_ITEM(args[0], i);
+        if (!PyTuple_CheckExact(row) || PyTuple_GET_SIZE(row) != p) return nullptr;
+        for (Py_ssize_t j = 0; j < p; ++j) {
+            PyObject* number = PyTuple_GET_ITEM(row, j);
+            if (!PyFloat_Check(number)) return nullptr;
+            block[i * p + j] = PyFloat_AS_DOUBLE(number);
+        }
+    }
+    npy_intp shape[2] = {p * count, p * count};
+    PyObject* whole = new_array(2, shape);
+    if (whole == nullptr) return nullptr;
+    auto* to = static_cast<double*>(PyArray_DATA(reinterpret_cast<PyArrayObject*>(whole)));
+    std::fill_n(to, shape[0] * shape[1], 0.0);
+    for (Py_ssize_t i = 0; i < p; ++i)
+        for (Py_ssize_t j = 0; j < p; ++j)
+            for (Py_ssize_t a = 0; a < count; ++a) to[(i * count + a) * shape[1] + j * count + a] = block[i * p + j];
+    return whole;
 }
 
 // Arguments: tracks (p,) and returns (p,) that go together, and how many there are of each: the number of the cluster that each

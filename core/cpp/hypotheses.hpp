@@ -116,7 +116,7 @@ inline PyObject* best_joint(Call& call, Args args) {
     Py_END_ALLOW_THREADS;
     if (!enough) return PyErr_NoMemory();
     npy_intp shape[2] = {static_cast<npy_intp>(joint.total.size()), t};
-    return pack(copied(joint.origin, NPY_INT64, 1, shape), copied(joint.choice, NPY_INT64, 2, shape),
+    return call.pack(copied(joint.origin, NPY_INT64, 1, shape), copied(joint.choice, NPY_INT64, 2, shape),
                 copied(joint.total, NPY_DOUBLE, 1, shape));
 }
 

@@ -65,6 +65,10 @@ struct WeightedUpdate {
 struct Whiten {
     int n;
 };
+struct SmoothLinear {
+    int n;
+    Periods periods;
+};
 struct SigmaPoints {
     int n;
     double scale;
@@ -128,6 +132,7 @@ struct Existence {
     kernel(evaluate_returns, 8, EvaluateReturns)   \
     kernel(weighted_update, 6, WeightedUpdate)     \
     kernel(whiten, 2, Whiten)                      \
+    kernel(smooth_linear, 7, SmoothLinear)         \
     kernel(sigma_points, 2, SigmaPoints)           \
     kernel(evaluate_points, 5, EvaluatePoints)     \
     kernel(pda_update, 9, PdaUpdate)               \
@@ -144,8 +149,9 @@ struct Existence {
     kernel(existence, 6, Existence)
 
 // Those that are no loop over problems: the module does them itself.
-#define VEDETTE_FUNCTIONS(kernel) kernel(best_joint, 3) kernel(is_plain, 4) kernel(joint_weights, 2) kernel(k_best, 2) \
-    kernel(linked_clusters, 4) kernel(normals, 2) kernel(pairs_in_boxes, 5) kernel(uniforms, 2) kernel(wide_clusters, 2)
+#define VEDETTE_FUNCTIONS(kernel) kernel(best_joint, 3) kernel(grow, 11) kernel(is_plain, 4) kernel(joint_weights, 2) \
+    kernel(k_best, 2) kernel(linked_clusters, 4) kernel(normals, 2) kernel(over_axes, 2) kernel(pairs_in_boxes, 5) \
+    kernel(shed, 7) kernel(uniforms, 2) kernel(wide_clusters, 2)
 
 // The kernels of one instruction set.
 struct Table {

@@ -3,6 +3,7 @@
 
 #include <cstring>
 
+#include "clusters.hpp"
 #include "entries.hpp"
 #include "hypotheses.hpp"
 #include "streams.hpp"
@@ -32,6 +33,7 @@ constexpr int kNames = static_cast<int>(Name::kNames);
 const char* const kText[kNames] = {VEDETTE_KERNELS(VEDETTE_TEXT) VEDETTE_FUNCTIONS(VEDETTE_TEXT)};
 
 PyObject* reference[kNames];
+Result results[kNames][kMostResults];
 const char* chosen = "baseline";
 
 PyObject* call_reference(Name name, Args args, Py_ssize_t count) {
@@ -45,7 +47,7 @@ PyObject* call_reference(Name name, Args args, Py_ssize_t count) {
 template <Name name, Py_ssize_t count, PyObject* (*kernel)(Call&, Args)>
 PyObject* call_kernel(PyObject*, Args args, Py_ssize_t given) {
     if (given == count) {
-        Call call;
+        Call call(results[static_cast<int>(name)]);
         if (PyObject* result = kernel(call, args)) return result;
         if (PyErr_Occurred()) {
             if (PyErr_ExceptionMatches(PyExc_MemoryError) || !PyErr_ExceptionMatches(PyExc_Exception)) return nullptr;
@@ -55,16 +57,18 @@ PyObject* call_kernel(PyObject*, Args args, Py_ssize_t given) {
     return call_reference(name, args, given);
 }
 
-// bind(name, function): where the calls go that the kernel of that name does not take.
+// bind(name, function, type, ..): where the calls go that the kernel of that name does not take, and the types of its result.
 PyObject* bind(PyObject*, Args args, Py_ssize_t count) {
-    const char* name = count == 2 ? PyUnicode_AsUTF8(args[0]) : nullptr;
+    const char* name = count >= 2 && count <= 2 + kMostResults ? PyUnicode_AsUTF8(args[0]) : nullptr;
     for (int i = 0; name != nullptr && i < kNames; ++i)
         if (std::strcmp(name, kText[i]) == 0) {
+            for (Py_ssize_t given = 2; given < count; ++given)
+                if (!results[i][given - 2].take(args[given])) return nullptr;
             Py_INCREF(args[1]);
             Py_XSETREF(reference[i], args[1]);
             Py_RETURN_NONE;
         }
-    return PyErr_Occurred() ? nullptr : PyErr_Format(PyExc_KeyError, "bind takes the name of a kernel and a function");
+    return PyErr_Occurred() ? nullptr : PyErr_Format(PyExc_KeyError, "bind takes the name of a kernel, a function and types");
 }
 
 struct InstructionSet {
@@ -115,12 +119,16 @@ PyObject* instruction_sets(PyObject*, PyObject*) {
     return all;
 }
 
+// What this was built from: a hash of sources, compiler and flags, so that two builds of one source are one code.
+PyObject* build(PyObject*, PyObject*) { return PyUnicode_FromString(VEDETTE_BUILD); }
+
 #define VEDETTE_FAST(name, function) \
     {name, reinterpret_cast<PyCFunction>(reinterpret_cast<void (*)()>(function)), METH_FASTCALL, nullptr},
 #define VEDETTE_ENTRY(name, arguments, ...) VEDETTE_FAST(#name, (call_kernel<Name::name, arguments, entries::name>))
 PyMethodDef methods[] = {
     VEDETTE_KERNELS(VEDETTE_ENTRY) VEDETTE_FUNCTIONS(VEDETTE_ENTRY) VEDETTE_FAST("bind", bind)
     {"use", use, METH_O, nullptr},
+    {"build", build, METH_NOARGS, nullptr},
     {"instruction_set", instruction_set, METH_NOARGS, nullptr},
     {"instruction_sets", instruction_sets, METH_NOARGS, nullptr},
     {nullptr, nullptr, 0, nullptr},

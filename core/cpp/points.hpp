@@ -41,6 +41,55 @@ struct Whiten : shapes::Whiten {
     }
 };
 
+// in: x, P, F, Q, later mean (n) and covariance; out: x, P
+struct SmoothLinear : shapes::SmoothLinear {
+    static constexpr bool kOneByOne = true;
+
+    void run(const In* in, const Out* out) const {
+        with_sizes(n, [&](auto states) { solve(in, out, states); });
+    }
+    template <class N>
+    VEDETTE_INLINE void solve(const In* in, const Out* out, N n) const {
+        const double *x = in[0].at, *P = in[1].at, *F = in[2].at, *Q = in[3].at, *later = in[4].at;
+        double ahead[kMostStates], cov[kStates2], turned[kStates2];  // turned: F P
+        apply(F, x, ahead, n, n);
+        congruence(F, P, Q, turned, cov, n, n);
+        // The root of the joint covariance [cov, turned; turned', P], turned: row j is column j of L, whose first part is L11.
+        double root[2 * kMostStates][2 * kMostStates], over[kMostStates];
+        const double least = 16 * n * std::numeric_limits<double>::epsilon();
+        for (int j = 0; j < 2 * n; ++j) {
+            for (int i = j; i < 2 * n; ++i)
+                root[j][i] = i < n ? cov[j * n + i] : j < n ? turned[j * n + i - n] : P[(j - n) * n + i - n];
+            const double variance = root[j][j];
+            for (int l = 0; l < j; ++l)
+                for (int i = j; i < 2 * n; ++i) root[j][i] -= root[l][i] * root[l][j];
+            const double pivot = root[j][j], inverse = pivot > least * variance ? 1.0 / std::sqrt(pivot) : 0.0;
+            for (int i = j; i < 2 * n; ++i) root[j][i] *= inverse;
+            if (j < n) over[j] = inverse;
+        }
+        double gain[kStates2], within[kStates2], smoothed[kStates2], step[kMostStates];
+        for (int r = 0; r < n; ++r)
+            for (int j = n - 1; j >= 0; --j) {  // gain L11 = L21
+                double sum = root[j][n + r];
+                for (int l = j + 1; l < n; ++l) sum -= gain[r * n + l] * root[j][l];
+                gain[r * n + j] = sum * over[j];
+            }
+        for (int i = 0; i < n; ++i)
+            for (int j = i; j < n; ++j) {
+                double sum = 0.0;
+                for (int l = 0; l <= i; ++l) sum += root[n + l][n + i] * root[n + l][n + j];
+                set_entry(within, i, j, n, sum);
+            }
+        for (int i = 0; i < n; ++i) step[i] = later[i] - ahead[i];
+        wrap(step, periods);
+        apply(gain, step, ahead, n, n);
+        for (int i = 0; i < n; ++i) ahead[i] += x[i];
+        wrap(ahead, periods);
+        congruence(gain, in[5].at, within, turned, smoothed, n, n);
+        store(out[0], ahead, n), store_symmetric(out[1], smoothed, n);
+    }
+};
+
 // in: P; out: offsets (2n+1, n) from the mean
 struct SigmaPoints : shapes::SigmaPoints {
     template <class T>

@@ -2,6 +2,7 @@
 // in numpy. It is rare, so its loops are not unrolled.
 #pragma once
 
+#include <algorithm>
 #include <utility>
 
 #include "algebra.hpp"
@@ -23,20 +24,28 @@ VEDETTE_INLINE void set_lane(double& value, int, double to) { value = to; }
 VEDETTE_INLINE void set_lane(Eight& value, int l, double to) { value[l] = to; }
 
 // Rows, the transposed root, of P (n, n), of which the upper triangle is read; a pivot less than rounding leaves of its variance
-// is raised to that, so P may be singular, or indefinite by rounding.
+// is raised to that, and what it says of other axes bounded by what is left of their variances: so P may be singular, or
+// indefinite by rounding.
 inline void bounded_root(const double* P, double* rows, int n) {
     for (int j = 0; j < n; ++j) {
         for (int i = 0; i < j; ++i) rows[j * n + i] = 0.0;
         const double variance = P[j * n + j], least = kRounding * variance;
         double pivot = variance;
         for (int l = 0; l < j; ++l) pivot -= rows[l * n + j] * rows[l * n + j];
-        if (pivot < least) pivot = least;
+        const bool raised = pivot < least;
+        if (raised) pivot = least;
         const double over = variance <= 0.0 ? 0.0 : 1.0 / std::sqrt(pivot);
         rows[j * n + j] = pivot * over;
         for (int i = j + 1; i < n; ++i) {
             double sum = P[j * n + i];
             for (int l = 0; l < j; ++l) sum -= rows[l * n + i] * rows[l * n + j];
             rows[j * n + i] = sum * over;
+            if (!raised) continue;
+            const double whole = P[i * n + i];
+            double left = whole;
+            for (int l = 0; l < j; ++l) left -= rows[l * n + i] * rows[l * n + i];
+            const double most = std::sqrt(std::max(left, kRounding * std::max(whole, 0.0)));
+            rows[j * n + i] = std::min(std::max(rows[j * n + i], -most), most);
         }
     }
 }

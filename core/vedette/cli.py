@@ -18,6 +18,7 @@ from typing import Any
 from vedette.commands.exit_codes import CLOSED, INTERRUPTED, complain, ended
 from vedette.commands.parser import Parser
 from vedette.errors import VedetteError
+from vedette.reading import FACTOR, most
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -31,6 +32,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         parser = _parser()
         parsed = parser.given(list(_values_joined(sys.argv[1:] if arguments is None else arguments)))
         traceback = parsed.traceback
+        if parsed.limits is not None:
+            os.environ[FACTOR] = parsed.limits
+            most(1)
         code = parser.commands[parsed.command].run(parsed)
         sys.stdout.flush()
     except VedetteError as error:
@@ -96,6 +100,7 @@ def _parser() -> Parser:
         "--version", action="version", version=f"vedette {version('vedette')}", help="show the version and exit"
     )
     parser.add_argument("--traceback", action="store_true", help="show where in the code an error came from")
+    parser.add_argument("--limits", metavar="FACTOR", help="multiply the limits on what is read by FACTOR, at least 1")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     registry = Registry.installed()
     parser.below, parser.why_missing = commands.choices, registry.unused

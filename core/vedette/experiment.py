@@ -52,8 +52,9 @@ class Result:
     """The result of a run: tracks that were ever confirmed, in the order of their ids.
 
     `begun` counts all tracks, tentative ones included; `approximated` those whose association weights were not exact, once a
-    scan; `scans` holds those taken, without their bad returns; `refused` holds what was not taken, and why; `seconds` is the
-    CPU time of the tracker alone; `states` holds the state after each scan, if it was to be kept; `intake` counts what came
+    scan, and `lost` the probability that truncated hypotheses lack of each of these, in sum; `scans` holds those
+    taken, without their bad returns; `refused` holds what was not taken, and why; `seconds` is the CPU time of the tracker
+    alone; `states` holds the state after each scan, if it was to be kept; `intake` counts what came
     in. `framed` holds the scans taken that brought a frame, with it: lazily where the recording is lazy, and `scans` then
     lacks the frames, as not all fit into memory; it is empty where frames come once. `judged` is what a judge said as the
     run went, if one did.
@@ -67,6 +68,7 @@ class Result:
     seconds: float
     interrupted: bool
     approximated: int = 0
+    lost: float = 0.0
     states: tuple[State, ...] = ()
     framed: Sequence[Scan] = ()
     intake: Intake = Factory(lambda self: Intake.of({}, self.scans, self.refused), takes_self=True)
@@ -136,7 +138,9 @@ class Steps:
         self._frames = deque[tuple[float, str, int]]()
         scans = noted(progress(recording.scans, "tracking"), self._frames)
         self._makers = still_to_run(experiment.preprocessors, self.intake.sensors, recording)
-        self._scans = read(preprocess(scans, self._makers, self.intake.refused, strict=strict), experiment)
+        self._scans = read(
+            preprocess(scans, self._makers, self.intake.refused, strict=strict, own=self.intake.sensors), experiment
+        )
         self.state = self.before = self.begin(-np.inf)
 
     def __iter__(self) -> Iterator[tuple[Scan, State]]:
@@ -314,6 +318,7 @@ class Experiment:
             seconds=steps.seconds,
             interrupted=interrupted,
             approximated=steps.state.approximated,
+            lost=steps.state.lost,
             states=tuple(states),
             intake=steps.intake,
             experiment=self,

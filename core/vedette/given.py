@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from vedette.space import Array, Mask
+from vedette.space import Array, Indices, Mask
 from vedette.units import short
 
 _FLOAT, _BOOL = np.dtype(float), np.dtype(bool)
@@ -51,6 +51,24 @@ def missing(value: Any) -> Mask | None:
     return _array("missing", value, _BOOL)  # type: ignore[no-any-return]
 
 
+def identity(value: Any) -> Indices | None:
+    """Return codes as whole numbers, None and NaN among them as -1."""
+    if value is None or (type(value) is np.ndarray and value.dtype == np.int64):
+        return value
+    try:
+        numbers = np.asarray(value)
+        if numbers.dtype == object:
+            numbers = np.array([-1 if one is None else one for one in numbers.ravel().tolist()]).reshape(numbers.shape)
+        if numbers.dtype.kind == "f":
+            numbers = np.where(np.isnan(numbers), -1.0, numbers)
+        codes = numbers.astype(np.int64) if numbers.size else np.zeros(numbers.shape, dtype=np.int64)
+        if numbers.dtype.kind in "iuf" and np.all(codes == numbers):
+            return codes
+    except (TypeError, ValueError, OverflowError):
+        pass
+    raise ValueError(f"identity: must be whole numbers, -1 where a return names no object, got {short(value)}") from None
+
+
 def position(value: Any) -> Array:
     if value is None:
         raise ValueError("position: must be 2 or 3 numbers, got None")
@@ -87,5 +105,5 @@ def corner(value: Any) -> Array | None:
 def time(value: Any) -> float:
     try:
         return float(value)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise ValueError(f"time: must be a number of s, got {short(value)}") from None

@@ -1,18 +1,65 @@
-"""The role of associators that keep hypotheses: joint associations of many scans.
+"""The role of associators that keep hypotheses, joint associations of many scans, and the hypotheses of clusters.
 
-Shapes and rules are those of `vedette.roles`; `l` leaves.
+Shapes and rules are those of `vedette.roles`; `l` leaves, `h` hypotheses.
 """
 
 from __future__ import annotations
 
 from abc import abstractmethod
-from typing import Any, ClassVar, Literal
+from functools import cached_property
+from typing import Any, ClassVar, Literal, Self
 
-from attrs import frozen
+import numpy as np
+from attrs import evolve, frozen
 
+from vedette import kernels
 from vedette.roles import Associator
 from vedette.space import Array, Indices, Mask, Space
 from vedette.types import Gaussian
+
+ROUNDING = 1e-12
+"""Tracks are independent if they are but for rounding, however little a kind may change hypotheses."""
+
+LOST = 1e-3
+"""The probability of a cluster's associations from which on their truncation counts as an approximation of its tracks. It is
+ten times that below which the standard kinds drop a hypothesis, so that this alone does not count.
+"""
+
+MIXED = np.array([0x9E3779B97F4A7C15, 0xBF58476D1CE4E5B9, 0x94D049BB133111EB], dtype=np.uint64).view(np.int64)
+"""Odd numbers by which the numbers of three returns are mixed into one that no other three have."""
+
+
+@frozen(eq=False)
+class LeafScores:
+    """Log scores of leaves: `miss` (l,), and `scores` (p,) of the `returns` (p,) in their gates, which end at `ends` (l,).
+
+    A leaf's returns ascend; k is their number in the scan.
+    """
+
+    miss: Array
+    ends: Indices
+    returns: Indices
+    scores: Array
+    k: int
+
+    @classmethod
+    def of(cls, table: Array) -> Self:
+        """Return those of a table (l, 1+k), column 0 the miss, -inf outside the gate."""
+        inside = np.isfinite(table[:, 1:])
+        leaf, returns = np.nonzero(inside)
+        ends = np.cumsum(np.count_nonzero(inside, axis=-1))
+        return cls(np.ascontiguousarray(table[:, 0]), ends, returns, table[leaf, 1 + returns], table.shape[-1] - 1)
+
+    @property
+    def leaf(self) -> Indices:
+        """The leaf (p,) of each return."""
+        return np.repeat(np.arange(len(self.ends)), np.diff(self.ends, prepend=0))
+
+    def table(self) -> Array:
+        """Return the table (l, 1+k)."""
+        table = np.full((len(self.miss), 1 + self.k), -np.inf)
+        table[:, 0], table[self.leaf, 1 + self.returns] = self.miss, self.scores
+        return table
 
 
 @frozen(eq=False)
@@ -20,23 +67,198 @@ class Branching:
     """The leaves of tracks after a scan, those that continue others first, and the hypotheses over them.
 
     parent (l,): the row of the leaf that it continues, -1 where a track begins; choice (l,): the return that it takes,
-    counted from 1, or 0 for a miss.
+    counted from 1, or 0 for a miss. lost (l,): the probability that truncation dropped in the cluster of the leaf;
+    None: no more than `LOST` in any.
     """
 
     parent: Indices
     choice: Indices
     hypotheses: Any
+    lost: Array | None = None
 
 
 @frozen(eq=False)
 class Merging:
-    """Leaves merged into fewer: each new one (s,) is the mixture of old ones in the `shares` (s, l), and stays of the same
-    track and with the same past as the old one of row `own` (s,). The hypotheses are over the new ones.
+    """Leaves merged into fewer: each new one is a mixture of old ones, by shares (p,) of the old `leaf` (p,) in the new one
+    of row `into` (p,), which ascends. It stays of the same track and with the same past as the old one of row `own` (s,).
+
+    The hypotheses are over the new ones.
     """
 
     own: Indices
+    into: Indices
+    leaf: Indices
     shares: Array
     hypotheses: Any
+
+    def table(self, count: int) -> Array:
+        """Return the shares (s, l) of all `count` leaves."""
+        table = np.zeros((len(self.own), count))
+        np.add.at(table, (self.into, self.leaf), self.shares)
+        return table
+
+
+@frozen(eq=False)
+class Hypotheses:
+    """Hypotheses of clusters: sets of tracks whose associations depend on each other, and on those of no other set.
+
+    cluster (h,): of each hypothesis, ascending from 0; weights (h,): they sum to 1 in a cluster, heaviest first; starts
+    (h+1,): where in `leaves` (m,) those of a hypothesis begin, ascending rows, at most one leaf of a track. track (l,): of
+    each leaf, ascending from 0 without gaps. past (l, n): the rows of its ancestors 1 to n scans ago, -1 where its track had
+    not begun.
+    """
+
+    cluster: Indices
+    weights: Array
+    starts: Indices
+    leaves: Indices
+    track: Indices
+    past: Indices
+
+    @classmethod
+    def of(cls, tracks: int, scans: int = 0) -> Self:
+        """Return those of tracks that are surely there, each a cluster of one leaf, with a past of so many scans."""
+        each = np.arange(tracks)
+        return cls(each, np.ones(tracks), np.arange(tracks + 1), each, each, np.full((tracks, scans), -1))
+
+    @cached_property
+    def rows(self) -> Indices:
+        """The hypothesis (m,) that holds each of `leaves`."""
+        return np.repeat(np.arange(len(self.weights)), np.diff(self.starts))
+
+    @property
+    def heaviest(self) -> Indices:
+        """The leaves of each cluster's heaviest hypothesis, ascending."""
+        best = np.diff(self.cluster, prepend=-1) > 0
+        return np.sort(self.leaves[best[self.rows]])
+
+    @cached_property
+    def probability(self) -> Array:
+        """The probability of each leaf (l,): the weight of the hypotheses that hold it."""
+        return np.bincount(self.leaves, self.weights[self.rows], len(self.track)).astype(float)
+
+    @property
+    def cluster_of(self) -> Indices:
+        """The cluster (l,) of each leaf."""
+        cluster = np.zeros(len(self.track), dtype=np.int64)
+        cluster[self.leaves] = self.cluster[self.rows]
+        return cluster
+
+    def grown(self, scores: LeafScores, begins: Mask, most: int, least: float) -> Branching:
+        """Return the leaves after a scan, and the best associations of its returns to them.
+
+        Clusters whose leaves share a return are joined. At most `most` hypotheses of a cluster are kept, above `least`.
+        """
+        cluster, weights, starts, leaves, code, lost = kernels.grow(
+            self.cluster, self.weights, self.starts, self.leaves, scores.miss, scores.ends, scores.returns, scores.scores,
+            begins, most, least,
+        )  # fmt: skip
+        columns = 1 + scores.k
+        parent, choice = np.divmod(code, columns)
+        old = parent < len(self.track)
+        track = np.concatenate([self.track[parent[old]], len(self.track) + np.arange(np.count_nonzero(~old))])
+        parent = np.where(old, parent, -1)
+        past = self.past
+        if past.shape[1]:
+            past = np.full((len(parent), past.shape[1]), -1)
+            past[:, 0] = parent
+            past[old, 1:] = self.past[parent[old], :-1]
+        else:
+            past = np.zeros((len(parent), 0), dtype=np.int64)
+        after = Hypotheses(cluster, weights, starts, leaves, _dense(track), past)
+        return Branching(parent, choice, after, lost[after.cluster_of] if np.max(lost, initial=0.0) > LOST else None)
+
+    def kept(self, alive: Mask, tolerance: float) -> tuple[Hypotheses, Indices]:
+        """Return the hypotheses without the leaves that ended, and the rows of those that stay.
+
+        Equal hypotheses are merged. A cluster is split into parts whose product changes the weights of its hypotheses by no
+        more than `tolerance` in total variation.
+        """
+        tolerance = max(tolerance, ROUNDING)
+        cluster, weights, starts, leaves, rows = kernels.shed(
+            self.cluster, self.weights, self.starts, self.leaves, self.track, alive, tolerance
+        )
+        return Hypotheses(cluster, weights, starts, leaves, _dense(self.track[rows]), self.past[rows]), rows
+
+    def existence(self, own: Array, last: Indices) -> Array:
+        """Return the existence (l,) of the target of each leaf, by the leaves' own (l,), over all hypotheses of its cluster.
+
+        It is that of the leaf's track; and in a hypothesis without that track, that of one which took the same returns last:
+        `last` (l, n) numbers these. So a target surely exists of which it is only doubtful which track it is.
+        """
+        rows, mass = self.rows, self.weights[self.rows] * own[self.leaves]
+        of_track: Array = np.bincount(self.track[self.leaves], mass).astype(float)[self.track]
+        names, number = np.unique(last @ MIXED[: last.shape[-1]], return_inverse=True)
+        of_return = np.bincount(number[self.leaves], mass, len(names))[number]
+        doubtful = (of_track < 1.0 - ROUNDING) & (of_return > ROUNDING)
+        if not doubtful.any():
+            return of_track
+        # What is counted by the return where the hypothesis holds the track, too, is taken out again.
+        codes = self.track * len(names) + number
+        pairs = np.unique(codes[doubtful])
+        tracks, returns = np.zeros(int(self.track[-1]) + 1, dtype=bool), np.zeros(len(names), dtype=bool)
+        tracks[pairs // len(names)], returns[pairs % len(names)] = True, True
+        holding = np.flatnonzero(tracks[self.track[self.leaves]])
+        giving = np.flatnonzero(returns[number[self.leaves]] & (mass > 0))
+        count = np.bincount(rows[giving], minlength=len(self.weights))
+        first = np.repeat(holding, count[rows[holding]])
+        place = np.arange(len(first)) - np.repeat(
+            np.cumsum(count[rows[holding]]) - count[rows[holding]], count[rows[holding]]
+        )
+        second = giving[(np.cumsum(count) - count)[rows[first]] + place]
+        code = self.track[self.leaves[first]] * len(names) + number[self.leaves[second]]
+        at = np.minimum(np.searchsorted(pairs, code), len(pairs) - 1)
+        same = pairs[at] == code
+        both = np.bincount(at[same], mass[second[same]], len(pairs))
+        total = np.array(of_track)
+        total[doubtful] += np.maximum(of_return[doubtful] - both[np.searchsorted(pairs, codes[doubtful])], 0.0)
+        return np.minimum(total, 1.0)
+
+    def decided(self) -> Hypotheses:
+        """Return the hypotheses that hold, of each track, a leaf with the oldest ancestor that the heaviest one has."""
+        ancestor = self.past[self.leaves, -1]
+        begun, rows = ancestor >= 0, self.rows
+        best = np.diff(self.cluster, prepend=-1) > 0
+        settled = np.zeros(int(np.max(ancestor, initial=-1)) + 1, dtype=bool)
+        settled[ancestor[begun & best[rows]]] = True
+        count = len(self.weights)
+        number = np.bincount(rows[begun], minlength=count)
+        agreeing = np.bincount(rows[begun], settled[ancestor[begun]], count)
+        agrees = (number == agreeing) & (number == number[best][self.cluster])
+        weights = self.weights[agrees]
+        weights = weights / np.bincount(self.cluster[agrees], weights)[self.cluster[agrees]]
+        starts = np.concatenate([[0], np.cumsum(np.diff(self.starts)[agrees])])
+        return evolve(
+            self, cluster=self.cluster[agrees], weights=weights, starts=starts, leaves=self.leaves[agrees[rows]]
+        )  # fmt: skip
+
+
+def best_marginals(scores: LeafScores, most: int) -> tuple[Array, Array, Array]:
+    """Return the marginals of the `most` best joint associations of each cluster of tracks, as if there were no others.
+
+    They are the probability (t,) of each track's miss, that (p,) of each pair, and the probability (t,) of all other
+    associations of the track's cluster, or a bound of it where the sum would take long.
+    """
+    grown = Hypotheses.of(len(scores.miss)).grown(scores, np.zeros(scores.k, dtype=bool), most, 0.0)
+    probability, columns = grown.hypotheses.probability, 1 + scores.k
+    misses, shares, lost = np.zeros(len(scores.miss)), np.zeros(len(scores.scores)), np.zeros(len(scores.miss))
+    hit = grown.choice > 0
+    misses[grown.parent[~hit]] = probability[~hit]
+    pairs = scores.leaf * columns + 1 + scores.returns
+    shares[np.searchsorted(pairs, grown.parent[hit] * columns + grown.choice[hit])] = probability[hit]
+    if grown.lost is not None:
+        lost[grown.parent] = grown.lost
+    return kernels.normal_or_zero(misses), kernels.normal_or_zero(shares), lost
+
+
+def best_marginals_of_table(scores: Array, most: int) -> tuple[Array, Array]:
+    """Return the same by tables of log scores (*b, t, 1+k): weights (*b, t, 1+k) and what is lost (*b, t)."""
+    weights, lost = np.zeros(scores.shape), np.zeros(scores.shape[:-1])
+    for run in np.ndindex(scores.shape[:-2]):
+        pairs = LeafScores.of(scores[run])
+        weights[(*run, slice(None), 0)], shares, lost[run] = best_marginals(pairs, most)
+        weights[run][pairs.leaf, 1 + pairs.returns] = shares
+    return weights, lost
 
 
 class HypothesisAssociator(Associator):
@@ -44,18 +266,20 @@ class HypothesisAssociator(Associator):
 
     A track is then a tree: each leaf is the track under one history of associations, with a belief, an existence probability
     and a lifecycle's memory of its own, and a hypothesis chooses at most one leaf of each track. The tracker does the
-    filtering, leaf by leaf, with any estimator; this role says which leaves there are. `hypotheses` is whatever the kind
-    keeps, attrs values, tuples and arrays; leaves are numbered by rows. `associate` gives the marginals of one scan alone.
+    filtering, leaf by leaf, with any estimator; this role says which leaves there are. Targets that share no return are
+    independent, so hypotheses are those of clusters of tracks: `Hypotheses` joins and splits them. A kind may keep anything
+    else, attrs values, tuples and arrays; leaves are numbered by rows. `associate` gives the marginals of one scan alone.
 
     Laws: every leaf is in some hypothesis. No two leaves of a hypothesis take the same return. Probabilities are those
-    of the joint association: they sum to 1 over the hypotheses.
+    of the joint association: they sum to 1 over the hypotheses of a cluster. What is far away changes nothing.
     """
 
+    by_cluster: ClassVar[bool] = True
     exclusive: ClassVar[bool] = True
 
     @property
     def merges(self) -> Literal["", "kept", "shown"]:
-        """Which leaves are merged after each scan, if beliefs are Gaussian: none, those kept or those shown."""
+        """Which leaves are merged after each scan, if beliefs can be: none, those kept or those shown."""
         return ""
 
     @abstractmethod
@@ -63,8 +287,8 @@ class HypothesisAssociator(Associator):
         """Return the hypotheses before the first scan: every given track is there, in one leaf each."""
 
     @abstractmethod
-    def branch(self, hypotheses: Any, scores: Array, begins: Mask) -> Branching:
-        """Return the leaves after a scan, from log scores (l, 1+k) of the leaves before it, column 0 the miss.
+    def branch(self, hypotheses: Any, scores: LeafScores, begins: Mask) -> Branching:
+        """Return the leaves after a scan, from the log scores of the leaves before it.
 
         begins (k,): whether a track begins at a return, in the hypotheses in which no other track takes it.
         """
@@ -81,9 +305,16 @@ class HypothesisAssociator(Associator):
     def probability(self, hypotheses: Any) -> Array:
         """Return the probability of each leaf (l,): the sum over the hypotheses that hold it."""
 
-    def judged(self, hypotheses: Any, existence: Array) -> Array:
-        """Return the existence (l,) by which the lifecycle judges each leaf and the estimate shows it, from its own (l,)."""
-        return existence
+    @abstractmethod
+    def existence(self, hypotheses: Any, own: Array, last: Indices) -> Array:
+        """Return the existence (l,) of each leaf's target over all hypotheses, from the leaves' own (l,).
+
+        The lifecycle judges by it. last (l, n): numbers of the returns that each took last, -1 where it took fewer.
+        """
+
+    def shown_existence(self, hypotheses: Any, own: Array) -> Array:
+        """Return the existence (l,) of each leaf that is shown, from its own (l,)."""
+        return own
 
     @abstractmethod
     def reported(self, hypotheses: Any, existence: Array) -> Indices:
@@ -91,3 +322,8 @@ class HypothesisAssociator(Associator):
 
         existence (l,): that of each leaf. If a track's leaves are alternatives, its best is that of a target that exists.
         """
+
+
+def _dense(ascending: Indices) -> Indices:
+    """Return numbers that ascend as others from 0 without gaps."""
+    return np.cumsum(np.diff(ascending, prepend=ascending[:1]) > 0)

@@ -104,6 +104,13 @@ class MotionModel(Component):
     def noise(self, x: Array, dt: float) -> Array:
         """Return Q: (*b, n) -> (*b, n, n) or (n, n)."""
 
+    def mean_noise(self, x: Array, cov: Array, dt: float) -> Array:
+        """Return the mean of Q over a belief: (*b, n), (*b, n, n) -> (*b, n, n) or (n, n); by default Q at its mean.
+
+        Filters whose belief is a mean and a covariance ask for this one. It is `noise` where the covariance is 0.
+        """
+        return self.noise(x, dt)
+
     def reframe(self, own: Gaussian, combined: Gaussian) -> Gaussian:
         """Return the belief `own` in the frame of the `combined` estimate, for models whose frame turns with their target.
 
@@ -145,6 +152,10 @@ class Sensor(Component):
     def noise(self, x: Array) -> Array:
         """Return R: (*b, n) -> (*b, m, m) or (m, m)."""
 
+    def mean_noise(self, x: Array, cov: Array) -> Array:
+        """Return the mean of R over a belief: (*b, n), (*b, n, n) -> (*b, m, m) or (m, m); as `MotionModel.mean_noise`."""
+        return self.noise(x)
+
     @abstractmethod
     def detects(self, x: Array) -> Array:
         """Return the detection probability: (*b, n) -> (*b) or ()."""
@@ -180,6 +191,11 @@ class Associator(Component):
     exclusive: ClassVar[bool] = False
     by_cluster: ClassVar[bool] = False
     """Whether tracks affect each other only through shared returns: clusters may then be associated separately."""
+
+    decides: ClassVar[bool] = False
+    """Whether it gives each track one return or none for certain. It is then given the scores of tracks that exist: one
+    whose existence is in doubt would lose to clutter every return that could make it sure.
+    """
 
     @property
     def solves(self) -> str:
@@ -289,6 +305,10 @@ class Estimator(Component, Generic[B]):
     @abstractmethod
     def evaluate(self, belief: B, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
         """Return the innovation of the predicted belief and a scan; a frame is one return. Does not gate; includes P_D."""
+
+    def informed(self, belief: B, existence: Array) -> B:
+        """Return the predicted belief before a frame, for estimators to which the `existence` (*b, t) of tracks matters."""
+        return belief
 
     def extent(self, belief: B, sensor: Sensor, detections: Detections, limit: float) -> tuple[Array, Array]:
         """Return the corners (*b, t, m) of a box that holds every return within the squared distance `limit`.

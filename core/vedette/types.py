@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from vedette import given
 from vedette.errors import Problem
-from vedette.space import Array, Mask, Space
+from vedette.space import Array, Indices, Mask, Space
 from vedette.values import maker
 
 
@@ -35,6 +35,7 @@ class Detections:
     evidence  (*b, k)      log-likelihood ratio of target to clutter by the detector, given that it reported
     noise     (*b, k, m, m) a return's own covariance; otherwise the sensor's applies
     missing   (*b, k, m)   True where a return lacks a component: its z and noise are ignored
+    identity  (*b, k)      the code by which a return names its object, as an MMSI; -1 or None where it names none
     """
 
     z: Array = field(converter=given.z)
@@ -42,6 +43,7 @@ class Detections:
     evidence: Array | None = field(default=None, converter=given.evidence)
     noise: Array | None = field(default=None, converter=given.noise)
     missing: Mask | None = field(default=None, converter=given.missing)
+    identity: Indices | None = field(default=None, converter=given.identity)
 
     @classmethod
     def of(cls, z: Any, axes: int | None = None) -> Detections:
@@ -69,6 +71,7 @@ class Frame:
 
     evidence: ClassVar[None] = None
     missing: ClassVar[None] = None
+    identity: ClassVar[None] = None
     pixels: Array = field(converter=given.pixels)
     corner: Array | None = field(default=None, converter=given.corner)
     geometry: Mapping[str, Any] | None = None
@@ -122,6 +125,16 @@ class Innovation:
     log_volume: Array
     nis: Array
     detail: Any
+
+
+@frozen(eq=False)
+class Hypotheses:
+    """The detail of a Gaussian filter's innovation: shift (*b, t, k, n) of the mean and posterior covariance
+    post (*b, t, 1|k, n, n) under each detection.
+    """
+
+    shift: Array
+    post: Array
 
 
 @frozen(eq=False)
@@ -180,6 +193,7 @@ class Track:
     returns: per scan the return (k,) of each further column, or None where they are all of the scan's
     parents: confirmed tracks from which it may have split; merged: when it ended in s, and the track that took its returns
     confirmed_at (s,) s: when it was known that it is confirmed at the scan, NaN if never; None if always at the scan
+    identity (s,): the code that it most likely bears, -1 for none; None where no return named its object
     """
 
     id: int
@@ -197,6 +211,7 @@ class Track:
     parents: tuple[int, ...] = ()
     merged: tuple[float, int] | None = None
     confirmed_at: Array | None = None
+    identity: NDArray[np.int64] | None = None
 
 
 @frozen(eq=False)

@@ -61,8 +61,8 @@ def in_unit(value: Any, unit: str, largest: float = math.inf, name: str = "") ->
             raise ValueError(f"{where}must be {right}, got {given!r}")
         factor = known.get(written, 1.0)
     try:
-        if isinstance(value, bool) or np.ndim(value):
-            raise TypeError
+        if isinstance(value, bool) or np.ndim(value) or (isinstance(value, str) and "_" in value):
+            raise TypeError  # "1_0" is a number in Python alone
         number = factor * float(value)
     except (TypeError, ValueError, OverflowError):
         raise ValueError(f"{where}must be a number{f' in {unit}' if unit != '1' else ''}, got {given!r}") from None

@@ -10,9 +10,9 @@ import attrs
 T = TypeVar("T", bound=attrs.AttrsInstance)
 
 try:
-    from vedette._values import Maker
+    from vedette._values import Evolver, Maker
 except ImportError:  # not compiled here: see `vedette info`
-    Maker = None  # type: ignore[assignment, misc]
+    Evolver = Maker = None  # type: ignore[assignment, misc]
 
 COMPILED = Maker is not None
 """Whether values are made by compiled code."""
@@ -24,7 +24,13 @@ def maker(cls: type[T]) -> Callable[..., T]:
     `cls` must have slots and a constructor that only stores its arguments. If nothing is compiled it is
     `cls` itself; compiled, a value takes a fifth of the time.
     """
-    if Maker is None:
-        return cls
-    made: Callable[..., T] = Maker(cls, tuple(field.name for field in attrs.fields(cls)))
-    return made
+    return Maker(cls, _fields(cls)) if COMPILED else cls
+
+
+def evolver(cls: type[T]) -> Callable[..., T]:
+    """Return `attrs.evolve` for values of a class as `maker` takes it: of a value, and of the fields to change, by name."""
+    return Evolver(cls, _fields(cls)) if COMPILED else attrs.evolve
+
+
+def _fields(cls: type[attrs.AttrsInstance]) -> tuple[str, ...]:
+    return tuple(field.name for field in attrs.fields(cls))

@@ -56,6 +56,11 @@ class WrappedMotion(MotionModel):
         """(*b, n) -> (*b, n, n) or (n, n)"""
         return self.of.noise(x, dt)
 
+    def mean_noise(self, x: Array, cov: Array, dt: float) -> Array:
+        """Return the mean of the model's noise, or of the subclass's own at the mean: (*b, n), (*b, n, n) -> (*b, n, n)."""
+        own = type(self).noise is not WrappedMotion.noise
+        return self.noise(x, dt) if own else self.of.mean_noise(x, cov, dt)
+
     def reframe(self, own: Gaussian, combined: Gaussian) -> Gaussian:
         """Return the belief in the frame that the model chooses."""
         return self.of.reframe(own, combined)
@@ -101,6 +106,11 @@ class WrappedSensor(Sensor):
     def noise(self, x: Array) -> Array:
         """(*b, n) -> (*b, m, m) or (m, m)"""
         return self.of.noise(x)
+
+    def mean_noise(self, x: Array, cov: Array) -> Array:
+        """Return the mean of the sensor's noise, or of the subclass's own at the mean: (*b, n), (*b, n, n) -> (*b, m, m)."""
+        own = type(self).noise is not WrappedSensor.noise or type(self).measure is not WrappedSensor.measure
+        return self.noise(x) if own else self.of.mean_noise(x, cov)
 
     def detects(self, x: Array) -> Array:
         """(*b, n) -> (*b) or ()"""

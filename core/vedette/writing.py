@@ -1,17 +1,31 @@
-"""Folders that can be written to, and files that are written whole or not at all."""
+"""The one door out: folders that one process writes into, and files that are written whole or not at all."""
 
 from __future__ import annotations
 
+import errno
 import io
 import os
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+import sys
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any, BinaryIO, TextIO
+from shutil import rmtree
+from typing import Any, BinaryIO, TextIO, final
+from uuid import uuid4
 
 import numpy as np
+from attrs import frozen
 
-from vedette.errors import ConfigError, Problem
+from vedette.errors import ConfigError, InputError, Problem
+
+LOCK, UNFINISHED = ".lock", ".run-"
+"""What a folder of results holds while a process writes into it: the lock, and the run's place, named so and by a number."""
+
+_PATIENCE = 0.3
+"""s to wait for a lock: one that is released just now is no second run."""
+
+_FULL = (errno.ENOSPC, errno.EFBIG)
+"""Errors of a disk that is full, or of a limit on files: they do not say where."""
 
 
 def check_folder(folder: Path) -> None:
@@ -23,6 +37,190 @@ def check_folder(folder: Path) -> None:
         raise ConfigError([Problem("--out", f"{str(existing)!r} is a file, and results need a folder")])
     if not os.access(existing, os.W_OK | os.X_OK):
         raise ConfigError([Problem("--out", f"the folder {str(existing)!r} cannot be written to")])
+
+
+@final
+@frozen(eq=False)
+class Inputs:
+    """The files that a command reads, by device and number, each as the user knows it."""
+
+    names: Mapping[tuple[int, int], str]
+
+    @classmethod
+    def of(cls, *given: Any) -> Inputs:
+        """Find the files that texts and paths name, also inside lists and the tables of a config.
+
+        A table's `path` may be a folder: then its files count, and those that other texts of the table name in it.
+        """
+        names: dict[tuple[int, int], str] = {}
+        for path, in_full in _paths(given):
+            with suppress(OSError, ValueError, RuntimeError):  # a text that is no path
+                known = path.expanduser()
+                if known.is_file():
+                    found = known.stat()
+                    names.setdefault((found.st_dev, found.st_ino), str(path))
+                elif in_full and known.is_dir():  # by their numbers in the folder: one of frames holds very many
+                    device = known.stat().st_dev
+                    with os.scandir(known) as entries:
+                        names |= {(device, entry.inode()): entry.path for entry in entries if not entry.is_symlink()}
+        return cls(names)
+
+    def check(self, path: Path, option: str = "--out") -> None:
+        """Raise ConfigError if `path` is a file that is read, or a link: what it points to is not ours to write."""
+        if path.is_symlink():
+            raise ConfigError([Problem(option, f"{str(path)!r} is a link, and results are not written through links")])
+        number = _number(path)
+        if number is not None and number in self.names:
+            told = f"{str(path)!r} would be written, and is read: it is {self.names[number]!r}; name another place"
+            raise ConfigError([Problem(option, told)])
+
+
+NOTHING_READ = Inputs({})
+
+
+def _paths(given: Any, folder: Path | None = None) -> Iterator[tuple[Path, bool]]:
+    """Yield the paths that may be meant, and whether a folder means all that is in it."""
+    if isinstance(given, Path):
+        yield given, True
+    elif isinstance(given, str):
+        if given:
+            yield Path(given), False
+            if folder is not None:
+                yield folder / given, False
+    elif isinstance(given, Mapping):
+        at = given.get("path")
+        if isinstance(at, str) and at:
+            folder = Path(at)
+            yield folder, True
+        for value in given.values():
+            yield from _paths(value, folder)
+    elif isinstance(given, Iterable):
+        for value in given:
+            yield from _paths(value, folder)
+
+
+def _number(path: Path) -> tuple[int, int] | None:
+    """Return device and number of the file that a path leads to; None if there is none."""
+    try:
+        found = path.stat()
+    except OSError:
+        return None
+    return found.st_dev, found.st_ino
+
+
+@contextmanager
+def locked(folder: Path | None, reads: Inputs = NOTHING_READ, names: Iterable[str] = ()) -> Iterator[None]:
+    """Hold a folder of results for this process alone, and make it if need be; a linked folder is followed. None: none.
+
+    ConfigError if another process holds it, if it cannot be written to, or if one of the files `names` in it is read or a
+    link; IsADirectoryError if one is a folder. A lock that a killed process left is taken over, told on standard error.
+    """
+    if folder is None:
+        yield
+        return
+    check_folder(folder)
+    for name in names:
+        reads.check(folder / name)
+        _check_no_folder(folder / name)
+    made = [path for path in (folder, *folder.parents) if not path.exists()]
+    folder.mkdir(parents=True, exist_ok=True)
+    from filelock import FileLock, Timeout
+
+    path = folder / LOCK
+    left = _holder(path)
+    lock = FileLock(path)
+    try:
+        lock.acquire(timeout=_PATIENCE)
+    except Timeout:
+        told = f"another process{_holder(path) or ''} writes into {str(folder)!r}: wait for it, or name another folder"
+        raise ConfigError([Problem("--out", told)]) from None
+    try:
+        if left is not None:
+            print(f"vedette: {folder}: the lock of a process{left} that has ended is taken over", file=sys.stderr)
+        path.write_text(f" {os.getpid()}", encoding="utf-8")
+        yield
+    finally:
+        path.unlink(missing_ok=True)  # while it is held: whoever waits for it looks whether it is still there
+        lock.release()
+        for parent in made:
+            with suppress(OSError):  # it holds something
+                parent.rmdir()
+
+
+def _check_no_folder(path: Path) -> None:
+    """Raise IsADirectoryError if a file cannot be written as there is a folder of its name: that is not ours to remove."""
+    if path.is_dir():
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
+
+
+def _holder(path: Path) -> str | None:
+    """Return the process that a lock names, None if there is no lock."""
+    try:
+        return path.read_text(encoding="utf-8")[:20]
+    except (OSError, ValueError):
+        return None
+
+
+@final
+class Results:
+    """What one run writes into a folder: in a part of its own, `place`, until it is complete."""
+
+    def __init__(self, folder: Path, reads: Inputs) -> None:
+        self.folder, self._reads = folder, reads
+        self.place = folder / f"{UNFINISHED}{uuid4().hex[:8]}"
+        self.keep = False
+
+    def adopt(self) -> None:
+        """Move all files to the folder, each in place of the former one of its name; first see that all can."""
+        for path in sorted(self.place.iterdir()):
+            self._reads.check(self.folder / path.name)
+            if not path.is_dir():
+                _check_no_folder(self.folder / path.name)
+            elif (target := self.folder / path.name).is_file():
+                raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR), str(target))
+        for path in sorted(self.place.iterdir()):
+            target = self.folder / path.name
+            if target.is_dir():
+                target.replace(self.place / f".{path.name}.former")
+            path.replace(target)
+        rmtree(self.place)
+
+
+@contextmanager
+def results_in(folder: Path, reads: Inputs = NOTHING_READ, names: Iterable[str] = ()) -> Iterator[Results]:
+    """Let a run write into `folder`: what is there stays as it is until the run has ended, and all its files are whole.
+
+    As `locked`. The run writes into `Results.place`, whose files move into the folder in the end. A run that fails leaves
+    nothing, or its place if it says by `keep` that there is something to see; one that is killed leaves it.
+    """
+    with locked(folder, reads, names):
+        for left in unfinished_runs(folder):
+            print(f"vedette: {folder}: holds an unfinished run, {left.name}: `vedette report` shows it", file=sys.stderr)
+        results = Results(folder, reads)
+        results.place.mkdir()
+        try:
+            yield results
+            results.adopt()
+        except OSError as error:
+            stays = f"{error.strerror or error}; what was there before stays"
+            if results.place.is_dir() and results.keep:
+                kept = f"{stays}, and what this run wrote is in {results.place.name}"
+                raise OSError(error.errno, kept, str(folder)) from None
+            if error.errno in _FULL:
+                raise OSError(error.errno, stays, str(folder)) from None
+            raise
+        finally:
+            if not results.keep:
+                rmtree(results.place, ignore_errors=True)
+
+
+def unfinished_runs(folder: Path) -> list[Path]:
+    """Return the places in a folder where runs wrote that did not come to their end, the latest last."""
+    try:
+        left = [path for path in folder.iterdir() if path.name.startswith(UNFINISHED) and path.is_dir()]
+        return sorted(left, key=lambda path: path.stat().st_mtime)
+    except OSError:
+        return []
 
 
 @contextmanager
@@ -52,7 +250,9 @@ def write_arrays(path: Path, arrays: Mapping[str, Any], *, compressed: bool = Fa
 
 @contextmanager
 def unfinished(path: Path) -> Iterator[Path]:
-    """Give the place beside `path` where a file is written until it is whole."""
+    """Give the place beside `path` where a file is written until it is whole. InputError if `path` is a link."""
+    if path.is_symlink():
+        raise InputError(f"{path}: is a link, and files are not written through links: delete it, or name another file")
     place = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         yield place

@@ -11,6 +11,8 @@ from vedette import Array, Sensor
 
 _NODES = 48
 """Number of quadrature points over the base sensor's error: the counts' probabilities are then right to 1e-9."""
+_STEPS = 64
+"""The same over the distance of the return that confirms."""
 
 
 @frozen(eq=False)
@@ -63,6 +65,36 @@ class Confirmation:
         confirmed = 1 - (1 - near) * (1 - self.false_alarm(threshold))
         mean: Array = weights @ number_of(confirmed)
         return mean / np.sum(mean)
+
+    def fused_error(self, threshold: float) -> Array:
+        """Return the mean square of the fused return's error over the one that k independent returns have, k = 1 .. N, (N,).
+
+        A low k says that the base erred. Given its error e, a sensor's confirming return is the nearest to the base: the
+        target's at the distance d with the density P_D rice(d; e) exp(-density pi d^2), or a false one. With m and s the
+        mean along e and the mean square of its error, and 1/v_0 and 1/v the weights of base and others,
+        |fused|^2 = [(e/v_0 + (k-1) m/v)^2 + (k-1)(s - m^2)/v^2] / (1/v_0 + (k-1)/v)^2, averaged over e given k.
+        The other sensors are taken to be alike: with the means of their variances, P_D and densities.
+        """
+        from scipy.special import chndtr, ive
+
+        v, p_detect, density = (float(np.mean(each)) for each in (self.variance, self.p_detect, self.density))
+        nodes, weights = np.polynomial.laguerre.laggauss(_NODES)
+        e = np.sqrt(2 * self.base * nodes)[:, None]
+        places, steps = np.polynomial.legendre.leggauss(_STEPS)
+        d, step = 0.5 * threshold * (places + 1), 0.5 * threshold * steps
+        free = np.exp(-density * np.pi * d**2) * step
+        true = p_detect * d / v * np.exp(-((d - e) ** 2) / (2 * v)) * ive(0, e * d / v) * free
+        false = 2 * np.pi * density * d * (1 - p_detect * chndtr(d**2 / v, 2, e**2 / v)) * free
+        back = d * ive(1, e * d / v) / np.maximum(ive(0, e * d / v), 1e-300)  # the mean way back towards the target
+        near = np.sum(true + false, axis=1)
+        m = np.sum(true * (e - back) + false * e, axis=1) / near
+        s = np.sum(true * (e**2 - 2 * e * back + d**2) + false * (e**2 + d**2), axis=1) / near
+        others = np.arange(len(self.variance) + 1.0)
+        chances = weights[:, None] * number_of(np.repeat(near[:, None], len(self.variance), axis=1))
+        along = e / self.base + others * m[:, None] / v
+        square = (along**2 + others * (s - m**2)[:, None] / v**2) / (1 / self.base + others / v)
+        ratio: Array = 0.5 * np.sum(chances * square, axis=0) / np.sum(chances, axis=0)
+        return ratio
 
 
 def _variance(name: str, sensor: Sensor) -> float:

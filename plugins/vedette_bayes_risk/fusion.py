@@ -17,8 +17,9 @@ class DistributedDetection(Preprocessor):
     """Confirms each return of the base sensor by the nearest of each other sensor, if that lies within `threshold`.
 
     With k returns in all, the base's own included: z = R sum_j z_j / v_j, R = I / sum_j 1/v_j over the k. A return that no
-    other sensor confirms (k = 1) is a false alarm and dropped. Evidence: the log weight of k, in which the kinds
-    differ. The sensors' detection probability, noise and clutter are taken at the origin and must be the same everywhere.
+    other sensor confirms (k = 1) is a false alarm and dropped. Evidence: the log weight of k. The kinds differ in it, in how
+    many must confirm, and in R. The sensors' detection probability, noise and clutter are taken at the origin and must be
+    the same everywhere.
     Kim, Choi, Ahn, Ko, on using Bayes risk for data association (in Korean).
     """
 
@@ -43,13 +44,21 @@ class DistributedDetection(Preprocessor):
     def log_weights(self) -> Array:
         """Return the log weight of a return that k = 1 ... N sensors report, (N,); k = 1 is never used."""
 
+    def least(self) -> int:
+        """Return the number of sensors that must report a return, its base among them."""
+        return 2
+
+    def spread(self) -> Array:
+        """Return the factor on R of a return that k = 1 .. N sensors report, (N,); 1 as printed."""
+        return np.ones(len(self.sensors))
+
     def __attrs_post_init__(self) -> None:
         self.log_weights()
 
     def process(self, scans: Mapping[str, Scan]) -> Detections:
         """Fuse scans (*b, k_j, 2) of the sensors to returns (*b, k, 2) with evidence (*b, k) and noise (*b, k, 2, 2)."""
         if self.base not in scans:
-            return _none(next(iter(scans.values())).detections)
+            return nothing(next(iter(scans.values())).detections)
         detections = scans[self.base].detections
         information = np.full(detections.valid.shape, 1.0 / self.confirmation.base)
         total = detections.z * information[..., None]
@@ -63,10 +72,10 @@ class DistributedDetection(Preprocessor):
             total = total + weight[..., None] * z
             information = information + weight
             count += near
-        valid = detections.valid & (count > 1)
+        valid = detections.valid & (count >= self.least())
         evidence = self.log_weights()[count - 1]
-        noise = np.eye(2) / information[..., None, None]
-        return _first(Detections(total / information[..., None], valid, evidence, noise))
+        noise = np.eye(2) * (self.spread()[count - 1] / information)[..., None, None]
+        return first_valid(Detections(total / information[..., None], valid, evidence, noise))
 
 
 def _nearest(z: Array, detections: Detections, threshold: float) -> tuple[Array, Mask]:
@@ -78,7 +87,7 @@ def _nearest(z: Array, detections: Detections, threshold: float) -> tuple[Array,
     return chosen, np.take_along_axis(square, nearest[..., None], axis=-1)[..., 0] <= threshold**2
 
 
-def _first(detections: Detections) -> Detections:
+def first_valid(detections: Detections) -> Detections:
     """Put the valid returns first, in their order, with no more padding than the fullest run needs."""
     assert detections.evidence is not None
     assert detections.noise is not None
@@ -92,7 +101,7 @@ def _first(detections: Detections) -> Detections:
     )
 
 
-def _none(like: Detections) -> Detections:
+def nothing(like: Detections) -> Detections:
     """Return no detections, in as many runs as `like` has."""
     runs = like.valid.shape[:-1]
     empty = np.zeros((*runs, 0))

@@ -11,12 +11,13 @@ from attrs import frozen
 
 from vedette import Array, Experiment, Gaussian, Mask, Progress, Reproduction, Scan, Space, Trajectory, load
 from vedette.metrics import nees
-from vedette.reproduction import Findings, Keep, afresh, squared_distances
+from vedette.reproduction import Claim, Element, Findings, Keep, afresh, squared_distances
 from vedette.sampling import Bounds, draw_detections
 from vedette.tracking import preprocessed, raw_sensors
 from vedette_bayes_risk import outcome, verdicts
-from vedette_bayes_risk.configs import CONTESTED, FILTERS, SENSORS
-from vedette_bayes_risk.outcome import Contest, Record
+from vedette_bayes_risk.configs import BEYOND, CONTESTED, FILTERS, SENSORS, UNGATED, Choice
+from vedette_bayes_risk.elements import ELEMENTS
+from vedette_bayes_risk.outcome import LOST, Contest, Record
 from vedette_study.lockstep import run_together
 from vedette_study.panels import mean_over_runs
 from vedette_study.starts import over_axes, two_point
@@ -24,10 +25,15 @@ from vedette_study.starts import over_axes, two_point
 R = TypeVar("R")
 PLANE = Space.of(x="m", y="m", vx="m/s", vy="m/s")
 REST = {"ax": (0.0, 2.0), "ay": (0.0, 2.0)}
-REACH, DENSE_REACH = 1000.0, 300.0
-"""In m; clutter is drawn this far around the target on each axis: farther returns reach no gate."""
-LOST = 100.0
-"""In m; where returns compete, a run with a larger error is lost and left out."""
+REACH, DENSE_REACH, ALL = 1000.0, 300.0, 3976.0
+"""In m; clutter is drawn this far around the target on each axis: farther returns reach no gate. Without one, over
+63 km^2, as much as the scene's clutter has."""
+UNSAID: Mapping[str, Mapping[str, float]] = {
+    "sigma": {"5 m": 5.0, "6.7 m": 6.7, "9 m": 9.0},
+    "process noises": {"half": 0.5, "as chosen": 1.0, "double": 2.0},
+    "threshold": {"3 sigma": 3.0, "4 sigma": 4.0, "5 sigma": 5.0},
+}
+"""What the paper leaves open: its words to what they are here."""
 
 
 @final
@@ -40,37 +46,52 @@ class BayesRiskReproduction(Reproduction):
 
     kind: ClassVar[str] = "bayes_risk"
     title: ClassVar[str] = "Detection over seven sensors by Bayes risk, and parallel Kalman filters, against IMM/MSPDA"
-    default_runs: ClassVar[int] = 1000
-    full_runs: ClassVar[int] = 10000
-    contributions: ClassVar[Mapping[str, tuple[str, ...]]] = {
-        "detection over several sensors by Bayes risk, equations 1 to 5": ("preprocessor bayes_risk_detection",),
-        "the same as equations 2 and 4 are printed": ("preprocessor bayes_risk_printed",),
-        "its likelihood L(k) as weight of a return, equation 5": ("associator bayes_risk",),
-        "parallel Kalman filters, equation 6": ("estimator kalman",),
-        "the same as equation 6 is printed": ("estimator parallel_kalman_printed",),
-        "the same counts as a likelihood ratio, not in the paper": ("preprocessor count_likelihood_detection",),
-        "IMM/MSPDA, what it is compared with": ("estimator imm", "associator pda"),
-    }
+    default_runs: ClassVar[int] = 500
+    full_runs: ClassVar[int] = 5000
+    grid_runs: ClassVar[int] = 150
+    unsaid: ClassVar[Mapping[str, tuple[str, ...]]] = {name: tuple(values) for name, values in UNSAID.items()}
+    elements: ClassVar[tuple[Element, ...]] = ELEMENTS
 
     def run(self, runs: int, seed: int, progress: Progress, keep: Keep = afresh) -> Findings:
-        """Run all filters of a part on the same draws."""
-        first, second = np.random.default_rng(seed).spawn(2)
-        experiments = {name: load(config) for name, config in (FILTERS | CONTESTED).items()}
+        """Run all filters of a part on the same draws; a tenth of the runs without a gate, half of them in dense clutter."""
+        first, second, third = np.random.default_rng(seed).spawn(3)
+        parts = {"sparse": FILTERS | BEYOND, "no gate": UNGATED, "dense": CONTESTED}
+        experiments = {name: load(config) for part in parts.values() for name, config in part.items()}
+        decision = {"decision": load(Choice().proposed("bayes_risk_decision", "kalman"))}
         dense = max(2, runs // 2)
-        scene = cache(lambda: draw(experiments["proposed"], runs, REACH, first))
-        crowd = cache(lambda: draw(experiments[next(iter(CONTESTED))], dense, DENSE_REACH, second))
+        drawn = {
+            "sparse": cache(lambda: draw(experiments["proposed"], runs, REACH, first)),
+            "no gate": cache(lambda: draw(experiments["proposed"], max(2, runs // 10), ALL, third)),
+            "dense": cache(lambda: draw(experiments[next(iter(CONTESTED))], dense, DENSE_REACH, second)),
+        }
         records: dict[str, Record] = {}
         contests: dict[str, Contest] = {}
-        for name in progress([*FILTERS, *CONTESTED], "filters"):
-            made = experiments[name]
-            if name in FILTERS:
-                records[name] = keep(name, Record, partial(_called, record, made, scene))
+        work = [(part, name) for part, configs in parts.items() for name in configs]
+        for part, name in progress(work, "filters"):
+            made, scene = experiments[name], drawn[part]
+            if part == "dense":
+                contests[name] = keep(name, Contest, partial(_called, contest, made, scene))
             else:
-                contests[name] = keep(name, Contest, partial(_called, contest, made, crowd))
-        tables = outcome.tables(records, contests, experiments)
+                records[name] = keep(name, Record, partial(_called, record, made, scene))
+        free = {name: records.pop(name) for name in UNGATED}
+        tables = outcome.tables(records, free, contests, experiments | decision)
         claims = verdicts.claims(verdicts.figures(records, contests, experiments), runs, dense)
         charts = outcome.charts(path(experiments["proposed"], np.random.default_rng(0)).states, records, tables, claims)
         return Findings(self.title, runs, seed, tables, claims, charts)
+
+    def claims_at(self, point: Mapping[str, str], runs: int, seed: int) -> tuple[Claim, ...]:
+        """Return the claims with their verdicts at one point of the grid."""
+        sigma, noise, reach = (values[point[name]] for name, values in UNSAID.items())
+        choice = Choice(sigma, reach, noise)
+        first, second = np.random.default_rng(seed).spawn(2)
+        clear, crowded = choice.filters(), choice.contested()
+        judged = [f"{weights} weights, {form}" for weights in ("printed", "corrected") for form in verdicts.FORMS]
+        experiments = {name: load(config) for name, config in (clear | crowded).items()}
+        scene = draw(experiments["proposed"], runs, REACH, first)
+        crowd = draw(experiments[judged[0]], runs, DENSE_REACH, second)
+        records = {name: record(experiments[name], *scene) for name in clear}
+        contests = {name: contest(experiments[name], *crowd) for name in judged}
+        return verdicts.claims(verdicts.figures(records, contests, experiments), runs, runs)
 
 
 Scene = tuple[Array, Array, Sequence[Sequence[Scan]]]

@@ -6,6 +6,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, fields
+from vedette_bayes_risk.counting import Confirmation
 
 
 @frozen
@@ -18,13 +19,25 @@ class Costs:
     rejection: float = fields.quantity("1", "deciding against a target that is not there", default=0.0)
     prior: float = fields.probability("that a return of the base sensor is a target's", default=0.5, above=0, below=1)
 
-    def log_weights(self, p_detect: Array, p_false: Array) -> Array:
-        """Return log L(k), L(k) = sum over i <= k of 1/R(i), from the probabilities of deciding at count i or more: (N,)."""
+    def risks(self, p_detect: Array, p_false: Array) -> Array:
+        """Return R(k), the risk of deciding for a target from k sensors on, from the probabilities of doing so: (N,)."""
         with_target = self.miss * (1 - p_detect) + self.detection * p_detect
         without = self.false_alarm * p_false + self.rejection * (1 - p_false)
         risk = with_target * self.prior + without * (1 - self.prior)
         if not np.all(risk > 0):
             k = int(np.argmin(risk))
             raise ValueError(f"costs: must make every Bayes risk > 0, got R({k + 1}) = {risk[k]:.6g}")
-        log: Array = np.log(np.cumsum(1.0 / risk))
+        found: Array = risk
+        return found
+
+    def log_weights(self, p_detect: Array, p_false: Array) -> Array:
+        """Return log L(k), L(k) = sum over i <= k of 1/R(i): (N,)."""
+        log: Array = np.log(np.cumsum(1.0 / self.risks(p_detect, p_false)))
         return log
+
+
+def tails(found: Confirmation, threshold: float) -> tuple[Array, Array]:
+    """Return P_D(k) and P_F(k), the probabilities that k sensors or more report a target and a false return, (N,) each."""
+    given = found.given_target(threshold), found.given_clutter(threshold)
+    over, false = (np.minimum(np.cumsum(p[::-1])[::-1], 1.0) for p in given)
+    return over, false

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from typing import ClassVar, final
 
-import numpy as np
 from attrs import frozen
 
 from vedette import Array, fields
 from vedette_bayes_risk.fusion import DistributedDetection
-from vedette_bayes_risk.risk import Costs
+from vedette_bayes_risk.risk import Costs, tails
 
 
 @final
@@ -29,6 +28,4 @@ class BayesRiskDetection(DistributedDetection):
 
     def log_weights(self) -> Array:
         """Return the log weights (N,)."""
-        found = self.confirmation
-        tails = [np.cumsum(p[::-1])[::-1] for p in (found.given_target(self.threshold), found.given_clutter(self.threshold))]
-        return self.costs.log_weights(*(np.minimum(tail, 1.0) for tail in tails))
+        return self.costs.log_weights(*tails(self.confirmation, self.threshold))

@@ -5,6 +5,9 @@ from collections.abc import Iterable
 from vedette.config import plugin
 from vedette.roles import Component
 from vedette_files.autoferry import AutoferrySource as AutoferrySource
+from vedette_files.codes import code as code
+from vedette_files.codes import label as label
+from vedette_files.codes import labels as labels
 from vedette_files.columnar import PARQUET as PARQUET
 from vedette_files.csv_source import CsvSource as CsvSource
 from vedette_files.frames import FrameFiles as FrameFiles
@@ -30,15 +33,22 @@ from vedette_files.series import SeriesFile as SeriesFile
 from vedette_files.series import Tables as Tables
 from vedette_files.series import read_about as read_about
 from vedette_files.series import read_series as read_series
+from vedette_files.series_tracks import UNNAMED as UNNAMED
+from vedette_files.series_tracks import SeriesTracks as SeriesTracks
+from vedette_files.track_lines import chunks as chunks
+from vedette_files.track_lines import csv_head as csv_head
+from vedette_files.track_lines import jsonl_head as jsonl_head
 from vedette_files.track_pieces import Write as Write
 from vedette_files.track_pieces import geojson_pieces as geojson_pieces
 from vedette_files.track_pieces import parquet_pieces as parquet_pieces
+from vedette_files.track_rows import WITHIN as WITHIN
+from vedette_files.track_rows import TrackRows as TrackRows
+from vedette_files.track_rows import below as below
+from vedette_files.track_rows import full_covariances as full_covariances
+from vedette_files.track_rows import stands as stands
+from vedette_files.track_rows import triangles as triangles
 from vedette_files.track_table import table_of as table_of
 from vedette_files.track_table import write_tracks_parquet as write_tracks_parquet
-from vedette_files.tracks import csv_head as csv_head
-from vedette_files.tracks import csv_rows as csv_rows
-from vedette_files.tracks import jsonl_head as jsonl_head
-from vedette_files.tracks import jsonl_rows as jsonl_rows
 from vedette_files.tracks import read_tracks as read_tracks
 from vedette_files.tracks import write_tracks_csv as write_tracks_csv
 from vedette_files.tracks import write_tracks_jsonl as write_tracks_jsonl

@@ -16,7 +16,7 @@ from vedette_files.columnar import TablePath
 from vedette_files.csv_layout import Layout, chosen
 from vedette_files.csv_table import rows
 from vedette_files.csv_truth import trajectory
-from vedette_files.geodesy import complaint, into_plane, made
+from vedette_files.geodesy import check_place, complaint, into_plane, made
 from vedette_files.input_files import shown
 from vedette_files.readers import Sample, in_time_order
 
@@ -81,6 +81,7 @@ class PlatformColumns:
             name = row.cells.get("object", "")
             try:
                 state = [by_axis[axis].of(row) for axis in space.names]
+                check_place(space, state, layout.origin)
                 if self.time:
                     at_times.setdefault(name, []).append(Sample(row.place, by_axis["time"].of(row), state))
                 elif by_scan.setdefault((name, row.cells["scan"]), state) == state:

@@ -13,10 +13,11 @@ from vedette import fields
 from vedette.errors import ConfigError, Problem
 from vedette.roles import Sensor
 from vedette.space import Space, SpaceError
+from vedette_files.codes import code
 from vedette_files.columnar import TablePath
 from vedette_files.csv_layout import Layout, with_altitude
 from vedette_files.csv_table import rows
-from vedette_files.geodesy import axes_read, complaint, into_plane, made
+from vedette_files.geodesy import axes_read, check_place, complaint, into_plane, made
 from vedette_files.input_files import shown
 from vedette_files.readers import Sample, in_time_order
 
@@ -44,10 +45,11 @@ class Reading:
 
 @frozen
 class Look:
-    """One scan: its id, empty if the file has none, and its returns over the axes of `Reading.placed`."""
+    """One scan: its id, empty if the file has none, its returns over the axes of `Reading.placed`, and their codes."""
 
     scan: str
     returns: tuple[tuple[float, ...], ...]
+    codes: tuple[int, ...] = ()
 
 
 @final
@@ -69,6 +71,9 @@ class DetectionColumns:
     sensor_column: str = fields.text(
         "column with the tracker's name of the sensor, where several share the file", default=""
     )
+    identity: str = fields.text(
+        "column by which returns name their objects, as an MMSI; an empty cell names none; default: none do", default=""
+    )
     periods: dict[str, float] = fields.table(
         "sensor to its scan period, if scans without returns were not recorded: gaps of whole periods then hold them",
         unit="s",
@@ -85,7 +90,7 @@ class DetectionColumns:
 
     def wanted(self) -> dict[str, str]:
         """Return the columns to find besides those of the axes: name in this table to title in the file."""
-        named = {"time": self.time, "scan": self.scan, "sensor_column": self.sensor_column}
+        named = {"time": self.time, "scan": self.scan, "sensor_column": self.sensor_column, "identity": self.identity}
         return {name: title for name, title in named.items() if title}
 
     def readings(self, sensors: Mapping[str, Sensor], with_platform: bool) -> dict[str, Reading]:
@@ -145,7 +150,10 @@ class DetectionColumns:
             try:
                 blank = all(not row.cells[column.name] for column in columns)
                 values = None if blank else tuple(column.of(row) for column in columns)
-                sample = Sample(row.place, by_axis["time"].of(row), (row.cells.get("scan", ""), values))
+                if values is not None:
+                    check_place(readings[sensor].read, values, layout.origin)
+                own = row.cells.get("scan", ""), values, code(row.cells.get("identity", ""))
+                sample = Sample(row.place, by_axis["time"].of(row), own)
             except ValueError as error:
                 refused.append(Problem(row.place, str(error)))
             else:
@@ -155,8 +163,8 @@ class DetectionColumns:
         return {name: group(samples, refused, layout.sort) for name, samples in placed.items()}, left_out
 
 
-_Cells = tuple[str, tuple[float, ...] | None]
-"""A row's scan id and its values, None where all cells are empty."""
+_Cells = tuple[str, tuple[float, ...] | None, int]
+"""A row's scan id, its values, None where all cells are empty, and its code."""
 
 
 def _placed(rows: list[Sample[_Cells]], reading: Reading, layout: Layout) -> list[Sample[_Cells]]:
@@ -165,7 +173,9 @@ def _placed(rows: list[Sample[_Cells]], reading: Reading, layout: Layout) -> lis
         return rows
     values = [row.value[1] for row in rows if row.value[1] is not None]
     made = iter(into_plane(reading.read, values, layout.origin, layout.frame).tolist())
-    return [row if row.value[1] is None else evolve(row, value=(row.value[0], tuple(next(made)))) for row in rows]
+    return [
+        row if row.value[1] is None else evolve(row, value=(row.value[0], tuple(next(made)), row.value[2])) for row in rows
+    ]
 
 
 def _by_time(rows: list[Sample[_Cells]], refused: list[Problem], sort: bool) -> list[Sample[Look]]:
@@ -190,5 +200,6 @@ def _by_scan(rows: list[Sample[_Cells]], refused: list[Problem], sort: bool) -> 
 
 
 def _look(rows: list[Sample[_Cells]]) -> Sample[Look]:
-    returns = tuple(values for _, values in (row.value for row in rows) if values is not None)
-    return Sample(rows[0].place, rows[0].time, Look(rows[0].value[0], returns), len(rows))
+    told = [(values, code) for _, values, code in (row.value for row in rows) if values is not None]
+    look = Look(rows[0].value[0], tuple(values for values, _ in told), tuple(code for _, code in told))
+    return Sample(rows[0].place, rows[0].time, look, len(rows))

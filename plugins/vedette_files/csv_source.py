@@ -22,7 +22,8 @@ from vedette_files.csv_table import Dialect
 from vedette_files.csv_times import DATED, UNZONED
 from vedette_files.csv_truth import TruthColumns
 from vedette_files.empty_scans import fill_gaps
-from vedette_files.geodesy import FAR, Origin
+from vedette_files.geodesy import FAR, RADIUS, Origin, off_by
+from vedette_files.georeference import NAMED
 from vedette_files.input_files import shown, user_path
 from vedette_files.readers import (
     FRAMES,
@@ -103,6 +104,8 @@ class CsvSource(Source):
             place: folder / table.file if table.file and place != "detections" else path
             for place, table in self._tables().items()
         }
+        if self.detections.identity:
+            notes[NAMED] = f"by the column {self.detections.identity}"
         layout, told = self._layout(paths)
         notes |= told
         platform = None
@@ -117,7 +120,7 @@ class CsvSource(Source):
             odd += [*_odd(name, reading, looks[name], self.detections.units), *_far(name, reading, looks[name], layout)]
             placed = []
             for look in looks[name]:
-                scan = _scan(name, look, reading, platform, refused["detections"])
+                scan = _scan(name, look, reading, platform, refused["detections"], named=bool(self.detections.identity))
                 if scan is not None:
                     used += look.rows
                     placed.append(scan)
@@ -193,16 +196,17 @@ def _far(name: str, reading: Reading, looks: list[Sample[Look]], layout: Layout)
         return
     where = reading.placed.locate(POSITION)
     values = np.concatenate([np.array(look.value.returns).reshape(-1, len(reading.placed))[:, where] for look in looks])
-    largest = float(np.max(np.hypot(*values.T), initial=0.0))
+    shadow = float(np.max(np.hypot(*values.T), initial=0.0))  # of the ground on the plane
+    largest = RADIUS * float(np.arcsin(min(shadow / RADIUS, 1.0)))
     if largest > FAR:
         yield (
             f"{name}: positions are up to {largest / 1e3:,.0f} km from the origin {layout.origin}: distances in the "
-            f"plane are off by more than 0.02 % beyond {FAR / 1e3:.0f} km"
+            f"plane are off by {100 * off_by(largest):.2g} % there, and by more than 0.02 % beyond {FAR / 1e3:.0f} km"
         )
 
 
 def _scan(
-    name: str, look: Sample[Look], reading: Reading, platform: Platforms | None, refused: list[Problem]
+    name: str, look: Sample[Look], reading: Reading, platform: Platforms | None, refused: list[Problem], *, named: bool
 ) -> Scan | None:
     """Return a scan with its pose; None, and refused, if the platform moves and its pose is unknown."""
     pose = None
@@ -217,4 +221,5 @@ def _scan(
     if reading.relative and pose is not None:
         x, y = pose.position[:2]
         found = polar(found["x"] - x, found["y"] - y, float(pose.heading))
-    return Scan(look.time, name, detections(found, reading.measured), pose)
+    seen = detections(found, reading.measured)
+    return Scan(look.time, name, evolve(seen, identity=np.array(look.value.codes, dtype=int)) if named else seen, pose)

@@ -80,7 +80,7 @@ class Number:
         """Return the row's number; ValueError if it is not a number or is too large."""
         cell = row.cells[self.name]
         try:
-            number = float(cell)
+            number = plain_number(cell)
         except ValueError:
             advice = '; decimal = "," reads it' if _COMMA.fullmatch(cell) else ""
             if not advice and self.largest is not None and cell[:1].isdigit():
@@ -187,10 +187,17 @@ def fitted(cells: list[str] | None, width: int) -> list[str] | None:
     return cells if cells is None or any(cells[width:]) else cells[:width]
 
 
+def plain_number(cell: str) -> float:
+    """Return the number in a cell; ValueError if it is none, or one as Python alone writes it: 1_000."""
+    if "_" in cell:
+        raise ValueError
+    return float(cell)
+
+
 def is_number(cell: str) -> bool:
     """Return whether a cell holds a finite number."""
     try:
-        return math.isfinite(float(cell))
+        return math.isfinite(plain_number(cell))
     except ValueError:
         return False
 

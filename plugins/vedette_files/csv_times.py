@@ -11,7 +11,7 @@ from typing import final
 
 from attrs import frozen
 
-from vedette_files.csv_table import Number, Row
+from vedette_files.csv_table import Number, Row, plain_number
 from vedette_files.input_files import shown
 
 NUMBER, ZONED, UNZONED, OF_DAY = "a number", "a date and time with a zone", "a date and time without a zone", "a time of day"
@@ -42,7 +42,7 @@ def stamp(cell: str) -> tuple[str, float]:
     A date and time without a zone is taken to be in UTC.
     """
     try:
-        return NUMBER, float(cell)
+        return NUMBER, plain_number(cell)
     except ValueError:
         pass
     try:

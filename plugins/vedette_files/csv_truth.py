@@ -14,7 +14,7 @@ from vedette.space import Space
 from vedette.types import Trajectory
 from vedette_files.csv_layout import Layout, chosen
 from vedette_files.csv_table import rows
-from vedette_files.geodesy import complaint, into_plane, made
+from vedette_files.geodesy import check_place, complaint, into_plane, made
 from vedette_files.readers import Sample, in_time_order
 
 STATE = Space.of(
@@ -59,6 +59,7 @@ class TruthColumns:
             try:
                 time = by_axis["time"].of(row)
                 state = [by_axis[name].of(row) for name in space.names]
+                check_place(space, state, layout.origin)
             except ValueError as error:
                 refused.append(Problem(row.place, str(error)))
                 continue

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-import zipfile
+import math
 from pathlib import Path
 from typing import Any, final
 
 import numpy as np
 
+from vedette.reading import open_arrays
 from vedette.types import Frame, LazyScans, Recording
 from vedette.writing import write_arrays
 from vedette_files.image_header import check_pixels
 from vedette_files.input_files import check_regular, inside
 from vedette_files.json_values import short, vector
 
-ENTRY = "pixels.npy"
+ENTRY = "pixels"
+LARGEST = 2**29
+"""Bytes of a frame: the most pixels, as floats."""
 KINDS = {np.dtype(kind) for kind in ("u1", "u2", "f4", "f8")}
 """Pixels of a frame: integers of 8 or 16 bit as cameras give them, else floats."""
 
@@ -54,24 +57,17 @@ def read_frame(given: Any, folder: Path) -> Frame:
     try:
         check_regular(file)
         return Frame(_pixels(file), corner)
-    except (OSError, ValueError, zipfile.BadZipFile, EOFError) as error:
+    except (OSError, ValueError) as error:
         raise ValueError(f"frame {short(given['file'])}: {' '.join(str(error).split())}") from None
 
 
 def _pixels(file: Path) -> np.ndarray[Any, Any]:
     """Return the pixels of an archive, whose header is checked before any is read."""
-    with zipfile.ZipFile(file) as archive, archive.open(ENTRY) as entry:
-        version = np.lib.format.read_magic(entry)
-        if version != (1, 0):
-            raise ValueError(f"must be an array of numpy's format 1.0, got {version}")
-        shape, order, dtype = np.lib.format.read_array_header_1_0(entry)
-        if len(shape) not in (2, 3) or dtype not in KINDS or order:
+    with open_arrays(file, what="an image as Vedette writes it", largest=LARGEST) as arrays:
+        shape, dtype = arrays.head(ENTRY)
+        if len(shape) not in (2, 3) or dtype not in KINDS:
             raise ValueError(f"must be an image of 8 or 16 bit or of floats, got {dtype} {shape}")
         check_pixels(*shape[:-3:-1])
-        count = int(np.prod(shape))
-        if count > 4 * shape[-1] * shape[-2]:
+        if math.prod(shape) > 4 * shape[-1] * shape[-2]:
             raise ValueError(f"must have at most 4 channels, got {shape[0]}")
-        block = entry.read(count * dtype.itemsize)
-        if len(block) < count * dtype.itemsize:
-            raise ValueError("is cut off")
-        return np.frombuffer(block, dtype=dtype).reshape(shape)
+        return arrays[ENTRY]

@@ -30,8 +30,12 @@ MADE = {
 }
 """What each axis of the plane is made of where a file does not give it."""
 
-FAR = 200e3
-"""m from the origin: beyond it the plane differs from the ground by more than 0.02 %."""
+FAR, FARTHEST = 200e3, 1500e3
+"""m from the origin on the ground: beyond the first the plane differs from it by more than 0.02 %, which is told; what lies
+beyond the second is refused, long before the far side of the earth folds over.
+"""
+RADIUS = 6371e3
+"""Mean radius of the earth in m."""
 
 
 @final
@@ -52,6 +56,19 @@ class Origin:
         turned = (positions[:, 1] - first + 180.0) % 360.0 - 180.0  # they may lie on both sides of 180 deg
         longitude = (float(np.median(turned)) + first + 180.0) % 360.0 - 180.0
         return cls(round(float(np.median(positions[:, 0])), 4), round(longitude, 4))
+
+    def on_ground(self, latitude: Array | float, longitude: Array | float) -> Array:
+        """Return the distance (*b) in m along the ground, to 0.5 %, of latitudes and longitudes (*b) in deg."""
+        own, there = np.radians(self.latitude), np.radians(latitude)
+        across = np.radians(np.asarray(longitude) - self.longitude)
+        half = np.sin((there - own) / 2) ** 2 + np.cos(own) * np.cos(there) * np.sin(across / 2) ** 2
+        return _floats(2 * RADIUS * np.arcsin(np.sqrt(np.minimum(half, 1.0))))
+
+    def check_reach(self, latitude: Array | float, longitude: Array | float) -> None:
+        """Raise ValueError for a place beyond FARTHEST."""
+        if (farthest := float(np.max(self.on_ground(latitude, longitude), initial=0.0))) > FARTHEST:
+            told = f"{farthest / 1e3:,.0f} km from the origin {self}"
+            raise ValueError(f"lies {told}, and a plane around it reaches {FARTHEST / 1e3:,.0f} km")
 
     def to_plane(self, latitude: Array, longitude: Array, altitude: Array | float = 0.0) -> tuple[Array, Array, Array]:
         """Return east, north and up (*b) in m of latitudes and longitudes (*b) in deg, altitudes in m."""
@@ -105,6 +122,17 @@ def axes_read(wanted: Space, columns: Mapping[str, str]) -> tuple[Space, list[st
         else:
             absent.append(axis.name)
     return Space(tuple(found.values())), absent
+
+
+def check_place(read: Space, values: Sequence[float], origin: Origin | None) -> None:
+    """Raise ValueError for a row of a file whose place is too far from the origin for a plane."""
+    if origin is not None and is_geodetic(read):
+        origin.check_reach(*(values[read.names.index(name)] for name in ("latitude", "longitude")))
+
+
+def off_by(distance: float) -> float:
+    """Return the share by which the plane falls short of a distance on the ground in m."""
+    return 1.0 - float(np.sinc(distance / RADIUS / np.pi))
 
 
 def made(read: Space) -> Space:

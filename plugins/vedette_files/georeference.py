@@ -14,6 +14,7 @@ from attrs import frozen
 from vedette.space import Array, Space
 from vedette.types import Track
 from vedette.writing import whole_file
+from vedette_files.codes import labels
 from vedette_files.csv_times import DATED, EPOCH
 from vedette_files.geodesy import Origin
 from vedette_files.readers import NORTH_EAST
@@ -21,30 +22,35 @@ from vedette_files.readers import NORTH_EAST
 
 @frozen
 class Terms:
-    """Where on the earth x and y are 0, whether x points north, and whether times are s since 1970 in UTC."""
+    """Where on the earth x and y are 0, whether x points north, whether times are s since 1970 in UTC, and whether returns
+    name their objects.
+    """
 
     origin: Origin | None = None
     north_east: bool = False
     dated: bool = False
+    named: bool = False
 
     @classmethod
-    def of(cls, notes: Mapping[str, str]) -> Terms:
-        """Return what a recording's notes state; an origin that cannot be read is none."""
+    def of(cls, notes: Mapping[str, str], tracks: Sequence[Track] = ()) -> Terms:
+        """Return what a recording's notes state, or its tracks; an origin that cannot be read is none."""
         try:
             origin = Origin.of(notes["origin"]) if "origin" in notes else None
         except (TypeError, ValueError):
             origin = None
-        return cls(origin, notes.get("frame") == NORTH_EAST, notes.get("time") == DATED)
+        named = NAMED in notes or any(track.identity is not None for track in tracks)
+        return cls(origin, notes.get("frame") == NORTH_EAST, notes.get("time") == DATED, named)
 
     def columns(self, space: Space) -> tuple[str, ...]:
         """Return the titles of the columns that tracks over `space` have in these terms."""
         placed = self.origin is not None and "x" in space and "y" in space
         positions = ("latitude", "longitude", "altitude")[: 3 if "z" in space else 2] if placed else ()
-        return (*(("utc",) if self.dated else ()), *positions)
+        return (*(("identity",) if self.named else ()), *(("utc",) if self.dated else ()), *positions)
 
     def values(self, track: Track) -> dict[str, Any]:
-        """Return a track's values (s,) by those titles: dates by ISO 8601, deg, m."""
-        return self.table(track.times, track.space, track.mean)
+        """Return a track's values (s,) by those titles: names, dates by ISO 8601, deg, m."""
+        found = {"identity": labels(track.identity, len(track.times))} if self.named else {}
+        return found | self.table(track.times, track.space, track.mean)
 
     def table(self, times: Array, space: Space, states: Array) -> dict[str, Any]:
         """Return the values of states (s, n) over `space` at `times` (s,)."""
@@ -54,8 +60,11 @@ class Terms:
             east, north = ("y", "x") if self.north_east else ("x", "y")
             place = self.origin.from_plane(at[east], at[north], at.get("z"))
             found |= dict(zip(("latitude", "longitude", "altitude"), place, strict=True))
-        return {title: found[title] for title in self.columns(space)}
+        return {title: found[title] for title in self.columns(space) if title != "identity"}
 
+
+NAMED = "identity"
+"""The note of a recording whose returns name their objects: by which column."""
 
 PLAIN = Terms()
 """Of a recording that says nothing of the earth or the date."""
@@ -89,7 +98,13 @@ def _feature(track: Track, terms: Terms) -> dict[str, Any] | None:
     line, times = points_of(track, terms)
     if not line:
         return None
-    return {"type": "Feature", "geometry": geometry(line), "properties": {"track": track.id, "times": times}}
+    return {"type": "Feature", "geometry": geometry(line), "properties": properties_of(track, times)}
+
+
+def properties_of(track: Track, times: list[Any]) -> dict[str, Any]:
+    """Return the properties of a track's line: its number, what it is named if that is known, and its times."""
+    named = [] if track.identity is None else [name for name in labels(track.identity, len(track.times)) if name]
+    return {"track": track.id} | ({"identity": named[-1]} if named else {}) | {"times": times}
 
 
 def points_of(track: Track, terms: Terms, *, confirmed: bool = False) -> tuple[list[list[float]], list[Any]]:

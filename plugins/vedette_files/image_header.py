@@ -6,6 +6,8 @@ import struct
 from pathlib import Path
 from typing import BinaryIO
 
+from vedette.reading import most
+
 MOST_PIXELS = 2**26
 """Pixels of a picture: 8192 x 8192. Twenty times a 4K screen's would be an accident or an attack."""
 
@@ -15,8 +17,9 @@ _NO_FRAME = (0xC4, 0xC8, 0xCC)
 
 def check_pixels(width: int, height: int) -> None:
     """Raise ValueError for a picture that is larger than MOST_PIXELS, or empty."""
-    if width < 1 or height < 1 or width * height > MOST_PIXELS:
-        raise ValueError(f"must have 1 pixel or more and not more than {MOST_PIXELS:,} pixels, got {width} x {height}")
+    limit = most(MOST_PIXELS)
+    if width < 1 or height < 1 or width * height > limit:
+        raise ValueError(f"must have 1 pixel or more and not more than {limit:,} pixels, got {width} x {height}")
 
 
 def picture_size(path: Path) -> tuple[int, int] | None:

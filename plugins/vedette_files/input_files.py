@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from vedette.errors import InputError
+from vedette.reading import most as raised
 
 LONGEST_LINE = 2**25
 """Characters of a line; a scan of 100,000 returns with their covariances takes a third of it."""
@@ -75,7 +76,7 @@ def whole_text(path: Path, most: int = 0) -> str:
 
     InputError if it cannot be read or is larger.
     """
-    most = most or LARGEST_WHOLE
+    most = raised(most or LARGEST_WHOLE)
     check_regular(path)
     try:
         with path.open("rb") as file:
@@ -93,7 +94,7 @@ def lines(path: Path) -> Iterator[tuple[int, str]]:
     What is neither becomes U+FFFD, so that one bad byte costs one line and not the file. InputError if it cannot be read,
     is no text, holds nothing, or has a line of more than LONGEST_LINE characters.
     """
-    number, most = 0, LONGEST_LINE
+    number, most = 0, raised(LONGEST_LINE)
     check_regular(path)
     try:
         with path.open(encoding=_encoding(path), errors="replace") as file:

@@ -6,50 +6,10 @@ import json
 from typing import Any
 
 from vedette.fields import ABSURD
+from vedette.reading import DEEPEST, parse_json
 
-DEEPEST = 32
-"""Lists and objects inside each other, as in a config; a scan with covariances takes four."""
-
-
-def parse(text: str) -> Any:
-    """Return what a JSON text says; ValueError with line, column and cause."""
-    try:
-        found = json.loads(text)
-    except json.JSONDecodeError as error:
-        where = f"line {error.lineno}, column {error.colno}" if "\n" in text else f"column {error.colno}"
-        raise ValueError(f"is not JSON, or cut short, at {where}: {error.msg}") from None
-    except RecursionError:
-        raise ValueError(f"is nested deeper than {DEEPEST} levels") from None
-    except ValueError as error:
-        raise ValueError(f"is not JSON that can be read: {error}") from None
-    _check_depth(found)
-    if "\\u" in text:
-        _check_characters(found)
-    return found
-
-
-def _check_depth(value: Any) -> None:
-    """ValueError for what is nested too deep, without a recursion of its own."""
-    level = [value]
-    for _ in range(DEEPEST):
-        level = [
-            part
-            for each in level
-            if isinstance(each, list | dict)
-            for part in (each.values() if isinstance(each, dict) else each)
-            if isinstance(part, list | dict)
-        ]
-        if not level:
-            return
-    raise ValueError(f"is nested deeper than {DEEPEST} levels")
-
-
-def _check_characters(value: Any) -> None:
-    """ValueError for a lone surrogate: it could be neither printed nor written."""
-    try:
-        json.dumps(value, ensure_ascii=False).encode()
-    except UnicodeEncodeError:
-        raise ValueError("holds half a character: a \\u escape between d800 and dfff without its other half") from None
+parse = parse_json
+__all__ = ["DEEPEST", "number", "parse", "short", "vector"]
 
 
 def number(value: Any, what: str) -> float:

@@ -14,6 +14,7 @@ from vedette.errors import InputError, Problem
 from vedette.space import Space, SpaceError
 from vedette.types import Detections, Pose, Recording, Rows, Scan, Trajectory
 from vedette.writing import whole_file
+from vedette_files.codes import code, label
 from vedette_files.frames import FrameFiles, read_frame
 from vedette_files.input_files import lines, shown
 from vedette_files.json_values import number, parse, short, vector
@@ -22,7 +23,7 @@ from vedette_files.readers import Sample, in_time_order, offer_sorting
 FORMAT = "vedette"
 VERSION = 1
 HEADER_FIELDS = ("format", "version", "sensors", "detected", "truth", "notes")
-SCAN_FIELDS = ("time", "sensor", "z", "noise", "evidence", "pose", "frame")
+SCAN_FIELDS = ("time", "sensor", "z", "noise", "evidence", "pose", "frame", "identity")
 STATE_FIELDS = ("truth", "time", "state")
 POSE_FIELDS = ("position", "velocity", "heading")
 _ENCODER = json.JSONEncoder(allow_nan=False)
@@ -153,6 +154,8 @@ def _scan_fields(scan: Scan, sensors: Mapping[str, Space]) -> dict[str, Any]:
         found["noise"] = seen.noise[seen.valid].tolist()
     if seen.evidence is not None:
         found["evidence"] = seen.evidence[seen.valid].tolist()
+    if seen.identity is not None:
+        found["identity"] = [identity_value(one) for one in seen.identity[seen.valid].tolist()]
     if pose is not None:
         velocity = {} if pose.velocity is None else {"velocity": pose.velocity.tolist()}
         found["pose"] = {"position": pose.position.tolist(), **velocity, "heading": float(pose.heading)}
@@ -221,7 +224,7 @@ def _scan(given: Any, sensors: Mapping[str, Space], folder: Path) -> tuple[Scan 
     m = len(sensors[name])
     time, pose = number(given.get("time"), "time"), _pose(given.get("pose"))
     frame = read_frame(given["frame"], folder) if "frame" in given else None
-    columns = {part: given[part] for part in ("z", "noise", "evidence") if part in given}
+    columns = {part: given[part] for part in ("z", "noise", "evidence", "identity") if part in given}
     k = len(columns["z"]) if isinstance(columns.get("z"), list) else -1
     for part, values in {"z": None, **columns}.items():
         if not isinstance(values, list) or len(values) != k:
@@ -232,18 +235,35 @@ def _scan(given: Any, sensors: Mapping[str, Space], folder: Path) -> tuple[Scan 
             z = vector(columns["z"][i], f"z[{i}]", m)
             noise = _matrix(columns["noise"][i], f"noise[{i}]", m) if "noise" in columns else []
             evidence = number(columns["evidence"][i], f"evidence[{i}]") if "evidence" in columns else 0.0
-            good.append((z, noise, evidence))
+            code = identity_code(columns["identity"][i]) if "identity" in columns else -1
+            good.append((z, noise, evidence, code))
         except ValueError as error:
             problems.append(str(error))
     if k and not good:
         return None, problems
     detections = Detections(
-        np.array([z for z, _, _ in good]).reshape(-1, m),
+        np.array([z for z, *_ in good]).reshape(-1, m),
         np.ones(len(good), dtype=bool),
-        np.array([evidence for _, _, evidence in good]) if "evidence" in columns else None,
-        np.array([noise for _, noise, _ in good]).reshape(-1, m, m) if "noise" in columns else None,
+        np.array([evidence for _, _, evidence, _ in good]) if "evidence" in columns else None,
+        np.array([noise for _, noise, *_ in good]).reshape(-1, m, m) if "noise" in columns else None,
+        identity=np.array([code for *_, code in good], dtype=np.int64) if "identity" in columns else None,
     )
     return Scan(time, name, detections, pose, frame), problems
+
+
+def identity_value(number: int) -> int | str | None:
+    """Return what a line says of a code: the number or the name that it stands for, null of none."""
+    name = label(number)
+    return number if name == str(number) else name or None
+
+
+def identity_code(value: Any) -> int:
+    """Return the code of what a line says; ValueError if that is no name."""
+    if value is None:
+        return -1
+    if isinstance(value, str) or (type(value) is int and value >= 0):
+        return code(str(value))
+    raise ValueError(f"identity must be a name, a whole number or null, got {short(value)}")
 
 
 def _matrix(value: Any, what: str, m: int) -> list[list[float]]:

@@ -8,7 +8,6 @@ from __future__ import annotations
 import io
 import json
 import zipfile
-import zlib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -19,6 +18,7 @@ from attrs import frozen
 from numpy.typing import NDArray
 
 from vedette.errors import InputError
+from vedette.reading import Arrays, open_arrays, parse_json
 from vedette_files.growing_zip import append
 
 FORMAT = "vedette series"
@@ -85,6 +85,8 @@ class Series:
     tables: dict[str, dict[str, Column]]
 
     def __getitem__(self, table: str) -> dict[str, Column]:
+        if table not in self.tables:
+            raise InputError(f"the series have no table {table!r}: a run has them from its first complete block on")
         return self.tables[table]
 
 
@@ -94,12 +96,12 @@ def read_about(path: Path | str) -> dict[str, Any]:
         return _about(archive)
 
 
-def read_series(path: Path | str) -> Series:
+def read_series(path: Path | str | BinaryIO) -> Series:
     """Read the series that a run wrote, its blocks joined. InputError if it is missing, cut off or of another format."""
     with _opened(path) as archive:
         about = _about(archive)
         parts: dict[tuple[str, str], list[tuple[int, Column]]] = {}
-        for member in archive.files:
+        for member in archive.names:
             if member != ABOUT:
                 table, name, block = member.split(".")
                 parts.setdefault((table, name), []).append((int(block), archive[member]))
@@ -113,21 +115,17 @@ def read_series(path: Path | str) -> Series:
 
 
 @contextmanager
-def _opened(path: Path | str) -> Iterator[Any]:
+def _opened(path: Path | str | BinaryIO) -> Iterator[Arrays]:
     """Open an archive; InputError for what goes wrong with it."""
-    try:
-        with Path(path).open("rb") as file, np.load(file, allow_pickle=False) as archive:
-            yield archive
-    except (FileNotFoundError, NotADirectoryError):
-        raise InputError(f"{path}: there is no such file; `vedette run` writes it") from None
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error) as error:
-        raise InputError(f"{path}: must be the series of a run: {' '.join(str(error).split())}") from None
+    file = Path(path) if isinstance(path, str) else path
+    with open_arrays(file, "there is no such file; `vedette run` writes it", "the series of a run") as archive:
+        yield archive
 
 
-def _about(archive: Any) -> dict[str, Any]:
-    if not isinstance(archive, np.lib.npyio.NpzFile) or ABOUT not in archive.files:
+def _about(archive: Arrays) -> dict[str, Any]:
+    if ABOUT not in archive:
         raise ValueError(f"it has no {ABOUT}")
-    about = json.loads(bytes(archive[ABOUT]))
+    about = parse_json(archive.text(ABOUT))
     if not isinstance(about, dict) or (about.get("format"), about.get("version")) != (FORMAT, VERSION):
         raise ValueError(f"this Vedette reads {FORMAT!r} of version {VERSION}")
     return about

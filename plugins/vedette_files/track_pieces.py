@@ -12,7 +12,7 @@ from vedette.space import Space
 from vedette.types import Track
 from vedette.writing import whole_bytes, whole_file
 from vedette_files.columnar import pyarrow
-from vedette_files.georeference import Terms, geometry, points_of
+from vedette_files.georeference import Terms, geometry, points_of, properties_of
 from vedette_files.track_table import arrow_table, table_of
 
 Write = Callable[[Sequence[Track]], None]
@@ -32,15 +32,15 @@ def geojson_pieces(path: Path, terms: Terms) -> Iterator[Write]:
 
         def write(tracks: Sequence[Track]) -> None:
             nonlocal begun
-            told = [(track.id, *points_of(track, terms, confirmed=track.id in last)) for track in tracks if len(track.times)]
+            told = [(track, *points_of(track, terms, confirmed=track.id in last)) for track in tracks if len(track.times)]
             before = dict(last)
             last.clear()
-            for number, line, times in told:
+            for track, line, times in told:
+                number = track.id
                 known = [before[number]] if number in before else []
                 points, at = [point for point, _ in known] + line, [time for _, time in known] + times
                 if line:
-                    properties = {"track": number, "times": at}
-                    feature = {"type": "Feature", "geometry": geometry(points), "properties": properties}
+                    feature = {"type": "Feature", "geometry": geometry(points), "properties": properties_of(track, at)}
                     file.write((",\n" if begun else "") + json.dumps(feature))
                     begun = True
                 if points:

@@ -14,6 +14,7 @@ from vedette.types import Track
 from vedette.writing import whole_bytes
 from vedette_files.columnar import pyarrow
 from vedette_files.georeference import PLAIN, Terms
+from vedette_files.track_rows import mode_count
 
 
 def columns_of(space: Space, modes: int, terms: Terms = PLAIN, *, later: bool = False) -> list[str]:
@@ -23,15 +24,6 @@ def columns_of(space: Space, modes: int, terms: Terms = PLAIN, *, later: bool = 
     titles += [f"cov_{names[i]}_{names[j]}" for i, j in combinations_with_replacement(range(len(space)), 2)]
     titles += ["confirmed", "existence", "hit", "nis", *(f"mode_{i + 1}" for i in range(modes))]
     return [*titles, *(["confirmed_at"] if later else []), *terms.columns(space)]
-
-
-def mode_count(tracks: Sequence[Track], space: Space) -> int:
-    """Return the number of modes of all tracks; ValueError for one over another space or with other modes."""
-    counts = [0 if track.mode_prob is None else track.mode_prob.shape[1] for track in tracks]
-    for track, count in zip(tracks, counts, strict=True):
-        if track.space != space or count != counts[0]:
-            raise ValueError(f"track {track.id} is over {track.space} with {count} modes, not {space} with {counts[0]}")
-    return counts[0] if counts else 0
 
 
 def numbers_of(track: Track) -> tuple[Array, Array]:

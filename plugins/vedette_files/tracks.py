@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from math import isfinite
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,11 +16,9 @@ from vedette.writing import whole_file
 from vedette_files.georeference import PLAIN, Terms
 from vedette_files.input_files import lines, shown
 from vedette_files.json_values import number, parse, short
-from vedette_files.jsonl import line, space_of, units
-from vedette_files.track_table import columns_of, mode_count, numbers_of
-
-FORMAT = "vedette tracks"
-VERSION = 1
+from vedette_files.jsonl import identity_code, space_of
+from vedette_files.track_lines import FORMAT, VERSION, chunks, csv_head, jsonl_head
+from vedette_files.track_rows import TrackRows
 
 
 def write_tracks_csv(path: Path | str, tracks: Sequence[Track], space: Space, terms: Terms = PLAIN) -> None:
@@ -31,26 +28,10 @@ def write_tracks_csv(path: Path | str, tracks: Sequence[Track], space: Space, te
     empty cell. `terms` add columns. ValueError, and no file, for a track over another space or with other modes than the
     first.
     """
-    modes = mode_count(tracks, space)
+    rows = TrackRows.of(tracks, space)
     with whole_file(Path(path)) as file:
-        later = any(track.confirmed_at is not None for track in tracks)
-        file.write(csv_head(space, modes, terms, later=later))
-        for track in tracks:
-            file.writelines(csv_rows(track, terms))
-
-
-def csv_head(space: Space, modes: int, terms: Terms = PLAIN, *, later: bool = False) -> str:
-    """Return the header of a CSV file of tracks over `space` with so many `modes`; `later`: some are confirmed later."""
-    return ",".join(columns_of(space, modes, terms, later=later)) + "\n"
-
-
-def csv_rows(track: Track, terms: Terms = PLAIN) -> Iterator[str]:
-    """Yield a track's lines in a CSV file."""
-    before, after = numbers_of(track)
-    own = [np.asarray(values).tolist() for values in terms.values(track).values()]
-    further = list(zip(*own, strict=True)) if own else [()] * len(track.times)
-    for estimate, confirmed, rest, more in zip(_cells(before), track.confirmed, _cells(after), further, strict=True):
-        yield ",".join([str(track.id), *estimate, "1" if confirmed else "0", *rest, *map(_cell, more)]) + "\n"
+        file.write(csv_head(space, rows.modes.shape[1], terms, later=rows.confirmed_at is not None))
+        file.writelines(chunk.csv(terms) for chunk in chunks(rows))
 
 
 def write_tracks_jsonl(path: Path | str, tracks: Sequence[Track], space: Space) -> None:
@@ -58,49 +39,10 @@ def write_tracks_jsonl(path: Path | str, tracks: Sequence[Track], space: Space) 
 
     A number that is not finite is null. ValueError, and no file, as in `write_tracks_csv`.
     """
-    mode_count(tracks, space)
+    rows = TrackRows.of(tracks, space)
     with whole_file(Path(path)) as file:
         file.write(jsonl_head(space))
-        for track in tracks:
-            file.writelines(jsonl_rows(track))
-
-
-def jsonl_head(space: Space) -> str:
-    """Return the first line of a file of tracks over `space`."""
-    return line({"format": FORMAT, "version": VERSION, "axes": units(space)})
-
-
-def jsonl_rows(track: Track) -> Iterator[str]:
-    """Yield a track's lines in a file of tracks: one a scan, and one more if it merged into another."""
-    columns = {name: _nulled(getattr(track, name)) for name in ("mean", "cov", "existence", "hit", "nis")}
-    times, confirmed = track.times.tolist(), track.confirmed.tolist()
-    optional = {name: getattr(track, name) for name in ("mode_prob", "confirmed_at")}
-    more = {name: _nulled(values) for name, values in optional.items() if values is not None}
-    for i, time in enumerate(times):
-        found = {
-            "track": track.id,
-            "time": time,
-            "mean": columns["mean"][i],
-            "cov": columns["cov"][i],
-            "confirmed": confirmed[i],
-            "existence": columns["existence"][i],
-            "hit": columns["hit"][i],
-            "nis": columns["nis"][i],
-            "weights": _nulled(track.weights[i]),
-        }
-        if "mode_prob" in more:
-            found["mode_prob"] = more["mode_prob"][i]
-        own = None if track.returns is None else track.returns[i]
-        if own is not None:
-            found["returns"] = own.tolist()
-        if "confirmed_at" in more:
-            found["confirmed_at"] = more["confirmed_at"][i]
-        if i == 0 and track.parents:
-            found["parents"] = list(track.parents)
-        yield line(found)
-    if track.merged is not None:
-        time, other = track.merged
-        yield line({"track": track.id, "time": time, "merged_into": other})
+        file.writelines(chunk.jsonl() for chunk in chunks(rows))
 
 
 def read_tracks(path: Path | str) -> tuple[Track, ...]:
@@ -138,6 +80,8 @@ def _append(rows: list[dict[str, Any]], fields: dict[str, Any]) -> None:
         raise ValueError("mode_prob must have as many modes as in the lines before")
     if rows and (rows[0]["confirmed_at"] is None) != (fields["confirmed_at"] is None):
         raise ValueError("confirmed_at must be in all lines of a track or in none")
+    if rows and (rows[0]["identity"] is None) != (fields["identity"] is None):
+        raise ValueError("identity must be in all lines of a track or in none")
     if rows and fields["parents"]:
         raise ValueError("parents must be in the first line of their track")
     rows.append(fields)
@@ -160,29 +104,6 @@ def _header(given: Any) -> Space:
     return space_of(given.get("axes"), "axes")
 
 
-def _cells(numbers: Array) -> list[list[str]]:
-    cells = [list(map(repr, row)) for row in numbers.tolist()]
-    for i, j in np.argwhere(~np.isfinite(numbers)):
-        cells[i][j] = ""
-    return cells
-
-
-def _cell(value: float | str) -> str:
-    if isinstance(value, str):
-        return value
-    return repr(value) if isfinite(value) else ""
-
-
-def _nulled(numbers: Array) -> Any:
-    """Return numbers as nested lists, None where one is not finite."""
-    finite = np.isfinite(numbers)
-    if finite.all():
-        return numbers.tolist()
-    found = numbers.astype(object)
-    found[~finite] = None
-    return found.tolist()
-
-
 def _fields(given: Any, n: int) -> dict[str, Any]:
     """Return one line's values as arrays; ValueError if it is not a line of a tracks file over n axes."""
     if not isinstance(given, dict):
@@ -201,13 +122,14 @@ def _fields(given: Any, n: int) -> dict[str, Any]:
         "confirmed_at": (),
     }
     found = {"track": given["track"], "confirmed": given["confirmed"], "times": number(given.get("time"), "time")}
-    known = ("track", "time", "confirmed", *shapes, "parents")
+    known = ("track", "time", "confirmed", *shapes, "parents", "identity")
     for name in given:
         if name not in known:
             raise ValueError(f"unknown field {shown(name)}; known are {', '.join(known)}")
     for name, shape in shapes.items():
         absent = name in ("mode_prob", "returns", "confirmed_at") and name not in given
         found[name] = None if absent else _array(given.get(name), shape, name)
+    found["identity"] = identity_code(given["identity"]) if "identity" in given else None
     found["parents"] = given.get("parents", [])
     if not isinstance(found["parents"], list) or any(type(one) is not int for one in found["parents"]):
         raise ValueError(f"parents must be a list of whole numbers, got {short(found['parents'])}")

@@ -1,21 +1,28 @@
 """Tracking in infrared images, pixel by pixel: models of target and atmosphere, cameras, and their filters."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
+from typing import Any
 
 import vedette
 from vedette_flir.annotation import annotated, episodes
+from vedette_flir.births.detected import Detected
+from vedette_flir.drafting import draft
 from vedette_flir.estimators.correlation import CorrelationFilter
 from vedette_flir.estimators.monitored import ResidualMonitored
 from vedette_flir.estimators.template import TemplateFilter
+from vedette_flir.estimators.whitened import WhitenedFilter
 from vedette_flir.lifecycles.reappearing import ReappearingTarget
+from vedette_flir.lifecycles.sought import SoughtTarget
 from vedette_flir.motion.atmospheric_wander import AtmosphericWander
 from vedette_flir.motion.constant_axes import Carrying
 from vedette_flir.motion.image_velocity import ImageVelocity
 from vedette_flir.motion.jittered_acceleration import JitteredAcceleration
 from vedette_flir.motion.jittered_wander import JitteredWander
+from vedette_flir.preprocessors.spot_detector import SpotDetector
 from vedette_flir.reproduction import FlirReproduction
 from vedette_flir.sensors.box_centroid import BoxCentroid
+from vedette_flir.sensors.detected_box import DetectedBox
 from vedette_flir.sensors.elliptic_spot import EllipticSpot
 from vedette_flir.sensors.gaussian_spot import GaussianSpot
 from vedette_flir.sensors.hot_spots import HotSpots
@@ -30,10 +37,16 @@ def vedette_components() -> Iterable[type[vedette.Component]]:
     """Return every component of this package."""
     return [
         *(JitteredAcceleration, JitteredWander, AtmosphericWander, ImageVelocity, Carrying),
-        *(GaussianSpot, EllipticSpot, HotSpots, BoxCentroid),
-        *(TemplateFilter, CorrelationFilter, ResidualMonitored),
-        *(ReappearingTarget, VideoSource, VideoStream, FlirReproduction),
+        *(GaussianSpot, EllipticSpot, HotSpots, BoxCentroid, DetectedBox),
+        *(TemplateFilter, CorrelationFilter, ResidualMonitored, WhitenedFilter),
+        *(SpotDetector, Detected, SoughtTarget, ReappearingTarget, VideoSource, VideoStream, FlirReproduction),
     ]
+
+
+@vedette.plugin
+def vedette_draft(path: Path, wishes: Mapping[str, Any]) -> str | None:
+    """Draft a config for a video or a folder of images."""
+    return draft(path, wishes)
 
 
 @vedette.plugin

@@ -47,7 +47,7 @@ def annotated(folder: Path, experiment: Experiment, result: Result) -> list[str]
     except ImportError:
         return []
     low, high = _levels(scans)
-    times = np.array([scan.time for scan in result.scans])
+    times = np.unique([scan.time for scan in result.scans])
     rate = 1.0 / float(np.median(np.diff(times))) if len(times) > 1 else 30.0
     unfinished = folder / f".{os.getpid()}.{NAME}"
     writer = None

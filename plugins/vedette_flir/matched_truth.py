@@ -78,20 +78,41 @@ def config(
     }
 
 
-def record(passes: int, spread: float, snr: float, sigma_jitter: float, runs: int, rng: np.random.Generator) -> Record:
+@frozen
+class Truth:
+    """What the paper leaves unsaid of its truth: standard deviation and correlation time of the dynamics, in px and s."""
+
+    sigma: float = 3.0
+    tau: float = 2.0
+
+
+TRUTH = Truth()
+
+
+def record(
+    passes: int,
+    spread: float,
+    snr: float,
+    sigma_jitter: float,
+    runs: int,
+    rng: np.random.Generator,
+    truth: Truth = TRUTH,
+) -> Record:
     """Draw truth from the third-order model and frames of unit noise, and run the filter on them."""
-    state, times = wander(sigma_jitter, runs, rng)
+    state, times = wander(sigma_jitter, runs, rng, truth)
     start = offset(sigma_jitter, runs, rng)
     looks = np.array([snr, spread, 0.0])
     scans = shown(times, state[..., :2] + state[..., 2:], GaussianSpot(), looks, white(runs, rng))
-    return follow(config(passes, sigma_jitter), state, start, sigma_jitter, looks, scans)
+    motion = {"kind": "jittered_wander", "sigma_jitter": sigma_jitter, "sigma": truth.sigma, "tau": truth.tau}
+    return follow(config(passes, sigma_jitter, motion), state, start, sigma_jitter, looks, scans)
 
 
-def wander(sigma_jitter: float, runs: int, rng: np.random.Generator) -> tuple[Array, Array]:
+def wander(sigma_jitter: float, runs: int, rng: np.random.Generator, truth: Truth = TRUTH) -> tuple[Array, Array]:
     """Draw the paper's truth: x, y, jx, jy (r, s, 4), and return it with its times (s,)."""
-    truth, times = AtmosphericWander(sigma_jitter=sigma_jitter), np.arange(FRAMES) / RATE
-    settled = draw_gaussian(np.zeros(8), truth.noise(np.zeros(8), 100.0), rng, (runs,))
-    path = draw_states(truth, settled, times, rng)
+    model = AtmosphericWander(truth.sigma, truth.tau, sigma_jitter)
+    times = np.arange(FRAMES) / RATE
+    settled = draw_gaussian(np.zeros(8), model.noise(np.zeros(8), 1000.0), rng, (runs,))
+    path = draw_states(model, settled, times, rng)
     return np.concatenate([path[..., :2], path[..., 2:4] + path[..., 4:6]], axis=-1), times
 
 
@@ -155,11 +176,11 @@ def information(spread: float, snr: float, window: int = 8) -> float:
     return float(snr**2 * np.sum(slopes[0] ** 2))
 
 
-def bound(spread: float, snr: float, sigma_jitter: float) -> tuple[float, float, float]:
+def bound(spread: float, snr: float, sigma_jitter: float, truth: Truth = TRUTH) -> tuple[float, float, float]:
     """Return the steady-state lower bounds (Riccati) on the standard deviations of dynamics, jitter and their sum."""
-    F, Q = JitteredWander(sigma_jitter=sigma_jitter).one_axis(1.0 / RATE)
+    F, Q = JitteredWander(truth.sigma, truth.tau, sigma_jitter).one_axis(1.0 / RATE)
     J, seen = information(spread, snr), np.ones(2)
-    P = np.diag([9.0, sigma_jitter**2])
+    P = np.diag([truth.sigma**2, sigma_jitter**2])
     for _ in range(500):
         P = F @ P @ F.T + Q
         P = P - np.outer(P @ seen, P @ seen) / (1.0 / J + seen @ P @ seen)

@@ -4,31 +4,33 @@ from __future__ import annotations
 
 import numpy as np
 
-from vedette import Array
+from vedette import Array, Indices
 
 
-def sample(pixels: Array, centre: Array, step: float, cells: int) -> Array:
-    """Return (cells, cells) means of `pixels` (h, w) over squares of `step` px around `centre` (2,), bilinear."""
-    (top, down), (left, across) = (_means(float(centre[i]), step, cells, pixels.shape[1 - i]) for i in (1, 0))
-    block = pixels[top : top + down.shape[1], left : left + across.shape[1]].astype(float)
-    means: Array = down @ block @ across.T
-    return means
+def sample(pixels: Array, centre: Array, step: float, cells: int | tuple[int, int]) -> Array:
+    """Return means of `pixels` (h, w) over squares of `step` px around `centre` (2,), bilinear; as many as `cells`."""
+    rows, columns = (cells, cells) if isinstance(cells, int) else cells
+    down, across = (_along(float(centre[i]), step, n, pixels.shape[1 - i]) for i, n in ((1, rows), (0, columns)))
+    block = pixels[down[0].min() : down[0].max() + 2, across[0].min() : across[0].max() + 2].astype(float)
+    return _means(_means(block, *down, rows).T, *across, columns).T
 
 
-def _means(centre: float, step: float, cells: int, size: int) -> tuple[int, Array]:
-    """Return the first of an axis' `size` pixels that count, and the weights (cells, pixels) of those from it on.
-
-    A coordinate beyond the edge is taken as the edge.
-    """
+def _along(centre: float, step: float, cells: int, size: int) -> tuple[Indices, Array]:
+    """Return of each place along an axis of `size` pixels the one below (n,), and how far beyond it; the edge beyond it."""
     fine = int(np.ceil(step))
-    count = cells * fine
-    at = np.clip(centre + (np.arange(count) - 0.5 * (count - 1)) * (step / fine), 0.0, size - 1.0)
+    at = np.clip(centre + (np.arange(cells * fine) - 0.5 * (cells * fine - 1)) * (step / fine), 0.0, size - 1.0)
     below = np.minimum(np.floor(at).astype(np.intp), size - 2)
-    first, last, part, row = int(below[0]), int(below[-1]) + 2, at - below, np.arange(count)
-    weights = np.zeros((count, last - first))
-    weights[row, below - first] = 1.0 - part
-    weights[row, below - first + 1] = part
-    return first, weights if fine == 1 else weights.reshape(cells, fine, -1).mean(axis=1)
+    return below, at - below
+
+
+def _means(block: Array, below: Indices, part: Array, cells: int) -> Array:
+    """Return the means (cells, w) of rows of a `block` (h, w), between its row `below` less the first and the next one."""
+    row, share = (below - below[0]).reshape(cells, -1).T, part.reshape(cells, -1).T[..., None]
+    means = np.zeros((cells, block.shape[1]))
+    for one, beyond in zip(row, share, strict=True):
+        found = block[one]
+        means += found + beyond * (block[one + 1] - found)
+    return means / len(row)
 
 
 def isolated(image: Array, width: float) -> Array:
@@ -77,19 +79,20 @@ def contrast(image: Array, box: Array) -> float:
 
 
 def similarity(image: Array, patch: Array, mask: Array) -> Array:
-    """Return 2 cov / (var + var) of patches (*b, p, p) and each place of `image` (n, n), weighted by `mask`: (*b, q, q).
+    """Return 2 cov / (var + var) of patches (*b, p, p) and each place of `image` (n, m), weighted by `mask`.
 
-    It is the correlation coefficient times 2 a b / (a^2 + b^2), a and b the contrasts of patch and place; q = n - p + 1.
+    It is the correlation coefficient times 2 a b / (a^2 + b^2), a and b the contrasts of patch and place; shape
+    (*b, n - p + 1, m - p + 1).
     """
     from scipy.fft import irfft2, next_fast_len, rfft2
 
-    n, p = len(image), patch.shape[-1]
-    count, size = mask.sum(), (next_fast_len(n, real=True),) * 2
+    (n, m), p = image.shape, patch.shape[-1]
+    count, size = mask.sum(), tuple(next_fast_len(side, real=True) for side in (n, m))
     kernel = mask * (patch - (mask * patch).sum(axis=(-1, -2), keepdims=True) / count)
     near, seen = rfft2(mask, size).conj(), rfft2(np.stack([image, image * image]), size)
-    part = slice(0, n - p + 1)
-    total, square = irfft2(near * seen, size)[:, part, part]
-    product = irfft2(rfft2(kernel, size).conj() * seen[0], size)[..., part, part]
+    rows, columns = slice(0, n - p + 1), slice(0, m - p + 1)
+    total, square = irfft2(near * seen, size)[:, rows, columns]
+    product = irfft2(rfft2(kernel, size).conj() * seen[0], size)[..., rows, columns]
     energy = np.maximum(square - total * total / count, 0.0)
     own = (kernel * patch).sum(axis=(-1, -2), keepdims=True)
     found: Array = 2.0 * product / np.maximum(energy + own, 1e-12)

@@ -10,9 +10,10 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Progress, Reproduction
-from vedette.reproduction import Cell, Findings, Keep, Table, afresh, mean_cell, rms_cell, share_cell
+from vedette.reproduction import Cell, Claim, Element, Findings, Keep, Table, afresh, mean_cell, rms_cell, share_cell
 from vedette_flir import verdicts
-from vedette_flir.matched_truth import Record, bound, information, record
+from vedette_flir.elements import ELEMENTS
+from vedette_flir.matched_truth import Record, Truth, bound, information, record
 from vedette_flir.pictures import charts
 from vedette_flir.robustness import variations
 
@@ -22,6 +23,14 @@ CASES = tuple(
     for snr in (2.0, 5.0, 10.0, 20.0)
 )
 """Jitter in px, spread in px, amplitude over noise."""
+
+JUDGED = ((0.2, 2.0, 10.0), (0.5, 2.0, 5.0))
+"""The cases of the grid."""
+
+SPREADS = {"1 px": 1.0, "3 px": 3.0}
+TIMES = {"2 s": 2.0, "10 s": 10.0}
+MANOEUVRES = {"100 px/s^2": 100.0, "300 px/s^2": 300.0, "600 px/s^2": 600.0}
+"""What the paper leaves open: its words to what they are here."""
 
 PASSES = {"one pass": 1, "three passes": 3}
 
@@ -41,22 +50,15 @@ class FlirReproduction(Reproduction):
     title: ClassVar[str] = (
         "A hot spot in infrared images: errors of dynamics and jitter against signal-to-noise ratio and spread"
     )
-    default_runs: ClassVar[int] = 100
-    full_runs: ClassVar[int] = 1000
-    contributions: ClassVar[Mapping[str, tuple[str, ...]]] = {
-        "intensity of a hot spot, equation 1, and its 8 x 8 pixels, equation 5": (
-            "sensor gaussian_spot",
-            "sensor elliptic_spot",
-        ),
-        "truth: wander and third-order atmosphere, equations 2 to 4, figure 3": ("motion atmospheric_wander",),
-        "eight states, equations 6 to 9": ("motion jittered_acceleration", "motion carrying"),
-        "extended Kalman filter on pixels, equations 10 to 14; the same iterated": ("estimator ekf", "estimator iekf"),
-        "on-line adaptation to brightness and size, section 1": ("sensor gaussian_spot", "sensor elliptic_spot"),
-        "several hot spots; of unknown shape, section 4": ("sensor hot_spots", "estimator template_filter"),
-        "noise correlated over space, section 4": ("sensor gaussian_spot", "sensor elliptic_spot", "sensor hot_spots"),
-        "adaptive noise of the state, section 4": ("estimator residual_monitored",),
-        "a filter that matches the truth, not in the paper": ("motion jittered_wander",),
+    default_runs: ClassVar[int] = 70
+    full_runs: ClassVar[int] = 700
+    grid_runs: ClassVar[int] = 40
+    unsaid: ClassVar[Mapping[str, tuple[str, ...]]] = {
+        "manoeuvre": tuple(MANOEUVRES),
+        "spread of the dynamics": tuple(SPREADS),
+        "their correlation": tuple(TIMES),
     }
+    elements: ClassVar[tuple[Element, ...]] = ELEMENTS
 
     def run(self, runs: int, seed: int, progress: Progress, keep: Keep = afresh) -> Findings:
         """Run all cases; the filters of a case see the same frames. What is varied takes half as many runs."""
@@ -80,6 +82,18 @@ class FlirReproduction(Reproduction):
         tables = (*(_table(name, found) for name in PASSES), verdicts.table(varied))
         claims = verdicts.claims(verdicts.figures(found, varied), part)
         return Findings(self.title, runs, seed, tables, claims, charts(found, varied, claims))
+
+    def claims_at(self, point: Mapping[str, str], runs: int, seed: int) -> tuple[Claim, ...]:
+        """Return the claims with their verdicts at one point of the grid."""
+        truth = Truth(SPREADS[point["spread of the dynamics"]], TIMES[point["their correlation"]])
+        found = {
+            case: {"three passes": record(3, case[1], case[2], case[0], runs, np.random.default_rng((seed, i)), truth)}
+            for i, case in enumerate(JUDGED)
+        }
+        varied: dict[str, dict[str, Record]] = {}
+        for i, each in enumerate(variations(truth, MANOEUVRES[point["manoeuvre"]])):
+            varied[each.label] = {name: each.record(name, runs, (seed, 1000 + i)) for name in each.filters}
+        return verdicts.claims(verdicts.figures(found, varied, truth), runs)
 
 
 def _matched(passes: int, spread: float, snr: float, jitter: float, runs: int, seed: tuple[int, int]) -> Record:

@@ -12,6 +12,9 @@ BLOCKS = 16
 SUDDEN = 3.0
 """Change over the recent changes, beyond which the scene is another."""
 
+WIDE = 0.12
+"""Median change of a block over the root mean square: .67 where all change alike, as in normal noise."""
+
 FADING = 0.95
 """Part of the largest recent change that is left a frame later."""
 
@@ -31,6 +34,11 @@ def outline(pixels: Array) -> Array:
 def change(before: Array, now: Array) -> float:
     """Return the root mean square difference of two outlines, in count."""
     return float(np.sqrt(np.mean((now - before) ** 2)))
+
+
+def is_wide(before: Array, now: Array, changed: float) -> bool:
+    """Return whether half the blocks or more took part in a change, so that it is not that of a target before plain sky."""
+    return bool(np.median(np.abs(now - before)) > WIDE * changed)
 
 
 def is_cut(before: Array, changed: float, recent: float, part: float) -> bool:

@@ -16,6 +16,9 @@ FILTERS = ("IMM-PDAF", "CV-PDAF", "CT-PDAF")
 BLOCK = 20
 """Scans over which an error is averaged for a curve: three curves of single scans hide one another."""
 
+COAST = 30.0
+"""Seconds from the announced start until the first return, in the study's part on figure 7 (d); chosen."""
+
 PUBLISHED = {
     "MANV-like boat 1": (117.06, 120.26, 121.22),
     "MANV-like boat 2": (98.52, 101.87, 107.74),
@@ -68,15 +71,15 @@ def ratio_table(found: Found) -> Table:
         cells = [ratio(records, other, what) for what in ("ais", "centre") for other in ("CV-PDAF", "CT-PDAF")]
         nis = [mean_cell(np.mean(records[name].nis, axis=1)) for name in FILTERS]
         modes = records["IMM-PDAF"].modes
-        rows.append(
-            (f"{target}, {parameters}", (*cells, *nis, Cell(None if modes is None else float(np.mean(modes[:, 1])))))
-        )
+        turning = Cell(None if modes is None else float(np.mean(modes[:, 1])))
+        lost = share_cell(np.any([each.lost for each in records.values()], axis=0))
+        rows.append((f"{target}, {parameters}", (*cells, *nis, turning, lost)))
     return Table(
         "Ratios of RMSE, and consistency",
-        ("IMM/CV AIS", "IMM/CT AIS", "IMM/CV centre", "IMM/CT centre", "NIS IMM", "NIS CV", "NIS CT", "CT mode"),
+        ("IMM/CV AIS", "IMM/CT AIS", "IMM/CV centre", "IMM/CT centre", "NIS IMM", "NIS CV", "NIS CT", "CT mode", "lost"),
         tuple(rows),
         "NIS / 2, which is 1 where R and the models are right and errors are independent. With the same Q in both modes "
-        "they cannot be told apart, and the CT mode stays at .50.",
+        "they cannot be told apart, and the CT mode stays at .50. Lost: by any of the three.",
     )
 
 
@@ -121,15 +124,24 @@ def in_blocks(values: Array) -> Array:
 
 
 def charts(
-    times: Mapping[str, Array], centres: Mapping[str, Array], found: Found, errors: Table, claims: tuple[Claim, ...]
+    times: Mapping[str, Array],
+    centres: Mapping[str, Array],
+    returns: Mapping[str, Array],
+    found: Found,
+    errors: Table,
+    claims: tuple[Claim, ...],
 ) -> tuple[Chart, ...]:
-    """Return table 4 with the published marks, the paths, errors over time with bands, and mode probabilities."""
+    """Return table 4 with the published marks, the paths, errors over time with bands, and mode probabilities.
+
+    `returns`: those of the first run near each target, (n, 2).
+    """
     paths, against, modes = [], [], []
     for (target, parameters), records in found.items():
         if parameters != "tuned":
             continue
         centre = centres[target]
-        curves = [Curve("true centre", centre[:, 0], centre[:, 1])]
+        seen = returns[target]
+        curves = [Curve("returns", seen[:, 0], seen[:, 1], "dots"), Curve("true centre", centre[:, 0], centre[:, 1])]
         curves.append(Curve("IMM-PDAF", records["IMM-PDAF"].path[:, 0], records["IMM-PDAF"].path[:, 1], "dashed"))
         curves.append(Curve("", centre[:1, 0], centre[:1, 1], "points", 0, notes=("start",)))
         paths.append(Panel(target, "east [m]", "north [m]", tuple(curves), equal=True))
@@ -145,7 +157,9 @@ def charts(
     columns = [column for column in errors.columns if column.endswith("AIS")]
     table = comparison(errors, columns, "RMS error [m]", title="Against AIS, each filter tuned", log=True)
     return (
-        Chart("trajectory", "The targets, and a track of each (figure 7 c, d)", tuple(paths), claims[4:5]),
+        Chart(
+            "trajectory", "The targets, returns near them, and a track of each (figure 7 c, d)", tuple(paths), claims[4:5]
+        ),
         Chart("table", "Table 4, the paper's marks beside ours; bars: two standard errors", (table,), claims[:6]),
         Chart(
             "errors",

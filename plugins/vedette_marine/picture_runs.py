@@ -11,7 +11,7 @@ from vedette import Progress, Reproduction
 from vedette.reproduction import Findings, Keep, afresh
 from vedette_marine import configs, outcome, verdicts
 from vedette_marine.outcome import FILTERS, Record
-from vedette_marine.points import Points, see
+from vedette_marine.points import Points, near, see
 from vedette_marine.reproduction import SCENES, SIGMA, record, tuned
 
 DETECTORS = {"MANV-like": configs.BOATS_IN_PICTURES, "DARC-like": configs.SHIP_IN_PICTURES}
@@ -33,21 +33,21 @@ class MarinePicturesReproduction(Reproduction):
     def run(self, runs: int, seed: int, progress: Progress, keep: Keep = afresh) -> Findings:
         """Run all filters on the same pictures."""
         found: dict[tuple[str, str], dict[str, Record]] = {}
-        times, centres = {}, {}
+        times, centres, returns = {}, {}, {}
         for i, scene in enumerate(SCENES):
             points = seen(scene, runs, seed, progress, keep)
             filters = tuned(scene, seed, i, keep)
             for target, name in enumerate(points.names):
                 key = f"{scene} {name}"
                 found[key, "tuned"] = {each: record(scene, points, target, filters[each], SIGMA[scene]) for each in FILTERS}
-                times[key], centres[key] = points.times, points.centres[target]
+                times[key], centres[key], returns[key] = points.times, points.centres[target], near(points, target)
         note = "m; RMSE of the runs that were not lost, AIS: against interpolated reports, centre: against the hull's centre"
         tables = (
             outcome.error_table("Table 4 from pictures, each filter tuned", "tuned", found, note),
             outcome.ratio_table(found),
         )
-        claims = verdicts.claims(verdicts.figures(found, {}), runs)
-        charts = outcome.charts(times, centres, found, tables[0], claims)
+        claims = verdicts.claims(verdicts.figures(found, {}), runs, pictures=True)
+        charts = outcome.charts(times, centres, returns, found, tables[0], claims)
         return Findings(self.title, runs, seed, tables, claims, charts)
 
 

@@ -169,6 +169,25 @@ def prior(points: Points, target: int, start: float, state: Space) -> Gaussian:
     return over_axes(Gaussian(points.announced[:, target, None], cov), STATE, state, {"turn_rate": (0.0, 0.01)})
 
 
+def first_late(points: Points, seconds: float) -> Points:
+    """Return the same without returns for so many seconds from the first scan on."""
+    begin = points.times[0] + seconds
+
+    def emptied(scan: Scan) -> Scan:
+        seen = scan.detections
+        return evolve(scan, detections=evolve(seen, valid=np.zeros_like(seen.valid)))
+
+    return evolve(points, scans=tuple(emptied(scan) if scan.time < begin else scan for scan in points.scans))
+
+
+def near(points: Points, target: int, reach: float = 150.0) -> Array:
+    """Return the returns of the first run within `reach` m of a target's centre, (n, 2)."""
+    pairs = zip(points.scans, points.centres[target], strict=True)
+    kept = [scan.detections.z[0][scan.detections.valid[0]] - spot for scan, spot in pairs]
+    inside = [part[np.hypot(*part.T) < reach] for part in kept]
+    return np.concatenate([part + spot for part, spot in zip(inside, points.centres[target], strict=True)])
+
+
 def by_frame_number(points: Points) -> Points:
     """Return the same scans timed as if no frame had been lost, 1 s apart, and judged at those times."""
     times = points.times[0] + np.arange(len(points.times))

@@ -1,7 +1,8 @@
 """Scenes like the two recordings of the paper: pictures of a simulated radar, with AIS, as configs.
 
-The recordings are not published. Known are the sizes of the ships, metres per pixel, the numbers of frames made and
-received, and that one shows a radar beacon. Ranges, paths, sea and land are chosen.
+The recordings can be had from the DLR (Fowdur, Baum, Heymann, Real-World Marine Radar Datasets for Evaluating Target
+Tracking Methods, Sensors 21(14), 4641, 2021); they are not at hand. Known are the sizes of the ships, metres per pixel, the
+numbers of frames made and received, and that one shows a radar beacon. Ranges, paths, sea and land are chosen.
 """
 
 from __future__ import annotations

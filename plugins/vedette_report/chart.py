@@ -27,7 +27,14 @@ _TICKS, _EDGE = 6, 0.09
 """Numbers on an axis of a map, at most: they may be as long as -2000; part of a map that stays free around what it shows."""
 _MANY = 300
 """Points of a line that is drawn thinner."""
-_SHADES = {"reproduced": "#00527f", "not reproduced": "#b0413e", "not decided": "#8a6d00", "remark": canvas.SOFT}
+_OPEN = "#8a6d00"
+_SHADES = {
+    "reproduced": "#00527f",
+    "not reproduced": "#b0413e",
+    "not decided": _OPEN,
+    "depends": _OPEN,
+    "remark": canvas.SOFT,
+}
 _LOOKS: dict[str, dict[str, Any]] = {
     "line": {"linewidth": 1.5},
     "marked": {"linewidth": 1.5, "marker": "o", "markersize": 4.0},

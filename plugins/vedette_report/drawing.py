@@ -26,6 +26,10 @@ class Drawing:
         """Return whether pictures can be drawn; otherwise say on standard error what is missing."""
         return can_draw()
 
+    def names(self) -> list[str]:
+        """Return the names of the files that pictures of a run may have."""
+        return [self.look.file(entry.kind) for entry in Registry.installed().of_role("picture")]
+
     def of_run(self, result: Result, folder: Path) -> list[str]:
         """Write every picture of a run into its folder; return the files' names."""
         written = []

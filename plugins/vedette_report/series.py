@@ -1,95 +1,60 @@
-"""The series of a run, collected scan by scan: what its page and its pictures show. docs/formats.md lists the columns."""
+"""The series of a run, collected scan by scan: what its page and its pictures show, and what its tracks are written from.
+
+docs/formats.md lists the columns.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator
 from io import BytesIO
 from pathlib import Path
 from typing import BinaryIO, final
 
 import numpy as np
-from attrs import frozen
+from attrs import evolve, frozen
 
 from vedette.config import installed_figures
 from vedette.experiment import Experiment, Result, Steps
 from vedette.metrics import ENTRIES, SCANS, Block, RunningJudge
-from vedette.space import Array
+from vedette.space import Array, Indices, Mask
 from vedette.tracking import State
-from vedette.types import Gaussian, Recording, Scan
-from vedette_files import Column, SeriesFile, Tables
-from vedette_report.series_about import about, no_rows
+from vedette.types import Frame, Gaussian, Scan
+from vedette_files import Column, Series, SeriesFile, SeriesTracks, Tables, TrackRows, read_series
+from vedette_report.series_about import about
 from vedette_report.series_judged import judged
 from vedette_report.series_rows import ScanRows
+from vedette_report.series_tables import no_rows, together
 from vedette_report.traces import Bands, Judged
 
 _FEW = 10
-"""Scans whose rows are held apart."""
+"""Scans whose rows are held apart: many small arrays take several times the memory of what is in them."""
 
 _KEPT = 500_000
 """Numbers that a run which keeps nothing may keep for the figures of whole tracks: 4 MB, some 3,000 scans of few tracks."""
 
-
-@final
-class SeriesWriter:
-    """Collects what each scan did to the tracks, and writes it once the scans are judged. It does not grow with the run."""
-
-    def __init__(self, target: Path | BinaryIO, experiment: Experiment, recording: Recording, modes: int) -> None:
-        self._of = ScanRows(experiment, recording)
-        self._scans = self._entries = 0
-        self._joined: list[Tables] = [no_rows(len(experiment.tracker.state), self._of.axes, modes)]
-        self._rows: list[Tables] = []
-        self._file = SeriesFile(target, about(experiment, recording, self._of.plane, modes))
-
-    def add(self, scan: Scan, before: State, state: State, estimate: Gaussian, modes: Array | None) -> None:
-        """Collect a scan, the states before and after it, and that one's estimates (t,) and mode probabilities (t, r)."""
-        rows = self._of.of(scan, before, state, estimate, modes)
-        rows["returns"]["scan"] += self._scans
-        rows["entries"]["scan"] += self._scans
-        rows["weights"]["entry"] += self._entries
-        self._rows.append(rows)
-        self._scans += 1
-        self._entries += len(state.ids)
-        if len(self._rows) >= _FEW:
-            self._join()
-
-    def finish_block(self, block: Block | None) -> None:
-        """Write the scans since the last block, with what the judge says of them."""
-        self._join()
-        if not self._joined:
-            return
-        (joined,), self._joined = self._joined, []
-        tables: dict[str, dict[str, Column]] = {table: {**columns} for table, columns in joined.items()}
-        first = self._scans - len(tables["scans"]["time"])
-        more = judged(block, len(tables["scans"]["time"]), tables["entries"]["confirmed"])
-        tables["scans"] |= more["scans"]
-        tables["entries"] |= more["entries"]
-        tables["truth"] = self._of.true(tables["scans"]["time"], first)
-        self._file.add(tables)
-
-    def close(self) -> None:
-        """Write what waits."""
-        self._file.flush()
-
-    def _join(self) -> None:
-        """Put the rows of some scans together: many small arrays take several times the memory of what is in them."""
-        if self._rows:
-            self._joined = [together([*self._joined, *self._rows])]
-        self._rows = []
+_BARE = Frame(np.zeros((1, 1)))
+"""Stands for a frame until the run is over: all of them would not fit into memory."""
 
 
-def together(parts: Sequence[Tables]) -> Tables:
-    """Return tables with the rows of all parts."""
-    return {
-        table: {name: np.concatenate([part[table][name] for part in parts]) for name in columns}
-        for table, columns in parts[0].items()
-    }
+@frozen(eq=False)
+class _Seen:
+    """What the judge takes of a scan: `RunningJudge.add`."""
+
+    scan: Scan
+    ids: Indices
+    confirmed: Mask
+    estimate: Gaussian
+    nis: Array
+    hit: Array
+    modes: Array | None
 
 
 @final
 class Recorder:
-    """Judges a run as it goes, and writes its series block by block; `judge` has its score.
+    """Judges a run as it goes and writes its series block by block; `judge` has its score, `tracks` what it left.
 
-    `kept`: the run keeps all, so the judge may keep what the figures of whole tracks need, and the blocks.
+    `kept`: the run keeps all, so the judge may keep what the figures of whole tracks need, and the blocks. Where tracks
+    count as confirmed from the start once they are, all is judged and written at the end, when that is known.
     """
 
     def __init__(self, target: Path | BinaryIO, experiment: Experiment, steps: Steps, *, kept: bool = True) -> None:
@@ -106,45 +71,118 @@ class Recorder:
         modes = tracker.estimator.mode_prob(steps.state.belief)
         self.modes = 0 if modes is None else modes.shape[-1]
         self.bands, self.blocks, self._kept = Bands(), list[Block](), kept
-        self._writer = SeriesWriter(target, experiment, recording, self.modes)
-        self._scans = self._entries = 0
+        self.tracks = SeriesTracks(tracker.state)
+        self._of = ScanRows(experiment, recording)
+        self._file = SeriesFile(target, about(experiment, recording, self._of.plane, self.modes))
+        none = no_rows(len(tracker.state), self._of.axes, self.modes)
+        self._later = list[tuple[dict[str, dict[str, Column]], _Seen]]() if experiment.retroactive else None
+        if self._later is not None:
+            none = {**none, "entries": {**none["entries"], "confirmed_at": np.zeros(0)}}
+        self._none: Tables = none
+        self._rows, self._told = list[Tables](), list[Tables]()
+        self._scans = self._entries = self._judged = 0
+        self._block = (0, 0)
 
     def add(self, scan: Scan, before: State, state: State, estimate: Gaussian, modes: Array | None) -> None:
         """Take what `Experiment.finish` tells its `watch`."""
-        self._writer.add(scan, before, state, estimate, modes)
-        self.judge.add(scan, state.ids, state.confirmed, estimate, state.nis, state.hit, modes)
-        self._scans, self._entries = self._scans + 1, self._entries + 1 + len(state.ids)
+        rows = self._of.of(scan, before, state, estimate, modes)
+        seen = _Seen(scan, state.ids, state.confirmed, estimate, state.nis, state.hit, modes)
+        if self._later is None:
+            self._take(rows, seen)
+        else:
+            bare = scan if scan.frame is None else evolve(scan, frame=_BARE)
+            self._later.append((rows, evolve(seen, scan=bare)))
+
+    def _take(self, rows: dict[str, dict[str, Column]], seen: _Seen) -> None:
+        for table in ("returns", "entries", "splits", "merges"):
+            rows[table]["scan"] += self._scans
+        for table in ("weights", "below"):
+            rows[table]["entry"] += self._entries
+        self._rows.append(rows)
+        if len(self._rows) > _FEW:
+            self._rows = [together(self._rows)]
+        self.judge.add(seen.scan, seen.ids, seen.confirmed, seen.estimate, seen.nis, seen.hit, seen.modes)
+        self._scans, self._entries = self._scans + 1, self._entries + len(seen.ids)
         if self._kept and self.full:
             self.finish_block()
 
     @property
     def full(self) -> bool:
         """Whether enough has come for a block."""
-        return self._scans >= SCANS or self._entries >= ENTRIES
+        scans, entries = self._scans - self._block[0], self._entries - self._block[1] + self._scans - self._block[0]
+        return scans >= SCANS or entries >= ENTRIES
 
-    def finish_block(self) -> None:
-        """Judge and write what came since the last block."""
+    def judged(self) -> Tables:
+        """Judge what came since this was last asked for; return its tables, numbered from the run's first scan and entry."""
+        rows, self._rows = together([self._none, *self._rows]), list[Tables]()
         block = self.judge.finish_block()
         if block is not None:
             self.bands.add(block)
             if self._kept:
                 self.blocks.append(block)
-        self._writer.finish_block(block)
-        self._scans = self._entries = 0
+        times = rows["scans"]["time"]
+        more = judged(block, len(times), rows["entries"]["confirmed"])
+        tables: Tables = {
+            **rows,
+            "truth": self._of.true(times, self._judged),
+            **{table: {**rows[table], **columns} for table, columns in more.items()},
+        }
+        self._judged += len(times)
+        self._told.append(tables)
+        return tables
+
+    def finish_block(self) -> None:
+        """Judge and write what came since the last block."""
+        if self._rows:
+            self.judged()
+        if self._told:
+            tables, self._told = together(self._told), []
+            self._file.add(tables)
+            self.tracks.add(tables)
+            self._block = self._scans, self._entries
 
     def close(self) -> None:
         """Judge and write what is left."""
+        for rows, seen in self._from_the_start():
+            self._take(rows, seen)
+        if not self._scans:
+            self.judged()  # the tables without rows: a reader finds all columns
         self.finish_block()
-        self._writer.close()
+        self.flush()
+
+    def flush(self) -> None:
+        """Write the blocks that wait."""
+        self._file.flush()
+
+    def _from_the_start(self) -> Iterator[tuple[dict[str, dict[str, Column]], _Seen]]:
+        """Yield the scans that waited, their tracks confirmed from the start if they were ever confirmed, and since when."""
+        waited, self._later = self._later or [], None
+        first: dict[int, int] = {}
+        for i, (_, seen) in enumerate(waited):
+            for number in seen.ids[seen.confirmed].tolist():
+                first.setdefault(number, i)
+        times = np.array([seen.scan.time for _, seen in waited])
+        for i, (rows, seen) in enumerate(waited):
+            known = np.array([first.get(number, -1) for number in seen.ids.tolist()], dtype=np.intp)
+            early = known > i
+            at = np.where(early, times[known], np.where(seen.confirmed, seen.scan.time, np.nan))
+            confirmed = seen.confirmed | early
+            entries = {**rows["entries"], "confirmed": confirmed, "confirmed_at": at}
+            yield {**rows, "entries": entries}, evolve(seen, confirmed=confirmed)
 
 
 @frozen(eq=False)
 class Recorded:
-    """A run that kept all: its result, what the judge said of it, and the content of `series.npz`."""
+    """A run that kept all: its result, what the judge said of it, the content of `series.npz`, and its tracks' rows."""
 
     result: Result
     judged: Judged
     packed: bytes
+    rows: TrackRows
+
+    def series(self) -> Series:
+        """Return the series."""
+        return read_series(BytesIO(self.packed))
 
 
 def recorded_run(experiment: Experiment, steps: Steps, *, keep_states: bool = False) -> Recorded:
@@ -153,8 +191,6 @@ def recorded_run(experiment: Experiment, steps: Steps, *, keep_states: bool = Fa
     series = Recorder(packed, experiment, steps)
     result = experiment.finish(steps, keep_states=keep_states, watch=series.add)
     series.close()
-    if experiment.retroactive:  # the judge saw the tracks before they were known to be confirmed from the start
-        judged = Judged.of(experiment, result, installed_figures())
-    else:
-        judged = Judged(series.judge.score(), tuple(series.blocks), np.array([track.id for track in result.tracks]))
-    return Recorded(result, judged, packed.getvalue())
+    names = np.array([track.id for track in result.tracks])
+    judged = Judged(series.judge.score(), tuple(series.blocks), names)
+    return Recorded(result, judged, packed.getvalue(), series.tracks.hand_out())

@@ -1,4 +1,4 @@
-"""What is the same in all of a run's series, and tables of no rows."""
+"""What is the same in all of a run's series."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from vedette.experiment import Experiment
 from vedette.metrics import positions, truth_at
 from vedette.types import Recording
-from vedette_files import Tables, units
+from vedette_files import units
 from vedette_report.figures import length_unit
 from vedette_report.plane import Plane
 from vedette_report.traces import BAND, band, mode_names
@@ -45,36 +45,3 @@ def about(experiment: Experiment, recording: Recording, plane: Plane | None, mod
         "nees_band": list(band(spot)) if spot else None,
         "notes": dict(recording.notes),
     }
-
-
-def no_rows(n: int, m: int, modes: int) -> Tables:
-    """Return the tables of a run that no judge has seen, without rows: n state axes, at most m measured ones."""
-    real, short = np.float64, np.int32
-    scans = {"time": real, "sensor": np.int16, "returns": short, "tracks": short, "platform": (real, 2), "heading": real}
-    entries = {
-        "scan": short,
-        "track": np.int64,
-        "mean": (real, n),
-        "cov": (real, n * (n + 1) // 2),
-        "confirmed": np.bool_,
-        "existence": real,
-        "hit": real,
-        "nis": real,
-        "modes": (real, modes),
-        "expected": (real, m),
-        "innovation": (real, m * (m + 1) // 2),
-        "gate_position": (real, 2),
-        "gate_cov": (real, 3),
-    }
-    kinds: dict[str, dict[str, Any]] = {
-        "scans": scans,
-        "returns": {"scan": short, "z": (real, m), "position": (real, 2)},
-        "entries": entries,
-        "weights": {"entry": np.int64, "return": short, "weight": real},
-    }
-    return {table: {name: _no_row(kind) for name, kind in columns.items()} for table, columns in kinds.items()}
-
-
-def _no_row(kind: Any) -> Any:
-    dtype, *shape = kind if isinstance(kind, tuple) else (kind,)
-    return np.zeros((0, *shape), dtype)

@@ -11,9 +11,11 @@ from vedette.metrics import truth_at
 from vedette.space import Array
 from vedette.tracking import State
 from vedette.types import Gaussian, Recording, Scan
-from vedette_files import Column
+from vedette_files import UNNAMED, WITHIN, Column, below, stands, triangles
 from vedette_report.gates import gates
 from vedette_report.plane import Plane, positions_of
+
+_NONE = np.zeros((0, 2), dtype=np.int64)
 
 
 @final
@@ -32,7 +34,7 @@ class ScanRows:
         self._truth = [(j, true) for j, true in told if plane is not None and plane.within(true.space)]
         self._codes = {name: i for i, name in enumerate(sensors)}
         self.axes = max(len(sensor.measurement) for sensor in sensors.values())
-        self._triangle, self._measured = np.triu_indices(len(space)), np.triu_indices(self.axes)
+        self._measured = np.triu_indices(self.axes)
         self._gap = experiment.judge.truth_gap
 
     def of(
@@ -46,19 +48,24 @@ class ScanRows:
         k = 0 if scan.frame is not None else len(seen.z)
         z = np.full((k, self.axes), np.nan)
         z[:, : seen.z.shape[-1]] = seen.z[:k]
-        found = gates(self._tracker, scan, before, state, self.plane)
-        m = found.expected.shape[-1]
+        met = gates(self._tracker, scan, before, state, self.plane)
+        m = met.expected.shape[-1]
         expected, innovation = np.full((tracks, self.axes), np.nan), np.full((tracks, self.axes, self.axes), np.nan)
-        expected[:, :m], innovation[:, :m, :m] = found.expected, found.innovation
-        weights = state.weights[:, 1:] if scan.frame is None else state.weights[:, :0]
-        entry, column = np.nonzero(weights)
-        own = column if state.returns is None else state.returns[entry, column]
+        expected[:, :m], innovation[:, :m, :m] = met.expected, met.innovation
+        n = len(self._tracker.state)
+        flat = estimate.cov.reshape(tracks, n * n)
+        halves = below(flat, *triangles(n))
+        weights, within = state.weights[:, 1:], state.returns is not None
+        entry, column = np.nonzero(stands(weights) if state.returns is None else state.returns >= 0)
+        lineage = state.lineage
+        splits, merges = (_NONE, _NONE) if lineage is None else (lineage.splits, lineage.merges)
         return {
             "scans": {
                 "time": np.array([scan.time]),
                 "sensor": np.array([self._codes[scan.sensor]], dtype=np.int16),
                 "returns": np.array([k], dtype=np.int32),
                 "tracks": np.array([tracks], dtype=np.int32),
+                "columns": np.array([WITHIN if within else weights.shape[1]], dtype=np.int32),
                 "platform": place[None],
                 "heading": np.array([np.nan if pose is None else float(pose.heading)]),
             },
@@ -71,22 +78,27 @@ class ScanRows:
                 "scan": np.zeros(tracks, dtype=np.int32),
                 "track": np.asarray(state.ids, dtype=np.int64),
                 "mean": estimate.mean,
-                "cov": estimate.cov[:, self._triangle[0], self._triangle[1]],
+                "cov": flat[:, triangles(n)[0]],
                 "confirmed": state.confirmed,
                 "existence": state.existence,
                 "hit": state.hit,
+                "miss": state.weights[:, 0],
+                "identity": np.full(tracks, UNNAMED) if state.identity is None else state.identity,
                 "nis": state.nis,
                 "modes": np.zeros((tracks, 0)) if modes is None else modes,
                 "expected": expected,
                 "innovation": innovation[:, self._measured[0], self._measured[1]],
-                "gate_position": found.position,
-                "gate_cov": found.cov[:, [0, 0, 1], [0, 1, 1]],
+                "gate_position": met.position,
+                "gate_cov": met.cov[:, [0, 0, 1], [0, 1, 1]],
             },
             "weights": {
                 "entry": entry.astype(np.int64),
-                "return": own.astype(np.int32),
+                "return": (column if state.returns is None else state.returns[entry, column]).astype(np.int32),
                 "weight": weights[entry, column],
             },
+            "below": {"entry": halves.row, "place": halves.key.astype(np.int32), "value": halves.value},
+            "splits": {"scan": np.zeros(len(splits), np.int32), "track": splits[:, 0], "parent": splits[:, 1]},
+            "merges": {"scan": np.zeros(len(merges), np.int32), "track": merges[:, 0], "into": merges[:, 1]},
         }
 
     def true(self, times: Array, first: int = 0) -> dict[str, Column]:
@@ -98,10 +110,10 @@ class ScanRows:
         )
         if not near or self.plane is None:
             return {"scan": np.zeros(0, np.int32), "object": np.zeros(0, np.int32), "position": np.zeros((0, 2))}
-        found = truth_at([true for _, true in near], times, self.plane.space, self._gap)
-        scan, j = np.nonzero(found.alive & ~found.unsaid[:, None])
+        truth = truth_at([true for _, true in near], times, self.plane.space, self._gap)
+        scan, j = np.nonzero(truth.alive & ~truth.unsaid[:, None])
         return {
             "scan": (first + scan).astype(np.int32),
             "object": np.array([number for number, _ in near], dtype=np.int32)[j],
-            "position": self.plane.points(found.space, found.states[scan, j]),
+            "position": self.plane.points(truth.space, truth.states[scan, j]),
         }

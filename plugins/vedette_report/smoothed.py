@@ -6,16 +6,17 @@ import math
 from pathlib import Path
 from typing import Any
 
-from attrs import evolve, frozen
+from attrs import frozen
 
 from vedette.errors import ConfigError, Problem
 from vedette.experiment import Experiment, Result
-from vedette.metrics import Score, judge
+from vedette.metrics import Score
 from vedette.tracking import from_the_start, smooth
 from vedette.types import Track
 from vedette.units import in_unit
 from vedette.writing import whole_bytes
-from vedette_files import Terms, read_series, write_tracks_csv, write_tracks_jsonl
+from vedette_files import Terms, write_tracks_csv, write_tracks_jsonl
+from vedette_report.series import Recorded
 from vedette_report.smoothed_series import smoothed_series
 
 _COMPARED = (
@@ -30,11 +31,12 @@ _COMPARED = (
 
 @frozen(eq=False)
 class Smoothed:
-    """Tracks that use the scans of up to `lag` s later, and their score."""
+    """Tracks that use the scans of up to `lag` s later, their score, and the content of `smoothed.npz`."""
 
     lag: float
     tracks: tuple[Track, ...]
     score: Score
+    packed: bytes
 
 
 def read_lag(text: str) -> float:
@@ -50,15 +52,14 @@ def read_lag(text: str) -> float:
     return lag
 
 
-def smooth_result(experiment: Experiment, result: Result, lag: float) -> Smoothed:
-    """Smooth a result whose states were kept, and judge it as the filter is judged."""
+def smooth_result(experiment: Experiment, recorded: Recorded, lag: float) -> Smoothed:
+    """Smooth a run whose states were kept, and judge it as the filter is judged."""
+    result = recorded.result
     tracks = smooth(experiment.tracker, result.states, lag, experiment.seed)
     if experiment.retroactive:
         tracks = tuple(map(from_the_start, tracks))
-    found = evolve(result, tracks=tracks)
-    gate = experiment.tracker.gate.probability
-    score = judge(found.tracks, found.recording.truth, found.scans, experiment.judge, gate)
-    return Smoothed(lag, tracks, score)
+    score, packed = smoothed_series(recorded.series(), experiment, result.scans, result.recording.truth, tracks)
+    return Smoothed(lag, tracks, score, packed)
 
 
 def write_smoothed(folder: Path, experiment: Experiment, result: Result, smoothed: Smoothed) -> list[str]:
@@ -67,9 +68,8 @@ def write_smoothed(folder: Path, experiment: Experiment, result: Result, smoothe
     space, recording = experiment.tracker.state, result.recording
     write_tracks_csv(folder / "smoothed.csv", smoothed.tracks, space, Terms.of(recording.notes))
     write_tracks_jsonl(folder / "smoothed.jsonl", smoothed.tracks, space)
-    filtered = read_series(folder / "series.npz")
     with whole_bytes(folder / "smoothed.npz") as file:
-        file.write(smoothed_series(filtered, experiment, result.scans, recording.truth, smoothed.tracks))
+        file.write(smoothed.packed)
     return ["smoothed.csv", "smoothed.jsonl", "smoothed.npz"]
 
 

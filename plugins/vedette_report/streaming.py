@@ -2,41 +2,38 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from contextlib import ExitStack
+from collections.abc import Callable, Iterable, Iterator
 from functools import partial
-from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from signal import SIGINT, signal
+from threading import current_thread, main_thread
+from typing import Any, TypeVar, final
 
 import numpy as np
 from attrs import evolve, frozen
 
 from vedette.errors import ConfigError, Problem
-from vedette.experiment import NAMED, Experiment, Result, Steps, Watch
+from vedette.experiment import NAMED, Experiment, Result, Steps
 from vedette.metrics import Score
 from vedette.progress import Progress, silent
-from vedette.space import Space
-from vedette.tracking import History, State, Tracker, check_again
-from vedette.types import Scan
-from vedette_files import (
-    PARQUET,
-    FrameFiles,
-    Terms,
-    Write,
-    csv_head,
-    csv_rows,
-    geojson_pieces,
-    jsonl_head,
-    jsonl_rows,
-    parquet_pieces,
-    recording_head,
-    scan_line,
-)
+from vedette.space import Array
+from vedette.tracking import State, Tracker, check_again
+from vedette.types import Gaussian, Scan
+from vedette.writing import NOTHING_READ, Inputs, Results, results_in
+from vedette_files import FrameFiles, Tables, recording_head, scan_line
 from vedette_report.figures import figures
-from vedette_report.files import write_of_plugins, write_summaries
+from vedette_report.files import NAMES, SERIES, write_config, write_of_plugins, write_summaries
 from vedette_report.series import Recorder
 from vedette_report.summary import summary
+from vedette_report.track_files import TrackFiles
+
+T = TypeVar("T")
+
+_BLOCKS = 10
+"""So many blocks that are judged are written into the series at a time at most: a killed run can be seen up to there."""
+
+Shown = Callable[[Scan, State, State, Gaussian, Array | None, Tables], None]
+"""Is told what `Experiment.finish` tells its `watch`, and the tables of the scan, numbered from the run's first one on."""
 
 
 @frozen(eq=False)
@@ -61,68 +58,60 @@ def stream(
     strict: bool = False,
     progress: Progress = silent,
     steps: Steps | None = None,
-    watch: Watch | None = None,
+    shown: Shown | None = None,
+    reads: Inputs = NOTHING_READ,
 ) -> Streamed:
     """Run an experiment, write its tracks and its recording and judge them as it goes; only counts and sums stay in memory.
 
     The lines are those of a run that keeps all, in the order in which they came: some scans, and within them track by track.
-    The files have their names from the beginning, so a run that is killed leaves what it had done. `steps` is the run if it
-    is open already; `watch` is called after each of them.
+    They are written into a part of the folder until the run has ended, so that one that is killed leaves the folder's
+    former results as they were, and what it had done beside them. `steps` is the run if it is open already; `shown` is
+    called after each of them, with its tables: each scan is then judged as it comes. `reads` is what the run reads.
     """
     if experiment.retroactive:
         raise ConfigError([Problem("retroactive", "must be false where tracks are judged as they go, got true")])
-    folder.mkdir(parents=True, exist_ok=True)
-    try:
-        return _written(experiment, folder, strict, progress, steps, watch)
-    except OSError as error:
-        if error.filename is not None:
-            raise
-        raise OSError(error.errno, f"{error.strerror}; what was written before is kept", str(folder)) from None
+    with results_in(folder, reads, NAMES) as results:
+        write_config(results.place, experiment)
+        steps = experiment.steps(strict=strict, progress=progress) if steps is None else steps
+        return _written(experiment, results, steps, shown)
 
 
-def _written(
-    experiment: Experiment, folder: Path, strict: bool, progress: Progress, steps: Steps | None, watch: Watch | None
-) -> Streamed:
-    steps = experiment.steps(strict=strict, progress=progress) if steps is None else steps
+def _written(experiment: Experiment, results: Results, steps: Steps, shown: Shown | None) -> Streamed:
+    folder = results.place
     steps.intake.refused.limit(NAMED)
     tracker, interrupted = experiment.tracker, False
     spaces = {name: sensor.measurement for name, sensor in tracker.sensors.items()}
     detected = {name: spaces[name] for name in experiment.preprocessors}
-    history = History(tracker)
-    frames, terms = FrameFiles.of(folder / "recording.jsonl", steps.recording), Terms.of(steps.recording.notes)
-    recorder = Recorder(folder / "series.npz", experiment, steps, kept=False)
-    with ExitStack() as stack:
-        table, lines, recording = (
-            stack.enter_context((folder / name).open("w", encoding="utf-8", newline="\n"))
-            for name in ("tracks.csv", "tracks.jsonl", "recording.jsonl")
-        )
-        table.write(csv_head(tracker.state, recorder.modes, terms))
-        lines.write(jsonl_head(tracker.state))
+    frames, notes = FrameFiles.of(folder / "recording.jsonl", steps.recording), steps.recording.notes
+    recorder = Recorder(folder / SERIES, experiment, steps, kept=False)
+    with (
+        TrackFiles(folder, tracker.state, notes, recorder.modes, grows=True) as tracks,
+        (folder / "recording.jsonl").open("w", encoding="utf-8", newline="\n") as recording,
+    ):
         recording.writelines(recording_head(evolve(steps.recording, detected=detected), spaces))
-        further, names = _in_its_terms(stack, folder, steps.recording.notes, tracker.state, terms)
+
+        blocks = 0
 
         def write() -> None:
+            nonlocal blocks
             recorder.finish_block()
-            pieces = history.hand_out()
-            for each in further:
-                each(pieces)
-            for track in pieces:
-                table.writelines(csv_rows(track, terms))
-                lines.writelines(jsonl_rows(track))
-            for file in (table, lines, recording):
-                file.flush()
+            tracks.write(recorder.tracks.hand_out())
+            recording.flush()
+            results.keep, blocks = True, blocks + 1
+            if blocks % _BLOCKS == 0:
+                recorder.flush()
 
-        defined = True
+        defined, held = True, Held()
         try:
-            for scan, state in steps:
+            for scan, state in held.apart(steps):
                 recording.write(scan_line(scan, spaces, frames))
-                estimate, modes = history.add(state)
+                estimate, modes = estimates(tracker, state)
                 if defined and np.isnan(np.sum(estimate.mean) + np.sum(state.existence)):  # told once, of the first scan
                     defined = False
                     check_again(experiment, partial(_again, tracker, steps.before, scan))
                 recorder.add(scan, steps.before, state, estimate, modes)
-                if watch is not None:
-                    watch(scan, steps.before, state, estimate, modes)
+                if shown is not None:
+                    shown(scan, steps.before, state, estimate, modes, recorder.judged())
                 if recorder.full:
                     write()
         except KeyboardInterrupt:
@@ -139,30 +128,49 @@ def _written(
         seconds=steps.seconds,
         interrupted=interrupted,
         approximated=steps.state.approximated,
+        lost=steps.state.lost,
         intake=intake,
         experiment=experiment,
     )
     score = recorder.judge.score()
-    found, text = figures(experiment, result, score), summary(experiment, result, score, recorder.bands)
-    summaries = write_summaries(folder, experiment, found, text)
-    written = ("tracks.csv", "tracks.jsonl", "recording.jsonl", "series.npz", *summaries)
-    own, problems = write_of_plugins(folder, experiment, result, "vedette_files_of_stream")
-    return Streamed(result, score, text, found, (*written, *names, *own), tuple(problems))
+    told, text = figures(experiment, result, score), summary(experiment, result, score, recorder.bands)
+    summaries = write_summaries(folder, experiment, told, text)
+    written = (*tracks.names[:2], "recording.jsonl", SERIES, *summaries, *tracks.names[2:])
+    further, problems = write_of_plugins(folder, experiment, result, "vedette_files_of_stream")
+    return Streamed(result, score, text, told, (*written, *further), tuple(problems))
+
+
+@final
+class Held:
+    """Lets Ctrl-C end a run between two scans: one that is being written is written whole."""
+
+    def __init__(self) -> None:
+        self._busy = self._asked = False
+
+    def apart(self, steps: Iterable[T]) -> Iterator[T]:
+        """Yield what comes; KeyboardInterrupt only while the next is waited for. Threads are not interrupted at all."""
+        former = signal(SIGINT, self._interrupted) if current_thread() is main_thread() else None
+        try:
+            for step in steps:
+                self._busy = True
+                yield step
+                self._busy = False
+                if self._asked:
+                    raise KeyboardInterrupt
+        finally:
+            if former is not None:
+                signal(SIGINT, former)
+
+    def _interrupted(self, number: int, frame: Any) -> None:
+        self._asked = True
+        if not self._busy:
+            raise KeyboardInterrupt
+
+
+def estimates(tracker: Tracker, state: State) -> tuple[Gaussian, Array | None]:
+    """Return the estimates (t,) after a scan, and the mode probabilities (t, r), if any."""
+    return tracker.estimate(state), tracker.estimator.mode_prob(state.belief)
 
 
 def _again(tracker: Tracker, before: State, scan: Scan) -> None:
     tracker.estimate(tracker.step(before, scan))
-
-
-def _in_its_terms(
-    stack: ExitStack, folder: Path, notes: Mapping[str, str], space: Space, terms: Terms
-) -> tuple[list[Write], list[str]]:
-    """Open the files of tracks as their recording came, as `write_files` writes them; return what writes, and the names."""
-    further, names = [], []
-    if "latitude" in terms.columns(space):
-        further.append(stack.enter_context(geojson_pieces(folder / "tracks.geojson", terms)))
-        names.append("tracks.geojson")
-    if notes.get("table") == PARQUET and find_spec("pyarrow"):
-        further.append(stack.enter_context(parquet_pieces(folder / "tracks.parquet", space, terms)))
-        names.append("tracks.parquet")
-    return further, names

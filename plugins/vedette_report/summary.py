@@ -72,12 +72,19 @@ def _tracked(result: Result, score: Score) -> Iterator[tuple[str, str]]:
     """Return how many tracks there were, and how often their weights were not exact."""
     yield "tracks", f"{score.tracks:,} confirmed of {result.begun:,} begun"
     intake = result.intake
+    if intake.outside:
+        told = f"{count(intake.outside, 'return')} of a code that a track bears lay outside its gate"
+        yield "identity", f"{told}, or another took it: the codes are wrong, or the tracks"
     if intake.doubted:
         when = f"{intake.doubted:,} of {count(intake.frames, 'frame')}"
         yield "", f"a target was lost in {when}, where existence is below one half; at the end: {intake.lost:,}"
     if result.approximated:
         times = count(result.approximated, "time")
-        yield "association", f"a track's weights were approximated {times}: its cluster was too large for exact sums"
+        if result.lost:
+            share = f"{result.lost / result.approximated:.1%} of its probability on average, or less"
+            yield "association", f"a track's cluster had more hypotheses than are kept {times}: those dropped had {share}"
+        else:
+            yield "association", f"a track's weights were approximated {times}: its cluster was too large for exact sums"
 
 
 def rows(pairs: Iterable[tuple[str, str]]) -> list[str]:
@@ -168,6 +175,8 @@ def _whole_tracks(score: Score, unit: str) -> Iterator[str]:
         return
     if score.trajectory_gospa_m is not None:
         yield f"trajectory GOSPA {score.trajectory_gospa_m:.3g} {unit} a scan"
+    else:
+        yield "no trajectory GOSPA, whose linear program is larger than judge.largest_program"
     yield f"OSPA(2) {_maybe(score.ospa2_m, unit)}, HOTA {_maybe(score.hota)}, MOTA {_maybe(score.mota)}"
 
 
@@ -204,7 +213,8 @@ def _consistency(experiment: Experiment, score: Score, bands: Bands) -> Iterator
         yield "", f"{score.nees_state:.3g} of what is expected, of {', '.join(score.nees_state_axes or ())}"
     if score.nis is not None and bands.nis.count:
         yield "NIS", f"{score.nis:.3g} of what is expected; {_inside(bands.nis)}"
-        yield "", _nis_in_words(score.nis, float(sum(axes * count for axes, count in bands.nis.axes.items())))
+        axes = float(sum(axes * count for axes, count in bands.nis.axes.items()))
+        yield "", _nis_in_words(score.nis, axes, on_purpose=experiment.tracker.estimator.traits.conservative)
     if score.nees_position is None and score.nis is None:
         yield "", f"{_NOTHING} took a return" if score.tracks else _NOTHING
     if score.mode_prob is not None:
@@ -230,9 +240,14 @@ def _nees_in_words(ratio: float) -> str:
     return f"the covariance fits the errors to within a factor of {FACTOR:g}, which is all that one run can tell"
 
 
-def _nis_in_words(ratio: float, axes: float) -> str:
-    """Judge the NIS by the band of a correct linear filter whose returns are known to be its own."""
+def _nis_in_words(ratio: float, axes: float, *, on_purpose: bool) -> str:
+    """Judge the NIS by the band of a correct linear filter whose returns are known to be its own.
+
+    `on_purpose`: the estimator declares a covariance larger than that of its errors.
+    """
     low, high = chi_square_band(axes, BAND)
+    if on_purpose and ratio < low:
+        return "less than 1, as is meant: this estimator's covariance is larger than that of its errors on purpose"
     words = f"its {_percent(1 - BAND)} band is {low:.3g} to {high:.3g} where returns are known to be the target's"
     if low <= ratio <= high:
         return f"{words}: the innovations fit the models"

@@ -40,7 +40,7 @@ def result_html(result: Result) -> str:
 
 
 def _tracks(result: Result) -> dict[str, Any]:
-    return table_of(result.tracks, result.made_by.tracker.state, Terms.of(result.recording.notes))
+    return table_of(result.tracks, result.made_by.tracker.state, Terms.of(result.recording.notes, result.tracks))
 
 
 def _detections(result: Result) -> dict[str, Any]:

@@ -6,7 +6,7 @@ import numpy as np
 
 from vedette.experiment import Result
 from vedette.types import Track
-from vedette_files import Terms, utc
+from vedette_files import Terms, labels, utc
 from vedette_report.columns import aligned
 
 MOST_TRACKS = 30
@@ -18,9 +18,9 @@ def track_rows(result: Result) -> list[str]:
     tracks = result.tracks
     if not tracks:
         return []
-    terms, space = Terms.of(result.recording.notes), tracks[0].space
+    terms, space = Terms.of(result.recording.notes, tracks), tracks[0].space
     moving = "vx" in space and "vy" in space
-    titles = ["track", "from", "to", "scans"]
+    titles = ["track", *(["identity"] if terms.named else []), "from", "to", "scans"]
     if moving:
         unit = space.axes[space.names.index("vx")].unit
         titles += [f"speed [{unit}]", "course [deg]"]
@@ -38,7 +38,9 @@ def _sense(terms: Terms) -> str:
 def _row(track: Track, terms: Terms, *, moving: bool) -> list[str]:
     first = int(np.argmax(track.confirmed))
     ends = [utc(time) if terms.dated else f"{time:.2f} s" for time in (float(track.times[first]), float(track.times[-1]))]
-    row = [f"{track.id}", *ends, f"{len(track.times) - first:,}"]
+    own = labels(track.identity, len(track.times))
+    name = [next(filter(None, reversed(own)), "-")] if terms.named else []
+    row = [f"{track.id}", *name, *ends, f"{len(track.times) - first:,}"]
     return row + list(_motion(track, terms)) if moving else row
 
 

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import json
-import zipfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from shutil import rmtree
 from typing import Any, TypeVar
 
 import attrs
-import numpy as np
 
-from vedette.errors import ConfigError, Problem
+from vedette.errors import ConfigError, InputError, Problem
+from vedette.reading import open_arrays, read_table
 from vedette.writing import whole_file, write_arrays
 
 R = TypeVar("R")
@@ -54,17 +53,13 @@ class Parts:
             rmtree(self._folder)
 
     def _before(self) -> dict[str, Any] | None:
-        try:
-            found = json.loads((self._folder / ABOUT).read_text(encoding="utf-8"))
-        except FileNotFoundError:
+        if not (self._folder / ABOUT).exists():
             return None
-        except ValueError:
-            found = None
-        if not isinstance(found, dict):
-            raise ConfigError(
-                [Problem(str(self._folder / ABOUT), "does not say which study's parts these are: delete them")]
-            )
-        return found
+        try:
+            return read_table(self._folder / ABOUT)
+        except InputError as error:
+            told = f"does not say which study's parts these are: delete them ({error})"
+            raise ConfigError([Problem(str(self._folder / ABOUT), told)]) from None
 
 
 def _write(path: Path, name: str, part: Any) -> None:
@@ -75,11 +70,11 @@ def _write(path: Path, name: str, part: Any) -> None:
 
 def _read(path: Path, name: str, kind: type[R]) -> R:
     try:
-        with path.open("rb") as file, np.load(file, allow_pickle=False) as found:
+        with open_arrays(path) as found:
             if str(found["its name"]) != name:
                 raise ValueError(f"it is {str(found['its name'])!r}")
-            stored = dict(found)
+            stored = {each: found[each] for each in found.names}
         fields = [each.name for each in attrs.fields(kind)]  # type: ignore[arg-type]
         return kind(**{field: stored.get(field) for field in fields})
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+    except (InputError, ValueError, TypeError) as error:
         raise ConfigError([Problem(str(path), f"is not the part {name!r} of this study ({error}): delete it")]) from None

@@ -46,12 +46,14 @@ class Chunk:
     """The result of some runs: `figures` name to (r,), NaN if there is none; `times` (s,) and sums over runs (3, 5, s).
 
     A series is a ratio of two sums, of v over e (1 but for the NIS, where it is the expectation). The five are the sums of
-    v, v^2, e, e^2 and v e: enough for the ratio and its standard error, however the runs are split.
+    v, v^2, e, e^2 and v e: enough for the ratio and its standard error, however the runs are split. `made` names the
+    code that made it.
     """
 
     figures: dict[str, Array]
     times: Array
     sums: Array
+    made: str = ""
 
 
 def run_chunk(experiment: Experiment, seed: int, runs: Sequence[int], together: bool, redraw: Redraw | None = None) -> Chunk:

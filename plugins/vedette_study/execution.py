@@ -2,24 +2,31 @@
 
 from __future__ import annotations
 
+import math
+import platform
+import time
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future, wait
 from contextlib import contextmanager
 from itertools import islice
 
-from attrs import frozen
+from attrs import evolve, frozen
 
 from vedette.errors import VedetteError
 from vedette.experiment import Experiment
 from vedette.progress import Progress
 from vedette_study.chunk import Chunk, run_chunk
+from vedette_study.identity import Code, check, digest, identity, tell
 from vedette_study.plan import Plan
 from vedette_study.redraw import Redraw
 from vedette_study.statistics import precise
 from vedette_study.store import Store
 
 KEPT = "the chunks in --out are kept, and --resume continues from them"
+
+POLL = 1.0
+"""Seconds after which a study looks anew who works, where no chunk is done meanwhile."""
 
 Chunks = list[list[Chunk]]
 """Order: first by the position in the runs, then by the point of the grid, so all points hold the same runs."""
@@ -32,10 +39,14 @@ class Failed:
     text: str
 
 
-def attempt(experiment: Experiment, seed: int, runs: range, together: bool, redraw: Redraw | None) -> Chunk | Failed:
-    """Run one chunk, wherever this is called."""
+def attempt(
+    experiment: Experiment, seed: int, runs: range, together: bool, redraw: Redraw | None, code: Code
+) -> Chunk | Failed:
+    """Run one chunk, wherever this is called; a worker with other code than the study's does not."""
     try:
-        return run_chunk(experiment, seed, runs, together, redraw)
+        made = identity(code.packages)
+        check(made, code.made, f"a worker on {platform.node()}", accept=code.accept)
+        return evolve(run_chunk(experiment, seed, runs, together, redraw), made=digest(made))
     except VedetteError as error:
         return Failed(str(error))
 
@@ -53,19 +64,26 @@ def threads_alone() -> Iterator[None]:
 
 
 def carry_out(
-    plan: Plan, store: Store | None, executor: Executor | None, width: int, progress: Progress
+    plan: Plan,
+    code: Code,
+    store: Store | None,
+    executor: Executor | None,
+    width: Callable[[], int],
+    progress: Progress,
+    patience: float = math.inf,
 ) -> tuple[Chunks, bool]:
     """Run all chunks in order; return them and whether it was interrupted; those in `store` are not run again.
 
     Chunks past the one at which the wanted precision is reached do not count, so the result does not depend on the width.
+    `width` is asked again and again, as workers come and go; VedetteError if there is none for `patience` s.
     """
-    work = _Work(plan, store, progress)
+    work = _Work(plan, code, store, progress)
     try:
         with threads_alone():
             if executor is None:
                 work.here()
             else:
-                work.on(executor, width)
+                work.on(executor, width, patience)
     except KeyboardInterrupt:
         if not work.whole:
             raise
@@ -86,11 +104,24 @@ def _result(future: Future[Chunk | Failed]) -> Chunk | Failed:
         raise VedetteError(f"{text}; {KEPT}") from error
 
 
+def _waiting(wide: int, since: float | None, patience: float) -> float | None:
+    """Return since when there has been no worker, told once; None if there is one. VedetteError after `patience` s."""
+    if wide > 0:
+        return None
+    now = time.monotonic()
+    if since is None:
+        tell([f"there is no worker: waiting for up to {patience:g} s"])
+        return now
+    if now - since > patience:
+        raise VedetteError(f"no worker came in {patience:g} s; {KEPT}")
+    return since
+
+
 class _Work:
     """What is done so far; `whole` holds the chunks up to the first that some point lacks."""
 
-    def __init__(self, plan: Plan, store: Store | None, progress: Progress) -> None:
-        self.plan, self.store = plan, store
+    def __init__(self, plan: Plan, code: Code, store: Store | None, progress: Progress) -> None:
+        self.plan, self.code, self.store = plan, code, store
         self.whole: Chunks = []
         self.enough = False
         self._done: dict[tuple[int, int], Chunk] = {}
@@ -101,26 +132,32 @@ class _Work:
         for k, point in self._missing():
             self._take(k, point, attempt(*self._order(k, point)))
 
-    def on(self, executor: Executor, width: int) -> None:
-        """Run up to twice `width` chunks at a time on `executor`, so that no worker waits and an interrupt loses little."""
+    def on(self, executor: Executor, width: Callable[[], int], patience: float) -> None:
+        """Run up to twice as many chunks at a time as can run, so that no worker waits and an interrupt loses little.
+
+        Some are handed in while there is no worker, too: an adaptive cluster starts workers for what waits.
+        """
         missing, running = self._missing(), dict[Future[Chunk | Failed], tuple[int, int]]()
+        alone: float | None = None
         try:
             while True:
-                while len(running) < 2 * width and (following := next(missing, None)) is not None:
+                wide = width()
+                alone = _waiting(wide, alone, patience)
+                while len(running) < 2 * max(wide, 1) and (following := next(missing, None)) is not None:
                     k, point = following
                     running[executor.submit(attempt, *self._order(k, point))] = following
                 if not running:
                     return
-                for future in wait(running, return_when=FIRST_COMPLETED).done:
+                for future in wait(running, timeout=POLL, return_when=FIRST_COMPLETED).done:
                     self._take(*running.pop(future), _result(future))
         finally:
             for future in running:
                 future.cancel()
 
-    def _order(self, k: int, point: int) -> tuple[Experiment, int, range, bool, Redraw | None]:
+    def _order(self, k: int, point: int) -> tuple[Experiment, int, range, bool, Redraw | None, Code]:
         """Return what to run; some kilobytes if it goes to another process."""
         plan = self.plan
-        return plan.points[point].experiment, plan.seed, plan.runs_of(k), plan.together, plan.redraw
+        return plan.points[point].experiment, plan.seed, plan.runs_of(k), plan.together, plan.redraw, self.code
 
     def _missing(self) -> Iterator[tuple[int, int]]:
         """Yield the chunks to run, until enough are done; those in the store are taken from there."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import contextmanager
 from multiprocessing import get_context
@@ -13,29 +13,52 @@ from typing import Any, cast
 from vedette.config import Registry
 from vedette.errors import ConfigError, Problem, VedetteError
 from vedette_study.execution import KEPT
+from vedette_study.identity import Code, differences, identity, kinds_in, tell
 from vedette_study.plan import Plan
-from vedette_study.store import made_by
+
+WAIT = 600.0
+"""Seconds for which a study waits for workers, by default: what a queue or an adaptive cluster may take to start some."""
+
+Width = Callable[[], int]
+"""Says how many chunks can run at once, now."""
 
 
 @contextmanager
-def local(plan: Plan, width: int) -> Iterator[tuple[Executor | None, int]]:
+def local(plan: Plan, width: int) -> Iterator[tuple[Executor | None, Width]]:
     """Give threads if the runs go in lock-step, as the kernels release the lock; else processes; None for a width of one."""
     if width == 1 or (width > 1 and len(plan.points) * plan.count == 1):
-        yield None, 1
+        yield None, lambda: 1
         return
     pool = ThreadPoolExecutor(width) if plan.together else ProcessPoolExecutor(width, get_context("spawn"))
     try:
-        yield pool, width
+        yield pool, lambda: width
     finally:
         pool.shutdown(wait=True, cancel_futures=True)
 
 
 @contextmanager
-def cluster(plan: Plan, address: str, seconds: float = 10.0) -> Iterator[tuple[Executor, int]]:
-    """Connect to a Dask scheduler's workers, each asked first whether it can build every point of the plan.
+def cluster(plan: Plan, code: Code, scheduler: Any, seconds: float = 10.0) -> Iterator[tuple[Executor, Width]]:
+    """Connect to the workers of a Dask cluster, by its scheduler's address or a `distributed.Client`.
 
-    ConfigError if the scheduler does not answer or a worker lacks something.
+    Workers that are there are asked first whether they can build every point of the plan, with the same code; those that
+    join later are asked with each chunk. ConfigError if the scheduler does not answer or a worker lacks something.
     """
+    given = not isinstance(scheduler, str)
+    client = scheduler if given else _client(scheduler, seconds)
+    address = client.scheduler.address if given else scheduler
+    with _told_here():
+        try:
+            _check(client, plan, code)
+            yield client.get_executor(pure=False), lambda: _threads(client)
+        except OSError as error:  # the connection broke while something was sent
+            raise VedetteError(f"the scheduler at {address!r} went away: {error or type(error).__name__}; {KEPT}") from None
+        finally:
+            if not given:
+                client.close()
+
+
+def _client(address: str, seconds: float) -> Any:
+    """Return a client of the scheduler at an address; ConfigError if none answers."""
     try:
         import distributed
     except ImportError:
@@ -44,21 +67,18 @@ def cluster(plan: Plan, address: str, seconds: float = 10.0) -> Iterator[tuple[E
     try:
         with ThreadPoolExecutor(1) as aside:  # this thread may run an event loop; a failed client would linger
             aside.submit(asyncio.run, _knock(address, seconds)).result()
-        client = dask.Client(address, timeout=seconds, set_as_default=False)
+        return dask.Client(address, timeout=seconds, set_as_default=False)
     except Exception as error:  # whatever answers there, if it is no scheduler
         text = f"no Dask scheduler answers at {address!r}: {str(error).splitlines()[0] if str(error) else 'no answer'}"
         raise ConfigError([Problem("--scheduler", text)]) from None
-    with _told_here():
-        try:
-            known = client.scheduler_info(n_workers=-1)["workers"]
-            if not known:
-                raise ConfigError([Problem("--scheduler", f"the scheduler at {address!r} has no workers")])
-            _check(client, plan)
-            yield client.get_executor(pure=False), sum(each["nthreads"] for each in known.values())
-        except OSError as error:  # the connection broke while something was sent
-            raise VedetteError(f"the scheduler at {address!r} went away: {error or type(error).__name__}; {KEPT}") from None
-        finally:
-            client.close()
+
+
+def _threads(client: Any) -> int:
+    """Return the threads of the workers that are there now."""
+    try:
+        return sum(each["nthreads"] for each in client.scheduler_info(n_workers=-1)["workers"].values())
+    except TypeError:  # older Dask has no such argument
+        return sum(each["nthreads"] for each in client.scheduler_info()["workers"].values())
 
 
 @contextmanager
@@ -86,37 +106,28 @@ async def _knock(address: str, seconds: float) -> None:
     line.abort()
 
 
-def _check(client: Any, plan: Plan) -> None:
-    """Raise ConfigError that says which workers lack what."""
-    here, problems = made_by(), []
+def _check(client: Any, plan: Plan, code: Code) -> None:
+    """Raise ConfigError that says which workers lack what, or have other code; tell what of them may differ and does."""
+    problems, told = list[Problem](), list[str]()
     kinds = sorted({kind for point in plan.points for kind in kinds_in(point.config)})
-    for worker, answer in client.run(answer_of_worker, kinds, on_error="return").items():
+    for worker, answer in client.run(answer_of_worker, kinds, code.packages, on_error="return").items():
         if isinstance(answer, BaseException):
             problems.append(Problem(f"worker {worker}", f"cannot run Vedette: {type(answer).__name__}: {answer}"))
             continue
-        missing, versions = answer
+        missing, made = answer
         if missing:
             text = f"lacks {', '.join(map(repr, missing))}: install the same plugins there as here"
             problems.append(Problem(f"worker {worker}", text))
-        if versions["vedette"] != here["vedette"]:
-            problems.append(Problem(f"worker {worker}", f"has Vedette {versions['vedette']}, here is {here['vedette']}"))
+            continue
+        refused, texts = differences(made, code.made, f"worker {worker}")
+        told += texts + (list(map(str, refused)) if code.accept else [])
+        problems += [] if code.accept else refused
+    tell(told)
     if problems:
         raise ConfigError(problems)
 
 
-def answer_of_worker(kinds: list[str]) -> tuple[list[str], dict[str, str]]:
-    """Return, on a worker, which of these kinds are not installed, and the versions."""
+def answer_of_worker(kinds: list[str], packages: tuple[str, ...]) -> tuple[list[str], dict[str, str]]:
+    """Return, on a worker, which of these kinds are not installed, and its code."""
     known = {entry.kind for entry in Registry.installed()}
-    return [kind for kind in kinds if kind not in known], made_by()
-
-
-def kinds_in(config: Any) -> Iterator[str]:
-    """Yield all kinds that a config names."""
-    if isinstance(config, Mapping):
-        if isinstance(config.get("kind"), str):
-            yield config["kind"]
-        for each in config.values():
-            yield from kinds_in(each)
-    elif isinstance(config, list | tuple):
-        for each in config:
-            yield from kinds_in(each)
+    return [kind for kind in kinds if kind not in known], identity(packages)

@@ -21,8 +21,8 @@ from vedette_study.grid import Grid, Point, overridden, value_at
 from vedette_study.redraw import Redraw
 
 MOST_RUNS = 1_000_000_000
-TOGETHER, ALONE = 2000, 10
-"""Most runs of a chunk: in lock-step about as many as fit the cache; else few, so that all processes have work."""
+TOGETHER, ALONE = 500, 10
+"""Most runs of a chunk, whoever runs it: in lock-step as few as cost little more than many, so that many cores have work."""
 NAMES = ("title", "experiment", "runs", "seed", "chunk", "sweep", "trackers", "average", "redraw", "precision")
 SCENES, DRAWS = 1000, 10
 """Runs by default: of drawn scenes, and of a recording of which each run draws a part."""

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from textwrap import wrap
 from typing import Any
 
 import attrs
 import numpy as np
 
-from vedette.reproduction import Cell, Claim, Condition, Findings, Table
+from vedette.reproduction import Cell, Claim, Condition, Findings, Place, Table
 from vedette_report.columns import aligned
 
 _WIDTH = 118
+_MARKS = {"reproduced": "holds", "not reproduced": "fails", "not decided": "open", "remark": "-"}
 
 
 def text(result: Findings) -> str:
@@ -25,18 +26,35 @@ def text(result: Findings) -> str:
         lines += wrap(f"{claim.headline}: {claim.text}", _WIDTH, initial_indent="* ", subsequent_indent="  ")
         for condition in claim.conditions:
             lines += wrap(told(condition, claim.runs), _WIDTH, initial_indent="  - ", subsequent_indent="    ")
+        lines += _map(claim.places)
         lines += wrap(claim.why, _WIDTH, initial_indent="  ", subsequent_indent="  ")
     return "\n".join(lines)
 
 
 def told(condition: Condition, runs: int) -> str:
     """Return a condition's figure, its bounds, and whether it holds."""
-    bounds = [f"{word} {bound:g}" for word, bound in (("at least", condition.least), ("at most", condition.most))]
+    low, high = ("more than", "less than") if condition.strict else ("at least", "at most")
+    bounds = [f"{word} {bound:g}" for word, bound in ((low, condition.least), (high, condition.most))]
     asked = " and ".join(words for words in bounds if "inf" not in words)
     held = {True: "holds", False: "fails", None: "open"}[condition.holds(runs)]
     value = "no figure" if condition.figure.measured is None else _measured(condition.figure)
-    printed = "" if condition.figure.published is None else f" (published {condition.figure.published:g})"
+    cell = condition.figure
+    beside = [] if cell.published is None else [f"published {cell.published:g}"]
+    beside += [] if cell.trimmed is None else [f"trimmed {_measured(Cell(*cell.trimmed))}"]
+    printed = f" ({', '.join(beside)})" if beside else ""
     return f"{condition.what}: {value}{printed}, to be {asked}: {held}"
+
+
+def _map(places: Sequence[Place]) -> Iterator[str]:
+    """Yield where a claim holds: the last of the unsaid across, all others down."""
+    if not places:
+        return
+    *down, across = places[0].values
+    columns = list(dict.fromkeys(place.values[across] for place in places))
+    found = {tuple(place.values.values()): place.verdict for place in places}
+    rows = dict.fromkeys(tuple(place.values[name] for name in down) for place in places)
+    marks = [(", ".join(row), "", *(_MARKS.get(found.get((*row, each), ""), "") for each in columns)) for row in rows]
+    yield from (f"    {line}" for line in aligned([(", ".join(down), across, *columns), *marks]))
 
 
 def rows(table: Table) -> Iterator[str]:

@@ -44,7 +44,7 @@ def _alone(scan: Scan) -> Scan:
     """Return the scan of the first run, without what pads it."""
     seen = scan.detections
     kept = seen.valid[0]
-    own = {name: getattr(seen, name) for name in ("evidence", "noise", "missing")}
+    own = {name: getattr(seen, name) for name in ("evidence", "noise", "missing", "identity")}
     return evolve(
         scan,
         detections=Detections(

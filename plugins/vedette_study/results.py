@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
 from attrs import evolve
 
 from vedette.errors import InputError
+from vedette.reading import read_table
 from vedette_study.execution import Chunks
 from vedette_study.outcome import Outcome, outcome
 from vedette_study.plan import plan
 from vedette_study.store import MANIFEST, Store
+
+MOST_RUNS = 10**9
+"""Runs of a point, or of a chunk."""
 
 
 def is_study(folder: Path) -> bool:
@@ -22,7 +25,13 @@ def is_study(folder: Path) -> bool:
 
 def read_outcome(folder: Path) -> Outcome:
     """Return the result that `vedette study` left in a folder. InputError if it is unfinished or of another Vedette."""
-    made, told = _read(folder / MANIFEST), _read(folder / "summary.json")
+    unfinished = "there is no such file; `vedette study --resume` finishes the study"
+    made, told = (read_table(folder / name, unfinished) for name in (MANIFEST, "summary.json"))
+    kinds = {"table": dict, "study": str, "vedette": str, "seed": int, "chunk": int}
+    for table, name, wanted in ((made, MANIFEST, kinds), (told, "summary.json", {"runs": int, "interrupted": bool})):
+        for key, kind in wanted.items():
+            if type(table.get(key)) is not kind or (key in ("runs", "chunk") and not 0 < table[key] <= MOST_RUNS):
+                raise InputError(f"{folder / name}: {key}: must be of {kind.__name__} as `vedette study` wrote it")
     planned = plan(made["table"])
     if planned.hash != made["study"]:
         text = f"this Vedette reads its study otherwise than Vedette {made['vedette']}, which made it; run the study anew"
@@ -36,15 +45,3 @@ def read_outcome(folder: Path) -> Outcome:
         chunks.append(found)
     whole: Chunks = chunks
     return outcome(planned, whole, interrupted=told["interrupted"])
-
-
-def _read(path: Path) -> dict[str, Any]:
-    try:
-        table = json.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise InputError(f"{path}: there is no such file; `vedette study --resume` finishes the study") from None
-    except (OSError, ValueError) as error:
-        raise InputError(f"{path}: {error}") from None
-    if not isinstance(table, dict):
-        raise InputError(f"{path}: must be a table")
-    return table

@@ -4,20 +4,20 @@ from __future__ import annotations
 
 import json
 import platform
-import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from attrs import frozen
 
 from vedette import kernels
 from vedette.errors import ConfigError, InputError, Problem, VedetteError
+from vedette.reading import open_arrays, read_table
 from vedette.writing import whole_file, write_arrays
 from vedette_study.chunk import Chunk
+from vedette_study.identity import Code, check, tell
 from vedette_study.plan import Plan
 
 MANIFEST, CHUNKS = "manifest.json", "chunks"
@@ -28,22 +28,27 @@ class Store:
     """Finished chunks in a folder, by the place of their point in the grid and their own place in it."""
 
     folder: Path
+    code: Code | None = None
 
     def read(self, point: int, k: int, runs: int) -> Chunk | None:
-        """Return a finished chunk of so many runs, or None."""
+        """Return a finished chunk of so many runs; None if there is none, or it is of other code."""
         try:
-            with np.load(self._path(point, k), allow_pickle=False) as file:
-                figures = {name[2:]: file[name] for name in file.files if name.startswith("f_")}
-                chunk = Chunk(figures, file["times"], file["sums"])
-        except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+            with open_arrays(self._path(point, k)) as file:
+                figures = {name[2:]: file[name] for name in file.names if name.startswith("f_")}
+                chunk = Chunk(figures, file["times"], file["sums"], str(file["made"]) if "made" in file else "")
+        except InputError:
             return None
-        return chunk if all(len(values) == runs for values in figures.values()) else None
+        if self.code is not None and not self.code.accept and chunk.made != self.code.name:
+            return None
+        whole = chunk.times.ndim == 1 and chunk.sums.shape == (3, 5, len(chunk.times)) and bool(figures)
+        numbers = all(values.dtype.kind == "f" for values in (chunk.times, chunk.sums, *figures.values()))
+        return chunk if whole and numbers and all(values.shape == (runs,) for values in figures.values()) else None
 
     def write(self, point: int, k: int, chunk: Chunk) -> None:
         """Write a finished chunk. VedetteError if the disk does not take it."""
         arrays = {f"f_{name}": values for name, values in chunk.figures.items()}
         with told(self.folder):
-            write_arrays(self._path(point, k), {"times": chunk.times, "sums": chunk.sums} | arrays)
+            write_arrays(self._path(point, k), {"times": chunk.times, "sums": chunk.sums, "made": chunk.made} | arrays)
 
     def _path(self, point: int, k: int) -> Path:
         return self.folder / CHUNKS / f"{point:05d}-{k:07d}.npz"
@@ -65,18 +70,28 @@ def made_by() -> dict[str, str]:
     return found | {"python": platform.python_version(), "machine": platform.machine(), "kernels": kernels.RUNNING}
 
 
-def manifest(plan: Plan) -> dict[str, Any]:
+def manifest(plan: Plan, code: Code) -> dict[str, Any]:
     """Return all that must be equal for chunks to be of one study."""
-    return {"study": plan.hash, "seed": plan.seed, "chunk": plan.chunk, **made_by(), "table": plan.given}
+    same = {"study": plan.hash, "seed": plan.seed, "chunk": plan.chunk, "vedette": version("vedette")}
+    return same | {"code": dict(code.made), "table": plan.given}
 
 
-def open_store(folder: Path, plan: Plan, *, resume: bool) -> Store:
-    """Create or reopen the folder. ConfigError if it holds a study and `resume` is not set, or another study."""
-    path, wanted = folder / MANIFEST, manifest(plan)
+def open_store(folder: Path, plan: Plan, code: Code, *, resume: bool) -> Store:
+    """Create or reopen the folder. ConfigError if it holds a study and `resume` is not set, or another study.
+
+    One of other code is refused, too, unless `code` accepts it: then its manifest states both.
+    """
+    path, wanted = folder / MANIFEST, manifest(plan, code)
     if path.exists():
         if not resume:
             raise ConfigError([Problem("--out", f"{str(folder)!r} holds a study; --resume continues it")])
-        _check(path, wanted)
+        there = _checked(path, wanted)
+        own = there.get("code")
+        texts = check(own if isinstance(own, dict) else {}, code.made, str(path), accept=code.accept)
+        tell(texts)
+        if texts and code.accept and code.made not in (others := list(there.get("also", []))):
+            with told(folder), whole_file(path) as file:
+                file.write(json.dumps(there | {"also": [*others, dict(code.made)]}, indent=2) + "\n")
         for left in (folder / CHUNKS).glob(".*.part"):
             left.unlink(missing_ok=True)
     with told(folder):
@@ -84,30 +99,25 @@ def open_store(folder: Path, plan: Plan, *, resume: bool) -> Store:
         if not path.exists():
             with whole_file(path) as file:
                 file.write(json.dumps(wanted, indent=2) + "\n")
-    return Store(folder)
+    return Store(folder, code)
 
 
 def kept_chunk(folder: Path) -> int | None:
     """Return the runs of a chunk of the study that a folder holds; None if it holds none that can be read."""
     try:
-        there = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+        size = read_table(folder / MANIFEST).get("chunk")
+    except InputError:
         return None
-    size = there.get("chunk") if isinstance(there, dict) else None
     return size if isinstance(size, int) and size > 0 else None
 
 
-def _check(path: Path, wanted: dict[str, Any]) -> None:
-    try:
-        there = json.loads(path.read_text(encoding="utf-8"))
-        if not isinstance(there, dict):
-            raise ValueError("no table")
-    except (OSError, ValueError) as error:
-        raise InputError(f"{path}: is not the manifest of a study: {error}") from None
+def _checked(path: Path, wanted: dict[str, Any]) -> dict[str, Any]:
+    there = read_table(path)
     other = [
         Problem(f"{path}: {name}", f"must be {value!r} to go on, got {there.get(name)!r}")
         for name, value in wanted.items()
-        if name != "table" and there.get(name) != value
+        if name not in ("table", "code") and there.get(name) != value
     ]
     if other:
         raise ConfigError(other)
+    return there

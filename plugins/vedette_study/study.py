@@ -12,7 +12,8 @@ from vedette.config import read_file
 from vedette.errors import ConfigError, Problem
 from vedette.progress import Progress, silent
 from vedette_study.execution import carry_out
-from vedette_study.executors import cluster, local
+from vedette_study.executors import WAIT, cluster, local
+from vedette_study.identity import Code
 from vedette_study.outcome import Outcome, outcome
 from vedette_study.plan import Plan, plan, whole
 from vedette_study.store import kept_chunk, open_store
@@ -32,7 +33,9 @@ def monte_carlo(
     threads: int = 1,
     out: str | Path | None = None,
     resume: bool = False,
-    scheduler: str | None = None,
+    scheduler: Any = None,
+    accept_other_code: bool = False,
+    wait: float = WAIT,
     progress: Progress = silent,
 ) -> Outcome:
     """Run a config `runs` times, at every point of the grid that `trackers` and `sweep` span, with common random numbers.
@@ -41,7 +44,9 @@ def monte_carlo(
     machine with one chunk, to 1e-12 otherwise. With `out`, finished chunks are kept there and `resume` continues from them.
     Of a recording each run draws what `redraw` says: by default it leaves out a tenth of the returns. Figures are averaged
     over the swept paths in `average`. `precision` maps figures to standard errors at which the study may stop early.
-    `progress` wraps the runs, to show how far the study is. ConfigError reports all that is wrong.
+    `scheduler` is the address of a Dask scheduler, or a `distributed.Client`; the study waits `wait` s for workers. Workers
+    and kept chunks of other code are refused unless `accept_other_code`. `progress` wraps the runs, to show how far the
+    study is. ConfigError reports all that is wrong.
     """
     table = {
         "experiment": read_file(config) if isinstance(config, str | Path) else config,
@@ -55,7 +60,16 @@ def monte_carlo(
     }
     if precision is not None:
         table["precision"] = precision
-    return perform(plan(table), threads=threads, out=out, resume=resume, scheduler=scheduler, progress=progress)
+    return perform(
+        plan(table),
+        threads=threads,
+        out=out,
+        resume=resume,
+        scheduler=scheduler,
+        accept_other_code=accept_other_code,
+        wait=wait,
+        progress=progress,
+    )
 
 
 def perform(
@@ -64,7 +78,9 @@ def perform(
     threads: int = 1,
     out: str | Path | None = None,
     resume: bool = False,
-    scheduler: str | None = None,
+    scheduler: Any = None,
+    accept_other_code: bool = False,
+    wait: float = WAIT,
     progress: Progress = silent,
 ) -> Outcome:
     """Carry out a plan; see `monte_carlo`."""
@@ -73,7 +89,8 @@ def perform(
         raise ConfigError([Problem("--resume", "needs the folder of the study that it is to go on with: --out")])
     if resume and out is not None and not planned.given.get("chunk") and (kept := kept_chunk(Path(out))):
         planned = evolve(planned, chunk=kept)  # the default goes by the number of runs, and there may be more now
-    with local(planned, threads) if scheduler is None else cluster(planned, scheduler) as (executor, width):
-        store = None if out is None else open_store(Path(out), planned, resume=resume)
-        chunks, interrupted = carry_out(planned, store, executor, width, progress)
+    code = Code.of((point.config for point in planned.points), accept=accept_other_code)
+    with local(planned, threads) if scheduler is None else cluster(planned, code, scheduler) as (executor, width):
+        store = None if out is None else open_store(Path(out), planned, code, resume=resume)
+        chunks, interrupted = carry_out(planned, code, store, executor, width, progress, wait)
     return outcome(planned, chunks, interrupted=interrupted)

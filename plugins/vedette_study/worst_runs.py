@@ -12,7 +12,7 @@ from vedette.errors import ConfigError, Problem
 from vedette.progress import Progress
 from vedette.space import Array
 from vedette_report.figures import figures
-from vedette_report.files import write_files, write_series
+from vedette_report.files import write_files
 from vedette_report.page import write_page
 from vedette_report.series import recorded_run
 from vedette_report.summary import summary
@@ -91,6 +91,5 @@ def run_anew(folder: Path, outcome: Outcome, runs: Sequence[Bad], progress: Prog
             raise KeyboardInterrupt
         told = summary(experiment, result, score, recorded.judged.bands)
         words = f"Run {bad.run} of point {bad.point}: {plan.points[bad.point].name}\n\n{told}"
-        write_files(target, experiment, result, figures(experiment, result, score), words)
-        write_series(target, recorded.packed)
+        write_files(target, experiment, recorded, figures(experiment, result, score), words)
         write_page(target, target / "report.html")

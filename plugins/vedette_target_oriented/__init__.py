@@ -7,6 +7,7 @@ from vedette_target_oriented.certain import TargetOrientedCertain
 from vedette_target_oriented.consistent import TargetOriented
 from vedette_target_oriented.literal import TargetOrientedLiteral
 from vedette_target_oriented.reproduction import TargetOrientedReproduction
+from vedette_target_oriented.smoothed import TargetOrientedSmoothed
 
 VEDETTE_CONTRACT = 2
 
@@ -14,4 +15,7 @@ VEDETTE_CONTRACT = 2
 @vedette.plugin
 def vedette_components() -> Iterable[type[vedette.Component]]:
     """Return every component of this package."""
-    return [TargetOriented, TargetOrientedLiteral, TargetOrientedCertain, TargetOrientedReproduction]
+    return [
+        *(TargetOriented, TargetOrientedLiteral, TargetOrientedCertain, TargetOrientedSmoothed),
+        TargetOrientedReproduction,
+    ]

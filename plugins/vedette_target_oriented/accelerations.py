@@ -22,14 +22,14 @@ class Accelerations:
     own: Array
 
 
-def pieces(count: int, rng: np.random.Generator) -> Array:
+def pieces(count: int, rng: np.random.Generator, seconds: float = 10.0) -> Array:
     """Draw two random walks (count, s, 2) with steps of 1, each from 0 for Poisson(10) s, then at rest as long, and so on.
 
     Each of the two has times of its own, as in the paper, where the target accelerates along each axis by itself.
     """
     walks = np.empty((count, 2, SECONDS))
     for row in walks.reshape(-1, SECONDS):
-        lengths = rng.poisson(10, size=SECONDS // 4)
+        lengths = rng.poisson(seconds, size=int(2.5 * SECONDS / seconds))
         begin = np.cumsum(lengths) - lengths
         on, first = (np.repeat(each, lengths)[:SECONDS] for each in (np.arange(len(lengths)) % 2 == 0, begin))
         steps = np.where(on, rng.standard_normal(SECONDS), 0.0)
@@ -103,9 +103,9 @@ def measured(part: Accelerations) -> Measured:
     return Measured(correlation(part.fixed), correlation(part.own), peaked, np.var(four, axis=1), four[0])
 
 
-def study(count: int, rng: np.random.Generator) -> dict[str, Accelerations]:
+def study(count: int, rng: np.random.Generator, seconds: float = 10.0) -> dict[str, Accelerations]:
     """Simulate both scenarios, `count` trajectories each, and white noise for comparison."""
-    first = along_axes(np.array(STEPS["scenario 1"]) * pieces(count, rng))
-    second = along_velocity(np.array(STEPS["scenario 2"]) * pieces(count, rng))
+    first = along_axes(np.array(STEPS["scenario 1"]) * pieces(count, rng, seconds))
+    second = along_velocity(np.array(STEPS["scenario 2"]) * pieces(count, rng, seconds))
     white = rng.standard_normal((count, SECONDS, 2))
     return {"scenario 1": first, "scenario 2": second, "white noise": Accelerations(white, white)}

@@ -13,7 +13,7 @@ COURSE = math.atan2(-399.9, -8.3)
 SPEED = 400.0
 
 
-def scene() -> dict[str, Any]:
+def scene(detection: float = 1.0) -> dict[str, Any]:
     """Return the source: 400 m/s, 60 m/s^2 to the right from 20 s on and 40 m/s^2 to the left from 55 s on, 15 s each."""
     legs = [
         {"do": "straight", "seconds": 20},
@@ -21,6 +21,7 @@ def scene() -> dict[str, Any]:
         {"do": "straight", "seconds": 20},
         {"do": "turn", "seconds": 15, "lateral_accel": 40},
     ]
+    missing = {} if detection == 1.0 else {"detection_probability": detection}
     return {
         "kind": "simulation",
         "duration": 90,
@@ -28,17 +29,20 @@ def scene() -> dict[str, Any]:
             "radar": {"interval": 1, "clutter": {"x": {"low": 2000, "high": 23000}, "y": {"low": -7000, "high": 12000}}}
         },
         "ships": {"aircraft": {"start": list(START), "course": COURSE, "speed": SPEED, "legs": legs}},
-        "sensors": {"radar": {"kind": "cartesian_position", "sigma": SIGMA, "clutter_density": CLUTTER}},
+        "sensors": {"radar": {"kind": "cartesian_position", "sigma": SIGMA, "clutter_density": CLUTTER} | missing},
     }
 
 
-def config(title: str, modes: list[dict[str, Any]], transition: list[list[float]], spread: dict[str, Any]) -> dict[str, Any]:
-    """Return an IMM-PDAF on the scene. The filter allows for one miss in a hundred; the scene has none."""
-    sensor = {"kind": "cartesian_position", "sigma": SIGMA, "clutter_density": CLUTTER, "detection_probability": 0.99}
+def config(
+    title: str, modes: list[dict[str, Any]], transition: list[list[float]], spread: dict[str, Any], detection: float = 1.0
+) -> dict[str, Any]:
+    """Return an IMM-PDAF on the scene. The filter allows for one miss in a hundred at least; the scene may have none."""
+    stated = min(detection, 0.99)
+    sensor = {"kind": "cartesian_position", "sigma": SIGMA, "clutter_density": CLUTTER, "detection_probability": stated}
     return {
         "title": title,
         "seed": 1,
-        "source": scene(),
+        "source": scene(detection),
         "sensors": {"radar": sensor},
         "estimator": {"kind": "imm", "transition": transition, "modes": modes},
         "gate": {"probability": GATE},
@@ -63,8 +67,10 @@ def _frame() -> dict[str, Any]:
     return {"spread": _PLACE, "start": start | {"last_x": [before[0], 0.0], "last_y": [before[1], 0.0]}}
 
 
-def _reset(kind: str, forward: float, side: float, turning: float, speed: float) -> list[dict[str, Any]]:
-    common = {"kind": kind, "sigma_forward": forward}
+def _reset(
+    kind: str, forward: float, side: float, turning: float, speed: float, more: dict[str, float] | None = None
+) -> list[dict[str, Any]]:
+    common = {"kind": kind, "sigma_forward": forward} | (more or {})
     return _modes(
         "ekf",
         common | {"sigma_side": side},
@@ -77,53 +83,53 @@ _PLACE = {"x": SIGMA, "y": SIGMA}
 _CARTESIAN = {"spread": _PLACE | {"vx": 20.0, "vy": 20.0}}
 _TURNS = [[0.9, 0.05, 0.05], [0.1, 0.9, 0.0], [0.1, 0.0, 0.9]]
 
-FILTERS: dict[str, dict[str, Any]] = {
-    "Singer": config(
-        "Constant velocity and two Singer models",
-        _modes(
-            "kalman",
-            {"kind": "constant_velocity_piecewise", "sigma_accel": 5.0},
-            {"kind": "singer", "tau": 10.0, "sigma_accel": 20.0},
-            {"kind": "singer", "tau": 10.0, "sigma_accel": 60.0},
+
+def filters(noise: float = 1.0, detection: float = 1.0) -> dict[str, dict[str, Any]]:
+    """Return the filters on the scene: their process noises times `noise`, each target seen with `detection`."""
+    straight: dict[str, Any] = {"kind": "constant_velocity_piecewise"}
+    singer: list[dict[str, Any]] = [
+        straight | {"sigma_accel": 5.0 * noise},
+        {"kind": "singer", "tau": 10.0, "sigma_accel": 20.0 * noise},
+        {"kind": "singer", "tau": 10.0, "sigma_accel": 60.0 * noise},
+    ]
+    turning: dict[str, Any] = {"kind": "known_turn", "sigma_accel": 5.0 * noise}
+    car = [straight | {"sigma_accel": 3.0 * noise}, *(turning | {"turn_rate": rate} for rate in (-0.14, 0.14))]
+    calm: dict[str, Any] = {"kind": "target_oriented", "sigma_forward": 3.0 * noise, "sigma_side": 3.0 * noise}
+    wild = calm | {"sigma_side": 10.0 * noise}
+    tom = [calm, *(wild | {"side_accel": accel} for accel in (56.0, -56.0))]
+    literal = (2.0 * noise, 10.0 * noise, 20.0 * noise, 70.0)
+    made = {
+        "Singer": (
+            "Constant velocity and two Singer models",
+            _modes("kalman", *singer),
+            [[0.9, 0.08, 0.02], [0.1, 0.8, 0.1], [0.05, 0.15, 0.8]],
+            {"spread": _CARTESIAN["spread"] | {"ax": 10.0, "ay": 10.0}},
         ),
-        [[0.9, 0.08, 0.02], [0.1, 0.8, 0.1], [0.05, 0.15, 0.8]],
-        {"spread": _CARTESIAN["spread"] | {"ax": 10.0, "ay": 10.0}},
-    ),
-    "CAR": config(
-        "Constant velocity and two known turn rates",
-        _modes(
-            "kalman",
-            {"kind": "constant_velocity_piecewise", "sigma_accel": 3.0},
-            {"kind": "known_turn", "turn_rate": -0.14, "sigma_accel": 5.0},
-            {"kind": "known_turn", "turn_rate": 0.14, "sigma_accel": 5.0},
+        "CAR": ("Constant velocity and two known turn rates", _modes("kalman", *car), _TURNS, _CARTESIAN),
+        "TOM literal": (
+            "Three target-oriented models as printed, the covariance kept at the reset",
+            _reset("target_oriented_literal", *literal),
+            _TURNS,
+            _frame(),
         ),
-        _TURNS,
-        _CARTESIAN,
-    ),
-    "TOM literal": config(
-        "Three target-oriented models as printed, the covariance kept at the reset",
-        _reset("target_oriented_literal", 2.0, 10.0, 20.0, 70.0),
-        _TURNS,
-        _frame(),
-    ),
-    "TOM certain": config(
-        "Three target-oriented models as printed, the side speed known after the reset",
-        _reset("target_oriented_certain", 5.0, 46.0, 60.0, 70.0),
-        _TURNS,
-        _frame(),
-    ),
-    "TOM": config(
-        "Three target-oriented models, consistent",
-        _modes(
-            "ekf",
-            {"kind": "target_oriented", "sigma_forward": 3.0, "sigma_side": 3.0},
-            {"kind": "target_oriented", "sigma_forward": 3.0, "sigma_side": 10.0, "side_accel": 56.0},
-            {"kind": "target_oriented", "sigma_forward": 3.0, "sigma_side": 10.0, "side_accel": -56.0},
+        "TOM smoothed": (
+            "The same with a heading from a filter of its own",
+            _reset("target_oriented_smoothed", *literal, {"heading_gain": 0.5}),
+            _TURNS,
+            _frame(),
         ),
-        _TURNS,
-        _CARTESIAN,
-    ),
-}
+        "TOM certain": (
+            "Three target-oriented models as printed, the side speed known after the reset",
+            _reset("target_oriented_certain", 5.0 * noise, 46.0 * noise, 60.0 * noise, 70.0),
+            _TURNS,
+            _frame(),
+        ),
+        "TOM": ("Three target-oriented models, consistent", _modes("ekf", *tom), _TURNS, _CARTESIAN),
+    }
+    return {name: config(*parts, detection) for name, parts in made.items()}
+
+
+FILTERS = filters()
 """The paper gives turn rates, side speeds and the radar; the rest is chosen (docs/papers.md)."""
 
 MODES = {"Singer": ("straight", "Singer 20 m/s^2", "Singer 60 m/s^2")}

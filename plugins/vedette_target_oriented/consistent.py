@@ -20,6 +20,7 @@ class TargetOriented(MotionModel):
 
     Velocity v = vx + i vy, speed s, turns by d = -side_accel T/s; the position gains T A(d) v, A(d) = (exp(i d) - 1)/(i d).
     The noise is an acceleration held for T: Q = G D G', G = [T^2/2; T], D = sigma_forward^2 f f' + sigma_side^2 (I - f f').
+    A filter with a covariance takes its mean over the heading's variance.
     The derivative by v holds that of d as well, d' = -d v/s^2: i exp(i d) v d' of the velocity and T A'(d) v d' of the
     position. So the covariance turns with the velocity and nothing is reset: this is exactly the paper's model with
     velocity and covariance rotated into the frame of the new velocity after each scan.
@@ -74,12 +75,27 @@ class TargetOriented(MotionModel):
 
     def noise(self, x: Array, dt: float) -> Array:
         """Return Q: (*b, 4) -> (*b, 4, 4)."""
+        return self._held(x, np.ones(x.shape[:-1]), dt)
+
+    def mean_noise(self, x: Array, cov: Array, dt: float) -> Array:
+        """Return the mean of Q over a belief: (*b, 4), (*b, 4, 4) -> (*b, 4, 4).
+
+        The heading's variance is s = n' P n / speed^2, n across the velocity; for a Gaussian heading the mean of f f' - I/2
+        is exp(-2 s) times that at the mean. With Q at the mean alone the filter takes its heading for certain.
+        """
+        v, speed, _ = self._turn(x, dt)
+        across = np.stack([-x[..., 3], x[..., 2]], axis=-1) / np.maximum(np.abs(v), 1e-300)[..., None]
+        variance = np.einsum("...i,...ij,...j->...", across, cov[..., 2:, 2:], across) / speed**2
+        return self._held(x, np.exp(-2 * variance), dt)
+
+    def _held(self, x: Array, sure: Array, dt: float) -> Array:
+        """Return Q with f f' - I/2 times `sure` (*b), from 1 for a certain heading to 0 for none."""
         _, speed, _ = self._turn(x, dt)
         unit = x[..., 2:] / speed[..., None]
-        direction = unit[..., :, None] * unit[..., None, :]
-        known = np.minimum(np.sum(unit**2, axis=-1), 1.0)[..., None, None]
+        known = 0.5 * np.minimum(np.sum(unit**2, axis=-1), 1.0)[..., None, None] * np.eye(2)
+        along = unit[..., :, None] * unit[..., None, :] - known
         position, cross, velocity = held_gain(
-            direction + (1.0 - known) * 0.5 * np.eye(2), self.sigma_forward, self.sigma_side, dt
+            0.5 * np.eye(2) + sure[..., None, None] * along, self.sigma_forward, self.sigma_side, dt
         )
         Q = np.empty((*x.shape, 4))
         Q[..., :2, :2], Q[..., 2:, 2:] = position, velocity

@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import ClassVar, final
+from functools import cache
+from typing import Any, ClassVar, final
 
 import numpy as np
 from attrs import frozen
 
 from vedette import Experiment, Gaussian, Progress, Reproduction, Scan, Space, load
 from vedette.metrics import nees
-from vedette.reproduction import Findings, Keep, afresh, squared_distances
+from vedette.progress import silent
+from vedette.reproduction import Claim, Element, Findings, Keep, afresh, squared_distances
 from vedette.sampling import Bounds, draw_detections
 from vedette_study.lockstep import run_together
 from vedette_study.panels import mean_over_runs
 from vedette_study.starts import over_axes, two_point
 from vedette_target_oriented import accelerations, outcome, processes, verdicts
-from vedette_target_oriented.configs import FILTERS
+from vedette_target_oriented.configs import FILTERS, filters
+from vedette_target_oriented.elements import ELEMENTS
 from vedette_target_oriented.frames import cartesian, in_frame
 from vedette_target_oriented.outcome import Record, Scene
 
@@ -29,6 +32,14 @@ RUNS_PER_TRAJECTORY = 15
 """Monte Carlo runs of section 4.3 per trajectory of section 4.1, whose paper has one."""
 
 
+UNSAID: Mapping[str, Mapping[str, float]] = {
+    "s of acceleration": {"5 s": 5.0, "10 s": 10.0, "20 s": 20.0},
+    "process noises": {"half": 0.5, "as chosen": 1.0, "double": 2.0},
+    "P_D": {"P_D 1": 1.0, "P_D .98": 0.98, "P_D .95": 0.95},
+}
+"""What the paper leaves open: its words to what they are here."""
+
+
 @final
 @frozen
 class TargetOrientedReproduction(Reproduction):
@@ -39,37 +50,58 @@ class TargetOrientedReproduction(Reproduction):
 
     kind: ClassVar[str] = "target_oriented"
     title: ClassVar[str] = "Target-oriented velocity in an IMM-PDAF, against Singer models and known turn rates"
-    default_runs: ClassVar[int] = 1500
-    full_runs: ClassVar[int] = 15000
-    contributions: ClassVar[Mapping[str, tuple[str, ...]]] = {
-        "the target-oriented model, equations 2 to 7": ("motion target_oriented",),
-        "the same with heading and reset as printed, equation 8": (
-            "motion target_oriented_literal",
-            "motion target_oriented_certain",
-        ),
-        "three of them in an IMM-PDAF, section 3.2": ("estimator imm", "associator pda"),
-        "what it is compared with, section 4.3": ("motion singer", "motion known_turn"),
-    }
+    default_runs: ClassVar[int] = 1200
+    full_runs: ClassVar[int] = 12000
+    grid_runs: ClassVar[int] = 1200
+    unsaid: ClassVar[Mapping[str, tuple[str, ...]]] = {name: tuple(values) for name, values in UNSAID.items()}
+    elements: ClassVar[tuple[Element, ...]] = ELEMENTS
 
     def run(self, runs: int, seed: int, progress: Progress, keep: Keep = afresh) -> Findings:
         """Run all filters on the same draws."""
-        first, second = np.random.default_rng(seed).spawn(2)
-        experiments = {name: load(config) for name, config in FILTERS.items()}
-        scene = draw(next(iter(experiments.values())), runs, first)
-        records = {name: record(experiments[name], scene) for name in progress(list(FILTERS), "filters")}
+        scene, records = _tracked(FILTERS, runs, seed, progress)
         count = max(2, runs // RUNS_PER_TRAJECTORY)
-        moved = {name: accelerations.measured(part) for name, part in accelerations.study(count, second).items()}
+        moved = _moved(count, seed)
         tables = (*outcome.tables(records), *processes.tables(moved))
         tracked = verdicts.claims(verdicts.figures(records), runs)
         moving = processes.claims(processes.figures(moved), count)
         charts = (*outcome.charts(scene, records, tables[0], tracked), *processes.charts(moved, moving))
         return Findings(self.title, runs, seed, tables, (*tracked, *moving), charts)
 
+    def claims_at(self, point: Mapping[str, str], runs: int, seed: int) -> tuple[Claim, ...]:
+        """Return the claims with their verdicts at one point of the grid."""
+        seconds, noise, detection = (values[point[name]] for name, values in UNSAID.items())
+        return (*_tracking(noise, detection, runs, seed), *_moving(seconds, max(2, runs // RUNS_PER_TRAJECTORY), seed))
+
+
+@cache  # no parameter of section 4.1 enters section 4.3, nor the other way
+def _tracking(noise: float, detection: float, runs: int, seed: int) -> tuple[Claim, ...]:
+    _, records = _tracked(filters(noise, detection), runs, seed, silent)
+    return verdicts.claims(verdicts.figures(records), runs)
+
+
+@cache
+def _moving(seconds: float, count: int, seed: int) -> tuple[Claim, ...]:
+    return processes.claims(processes.figures(_moved(count, seed, seconds)), count)
+
+
+def _tracked(
+    configs: Mapping[str, Mapping[str, Any]], runs: int, seed: int, progress: Progress
+) -> tuple[Scene, dict[str, Record]]:
+    experiments = {name: load(config) for name, config in configs.items()}
+    scene = draw(next(iter(experiments.values())), runs, np.random.default_rng(seed).spawn(2)[0])
+    return scene, {name: record(experiments[name], scene) for name in progress(list(configs), "filters")}
+
+
+def _moved(count: int, seed: int, seconds: float = 10.0) -> dict[str, accelerations.Measured]:
+    rng = np.random.default_rng(seed).spawn(2)[1]
+    return {name: accelerations.measured(part) for name, part in accelerations.study(count, rng, seconds).items()}
+
 
 def draw(experiment: Experiment, runs: int, rng: np.random.Generator) -> Scene:
     """Draw the aircraft's trajectory and the radar's scans in each run; the first two scans hold the target alone."""
     assert experiment.source is not None
-    sensor = load(FILTERS["Singer"] | {"sensors": FILTERS["Singer"]["source"]["sensors"]}).tracker.sensors["radar"]
+    source: Any = experiment.source
+    sensor = source.sensors["radar"]
     path = experiment.source.open(experiment.tracker.sensors, rng).truth[0]
     scans = []
     for i, (time, state) in enumerate(zip(path.times, path.states, strict=True)):

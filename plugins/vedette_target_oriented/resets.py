@@ -9,7 +9,6 @@ import numpy as np
 from attrs import evolve, frozen
 
 from vedette import Array, Gaussian, MotionModel, Space, fields
-from vedette_target_oriented.along_velocity import held_gain
 
 ZERO_VARIANCE = Space.of(heading="rad mod 2pi", last_x="m", last_y="m")
 STATE = Space(Space.of(x="m", y="m", v_forward="m/s", v_side="m/s").axes + ZERO_VARIANCE.axes)
@@ -43,6 +42,10 @@ class ResettingMotion(MotionModel):
     def reset(self, cov: Array) -> Array:
         """Return the covariance (*b, 7, 7) once v_side is set."""
 
+    def steer(self, before: Array, now: Array) -> Array:
+        """Return the heading from the one before and the direction of the last two positions: (*b), (*b) -> (*b)."""
+        return now
+
     def move(self, x: Array, dt: float) -> Array:
         """Move the state: (*b, 7) -> (*b, 7)."""
         moved = x.copy()
@@ -60,12 +63,10 @@ class ResettingMotion(MotionModel):
 
     def noise(self, x: Array, dt: float) -> Array:
         """Return Q: (*b, 7) -> (*b, 7, 7)."""
-        B = basis(x[..., 4])
-        forward = B[..., :, 0]
-        position, _, _ = held_gain(forward[..., :, None] * forward[..., None, :], self.sigma_forward, self.sigma_side, dt)
-        variance = np.array([self.sigma_forward, self.sigma_side]) ** 2
+        B, sigma = basis(x[..., 4]), np.array([self.sigma_forward, self.sigma_side])
+        variance, gained = sigma**2, B * sigma * (dt**2 / 2)
         Q = np.zeros((*x.shape, 7))
-        Q[..., :2, :2] = position
+        Q[..., :2, :2] = gained @ np.swapaxes(gained, -1, -2)
         Q[..., :2, 2:4] = B * variance * (dt**3 / 2)
         Q[..., 2:4, :2] = np.swapaxes(Q[..., :2, 2:4], -1, -2)
         Q[..., 2, 2], Q[..., 3, 3] = variance * dt**2
@@ -77,7 +78,8 @@ class ResettingMotion(MotionModel):
         moved = np.any(way != 0, axis=-1)
         mean = own.mean.copy()
         mean[..., 3] = self.side_speed
-        mean[..., 4] = np.where(moved, np.arctan2(way[..., 1], way[..., 0]), combined.mean[..., 4])
+        before = combined.mean[..., 4]
+        mean[..., 4] = np.where(moved, self.steer(before, np.arctan2(way[..., 1], way[..., 0])), before)
         mean[..., 5:7] = combined.mean[..., :2]
         return evolve(own, mean=STATE.canonical(mean), cov=self.reset(own.cov))
 

@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import ClassVar, final
+from typing import Any, ClassVar, final
 
 import numpy as np
 from attrs import frozen
 
 from vedette import Array, Detections, Experiment, Gaussian, Progress, Reproduction, Scan, Space, load
 from vedette.metrics import nees
-from vedette.reproduction import Findings, Keep, afresh, squared_distances
+from vedette.progress import silent
+from vedette.reproduction import Claim, Element, Findings, Keep, afresh, squared_distances
 from vedette.sampling import returns
 from vedette.tracking import preprocessed, raw_sensors
 from vedette_study.lockstep import run_together
 from vedette_study.panels import mean_over_runs
 from vedette_study.starts import over_axes, two_point
 from vedette_vts import outcome, verdicts
-from vedette_vts.configs import FILTERS
+from vedette_vts.configs import FILTERS, NOISES, STAYS, SURGES, filters
+from vedette_vts.elements import ELEMENTS
 from vedette_vts.gating import watch
 from vedette_vts.outcome import Record, Scene
 
@@ -26,6 +28,14 @@ REST = {"ax": (0.0, 0.5), "ay": (0.0, 0.5)}
 """What two returns do not determine: axis to [mean, standard deviation]."""
 LOST = 200.0
 """In m; a run whose last error is larger has lost its target."""
+
+
+UNSAID: Mapping[str, Mapping[str, float]] = {
+    "speeding up and slowing down": SURGES,
+    "q of all filters": NOISES,
+    "IMM": STAYS,
+}
+"""What the paper leaves open: its words to what they are here."""
 
 
 @final
@@ -40,27 +50,30 @@ class VtsReproduction(Reproduction):
     title: ClassVar[str] = "Manoeuvring vessels seen by the radar of a vessel traffic service: IMM against single filters"
     default_runs: ClassVar[int] = 500
     full_runs: ClassVar[int] = 5000
-    contributions: ClassVar[Mapping[str, tuple[str, ...]]] = {
-        "models of constant velocity and acceleration, equations 1 to 6": (
-            "motion constant_velocity_piecewise",
-            "motion wiener_acceleration_piecewise",
-        ),
-        "returns converted with their covariance, equations 7 to 10": (
-            "preprocessor naive_conversion",
-            "sensor polar_position",
-        ),
-        "CVKF and CAKF, equations 14 to 19": ("estimator kalman",),
-        "IMMCV2 and IMMCVCA, equations 11 to 25": ("estimator imm",),
-    }
+    grid_runs: ClassVar[int] = 200
+    unsaid: ClassVar[Mapping[str, tuple[str, ...]]] = {name: tuple(values) for name, values in UNSAID.items()}
+    elements: ClassVar[tuple[Element, ...]] = ELEMENTS
 
     def run(self, runs: int, seed: int, progress: Progress, keep: Keep = afresh) -> Findings:
         """Run all filters on the same draws."""
-        experiments = {name: load(config) for name, config in FILTERS.items()}
-        scene = draw(next(iter(experiments.values())), runs, np.random.default_rng(seed))
-        records = {name: record(experiments[name], scene) for name in progress(list(FILTERS), "filters")}
+        scene, records = _records(FILTERS, runs, seed, progress)
         tables = outcome.tables(scene, records)
         claims = verdicts.claims(verdicts.figures(records), runs)
         return Findings(self.title, runs, seed, tables, claims, outcome.charts(scene, records, tables[0], claims))
+
+    def claims_at(self, point: Mapping[str, str], runs: int, seed: int) -> tuple[Claim, ...]:
+        """Return the claims with their verdicts at one point of the grid."""
+        surges, noise, stay = (values[point[name]] for name, values in UNSAID.items())
+        _, records = _records(filters(int(surges), noise, stay), runs, seed, silent)
+        return verdicts.claims(verdicts.figures(records), runs)
+
+
+def _records(
+    configs: Mapping[str, Mapping[str, Any]], runs: int, seed: int, progress: Progress
+) -> tuple[Scene, dict[str, Record]]:
+    experiments = {name: load(config) for name, config in configs.items()}
+    scene = draw(next(iter(experiments.values())), runs, np.random.default_rng(seed))
+    return scene, {name: record(experiments[name], scene) for name in progress(list(configs), "filters")}
 
 
 def draw(experiment: Experiment, runs: int, rng: np.random.Generator) -> Scene:

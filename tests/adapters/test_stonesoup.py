@@ -28,7 +28,14 @@ TURNING = ConstantTurn(linear_noise_coeffs=np.array([0.1, 0.1]), turn_noise_coef
 TURN_AXES = vedette.Space.of(x="m", vx="m/s", y="m", vy="m/s", turn_rate="rad/s")
 RNG = np.random.default_rng(0)
 
-TestLinearModel = conformance(StoneSoupMotion, model=st.just(PLAIN), state=st.just(PLANE))
+TestLinearModel = conformance(
+    StoneSoupMotion,
+    known_failures={
+        "any_gap_can_be_moved_over": "Stone Soup integrates numerically, and over days loses the noise of a decaying speed",
+    },
+    model=st.just(PLAIN),
+    state=st.just(PLANE),
+)
 TestLinearSensor = conformance(
     StoneSoupSensor, model=st.just(positions(25.0)), state=st.just(PLANE), measures=st.none(), clutter_density=st.just(1e-5)
 )

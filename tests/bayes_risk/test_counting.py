@@ -77,3 +77,25 @@ def test_the_published_clutter():
     np.testing.assert_allclose(found.false_alarm(THRESHOLD), 0.3e-6 * area, rtol=1e-3)
     np.testing.assert_allclose(found.miss(THRESHOLD), np.exp(-4))
     assert area / (0.3e-6 * 7.5e9) > 1
+
+
+def test_the_fused_error_given_the_count():
+    """By 200,000 draws of the paper's sensors, at 100 times its clutter: 5 standard errors where 300 draws or more count."""
+    rng, runs = np.random.default_rng(2), 200_000
+    base = SIGMA * rng.standard_normal((runs, 2))
+    total, k = base.copy(), np.ones(runs, dtype=int)
+    for _ in range(6):
+        true = SIGMA * rng.standard_normal((runs, 2))
+        far, turn = np.sqrt(rng.exponential(1 / (np.pi * DENSE), runs)), rng.uniform(0, 2 * np.pi, runs)
+        false = base + far[:, None] * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
+        apart = np.hypot(*(true - base).T)
+        near = np.minimum(apart, far) <= THRESHOLD
+        total += np.where(near[:, None], np.where((far < apart)[:, None], false, true), 0.0)
+        k += near
+    square = np.sum((total / k[:, None]) ** 2, axis=-1) * k / (2 * SIGMA**2)
+    expected = Confirmation.of(SEVEN, "s1").fused_error(THRESHOLD)
+    for count in range(2, 8):
+        some = square[k == count]
+        if len(some) >= 300:
+            assert abs(some.mean() - expected[count - 1]) < 5 * some.std() / np.sqrt(len(some)), count
+    assert expected[1] > 5 > 1.1 > expected[6] > 0.9

@@ -35,14 +35,14 @@ def test_bash_offers_commands_options_files_and_kinds(scripts, tmp_path):
         return offered(scripts["bash"], tmp_path, *words)
 
     assert {"run", "new", "check", "completions"} <= ask("")
-    assert ask("re") == {"report", "reproduce"}
+    assert ask("re") == {"replay", "report", "reproduce"}
     assert ask("run", "") == {"harbour.toml", "runs"}
     assert {"--out", "--smooth", "--set"} <= ask("run", "harbour.toml", "--")
     assert ask("run", "harbour.toml", "--out", "") == {"runs"}
     assert ask("run", "--format", "") == {"png", "svg", "pdf"}
     assert ask("new", "") == {"config", "plugin"}
     assert ask("new", "config", "") == {"plots.csv", "runs"}
-    assert ask("new", "config", "-") == {"-h", "--help", "--out"}
+    assert ask("new", "config", "--o") == {"--out"}
     assert {"ekf", "motion", "constant_velocity"} <= ask("components", "")
     assert ask("check", "constant_vel") == {"constant_velocity", "constant_velocity_piecewise"}
     assert ask("check", "har") == {"harbour.toml"}

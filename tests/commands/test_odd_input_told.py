@@ -129,5 +129,5 @@ def test_a_full_disk_is_told_with_the_folder_of_a_streamed_run(config, tmp_path)
     line = f"{limit}sys.exit(main({['run', given, '--stream', '--out', str(out)]}))"
     done = subprocess.run([sys.executable, "-c", line], capture_output=True, text=True, timeout=120)
     assert done.returncode == 2
-    assert done.stderr == f"vedette: error: {out}: File too large; what was written before is kept\n"
-    assert (out / "tracks.csv").exists()
+    assert done.stderr == f"vedette: error: {out}: File too large; what was there before stays\n"
+    assert not out.exists(), "no block was complete, so there is nothing to see"

@@ -77,8 +77,10 @@ def test_the_process_ends_with_the_code(config, tmp_path):
 
 def test_a_file_that_cannot_be_written_is_told(config, tmp_path, capsys, undrawn):
     (tmp_path / "results" / "tracks.csv").mkdir(parents=True)
+    (tmp_path / "results" / "tracks.csv" / "mine.txt").write_text("mine")
     assert main(["run", str(config), "--out", str(tmp_path / "results")]) == 2
     assert re.fullmatch(r"vedette: error: .*tracks\.csv.*: Is a directory\n", capsys.readouterr().err)
+    assert [path.name for path in (tmp_path / "results").rglob("*")] == ["tracks.csv", "mine.txt"]
 
 
 @pytest.mark.parametrize("arguments", [[], ["fly"], ["run"], ["run", "a.toml", "--sed", "1"]])

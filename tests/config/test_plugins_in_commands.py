@@ -35,7 +35,7 @@ kind = "m_of_n"
         ("return None", "move must return (*b, 2) or (2,), *b being (1,) here, an array of numbers; got nothing"),
         ("return 'abc'", "move must return (*b, 2) or (2,), *b being (1,) here, an array of numbers; got a str"),
         ("return np.zeros((3, 3, 7))", "move must return (*b, 2) or (2,), *b being (1,) here; got (3, 3, 7)"),
-        ("return x * np.nan", "move must return numbers; got nan in 2 of 2"),
+        ("return x * np.nan", "move must return finite numbers; got nan in 2 of 2"),
     ],
 )
 def test_a_method_at_fault_is_named_by_explain_as_by_run(tmp_path, capsys, distribution, move, told):

@@ -13,6 +13,7 @@ from attrs import frozen
 
 from vedette import Array, ConfigError, Registry, Sensor, Space
 from vedette.config import build, load
+from vedette.units import in_unit
 
 
 @frozen
@@ -238,3 +239,25 @@ def test_repeated_references_do_not_blow_up(tmp_path: Path, registry: Registry) 
     path.write_text(f"bomb: [{', '.join(lists)}]")
     with pytest.raises(ConfigError, match=r"^bomb: holds more than 10000000 values$"):
         load(path, registry)
+
+
+@pytest.mark.parametrize("part", ["estimator", "associator", "lifecycle"])
+def test_an_array_is_no_table(part: str) -> None:
+    """Arrays of numpy are compared element by element, so that asking whether one is a kind once raised ValueError."""
+    with pytest.raises(ConfigError) as caught:
+        build(good() | {part: np.zeros(3)})
+    assert {problem.place for problem in caught.value.problems} == {part}
+
+
+def test_a_long_kind_is_cut_where_it_is_told() -> None:
+    config = good()
+    config["associator"] = {"kind": "k" * 100_000}
+    with pytest.raises(ConfigError) as caught:
+        build(config)
+    assert len(str(caught.value)) < 1000
+
+
+@pytest.mark.parametrize("text", ["1_0", "1_0 m"])
+def test_a_number_as_python_alone_writes_it_is_none(text: str) -> None:
+    with pytest.raises(ValueError, match="number"):
+        in_unit(text, "m")

@@ -2,11 +2,13 @@
 
 import os
 from pathlib import Path
+from time import process_time
 
 import pytest
 
 from vedette import ConfigError, Registry
 from vedette.config import load
+from vedette.config.files import read_file
 
 FILES: list[tuple[str, bytes, str]] = [
     ("empty.toml", b"", "the file is empty"),
@@ -30,6 +32,20 @@ FILES: list[tuple[str, bytes, str]] = [
     ("deep.json", b'{"a": ' + b"[" * 100_000 + b"]" * 100_000 + b"}", "is nested deeper than 32 levels"),
     ("deep.toml", b"a = " + b"[" * 100_000 + b"]" * 100_000, "is nested deeper than 32 levels"),
     ("deep.yaml", b"a: " + b"[" * 5_000 + b"]" * 5_000, "is nested deeper than 32 levels"),
+    ("int.yaml", b'a: !!int ""', "is not well-formed YAML: "),
+    ("bool.yaml", b"a: !!bool x", "is not well-formed YAML: "),
+    ("float.yaml", b"a: !!float x", "is not well-formed YAML: "),
+    ("time.yaml", b"a: !!timestamp x", "is not well-formed YAML: "),
+    ("binary.yaml", b"a: !!binary \xc3\xa9", "is not well-formed YAML: "),
+    ("set.yaml", b"a: !!set [x]", "is not well-formed YAML: "),
+    ("omap.yaml", b"a: !!omap {x: 1}", "is not well-formed YAML: "),
+    ("control.yaml", b"a: \x07\n", "is not well-formed YAML: "),
+    ("list_as_name.yaml", b"? [a, b]\n: 1\n", "is not well-formed YAML: "),
+    ("date.yaml", b"a: 2020-13-45", "is not well-formed YAML: "),
+    ("dotted.toml", b".".join([b"a"] * 100_000) + b" = 1\n", "is not well-formed TOML: a name is nested deeper"),
+    ("date.toml", b"a = 2020-02-31\n", "is not well-formed TOML: "),
+    ("huge.toml", b"a = " + b"9" * 10_000 + b"\n", "is not well-formed TOML: "),
+    ("huge.json", b'{"a": ' + b"9" * 10_000 + b"}", "is not well-formed JSON: "),
     ("large.json", b'{"a": "' + b"x" * 10_000_001 + b'"}', "is larger than 10000000 bytes: this is no config"),
     ("config.ini", b"seed = 1\n", "must end in .toml, .yaml, .yml, .json: the ending tells the format"),
     ("plots.csv", b"t,x,y\n", "is data, not a config; `vedette new config` writes"),
@@ -72,3 +88,61 @@ def test_a_file_that_may_not_be_read_is_refused(tmp_path: Path, registry: Regist
     path.chmod(0)
     with pytest.raises(ConfigError, match=r"secret.toml: cannot be read: Permission denied"):
         load(path, registry)
+
+
+BOMB = (
+    "a0: &a0 {"
+    + ", ".join(f"k{i}: 1" for i in range(20))
+    + "}\n"
+    + "".join(f"a{i}: &a{i}\n  <<: [*a{i - 1}, *a{i - 1}, *a{i - 1}]\n" for i in range(1, 16))
+)
+
+
+def test_merges_within_merges_are_counted_before_they_are_made(tmp_path: Path, registry: Registry) -> None:
+    """577 bytes of them once took 2.9 GB and 63 s."""
+    pytest.importorskip("yaml")
+    (tmp_path / "bomb.yaml").write_text(BOMB)
+    began = process_time()
+    with pytest.raises(ConfigError, match="its merges"):
+        load(tmp_path / "bomb.yaml", registry)
+    assert process_time() - began < 2.0
+
+
+def test_merges_that_are_few_are_made(tmp_path: Path) -> None:
+    pytest.importorskip("yaml")
+    (tmp_path / "a.yaml").write_text("a: &a {x: 1, y: 2}\nb:\n  <<: *a\n  y: 3\nc:\n  <<: [*a, {z: 4}]\n")
+    assert read_file(tmp_path / "a.yaml")["b"] == {"x": 1, "y": 3}
+    assert read_file(tmp_path / "a.yaml")["c"] == {"x": 1, "y": 2, "z": 4}
+
+
+def test_too_many_values_of_yaml_are_refused_and_the_limit_can_be_raised(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("yaml")
+    monkeypatch.setattr("vedette.config.texts.MOST_NODES", 1000)
+    (tmp_path / "a.yaml").write_text("a: [" + "1, " * 1500 + "]\n")
+    with pytest.raises(ConfigError, match="holds more than 1,000 values"):
+        read_file(tmp_path / "a.yaml")
+    monkeypatch.setenv("VEDETTE_LIMITS", "2")
+    assert len(read_file(tmp_path / "a.yaml")["a"]) == 1500
+
+
+@pytest.mark.parametrize("ending", ["yaml", "json", "toml"])
+def test_time_grows_with_the_number_of_names_and_no_faster(tmp_path: Path, ending: str) -> None:
+    """60,000 of YAML once took over a minute, JSON with a late duplicate its square."""
+    if ending == "yaml":
+        pytest.importorskip("yaml")
+    seconds = {}
+    for count in (5_000, 40_000):
+        names = [f"k{i}" for i in range(count)]
+        texts = {
+            "yaml": "\n".join(f"{name}: 1" for name in [*names, names[-1]]),
+            "json": "{" + ", ".join(f'"{name}": 1' for name in [*names, names[-1]]) + "}",
+            "toml": "\n".join(f"{name} = 1" for name in [*names, names[-1]]),
+        }
+        (tmp_path / f"a.{ending}").write_text(texts[ending])
+        began = process_time()
+        with pytest.raises(ConfigError):
+            read_file(tmp_path / f"a.{ending}")
+        seconds[count] = process_time() - began
+    assert seconds[40_000] < 40 * max(seconds[5_000], 0.02)

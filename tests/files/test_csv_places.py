@@ -103,6 +103,22 @@ def test_the_origin_is_the_middle_of_the_returns_also_across_the_date_line(tmp_p
     assert told(recording) == ["d.csv:5: lat must be a number, got 'x'"]
 
 
+def test_the_far_side_of_the_earth_is_refused_and_does_not_fold_over(tmp_path):
+    """59 S 170 W once lay 37.8 km north of 59 N 10 E, without a word."""
+    text = "t,lat,lon\n0,59,10\n1,-59,-170\n2,59.1,10\n3,59,36\n4,59,37.5\n5,0,100\n"
+    recording = source(tmp_path, text, origin=Origin(59.0, 10.0)).open(PLANE, RNG)
+    assert [problem.place for problem in recording.refused] == ["d.csv:3", "d.csv:6", "d.csv:7"]
+    assert "20,015 km" in told(recording)[0]
+    assert sum(len(scan.detections.z) for scan in recording.scans) == 3
+
+
+@pytest.mark.parametrize("place", [(59.0, 11.0), (70.0, -30.0), (-10.0, 179.0), (59.0, 10.0)])
+def test_distances_on_the_ground_are_those_of_the_ellipsoid(place):
+    origin, vincenty = Origin(59.0, 10.0), pytest.importorskip("pymap3d.vincenty")
+    wanted, _ = vincenty.vdist(59.0, 10.0, *place)
+    np.testing.assert_allclose(origin.on_ground(*place), wanted, rtol=6e-3, atol=1.0)
+
+
 def test_an_impossible_latitude_is_refused_and_a_far_place_is_said(tmp_path):
     recording = source(tmp_path, "t,lat,lon\n0,59,10\n1,91,10\n2,59,10\n3,59,30\n").open(PLANE, RNG)
     assert told(recording) == ["d.csv:3: lat must be from -90 to 90, got '91'"]
@@ -200,3 +216,9 @@ def test_without_pymap3d_the_error_says_what_to_install(tmp_path, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "pymap3d", None)
     with pytest.raises(InputError, match=r"pip install 'vedette\[data\]'"):
         source(tmp_path, "t,lat,lon\n0,59,10\n").open(PLANE, RNG)
+
+
+def test_an_underscore_makes_no_number(tmp_path):
+    """Python reads 1_0 as 10."""
+    recording = source(tmp_path, "t,lat,lon\n0,59,10\n1,5_9,10\n2,59,10\n").open(PLANE, RNG)
+    assert [problem.place for problem in recording.refused] == ["d.csv:3"]

@@ -130,3 +130,16 @@ def test_what_is_replayed_is_a_config(tmp_path):
     path = written(tmp_path, Frame(np.ones((30, 30))))
     replay = vedette.load(EXAMPLES / "flir.toml", overrides=[f'source={{kind="jsonl", path="{path}"}}'])
     assert replay.tracker == config.tracker
+
+
+@pytest.mark.parametrize("place", [0.3, 0.5, 0.7, 0.9])
+def test_an_altered_byte_costs_one_scan_and_not_the_run(tmp_path, place):
+    """A flipped byte of a deflated frame once ended the run as a plugin's error."""
+    path = written(tmp_path, Frame(np.random.default_rng(0).integers(0, 255, (40, 40), dtype=np.uint8)))
+    file = tmp_path / "clip_frames" / "000000.npz"
+    data = bytearray(file.read_bytes())
+    data[int(place * len(data))] ^= 0x55
+    file.write_bytes(bytes(data))
+    recording, _ = read_recording(path)
+    assert len(recording.refused) == 1
+    assert "clip_frames/000000.npz" in str(recording.refused[0])

@@ -27,7 +27,8 @@ def test_a_series_by_its_name(tmp_path, monkeypatch):
     from vedette.cli import main
 
     monkeypatch.chdir(tmp_path)
-    rows = "".join(f"{k},{5 * k},0\n" for k in range(8))
+    errors = (0.6, -1.1, 0.3, 0.9, -0.4, -0.8, 1.2, -0.2)
+    rows = "".join(f"{k},{5 * k + error},{3 * k - error}\n" for k, error in enumerate(errors))
     (tmp_path / "plots.csv").write_text("t,x,y\n" + rows)
     assert main(["new", "config", "plots.csv"]) == 0
     assert main(["run", "plots.toml", "--out", "out"]) == 0

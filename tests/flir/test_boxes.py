@@ -65,8 +65,12 @@ def test_a_box_outside_the_image_is_told(tmp_path, change, told):
 
 def test_colour_is_converted_on_request(tmp_path):
     path, boxes = discs(tmp_path / "discs", colour=True)
-    with pytest.raises(vedette.InputError, match=r"is in colour.*say by `grey`"):
-        run(path, f"source.box={boxes[0]}")
+    with pytest.raises(vedette.InputError, match="colour"):
+        run(path, f"source.box={boxes[0]}", "source.grey=equal")
+    by_default, stated = (
+        run(path, f"source.box={boxes[0]}", *grey).tracks[0].mean for grey in ((), ("source.grey=luminance",))
+    )
+    np.testing.assert_array_equal(by_default, stated)
     for grey in ("luminance", "red", "green"):
         result = run(path, f"source.box={boxes[0]}", f"source.grey={grey}")
         assert np.hypot(*(result.tracks[0].mean[-1, :2] - [40 - 14, 30])) < 1.5

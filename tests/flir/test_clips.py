@@ -105,13 +105,29 @@ def test_frames_that_cannot_be_used_are_told_and_the_track_goes_on(tmp_path):
     images[7] = np.stack([images[7], images[7], np.zeros_like(images[7])], axis=-1)
     path = folder_of(tmp_path / "disc", images, boxes)
     (path / "0009.png").write_bytes(b"no image")
-    result = vedette.load(EXAMPLE, overrides=[f"source.path={path}"]).run()
+    result = vedette.load(EXAMPLE, overrides=[f"source.path={path}", "source.grey=equal"]).run()
     told = [str(problem) for problem in result.refused]
     assert any("frame 5: must be 80 x 60 px as the first, got 80 x 50" in text for text in told)
     assert any("frame 7: is in colour" in text for text in told)
     assert any("frame 9: 0009.png is no image" in text for text in told)
     assert len(result.tracks[0].times) == 17
     assert np.hypot(*(result.tracks[0].mean[-1, :2] - centred(boxes[-1], 1.0)[:2])) < 1.5
+
+
+def test_a_cut_jpeg_is_told_and_not_tracked_in(tmp_path):
+    """OpenCV gives the part that is there, and grey below."""
+    images, boxes = hot_disc()
+    path = folder_of(tmp_path / "disc", images, boxes)
+    for png in sorted(path.glob("*.png")):
+        cv2.imwrite(
+            str(png.with_suffix(".jpg")), cv2.imread(str(png), cv2.IMREAD_UNCHANGED), [cv2.IMWRITE_JPEG_QUALITY, 100]
+        )
+        png.unlink()
+    cut = path / "0009.jpg"
+    cut.write_bytes(cut.read_bytes()[: cut.stat().st_size // 2])
+    result = vedette.load(EXAMPLE, overrides=[f"source.path={path}"]).run()
+    assert [str(problem).startswith("frame 9: 0009.jpg is cut off") for problem in result.refused] == [True]
+    assert len(result.tracks[0].times) == 19
 
 
 @pytest.mark.parametrize(
@@ -146,7 +162,7 @@ def test_colour_and_depth():
     grey = np.arange(12, dtype=np.uint8).reshape(3, 4)
     np.testing.assert_array_equal(grey_of(np.stack([grey] * 3, axis=-1)), grey)
     with pytest.raises(ValueError, match="colour"):
-        grey_of(np.stack([grey, grey, grey + 100], axis=-1))
+        grey_of(np.stack([grey, grey, grey + 100], axis=-1), "equal")
     with pytest.raises(ValueError, match="8 or 16 bit"):
         grey_of(grey.astype(np.float32))
     with pytest.raises(ValueError, match=r"one channel, or three.*got 4"):
@@ -223,7 +239,8 @@ def test_pixel_figures():
     track = Track(0, BOX, times, mean, np.zeros((20, 4, 4)), nothing == 0, nothing, None, (), nothing, nothing)
     truth = Trajectory("t", BOX, times, true)
     figures = pixel_figures([track], [truth])
-    assert figures == {"within_10px": 0.25, "centre_error_median_px": 29.0, "centre_error_p90_px": 29.0, "lost": 0.0}
+    errors = {"within_10px": 0.25, "centre_error_median_px": 29.0, "centre_error_p90_px": 29.0, "lost": 0.0}
+    assert figures == errors | {"overlap": pytest.approx((5 * 29 / 31 + 15 * 1 / 59) / 20)}
     small = Trajectory("t", BOX, times, np.column_stack([true[:, :2], np.full((20, 2), 20.0)]))
     assert pixel_figures([track], [small])["lost"] == 1.0
     assert pixel_figures([], [truth]) == {}

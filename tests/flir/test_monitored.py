@@ -2,11 +2,15 @@
 
 import numpy as np
 import pytest
+from attrs import evolve
 
 import vedette
 from vedette import Detections, Gaussian, Scan
 from vedette.metrics.consistency import nees
 from vedette.sampling.trajectories import draw_states
+from vedette_flir.estimators.monitored import ResidualMonitored
+from vedette_flir.motion.jittered_acceleration import JitteredAcceleration
+from vedette_standard.estimators.kalman import Kalman
 from vedette_standard.motion.constant_velocity import ConstantVelocity
 from vedette_study.lockstep import run_together
 
@@ -56,3 +60,22 @@ def test_matched_noise_is_left_about_as_it_is():
     assert abs(plain - 1.0) < 5 * error
     assert monitored < 1.15
     assert 0.95 < near < 1.05
+
+
+def test_only_the_blocks_axes_get_noise():
+    """D Q D, D = sqrt(a) on the blocks: the jitter keeps its noise, and the whole stays a covariance."""
+    of = Kalman(JitteredAcceleration())
+    dynamics = ["x", "y", "vx", "vy", "ax", "ay"]
+    made = ResidualMonitored(of, blocks=tuple(dynamics))
+    rng, n = np.random.default_rng(0), 8
+    started = made.start(Gaussian(np.zeros((1, n)), np.zeros((1, n, n))), made.state, rng)
+    Q = made.of.motion.noise(np.zeros(n), 0.1)
+    ahead = made.predict(evolve(started, scale=np.array([16.0])), 0.1, rng)
+    own = [name in dynamics for name in made.state.names]
+    root = np.where(own, 4.0, 1.0)
+    np.testing.assert_allclose(made.moments(ahead).cov[0], root[:, None] * root * Q, rtol=1e-9, atol=1e-15)
+
+
+def test_a_block_that_is_no_axis_is_refused():
+    with pytest.raises(ValueError, match=r"blocks: .*'z'"):
+        ResidualMonitored(Kalman(ConstantVelocity(0.3)), blocks=("z",))

@@ -127,7 +127,7 @@ def test_a_box_of_no_pixel_or_larger_than_the_image_is_an_error(tmp_path, box):
 
 
 def stream(address):
-    source = f'source={{kind="video_stream", address="{address}", box=[1, 1, 7, 7]}}'
+    source = f'source={{kind="video_stream", address="{address}", box=[1, 1, 7, 7], grey="equal"}}'
     return vedette.load(EXAMPLE, overrides=[source]).run()
 
 

@@ -8,7 +8,7 @@ import pytest
 import vedette
 from support.paths import EXAMPLES
 from vedette import Frame, Gaussian, Scan
-from vedette_flir.scene_changes import BLOCKS, change, is_cut, outline
+from vedette_flir.scene_changes import BLOCKS, change, is_cut, is_wide, outline
 
 
 def field(seed, size=(90, 120)):
@@ -67,9 +67,20 @@ def test_a_target_that_a_cut_leaves_in_place_stays():
     assert error[5:].max() < 2.0
 
 
-@pytest.mark.parametrize("everywhere", [True, False])
-def test_a_target_that_jumps_is_found_in_the_whole_frame_if_that_is_asked_for(everywhere):
+def test_a_target_that_jumps_with_a_cut_is_found_in_the_whole_frame():
     path = [np.array([20.0 + 0.5 * k, 20.0]) for k in range(20)] + [np.array([95.0, 70.0 - 0.5 * k]) for k in range(20)]
-    error, existence = followed([0] * 20 + [1] * 20, path, everywhere=str(everywhere).lower(), search=8)
+    error, existence = followed([0] * 20 + [1] * 20, path, search=8)
     assert error[:20].max() < 2.0
-    assert bool(error[35:].max() < 2.0 and existence[35:].min() > 0.9) == everywhere
+    assert error[35:].max() < 2.0
+    assert existence[35:].min() > 0.9
+
+
+def test_what_a_target_changes_before_a_plain_sky_is_no_cut():
+    y, x = np.mgrid[:90, :120]
+    spot = 80.0 * np.exp(-((x - 60.0) ** 2 + (y - 40.0) ** 2) / 8.0)
+    plain, shown = (outline(50.0 + k * spot + np.random.default_rng(k).normal(0.0, 1.0, x.shape)) for k in (0, 1))
+    changed = change(plain, shown)
+    assert is_cut(plain, changed, 0.05, 0.3)  # it is large beside what the plain sky shows
+    assert not is_wide(plain, shown, changed)
+    other = outline(frame(3, (60, 40), scene=1))
+    assert is_wide(shown, other, change(shown, other))

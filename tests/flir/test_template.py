@@ -92,14 +92,14 @@ def test_a_target_that_fades_is_missed_and_found_again():
 
 def test_a_few_faint_frames_are_not_worth_another_target(monkeypatch):
     """For three frames the bird has .4 of its contrast, just below the limit, and 16 px beside it is another one."""
-    frames = [bird(k, step=1.2, trees=False, bright=24.0 if 10 <= k < 13 else 60.0) for k in range(30)]
+    frames = [bird(k, step=1.2, trees=False, bright=25.0 if 10 <= k < 13 else 60.0) for k in range(30)]
     y, x = np.mgrid[:60, :80]
     other = 42.0 * np.exp(-0.5 * ((x - 43.2) ** 2 + (y - 36.2) ** 2) / 1.3**2)
     shown = [(pixels + other * (k >= 8), at) for k, (pixels, at) in enumerate(frames)]
     true = np.array([at for _, at in frames])
     found, _ = follow(tracker(limit=0.72), shown)
     assert np.abs(found - true).max() < 0.5
-    monkeypatch.setattr(appearance, "WEAK", 60.0)  # the mutant: a weak match is a sure miss, and the search widens
+    monkeypatch.setattr(appearance, "WEAK", 150.0)  # the mutant: a weak match is a sure miss, and the search widens
     fooled, _ = follow(tracker(limit=0.72), shown)
     assert np.abs(fooled - true)[-1].max() > 10.0
 

@@ -16,7 +16,15 @@ import tempfile
 import time
 from pathlib import Path
 
-BUDGETS = {"configs": 20_000, "inputs": 20_000, "kernels": 50_000, "plugins": 5_000, "methods": 2_000, "tables": 1_000}
+BUDGETS = {
+    "configs": 20_000,
+    "inputs": 20_000,
+    "kernels": 50_000,
+    "plugins": 5_000,
+    "methods": 2_000,
+    "tables": 1_000,
+    "results": 20_000,
+}
 MODULES = {"kernels": "kernel_calls", "methods": "faulty"}
 """Where a fuzzer is, if not in the module of its name."""
 

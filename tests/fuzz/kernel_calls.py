@@ -10,11 +10,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import attrs
 import numpy as np
 
 from fuzz.cases import pick
 from vedette import kernels
-from vedette.kernels import association, modes, reference
+from vedette.kernels import association, backward, modes, reference
 
 Array = np.ndarray[Any, Any]
 
@@ -23,7 +24,7 @@ WILD = np.array([np.nan, np.inf, -np.inf, 5e-324, -1e-310, 1e308, -1e308, 1e154,
 ERRORS = (ValueError, IndexError, TypeError, ZeroDivisionError, FloatingPointError, np.linalg.LinAlgError)
 """What a call of wrong shapes or numbers may raise."""
 
-HOMES = (reference, modes, association)
+HOMES = (reference, modes, association, backward)
 
 
 class Draw:
@@ -67,6 +68,10 @@ def calls(rng: np.random.Generator) -> dict[str, Callable[[], list[Any]]]:
         "filter_step": lambda: [
             *(draw.vector(n), draw.cov(n), rng.normal(size=(n, n)), draw.cov(n), draw.vector(m)),
             *(rng.normal(size=(m, n)), draw.cov(m)),
+        ],
+        "smooth_linear": lambda: [
+            *(draw.vector(n), draw.cov(n), rng.normal(size=(n, n)), draw.cov(n), draw.vector(n), draw.cov(n)),
+            pick(rng, [(), ((n - 1, 6.0),)]),
         ],
         "whiten": lambda: [draw.vector(n), draw.cov(n)],
         "sigma_points": lambda: [draw.cov(n), pick(rng, [0.0, 0.5, 3.0])],
@@ -123,6 +128,8 @@ def _answer(kernel: Callable[..., Any], given: list[Any]) -> tuple[Any, ...] | N
 
 
 def _flat(found: Any) -> tuple[Any, ...]:
+    if attrs.has(type(found)):
+        found = attrs.astuple(found, recurse=False)
     if isinstance(found, tuple | list):
         return tuple(part for each in found for part in _flat(each))
     return (found,)

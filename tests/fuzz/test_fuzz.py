@@ -6,13 +6,14 @@ import math
 import time
 
 import pytest
+from attrs import evolve
 
 pytest.importorskip("cv2")
 pytest.importorskip("pyais")
 pytest.importorskip("pyarrow")
 pytest.importorskip("pandas")
 
-from fuzz import cases, configs, faulty, inputs, kernel_calls, plugins, readers, tables
+from fuzz import cases, configs, faulty, inputs, kernel_calls, plugins, readers, results, tables
 from vedette import kernels
 from vedette.config import plugins as loading
 from vedette.config.contract import check_version, described
@@ -28,6 +29,7 @@ FUZZERS = {
     "plugins": (plugins.case, 100),
     "methods": (faulty.case, 60),
     "tables": (tables.case, 12),
+    "results": (results.case, 400),
 }
 
 
@@ -151,6 +153,12 @@ def test_the_fuzzer_of_inputs_bites(cure, monkeypatch, tmp_path):
     assert any(part in found for part in text.split("|")), found
 
 
+def test_the_fuzzer_of_results_bites(monkeypatch, tmp_path):
+    """Without what archives raise that are not whole, it is found."""
+    monkeypatch.setattr("vedette.reading._WRONG", (OSError,))
+    assert " at reading.py:" in (found := hunt(results.case, tmp_path, 300) or "nothing found") or "BadZipFile" in found
+
+
 def test_the_fuzzer_of_configs_bites(monkeypatch, tmp_path):
     monkeypatch.setattr("vedette.fields.in_unit", unit_unchecked)
     assert "Error at test_fuzz.py" in (hunt(configs.case, tmp_path, 500) or "nothing found")
@@ -193,7 +201,7 @@ def rude(scores):
     [
         ("softmax", rude, "wrote into what it was given"),
         ("whiten", lambda v, P: 1.00001 * reference.whiten(v, P), "Not equal to tolerance"),
-        ("predict", lambda x, P, F, Q: [part[:1] for part in reference.predict(x, P, F, Q)], "Error at"),
+        ("predict", lambda x, P, F, Q: evolve(reference.predict(x, P, F, Q), mean=x[:1]), "Error at"),
         ("imm_mix", lambda *given: time.sleep(9), "Hang at"),
         ("update", lambda *given: {}["gone"], "KeyError at"),
     ],

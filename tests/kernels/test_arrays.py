@@ -18,7 +18,7 @@ N = 3
 
 def made(value):
     """A mean of three times `value`, by a kernel."""
-    return kernels.predict(np.full(N, float(value)), np.eye(N), np.eye(N), np.eye(N))[0]
+    return kernels.predict(np.full(N, float(value)), np.eye(N), np.eye(N), np.eye(N)).mean
 
 
 def churn():
@@ -71,17 +71,18 @@ def test_an_array_changed_in_place_is_not_handed_out_again(change):
 def test_results_of_one_call_share_no_memory():
     for shape in ((), (1,), (2, 3), (0,), (300,)):
         x, P = np.zeros((*shape, N)), np.broadcast_to(np.eye(N), (*shape, N, N))
-        parts = kernels.evaluate_returns(P, np.zeros((N, N)), x, np.eye(N), np.ones((N, N, N)) + np.eye(N), 0.9, 0.9, ())
+        scan = kernels.evaluate_returns(P, np.zeros((N, N)), x, np.eye(N), np.ones((N, N, N)) + np.eye(N), 0.9, 0.9, ())
+        parts = scan.loglik, scan.distance, scan.log_volume, scan.detail.shift, scan.detail.post
         assert not any(np.shares_memory(a, b) for i, a in enumerate(parts) for b in parts[:i])
 
 
 def test_large_results_keep_their_numbers_too():
     eye = np.eye(N)
     held = [kernels.predict(np.full((1000, N), float(value)), eye, eye, eye) for value in range(20)]
-    for value, (x, P) in enumerate(held):
-        assert np.all(x == value)
-        assert np.all(2 * eye == P)
-    grown = held[7][0]
+    for value, one in enumerate(held):
+        assert np.all(one.mean == value)
+        assert np.all(one.cov == 2 * eye)
+    grown = held[7].mean
     del held
     grown.resize((5000, N), refcheck=False)
     assert np.all(grown[:1000] == 7)

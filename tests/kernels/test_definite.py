@@ -82,13 +82,13 @@ def covariances_of(kernel, p):
     F = np.eye(p.n) + np.eye(p.n, k=max(p.n // 2, 1))
     yield "filter_step", kernel("filter_step")(x, P, F, np.zeros((p.n, p.n)), z, H, R)[1]
     scan = P[:, None], z[:, None], none, H[:, None], R[:, None, None], 0.9, 0.99, ()
-    *_, shift, post = kernel("evaluate_returns")(*scan)
-    yield "evaluate_returns", post[:, 0, 0]
+    detail = kernel("evaluate_returns")(*scan).detail
+    yield "evaluate_returns", detail.post[:, 0, 0]
     for weight in (1e-9, 0.5, 1.0):
         weights = np.broadcast_to([1.0 - weight, weight], (p.b, 1, 2))
         yield (
             f"weighted_update by {weight}",
-            kernel("weighted_update")(x[:, None], P[:, None], shift, post, weights, ())[1][:, 0],
+            kernel("weighted_update")(x[:, None], P[:, None], detail.shift, detail.post, weights, ()).cov[:, 0],
         )
     for density in (-30.0, 0.0, 30.0):
         pda = x[:, None], P[:, None], np.stack([z, 0.9 * z], axis=1), H, R, 0.9, 0.99, np.inf, density
@@ -176,5 +176,5 @@ def test_a_noise_as_flat_as_the_prior_leaves_a_covariance(name, kernel):
     P = F @ P @ np.swapaxes(F, -1, -2)
     P, R = 0.5 * (P + np.swapaxes(P, -1, -2)), 0.5 * (R + np.swapaxes(R, -1, -2))
     z, H = np.zeros((1, 1, 2)), np.eye(4)[:2]
-    post = kernel("evaluate_returns")(P[None], z, np.zeros((1, 512, 2)), H, R[None, :, None], 0.9, 0.99, ())[4]
+    post = kernel("evaluate_returns")(P[None], z, np.zeros((1, 512, 2)), H, R[None, :, None], 0.9, 0.99, ()).detail.post
     assert smallest(post) >= LEAST, name

@@ -44,7 +44,8 @@ def by_update(P, H, R):
 
 def by_scan(P, H, R):
     none = np.zeros((len(P), 1, 2))
-    return kernels.evaluate_returns(P[:, None], none[:, :0], none, H[:, None], R[:, None, None], 0.9, 0.99, ())[-1][:, 0, 0]
+    scan = P[:, None], none[:, :0], none, H[:, None], R[:, None, None], 0.9, 0.99, ()
+    return kernels.evaluate_returns(*scan).detail.post[:, 0, 0]
 
 
 def by_modes(P, H, R):

@@ -161,17 +161,17 @@ def check_imm_mix(seed, r, n, batch):
     prob, transition = weights_for(rng, *batch, r), weights_for(rng, r, r)
     xs, Ps = rng.normal(size=(*batch, r, n)), covariance(rng, *batch, r, n=n)
     log_c, means, covs = kernels.imm_mix(np.log(prob), np.log(transition), xs, Ps)
-    mean, cov = kernels.moments(prob[..., None, :], xs, Ps)
+    merged = kernels.moments(prob[..., None, :], xs, Ps)
     assert_symmetric(covs)
-    assert_symmetric(cov)
+    assert_symmetric(merged.cov)
     for i in np.ndindex(batch):
         for found, expected in zip(
             (np.exp(log_c[i]), means[i], covs[i]), imm_mix_by_loops(prob[i], transition, xs[i], Ps[i]), strict=True
         ):
             close(found, expected)
         one, spread = mixture_by_moments(np.zeros((n, n)), xs[i], Ps[i], np.concatenate([[0.0], prob[i]]))
-        close(mean[(*i, 0)], one)
-        close(cov[(*i, 0)], spread)
+        close(merged.mean[(*i, 0)], one)
+        close(merged.cov[(*i, 0)], spread)
 
 
 @exactly

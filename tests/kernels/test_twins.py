@@ -1,5 +1,6 @@
 """The compiled kernels equal the reference: any sizes, batches, strides and broadcasts, on every instruction set."""
 
+import attrs
 import numpy as np
 import pytest
 from hypothesis import given
@@ -61,6 +62,24 @@ def test_prediction(seed, batch, kind, n):
     agree("propagate", P, F, Q)
 
 
+@given(seeds, st.integers(1, 5), st.integers(1, 5), st.booleans())
+def test_a_block_over_axes(seed, p, count, as_rows):
+    block = np.random.default_rng(seed).normal(size=(p, p))
+    agree("over_axes", tuple(map(tuple, block.tolist())) if as_rows else block, count)
+    np.testing.assert_array_equal(kernels.over_axes(block, count), np.kron(block, np.eye(count)))
+
+
+@given(seeds, batches, kinds, states, st.sampled_from([(), ((0, 2 * np.pi),)]), st.sampled_from([1.0, 1e-4, 0.0]))
+def test_smoothing(seed, batch, kind, n, periods, share):
+    """Also where the last axis has no variance, or nothing disturbs the motion."""
+    draw = Draw(seed, batch, kind)
+    P, Q = draw.cov(n), share * draw.cov(n)
+    if share == 0.0:
+        P = P * (np.arange(n) < max(n - 1, 1)) * (np.arange(n) < max(n - 1, 1))[:, None]
+    F = np.triu(draw.rng.normal(size=(n, n)), 1) + np.eye(n)
+    agree("smooth_linear", draw.vector(n), P, F, Q, draw.vector(n), draw.cov(n), periods)
+
+
 @given(seeds, batches, kinds, states, measured, st.floats(-7, 2))
 def test_one_sure_return(seed, batch, kind, n, m, sharpness):
     """Of any sharpness, as the covariance is updated in another way where digits would cancel."""
@@ -83,9 +102,9 @@ def test_returns_of_a_scan_and_their_mixture(seed, batch, kind, n, m, k, shared,
     P = np.broadcast_to(P, (*batch, t, n, n))
     given = P, z, expected, H, R, p_detect, 0.99, periods
     agree("evaluate_returns", *given)
-    *_, shift, post = REFERENCE["evaluate_returns"](*given)
+    detail = REFERENCE["evaluate_returns"](*given).detail
     weights = draw.rng.dirichlet(np.ones(1 + k), size=(*batch, t))
-    agree("weighted_update", np.broadcast_to(draw.vector(n), (*batch, t, n)), P, shift, post, weights, periods)
+    agree("weighted_update", np.broadcast_to(draw.vector(n), (*batch, t, n)), P, detail.shift, detail.post, weights, periods)
 
 
 @given(seeds, batches, kinds, st.integers(1, 7), st.integers(1, 6), st.sampled_from(PERIODS), st.booleans())
@@ -208,8 +227,10 @@ def test_the_comparison_bites(monkeypatch, mutant):
     right = REFERENCE[mutant]
 
     def wrong(*given):
-        first, *rest = right(*given)
-        return first * (1 + 1e-8) + 1e-8, *rest
+        result = right(*given)
+        name = result.__match_args__[0]
+        changed = {name: getattr(result, name) * (1 + 1e-8) + 1e-8}
+        return attrs.evolve(result, **changed) if attrs.has(type(result)) else result._replace(**changed)
 
     monkeypatch.setitem(REFERENCE, mutant, wrong)
     checks = {

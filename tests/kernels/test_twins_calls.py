@@ -6,7 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from support.twins import REFERENCE, compare, seeds, without_reference
-from vedette import kernels
+from vedette import Gaussian, kernels
+from vedette.kernels import _compiled
 
 batches = st.sampled_from([(), (1,), (3,), (8,), (19,), (0,), (2, 1), (3, 4), (2, 9), (19, 2), (70,), (2, 3, 2)])
 
@@ -25,10 +26,10 @@ def test_plain_is_what_the_reference_calls_so(seed, batch, odd, all_valid, axes)
 @pytest.mark.parametrize("dtype", [np.float32, np.int64, ">f8"])
 def test_other_numbers_than_double_are_converted(dtype):
     x, P, F = np.array([1, 2], dtype), np.eye(2).astype(dtype), np.array([[1, 1], [0, 1]], dtype)
-    mean, cov = kernels.predict(x, P, F, P)
-    assert mean.dtype == cov.dtype == np.float64
-    np.testing.assert_array_equal(mean, [3, 2])
-    np.testing.assert_array_equal(cov, [[3, 1], [1, 2]])
+    ahead = kernels.predict(x, P, F, P)
+    assert ahead.mean.dtype == ahead.cov.dtype == np.float64
+    np.testing.assert_array_equal(ahead.mean, [3, 2])
+    np.testing.assert_array_equal(ahead.cov, [[3, 1], [1, 2]])
 
 
 def test_common_sizes_are_taken_and_others_left_to_the_reference():
@@ -56,10 +57,13 @@ def an_example_of_each():
         np.ones((2, k, 2)),
         np.eye(2) + np.zeros((2, 1, 1, 1)),
     )
+    one, sure = np.zeros(1, np.int64), np.ones(1)
     clutter = np.ones((2, k, 2)), H, R, 0.9, 0.99, 9.0, -2.0
     return {
         "predict": (x, P, F, F),
         "propagate": (P, F, F),
+        "over_axes": (((1.0, 2.0), (0.0, 1.0)), 2),
+        "smooth_linear": (x, P, F, P, x, P, ()),
         "update": (x, P, x[:, :2], H, R),
         "filter_step": (x, P, F, F, x[:, :2], H, R),
         "evaluate_returns": (P, np.ones((k, 2)), x[:, :2], H, R[None], 0.9, 0.99, ((1, 6.0),)),
@@ -81,6 +85,8 @@ def an_example_of_each():
         "existence": (columns, weights, exists, columns, 0.99, True),
         "is_plain": (distance[..., None], valid | np.zeros((2, 1), bool), 1, 1e12),
         "best_joint": (np.zeros((3, 4)), np.array([[0, 1], [2, -1]]), np.array([3, 1])),
+        "grow": (one, sure, np.array([0, 1]), one, np.zeros(1), one + 1, one, np.ones(1), valid, 5, 0.1),
+        "shed": (one, sure, np.array([0, 1]), one, one, np.ones(1, bool), 0.1),
         "joint_weights": (columns, 3),
         "wide_clusters": (columns, 3),
         "pairs_in_boxes": (x, x + 1, x, ((1, 6.0),), 100),
@@ -142,7 +148,8 @@ def test_an_interruption_is_not_taken_for_a_strange_argument():
 def test_no_number_stays_none():
     nan = np.full((9, 1), np.nan)
     P, z = np.ones((9, 1, 1)), np.zeros((9, 1, 1))
-    assert np.isnan(kernels.evaluate_returns(P[:, None], z, nan[:, None], np.eye(1), P[:1], nan, 0.99, ((0, 6.0),))[0]).all()
+    scan = P[:, None], z, nan[:, None], np.eye(1), P[:1], nan, 0.99, ((0, 6.0),)
+    assert np.isnan(kernels.evaluate_returns(*scan).loglik).all()
 
 
 def test_an_axis_that_is_not_there_cannot_wrap():
@@ -160,3 +167,10 @@ def test_wrong_shapes_get_the_references_error():
         kernels.predict(np.zeros(2), np.eye(2), np.eye(3), np.eye(2))
     with pytest.raises(TypeError):
         kernels.predict(np.zeros(2))
+
+
+def test_a_result_is_made_of_types_with_fields_only():
+    for other in (int, 3, object):
+        with pytest.raises((TypeError, AttributeError)):
+            _compiled.bind("predict", REFERENCE["predict"], other)
+    assert type(kernels.predict(np.zeros(2), np.eye(2), np.eye(2), np.eye(2))) is Gaussian

@@ -61,9 +61,11 @@ def test_exponentials_and_logarithms_of_eight_lanes_are_the_librarys():
     looks = np.ones((n, 1, 1, 1)), np.zeros((n, 1, 1)), np.zeros((n, 1, 1)), np.ones((1, 1)), np.ones((1, 1, 1))
     for instruction_set in _compiled.instruction_sets():
         with on(instruction_set):
-            mean = kernels.mixture_moments(log_prob, ends, cov, ((0,), (0,)), np.zeros((2, 1)), ())[0][:, 0]
-            loglik = kernels.evaluate_returns(*looks, p_detect, 0.0, ())[0][:, 0, 1]
+            mean = kernels.mixture_moments(log_prob, ends, cov, ((0,), (0,)), np.zeros((2, 1)), ()).mean[:, 0]
+            loglik = kernels.evaluate_returns(*looks, p_detect, 0.0, ()).loglik[:, 0, 1]
         expected = np.where(logs < np.log(np.finfo(float).tiny), 0.0, np.exp(logs))
         np.testing.assert_allclose(mean, expected, rtol=1e-15, atol=0.0)
-        certain = kernels.evaluate_returns(*(a[:1] if a.shape[0] == n else a for a in looks), 1.0, 0.0, ())[0][0, 0, 1]
-        np.testing.assert_allclose(loglik - certain, reference.safe_log(p_detect[:, 0]), rtol=1e-15, atol=3e-16)
+        certain = kernels.evaluate_returns(*(a[:1] if a.shape[0] == n else a for a in looks), 1.0, 0.0, ())
+        np.testing.assert_allclose(
+            loglik - certain.loglik[0, 0, 1], reference.safe_log(p_detect[:, 0]), rtol=1e-15, atol=3e-16
+        )

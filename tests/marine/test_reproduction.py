@@ -12,7 +12,7 @@ from vedette.metrics.consistency import nees
 from vedette.sampling.trajectories import draw_states
 from vedette_marine import configs, outcome, scenes
 from vedette_marine import reproduction as study
-from vedette_marine.points import by_frame_number, draw
+from vedette_marine.points import by_frame_number, draw, first_late, near, prior
 from vedette_marine.reproduction import MarineReproduction, record, tuned
 from vedette_standard.motion.constant_velocity import ConstantVelocity
 from vedette_standard.motion.coordinated_turn import CoordinatedTurn
@@ -97,11 +97,33 @@ def test_the_study_says_all_and_its_seed_decides(monkeypatch):
     assert results[0].tables == results[1].tables
     assert results[0].claims == results[1].claims
     assert results[0].tables != results[2].tables
-    assert len(results[0].claims) == 8
+    assert len(results[0].claims) == 9
     cell = results[0].tables[0].cell("DARC-like ship", "IMM AIS")
     assert cell.published == 422.94
     (times,) = results[0].machine
     assert all(each.measured > 0 for _, cells in times.rows for each in cells)
+
+
+def test_without_returns_a_track_coasts_as_announced():
+    """Until the first return comes the track is AIS's place and velocity, moved on; afterwards it is on the target again."""
+    points = draw(scenes.manoeuvres() | {"frames": 60, "lost": 0}, 3, study.CLUTTER, np.random.default_rng([17, 0]))
+    late = first_late(points, 20.0)
+    assert not any(scan.detections.valid.any() for scan in late.scans if scan.time < late.times[0] + 20)
+    assert all(scan.detections.valid.any() for scan in late.scans if scan.time >= late.times[0] + 20)
+    tracker = build(configs.tracker(configs.cv_pdaf(0.7), 6.0))
+    found = run_together(tracker, prior(late, 0, 10.0, tracker.state), float(late.times[0]), late.scans)
+    gone = late.times[:15] - late.times[0]
+    ahead = points.announced[:, 0, None, :2] + gone[:, None] * points.announced[:, 0, None, 2:]
+    np.testing.assert_allclose(found.mean[:, :15, :2], ahead, atol=1e-6)
+    assert np.linalg.norm(found.mean[:, -1, :2] - points.centres[0, -1], axis=-1).max() < 30
+
+
+def test_the_returns_of_the_picture_lie_near_the_target():
+    points = draw(scenes.manoeuvres() | {"frames": 40, "lost": 0}, 2, 1e-5, np.random.default_rng([18, 0]))
+    seen = near(points, 0, 100.0)
+    closest = np.min(np.linalg.norm(seen[:, None] - points.centres[0], axis=-1), axis=1)
+    assert len(seen) > 30
+    assert np.all(closest < 100.0)
 
 
 def test_the_scenes_to_change_are_the_study_s():

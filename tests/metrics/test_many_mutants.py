@@ -62,7 +62,7 @@ MUTANTS = [
     ("stays[k] = best <= switched", "stays[k] = best <= switched - penalty"),
     ("best[from_pair[k]] + 2 * penalty", "best[from_pair[k]] + penalty"),
     ("at = at if stays[k, at] else int(from_pair[k])", "at = at"),
-    ("for side in (part.truth, part.track) for each", "for side in (part.truth,) for each"),
+    ("for side in (part.truth, part.track) for number", "for side in (part.truth,) for number"),
     ("((up, after, before), (down, before, after))", "((up, after, before),)"),
     (".max() <= 1.0 for member", ".max() <= 9.0 for member"),
     ("((part.truth, part.track), (part.track, part.truth)):", "((part.truth, part.truth), (part.track, part.track)):"),
@@ -83,7 +83,7 @@ OF_HOTA = [
     ("sums[0] + sums[1] - like", "sums[0] + sums[1]"),
     ("np.sum(objects) + np.sum(entries)) - positives", "np.sum(objects) + np.sum(entries))"),
     ("entries[key % max(len(entries), 1)] - count", "entries[key % max(len(entries), 1)]"),
-    ("np.mean((count / own)[again.reshape(-1)])", "np.mean(count / own)"),
+    ("np.mean((count / either)[again.reshape(-1)])", "np.mean(count / either)"),
     ("np.sqrt(detection * association)", "detection * association"),
 ]
 

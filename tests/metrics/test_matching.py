@@ -97,6 +97,7 @@ def test_crossing_objects_do_not_switch_while_their_tracks_are_near():
 )
 def test_lost_is_three_scans_in_a_row_after_it_was_found(covered, lost):
     cover, fate = np.array([0 if c == "1" else NONE for c in covered], dtype=np.intp), Fate()
-    fate.follow(np.arange(len(covered), dtype=float), cover, cover)
+    for time, label in enumerate(cover.tolist()):
+        fate.follow(float(time), label, label)
     fate.squares.add(np.zeros((1, covered.count("1"))))
     assert fate.score("boat", 3).lost == lost

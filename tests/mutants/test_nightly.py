@@ -36,12 +36,36 @@ BY_DAY: dict[str, tuple[str, ...]] = {
         "bayes_risk/test_association.py::test_the_printed_covariance_is_the_mixtures_less_the_spread_of_the_means",
         "bayes_risk/test_verdicts.py::test_what_a_default_run_finds_decides_all",
     ),
+    "bayes_risk/test_breaks.py::test_a_break_moves_the_verdicts_that_it_names_and_no_other": (
+        "bayes_risk/test_verdicts.py::test_the_papers_figures_flip_what_was_not_reproduced",
+        "bayes_risk/test_verdicts.py::test_returns_that_are_not_averaged_err_more",
+        "laws",
+    ),
+    "flir/test_breaks.py::test_a_break_moves_the_verdicts_that_it_names_and_no_other": (
+        "flir/test_reproduction.py::test_a_broken_component_flips_what_is_reproduced",
+        "laws",
+    ),
+    "marine/test_breaks.py::test_a_break_moves_the_verdicts_that_it_names_and_no_other": (
+        "marine/test_verdicts.py::test_an_associator_that_takes_no_return_flips_what_was_reproduced",
+        "marine/test_verdicts.py::test_a_turn_to_the_other_side_flips_the_gain",
+        "laws",
+    ),
+    "target_oriented/test_breaks.py::test_a_break_moves_the_verdicts_that_it_names_and_no_other": (
+        "target_oriented/test_verdicts.py::test_a_model_that_does_not_turn_loses_more_and_gains_nothing",
+        "laws",
+    ),
+    "vts/test_matched_truth.py::test_in_another_scene_the_imm_is_better_than_single_filters_too": (
+        "vts/test_reproduction.py::test_the_imm_keeps_its_gate_and_is_calmer_than_any_single_filter_that_does",
+    ),
     "commands/test_check_time.py::test_a_check_is_short_and_finds_nothing": ("laws",),
     "tools/commands/test_new.py::test_over_many_draws_the_error_is_within_a_twentieth": (
         "tools/commands/test_new.py::test_from_an_empty_folder_to_tracks_on_a_map_in_two_commands",
     ),
     "tools/commands/test_new_roles.py::test_each_package_keeps_its_laws_and_becomes_a_wheel": (
         "tools/commands/test_new.py::test_a_new_plugin_keeps_its_laws",
+    ),
+    "report/test_door_out.py::test_killed_at_any_moment_nothing_is_damaged": (
+        "report/test_door_out.py::test_a_killed_run_leaves_former_results_and_is_shown",
     ),
     "study/commands/test_reproduce.py::BY_NIGHT": (
         "study/commands/test_reproduce.py::test_a_study_prints_its_tables_and_verdicts_and_ends_well",
@@ -82,6 +106,9 @@ BY_DAY: dict[str, tuple[str, ...]] = {
         "marine/test_simulated_pictures.py::test_boats_are_tracked_from_simulated_pictures",
     ),
     "standard/test_filterpy.py::test_the_stored_answers_are_filterpys": ("standard/test_filterpy.py",),
+    "standard/estimators/test_extremes.py::test_every_estimator_stays_whole_in_many_cases": (
+        "standard/estimators/test_extremes.py::test_every_estimator_stays_whole_with_every_motion",
+    ),
     "test_examples.py::test_autoferry_over_ten_draws": ("test_examples.py::test_autoferry", "mutants/test_cures.py"),
     "test_examples.py::test_joyrides_bias_pays_over_ten_draws": (
         "test_examples.py::test_joyride_automatic",

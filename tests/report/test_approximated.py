@@ -26,6 +26,16 @@ def test_approximate_weights_are_told_and_exact_ones_are_not():
     assert "approximated" not in text
 
 
+def test_what_truncated_hypotheses_lack_is_told():
+    result, text = told("associator={kind='k_best', hypotheses=2}", "lifecycle={kind='existence'}")
+    assert 0 < result.lost < result.approximated
+    share = f"{result.lost / result.approximated:.1%}"
+    assert f"{result.approximated:,} times" in " ".join(text.split())
+    assert share in text
+    more, _ = told("associator={kind='k_best', hypotheses=1000}", "lifecycle={kind='existence'}")
+    assert more.lost < 0.5 * result.lost
+
+
 def test_a_study_tells_it_too():
     def studied(exact):
         overrides = ["associator.kind=jpda", f"associator.exact={exact}", "source.duration=300"]

@@ -184,8 +184,8 @@ def test_the_origin_is_the_recording_s_unless_it_is_given(folder, tmp_path):
 @pytest.mark.parametrize(
     ("content", "piece"),
     [
-        ("no json", "must be GeoJSON"),
-        ("[]", "must be GeoJSON"),
+        ("no json", "is not JSON"),
+        ("[]", "must be a table of names, got list"),
         ('{"type": "Circle"}', "unknown type 'Circle'"),
         ('{"type": "LineString", "coordinates": [[1, "a"]]}', "must be GeoJSON"),
         ('{"type": "LineString", "coordinates": [[1, NaN]]}', "a coordinate is not finite"),

@@ -206,8 +206,8 @@ def test_layers_can_be_turned_off_and_the_map_moved(opened):
 def test_sensors_can_be_filtered(tmp_path, running):
     from support.results import config
 
-    (tmp_path / "config.json").write_text(json.dumps(config()))
-    assert main(["run", str(tmp_path / "config.json"), "--out", str(tmp_path), "--stream", "--report"]) == 0
+    (tmp_path / "given.json").write_text(json.dumps(config()))
+    assert main(["run", str(tmp_path / "given.json"), "--out", str(tmp_path), "--stream", "--report"]) == 0
     both = Opened(running, tmp_path / "report.html")
     points = "() => page.charts.plots[0].spec.scans.length"
     count = both.tab.evaluate(points)

@@ -1,5 +1,6 @@
 """A run that writes as it goes: the lines of one that keeps all, and memory that does not grow."""
 
+import gc
 import json
 import tracemalloc
 
@@ -11,9 +12,11 @@ import vedette
 from support.ships import AROUND, RADAR, radar_and_beacon
 from vedette import Detections, LazyScans, Recording, Scan, Source
 from vedette.cli import main
-from vedette_files import read_recording, read_tracks
-from vedette_report import series, streaming
-from vedette_report.streaming import stream
+from vedette.tracking import History
+from vedette_files import SeriesTracks, read_recording, read_tracks
+from vedette_report import series
+from vedette_report.series_rows import ScanRows
+from vedette_report.streaming import estimates, stream
 
 MODES = [{"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": s}} for s in (0.1, 1.0)]
 CONFIG = radar_and_beacon(
@@ -132,13 +135,23 @@ def test_memory_is_flat_and_no_id_comes_twice():
     experiment = evolve(experiment, source=Traffic())
 
     def grown(keep):
-        history, used, seen = streaming.History(experiment.tracker), [], {}
-        for i, (_, state) in enumerate(experiment.steps()):
-            history.add(state)
-            if not keep and i % 20 == 0:
-                for track in history.hand_out():
+        steps, entries = experiment.steps(), 0
+        rows_of, pieces = ScanRows(experiment, steps.recording), SeriesTracks(experiment.tracker.state)
+        history, used, seen = History(experiment.tracker), [], {}
+        for i, (scan, state) in enumerate(steps):
+            told = history.add(state) if keep else estimates(experiment.tracker, state)
+            if not keep:
+                rows = rows_of.of(scan, steps.before, state, *told)
+                for table in ("entries", "splits", "merges"):
+                    rows[table]["scan"] += i
+                for table in ("weights", "below"):
+                    rows[table]["entry"] += entries
+                entries += len(state.ids)
+                pieces.add(rows)
+                for track in pieces.hand_out().tracks() if i % 20 == 0 else ():
                     seen.setdefault(track.id, []).extend(track.times.tolist())
             if i in (150, 1500):
+                gc.collect()
                 used.append(tracemalloc.get_traced_memory()[0] - sum(56 * len(times) for times in seen.values()))
             if i == 1500:
                 break

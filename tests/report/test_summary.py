@@ -7,6 +7,7 @@ import pytest
 from attrs import evolve
 
 import vedette
+from support.paths import EXAMPLES
 from support.results import result, still, track
 from vedette import metrics
 from vedette_report.figures import figures
@@ -79,3 +80,13 @@ def test_figures_hold_no_number_that_json_lacks(scene):
     assert found["nis"] is None
     assert found["bias_m"] == [1.0, None]
     assert json.loads(json.dumps(found, allow_nan=False)) == found
+
+
+def test_a_figure_that_would_cost_too_much_is_told():
+    experiment = vedette.load(EXAMPLES / "fleet.toml", overrides=["judge.largest_program=1"])
+    result = experiment.run()
+    score = result.score()
+    assert score.trajectory_gospa_m is None
+    assert score.hota is not None
+    (told,) = (line for line in summary(experiment, result, score).splitlines() if "whole tracks" in line)
+    assert "largest_program" in told

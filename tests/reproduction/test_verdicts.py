@@ -8,7 +8,20 @@ import numpy as np
 import pytest
 
 from support.paths import ROOT
-from vedette.reproduction import Cell, Condition, Findings, judged, mean_cell, remark, share_cell
+from vedette.reproduction import (
+    Cell,
+    Condition,
+    Findings,
+    Place,
+    judged,
+    less_often_cell,
+    mean_cell,
+    over,
+    ratio_cell,
+    remark,
+    rms_cell,
+    share_cell,
+)
 from vedette_study.reproduction import data, text
 
 RUNS = 1000
@@ -114,6 +127,82 @@ def test_the_error_of_a_share_of_scans_counts_runs_that_are_alike_inside():
     assert share_cell(np.zeros((0, 3)), 1.0) == Cell(None, None, 1.0)
 
 
+def test_a_claim_of_order_does_not_hold_by_equality():
+    for cell in (Cell(1.0, 0.0), Cell(1.0, 0.0, None, (1.0, 0.0))):
+        assert judged("less", [Condition("ratio", cell, most=1.0)], RUNS).verdict == "reproduced"
+        assert judged("less", [Condition("ratio", cell, most=1.0, strict=True)], RUNS).verdict == "not reproduced"
+    assert judged("less", [Condition("ratio", Cell(0.99, 0.0), most=1.0, strict=True)], RUNS).verdict == "reproduced"
+    assert "to be less than 1: fails" in text(
+        Findings("", 9, 1, (), (judged("x", [Condition("ratio", Cell(1.0, 0.0), most=1.0, strict=True)], 9),))
+    )
+
+
+@pytest.mark.parametrize(
+    ("plain", "trimmed", "expected"),
+    [
+        ((0.7, 0.01), (0.75, 0.01), "reproduced"),
+        ((0.7, 0.01), (0.9, 0.01), "not decided"),
+        ((0.9, 0.01), (0.7, 0.01), "not decided"),
+        ((0.7, 0.01), (0.79, 0.01), "not decided"),
+        ((0.78, 0.02), (0.75, 0.01), "not decided"),
+        ((0.9, 0.01), (0.95, 0.01), "not reproduced"),
+    ],
+)
+def test_a_trimmed_figure_must_decide_alike(plain, trimmed, expected):
+    found = judged("x", [Condition("x", Cell(*plain, None, trimmed), most=0.8)], RUNS)
+    assert found.verdict == expected
+    if (plain[0] < 0.8) != (trimmed[0] < 0.8):
+        assert found.needed is None  # more runs make neither the other
+
+
+def test_a_trimmed_mean_and_its_error():
+    values = np.random.default_rng(6).standard_normal(100)
+    order = np.sort(values)
+    held = np.clip(values, order[5], order[94])
+    made = mean_cell(values, scale=10.0)
+    assert made.trimmed == pytest.approx((10 * order[5:95].mean(), 10 * held.std(ddof=1) / 10 / 0.9), rel=1e-12)
+    assert mean_cell(values[:19]).trimmed is None
+    over, under = np.random.default_rng(7).gamma(2.0, 1.0, (2, 100, 3))
+    ratio = ratio_cell(over, under)
+    pull = over.mean(axis=1) / over.mean() - under.mean(axis=1) / under.mean()
+    kept = np.argsort(pull)[5:95]
+    assert ratio.trimmed[0] == pytest.approx(np.sqrt(over[kept].mean() / under[kept].mean()), rel=1e-12)
+    assert rms_cell(over).trimmed[0] == pytest.approx(np.sqrt(np.sort(over.mean(axis=1))[5:95].mean()), rel=1e-12)
+
+
+def test_on_a_heavy_tail_verdicts_by_the_mean_alone_fall_wrongly_and_those_by_both_do_not():
+    """Log-normal run means, 1000 studies of 100 runs, and the true mean as the bound: neither verdict is right."""
+    values = np.exp(1.5 * np.random.default_rng(8).standard_normal((1000, 100)))
+    bound = math.exp(1.5**2 / 2)
+    cells = [mean_cell(row) for row in values]
+    alone = np.mean([verdict(Cell(cell.measured, cell.error), runs=100, most=bound) != "not decided" for cell in cells])
+    wrongly = np.mean([verdict(cell, runs=100, least=bound) == "reproduced" for cell in cells])
+    assert alone > 0.02  # .27 % by definition
+    assert wrongly == 0
+
+
+def test_how_much_less_often_has_an_error_where_no_run_differs():
+    none = np.zeros(400, dtype=bool)
+    same = less_often_cell(none, none, scale=100)
+    assert same.measured == 0
+    assert same.error > 0
+    one, other = np.random.default_rng(9).random((2, 5000)) < [[0.02], [0.05]]
+    apart = one.astype(float) - other
+    assert less_often_cell(one, other).measured == pytest.approx(apart.mean())
+    assert less_often_cell(one, other).error == pytest.approx(apart.std(ddof=1) / math.sqrt(5000), rel=0.02)
+
+
+def test_over_several_places_it_holds_depends_or_is_open():
+    def at(*found):
+        return over("x", [Place({"q": str(i)}, each) for i, each in enumerate(found)])
+
+    assert at("reproduced", "reproduced").verdict == "reproduced"
+    assert at("reproduced", "not reproduced", "not decided").verdict == "depends"
+    assert at("reproduced", "not decided").verdict == "not decided"
+    assert at("not reproduced", "not reproduced").verdict == "not reproduced"
+    assert at("reproduced", "not reproduced", "not decided").headline == "HOLDS IN 1 OF 3, OPEN IN 1"
+
+
 def test_what_is_printed_and_written():
     claims = (
         judged("It is better", [Condition("ratio", Cell(0.7, 0.02, 0.65), most=0.8)], 50, "by much"),
@@ -137,9 +226,10 @@ def test_what_is_printed_and_written():
     assert first["conditions"] == [
         {
             "what": "ratio",
-            "figure": {"measured": 0.7, "error": 0.02, "published": 0.65},
+            "figure": {"measured": 0.7, "error": 0.02, "published": 0.65, "trimmed": None},
             "least": None,
             "most": 0.8,
+            "strict": False,
             "holds": True,
         }
     ]

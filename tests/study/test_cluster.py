@@ -1,5 +1,6 @@
 """A study on a real Dask cluster: equal to the local one, also when a worker dies, and clear when it cannot be."""
 
+import json
 import os
 import signal
 import socket
@@ -12,7 +13,8 @@ import pytest
 
 import vedette
 from support.clusters import boat
-from vedette_study import execution, executors
+from vedette_study import execution, executors, identity
+from vedette_study.plan import plan
 
 distributed = pytest.importorskip("distributed")
 
@@ -124,10 +126,98 @@ def test_a_server_of_another_kind_is_no_scheduler():
 
 
 def test_a_kind_that_no_worker_has_is_missing():
-    assert executors.answer_of_worker(["kalman", "of_another_planet"])[0] == ["of_another_planet"]
-    assert set(executors.kinds_in(CONFIG)) == {
+    assert executors.answer_of_worker(["kalman", "of_another_planet"], ())[0] == ["of_another_planet"]
+    assert set(identity.kinds_in(CONFIG)) == {
         *("simulation", "constant_velocity", "cartesian_position", "kalman", "pda", "given", "single_target")
     }
+
+
+def other_code(change="x"):
+    """Make this process one with other sources, or the usual one again."""
+    from vedette_study import execution, executors, identity
+
+    own = identity.identity.__wrapped__
+    found = own if change is None else lambda packages: own(packages) | {"sources of vedette": change}
+    found.__wrapped__ = own
+    identity.identity = execution.identity = executors.identity = found
+
+
+def test_a_worker_with_other_code_is_refused_before_and_while_it_works(cluster, capfd, tmp_path):
+    """Once the version string alone was compared, which is always the same."""
+    wait_for_workers(cluster)
+    local = vedette.monte_carlo(CONFIG, 60, 3, chunk=10)
+    with distributed.Client(cluster.scheduler_address, set_as_default=False) as client:
+        options = {"chunk": 10, "scheduler": client}
+        (worker, *_) = client.scheduler_info(n_workers=-1)["workers"]
+
+        def changed(runs, about):
+            for i, done in enumerate(runs):
+                if not i:
+                    client.run(other_code, workers=[worker])
+                yield done
+
+        try:
+            with pytest.raises(vedette.VedetteError, match="sources of vedette"):
+                vedette.monte_carlo(CONFIG, 4000, 3, **options, out=tmp_path / "out", progress=changed)
+            with pytest.raises(vedette.ConfigError, match="sources of vedette"):
+                vedette.monte_carlo(CONFIG, 60, 3, **options)
+            there = vedette.monte_carlo(CONFIG, 60, 3, **options, accept_other_code=True)
+        finally:
+            client.run(other_code, None)
+        assert "sources of vedette" in capfd.readouterr().err
+    for name, values in local.figures.items():
+        np.testing.assert_array_equal(values, there.figures[name])
+
+
+def test_kept_chunks_of_other_code_are_refused_or_recorded(monkeypatch, tmp_path, capfd):
+    options = {"chunk": 10, "out": tmp_path / "out"}
+    vedette.monte_carlo(CONFIG, 20, 3, **options)
+    here = dict(identity.identity(identity.packages_of([CONFIG])))
+    changed = here | {"kernels": "of another machine"}
+    monkeypatch.setattr(identity, "identity", lambda packages: changed)
+    monkeypatch.setattr(execution, "identity", lambda packages: changed)
+    with pytest.raises(vedette.ConfigError, match="kernels"):
+        vedette.monte_carlo(CONFIG, 30, 3, resume=True, **options)
+    vedette.monte_carlo(CONFIG, 30, 3, resume=True, accept_other_code=True, **options)
+    told = json.loads((tmp_path / "out" / "manifest.json").read_text())
+    assert told["code"] == here
+    assert told["also"] == [changed]
+    assert "kernels" in capfd.readouterr().err
+
+
+def test_a_study_waits_for_workers_and_takes_those_that_join(capfd):
+    """Once it ended with an error where there was none yet, as on a queue; and an adaptive cluster starts none unasked."""
+    local = vedette.monte_carlo(CONFIG, 200, 3, chunk=10)
+    options = {"dashboard_address": None, "silence_logs": 50, "host": "127.0.0.1", "threads_per_worker": 1}
+    with distributed.LocalCluster(n_workers=0, processes=True, **options) as made:
+        with pytest.raises(vedette.VedetteError, match="no worker"):
+            vedette.monte_carlo(CONFIG, 200, 3, chunk=10, scheduler=made.scheduler_address, wait=0.5)
+        made.adapt(minimum=0, maximum=2, interval="100ms")
+        there = vedette.monte_carlo(CONFIG, 200, 3, chunk=10, scheduler=made.scheduler_address, wait=60.0)
+    assert "no worker" in capfd.readouterr().err
+    for name, values in local.figures.items():
+        np.testing.assert_array_equal(values, there.figures[name])
+
+
+def test_chunks_follow_from_the_study_and_not_from_who_runs_it():
+    sizes = {runs: plan({"experiment": CONFIG, "runs": runs}).chunk for runs in (100, 1000, 10_000)}
+    assert all(-(-runs // size) * 5 >= min(runs // 20, 100) for runs, size in sizes.items() if runs == 10_000)
+    assert sizes[10_000] <= 500
+
+
+def test_sources_are_hashed_by_name_and_content(tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(tmp_path)
+    folder = tmp_path / "vedette_hashed"
+    folder.mkdir()
+    (folder / "__init__.py").write_text("x = 1\n")
+    before = identity.sources("vedette_hashed")
+    (folder / "data.pyc").write_bytes(b"0")
+    assert identity.sources("vedette_hashed") == before
+    (folder / "__init__.py").write_bytes(b"x = 1\r\n")
+    assert identity.sources("vedette_hashed") == before
+    (folder / "__init__.py").write_text("x = 2\n")
+    assert identity.sources("vedette_hashed") != before
+    assert identity.sources("vedette_nowhere_at_all") == "none"
 
 
 def wait_for_workers(cluster):

@@ -2,12 +2,13 @@
 
 from contextlib import contextmanager
 
+import attrs
 import numpy as np
 import pytest
 from hypothesis import strategies as st
 
 from vedette import kernels
-from vedette.kernels import assignment, association, boxes, hypotheses, joint, modes, reference, streams
+from vedette.kernels import assignment, association, backward, boxes, clusters, hypotheses, joint, modes, reference, streams
 
 if kernels.weighted_update is reference.weighted_update:
     pytest.skip(f"kernels: {kernels.RUNNING}", allow_module_level=True)
@@ -16,7 +17,7 @@ from vedette.kernels import _compiled
 
 REFERENCE = {
     name: getattr(home, name)
-    for home in (reference, modes, association, assignment, boxes, hypotheses, joint, streams)
+    for home in (reference, modes, association, assignment, backward, boxes, clusters, hypotheses, joint, streams)
     for name in dir(kernels)
     if name[0] != "_" and hasattr(_compiled, name) and hasattr(home, name)
 }
@@ -57,11 +58,14 @@ def agree(name, *given):
         compare(found, expected, instruction_set)
 
 
+def parts_of(result):
+    return attrs.astuple(result, recurse=False) if attrs.has(type(result)) else result
+
+
 def compare(found, expected, what):
-    if isinstance(expected, tuple):
-        assert isinstance(found, tuple)
-        assert len(found) == len(expected), what
-        for one, other in zip(found, expected, strict=True):
+    if isinstance(parts_of(expected), tuple):
+        assert type(found) is type(expected), what
+        for one, other in zip(parts_of(found), parts_of(expected), strict=True):
             compare(one, other, what)
         return
     expected = np.broadcast_to(expected, np.shape(found))  # the reference may leave out axes along which nothing changes

@@ -10,7 +10,14 @@ from vedette_target_oriented.outcome import PHASES, against
 from vedette_target_oriented.reproduction import TargetOrientedReproduction, draw, record
 
 EXAMPLES = paths.EXAMPLES / "target_oriented"
-FILES = {"Singer": "singer", "CAR": "car", "TOM literal": "tom_literal", "TOM certain": "tom_certain", "TOM": "tom"}
+FILES = {
+    "Singer": "singer",
+    "CAR": "car",
+    "TOM literal": "tom_literal",
+    "TOM smoothed": "tom_smoothed",
+    "TOM certain": "tom_certain",
+    "TOM": "tom",
+}
 
 
 # The study.

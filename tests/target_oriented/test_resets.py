@@ -8,8 +8,21 @@ from vedette_target_oriented.certain import TargetOrientedCertain
 from vedette_target_oriented.consistent import TargetOriented
 from vedette_target_oriented.frames import cartesian, in_frame
 from vedette_target_oriented.literal import TargetOrientedLiteral
+from vedette_target_oriented.smoothed import TargetOrientedSmoothed
 
 RESETTING = (TargetOrientedLiteral, TargetOrientedCertain)
+
+
+def test_a_filtered_heading_lags_by_its_gain():
+    """The short way round: from 3.0 rad towards -3.0 rad it goes on beyond pi; with a gain of 1 it is the direction."""
+    model = TargetOrientedSmoothed(2.0, 10.0, heading_gain=0.25)
+    apart = 2 * np.pi - 6.0
+    np.testing.assert_allclose(model.steer(np.array([3.0, 0.0]), np.array([-3.0, 1.0])), [3.0 + apart / 4, 0.25])
+    way = np.array([np.cos(1.0), np.sin(1.0)])
+    here = Gaussian(np.array([[*way, 5, 1, 0.0, 0, 0]]), np.eye(7)[None])
+    assert model.reframe(here, here).mean[0, 4] == pytest.approx(0.25)
+    assert TargetOrientedSmoothed(2.0, 10.0, heading_gain=1.0).reframe(here, here).mean[0, 4] == pytest.approx(1.0)
+    np.testing.assert_array_equal(model.reframe(here, here).cov, here.cov)
 
 
 # No motion, no heading.

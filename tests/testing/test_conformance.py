@@ -19,6 +19,7 @@ from vedette_files import write_recording
 from vedette_files.csv_returns import DetectionColumns
 from vedette_flir.motion.constant_axes import Carrying
 from vedette_flir.motion.image_velocity import ImageVelocity
+from vedette_flir.sensors.box_centroid import BoxCentroid
 from vedette_flir.sensors.hot_spots import Spot
 from vedette_marine.picture.chain import Chain
 from vedette_marine.screen import RadarScreen
@@ -29,6 +30,7 @@ from vedette_standard.estimators.kalman import Kalman
 from vedette_standard.motion.constant_velocity import ConstantVelocity
 from vedette_standard.motion.coordinated_turn import CoordinatedTurn
 from vedette_standard.motion.gauss_markov import GaussMarkov
+from vedette_standard.preprocessors.unbiased_conversion import UnbiasedConversion
 from vedette_standard.sensors.cartesian_position import CartesianPosition
 from vedette_standard.sensors.range_bearing import RangeBearing
 
@@ -81,11 +83,25 @@ GIVEN = {
     ("estimator", "ensemble_kalman"): {"members": st.just(100)},
     ("estimator", "template_filter"): {"motion": BOXED, "cells": st.just(8)},
     ("estimator", "correlation_filter"): {"motion": BOXED, "cells": st.just(8)},
-    ("estimator", "residual_monitored"): {"of": st.builds(Kalman, st.builds(ConstantVelocity, st.floats(0.1, 1.0)))},
+    ("estimator", "whitened_filter"): {"motion": BOXED, "memory": st.floats(0.05, 1.0), "passes": st.just(2)},
+    ("estimator", "residual_monitored"): {
+        "of": st.builds(Kalman, st.builds(ConstantVelocity, st.floats(0.1, 1.0))),
+        "blocks": st.sampled_from([(), ("x", "vx")]),
+    },
     ("preprocessor", "bayes_risk_detection"): COUNTING | COSTS,
     ("preprocessor", "bayes_risk_printed"): COUNTING | COSTS,
+    ("preprocessor", "bayes_risk_by_count"): COUNTING | COSTS,
+    ("preprocessor", "bayes_risk_decision"): COUNTING | COSTS,
+    ("preprocessor", "clustered_detection"): {name: COUNTING[name] for name in ("sensors", "threshold")},
     ("preprocessor", "count_likelihood_detection"): COUNTING,
+    ("preprocessor", "decorrelated_conversion"): {
+        "of": st.builds(
+            lambda radar: UnbiasedConversion({"radar": radar}),
+            st.builds(RangeBearing, st.floats(1.0, 50.0), st.floats(1e-3, 0.05)),
+        )
+    },
     ("preprocessor", "cfar"): {"sensors": st.just({"receiver": RadarScreen()}), "window": st.sampled_from([2, 16, 32])},
+    ("preprocessor", "spot_detector"): {"sensors": st.just({"camera": BoxCentroid()}), "sides": st.just((7.0, 15.0))},
     ("preprocessor", "radar_picture"): {
         "sensors": st.just({"screen": RadarScreen()}),  # the kit draws no pictures: tests/test_marine_chain.py does
         "chain": st.just(Chain()),
@@ -118,6 +134,12 @@ GIVEN = {
         ).map(tuple)
     },
     ("birth", "uniform"): {"initial": st.floats(0.1, 5.0), "rate": st.floats(0.0, 0.1)},
+    ("format", "asterix"): {"editions": st.sampled_from([{}, {"48": "1.30"}])},
+    ("format", "csv_lines"): {
+        "columns": st.sampled_from([("time", "x", "y"), ("sensor", "range", "bearing", "time")]),
+        "units": st.sampled_from([{}, {"time": "ms"}]),
+    },
+    ("format", "nmea"): {"talker": st.sampled_from(["RA", "II"])},
     ("motion", "gauss_markov"): {"axes": st.sampled_from([("b",), ("b", "c")])},
     ("motion", "linear"): {
         "axes": st.just(("p", "q")),
@@ -167,10 +189,11 @@ RECORDED = {
     },
 }
 
-NEED_FILES = {("source", "autoferry"), ("source", "csv"), ("source", "jsonl"), ("source", "radar_pictures")}
+NEED_FILES = {("source", kind) for kind in ("autoferry", "csv", "jsonl", "radar_pictures", "stream")}
 """Sources that read a recording: the last test writes one for those that take any sensor; the others have their own."""
 
-INSTALLED = [entry for entry in Registry.installed() if entry.role not in APART]
+WITHOUT_LAWS = (*APART, "input", "output", "store")
+INSTALLED = [entry for entry in Registry.installed() if entry.role not in WITHOUT_LAWS]
 
 for entry in INSTALLED:
     if (entry.role, entry.kind) not in NEED_FILES:

@@ -157,7 +157,7 @@ def test_check_of_nothing_is_wrong_use(capsys, subject, words):
 
 
 def test_the_page_names_every_law_and_no_other():
-    page = (DOCS / "conformance.md").read_text()
+    page, _, _ = (DOCS / "conformance.md").read_text().partition("### Automatic mutants")  # they are counted by role alone
     for role, (laws, _) in kit._ROLES.items():
         row, *mutants = [line for line in page.splitlines() if line.startswith(f"| {role} |")]
         assert [line.split(" | ")[1] for line in mutants] == [law.name for law in laws]

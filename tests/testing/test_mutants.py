@@ -34,4 +34,14 @@ def test_the_unmutated_component_passes(base, law, strategies):
 def test_there_are_sixty_mutants_over_all_roles():
     roles = Counter(role_of(row[1]) for row in MUTANTS)
     assert sum(roles.values()) >= 60
-    assert set(roles) == {"motion", "sensor", "associator", "estimator", "lifecycle", "preprocessor", "source", "birth"}
+    assert set(roles) == {
+        "motion",
+        "sensor",
+        "associator",
+        "estimator",
+        "lifecycle",
+        "preprocessor",
+        "source",
+        "birth",
+        "format",
+    }

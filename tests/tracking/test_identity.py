@@ -53,12 +53,12 @@ def test_a_track_is_called_the_same_whichever_hypothesis_is_best(kind):
 
 def test_names_by_leaf_are_noticed(monkeypatch):
     """The mutant calls a track by the row of its leaf."""
-    real = conclusion.new_state
+    real = conclusion.next_state
 
-    def renamed(*given):
-        state = real(*given)
+    def renamed(*given, **changes):
+        state = real(*given, **changes)
         return evolve(state, ids=state.ids + state.leaves.choice[: len(state.ids)])
 
-    monkeypatch.setattr(conclusion, "new_state", renamed)
+    monkeypatch.setattr(conclusion, "next_state", renamed)
     with pytest.raises(AssertionError):
         test_a_track_is_called_the_same_whichever_hypothesis_is_best("k_best")

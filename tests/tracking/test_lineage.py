@@ -13,7 +13,6 @@ from vedette import Detections, Scan
 from vedette.tracking import births, lineage, memory_limits
 from vedette.tracking.history import History
 from vedette_files import read_tracks, write_tracks_jsonl
-from vedette_files.tracks import jsonl_rows
 
 CONFIG = {
     "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 0.5}},
@@ -120,20 +119,6 @@ def test_files_say_it_and_read_back(tmp_path):
         assert [(one.id, one.parents, one.merged) for one in again] == [(one.id, one.parents, one.merged) for one in tracks]
         assert [len(one.times) for one in again] == [len(one.times) for one in tracks]
     assert any(one.merged for one in again)
-
-
-@pytest.mark.parametrize("every", [1, 3, 7])
-@pytest.mark.parametrize("scene", [splitting, merging])
-def test_histories_in_pieces_say_it_once(scene, every):
-    """Line by line the pieces are the whole tracks."""
-    tracker, states, tracks = tracked(scene())
-    history, lines = History(tracker), []
-    for i, state in enumerate(states[1:]):
-        history.add(state)
-        if i % every == every - 1 or i == len(states) - 2:
-            lines += [line for piece in history.hand_out() for line in jsonl_rows(piece)]
-    assert sorted(lines) == sorted(line for track in tracks for line in jsonl_rows(track))
-    assert any(key in line for line in lines for key in ('"parents"', '"merged_into"'))
 
 
 @pytest.mark.parametrize(

@@ -109,7 +109,8 @@ def test_the_particles_of_tracks_that_would_begin_count(monkeypatch):
 
 def test_leaves_count_where_a_tracker_keeps_hypotheses(monkeypatch):
     built = vedette.build(
-        _config({**KALMAN, "kind": "ukf"}) | {"associator": {"kind": "k_best"}, "lifecycle": {"kind": "existence"}}
+        _config({**KALMAN, "kind": "ukf"})
+        | {"associator": {"kind": "k_best"}, "lifecycle": {"kind": "existence", "delete": 1e-4}}
     )
     state = built.start()
     for time in range(3):

@@ -10,8 +10,9 @@ import pytest
 from attrs import frozen
 
 import vedette
-from vedette import Detections, Preprocessor, Recording, Scan, ScanRefused, Sensor, Source, Space, fields
+from vedette import Detections, Frame, Preprocessor, Recording, Scan, ScanRefused, Sensor, Source, Space, fields
 from vedette.tracking.preprocessing import check_preprocessors, preprocess, preprocessed, raw_sensors
+from vedette_flir.sensors.gaussian_spot import GaussianSpot
 from vedette_standard.sensors.cartesian_position import CartesianPosition
 from vedette_standard.sensors.range_bearing import RangeBearing
 
@@ -177,3 +178,25 @@ def test_an_experiment_tracks_what_its_preprocessors_make():
 def test_an_experiment_refuses_a_detector_of_no_sensor():
     with pytest.raises(ValueError, match=r"preprocessors.sonar: must be named as one"):
         vedette.Experiment(experiment().tracker, preprocessors={"sonar": JOINED["radar"]})
+
+
+def test_a_cameras_frames_go_to_a_preprocessor_and_to_the_tracker():
+    frame = Scan.image(0.0, "camera", Frame(np.zeros((4, 4))))
+
+    class Counting:
+        sensors: ClassVar = {"camera": GaussianSpot()}
+        measurement = RADAR.measurement
+
+        def process(self, scans):
+            return Detections.of([[1.0, 2.0]])
+
+    both = {"camera": GaussianSpot(), "radar": RADAR}
+    check_preprocessors({"radar": Counting()}, both)
+    made = list(preprocessed([frame], {"radar": Counting()}, both))
+    assert [scan.sensor for scan in made] == ["camera", "radar"]
+    assert made[0] is frame
+    assert [scan.sensor for scan in preprocessed([frame], {"radar": Counting()}, {"radar": RADAR})] == ["radar"]
+    raw = [scan(0, "radar", [1, 0])]
+    assert len(list(preprocessed(raw, {"radar": Joined({"radar": RADAR})}, {"radar": RADAR}))) == 1
+    with pytest.raises(ValueError, match=r"preprocessors.radar.sensors.camera"):
+        check_preprocessors({"radar": Counting()}, both | {"camera": GaussianSpot(detection_probability=0.5)})

@@ -12,6 +12,7 @@ from vedette.cli import main
 from vedette.metrics import judge
 from vedette_files import read_tracks
 from vedette_report.files import write_files
+from vedette_report.series import recorded_run
 from vedette_report.smoothed import smooth_result
 from vedette_report.streaming import stream
 
@@ -23,6 +24,14 @@ SHORT = ["source.duration=60"]
 def run(*overrides, **more):
     experiment = vedette.load(HARBOUR, overrides=[*SHORT, *overrides])
     return experiment, experiment.run(**more)
+
+
+def write(folder, *overrides):
+    """Write the files of a run; return its result."""
+    experiment = vedette.load(HARBOUR, overrides=[*SHORT, *overrides])
+    recorded = recorded_run(experiment, experiment.steps())
+    write_files(folder, experiment, recorded, {}, "")
+    return recorded.result
 
 
 def figures(experiment, result):
@@ -63,8 +72,7 @@ def test_objects_are_covered_sooner():
 
 
 def test_files_say_when_a_scan_was_confirmed(tmp_path):
-    experiment, result = run(*ON)
-    write_files(tmp_path, experiment, result, {}, "")
+    result = write(tmp_path, *ON)
     for one, again in zip(result.tracks, read_tracks(tmp_path / "tracks.jsonl"), strict=True):
         np.testing.assert_array_equal(one.confirmed_at, again.confirmed_at)
         np.testing.assert_array_equal(one.confirmed, again.confirmed)
@@ -72,15 +80,33 @@ def test_files_say_when_a_scan_was_confirmed(tmp_path):
     told = [float(row["confirmed_at"]) if row["confirmed_at"] else np.nan for row in rows]
     np.testing.assert_array_equal(told, np.concatenate([track.confirmed_at for track in result.tracks]))
     assert json.loads((tmp_path / "config.json").read_text())["retroactive"] is True
-    write_files(tmp_path, *run(), {}, "")
+    write(tmp_path)
     assert not any("confirmed_at" in (tmp_path / name).read_text() for name in ("tracks.csv", "tracks.jsonl"))
 
 
 def test_smoothed_tracks_count_from_the_same_scan():
-    experiment, result = run(*ON, keep_states=True)
-    smoothed = smooth_result(experiment, result, 10.0)
-    for one, other in zip(result.tracks, smoothed.tracks, strict=True):
+    experiment = vedette.load(HARBOUR, overrides=[*SHORT, *ON])
+    recorded = recorded_run(experiment, experiment.steps(), keep_states=True)
+    smoothed = smooth_result(experiment, recorded, 10.0)
+    for one, other in zip(recorded.result.tracks, smoothed.tracks, strict=True):
         np.testing.assert_array_equal(one.confirmed_at, other.confirmed_at)
+
+
+def test_the_series_count_from_the_same_scan():
+    """They are judged once, as the figures are: confirmed from the start, and paired with the truth from there."""
+    experiment = vedette.load(HARBOUR, overrides=[*SHORT, *ON])
+    recorded = recorded_run(experiment, experiment.steps())
+    result, series = recorded.result, recorded.series()
+    wanted = figures(experiment, result).figures()
+    assert {name: value for name, value in recorded.judged.score.figures().items() if name in wanted} == wanted
+    entries = series["entries"]
+    for track in result.tracks:
+        rows = entries["track"] == track.id
+        np.testing.assert_array_equal(entries["confirmed"][rows], track.confirmed)
+        np.testing.assert_array_equal(entries["confirmed_at"][rows], track.confirmed_at)
+    errors = entries["position_error"][entries["object"] >= 0]
+    assert np.sqrt(np.mean(errors**2)) == pytest.approx(recorded.judged.score.position_rmse_m, rel=1e-12)
+    assert not entries["confirmed"][~np.isin(entries["track"], [track.id for track in result.tracks])].any()
 
 
 def test_it_does_not_go_with_a_run_that_is_judged_as_it_goes(tmp_path, capsys):

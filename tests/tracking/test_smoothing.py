@@ -5,8 +5,9 @@ import pytest
 
 from support.models import Linear, Looking
 from support.smoothing import conditioned, estimates, random_problem, states_of, tracker_of
-from vedette import Detections, Gaussian, Scan
+from vedette import Detections, Gaussian, Scan, kernels
 from vedette.kernels import backward
+from vedette.kernels.results import Step
 from vedette.tracking.smoothing import smoothed
 from vedette_standard.estimators import imm_backward
 from vedette_standard.estimators.cubature import CubatureKalman
@@ -54,18 +55,19 @@ REAL = {
         lambda P, ahead, cross, step, later: REAL["smooth_step"](P, ahead, np.swapaxes(cross, -1, -2), step, later),
         lambda P, ahead, cross, step, later: REAL["smooth_step"](P, ahead, cross, 0.99 * step, later),
         lambda P, ahead, cross, step, later: REAL["smooth_step"](P, ahead, cross, step, ahead),
-        lambda P, ahead, cross, step, later: (REAL["smooth_step"](P, ahead, cross, step, later)[0], P),
-        lambda P, ahead, cross, step, later: (0 * step, P),
+        lambda P, ahead, cross, step, later: REAL["smooth_step"](P, ahead, cross, step, later)._replace(cov=P),
+        lambda P, ahead, cross, step, later: Step(0 * step, P),
     ],
     ids=["transposed", "short step", "nothing learnt of the covariance", "filter's covariance", "filter"],
 )
 def test_the_comparison_finds_a_wrong_step_back(monkeypatch, mutant):
     monkeypatch.setattr(backward, "smooth_step", mutant)
+    monkeypatch.setattr(kernels, "smooth_linear", backward.smooth_linear)
     with pytest.raises(AssertionError):
         check_exact([Kalman])
 
 
-@pytest.mark.parametrize("kind", [ExtendedKalman, UnscentedKalman])
+@pytest.mark.parametrize("kind", [UnscentedKalman, SquareRootKalman])
 def test_the_comparison_finds_a_wrong_cross_covariance(monkeypatch, kind):
     real = kind.cross_covariance
     monkeypatch.setattr(kind, "cross_covariance", lambda self, belief, dt: real(self, belief, 0.9 * dt))

@@ -280,3 +280,24 @@ def test_what_cannot_be_smoothed_is_told_with_its_place():
     with pytest.raises(ValueError, match="states: times must not go backwards"):
         smooth(tracker, states[::-1])
     assert smooth(tracker, []) == ()
+
+
+class Asked(float):
+    """A time that counts how often a lag is added to it."""
+
+    count = 0
+
+    def __add__(self, other):
+        Asked.count += 1
+        return float(self) + other
+
+
+@pytest.mark.parametrize("lag", [math.inf, 5.0])
+def test_a_state_is_looked_at_twice_however_many_there_are(lag):
+    motion, sensors, prior, scans = random_problem(1)
+    tracker = tracker_of(Kalman(motion), sensors)
+    state = states_of(tracker, prior, scans)[-1]
+    states = [evolve(state, time=Asked(i)) for i in range(200)]
+    Asked.count = 0
+    assert len(list(smoothed(tracker, states, lag))) == 200
+    assert Asked.count <= 2 * 200

@@ -133,6 +133,20 @@ def test_padding_is_never_looked_at():
     assert np.isfinite(tracker.estimate(after).mean).all()
 
 
+@pytest.mark.parametrize("estimator", [None, imm()], ids=["kalman", "imm"])
+def test_the_noise_and_evidence_of_padding_are_never_looked_at(estimator):
+    """Once a NaN there made every mean NaN for ever, in silence."""
+    tracker = compose(LIFECYCLES[0], estimator=estimator)
+    state = tracker.step(tracker.start(), Scan(4.0, "radar", Detections.of([[0.0, 0.0]])))
+    noise = np.stack([4.0 * np.eye(2), np.full((2, 2), np.nan)])
+    padded = Detections(np.array([[1.0, 2.0], [3.0, 4.0]]), np.array([True, False]), np.array([0.5, np.nan]), noise)
+    alone = Detections(padded.z[:1], padded.valid[:1], padded.evidence[:1], noise[:1])
+    after, wanted = (tracker.step(state, evolve(SCAN, detections=given)) for given in (padded, alone))
+    np.testing.assert_array_equal(tracker.estimate(after).mean, tracker.estimate(wanted).mean)
+    np.testing.assert_array_equal(tracker.estimate(after).cov, tracker.estimate(wanted).cov)
+    assert np.isnan(noise[1]).all()
+
+
 def test_scans_without_returns_only_predict():
     given = Given(start={"x": [0, 1], "y": [0, 1], "vx": [2, 1], "vy": [0, 1]})
     tracker = compose(SingleTarget(), birth=given)

@@ -135,3 +135,8 @@ def test_an_estimate_cannot_be_written_into_as_the_state_would_change(tracker, s
     with pytest.raises(ValueError, match="read-only"):
         mean += 1.0
     np.testing.assert_array_equal(tracker.estimate(state).mean[:, :2], Z)
+
+
+def test_a_time_that_no_float_holds_is_refused():
+    with pytest.raises(ValueError, match="time"):
+        Scan(10**400, "radar", [[1.0, 2.0]])

@@ -8,8 +8,6 @@ import vedette
 from support import paths
 from vedette import Detections, Scan
 from vedette.reproduction import Cell
-from vedette_standard.motion.constant_velocity_piecewise import ConstantVelocityPiecewise
-from vedette_standard.motion.wiener_acceleration_piecewise import WienerAccelerationPiecewise
 from vedette_study.lockstep import run_together
 from vedette_vts.configs import FILTERS
 from vedette_vts.gating import watch
@@ -107,37 +105,9 @@ def verdicts(records, changed=None):
 
 def test_the_verdicts(study):
     found = verdicts(study[1])
-    assert [found[i] for i in (LOSES, KEEPS_CA, KEEPS_CV2, KEEPS_CVCA, BETTER)] == ["reproduced"] * 5
-    assert [found[i] for i in (MODEL, ALWAYS)] == ["not reproduced"] * 2
+    assert [found[i] for i in (LOSES, KEEPS_CA, KEEPS_CV2, KEEPS_CVCA, ALWAYS, BETTER)] == ["reproduced"] * 6
+    assert found[MODEL] == "not reproduced"
     assert found[ABOUT] == "remark"
-
-
-def noise_times(factor):
-    """Return what breaks a motion's noise: its Q times a factor, whatever its q."""
-
-    def broken(monkeypatch, motion):
-        right = motion.covariance
-        monkeypatch.setattr(motion, "covariance", lambda self, dt: factor(self) * right(self, dt))
-
-    return broken
-
-
-@pytest.mark.parametrize(
-    ("filters", "motion", "factor", "flipped"),
-    [
-        (["CVKF"], ConstantVelocityPiecewise, lambda self: 100.0, [LOSES]),
-        (["CAKF"], WienerAccelerationPiecewise, lambda self: 1 / 36, [KEEPS_CA]),
-        (["IMMCV2"], ConstantVelocityPiecewise, lambda self: (0.03 / self.sigma_accel) ** 2, [KEEPS_CV2, BETTER]),
-        (["IMMCVCA"], WienerAccelerationPiecewise, lambda self: 1e-4, [KEEPS_CVCA, BETTER]),
-        (["IMMCV2"], ConstantVelocityPiecewise, lambda self: self.sigma_accel**-2, [BETTER]),
-    ],
-)
-def test_a_wrong_noise_flips_what_was_reproduced(filters, motion, factor, flipped, study, monkeypatch):
-    scene, records = study
-    noise_times(factor)(monkeypatch, motion)
-    broken = records | {name: record(vedette.load(FILTERS[name]), scene) for name in filters}
-    assert {i for i, now in enumerate(verdicts(broken)) if verdicts(records)[i] == "reproduced" != now} == set(flipped)
-    assert all(verdicts(broken)[i] == "not reproduced" for i in flipped)
 
 
 def test_runs_out_of_gate_and_runs_lost_flip_that_a_filter_keeps_the_track(study):
@@ -151,10 +121,14 @@ def test_runs_out_of_gate_and_runs_lost_flip_that_a_filter_keeps_the_track(study
 
 
 def test_the_papers_own_figures_flip_what_was_not_reproduced(study):
-    """It shows the CVKF often outside its gate and the CAKF never, whatever Q; and never a return outside the others."""
+    """It shows the CVKF often outside its gate and the CAKF never, whatever Q."""
     never, often = Cell(0.0, 0.0), Cell(79.0, 1.0)
     assert verdicts(study[1], {("outside", "CVKF wide"): often, ("outside", "CAKF tight"): never})[MODEL] == "reproduced"
-    assert verdicts(study[1], {("ever outside",): never})[ALWAYS] == "reproduced"
+
+
+@pytest.mark.parametrize("name", ["CAKF", "IMMCV2", "IMMCVCA"])
+def test_a_gate_that_most_runs_leave_flips_that_returns_are_always_in_it(study, name):
+    assert verdicts(study[1], {("ever outside", name): Cell(90.0, 3.0)})[ALWAYS] == "not reproduced"
 
 
 def test_the_trajectory_is_table_1():

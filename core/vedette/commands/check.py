@@ -15,7 +15,7 @@ from typing import Any
 
 import attrs
 
-from vedette.commands.exit_codes import DONE, FAILED, complain
+from vedette.commands.exit_codes import DONE, FAILED, UNTRIED, complain
 from vedette.config import load
 from vedette.config.contract import described
 from vedette.config.parameters import role_of
@@ -38,19 +38,23 @@ def run(arguments: Namespace) -> int:
 
         profile = Profile.named(arguments.profile, arguments.seed)
         if Path(arguments.subject).suffix in FORMATS:
-            tables = [check(type(part), profile, part) for part in parts_of(arguments.subject, None, arguments.overrides)]
+            parts = parts_of(arguments.subject, None, arguments.overrides)
+            tables = [check(type(part), profile, part, arguments.law) for part in parts]
         elif arguments.config is not None:
             parts = parts_of(arguments.config, arguments.subject, arguments.overrides)
-            tables = [check(type(part), profile, part) for part in parts]
+            tables = [check(type(part), profile, part, arguments.law) for part in parts]
         elif arguments.overrides:
             raise ConfigError([Problem("--set", "changes a config: name one, as in --config tracker.toml")])
         else:
-            tables = [check(cls, profile) for cls in classes_of(arguments.subject, Registry.installed())]
+            classes = classes_of(arguments.subject, Registry.installed())
+            tables = [check(cls, profile, None, arguments.law) for cls in classes]
     except ModuleNotFoundError as missing:
         return complain(str(missing))
     if arguments.json:
         print(json.dumps({"components": tables}))
-    return FAILED if any(component["failed"] for component in tables) else DONE
+    if any(component["failed"] for component in tables):
+        return FAILED
+    return DONE if all(component["tried"] for component in tables) else UNTRIED
 
 
 def parts_of(config: str, kind: str | None = None, overrides: Sequence[str] = ()) -> list[Component]:
@@ -119,8 +123,11 @@ def _components(module: ModuleType) -> list[type[Component]]:
     return [cls for cls in defined if issubclass(cls, Component) and role_of(cls) and not inspect.isabstract(cls)]
 
 
-def check(cls: type[Component], profile: object, one: Component | None = None) -> dict[str, Any]:
-    """Print the table of a class of components, or of `one` with its parameters, and return it as plain data."""
+def check(cls: type[Component], profile: object, one: Component | None = None, only: str | None = None) -> dict[str, Any]:
+    """Print the table of a class of components, or of `one` with its parameters, and return it as plain data.
+
+    `only` is the one law that is tried.
+    """
     from vedette.testing.comparisons import Misuse
     from vedette.testing.kit import examine, laws_of
     from vedette.testing.law import Profile
@@ -128,10 +135,15 @@ def check(cls: type[Component], profile: object, one: Component | None = None) -
 
     assert isinstance(profile, Profile)
     entry, laws = described(cls, "", ""), laws_of(cls)
+    if only is not None:
+        names = [law.name for law in laws]
+        if only not in names:
+            raise ConfigError([Problem("--law", f"a {entry.role} has no law {only!r};{did_you_mean(only, names)}")])
+        laws = tuple(law for law in laws if law.name == only)
     name = f"{cls.__module__}.{cls.__qualname__}"
     print(f"{entry.role} {entry.kind} ({name})")
     told: list[dict[str, Any]] = []
-    component = {"role": entry.role, "kind": entry.kind, "class": name, "failed": True, "laws": told}
+    component = {"role": entry.role, "kind": entry.kind, "class": name, "failed": True, "tried": False, "laws": told}
     try:
         drawn = components(cls) if one is None else fixed(one)
     except ValueError as lacking:
@@ -156,7 +168,13 @@ def check(cls: type[Component], profile: object, one: Component | None = None) -
         print(f"  warned {count} times: {text}")
     if len(warned) > MOST_WARNINGS:
         print(f"  and {len(warned) - MOST_WARNINGS} other warnings")
-    return component | {"failed": any(law["verdict"] == "failed" for law in told), "warnings": dict(warned)}
+    counts = Counter(law["verdict"] for law in told)
+    said = ", ".join(
+        f"{counts[verdict]} {verdict}" for verdict in ("held", "failed", "broken", "skipped") if counts[verdict]
+    )
+    tried = counts["skipped"] < len(told)
+    print(f"  {said}{'' if tried else ': no law applied, so nothing was tested'}")
+    return component | {"failed": counts["failed"] > 0, "tried": tried, "warnings": dict(warned)}
 
 
 def _expected(verdict: str, text: str, known: str | None) -> tuple[str, str]:

@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import Any
 
 from vedette.commands import DONE, options
-from vedette.config import load, warnings_of
+from vedette.config import load, to_config, warnings_of
 from vedette.names import look_up
 from vedette.progress import on_terminal
 from vedette.testing.objects import pooled
 from vedette.testing.recorded import Recorded, recorded
-from vedette.writing import check_folder, whole_file
+from vedette.writing import Inputs, check_folder, locked, whole_file
 
 
 def run(arguments: Namespace) -> int:
@@ -24,24 +24,26 @@ def run(arguments: Namespace) -> int:
     if folder is not None:
         check_folder(folder)
     drawing = look_up("drawing")(arguments.format, arguments.columns, arguments.style)
-    with on_terminal() as progress:
-        result = experiment.run(progress=progress, keep_states=True)
-    told = recorded(experiment, result)
-    objects = pooled(told, experiment.tracker.gate.probability)
-    odd = [f"LOOKS WRONG: {said}" for said in warnings_of(result.intake, result.recording, experiment.tracker.sensors)]
-    text = "\n".join([*odd, *(one.text for one in told), *(one.text for one in objects if one.text)])
-    figures = {
-        "title": experiment.title,
-        "seed": experiment.seed,
-        "tracks": [one.data() for one in told],
-        "objects": [one.data() for one in objects],
-    }
-    print(text)
-    if folder is not None:
-        print(f"{folder}: {', '.join(_write(folder, experiment.title, told, text, figures, drawing))}")
-    if arguments.json:
-        print(json.dumps(figures))
-    return DONE
+    reads = Inputs.of(arguments.config, arguments.style, to_config(experiment))
+    with locked(folder, reads, ("consistency.txt", "consistency.json")):
+        with on_terminal() as progress:
+            result = experiment.run(progress=progress, keep_states=True)
+        told = recorded(experiment, result)
+        objects = pooled(told, experiment.tracker.gate.probability)
+        odd = [f"LOOKS WRONG: {said}" for said in warnings_of(result.intake, result.recording, experiment.tracker.sensors)]
+        text = "\n".join([*odd, *(one.text for one in told), *(one.text for one in objects if one.text)])
+        figures = {
+            "title": experiment.title,
+            "seed": experiment.seed,
+            "tracks": [one.data() for one in told],
+            "objects": [one.data() for one in objects],
+        }
+        print(text)
+        if folder is not None:
+            print(f"{folder}: {', '.join(_write(folder, experiment.title, told, text, figures, drawing))}")
+        if arguments.json:
+            print(json.dumps(figures))
+        return DONE
 
 
 def _write(

@@ -6,8 +6,10 @@ import sys
 
 from vedette.display import without_passwords
 
-DONE, FAILED, WRONG, INTERRUPTED, CLOSED = 0, 1, 2, 130, 141
-"""Done; a law failed; wrong use, config or input; interrupted; the reader closed the pipe."""
+DONE, FAILED, WRONG, UNFIT, UNTRIED, INTERRUPTED, CLOSED = 0, 1, 2, 3, 4, 130, 141
+"""Done; a law failed; wrong use, config or input; nothing fits the data; no law applied; interrupted; the reader closed the
+pipe.
+"""
 
 
 def complain(text: str) -> int:

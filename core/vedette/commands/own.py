@@ -60,6 +60,7 @@ class Check(Command):
         parser.add_argument(
             "--profile", default="fast", choices=["fast", "nightly"], help="how thoroughly to test; default: fast"
         )
+        parser.add_argument("--law", metavar="NAME", help="try this law alone")
         parser.add_argument("--seed", metavar="N", type=int, default=0, help="seed of all random numbers; default: 0")
         options.add_json(parser)
 

@@ -205,7 +205,11 @@ class Builder:
             return given
         candidates = [entry for entry in self.registry.of_role(shape.role) if issubclass(entry.cls, shape.base)]
         if not isinstance(given, Mapping):
-            named = f", as {{ kind = {given!r} }}" if given in [entry.kind for entry in candidates] else ""
+            named = (
+                f", as {{ kind = {given!r} }}"
+                if isinstance(given, str) and given in [entry.kind for entry in candidates]
+                else ""
+            )
             return self.fail(place, f"must be a table that names its kind{named}, got {told(given)}; {_kinds(candidates)}")
         at_kind = below(place, "kind")
         if "kind" not in given:

@@ -56,7 +56,8 @@ class Installed:
     @property
     def contributions(self) -> Mapping[str, tuple[str, ...]]:
         """What a reproduced paper contributes, and which components it is; empty for other roles."""
-        return getattr(self.cls, "contributions", {}) if self.role == "reproduction" else {}
+        elements = getattr(self.cls, "elements", ()) if self.role == "reproduction" else ()
+        return {f"{each.what}, {each.where}": each.made_of for each in elements if each.made_of}
 
 
 def _told(**given: Any) -> dict[str, Any]:

@@ -6,25 +6,32 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from vedette.config.plugins import draft_of
+from vedette.config.texts import json_text, toml, yaml_text
 from vedette.errors import ConfigError, Problem
-
-DEEPEST = 32
-"""Greatest depth of nested tables and lists; no tracker needs more."""
+from vedette.reading import DEEPEST, most
 
 LARGEST = 10_000_000
 """Limits on the bytes of a file and the values of a config: more is a recording, or an attack by repeated references."""
 
 
 def read_file(path: str | Path) -> dict[str, Any]:
-    """Return the table in a TOML, YAML or JSON file, told apart by its ending; ConfigError with the path and the cure."""
-    readers = {".toml": _toml, ".yaml": _yaml, ".yml": _yaml, ".json": _json}
+    """Return the table in a TOML, YAML or JSON file, told apart by its ending; ConfigError with the path and the cure.
+
+    For data that a plugin drafts a config for, such as a video, that draft is returned.
+    """
+    readers = {".toml": toml, ".yaml": yaml_text, ".yml": yaml_text, ".json": json_text}
     path = Path(path)
     place = str(path)
     reader = readers.get(path.suffix.lower())
     if reader is None:
         if path.suffix.lower() in (".csv", ".parquet"):
             raise _refusal(place, "is data, not a config; `vedette new config` writes a config for it")
-        raise _refusal(place, f"must end in {', '.join(readers)}: the ending tells the format")
+        text = draft_of(path, {}) if path.exists() else None
+        if text is None:
+            raise _refusal(place, f"must end in {', '.join(readers)}: the ending tells the format")
+        drafted: dict[str, Any] = toml(text)
+        return drafted
     text = _text(path)
     try:
         data = reader(text)
@@ -47,8 +54,8 @@ def _text(path: Path) -> str:
             raise _refusal(place, "is a folder; name the file in it")
         if path.exists() and not path.is_file():
             raise _refusal(place, "is no regular file")
-        if path.stat().st_size > LARGEST:
-            raise _refusal(place, f"is larger than {LARGEST} bytes: this is no config")
+        if path.stat().st_size > most(LARGEST):
+            raise _refusal(place, f"is larger than {most(LARGEST)} bytes: this is no config")
         text = path.read_text(encoding="utf-8-sig")
     except FileNotFoundError:
         raise _refusal(place, "there is no such file") from None
@@ -70,8 +77,8 @@ def check_size(config: Mapping[str, Any]) -> None:
         if height > DEEPEST:
             raise _refusal(str(name), f"is nested deeper than {DEEPEST} levels")
         total += size
-        if total > LARGEST:
-            raise _refusal(str(name), f"holds more than {LARGEST} values")
+        if total > most(LARGEST):
+            raise _refusal(str(name), f"holds more than {most(LARGEST)} values")
 
 
 def _extent(value: Any, room: int, known: dict[int, tuple[int, int]]) -> tuple[int, int]:
@@ -92,51 +99,3 @@ def _extent(value: Any, room: int, known: dict[int, tuple[int, int]]) -> tuple[i
 
 def _refusal(place: str, text: str) -> ConfigError:
     return ConfigError([Problem(place, text)])
-
-
-def _toml(text: str) -> Any:
-    import tomllib
-
-    return tomllib.loads(text)
-
-
-def _json(text: str) -> Any:
-    import json
-
-    def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-        table = dict(pairs)
-        if len(table) < len(pairs):
-            names = [name for name, _ in pairs]
-            raise ValueError(f"{next(name for name in names if names.count(name) > 1)!r} appears twice in one table")
-        return table
-
-    return json.loads(text, object_pairs_hook=once)
-
-
-def _yaml(text: str) -> Any:
-    import yaml  # type: ignore[import-untyped]
-
-    loader = yaml.SafeLoader(text)
-    try:
-        node = loader.get_single_node()
-        _once_each(node, yaml.MappingNode, set())
-        return None if node is None else loader.construct_document(node)
-    except yaml.YAMLError as error:
-        raise ValueError(" ".join(str(error).split())) from None
-    finally:
-        loader.dispose()
-
-
-def _once_each(node: Any, mapping: Any, seen: set[int]) -> None:
-    """Refuse a name that appears twice in one table; `seen` keeps repeated references from being walked again."""
-    if id(node) in seen or not isinstance(getattr(node, "value", None), list):
-        return
-    seen.add(id(node))
-    if isinstance(node, mapping):
-        names = [name.value for name, _ in node.value if isinstance(name.value, str)]
-        for i, name in enumerate(names):
-            if name in names[:i]:
-                raise ValueError(f"{name!r} appears twice in one table, {node.start_mark}".replace("\n", " "))
-    for part in node.value:
-        for child in part if isinstance(part, tuple) else (part,):
-            _once_each(child, mapping, seen)

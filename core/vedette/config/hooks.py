@@ -15,7 +15,7 @@ for and implements the first hook, and optionally the others::
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pluggy
 
@@ -64,4 +64,12 @@ def vedette_figures() -> Iterable[Figure]:  # type: ignore[empty-body]
     """Return figures that this plugin judges runs by: name, unit, sentence, how they sum over runs, and what computes them.
 
     They stand in `summary.json`, the summary, the page of a run, and, if they have a name for studies, in these.
+    """
+
+
+@specification
+def vedette_draft(path: Path, wishes: Mapping[str, Any]) -> str | None:
+    """Return a config, as TOML, that tracks the targets of a file or folder that this plugin reads; None for any other.
+
+    `wishes` is what the user said beside it: options of `vedette new config` by their names, as they were given.
     """

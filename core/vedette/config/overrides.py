@@ -11,6 +11,7 @@ from attrs import frozen
 from vedette.config.builder import LONGEST, below, told
 from vedette.config.registry import Registry
 from vedette.config.suggestions import did_you_mean, nearest
+from vedette.config.texts import toml
 from vedette.errors import ConfigError, Problem
 
 _STEP = re.compile(r'(?:^|\.)(?:(?P<name>[A-Za-z0-9_-]+)|"(?P<quoted>[^"]*)")|\[(?P<index>\d+)\]')
@@ -152,11 +153,9 @@ def _leading_path(written: str) -> tuple[KeyPath, str]:
 
 
 def _value(text: str) -> Any:
-    import tomllib
-
     try:
-        document = tomllib.loads(f"value = {text}")
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        document = toml(f"value = {text}")
+    except (ValueError, RecursionError) as error:
         if text[:1] in ("[", "{", '"', "'"):
             raise ValueError(f"the value is not well-formed TOML: {error}") from None
         return text

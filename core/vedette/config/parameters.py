@@ -16,6 +16,7 @@ from attrs import frozen
 
 from vedette.reproduction import Reproduction
 from vedette.roles import Associator, Component, Estimator, MotionModel, Sensor
+from vedette.streams import Format, Input, Output, Store
 from vedette.supporting import Birth, Command, Lifecycle, Picture, Preprocessor, Source
 
 ROLES: dict[str, type[Component]] = {
@@ -27,6 +28,10 @@ ROLES: dict[str, type[Component]] = {
     "lifecycle": Lifecycle,
     "preprocessor": Preprocessor,
     "source": Source,
+    "input": Input,
+    "format": Format,
+    "output": Output,
+    "store": Store,
     "reproduction": Reproduction,
     "command": Command,
     "picture": Picture,
@@ -198,19 +203,19 @@ def words_of(cls: type) -> Mapping[str, Mapping[str, Any]]:
     return words
 
 
-def tables(own: Iterable[Parameter]) -> list[type]:
+def tables(given: Iterable[Parameter]) -> list[type]:
     """Return every plain attrs class that some parameters lead to, each once; TypeError if one is ambiguous."""
-    found: list[type] = []
-    todo = [_table_of(parameter.shape) for parameter in own]
+    reached: list[type] = []
+    todo = [_table_of(parameter.shape) for parameter in given]
     while todo:
         cls = todo.pop()
-        if cls is not None and cls not in found:
-            found.append(cls)
+        if cls is not None and cls not in reached:
+            reached.append(cls)
             try:
                 todo += [_table_of(parameter.shape) for parameter in parameters(cls)]
             except TypeError as error:
                 raise TypeError(f"{cls.__name__}: {error}") from error
-    return found
+    return reached
 
 
 def _table_of(shape: Shape) -> type | None:

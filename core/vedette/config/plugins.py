@@ -18,6 +18,7 @@ from vedette.types import Recording
 
 if TYPE_CHECKING:
     from importlib.metadata import Distribution, EntryPoint
+    from pathlib import Path
 
 GROUP = "vedette"
 """The entry point group, and the name of the pluggy project."""
@@ -186,3 +187,9 @@ def warnings_of(intake: Intake, recording: Recording, sensors: Mapping[str, Sens
                 yield from sentences
         except Exception as error:
             yield f"{used}: its vedette_warnings failed: {_reason(error)}"
+
+
+def draft_of(path: Path, wishes: Mapping[str, Any]) -> str | None:
+    """Return the config, as TOML, that a plugin drafts for data that it reads, with what the user `wishes`; else None."""
+    drafts: Iterator[str] = (text for _, text in answers("vedette_draft", path=path, wishes=wishes))
+    return next(drafts, None)

@@ -133,4 +133,5 @@ class Registry:
         hint = f" it is a kind of {' and '.join(elsewhere)};" if elsewhere else which_kind(kind, offered)
         known = f"installed: {', '.join(kinds)}" if kinds else "none is installed"
         causes = "".join(f" {cause};" for cause in self.unreadable())
-        return f"unknown kind {kind!r};{hint}{causes} {known}"
+        shown = repr(kind) if len(kind) <= 60 else f"{kind[:57]!r}... of {len(kind):,} characters"
+        return f"unknown kind {shown};{hint}{causes} {known}"

@@ -10,15 +10,22 @@ Predicting: `predict_linearised` by the motion's derivative; `predicted` for loo
 `reframe` where that is due. Evaluating: `evaluate_linearised` and `evaluate_frame` do all of it; `prepare` gives
 residuals and noises that already account for each detection's own noise and missing components, from which
 `evaluate_each` and `make_innovation` continue. `Hypotheses` is the detail that `GaussianFilter.update` reads.
-`mixed` and `merged` replace mixtures by their moments.
+`mixed` and `merged` replace mixtures by their moments. `fading` says how much a filter that forgets widens over a gap.
 `Memo` keeps the matrices of linear models. Particles: `Particles` and the functions on them.
 """
 
 from vedette.filters.declared import contradiction, unforwarded
 from vedette.filters.detections import Prepared, make_innovation, prepare, present_noise
 from vedette.filters.frames import evaluate_frame
-from vedette.filters.gaussian import GaussianFilter, Hypotheses, has_gaussian_belief, marginal, without_variance
-from vedette.filters.linear import evaluate_each, evaluate_linearised, expected_return, extent_linearised, predict_linearised
+from vedette.filters.gaussian import GaussianFilter, fading, has_gaussian_belief, marginal, without_variance
+from vedette.filters.linear import (
+    evaluate_each,
+    evaluate_linearised,
+    expected_return,
+    extent_linearised,
+    noise_over,
+    predict_linearised,
+)
 from vedette.filters.memo import Memo, SensorConstants, embedded, keep
 from vedette.filters.mixing import merged, mixed
 from vedette.filters.motion import OverMotion, predicted
@@ -36,3 +43,4 @@ from vedette.filters.particles import (
     too_few,
 )
 from vedette.filters.sigma_points import PointFilter
+from vedette.types import Hypotheses

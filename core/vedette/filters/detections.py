@@ -45,12 +45,6 @@ class Prepared:
         """Return deviations of points (*b, t, 1, p, m) with 0 in missing components: (*b, t, 1|k, p, m)."""
         return deviations if self.present is None else deviations * self.present[..., None, :]
 
-    def block(self, cov: Array) -> Array:
-        """Return covariances (*b, t, 1, m, m) over the measured components with 0 for missing ones: (*b, t, 1|k, m, m)."""
-        if self.present is None:
-            return cov
-        return np.where(self.present[..., :, None] & self.present[..., None, :], cov, 0.0)
-
     def _known(self, residuals: Array) -> Array:
         return residuals if self.present is None else np.where(self.present, residuals, 0.0)
 
@@ -76,17 +70,17 @@ def prepare(sensor: Sensor, detections: Detections, expected: Array, noise: Arra
     Prepared
         Residuals and noises in which missing components say nothing.
     """
-    z, own, missing = detections.z[..., None, :, :], detections.noise, detections.missing
+    z, of_return, missing = detections.z[..., None, :, :], detections.noise, detections.missing
     present = None if missing is None else ~missing[..., None, :, :]
     if points:
         z, expected = z[..., None, :], expected[..., :, None, :, :]
         present = None if present is None else present[..., None, :]
-        own = None if own is None else own[..., None, :, :]
+        of_return = None if of_return is None else of_return[..., None, :, :]
         noise = noise[..., None, :, :, :] if noise.ndim > 2 else noise
-        R = noise if own is None else own[..., None, :, :, :, :]
+        R = noise if of_return is None else of_return[..., None, :, :, :, :]
     else:
         expected = expected[..., :, None, :]
-        R = noise[..., None, :, :] if own is None else own[..., None, :, :, :]
+        R = noise[..., None, :, :] if of_return is None else of_return[..., None, :, :, :]
     residuals = sensor.measurement.difference(z, expected)
     if present is None:
         return Prepared(sensor, z, residuals, R, 0.0, None)

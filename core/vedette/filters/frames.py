@@ -8,12 +8,11 @@ import numpy as np
 
 from vedette import kernels
 from vedette.filters.detections import make_innovation
-from vedette.filters.gaussian import Hypotheses
 from vedette.filters.memo import embedded
 from vedette.roles import Sensor
 from vedette.space import Array, Space
 from vedette.supporting import ImagingSensor
-from vedette.types import Frame, Gaussian, Innovation
+from vedette.types import Frame, Gaussian, Hypotheses, Innovation
 
 FURTHER = 10
 """Passes beyond those of the update, where these have not found the target."""
@@ -59,10 +58,10 @@ def evaluate_frame(
     loglik = llr - np.sum((g + 0.5 * Je) * e, axis=-1) + 0.5 * np.sum(_times(S, pull) * q, axis=-1)
     likely = loglik - 0.5 * log_det
     if p_gate < 1 and np.any(likely < 0.0):
-        found = _arrived(
+        arrived = _arrived(
             sensor, frame, x, at, pull, S, lambda step: state.displace(belief.mean, _times(cross, step))[..., where]
         )
-        likely = np.where(likely < 0.0, np.maximum(likely, found), likely)
+        likely = np.where(likely < 0.0, np.maximum(likely, arrived), likely)
     distance = np.sum(_times(np.linalg.pinv(J, hermitian=True), q) * pull, axis=-1)
     gain = cross @ shrink
     keep = np.eye(len(state)) - gain @ J @ H

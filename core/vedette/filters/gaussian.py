@@ -2,31 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from attrs import field, frozen
 
 from vedette import kernels
+from vedette.fields import ABSURD
 from vedette.filters.memo import Memo
 from vedette.filters.motion import OverMotion
 from vedette.roles import Estimator
 from vedette.space import Array, Space
-from vedette.types import Gaussian, Innovation, new_gaussian
-from vedette.values import maker
-
-
-@frozen(eq=False)
-class Hypotheses:
-    """The detail of a Gaussian filter's innovation: shift (*b, t, k, n) of the mean and posterior covariance
-    post (*b, t, 1|k, n, n) under each detection.
-    """
-
-    shift: Array
-    post: Array
-
-
-new_hypotheses = maker(Hypotheses)
+from vedette.types import Gaussian, Hypotheses, Innovation, new_gaussian
 
 
 @frozen
@@ -34,9 +21,11 @@ class GaussianFilter(OverMotion[Gaussian]):
     """A filter over one motion model whose belief is a mean and a covariance; `predict` and `evaluate` are left to define.
 
     `evaluate` must give `Hypotheses` as the innovation's detail, unless the filter has its own `update`. A mixture reads
-    the belief itself, unless the filter has its own `start` or `moments`: it then calls these.
+    the belief itself, unless the filter has its own `start` or `moments`: it then calls these. A filter that predicts by
+    `predict_linearised` alone says so by `linearises`: along a linear motion it is smoothed by one kernel.
     """
 
+    linearises: ClassVar[bool] = False
     _memo: Memo = field(init=False, repr=False, eq=False, factory=Memo)
 
     def start(self, prior: Gaussian, axes: Space, rng: np.random.Generator) -> Gaussian:
@@ -52,14 +41,20 @@ class GaussianFilter(OverMotion[Gaussian]):
         detail: Hypotheses = innovation.detail
         memo = self._memo
         periods, zero_variance = memo.frame or memo.framed(self.motion)
-        mean, cov = kernels.weighted_update(belief.mean, belief.cov, detail.shift, detail.post, weights, periods)
-        if zero_variance:
-            cov = without_variance(cov, zero_variance)
-        return new_gaussian(mean, cov)
+        after = kernels.weighted_update(belief.mean, belief.cov, detail.shift, detail.post, weights, periods)
+        return new_gaussian(after.mean, without_variance(after.cov, zero_variance)) if zero_variance else after
 
     def moments(self, belief: Gaussian) -> Gaussian:
         """Return the belief itself, which is its moments."""
         return belief
+
+    def smooth_step(self, belief: Gaussian, later: Gaussian, dt: float, rng: np.random.Generator) -> Gaussian:
+        """Return the belief at one time given all scans, as any filter over a motion does."""
+        motion = self.motion
+        if dt == 0 or not self.linearises or not motion.linear or motion.reframes or motion.zero_variance:
+            return super().smooth_step(belief, later, dt, rng)
+        F, Q, periods = self._memo.step(motion, belief.mean, dt)
+        return kernels.smooth_linear(belief.mean, belief.cov, F, Q, later.mean, later.cov, periods)
 
     def cross_covariance(self, belief: Gaussian, dt: float) -> Array:
         """Return P F', F the derivative of the motion at the mean; for filters that predict by it."""
@@ -98,6 +93,27 @@ def marginal(prior: Gaussian, axes: Space, state: Space, zero_variance: Space) -
     if len(zero_variance):
         cov = without_variance(cov, state.locate(zero_variance))
     return Gaussian(prior.mean[..., places], cov)
+
+
+def fading(variances: Array, exponent: float) -> Array:
+    """Return by how much to multiply covariances so that old returns weigh exp(-exponent) of new ones.
+
+    Parameters
+    ----------
+    variances
+        Of tracks (*b, n).
+    exponent
+        Logarithm of the factor, >= 0: over a long gap it may be far beyond what a number can hold.
+
+    Returns
+    -------
+    Array
+        The factor (*b), exp(exponent), or less: none takes a variance beyond 1e30, where nothing is remembered.
+    """
+    most = np.log(ABSURD**2) - kernels.safe_log(np.max(variances, axis=-1))
+    # exp(700) is finite: where there is no variance, it is multiplied by 0
+    grown: Array = np.exp(np.minimum(exponent, np.clip(most, 0.0, 700.0)))
+    return grown
 
 
 def without_variance(cov: Array, axes: list[int]) -> Array:

@@ -7,11 +7,13 @@ import numpy as np
 from vedette import kernels
 from vedette.filters.detections import Prepared, make_innovation, prepare
 from vedette.filters.frames import evaluate_frame
-from vedette.filters.gaussian import Hypotheses, new_hypotheses
 from vedette.filters.memo import Memo, embedded
 from vedette.roles import MotionModel, Sensor
 from vedette.space import Array, Space, wrapped
-from vedette.types import Detections, Frame, Gaussian, Innovation, new_gaussian, new_innovation
+from vedette.types import Detections, Frame, Gaussian, Hypotheses, Innovation, new_gaussian
+
+_CANCELLED = 1e-5
+"""Share of what its terms may come to that a variance in F P F' keeps; below, their rounding shows in the correlations."""
 
 
 def predict_linearised(belief: Gaussian, motion: MotionModel, dt: float, memo: Memo | None = None) -> Gaussian:
@@ -36,10 +38,16 @@ def predict_linearised(belief: Gaussian, motion: MotionModel, dt: float, memo: M
     x = belief.mean
     if motion.linear:
         F, Q, periods = (memo or Memo()).step(motion, x, dt)
-        mean, cov = kernels.predict(x, belief.cov, F, Q)
-        return new_gaussian(wrapped(mean, periods), cov)
+        ahead = kernels.predict(x, belief.cov, F, Q)
+        return new_gaussian(wrapped(ahead.mean, periods), ahead.cov) if periods else ahead
     moved = motion.state.canonical(motion.move(x, dt))
-    return Gaussian(moved, kernels.propagate(belief.cov, motion.jacobian(x, dt), motion.noise(x, dt)))
+    P, F, Q = belief.cov, motion.jacobian(x, dt), motion.mean_noise(x, belief.cov, dt)
+    cov = kernels.propagate(P, F, Q)
+    variance, most = np.einsum("...ii->...i", cov), (np.abs(F) @ np.sqrt(np.einsum("...ii->...i", P))[..., None])[..., 0]
+    if (variance < _CANCELLED * most**2).any():
+        rows = F @ kernels.root(P)
+        cov = kernels.propagate(np.broadcast_to(np.eye(P.shape[-1]), P.shape), rows, Q)
+    return Gaussian(moved, cov)
 
 
 def evaluate_linearised(
@@ -74,19 +82,35 @@ def evaluate_linearised(
             return evaluate_frame(belief, state, sensor, observed, p_gate)
         constants = memo.constants(state, sensor, belief.mean)
     returns: Detections = observed  # type: ignore[assignment]  # a frame has gone its way above
+    if constants.plain is not None and returns.noise is None and returns.missing is None:
+        H, R, p_detect = constants.plain
+        return kernels.evaluate_returns(belief.cov, returns.z, belief.mean, H, R, p_detect, p_gate, constants.periods)
     x = belief.mean[constants.where]
     H = embedded(sensor.jacobian(x), constants.where[-1], len(state)) if constants.H is None else constants.H
     if returns.missing is not None:
-        ready = prepare(sensor, returns, sensor.measure(x), sensor.noise(x))
+        ready = prepare(sensor, returns, sensor.measure(x), noise_over(belief, sensor, constants.where[-1]))
         return evaluate_each(belief, ready, H[..., None, :, :], x, p_gate)
-    R = constants.R if returns.noise is None else returns.noise[..., None, :, :, :]
-    if R is None:
-        R = sensor.noise(x)[..., None, :, :]
-    p_detect = sensor.detects(x) if constants.p_detect is None else constants.p_detect
-    loglik, distance, log_volume, shift, post = kernels.evaluate_returns(
-        belief.cov, returns.z, sensor.measure(x), H, R, p_detect, p_gate, constants.periods
-    )
-    return new_innovation(loglik, distance, log_volume, distance, new_hypotheses(shift, post))
+    noise = constants.R if returns.noise is None else returns.noise[..., None, :, :, :]
+    if noise is None:
+        noise = noise_over(belief, sensor, constants.where[-1])[..., None, :, :]
+    detects = sensor.detects(x) if constants.p_detect is None else constants.p_detect
+    expected = sensor.measure(x)
+    return kernels.evaluate_returns(belief.cov, returns.z, expected, H, noise, detects, p_gate, constants.periods)
+
+
+def noise_over(belief: Gaussian, sensor: Sensor, where: slice | list[int]) -> Array:
+    """Return a sensor's R averaged over a belief: (*b, t, m, m) or (m, m).
+
+    Parameters
+    ----------
+    belief
+        Mean (*b, t, n) and covariance (*b, t, n, n).
+    sensor
+        The sensor, placed if it stands on a platform.
+    where
+        The axes of the belief that it observes.
+    """
+    return sensor.mean_noise(belief.mean[..., where], belief.cov[..., where, :][..., where])
 
 
 def expected_return(
@@ -114,7 +138,7 @@ def expected_return(
     where = state.locate(sensor.observes)
     x, P = predicted.mean[..., where], predicted.cov[..., where, :][..., where]
     H = sensor.jacobian(x)
-    S: Array = H @ P @ np.swapaxes(H, -1, -2) + (sensor.noise(x) if noise is None else noise)
+    S: Array = H @ P @ np.swapaxes(H, -1, -2) + (sensor.mean_noise(x, P) if noise is None else noise)
     return sensor.measure(x), S, H
 
 
@@ -147,10 +171,10 @@ def extent_linearised(
     x = belief.mean[constants.where]
     H = embedded(sensor.jacobian(x), constants.where[-1], len(state)) if constants.H is None else constants.H
     if detections.noise is None:
-        R = sensor.noise(x)[..., range(H.shape[-2]), range(H.shape[-2])]
+        R = np.diagonal(noise_over(belief, sensor, constants.where[-1]), axis1=-2, axis2=-1)
     else:
-        own = np.diagonal(detections.noise, axis1=-2, axis2=-1)
-        R = np.max(own, axis=-2, keepdims=True, initial=0.0)
+        variances = np.diagonal(detections.noise, axis1=-2, axis2=-1)
+        R = np.max(variances, axis=-2, keepdims=True, initial=0.0)
     S = np.sum((H @ belief.cov) * H, axis=-1) + R
     centre, half = sensor.measure(x), np.sqrt(limit * S) * (1.0 + 1e-9)
     return centre - half, centre + half
@@ -177,12 +201,12 @@ def evaluate_each(belief: Gaussian, detections: Prepared, H: Array, x: Array, p_
     Innovation
         Its loglik is (*b, t, 1+k), column 0 the miss; its detail is `Hypotheses`.
     """
-    loglik, distance, log_volume, shift, post = kernels.evaluate(
+    evaluated = kernels.evaluate(
         belief.cov[..., None, :, :],
         detections.residuals[..., None, :],
         detections.rows(H),
         detections.noise[..., None, :, :],
     )
-    detail = Hypotheses(shift[..., 0, :], post[..., 0, :, :])
-    likely = loglik[..., 0] + detections.log_constant
-    return make_innovation(detections.sensor, x, p_gate, likely, distance[..., 0], log_volume[..., 0], detail)
+    detail = Hypotheses(evaluated.shift[..., 0, :], evaluated.post[..., 0, :, :])
+    likely, distance = evaluated.loglik[..., 0] + detections.log_constant, evaluated.distance[..., 0]
+    return make_innovation(detections.sensor, x, p_gate, likely, distance, evaluated.log_volume[..., 0], detail)

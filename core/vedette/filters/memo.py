@@ -19,7 +19,8 @@ class SensorConstants:
     """How one sensor observes a state; None where that depends on the state.
 
     where: index of the sensor's axes into states (*b, n); H (m, n) over the whole state, R (1, 1, m, m), detection
-    probability; periods: index and period of measured axes that wrap.
+    probability; periods: index and period of measured axes that wrap. plain: H, R and the detection probability, if none
+    depends on the state and the sensor measures its first axes as they are.
     """
 
     sensor: Sensor
@@ -28,6 +29,7 @@ class SensorConstants:
     R: Array | None
     p_detect: float | None
     periods: Periods
+    plain: tuple[Array, Array, float] | None
 
     @classmethod
     def of(cls, state: Space, sensor: Sensor, mean: Array) -> SensorConstants:
@@ -38,8 +40,13 @@ class SensorConstants:
         slope, R, p = sensor.jacobian(x) if sensor.linear else None, sensor.noise(x), np.asarray(sensor.detects(x))
         H = embedded(slope, axes, len(state)) if slope is not None and slope.ndim == 2 else None
         # A result without the batch's axes does not depend on the state: the contract says so.
-        constant = R[None, None] if R.ndim == 2 else None
-        return cls(sensor, where, H, constant, float(p) if p.ndim == 0 else None, sensor.measurement.periods)
+        constant, m = R[None, None] if R.ndim == 2 else None, x.shape[-1]
+        p_detect = float(p) if p.ndim == 0 else None
+        plain = None
+        if slope is not None and H is not None and constant is not None and p_detect is not None:
+            as_they_are = axes == slice(0, m) and np.array_equal(slope, np.eye(m)) and sensor.measure(x) is x
+            plain = (H, constant, p_detect) if as_they_are else None
+        return cls(sensor, where, H, constant, p_detect, sensor.measurement.periods, plain)
 
 
 @final

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vedette import kernels
-from vedette.space import Array, Space
+from vedette.space import Array, Indices, Space
 from vedette.types import Gaussian
 
 
@@ -31,24 +31,36 @@ def mixed(parts: Gaussian, weights: Array, state: Space) -> Gaussian:
     return Gaussian(mean, kernels.symmetric(cov))
 
 
-def merged(estimates: Gaussian, shares: Array, state: Space) -> Gaussian:
+def merged(estimates: Gaussian, into: Indices, parts: Indices, shares: Array, count: int, state: Space) -> Gaussian:
     """Return the moments of mixtures of the same estimates in several shares.
 
     Parameters
     ----------
     estimates
         Means (l, n) and covariances (l, n, n) over `state`.
-    shares
-        Shares (s, l), which sum to 1 over l.
+    into, parts, shares
+        Which mixture (p,) holds which estimate (p,), and its share (p,); those of a mixture sum to 1.
+    count
+        The number of mixtures; each holds an estimate.
     state
         The axes: angles are averaged on their circle.
 
     Returns
     -------
     Gaussian
-        Means (s, n) and covariances (s, n, n).
+        Means (count, n) and covariances (count, n, n).
     """
-    most = int(np.max(np.count_nonzero(shares, axis=-1), initial=0))
-    rows = np.argsort(-shares, axis=-1, kind="stable")[:, :most]  # the largest first: angles are averaged around it
-    parts = Gaussian(estimates.mean[rows], estimates.cov[rows])
-    return mixed(parts, np.take_along_axis(shares, rows, axis=-1), state)
+    order = np.lexsort((-shares, into))  # the largest first: angles are averaged around it
+    parts, shares = parts[order], shares[order]
+    number = np.bincount(into, minlength=count)
+    starts, n = np.cumsum(number) - number, len(state)
+    mean, cov = estimates.mean[parts[starts]], estimates.cov[parts[starts]]
+    width = 2 ** np.ceil(np.log2(np.maximum(number, 1))).astype(np.int64)
+    for w in np.unique(width[number > 1]).tolist():
+        rows = np.flatnonzero((width == w) & (number > 1))
+        filled = np.arange(w) < number[rows, None]
+        at = np.where(filled, starts[rows, None] + np.arange(w), starts[rows, None])
+        each = Gaussian(estimates.mean[parts[at]], estimates.cov[parts[at]])
+        several = mixed(each, np.where(filled, shares[at], 0.0), state)
+        mean[rows], cov[rows] = several.mean, several.cov
+    return Gaussian(mean.reshape(count, n), cov.reshape(count, n, n))

@@ -15,6 +15,9 @@ from vedette.roles import MotionModel, Sensor
 from vedette.space import Array, Mask, Space
 from vedette.types import Detections, Gaussian, Innovation
 
+_LEAST = -230.0
+"""Logarithm of the least weight that counts, 1e-100."""
+
 
 @frozen(eq=False)
 class Particles:
@@ -40,9 +43,14 @@ def draw_particles(prior: Gaussian, count: int, state: Space, rng: np.random.Gen
     return Particles(points, np.full(points.shape[:-1], -math.log(count)))
 
 
+def point_weights(log_weights: Array) -> Array:
+    """Return weights (*b, t, p), 0 where one is so small that a square times it would be no number of full precision."""
+    return np.exp(np.where(log_weights < _LEAST, -np.inf, log_weights))
+
+
 def particle_moments(particles: Particles, state: Space, zero_variance: Space) -> Gaussian:
     """Return mean (*b, t, n) and covariance (*b, t, n, n) over `state`; the axes `zero_variance` have no variance."""
-    weights = np.exp(particles.log_weights)
+    weights = point_weights(particles.log_weights)
     mean, apart = state.mean(particles.points, weights)
     cov = kernels.symmetric(np.swapaxes(apart * weights[..., None], -1, -2) @ apart)
     return Gaussian(mean, without_variance(cov, state.locate(zero_variance)) if len(zero_variance) else cov)
@@ -61,7 +69,7 @@ def resample(log_weights: Array, offset: Array) -> NDArray[np.intp]:
     """
     p = log_weights.shape[-1]
     rows = log_weights.reshape(-1, p)
-    levels = np.cumsum(np.exp(rows), axis=-1)
+    levels = np.cumsum(point_weights(rows), axis=-1)
     levels /= levels[:, -1:]
     marks = (np.arange(p) + offset.reshape(-1, 1)) / p
     # One sorted list for all rows: row i has the levels from i to i + 1.
@@ -96,18 +104,18 @@ def particle_innovation(
     particles: Particles, likelihoods: Array, state: Space, sensor: Sensor, detections: Detections, detail: object
 ) -> Innovation:
     """Return the `point_likelihoods` averaged over the points, with distances by the moments of the points' measurements."""
-    x, weights = particles.points[..., state.locate(sensor.observes)], np.exp(particles.log_weights)
+    x, weights = particles.points[..., state.locate(sensor.observes)], point_weights(particles.log_weights)
     expected, dz = sensor.measurement.mean(sensor.measure(x), weights)
     R = sensor.noise(x)
     if R.ndim > 2:
         R = np.sum(weights[..., None, None] * R, axis=-3)
     ready = prepare(sensor, detections, expected, R)
-    spread = (np.swapaxes(dz * weights[..., None], -1, -2) @ dz)[..., None, :, :]
-    S = ready.block(spread) + ready.noise
-    distance = np.sum(ready.residuals * np.linalg.solve(S, ready.residuals[..., None])[..., 0], axis=-1)
-    log_volume = np.max(0.5 * np.linalg.slogdet(S)[1], axis=-1, initial=-np.inf)
+    rows = (dz * np.sqrt(weights)[..., None])[..., None, :, :]
+    inverse, log_det, _ = kernels.gains_of_points(rows[..., :0], ready.columns(rows), ready.noise)
+    distance = np.sum(ready.residuals * (inverse @ ready.residuals[..., None])[..., 0], axis=-1)
     loglik = kernels.log_sum(likelihoods + particles.log_weights[..., None, :])
-    return Innovation(loglik, distance, np.broadcast_to(log_volume, loglik.shape[:-1]), distance, detail)
+    volume = np.broadcast_to(np.max(0.5 * log_det, axis=-1, initial=-np.inf), loglik.shape[:-1])
+    return Innovation(loglik, distance, volume, distance, detail)
 
 
 def log_association(likelihoods: Array, loglik: Array, weights: Array) -> Array:

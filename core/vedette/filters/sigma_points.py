@@ -9,10 +9,11 @@ from attrs import frozen
 
 from vedette import kernels
 from vedette.filters.detections import make_innovation, prepare
-from vedette.filters.gaussian import GaussianFilter, Hypotheses
+from vedette.filters.gaussian import GaussianFilter
+from vedette.filters.linear import noise_over
 from vedette.roles import Sensor
 from vedette.space import Array
-from vedette.types import Detections, Frame, Gaussian, Innovation
+from vedette.types import Detections, Frame, Gaussian, Hypotheses, Innovation
 
 
 @frozen
@@ -37,14 +38,14 @@ class PointFilter(GaussianFilter):
         return offsets, weights
 
     def predict(self, belief: Gaussian, dt: float, rng: np.random.Generator) -> Gaussian:
-        """Return the belief `dt` s later; the noise is taken at the mean."""
+        """Return the belief `dt` s later."""
         if dt == 0:
             return belief
         offsets, weights = self.offsets(belief)
         points = self.state.displace(belief.mean[..., None, :], offsets)
         mean, apart = self.state.mean(self.motion.move(points, dt), weights)
         spread = np.swapaxes(apart * weights[:, None], -1, -2) @ apart
-        return Gaussian(mean, kernels.symmetric(spread) + self.motion.noise(belief.mean, dt))
+        return Gaussian(mean, kernels.symmetric(spread) + self.motion.mean_noise(belief.mean, belief.cov, dt))
 
     def cross_covariance(self, belief: Gaussian, dt: float) -> Array:
         """Return the covariance (*b, t, n, n) between the points and their predictions."""
@@ -61,11 +62,12 @@ class PointFilter(GaussianFilter):
         points = self.state.displace(belief.mean[..., None, :], dx)
         expected, dz = sensor.measurement.mean(sensor.measure(points[..., where]), weights)
         x = belief.mean[..., where]
-        ready = prepare(sensor, observed, expected, sensor.noise(x))
+        ready = prepare(sensor, observed, expected, noise_over(belief, sensor, where))
         if ready.present is None:
-            found = kernels.evaluate_points(dx, dz, weights, ready.residuals, ready.noise)
-            return make_innovation(sensor, x, p_gate, *found[:3], Hypotheses(*found[3:]))
+            seen = kernels.evaluate_points(dx, dz, weights, ready.residuals, ready.noise)
+            detail = Hypotheses(seen.shift, seen.post)
+            return make_innovation(sensor, x, p_gate, seen.loglik, seen.distance, seen.log_volume, detail)
         dz, nu, R = ready.columns(dz[..., None, :, :]), ready.residuals[..., None, :], ready.noise[..., None, :, :]
-        loglik, distance, log_volume, shift, post = kernels.evaluate_points(dx[..., None, :, :], dz, weights, nu, R)
-        likely, detail = loglik[..., 0] + ready.log_constant, Hypotheses(shift[..., 0, :], post[..., 0, :, :])
-        return make_innovation(sensor, x, p_gate, likely, distance[..., 0], log_volume[..., 0], detail)
+        seen = kernels.evaluate_points(dx[..., None, :, :], dz, weights, nu, R)
+        likely, detail = seen.loglik[..., 0] + ready.log_constant, Hypotheses(seen.shift[..., 0, :], seen.post[..., 0, :, :])
+        return make_innovation(sensor, x, p_gate, likely, seen.distance[..., 0], seen.log_volume[..., 0], detail)

@@ -6,41 +6,60 @@ of every scan have a compiled twin, which is called if it was built; `RUNNING` s
 
 from vedette.kernels import assignment as _assignment
 from vedette.kernels import association as _association
+from vedette.kernels import backward as _backward
 from vedette.kernels import boxes as _boxes
+from vedette.kernels import clusters as _clusters
 from vedette.kernels import hypotheses as _hypotheses
 from vedette.kernels import joint as _joint
 from vedette.kernels import modes as _modes
 from vedette.kernels import reference as _reference
+from vedette.kernels import results as _results
 from vedette.kernels import streams as _streams
+from vedette.kernels.association import if_existing
 from vedette.kernels.backward import smooth_step, solve_by_root
 from vedette.kernels.derivative import numerical_jacobian
-from vedette.kernels.hypotheses import best_marginals
 from vedette.kernels.modes import stacked
-from vedette.kernels.reference import evaluate, log_sum, mixture, moments, root, safe_log, symmetric
+from vedette.kernels.reference import (
+    evaluate,
+    gains,
+    gains_of_points,
+    log_sum,
+    mixture,
+    moments,
+    normal_or_zero,
+    root,
+    safe_log,
+    symmetric,
+)
 from vedette.kernels.selection import Selection as _Selection
+from vedette.kernels.square_root import bounded_root
+from vedette.types import Gaussian, Hypotheses, Innovation
 
 _fastest = _Selection.now()
 RUNNING = _fastest.why
+BUILD = _fastest.build
 
-evaluate_points = _fastest(_reference.evaluate_points)
-evaluate_returns = _fastest(_reference.evaluate_returns)
-filter_step = _fastest(_reference.filter_step)
-imm_combine = _fastest(_modes.imm_combine)
-imm_mix = _fastest(_modes.imm_mix)
-pda_update = _fastest(_reference.pda_update)
-predict = _fastest(_reference.predict)
+evaluate_points = _fastest(_reference.evaluate_points, _results.Evaluated)
+evaluate_returns = _fastest(_reference.evaluate_returns, Innovation, Hypotheses)
+filter_step = _fastest(_reference.filter_step, _results.Updated)
+imm_combine = _fastest(_modes.imm_combine, _results.Combined)
+imm_mix = _fastest(_modes.imm_mix, _results.MixedMoments)
+over_axes = _fastest(_reference.over_axes)
+pda_update = _fastest(_reference.pda_update, _results.Updated)
+predict = _fastest(_reference.predict, Gaussian)
 propagate = _fastest(_reference.propagate)
-sigma_points = _fastest(_reference.sigma_points)
-update = _fastest(_reference.update)
-weighted_update = _fastest(_reference.weighted_update)
+smooth_linear = _fastest(_backward.smooth_linear, Gaussian)
+sigma_points = _fastest(_reference.sigma_points, _results.Points)
+update = _fastest(_reference.update, _results.Updated)
+weighted_update = _fastest(_reference.weighted_update, Gaussian)
 whiten = _fastest(_reference.whiten)
 
-mix_modes = _fastest(_modes.mix_modes)
-mixture_moments = _fastest(_modes.mixture_moments)
-split_weights = _fastest(_modes.split_weights)
-weigh_modes = _fastest(_modes.weigh_modes)
+mix_modes = _fastest(_modes.mix_modes, _results.Mixed, Gaussian)
+mixture_moments = _fastest(_modes.mixture_moments, Gaussian)
+split_weights = _fastest(_modes.split_weights, _results.Split)
+weigh_modes = _fastest(_modes.weigh_modes, _results.Weighed)
 
-existence = _fastest(_association.existence)
+existence = _fastest(_association.existence, _results.Seen)
 gate_scores = _fastest(_association.gate_scores)
 given_existence = _fastest(_association.given_existence)
 is_plain = _fastest(_association.is_plain)
@@ -48,11 +67,13 @@ one_hot = _fastest(_association.one_hot)
 sample_density = _fastest(_association.sample_density)
 softmax = _fastest(_association.softmax)
 
-best_joint = _fastest(_hypotheses.best_joint)
-k_best = _fastest(_assignment.k_best)
-joint_weights = _fastest(_joint.joint_weights)
+best_joint = _fastest(_hypotheses.best_joint, _results.JointBest)
+grow = _fastest(_clusters.grow, _results.Grown)
+shed = _fastest(_clusters.shed, _results.Shed)
+k_best = _fastest(_assignment.k_best, _results.Assignments)
+joint_weights = _fastest(_joint.joint_weights, _results.JointWeights)
 linked_clusters = _fastest(_boxes.linked_clusters)
-pairs_in_boxes = _fastest(_boxes.pairs_in_boxes)
+pairs_in_boxes = _fastest(_boxes.pairs_in_boxes, _results.BoxPairs)
 wide_clusters = _fastest(_joint.wide_clusters)
 
 normals = _fastest(_streams.normals)

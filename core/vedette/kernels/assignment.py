@@ -8,12 +8,13 @@ from itertools import count
 import numpy as np
 from numpy.typing import NDArray
 
+from vedette.kernels.results import Assignments
 from vedette.space import Array
 
 Columns = NDArray[np.int64]
 
 
-def k_best(cost: Array, k: int) -> tuple[Columns, Array]:
+def k_best(cost: Array, k: int) -> Assignments:
     """Return the up to `k` cheapest assignments (k', n) and their costs (k',), ascending, those of equal cost by columns.
 
     cost (n, m): row i takes one column, a column is taken at most once; infinity forbids. None: k' = 0, as where n > m.
@@ -22,7 +23,7 @@ def k_best(cost: Array, k: int) -> tuple[Columns, Array]:
     """
     cost = np.asarray(cost, dtype=float)
     n = cost.shape[0]
-    found: list[Columns] = []
+    cheapest: list[Columns] = []
     waiting: list[tuple[float, int, int, Array, Columns]] = []
     order = count()
 
@@ -33,9 +34,9 @@ def k_best(cost: Array, k: int) -> tuple[Columns, Array]:
 
     if k > 0:
         divide(0, cost)
-    while waiting and len(found) < k:
+    while waiting and len(cheapest) < k:
         _, _, first, costs, columns = heapq.heappop(waiting)
-        found.append(columns)
+        cheapest.append(columns)
         for row in range(first, n):  # all others: those that differ first in this row
             rest = costs.copy()
             rest[row, columns[row]] = np.inf
@@ -44,17 +45,17 @@ def k_best(cost: Array, k: int) -> tuple[Columns, Array]:
             costs = costs.copy()
             costs[row] = np.inf
             costs[row, columns[row]] = taken
-    ranked = np.array(found, dtype=np.int64).reshape(len(found), n)
+    ranked = np.array(cheapest, dtype=np.int64).reshape(len(cheapest), n)
     totals = _sums(cost, ranked)
     ascending = np.lexsort((*ranked.T[::-1], totals))
-    return ranked[ascending], totals[ascending]
+    return Assignments(ranked[ascending], totals[ascending])
 
 
 def _sums(cost: Array, columns: Columns) -> Array:
     """Return the costs (k,) of assignments (k, n), added row by row."""
     total = np.zeros(len(columns))
-    for row, own in zip(cost, columns.T, strict=True):
-        total += row[own]
+    for row, taken in zip(cost, columns.T, strict=True):
+        total += row[taken]
     return total
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from vedette.kernels.reference import exp_or_zero, normal_or_zero, safe_log
+from vedette.kernels.results import Seen
 from vedette.space import Array, Mask
 
 
@@ -64,9 +65,7 @@ def one_hot(scores: Array) -> Array:
     return chosen
 
 
-def existence(
-    scores: Array, weights: Array, prior: Array, loglik: Array, p_gate: float, exclusive: bool
-) -> tuple[Array, Array, Array]:
+def existence(scores: Array, weights: Array, prior: Array, loglik: Array, p_gate: float, exclusive: bool) -> Seen:
     """Return the probability of detection, the existence after the scan from `prior`, and P_D; all (*b, t).
 
     scores and weights (*b, t, 1+k); column 0 of loglik is log (1 - P_D P_G). Where the associator lets two tracks share a
@@ -86,7 +85,19 @@ def existence(
     chosen = np.sum(taken * np.exp(np.where(taken > 0, scores[..., 1:] - scores[..., :1], 0.0).clip(max=700)), axis=-1)
     sure = np.max(weights[..., 1:], axis=-1, initial=0.0) == 1.0
     seen = np.where(sure, chosen / (1.0 + chosen), hit)
-    return normal_or_zero(hit), normal_or_zero(seen + (1.0 - seen) * unseen), (1.0 - miss) / p_gate
+    return Seen(normal_or_zero(hit), normal_or_zero(seen + (1.0 - seen) * unseen), (1.0 - miss) / p_gate)
+
+
+def if_existing(scores: Array, miss: Array, existence: Array) -> Array:
+    """Return the scores (*b, t, 1+k) that tracks have if they exist, from those of a probability `existence` (*b, t).
+
+    miss (*b, t) is log (1 - P_D P_G). A row of a track that does not exist stays as it is.
+    """
+    doubted = (existence > 0.0) & (existence < 1.0)
+    sure = np.array(scores)
+    sure[..., 0] = np.where(doubted, miss, scores[..., 0])
+    sure[..., 1:] -= np.where(doubted, safe_log(existence), 0.0)[..., None]
+    return sure
 
 
 def given_existence(weights: Array, scores: Array, loglik: Array, existence: Array) -> Array:

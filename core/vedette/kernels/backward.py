@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from vedette.kernels.reference import root, symmetric
-from vedette.space import Array
+from vedette.kernels.reference import predict, root, symmetric
+from vedette.kernels.results import Step
+from vedette.space import Array, Periods, wrapped
+from vedette.types import Gaussian
 
 
 def solve_by_root(lower: Array, rows: Array) -> Array:
@@ -16,7 +18,7 @@ def solve_by_root(lower: Array, rows: Array) -> Array:
     return np.swapaxes(np.linalg.solve(np.swapaxes(whole, -1, -2), np.swapaxes(rows, -1, -2)), -1, -2)
 
 
-def smooth_step(P: Array, ahead: Array, cross: Array, step: Array, later: Array) -> tuple[Array, Array]:
+def smooth_step(P: Array, ahead: Array, cross: Array, step: Array, later: Array) -> Step:
     """Return the update of x, known as N(., P), by y that was predicted as N(., ahead) and is known as N(. + step, later).
 
     P (*b, n, n), ahead and later (*b, q, q), cross (*b, n, q) the covariance of x and y, step (*b, q) -> the shift of
@@ -31,4 +33,16 @@ def smooth_step(P: Array, ahead: Array, cross: Array, step: Array, later: Array)
     gain = solve_by_root(joint[..., :q, :q], joint[..., q:, :q])
     rest = joint[..., q:, q:]
     cov = rest @ np.swapaxes(rest, -1, -2) + gain @ later @ np.swapaxes(gain, -1, -2)
-    return (gain @ step[..., None])[..., 0], symmetric(cov)
+    return Step((gain @ step[..., None])[..., 0], symmetric(cov))
+
+
+def smooth_linear(x: Array, P: Array, F: Array, Q: Array, later: Array, cov: Array, periods: Periods) -> Gaussian:
+    """Return x (*b, n) and P (*b, n, n) by what is known after a step of F and Q: a mean `later` and its covariance `cov`.
+
+    The step of Rauch, Tung and Striebel, by `smooth_step`. periods: index and period of state axes that wrap.
+    """
+    ahead = predict(x, P, F, Q)
+    P = np.broadcast_to(P, ahead.cov.shape)
+    step = wrapped(later - wrapped(ahead.mean, periods), periods)
+    back = smooth_step(P, ahead.cov, P @ np.swapaxes(F, -1, -2), step, cov)
+    return Gaussian(wrapped(x + back.shift, periods), back.cov)

@@ -5,21 +5,20 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from vedette.kernels.results import BoxPairs
 from vedette.space import Array, Periods
 
 _AT_ONCE = 1_000_000
 
 
-def pairs_in_boxes(
-    low: Array, high: Array, points: Array, periods: Periods, most: int
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def pairs_in_boxes(low: Array, high: Array, points: Array, periods: Periods, most: int) -> BoxPairs:
     """Return the pairs (p,), (p,) of a box and a point in it, by boxes, then points; the first `most` + 1 if there are more.
 
     low and high (t, m), edges included, points (k, m). `periods`: index and period of axes that wrap, where a box goes up
     from `low` by high - low. A point with a component that is not finite is in no box.
     """
     k, m = points.shape
-    first, second, found = [np.zeros(0, dtype=np.int64)], [np.zeros(0, dtype=np.int64)], 0
+    first, second, count = [np.zeros(0, dtype=np.int64)], [np.zeros(0, dtype=np.int64)], 0
     wraps = dict(periods)
     finite = np.isfinite(points).all(axis=-1)
     step = max(1, _AT_ONCE // max(k, 1))
@@ -27,20 +26,20 @@ def pairs_in_boxes(
         part = slice(start, start + step)
         inside = np.broadcast_to(finite, (len(low[part]), k)).copy()
         for axis in range(m):
-            lowest, highest, own = low[part, axis, None], high[part, axis, None], points[:, axis]
+            lowest, highest, place = low[part, axis, None], high[part, axis, None], points[:, axis]
             if axis in wraps:
                 with np.errstate(invalid="ignore"):
-                    above = (own - lowest) / wraps[axis]
+                    above = (place - lowest) / wraps[axis]
                     inside &= (above - np.floor(above)) * wraps[axis] <= highest - lowest
             else:
-                inside &= (own >= lowest) & (own <= highest)
+                inside &= (place >= lowest) & (place <= highest)
         boxes, held = np.nonzero(inside)
         first.append(boxes + start)
         second.append(held)
-        found += len(boxes)
-        if found > most:
+        count += len(boxes)
+        if count > most:
             break
-    return np.concatenate(first)[: most + 1], np.concatenate(second)[: most + 1]
+    return BoxPairs(np.concatenate(first)[: most + 1], np.concatenate(second)[: most + 1])
 
 
 def linked_clusters(tracks: NDArray[np.int64], returns: NDArray[np.int64], t: int, k: int) -> NDArray[np.int64]:

@@ -14,10 +14,11 @@ def numerical_jacobian(function: Callable[[Array], Array], x: Array, difference:
 
     `difference(a, b)` subtracts results, wrapped where they wrap. The step grows with sqrt |x|. In map
     coordinates a step that grew with |x| would be longer than the range of a near target, and a fixed one too short for
-    the rounding.
+    the rounding. Beyond 1e16, where sqrt |x| is less than the rounding, it is 256 times that.
     """
     n = x.shape[-1]
     step = np.cbrt(np.finfo(float).eps) * np.sqrt(np.maximum(1.0, np.abs(x)))
+    step = np.maximum(step, 256 * np.spacing(np.abs(x)))
     moves = step[..., None, :] * np.eye(n)
     ahead, behind = x[..., None, :] + moves, x[..., None, :] - moves
     width = np.diagonal(ahead - behind, axis1=-2, axis2=-1)  # what the step is after rounding

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from vedette.kernels.assignment import k_best
-from vedette.kernels.reference import exp_or_zero, normal_or_zero
+from vedette.kernels.results import JointBest
 from vedette.space import Array, Indices
 
 FARTHEST = 3000.0
 """An impossible miss scores this much below the best of its row: so something is left where nothing else is possible."""
 
 
-def best_joint(scores: Array, leaves: Indices, wanted: Indices) -> tuple[Indices, Indices, Array]:
+def best_joint(scores: Array, leaves: Indices, wanted: Indices) -> JointBest:
     """Return the best associations of each hypothesis, best first: its row (n,), what tracks take (n, t), the score (n,).
 
     scores (l, 1+k) of leaves, column 0 the miss; leaves (h, t): the leaf of each track in each hypothesis, -1 where it has
@@ -25,33 +25,18 @@ def best_joint(scores: Array, leaves: Indices, wanted: Indices) -> tuple[Indices
         scores[:, 0] = np.maximum(scores[:, 0], np.max(scores, axis=-1) - FARTHEST)
     contested = np.any(np.isfinite(scores[:, 1:]), axis=-1)
     origins, choices, totals = [], [], []
-    for row, (own, most) in enumerate(zip(leaves, wanted, strict=True)):
-        there = own >= 0
-        open_ = np.flatnonzero(there & contested[own])
-        rest = float(np.sum(scores[own[there & ~contested[own]], 0]))
-        part = scores[own[open_]]
+    for row, (members, most) in enumerate(zip(leaves, wanted, strict=True)):
+        there = members >= 0
+        open_ = np.flatnonzero(there & contested[members])
+        rest = float(np.sum(scores[members[there & ~contested[members]], 0]))
+        part = scores[members[open_]]
         cost = np.full((len(open_), k + len(open_)), np.inf)
         cost[:, :k] = -part[:, 1:]
         cost[range(len(open_)), range(k, k + len(open_))] = -part[:, 0]
         columns, costs = k_best(cost, int(most))
-        choice = np.zeros((len(costs), len(own)), dtype=np.int64)
+        choice = np.zeros((len(costs), len(members)), dtype=np.int64)
         choice[:, open_] = np.where(columns < k, columns + 1, 0)
         origins.append(np.full(len(costs), row))
         choices.append(choice)
         totals.append(rest - costs)
-    return np.concatenate(origins), np.concatenate(choices), np.concatenate(totals)
-
-
-def best_marginals(scores: Array, most: int) -> Array:
-    """Return the marginals (*b, t, 1+k) of the `most` best joint associations by log scores (*b, t, 1+k), column 0 the miss.
-
-    They are weighted by their scores, as if there were no others.
-    """
-    weights, wanted, (t, columns) = np.zeros(scores.shape), np.array([most], dtype=np.int64), scores.shape[-2:]
-    tracks = np.arange(t)
-    for run in np.ndindex(scores.shape[:-2]):
-        _, choice, total = best_joint(scores[run], tracks[None], wanted)
-        likely = exp_or_zero(total - total[0])
-        share = np.repeat(likely / np.sum(likely), t)
-        weights[run] = np.bincount((tracks * columns + choice).ravel(), share, t * columns).reshape(t, columns)
-    return normal_or_zero(weights)
+    return JointBest(np.concatenate(origins), np.concatenate(choices), np.concatenate(totals))

@@ -15,6 +15,7 @@ from attrs import frozen
 from numpy.typing import NDArray
 
 from vedette.kernels.reference import exp_or_zero, log_sum, normal_or_zero
+from vedette.kernels.results import JointWeights
 from vedette.space import Array, Mask
 
 Numbers = NDArray[np.intp]
@@ -27,7 +28,7 @@ LEAST_MISS = -3000.0
 """A miss gets at least this log weight beside a track's best return, in case nothing else is left for the track."""
 
 
-def joint_weights(scores: Array, most: int) -> tuple[Array, Mask]:
+def joint_weights(scores: Array, most: int) -> JointWeights:
     """Return the weights (*b, t, 1+k) by log scores of that shape, column 0 the miss, and `wide_clusters`.
 
     A track of a cluster that is too wide gets the weights that it would have if it were alone.
@@ -51,7 +52,7 @@ def joint_weights(scores: Array, most: int) -> tuple[Array, Mask]:
             free, claims = _marginals(part[:, 1:] - stay[:, None], *plan)
             weights[run][cluster.tracks] = free[:, None] * exp_or_zero(alone - stay[:, None])
             weights[run][np.ix_(cluster.tracks, 1 + cluster.returns)] = claims
-    return normal_or_zero(weights), wide
+    return JointWeights(normal_or_zero(weights), wide)
 
 
 def wide_clusters(scores: Array, most: int) -> Mask:
@@ -171,16 +172,16 @@ def _summed(
     sums: Array = np.ones(())
     places, left = list[int](), linked.sum(axis=0)
     for row in order:
-        own = np.flatnonzero(linked[row]).tolist()
-        opened = places + [column for column in own if column not in places]
+        choices = np.flatnonzero(linked[row]).tolist()
+        opened = places + [column for column in choices if column not in places]
         stages.append((sums, places, opened, row, -1))
         before: Array = np.zeros((2,) * len(opened))
         before[_none_of(len(opened) - len(places))] = sums
         sums, places = free_row[row] * before, opened
-        for column in own:
+        for column in choices:
             _of(sums, places, column, 1)[...] += weight[row, column] * _of(before, places, column, 0)
-        left[own] -= 1
-        for column in (column for column in own if left[column] == 0):
+        left[choices] -= 1
+        for column in (column for column in choices if left[column] == 0):
             stages.append((sums, places, places, -1, column))
             sums = free_column[column] * _of(sums, places, column, 0) + _of(sums, places, column, 1)
             places = [other for other in places if other != column]

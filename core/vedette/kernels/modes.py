@@ -1,7 +1,7 @@
 """The kernels of a bank of filters: its modes are mixed, weighted by the scan, and combined.
 
-Each mode's arrays are separate, in tuples of r: modes may have different states. `own` names each mode's axes among the n
-of all of them; `absent` (2, n) holds the mean and the variance that an axis has in the modes that lack it.
+Each mode's arrays are separate, in tuples of r: modes may have different states. `axes_of` names each mode's axes among
+the n of all of them; `absent` (2, n) holds the mean and the variance that an axis has in the modes that lack it.
 """
 
 from __future__ import annotations
@@ -11,22 +11,24 @@ from collections.abc import Sequence
 import numpy as np
 
 from vedette.kernels.reference import exp_or_zero, log_sum, moments, normal_or_zero
+from vedette.kernels.results import Combined, Mixed, MixedMoments, Split, Stacked, Weighed
 from vedette.space import Array, Periods, wrapped
+from vedette.types import Gaussian
 
 
 def stacked(
-    xs: Sequence[Array], Ps: Sequence[Array], own: Sequence[Sequence[int]], absent: Array, periods: Periods
-) -> tuple[Array, Array, Array]:
+    xs: Sequence[Array], Ps: Sequence[Array], axes_of: Sequence[Sequence[int]], absent: Array, periods: Periods
+) -> Stacked:
     """Return all modes over the same axes: an origin (*b, n), means from there (*b, r, n), covariances (*b, r, n, n)."""
     n, shape = absent.shape[-1], (*xs[0].shape[:-1], len(xs))
     means, covs = np.empty((*shape, n)), np.zeros((*shape, n, n))
     means[:] = absent[0]
     covs[..., range(n), range(n)] = absent[1]
-    for j, axes in enumerate(own):
+    for j, axes in enumerate(axes_of):
         means[..., j, axes] = xs[j]
         covs[..., j, np.array(axes)[:, None], axes] = Ps[j]
     origin = means[..., 0, :]
-    return origin, wrapped(means - origin[..., None, :], periods), covs
+    return Stacked(origin, wrapped(means - origin[..., None, :], periods), covs)
 
 
 def mix_modes(
@@ -34,37 +36,39 @@ def mix_modes(
     log_transition: Array,
     xs: Sequence[Array],
     Ps: Sequence[Array],
-    own: Sequence[Sequence[int]],
+    axes_of: Sequence[Sequence[int]],
     absent: Array,
     periods: Periods,
-) -> tuple[Array, tuple[Array, ...], tuple[Array, ...]]:
+) -> Mixed:
     """Mix the modes: predicted log_prob (*b, r), and the mean and covariance that each starts from, on its own axes.
 
     xs: r arrays (*b, n_j), Ps: r arrays (*b, n_j, n_j); log_transition (r, r) from row to column. An unreachable mode
     starts from the whole mixture.
     """
-    origin, apart, covs = stacked(xs, Ps, own, absent, periods)
-    predicted, means, mixed = imm_mix(log_prob, log_transition, apart, covs)
-    means = wrapped(origin[..., None, :] + means, periods)
-    return (
-        predicted,
-        tuple(means[..., j, axes] for j, axes in enumerate(own)),
-        tuple(mixed[..., j, np.array(axes)[:, None], axes] for j, axes in enumerate(own)),
+    modes = stacked(xs, Ps, axes_of, absent, periods)
+    mixed = imm_mix(log_prob, log_transition, modes.apart, modes.covs)
+    means = wrapped(modes.origin[..., None, :] + mixed.means, periods)
+    beliefs = tuple(
+        Gaussian(means[..., j, axes], mixed.covs[..., j, np.array(axes)[:, None], axes]) for j, axes in enumerate(axes_of)
     )
+    return Mixed(mixed.log_prob, beliefs)
 
 
 def mixture_moments(
-    log_prob: Array, xs: Sequence[Array], Ps: Sequence[Array], own: Sequence[Sequence[int]], absent: Array, periods: Periods
-) -> tuple[Array, Array]:
+    log_prob: Array,
+    xs: Sequence[Array],
+    Ps: Sequence[Array],
+    axes_of: Sequence[Sequence[int]],
+    absent: Array,
+    periods: Periods,
+) -> Gaussian:
     """Return mean (*b, n) and covariance (*b, n, n) of the mixture of all modes, the spread of their means included."""
-    origin, apart, covs = stacked(xs, Ps, own, absent, periods)
-    step, cov = moments(exp_or_zero(log_prob)[..., None, :], apart, covs)
-    return wrapped(origin + step[..., 0, :], periods), cov[..., 0, :, :]
+    modes = stacked(xs, Ps, axes_of, absent, periods)
+    mixed = moments(exp_or_zero(log_prob)[..., None, :], modes.apart, modes.covs)
+    return Gaussian(wrapped(modes.origin + mixed.mean[..., 0, :], periods), mixed.cov[..., 0, :, :])
 
 
-def weigh_modes(
-    log_prob: Array, said: Sequence[tuple[Array, Array, Array, Array]]
-) -> tuple[Array, Array, Array, Array, Array]:
+def weigh_modes(log_prob: Array, said: Sequence[tuple[Array, Array, Array, Array]]) -> Weighed:
     """Combine the modes' evaluations: loglik (*b, 1+k), least distance (*b, k), largest log volume (*b), the squared
     distance expected over modes (*b, k), and the log posterior of the modes under each hypothesis (*b, 1+k, r).
 
@@ -75,10 +79,10 @@ def weigh_modes(
     loglik = log_sum(joint)
     share = joint - loglik[..., None]
     expected = np.sum(exp_or_zero(share[..., 1:, :]) * np.stack(nis, axis=-1), axis=-1)
-    return loglik, np.minimum.reduce(distances), np.maximum.reduce(log_volumes), expected, share
+    return Weighed(loglik, np.minimum.reduce(distances), np.maximum.reduce(log_volumes), expected, share)
 
 
-def split_weights(weights: Array, log_share: Array) -> tuple[Array, tuple[Array, ...]]:
+def split_weights(weights: Array, log_share: Array) -> Split:
     """Return the modes' log probabilities (*b, r) after association, and each mode's weights, r arrays (*b, 1+k).
 
     weights (*b, 1+k) of the whole, log_share (*b, 1+k, r). An impossible mode keeps the weights of the whole.
@@ -87,13 +91,13 @@ def split_weights(weights: Array, log_share: Array) -> tuple[Array, tuple[Array,
         joint = np.log(weights)[..., None] + log_share
     log_prob = log_sum(joint, axis=-2)
     possible = np.isfinite(log_prob)[..., None, :]
-    own = np.where(possible, exp_or_zero(joint - np.where(possible, log_prob[..., None, :], 0.0)), weights[..., None])
-    own = normal_or_zero(own)
+    shares = np.where(possible, exp_or_zero(joint - np.where(possible, log_prob[..., None, :], 0.0)), weights[..., None])
+    shares = normal_or_zero(shares)
     after = log_prob - log_sum(log_prob)[..., None]
-    return after, tuple(np.ascontiguousarray(own[..., j]) for j in range(own.shape[-1]))
+    return Split(after, tuple(np.ascontiguousarray(shares[..., j]) for j in range(shares.shape[-1])))
 
 
-def imm_mix(log_prob: Array, log_transition: Array, xs: Array, Ps: Array) -> tuple[Array, Array, Array]:
+def imm_mix(log_prob: Array, log_transition: Array, xs: Array, Ps: Array) -> MixedMoments:
     """Mix the modes of the IMM: predicted log_prob c (*b, r), and the mean and covariance that each mode starts from.
 
     log_prob (*b, r), log_transition (r, r) from row to column, xs (*b, r, n), Ps (*b, r, n, n)
@@ -103,10 +107,11 @@ def imm_mix(log_prob: Array, log_transition: Array, xs: Array, Ps: Array) -> tup
     # An unreachable mode starts from the whole mixture: any prior will do, but there must be one.
     reached = np.isfinite(predicted)[..., None]
     logs = np.where(reached, joint - np.where(reached, predicted[..., None], 0.0), log_prob[..., None, :])
-    return predicted, *moments(exp_or_zero(logs), xs, Ps)
+    mixed = moments(exp_or_zero(logs), xs, Ps)
+    return MixedMoments(predicted, mixed.mean, mixed.cov)
 
 
-def imm_combine(log_prob: Array, loglik: Array, xs: Array, Ps: Array) -> tuple[Array, Array, Array, Array]:
+def imm_combine(log_prob: Array, loglik: Array, xs: Array, Ps: Array) -> Combined:
     """Combine the IMM after a scan: log_prob (*b, r) by Bayes' rule, mean (*b, n) and covariance (*b, n, n) of the mixture,
     and the log-likelihood of the scan (*b).
 
@@ -115,5 +120,5 @@ def imm_combine(log_prob: Array, loglik: Array, xs: Array, Ps: Array) -> tuple[A
     joint = log_prob + loglik
     total = log_sum(joint)
     after = joint - total[..., None]
-    mean, cov = moments(exp_or_zero(after)[..., None, :], xs, Ps)
-    return after, mean[..., 0, :], cov[..., 0, :, :], total
+    mixed = moments(exp_or_zero(after)[..., None, :], xs, Ps)
+    return Combined(after, mixed.mean[..., 0, :], mixed.cov[..., 0, :, :], total)

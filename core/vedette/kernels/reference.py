@@ -6,10 +6,14 @@ An axis written `1|k` has one entry for all returns if they share a noise, else 
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+
 import numpy as np
 
+from vedette.kernels.results import Evaluated, Points, Step, Updated
 from vedette.kernels.square_root import bounded_root, keeps_digits, pivots_exceed, square_root_update
 from vedette.space import Array, Mask, Periods, wrapped
+from vedette.types import Gaussian, Hypotheses, Innovation
 
 _TINY = float(np.finfo(float).tiny)
 _LEAST_EXPONENT = float(np.log(_TINY))
@@ -36,7 +40,7 @@ def log_sum(a: Array, axis: int = -1) -> Array:
     """Return the logarithm of sum exp(a) over `axis`; -inf where every term is."""
     top = np.max(a, axis=axis, keepdims=True)
     top = np.where(np.isfinite(top), top, 0.0)
-    with np.errstate(divide="ignore"):
+    with np.errstate(divide="ignore", under="ignore"):
         total: Array = np.log(np.sum(np.exp(a - top), axis=axis)) + np.squeeze(top, axis)
     return total
 
@@ -51,9 +55,17 @@ def propagate(P: Array, F: Array, Q: Array) -> Array:
     return symmetric(F @ P @ np.swapaxes(F, -1, -2) + Q)
 
 
-def predict(x: Array, P: Array, F: Array, Q: Array) -> tuple[Array, Array]:
+def predict(x: Array, P: Array, F: Array, Q: Array) -> Gaussian:
     """Return F x (*b, n) and F P F' + Q (*b, n, n); F and Q (n, n) or (*b, n, n)."""
-    return (F @ x[..., None])[..., 0], propagate(P, F, Q)
+    return Gaussian((F @ x[..., None])[..., 0], propagate(P, F, Q))
+
+
+def over_axes(block: Array | Sequence[Sequence[float]], count: int) -> Array:
+    """Return a matrix (p, p) over one axis' derivatives as (p count, p count), alike for all axes: x, y, .. vx, vy, .."""
+    p, axes = len(block), range(count)
+    whole = np.zeros((p, count, p, count))
+    whole[:, axes, :, axes] = block
+    return whole.reshape(p * count, p * count)
 
 
 def _invert(S: Array) -> tuple[Array, Array, Mask]:
@@ -98,7 +110,7 @@ def _score(nu: Array, inverse: Array, log_det: Array) -> tuple[Array, Array, Arr
     return -0.5 * (distance + log_det + nu.shape[-1] * _LOG_2PI), distance, 0.5 * log_det
 
 
-def evaluate(P: Array, nu: Array, H: Array, R: Array) -> tuple[Array, Array, Array, Array, Array]:
+def evaluate(P: Array, nu: Array, H: Array, R: Array) -> Evaluated:
     """Evaluate returns against predicted tracks, z = H x + v.
 
     P (*b, t, n, n), nu (*b, t, k, m), H (*b, t, m, n) or (m, n), R (*b, t, 1|k, m, m) ->
@@ -115,49 +127,81 @@ def evaluate(P: Array, nu: Array, H: Array, R: Array) -> tuple[Array, Array, Arr
     hard = ~(sound & keeps_digits(post, P))
     if hard.any():
         rows = np.swapaxes(bounded_root(_of(P, hard)), -1, -2)
-        found = square_root_update(rows, rows @ np.swapaxes(_of(H, hard), -1, -2), _of(R, hard))
-        inverse[hard], log_det[hard], gain[hard], post[hard] = found[0], found[1], np.swapaxes(found[2], -1, -2), found[3]
+        by_root = square_root_update(rows, rows @ np.swapaxes(_of(H, hard), -1, -2), _of(R, hard))
+        inverse[hard], log_det[hard], post[hard] = by_root.inverse, by_root.log_det, by_root.post
+        gain[hard] = np.swapaxes(by_root.gain, -1, -2)
     loglik, distance, log_volume = _score(nu, inverse, log_det)
-    return loglik, distance, log_volume, _each(nu, np.swapaxes(gain, -1, -2)), post
+    return Evaluated(loglik, distance, log_volume, _each(nu, np.swapaxes(gain, -1, -2)), post)
+
+
+def gains(P: Array, H: Array, R: Array) -> tuple[Array, Array, Array]:
+    """Return S^-1 (*b, m, m), log |S| (*b) and the gain (*b, n, m) of z = H x + v: by roots where S is near singular.
+
+    P (*b, n, n), H (*b, m, n), R (*b, m, m), each broadcast.
+    """
+    H_t = np.swapaxes(H, -1, -2)
+
+    def rows(hard: Mask) -> tuple[Array, Array]:
+        root_t = np.swapaxes(bounded_root(_of(P, hard)), -1, -2)
+        return root_t, root_t @ _of(H_t, hard)
+
+    return _gains(P @ H_t, H @ P @ H_t, R, rows)
+
+
+def gains_of_points(dx: Array, dz: Array, R: Array) -> tuple[Array, Array, Array]:
+    """Return `gains` for points: differences dx (*b, s, n) and dz (*b, s, m) from their means, times roots of weights."""
+    seen = np.swapaxes(dz, -1, -2)
+    return _gains(np.swapaxes(dx, -1, -2) @ dz, seen @ dz, R, lambda hard: (_of(dx, hard), _of(dz, hard)))
+
+
+def _gains(cross: Array, seen: Array, R: Array, rows: Callable[[Mask], tuple[Array, Array]]) -> tuple[Array, Array, Array]:
+    inverse, log_det, sound = _invert(symmetric(seen) + R)
+    gain = cross @ inverse
+    if not sound.all():
+        hard = ~sound
+        found = square_root_update(*rows(hard), _of(R, hard))
+        inverse[hard], log_det[hard], gain[hard] = found[0], found[1], np.swapaxes(found[2], -1, -2)
+    return inverse, log_det, gain
 
 
 def _of(matrices: Array, which: Mask) -> Array:
     """Select the matrices, broadcast over the mask, that it marks."""
-    found: Array = np.broadcast_to(matrices, (*which.shape, *matrices.shape[-2:]))[which]
-    return found
+    marked: Array = np.broadcast_to(matrices, (*which.shape, *matrices.shape[-2:]))[which]
+    return marked
 
 
 def evaluate_returns(
     P: Array, z: Array, expected: Array, H: Array, R: Array, p_detect: Array | float, p_gate: float, periods: Periods
-) -> tuple[Array, Array, Array, Array, Array]:
+) -> Innovation:
     """`evaluate` the returns of a scan z (*b, k, m) against tracks that expect (*b, t, m), with P_D (*b, t) and P_G.
 
-    periods: index and period of measured axes that wrap. Gives log (1 - P_D P_G) and log P_D + log N(..) in (*b, t, 1+k),
-    squared distance (*b, t, k), the largest log sqrt|S| (*b, t), and the shifts and posterior covariances of `evaluate`.
+    `expected` may have more axes, as a state has: the first m count. periods: index and period of measured axes that wrap.
+    Gives log (1 - P_D P_G) and log P_D + log N(..) in (*b, t, 1+k), squared distance (*b, t, k), the largest log sqrt|S|
+    (*b, t), and as detail the `Hypotheses` of `evaluate`.
     """
-    nu = wrapped(z[..., None, :, :] - expected[..., :, None, :], periods)
-    loglik, distance, log_volume, shift, post = evaluate(P, nu, H, R)
-    p_detect = np.asarray(p_detect)
-    columns = np.empty((*loglik.shape[:-1], 1 + loglik.shape[-1]))
-    columns[..., 0] = safe_log(1.0 - p_detect * p_gate)
-    columns[..., 1:] = loglik + safe_log(p_detect)[..., None]
-    volume = np.broadcast_to(np.max(log_volume, axis=-1, initial=-np.inf), loglik.shape[:-1])
-    return columns, distance, volume, shift, post
+    nu = wrapped(z[..., None, :, :] - expected[..., :, None, : z.shape[-1]], periods)
+    seen, p_detect = evaluate(P, nu, H, R), np.asarray(p_detect)
+    loglik = np.empty((*seen.loglik.shape[:-1], 1 + seen.loglik.shape[-1]))
+    loglik[..., 0] = safe_log(1.0 - p_detect * p_gate)
+    loglik[..., 1:] = seen.loglik + safe_log(p_detect)[..., None]
+    volume = np.broadcast_to(np.max(seen.log_volume, axis=-1, initial=-np.inf), loglik.shape[:-1])
+    return Innovation(loglik, seen.distance, volume, seen.distance, Hypotheses(seen.shift, seen.post))
 
 
-def update(x: Array, P: Array, z: Array, H: Array, R: Array) -> tuple[Array, Array, Array]:
+def update(x: Array, P: Array, z: Array, H: Array, R: Array) -> Updated:
     """Update by one return that is the target's, z = H x + v (*b, m): x (*b, n), P (*b, n, n), log N(z; H x, S) (*b).
 
     H (m, n) or (*b, m, n), R (m, m) or (*b, m, m); angles as they are.
     """
     nu = z - (H @ x[..., None])[..., 0]
-    loglik, _, _, shift, post = evaluate(P, nu[..., None, :], H, R[..., None, :, :])
-    return x + shift[..., 0, :], post[..., 0, :, :], loglik[..., 0]
+    seen = evaluate(P, nu[..., None, :], H, R[..., None, :, :])
+    return Updated(x + seen.shift[..., 0, :], seen.post[..., 0, :, :], seen.loglik[..., 0])
 
 
-def filter_step(x: Array, P: Array, F: Array, Q: Array, z: Array, H: Array, R: Array) -> tuple[Array, Array, Array]:
+def filter_step(x: Array, P: Array, F: Array, Q: Array, z: Array, H: Array, R: Array) -> Updated:
     """`predict`, then `update`: one step of the Kalman filter."""
-    return update(*predict(x, P, F, Q), z, H, R)
+    ahead = predict(x, P, F, Q)
+    return update(ahead.mean, ahead.cov, z, H, R)
 
 
 def root(P: Array) -> Array:
@@ -199,7 +243,7 @@ def whiten(vector: Array, cov: Array) -> Array:
     return white
 
 
-def sigma_points(P: Array, kappa: float) -> tuple[Array, Array]:
+def sigma_points(P: Array, kappa: float) -> Points:
     """Return offsets (*b, 2n+1, n) from the mean and weights (2n+1,) that have mean 0 and covariance P (*b, n, n).
 
     Julier and Uhlmann's symmetric set. kappa >= 0 keeps every weight positive, so every moment taken with it is PSD.
@@ -209,10 +253,10 @@ def sigma_points(P: Array, kappa: float) -> tuple[Array, Array]:
     offsets = np.concatenate([np.zeros((*P.shape[:-2], 1, n)), spread, -spread], axis=-2)
     weights = np.full(2 * n + 1, 0.5 / (n + kappa))
     weights[0] = kappa / (n + kappa)
-    return offsets, weights
+    return Points(offsets, weights)
 
 
-def evaluate_points(dx: Array, dz: Array, weights: Array, nu: Array, R: Array) -> tuple[Array, Array, Array, Array, Array]:
+def evaluate_points(dx: Array, dz: Array, weights: Array, nu: Array, R: Array) -> Evaluated:
     """`evaluate` with points for the model: dx (*b, t, s, n) and dz (*b, t, s, m) differences from their means.
 
     The posterior covariance is the points' own after the gain, sum w (dx - K dz)(dx - K dz)' + K R K': PSD as they are.
@@ -225,12 +269,13 @@ def evaluate_points(dx: Array, dz: Array, weights: Array, nu: Array, R: Array) -
     if not sound.all():
         scale, hard = np.sqrt(weights)[:, None], ~sound
         rows, seen = _of((scale * dx)[..., None, :, :], hard), _of((scale * dz)[..., None, :, :], hard)
-        inverse[hard], log_det[hard], gain_t[hard], post[hard] = square_root_update(rows, seen, _of(R, hard))
+        by_root = square_root_update(rows, seen, _of(R, hard))
+        inverse[hard], log_det[hard], gain_t[hard], post[hard] = by_root
     loglik, distance, log_volume = _score(nu, inverse, log_det)
-    return loglik, distance, log_volume, _each(nu, gain_t), post
+    return Evaluated(loglik, distance, log_volume, _each(nu, gain_t), post)
 
 
-def mixture(P: Array, shift: Array, post: Array, weights: Array) -> tuple[Array, Array]:
+def mixture(P: Array, shift: Array, post: Array, weights: Array) -> Step:
     """Return the moments of a track's hypotheses: a miss (weight 0, covariance P) or return i (weight i, shift i, post).
 
     P (*b, t, n, n), shift (*b, t, k, n), post (*b, t, 1|k, n, n), weights (*b, t, 1+k) -> shift of the mean (*b, t, n) and
@@ -244,16 +289,16 @@ def mixture(P: Array, shift: Array, post: Array, weights: Array) -> tuple[Array,
         within = np.sum(w, axis=-1)[..., None, None] * post[..., 0, :, :]
     else:
         within = np.sum(w[..., None, None] * post, axis=-3)
-    return mean, symmetric(miss[..., None] * P + within + spread)
+    return Step(mean, symmetric(miss[..., None] * P + within + spread))
 
 
-def weighted_update(x: Array, P: Array, shift: Array, post: Array, weights: Array, periods: Periods) -> tuple[Array, Array]:
+def weighted_update(x: Array, P: Array, shift: Array, post: Array, weights: Array, periods: Periods) -> Gaussian:
     """Return `mixture`, with the mean x (*b, t, n) moved by its shift; periods: index and period of state axes that wrap."""
-    step, cov = mixture(P, shift, post, weights)
-    return wrapped(x + step, periods), cov
+    mixed = mixture(P, shift, post, weights)
+    return Gaussian(wrapped(x + mixed.shift, periods), mixed.cov)
 
 
-def moments(weights: Array, xs: Array, Ps: Array) -> tuple[Array, Array]:
+def moments(weights: Array, xs: Array, Ps: Array) -> Gaussian:
     """Return mean (*b, q, n) and covariance (*b, q, n, n) of q Gaussian mixtures of the same r parts.
 
     weights (*b, q, r), xs (*b, r, n), Ps (*b, r, n, n)
@@ -263,12 +308,12 @@ def moments(weights: Array, xs: Array, Ps: Array) -> tuple[Array, Array]:
     apart = xs[..., None, :, :] - mean[..., None, :]
     spread = np.swapaxes(apart * weights[..., None], -1, -2) @ apart
     within = (weights @ Ps.reshape(*Ps.shape[:-2], n * n)).reshape(spread.shape)
-    return mean, symmetric(within + spread)
+    return Gaussian(mean, symmetric(within + spread))
 
 
 def pda_update(
     xs: Array, Ps: Array, z: Array, H: Array, R: Array, p_detect: float, p_gate: float, limit: float, log_density: float
-) -> tuple[Array, Array, Array]:
+) -> Updated:
     """Update each of a target's modes by returns z (*b, k, m) of which at most one is the target's, z = H x + v.
 
     xs (*b, r, n), Ps (*b, r, n, n), H (m, n) or (*b, m, n), R (m, m) or (*b, m, m); angles as they are. A return counts if
@@ -277,11 +322,11 @@ def pda_update(
     """
     H = H[..., None, :, :]
     nu = z[..., None, :, :] - (H @ xs[..., None])[..., None, :, 0]
-    loglik, distance, _, shift, post = evaluate(Ps, nu, H, R[..., None, None, :, :])
-    scores = np.empty((*loglik.shape[:-1], 1 + loglik.shape[-1]))
+    seen = evaluate(Ps, nu, H, R[..., None, None, :, :])
+    scores = np.empty((*seen.loglik.shape[:-1], 1 + seen.loglik.shape[-1]))
     scores[..., 0] = safe_log(np.asarray(1.0 - p_detect * p_gate))
-    inside = np.min(distance, axis=-2, keepdims=True) <= limit
-    scores[..., 1:] = np.where(inside, loglik + safe_log(np.asarray(p_detect)) - log_density, -np.inf)
+    inside = np.min(seen.distance, axis=-2, keepdims=True) <= limit
+    scores[..., 1:] = np.where(inside, seen.loglik + safe_log(np.asarray(p_detect)) - log_density, -np.inf)
     total = log_sum(scores)
-    step, cov = mixture(Ps, shift, post, exp_or_zero(scores - total[..., None]))
-    return xs + step, cov, total
+    mixed = mixture(Ps, seen.shift, seen.post, exp_or_zero(scores - total[..., None]))
+    return Updated(xs + mixed.shift, mixed.cov, total)

@@ -38,10 +38,18 @@ class Selection:
             return cls(None, "numpy, as the compiled kernels were not built here")
         return cls(module, f"compiled, for the instruction set {module.instruction_set()}")
 
-    def __call__(self, reference: F) -> F:
-        """Return the compiled twin of a kernel, which passes to `reference` what it does not take, or `reference`."""
+    @property
+    def build(self) -> str:
+        """A hash of the sources, the compiler and the flags of the compiled kernels; "" if none run."""
+        return self.module.build() if hasattr(self.module, "build") else ""  # type: ignore[union-attr]
+
+    def __call__(self, reference: F, *results: type) -> F:
+        """Return the compiled twin of a kernel, which passes to `reference` what it does not take, or `reference`.
+
+        `results`: the type of what it returns, if that is more than one array, and the type of a value within.
+        """
         twin: F | None = getattr(self.module, reference.__name__, None)
         if self.module is None or twin is None:
             return reference
-        self.module.bind(reference.__name__, reference)
+        self.module.bind(reference.__name__, reference, *results)
         return twin

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from vedette.kernels.results import ByRoot
 from vedette.space import Array, Mask
 
 _ROUNDING = 1e-15  # a variance's part that rounding leaves in doubt
@@ -13,15 +14,23 @@ _LOST = 1e-10  # the least part of a variance that an update by other forms may 
 def bounded_root(P: Array) -> Array:
     """Return L (*b, n, n), lower triangular, with L L' = P (*b, n, n), with no pivot below the rounding error.
 
-    A pivot less than that fraction of its variance is raised to it, so P may be singular, or indefinite by rounding.
+    A pivot less than that fraction of its variance is raised to it, and what it says of other axes, which is rounding, is
+    bounded by what is left of their variances: so P may be singular, or indefinite by rounding.
     """
     L = np.zeros_like(P)
+    variances = np.diagonal(P, axis1=-2, axis2=-1)
     for j in range(P.shape[-1]):
         column = P[..., j:, j] - (L[..., j:, :j] @ L[..., j, :j, None])[..., 0]
         variance = P[..., j, j, None]
+        raised = column[..., :1] < _ROUNDING * variance
         column[..., :1] = np.maximum(column[..., :1], _ROUNDING * variance)
         known = variance <= 0
-        L[..., j:, j] = np.where(known, 0.0, column / np.sqrt(np.where(known, 1.0, column[..., :1])))
+        found = np.where(known, 0.0, column / np.sqrt(np.where(known, 1.0, column[..., :1])))
+        if raised.any():
+            left = variances[..., j:] - np.sum(L[..., j:, :j] ** 2, axis=-1)
+            most = np.sqrt(np.maximum(left, _ROUNDING * np.maximum(variances[..., j:], 0.0)))
+            found = np.where(raised, np.clip(found, -most, most), found)
+        L[..., j:, j] = found
     return L
 
 
@@ -70,7 +79,7 @@ def triangular(A: Array) -> Array:
     return A[..., :q, :]
 
 
-def square_root_update(prior: Array, measured: Array, R: Array) -> tuple[Array, Array, Array, Array]:
+def square_root_update(prior: Array, measured: Array, R: Array) -> ByRoot:
     """Return S^-1 (*b, m, m), log |S| (*b), the gain transposed (*b, m, n) and the posterior covariance (*b, n, n).
 
     P = prior' prior (*b, s, n), H P = measured' prior (*b, s, m), S = measured' measured + R (*b, m, m). All come of one
@@ -88,4 +97,5 @@ def square_root_update(prior: Array, measured: Array, R: Array) -> tuple[Array, 
     rest = upper[..., m:, m:]
     post = np.swapaxes(rest, -1, -2) @ rest
     log_det = 2.0 * np.sum(np.log(np.abs(pivots)), axis=-1)
-    return root @ np.swapaxes(root, -1, -2), log_det, root @ upper[..., :m, m:], 0.5 * (post + np.swapaxes(post, -1, -2))
+    gain = root @ upper[..., :m, m:]
+    return ByRoot(root @ np.swapaxes(root, -1, -2), log_det, gain, 0.5 * (post + np.swapaxes(post, -1, -2)))

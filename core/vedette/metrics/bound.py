@@ -60,7 +60,7 @@ def information(sensor: Sensor, x: Array) -> Array:
     """
     H, R, m = sensor.jacobian(x), sensor.noise(x), len(sensor.measurement)
     inverse = np.linalg.inv(R)
-    found = np.swapaxes(H, -1, -2) @ inverse @ H
+    fisher = np.swapaxes(H, -1, -2) @ inverse @ H
     if R.ndim > 2:
 
         def flat(y: Array) -> Array:
@@ -68,8 +68,8 @@ def information(sensor: Sensor, x: Array) -> Array:
 
         slope = np.moveaxis(numerical_jacobian(flat, x, np.subtract), -1, -2).reshape(*x.shape, m, m)
         part = inverse[..., None, :, :] @ slope
-        found = found + 0.5 * np.einsum("...iab,...jba->...ij", part, part)
-    return symmetric(np.broadcast_to(found, (*x.shape, x.shape[-1])))
+        fisher = fisher + 0.5 * np.einsum("...iab,...jba->...ij", part, part)
+    return symmetric(np.broadcast_to(fisher, (*x.shape, x.shape[-1])))
 
 
 def reduced_bound(start: Array, transition: Array, noise: Array, info: Array, p_detect: Array) -> Array:
@@ -82,11 +82,11 @@ def reduced_bound(start: Array, transition: Array, noise: Array, info: Array, p_
     Hernandez, Ristic, Farina, Timmoneri, A Comparison of Two Cramer-Rao Bounds for Nonlinear Filtering with P_D < 1,
     IEEE T-SP 52, 2004.
     """
-    P, found = start, []
-    for F, Q, each, p in zip(transition, noise, info, p_detect, strict=True):
-        P = _informed(propagate(P, F, Q), each * np.asarray(p)[..., None, None])
-        found.append(P)
-    return np.stack(found)
+    P, bounds = start, []
+    for F, Q, gained, p in zip(transition, noise, info, p_detect, strict=True):
+        P = _informed(propagate(P, F, Q), gained * np.asarray(p)[..., None, None])
+        bounds.append(P)
+    return np.stack(bounds)
 
 
 def enumerated_bound(start: Array, transition: Array, noise: Array, info: Array, p_detect: Array) -> Array:
@@ -97,16 +97,16 @@ def enumerated_bound(start: Array, transition: Array, noise: Array, info: Array,
     Farina, Ristic, Timmoneri, Cramer-Rao Bound for Nonlinear Filtering with P_D < 1 and Its Application to Target
     Tracking, IEEE T-SP 50, 2002.
     """
-    branches, chance, found = start[None], np.ones(1), []
-    for F, Q, each, p in zip(transition, noise, info, p_detect.tolist(), strict=True):
+    branches, chance, bounds = start[None], np.ones(1), []
+    for F, Q, gained, p in zip(transition, noise, info, p_detect.tolist(), strict=True):
         branches = propagate(branches, F, Q)
         if 0 < p < 1 and len(branches) < 2**ENUMERATED:
-            branches = np.concatenate([_informed(branches, each), branches])
+            branches = np.concatenate([_informed(branches, gained), branches])
             chance = np.concatenate([p * chance, (1.0 - p) * chance])
         else:
-            branches = _informed(branches, p * each)
-        found.append(np.einsum("q,qij->ij", chance, branches))
-    return np.stack(found)
+            branches = _informed(branches, p * gained)
+        bounds.append(np.einsum("q,qij->ij", chance, branches))
+    return np.stack(bounds)
 
 
 def bound_along(
@@ -139,8 +139,8 @@ def bound_along(
     if bound.method == "information_reduction":
         return reduced_bound(bound.covariance, F, Q, info, p_detect)
     every = [(slice(None), *i) for i in np.ndindex(*batch)]  # all scans of one trajectory each
-    found = [enumerated_bound(bound.covariance, F[own], Q[own], info[own], p_detect[own]) for own in every]
-    return np.stack(found, axis=1).reshape(F.shape)
+    bounds = [enumerated_bound(bound.covariance, F[of], Q[of], info[of], p_detect[of]) for of in every]
+    return np.stack(bounds, axis=1).reshape(F.shape)
 
 
 def _informed(P: Array, info: Array) -> Array:

@@ -38,8 +38,8 @@ def clear_mot(
     changed = sum(switches(cover[:, j]) for j in range(cover.shape[1]))
     wrong = sum(map(len, present)) - matches if false is None else false
     total = 0.0
-    for each, columns, row in zip(apart, present, cover, strict=True):
-        pairs = near(each)
+    for distances, columns, row in zip(apart, present, cover, strict=True):
+        pairs = near(distances)
         total += float(np.sum(pairs.distance[columns[pairs.track] == row[pairs.truth]]))
     return Clear(
         mota=1.0 - (objects - matches + wrong + changed) / objects if objects else None,

@@ -130,20 +130,23 @@ def velocities(space: Space) -> list[int]:
 def _samples(truth: Sequence[Trajectory], times: Array, space: Space, most: float | None) -> tuple[Array, Mask, Mask]:
     """Return `Trajectory.at` of all: states (s, j, n) over `space`, where there is one (s, j), and where a gap (s, j)."""
     shape, parts = (len(times), len(truth)), {id(path.space): path.space.locate(space) for path in truth}
-    begin, end = np.zeros((*shape, len(space))), np.zeros((*shape, len(space)))
-    low, high, inside = np.zeros(shape), np.zeros(shape), np.zeros(shape, dtype=bool)
-    for j, path in enumerate(truth):
-        known, axes = path.times, parts[id(path.space)]
-        if not len(known):
-            continue
-        i = np.minimum(np.maximum(known.searchsorted(times) - 1, 0), max(len(known) - 2, 0))
-        k = np.minimum(i + 1, len(known) - 1)
-        begin[:, j], end[:, j] = (
-            path.states[i][:, axes],
-            path.states[k][:, axes],
-        )  # of these scans alone: a truth may be long
-        low[:, j], high[:, j] = known[i], known[k]
-        inside[:, j] = (known[0] <= times) & (times <= known[-1])
+    if not (len(times) and len(truth)):
+        return np.zeros((*shape, len(space))), np.zeros(shape, dtype=bool), np.zeros(shape, dtype=bool)
+    count = np.array([len(path.times) for path in truth])
+    i = np.stack([path.times.searchsorted(times) for path in truth], axis=-1)
+    i = np.clip(i - 1, 0, np.maximum(count - 2, 0))
+    first = i.min(axis=0)  # of each object only what these scans need: a truth may be long
+    length = np.minimum(i.max(axis=0) + 2, count) - first
+    spans = list(zip(truth, first.tolist(), (first + length).tolist(), strict=True))
+    none = np.zeros((1, len(space)))  # for objects without a state, which are nowhere
+    known = np.concatenate([*(path.times[a:b] for path, a, b in spans), none[:, 0]])
+    states = np.concatenate([*(path.states[a:b, parts[id(path.space)]] for path, a, b in spans), none])
+    last = np.cumsum(length) - 1
+    i = np.where(count > 0, i - first + last + 1 - length, len(known) - 1)
+    k = np.where(count > 0, np.minimum(i + 1, last), i)
+    begin, end, low, high = states[i], states[k], known[i], known[k]
+    edges = np.array([(path.times[0], path.times[-1]) if len(path.times) else (np.inf, -np.inf) for path in truth])
+    inside = (edges[:, 0] <= times[:, None]) & (times[:, None] <= edges[:, 1])
     gap = high - low
     part = np.clip(np.divide(times[:, None] - low, gap, out=np.zeros(shape), where=gap > 0), 0.0, 1.0)
     wide = np.zeros(shape, dtype=bool) if most is None else (gap > most) & (part > 0) & (part < 1)

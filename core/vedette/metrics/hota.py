@@ -74,7 +74,7 @@ def _over_thresholds(truth: Indices, track: Indices, similar: Array, objects: In
         total = int(np.sum(objects) + np.sum(entries)) - positives
         detection = positives / total if total else 1.0
         key, again, count = np.unique(truth[kept] * len(entries) + track[kept], return_inverse=True, return_counts=True)
-        own = objects[key // max(len(entries), 1)] + entries[key % max(len(entries), 1)] - count
-        association = float(np.mean((count / own)[again.reshape(-1)])) if positives else float(not total)
+        either = objects[key // max(len(entries), 1)] + entries[key % max(len(entries), 1)] - count
+        association = float(np.mean((count / either)[again.reshape(-1)])) if positives else float(not total)
         rows.append([np.sqrt(detection * association), detection, association, np.mean(similar[kept]) if positives else 1.0])
     return Hota(*np.mean(rows, axis=0).tolist())

@@ -133,9 +133,9 @@ class RunningJudge:
         near = truth_at([self._truth[j] for j in which.tolist()], times[chosen], self.space, options.truth_gap)
         known, states = ~near.unsaid, near.states.reshape(len(chosen), len(which), len(self.space))
         real = Truth(self.space, states[known], near.alive[known], near.unsaid[known])
-        found = matched(entries, real, chosen[known], options, self._held, which)
+        match = matched(entries, real, chosen[known], options, self._held, which)
         self._nis.add(entries, chosen, axes, gates)
-        block = Block(found, found.pairs(), times, chosen, axes, which)
+        block = Block(match, match.pairs(), times, chosen, axes, which)
         alive: Mask = np.any(near.alive, axis=1)
         self._sum(block, alive, known)
         if options.bound is not None and not self.whole.dropped:
@@ -144,7 +144,7 @@ class RunningJudge:
         for name, further in self._further.items():
             with _blamed(name):
                 further.add(block)
-        return evolve(block, found=evolve(found, apart=()))  # many blocks may be kept, and distances are large
+        return evolve(block, found=evolve(match, apart=()))  # many blocks may be kept, and distances are large
 
     def take(self, tracks: Sequence[Track], scans: Sequence[Scan]) -> tuple[Block, ...]:
         """Judge all scans of a run with the tracks that it left, instead of one scan after the other; return the blocks.
@@ -199,11 +199,11 @@ class RunningJudge:
 
         Scans before any true object is recorded, or after the last one, say nothing about the tracks and do not count.
         """
-        found, which = block.found, block.which
+        match, which = block.found, block.which
         some, place = np.flatnonzero(alive), np.concatenate([[0], np.cumsum(known)])
         begin = 0 if self._under_way else int(place[some[0]] if some.size else place[-1])
         end = int(place[some[-1] + 1]) if some.size else begin
-        values, judged = sets(found, self._options, begin), end - begin
+        values, judged = sets(match, self._options, begin), end - begin
         if some.size:
             self._under_way = True
             self._sets.join(self._later)
@@ -211,19 +211,23 @@ class RunningJudge:
             self._sets.add(values[:, :judged])
             self._later, values = Total(), values[:, judged:]
         self._later.add(values)
-        times = block.times[found.scans]
-        self.whole.add(found, times, which, begin)
+        times = block.times[match.scans]
+        self.whole.add(match, times, which, begin)
         if self._options.bound is not None and not self.whole.dropped:
-            self._numbers += (self._scans + found.scans[begin:]).tolist()
+            self._numbers += (self._scans + match.scans[begin:]).tolist()
         pairs, order = block.pairs, np.argsort(block.pairs.truth, kind="stable")
-        self._errors.add(found, pairs)
+        self._errors.add(match, pairs)
         edges = np.searchsorted(pairs.truth[order], np.arange(len(which) + 1))
-        longer, there = self._covered_longer(block), found.truth.alive
-        for j, number in enumerate(which.tolist()):
-            own, fate = there[:, j], self._fates[number]
-            fate.follow(times[own], found.cover[own, j], longer[own, j])
-            if edges[j] < edges[j + 1]:
-                fate.squares.add(pairs.square[order[edges[j] : edges[j + 1]]][None])
+        fates, longer = [self._fates[number] for number in which.tolist()], self._covered_longer(block)
+        rows = (match.truth.alive.tolist(), match.cover.tolist(), longer.tolist())
+        for time, alive_now, covers, covers_longer in zip(times.tolist(), *rows, strict=True):
+            for fate, there, cover, held in zip(fates, alive_now, covers, covers_longer, strict=True):
+                if there:
+                    fate.follow(time, cover, held)
+        squares = pairs.square[order][None]
+        for fate, a, b in zip(fates, edges[:-1].tolist(), edges[1:].tolist(), strict=True):
+            if a < b:
+                fate.squares.add(squares[:, a:b])
 
     def _choose(self, scans: Sequence[Scan]) -> Indices:
         """Return which of the next scans are judged, as the options choose among all."""

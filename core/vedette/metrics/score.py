@@ -220,10 +220,10 @@ class Score:
     truths: tuple[TruthScore, ...] = ()
 
     def _repr_html_(self) -> str:
-        own = {name: value for name, value in self.figures().items() if name != "truths"}
+        figures = {name: value for name, value in self.figures().items() if name != "truths"}
         title = f"Score over {self.scans} scans"
-        each = "".join(figures_html(truth.name, attrs.asdict(truth)) for truth in self.truths)
-        return figures_html(title, own) + each
+        per_truth = "".join(figures_html(truth.name, attrs.asdict(truth)) for truth in self.truths)
+        return figures_html(title, figures) + per_truth
 
     def figures(self) -> dict[str, Any]:
         """Return plain numbers, tuples and tables by name, as JSON takes them; nothing is NaN."""

@@ -8,7 +8,7 @@ import numpy as np
 from attrs import define, field
 
 from vedette.metrics.consistency import gate_truncation
-from vedette.metrics.coverage import NONE, Indices, switches
+from vedette.metrics.coverage import NONE, Indices
 from vedette.metrics.gospa import gospa, ospa
 from vedette.metrics.histories import Entries, positions, velocities
 from vedette.metrics.matching import Match, Pairs, nees_or_nan
@@ -75,26 +75,21 @@ class Fate:
     held_last: int = NONE
     longest_gap: int = 0
 
-    def follow(self, times: Array, cover: Indices, longer: Indices) -> None:
-        """Add the scans of a block at which the object existed; `longer` is `cover` within the error of a lost track."""
-        if not len(times):
-            return
+    def follow(self, time: float, cover: int, longer: int) -> None:
+        """Add a scan at which the object existed; `longer` is `cover` within the error of a lost track."""
         if not self.scans:
-            self.begin = float(times[0])
-        covered = cover != NONE
-        labels = cover[covered] if self.label == NONE else np.append(self.label, cover[covered])
-        self.switches += switches(labels)
-        if covered.any():
-            self.label = int(labels[-1])
+            self.begin = time
+        if cover != NONE:
+            self.switches += self.label not in (NONE, cover)
+            self.label = cover
+            self.covered += 1
             if self.first_covered is None:
-                self.first_covered = float(times[np.argmax(covered)])
-        held = self.scans + np.flatnonzero(longer != NONE)
-        if held.size:
-            known = held if self.held_last == NONE else np.append(self.held_last, held)
-            self.longest_gap = max(self.longest_gap, int(np.max(np.diff(known), initial=0)))
-            self.held_last = int(held[-1])
-        self.scans += len(times)
-        self.covered += int(np.count_nonzero(covered))
+                self.first_covered = time
+        if longer != NONE:
+            if self.held_last != NONE:
+                self.longest_gap = max(self.longest_gap, self.scans - self.held_last)
+            self.held_last = self.scans
+        self.scans += 1
 
     def score(self, name: str, lost_scans: int) -> TruthScore:
         """Return its figures."""
@@ -132,12 +127,12 @@ class Errors:
     moving: bool = False
     axes: tuple[str, ...] = ()
 
-    def add(self, found: Match, pairs: Pairs) -> None:
+    def add(self, match: Match, pairs: Pairs) -> None:
         """Add the errors of covered objects."""
-        entry, error, space = pairs.entry, pairs.error, found.truth.space
+        entry, error, space = pairs.entry, pairs.error, match.truth.space
         if not len(entry):
             return
-        cov, modes = found.entries.cov[entry], found.entries.mode_prob
+        cov, modes = match.entries.cov[entry], match.entries.mode_prob
         spot, speed = positions(space), velocities(space)
         traces = np.trace(cov[:, spot][:, :, spot], axis1=-2, axis2=-1)
         fast = np.sum(error[:, speed] ** 2, axis=-1)
@@ -191,10 +186,10 @@ class Nis:
         return total / expected if expected > 0 else None
 
 
-def sets(found: Match, options: Judge, begin: int) -> Array:
+def sets(match: Match, options: Judge, begin: int) -> Array:
     """Compare all confirmed tracks with all true objects, from a block's scan `begin` on: (7, s), as in SETS."""
     cutoff, order, rows = options.gospa_cutoff, options.gospa_order, list[tuple[float, ...]]()
-    scans = zip(found.apart[begin:], found.truth.alive[begin:], found.present[begin:], found.cover[begin:], strict=True)
+    scans = zip(match.apart[begin:], match.truth.alive[begin:], match.present[begin:], match.cover[begin:], strict=True)
     for apart, alive, present, covered in scans:
         there = apart.among(alive)
         within = there if options.far is None else there.among(tracks=apart.nearest <= options.far)

@@ -90,11 +90,11 @@ def _parts(apart: Sequence[Array | Near], present: Sequence[Indices], cutoff: fl
     part = hanging_together(pairs[0], pairs[1])
     order_of = np.argsort(part[pair], kind="stable")
     for entries in np.split(order_of, np.flatnonzero(np.diff(part[pair][order_of])) + 1):
-        own, column = np.unique(pair[entries], return_inverse=True)
+        near_pairs, column = np.unique(pair[entries], return_inverse=True)
         scans, row = np.unique(scan[entries], return_inverse=True)
-        table = np.zeros((len(scans), len(own)))
+        table = np.zeros((len(scans), len(near_pairs)))
         table[row.reshape(-1), column.reshape(-1)] = gain[entries]
-        rows, columns = (np.unique(pairs[side, own], return_inverse=True)[1].reshape(-1) for side in (0, 1))
+        rows, columns = (np.unique(pairs[side, near_pairs], return_inverse=True)[1].reshape(-1) for side in (0, 1))
         yield _Part(rows, columns, table)
 
 
@@ -140,13 +140,13 @@ def _program(part: _Part, penalty: float) -> Array:
     scans, pairs = part.gain.shape
     weight = np.arange(scans * pairs).reshape(scans, pairs)
     change = weight.size + np.arange((scans - 1) * pairs)
-    shared = [side == each for side in (part.truth, part.track) for each in np.flatnonzero(np.bincount(side) > 1)]
-    capacity = [weight[:, own] for own in shared]
+    shared = [side == number for side in (part.truth, part.track) for number in np.flatnonzero(np.bincount(side) > 1)]
+    capacity = [weight[:, members] for members in shared]
     before, after = weight[:-1].ravel(), weight[1:].ravel()
     many = scans * len(shared)
     up, down = many + np.arange(len(change)), many + len(change) + np.arange(len(change))
     entries: list[tuple[Indices, Indices, float]] = [
-        (np.repeat(i * scans + np.arange(scans), own.shape[1]), own.ravel(), 1.0) for i, own in enumerate(capacity)
+        (np.repeat(i * scans + np.arange(scans), held.shape[1]), held.ravel(), 1.0) for i, held in enumerate(capacity)
     ]
     for rows, plus, minus in ((up, after, before), (down, before, after)):
         entries += [(rows, plus, 1.0), (rows, minus, -1.0), (rows, change, -1.0)]
@@ -155,7 +155,7 @@ def _program(part: _Part, penalty: float) -> Array:
     limits = coo_matrix((value, (row, column)), shape=(many + 2 * len(change), weight.size + len(change))).tocsr()
     most = np.concatenate([np.ones(many), np.zeros(2 * len(change))])
     cost = np.concatenate([part.gain.ravel(), np.full(len(change), penalty)])
-    found = linprog(cost, A_ub=cast(Any, limits), b_ub=most, bounds=(0, None), method="highs")
-    if found.x is None:
-        raise ArithmeticError(f"trajectory GOSPA: the linear program of {len(cost)} variables failed: {found.message}")
-    return np.asarray(found.x[: weight.size]).reshape(scans, pairs)
+    solution = linprog(cost, A_ub=cast(Any, limits), b_ub=most, bounds=(0, None), method="highs")
+    if solution.x is None:
+        raise ArithmeticError(f"trajectory GOSPA: the linear program of {len(cost)} variables failed: {solution.message}")
+    return np.asarray(solution.x[: weight.size]).reshape(scans, pairs)

@@ -63,24 +63,24 @@ class WholeTracks:
         self._numbers = 0
         self.dropped = not most
 
-    def add(self, found: Match, times: Array, which: Indices, begin: int) -> None:
+    def add(self, match: Match, times: Array, which: Indices, begin: int) -> None:
         """Add the scans of a block from `begin` on; `which` of all true objects are those of the match."""
         if self.dropped:
             return
-        space, far, radius = found.truth.space, self._options.far, self._options.cover_radius
+        space, far, radius = match.truth.space, self._options.far, self._options.cover_radius
         spot, speed, reach = positions(space), velocities(space), max(self._options.gospa_cutoff, radius)
         for i in range(begin, len(times)):
-            apart, rows, there = found.apart[i], found.rows[i], np.flatnonzero(found.truth.alive[i])
+            apart, rows, there = match.apart[i], match.rows[i], np.flatnonzero(match.truth.alive[i])
             close = np.ones(apart.shape[1], dtype=bool) if far is None else apart.nearest <= far
             nearest = assigned(apart.among(tracks=close), radius)
             owned = np.flatnonzero(nearest != NONE)
             entry = np.arange(rows.start, rows.stop)[close][owned]
-            error = space.difference(found.entries.mean[entry], found.truth.states[i, nearest[owned]])
+            error = space.difference(match.entries.mean[entry], match.truth.states[i, nearest[owned]])
             look = _Look(
                 time=float(times[i]),
                 alive=which[there],
-                cover=found.cover[i, there],
-                present=found.entries.track[rows],
+                cover=match.cover[i, there],
+                present=match.entries.track[rows],
                 near=apart.within(reach).numbered(which, self._truths),
                 counted=close,
                 owner=np.where(nearest == NONE, NONE, which[nearest]) if len(which) else nearest,
@@ -123,11 +123,11 @@ class WholeTracks:
         switch = cutoff if options.switch_penalty is None else options.switch_penalty
         gospa = trajectory_gospa(apart, present, alive, cutoff, switch, order, options.largest_program)
         higher = hota(apart, present, alive, tracks, cutoff)
-        own = {} if gospa is None else {f"trajectory_gospa_{part}": getattr(gospa, part) / scans for part in PARTS}
+        per_scan = {} if gospa is None else {f"trajectory_gospa_{part}": getattr(gospa, part) / scans for part in PARTS}
         if gospa is not None:
-            own["trajectory_gospa_m"] = gospa.value / scans ** (1 / order)
+            per_scan["trajectory_gospa_m"] = gospa.value / scans ** (1 / order)
         return {
-            **own,
+            **per_scan,
             "ospa2_m": ospa2(apart, present, alive, tracks, cutoff, order, options.ospa2_scans),
             "hota": higher.value,
             **{f"hota_{part}": getattr(higher, part) for part in ("detection", "association", "localisation")},
@@ -157,19 +157,19 @@ def position_bound(
     None where the truth lacks an axis of the bound's motion, or where none is there.
     """
     space = bound.motion.state
-    if any(axis not in each.space.axes for each in truth for axis in space.axes):
+    if any(axis not in path.space.axes for path in truth for axis in space.axes):
         return None
     real = truth_at(truth, np.array([scan.time for scan in scans]), space)
     lives, life = np.unique(real.alive, axis=1, return_inverse=True)
     spot, squares = positions(space), list[Array]()
     for i, there in enumerate(lives.T):
-        own = np.flatnonzero(there)
-        if not len(own):
+        alive_at = np.flatnonzero(there)
+        if not len(alive_at):
             continue
-        members, looks = real.states[own][:, life.reshape(-1) == i], [scans[k] for k in own.tolist()]
+        members, looks = real.states[alive_at][:, life.reshape(-1) == i], [scans[k] for k in alive_at.tolist()]
         P = bound_along(bound, sensors, looks, members, space)
         if P is None:
             return None
-        squares.append(np.sum(P[np.isin(own, judged)][..., spot, spot], axis=-1).ravel())
+        squares.append(np.sum(P[np.isin(alive_at, judged)][..., spot, spot], axis=-1).ravel())
     every = np.concatenate([*squares, np.zeros(0)])
     return float(np.sqrt(np.mean(every))) if every.size else None

@@ -99,6 +99,20 @@ class Findings:
     machine: tuple[Table, ...] = ()
 
 
+@frozen
+class Element:
+    """Something that a paper has: what it is, where, the components that it is here as "role kind", and what verifies it.
+
+    `where` names sections, equations, tables and figures: "equations 1 to 6; figure 3". `verified` names tests as
+    "tests/vts/test_models.py::test_name", or says "claim: " and the beginning of a claim of the study.
+    """
+
+    what: str
+    where: str
+    made_of: tuple[str, ...]
+    verified: tuple[str, ...]
+
+
 class Reproduction(Component):
     """A published study, reproduced: its scenario, its filters as configs, its figures, and verdicts on its claims.
 
@@ -114,9 +128,19 @@ class Reproduction(Component):
     full_runs: ClassVar[int]
     """Number of runs of `--full`, which may take as long as it needs."""
 
-    contributions: ClassVar[Mapping[str, tuple[str, ...]]] = {}
-    """What the paper contributes, section or equation, and the components that it is here, each as "role kind"."""
+    elements: ClassVar[tuple[Element, ...]] = ()
+    """All that the paper has: its equations, tables, figures and statements."""
+
+    unsaid: ClassVar[Mapping[str, tuple[str, ...]]] = {}
+    """What the paper leaves open, and the values, as said, over whose grid the claims can be judged; none: no grid."""
+
+    grid_runs: ClassVar[int] = 0
+    """Default number of runs at each point of the grid."""
 
     @abstractmethod
     def run(self, runs: int, seed: int, progress: Progress, keep: Keep = afresh) -> Findings:
         """Run the whole study; `progress` wraps its loops, `keep` its long parts, so that an interrupted one can go on."""
+
+    def claims_at(self, point: Mapping[str, str], runs: int, seed: int) -> tuple[Claim, ...]:
+        """Return the claims with their verdicts at a point of the grid, name to value; always the same claims in order."""
+        raise NotImplementedError(f"the study {self.kind!r} has no grid: its `unsaid` is empty")

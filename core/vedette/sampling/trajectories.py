@@ -237,9 +237,9 @@ def follow_modes(
         States (*b, s, u), NaN on the axes that the current mode lacks.
     """
     space = union_state(models)
-    own = [np.array(space.locate(model.state), dtype=np.intp) for model in models]
+    places = [np.array(space.locate(model.state), dtype=np.intp) for model in models]
     lacks = np.ones((len(models), len(space)), dtype=bool)
-    for j, axes in enumerate(own):
+    for j, axes in enumerate(places):
         lacks[j, axes] = False
     x = np.where(lacks[modes[..., 0]], np.nan, space.canonical(_over(space, x0, modes.shape[:-1])))
     states = np.empty((*modes.shape, len(space)))
@@ -252,7 +252,9 @@ def follow_modes(
             rows = modes[..., k + 1] == j
             if np.any(rows):
                 part = np.full((int(np.sum(rows)), len(space)), np.nan)
-                part[:, own[j]] = _step(model, x[rows][:, own[j]], dt, standard[..., k, :][rows][:, own[j]], factors[j])
+                part[:, places[j]] = _step(
+                    model, x[rows][:, places[j]], dt, standard[..., k, :][rows][:, places[j]], factors[j]
+                )
                 after[rows] = part
         states[..., k + 1, :] = x = after
     return states

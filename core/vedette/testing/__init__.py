@@ -16,6 +16,7 @@ _HOMES = {
     "comparisons": ("Broken", "Closed", "Misuse"),
     "kit": ("Outcome", "conformance", "examine", "laws_of"),
     "law": ("FAST", "NIGHTLY", "Law", "Profile"),
+    "montecarlo": ("Errors", "World"),
     "recorded": ("Recorded", "recorded_consistency"),
     "trackers": ("Report", "assert_consistent", "consistency"),
 }

@@ -11,6 +11,8 @@ from vedette.testing.law import FAST as FAST
 from vedette.testing.law import NIGHTLY as NIGHTLY
 from vedette.testing.law import Law as Law
 from vedette.testing.law import Profile as Profile
+from vedette.testing.montecarlo import Errors as Errors
+from vedette.testing.montecarlo import World as World
 from vedette.testing.recorded import Recorded as Recorded
 from vedette.testing.recorded import recorded_consistency as recorded_consistency
 from vedette.testing.trackers import Report as Report

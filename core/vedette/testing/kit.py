@@ -31,6 +31,7 @@ from vedette.testing.laws import (
     birth_cases,
     estimator,
     estimator_cases,
+    formats,
     lifecycle,
     lifecycle_cases,
     motion,
@@ -54,6 +55,7 @@ _ROLES: dict[str, tuple[tuple[Law, ...], Drawer]] = {
     "lifecycle": (lifecycle.LAWS, lifecycle_cases.drawn),
     "preprocessor": (preprocessor.LAWS, preprocessor.drawn),
     "source": (source.LAWS, source.drawn),
+    "format": (formats.LAWS, formats.drawn),
 }
 
 

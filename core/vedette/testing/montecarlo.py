@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,7 @@ from vedette.sampling.detections import densities, returns, thinned
 from vedette.space import Array, Mask
 from vedette.supporting import Lifecycle
 from vedette.testing.comparisons import Misuse
-from vedette.testing.truth import draw_truth, motion_of
+from vedette.testing.truth import draw_moded, motion_of
 from vedette.tracking.tracker import Tracker
 from vedette.types import Detections, Gaussian, Recording, Scan
 
@@ -23,14 +24,73 @@ OPEN_GATE = 1.0 - 1e-9
 """Without clutter the gate excludes nothing: an open gate leaves the chi-square tails whole."""
 MOST_FALSE = 2_000
 """A run whose gate would hold about a tenth as many false returns has lost its target: it gets none from then on."""
+LEAST = 1e-12
+"""A mode that has no probability counts as one that has this."""
+WILD = 5.0
+"""Size of a wild error, in those of the others."""
+
+
+@frozen(eq=False)
+class Errors:
+    """How a sensor's errors differ from white ones of its own covariance, which they have on average over the runs.
+
+    Successive errors have the `correlation`; a share `wild` of them is `WILD` times as large as the others; and they grow
+    with the distance of the target as its power `growth`, from the distance at the start.
+    """
+
+    correlation: float = 0.0
+    wild: float = 0.0
+    growth: float = 0.0
+
+    def shaped(self, white: Array, before: Array | None, distance: Array, rng: np.random.Generator) -> tuple[Array, Array]:
+        """Return errors (r, m) made of white ones, whose size is 1, and what of them the next ones depend on."""
+        kept = white if before is None else self.correlation * before + np.sqrt(1 - self.correlation**2) * white
+        errors = kept
+        if self.wild:
+            sizes = np.where(rng.random(len(white)) < self.wild, WILD, 1.0) / np.sqrt(1 + (WILD**2 - 1) * self.wild)
+            errors = sizes[:, None] * errors
+        return errors * distance[:, None] ** self.growth, kept
 
 
 @frozen(eq=False)
 class World:
-    """What truth and returns are drawn from."""
+    """What truth and returns are drawn from: models, a start over the estimator's axes, and the errors of each sensor.
+
+    A sensor that `errors` does not name has white errors.
+    """
 
     estimator: Estimator[Any]
     sensors: Mapping[str, Sensor]
+    start: Gaussian | None = None
+    errors: Mapping[str, Errors] = field(factory=dict)
+
+
+def world_of(tracker: Tracker, world: Tracker | World | None, prior: Gaussian) -> World:
+    """Return the world with its own start, or one over its axes made of the tracker's; Misuse if it is another scene."""
+    if world is None or world is tracker:
+        return World(tracker.estimator, tracker.sensors, prior)
+    state, start = world.estimator.state, world.start if isinstance(world, World) else None
+    if missing := [name for name in tracker.state.names if name not in state]:
+        raise Misuse(f"world: must have the tracker's axes, lacks {', '.join(missing)}; it has {', '.join(state.names)}")
+    for name, sensor in tracker.sensors.items():
+        if name not in world.sensors:
+            raise Misuse(f"world.sensors: must have the tracker's, lacks {name!r}; it has {', '.join(world.sensors)}")
+        real = world.sensors[name]
+        if real.measurement != sensor.measurement:
+            told = f"must measure {sensor.measurement}, as the tracker's does, got {real.measurement}"
+            raise Misuse(f"world.sensors.{name}: {told}")
+        if unknown := [axis for axis in real.observes.names if axis not in state]:
+            raise Misuse(f"world.sensors.{name}: observes {', '.join(unknown)}, which the world's estimator does not have")
+    if isinstance(world, Tracker):
+        with suppress(ValueError):
+            own = world.given(Recording(()))
+            start = None if own is None else Gaussian(own.mean[0], own.cov[0])
+    if start is None:
+        if extra := [name for name in state.names if name not in tracker.state]:
+            raise Misuse(f"world: must say where its target starts, as it has axes of its own: {', '.join(extra)}")
+        where = tracker.state.locate(state)
+        start = Gaussian(prior.mean[where], prior.cov[where][:, where])
+    return World(world.estimator, world.sensors, start, world.errors if isinstance(world, World) else {})
 
 
 @frozen(eq=False)
@@ -40,7 +100,7 @@ class Looks:
     The target's innovation: residual (r, s, m), its covariance (r, s, m, m), and whether it was detected (r, s). `pooled`
     (r, s, m) is the innovation that the tracker used: that of all returns, weighted. `declared` (r, s) is the detection
     probability that the tracker states; of `candidates` (r, s) for false returns `false` (r, s) became one, and `expected`
-    (r, s) should have by the density that the tracker states.
+    (r, s) should have by the density that the tracker states. `distance` (r, s) is how far the target is expected to be.
     """
 
     residual: Array
@@ -51,6 +111,7 @@ class Looks:
     false: Array
     candidates: Array
     expected: Array
+    distance: Array
 
     def of(self, runs: Any) -> Looks:
         """Return the looks of some runs."""
@@ -62,7 +123,8 @@ class Runs:
     """The result of the runs: errors (r, s, n) and covariances (r, s, n, n) at times (s,), estimates (r, s, n), and looks.
 
     `exact` says whether chi-square holds for them, and `why` not. `drowned` (r,) are runs that knew so little of their
-    target that there was no end to the clutter around it.
+    target that there was no end to the clutter around it. `surprise` (r, s) is how many nats a mixture's probability of the
+    mode that was active is short of 1; None where that is not known.
     """
 
     tracker: Tracker
@@ -74,6 +136,7 @@ class Runs:
     exact: bool
     why: str
     drowned: Mask
+    surprise: Array | None = None
 
 
 def prior_of(tracker: Tracker, given: Mapping[str, tuple[float, float]] | None) -> Gaussian:
@@ -133,27 +196,42 @@ def play(
     `world` is that from whose motion and sensors the truth and the returns are drawn: by default the tracker itself.
     """
     why = why_not_exact(tracker, prior)
-    world = tracker if world is None else world
+    world = world_of(tracker, world, prior)
+    assert world.start is not None
     clutter = any(
-        np.any(np.asarray(sensor.clutter(sensor.measure(_looked_at(tracker, sensor, prior.mean)))) > 0)
-        for sensor in (*tracker.sensors.values(), *world.sensors.values())
+        np.any(np.asarray(sensor.clutter(sensor.measure(at[space.locate(sensor.observes)]))) > 0)
+        for at, space, sensors in (
+            (prior.mean, tracker.state, tracker.sensors),
+            (world.start.mean, world.estimator.state, world.sensors),
+        )
+        for sensor in sensors.values()
     )
     kept = Registry.installed().get("lifecycle", "single_target").cls()
     assert isinstance(kept, Lifecycle)
     gate = tracker.gate if clutter else evolve(tracker.gate, probability=OPEN_GATE, clutter="sensor")
     tracker = evolve(tracker, lifecycle=kept, birth=None, gate=gate)
-    truth = draw_truth(world.estimator, prior, times, rng, runs)
+    wide, active = draw_moded(world.estimator, world.start, times, rng, runs)
+    truth = wide[..., world.estimator.state.locate(tracker.state)]
     n = len(tracker.state)
     many = Gaussian(np.broadcast_to(prior.mean, (runs, 1, n)), np.broadcast_to(prior.cov, (runs, 1, n, n)))
     state = tracker.start(many, float(times[0]), rng.spawn(1)[0])
-    means, covs = [], []
+    means, covs, surprise = [], [], []
+    before: dict[str, Array] = {}
+    usual = dict.fromkeys(world.errors, 0.0)
     drowned = np.zeros(runs, dtype=bool)
     looks: dict[str, list[tuple[Any, ...]]] = {name: [] for name in tracker.sensors}
     for k, time in enumerate(times[1:].tolist(), 1):
         for name, sensor in tracker.sensors.items():
             moments = tracker.estimator.moments(tracker.predict(state, time))
             x = _looked_at(tracker, sensor, truth[:, k])
-            z, seen = returns(world.sensors[name], x, rng.random(runs), rng.standard_normal((runs, len(sensor.measurement))))
+            real, uniform = world.sensors[name], rng.random(runs)
+            white: Array = rng.standard_normal((runs, len(sensor.measurement)))
+            there = wide[:, k, world.estimator.state.locate(real.observes)]
+            if name in world.errors:
+                away = np.maximum(distances(real, there), 1e-9)
+                usual[name] = usual[name] or float(np.mean(away))
+                white, before[name] = world.errors[name].shaped(white, before.get(name), away / usual[name], rng)
+            z, seen = returns(real, there, uniform, white)
             residual, S = innovation(tracker, sensor, Gaussian(moments.mean[:, 0], moments.cov[:, 0]), z)
             expected = sensor.measurement.displace(z, -residual)
             scan = Scan(time, name, Detections(z[:, None], seen[:, None]))
@@ -165,14 +243,27 @@ def play(
             apart = sensor.measurement.difference(scan.detections.z, expected[:, None])
             pooled = np.sum(state.weights[:, 0, 1:, None] * apart, axis=-2)
             declared = np.broadcast_to(sensor.detects(x), (runs,))
-            looks[name].append((residual, S, seen, pooled, declared, *counts))
+            far = distances(sensor, _looked_at(tracker, sensor, moments.mean[:, 0]))
+            looks[name].append((residual, S, seen, pooled, declared, *counts, far))
         estimate = tracker.estimate(state)
         means.append(estimate.mean[:, 0])
         covs.append(estimate.cov[:, 0])
+        if active is not None and (believed := tracker.estimator.mode_prob(state.belief)) is not None:
+            chance = np.take_along_axis(believed[:, 0], np.minimum(active[:, k, None], believed.shape[-1] - 1), -1)
+            surprise.append(-np.log(np.maximum(chance[:, 0], LEAST)))
     mean, cov = np.stack(means, axis=1), np.stack(covs, axis=1)
     gathered = {name: Looks(*(np.stack(part, axis=1) for part in zip(*rows, strict=True))) for name, rows in looks.items()}
     error = tracker.state.difference(truth[:, 1:], mean)
-    return Runs(tracker, times[1:], error, cov, mean, gathered, not why, why, drowned)
+    surprised = np.stack(surprise, axis=1) if surprise else None
+    return Runs(tracker, times[1:], error, cov, mean, gathered, not why, why, drowned, surprised)
+
+
+def distances(sensor: Sensor, x: Array) -> Array:
+    """Return how far targets (*b, n) are from the sensor, which stands where it measures a range of 0, or at the origin."""
+    if "range" in sensor.measurement:
+        return np.abs(sensor.measure(x)[..., sensor.measurement.names.index("range")])
+    places = [i for i, axis in enumerate(sensor.observes.axes) if axis.unit == "m"]
+    return np.asarray(np.linalg.norm(x[..., places], axis=-1))
 
 
 def _looked_at(tracker: Tracker, sensor: Sensor, x: Array) -> Array:

@@ -143,7 +143,7 @@ def catalogue(
 ) -> st.SearchStrategy[Any]:
     """Return components of a role from the small catalogue; Misuse at `place` if none is installed."""
     registry = Registry.installed() if registry is None else registry
-    entries = [entry for kind in CATALOGUE[role] if (entry := registry.find(role, kind)) is not None]
+    entries = [entry for kind in CATALOGUE.get(role, ()) if (entry := registry.find(role, kind)) is not None]
     fitting = [components(entry.cls, registry=registry) for entry in entries if issubclass(entry.cls, base)]
     if not fitting:
         raise Misuse(f"{place}: no {role} of the kit's catalogue fits; pass a strategy for it")

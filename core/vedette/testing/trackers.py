@@ -19,7 +19,14 @@ from vedette.metrics.consistency import Verdict, chi_square_band, free_axes, nee
 from vedette.names import look_up
 from vedette.space import Array
 from vedette.testing.comparisons import Misuse
-from vedette.testing.montecarlo import Runs, play, prior_of
+from vedette.testing.correlations import (
+    distance_verdicts,
+    error_verdict,
+    innovation_verdicts,
+    modes_verdict,
+    tail_verdicts,
+)
+from vedette.testing.montecarlo import Runs, World, play, prior_of, world_of
 from vedette.testing.noise_diagnosis import likely_cause
 from vedette.testing.verdicts import (
     LAGS,
@@ -38,9 +45,9 @@ from vedette.testing.verdicts import (
 )
 from vedette.tracking.tracker import Tracker
 
-FAMILIES = 6
-"""NEES, NIS, whiteness, bias, calibration and hits share alpha equally with lost tracks and false returns, where these are
-judged, so that all together alarm no more often.
+FAMILIES = 10
+"""NEES, NIS, NIS by distance, tails, whiteness, bias, calibration, both whole covariances and hits share alpha equally with
+lost tracks, false returns and modes, where these are judged, so that all together alarm no more often.
 """
 
 P = ParamSpec("P")
@@ -114,7 +121,7 @@ def consistency(
     alpha: float = 1e-6,
     band: tuple[float, float] = (0.85, 1.15),
     seed: int = 0,
-    world: Tracker | None = None,
+    world: Tracker | World | None = None,
 ) -> Report:
     """Draw truth from the tracker's own models, run it `runs` times in one batch, and judge its errors.
 
@@ -126,7 +133,8 @@ def consistency(
     tracker
         A tracker, an experiment, whose source is not used, or a config.
     prior
-        Axis to [mean, standard deviation] at the start, in the axis' unit; default: as the birth states it.
+        Axis to [mean, standard deviation] at the start, in the axis' unit; default: as the birth states it. It is what the
+        tracker takes its target to start from.
     runs, scans
         Number of runs, at least 30, and of scans of each sensor in a run, at least 10.
     interval
@@ -138,8 +146,9 @@ def consistency(
     seed
         Of all draws: the same seed gives the same report.
     world
-        A tracker over the same axes with sensors of the same names, from whose models truth and returns are drawn instead,
-        to see how far this tracker's may be off.
+        A tracker that has at least this one's axes, and sensors of the same names that measure the same, from whose models
+        truth and returns are drawn instead, to see how far this tracker's may be off. Truth starts as its own birth states
+        it, or else from the prior. A `World` may say besides how a sensor's errors are not white.
 
     Returns
     -------
@@ -159,10 +168,15 @@ def consistency(
     elif not isinstance(tracker, Tracker):
         tracker = build(tracker)
     times, start = interval * np.arange(scans + 1), prior_of(tracker, prior)
-    played = play(tracker, start, times, runs, np.random.default_rng(seed), world)
-    report = judge(played, alpha, band, seed)
+    scene = world_of(tracker, world, start)
+    played = play(tracker, start, times, runs, np.random.default_rng(seed), scene)
+    usual = None
+    if isinstance(world, Tracker) and world is not tracker and played.surprise is not None:
+        assert scene.start is not None
+        usual = play(world, scene.start, times, runs, np.random.default_rng(seed), scene).surprise
+    report = judge(played, alpha, band, seed, usual)
     wrong = {verdict.name for verdict in report.verdicts if not verdict.inside}
-    cause = likely_cause(played, wrong, tracker, world or tracker, start, runs, seed) if wrong else ""
+    cause = likely_cause(played, wrong, tracker, scene, start, runs, seed, usual) if wrong else ""
     return attrs.evolve(report, cause=cause)
 
 
@@ -195,11 +209,15 @@ def _asserted(judged: Callable[P, Report]) -> Callable[P, Report]:
 assert_consistent = _asserted(consistency)
 
 
-def judge(played: Runs, alpha: float, band: tuple[float, float], seed: int) -> Report:
-    """Return every verdict on some runs, with `alpha` shared among them all."""
+def judge(played: Runs, alpha: float, band: tuple[float, float], seed: int, usual: Array | None = None) -> Report:
+    """Return every verdict on some runs, with `alpha` shared among them all.
+
+    `usual` (r, s) is the surprise at the true mode of a mixture that is the world's own.
+    """
     total, scans = played.error.shape[:2]
     clutter = any(looks.candidates.any() for looks in played.looks.values())
-    share = alpha / (FAMILIES + (not played.exact) + clutter)
+    modes = usual is not None and played.surprise is not None
+    share = alpha / (FAMILIES + (not played.exact) + clutter + modes)
     lost, whole = lost_runs(played), played
     if not played.exact and lost.mean() < 0.5:
         played = without(played, lost)
@@ -216,7 +234,13 @@ def judge(played: Runs, alpha: float, band: tuple[float, float], seed: int) -> R
         calibration_verdict(played, directions, squares, share, band),
         *hits_verdicts(whole, share),
         *returns_verdicts(whole, share),
+        *innovation_verdicts(played, share, band),
+        *distance_verdicts(played, share, band),
+        *tail_verdicts(played, share),
+        *([] if (errors := error_verdict(played, share, band)) is None else [errors]),
     ]
+    if usual is not None and whole.surprise is not None:
+        verdicts.append(modes_verdict(whole.surprise, usual, share))
     if not played.exact:
         verdicts.append(lost_verdict(int(lost.sum()), total, share))
     return Report(

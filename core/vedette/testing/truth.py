@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from vedette.roles import Estimator, MotionModel
-from vedette.sampling.trajectories import draw_gaussian, draw_jump_markov, draw_states, union_state
+from vedette.sampling.trajectories import Modes, draw_gaussian, draw_jump_markov, draw_states, union_state
 from vedette.space import Array
 from vedette.testing.comparisons import Misuse
 from vedette.types import Gaussian
@@ -51,12 +51,19 @@ def draw_truth(estimator: Estimator[Any], prior: Gaussian, times: Array, rng: np
     A mixture's truth jumps between its modes' models by the mixture's own chain; an axis that a mode lacks has the value
     that the mixture assumes. Misuse if the estimator does not show what it holds as `motion`, or `modes` and `transition`.
     """
+    return draw_moded(estimator, prior, times, rng, runs)[0]
+
+
+def draw_moded(
+    estimator: Estimator[Any], prior: Gaussian, times: Array, rng: np.random.Generator, runs: int
+) -> tuple[Array, Modes | None]:
+    """Return what `draw_truth` does, and which mode is active at each time (runs, s), of a mixture."""
     start = estimator.state.canonical(draw_gaussian(prior.mean, prior.cov, rng, (runs,)))
     motion = motion_of(estimator)
     if motion is not None:
         own = motion.state.locate(estimator.state)
         there = draw_states(motion, start[:, estimator.state.locate(motion.state)], times, rng)
-        return there[..., own]
+        return there[..., own], None
     modes = modes_of(estimator)
     models = [model for mode in modes if (model := motion_of(mode)) is not None]
     if not models or len(models) != len(modes):
@@ -67,7 +74,7 @@ def draw_truth(estimator: Estimator[Any], prior: Gaussian, times: Array, rng: np
     first = rng.choice(len(models), runs, p=initial_of(estimator))
     chain = chain_of(estimator, float(times[1] - times[0]) if len(times) > 1 else 1.0)
     x0 = start[:, estimator.state.locate(space)]
-    _, states = draw_jump_markov(models, chain / chain.sum(axis=1, keepdims=True), x0, first, times, rng, starts=starts)
+    active, states = draw_jump_markov(models, chain / chain.sum(axis=1, keepdims=True), x0, first, times, rng, starts=starts)
     mean, deviation = np.array([starts[name] for name in space.names]).T
     filled = np.where(np.isnan(states), mean + deviation * rng.standard_normal(states.shape), states)
-    return filled[..., space.locate(estimator.state)]
+    return filled[..., space.locate(estimator.state)], active

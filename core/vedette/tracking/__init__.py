@@ -11,3 +11,4 @@ from vedette.tracking.pytrees import Common, join, take
 from vedette.tracking.smoothing import check_smoothing, smooth
 from vedette.tracking.state import State
 from vedette.tracking.tracker import Tracker
+from vedette.tracking.validation import without_bad_returns

@@ -9,13 +9,14 @@ import numpy as np
 from attrs import frozen
 
 from vedette import kernels
+from vedette.hypotheses import LeafScores
 from vedette.space import Array, Indices
 from vedette.tracking import births
 from vedette.tracking.branching import Branched, branched
 from vedette.tracking.clusters import Pairs, by_cluster
 from vedette.tracking.expected import Expected
 from vedette.tracking.meeting import Met, Part
-from vedette.types import Detections, Frame, Innovation
+from vedette.types import Detections, Frame
 from vedette.values import maker
 
 UNCLAIMED: Array = np.zeros(0)
@@ -51,12 +52,13 @@ def associate(it: Expected, met: Met) -> Associated:
     """Return which row took which return; tracks that meet all returns at once, pairs in clusters, leaves as hypotheses."""
     plan, (innovation, scores, parts) = it.plan, met
     if plan.keeps_hypotheses:
-        return _of_leaves(it, innovation, scores)
+        return _of_leaves(it, met)
     if parts is not None:
         return _of_pairs(it, parts)
     framed = not it.gate.axes
     plain = not framed and it.observed.evidence is None
-    weights = plan.associator.associate(scores, None) if plain else _weighed(it, scores)
+    asked = kernels.if_existing(scores, innovation.loglik[..., 0], it.existence) if plan.decides else scores
+    weights = plan.associator.associate(asked, None) if plain else _weighed(it, asked)
     if plan.keeps_tracks and not plan.approximates:
         return new_associated(weights, innovation.nis, None, None, None, UNCLAIMED, 0, None)
     seen, claims, approximated = None, UNCLAIMED, 0
@@ -79,18 +81,33 @@ def _weighed(it: Expected, scores: Array) -> Array:
     return associator.associate(scores, None if evidence is None else evidence[..., None, :])
 
 
-def _of_leaves(it: Expected, innovation: Innovation, scores: Array) -> Associated:
+def _of_leaves(it: Expected, met: Met) -> Associated:
     """Return the leaves after a scan: each has taken one return, or none, for certain."""
-    after = branched(it, scores)
-    parent, choice, loglik = after.parent, after.choice, innovation.loglik[:, 0]
-    weights = np.zeros((len(parent), scores.shape[-1]))
-    weights[range(len(parent)), choice] = 1.0
+    innovation, table, parts = met
+    if parts is None:
+        scores, loglik = LeafScores.of(table), innovation.loglik[:, 0]
+    else:
+        assert isinstance(it.observed, Detections)
+        pairs, _ = _within_gates(parts, len(it.existence), len(it.observed.z))
+        ends, loglik = np.cumsum(np.bincount(pairs.tracks, minlength=len(it.existence))), pairs.loglik
+        scores = LeafScores(pairs.miss, ends, pairs.returns, pairs.scores, pairs.k)
+    after = branched(it, scores, parts is not None)
+    parent, choice, returns = after.parent, after.choice, None
+    hit = (choice > 0).astype(float)
+    if parts is None:
+        weights = np.zeros((len(parent), table.shape[-1]))
+        weights[range(len(parent)), choice] = 1.0
+        distances = innovation.distance[parent]
+    else:
+        weights, distances, returns = np.stack([1.0 - hit, hit], axis=-1), np.zeros((len(parent), 1)), choice[:, None] - 1
+        took, key = choice > 0, pairs.tracks * pairs.k + pairs.returns
+        distances[took, 0] = pairs.distances[np.searchsorted(key, parent[took] * pairs.k + choice[took] - 1)]
     prior = it.existence[parent]
     missed = prior * np.exp(loglik[parent])
     absent = 1.0 - prior + missed
     unseen = np.divide(missed, absent, out=np.zeros_like(absent), where=absent > 0)
-    seen = (choice > 0).astype(float), np.where(choice > 0, 1.0, unseen), (1.0 - np.exp(loglik)) / it.plan.p_gate
-    return Associated(weights, innovation.distance[parent], None, None, seen, after.claims, 0, after)
+    seen = hit, np.where(choice > 0, 1.0, unseen), (1.0 - np.exp(loglik)) / it.plan.p_gate
+    return Associated(weights, distances, returns, None, seen, after.claims, after.approximated, after)
 
 
 def _of_pairs(it: Expected, met: Sequence[Part]) -> Associated:

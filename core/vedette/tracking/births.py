@@ -10,6 +10,7 @@ import numpy as np
 from vedette.space import Array, Indices, Mask
 from vedette.tracking import pytrees
 from vedette.tracking.expected import Expected
+from vedette.tracking.identity import begun, without_second
 from vedette.tracking.memory_limits import LEAST_PAIRS, LEAST_STARTED, check_births, check_started
 from vedette.tracking.rows import Rows, compact
 from vedette.types import Detections, Gaussian, Newborn
@@ -33,13 +34,17 @@ def claimed_by_pairs(returns: Indices, weights: Array, k: int, exclusive: bool) 
     return 1.0 - free
 
 
-def newborn(it: Expected, claims: Array) -> Newborn:
-    """Return the tracks that begin at a scan's returns, by the probability (k,) that each is from an existing track."""
+def newborn(it: Expected, claims: Array, inside: Mask | None = None) -> Newborn:
+    """Return the tracks that begin at a scan's returns, by the probability (k,) that each is from an existing track.
+
+    inside (k,): which returns are within some gate, where claims do not say it.
+    """
     plan, name, n = it.plan, it.scan.sensor, len(it.plan.state)
     if plan.birth is None or name not in plan.starters or not isinstance(it.observed, Detections):
         return Newborn(np.zeros(0, dtype=np.intp), Gaussian(np.zeros((0, n)), np.zeros((0, n, n))), np.zeros(0))
     sources = None if it.undetected is None else it.undetected.sources
-    return plan.birth.begin(sources, plan.estimator, it.sensor, name, it.observed, claims)
+    begin = plan.birth.begin(sources, plan.estimator, it.sensor, name, it.observed, claims)
+    return without_second(plan.identity, it.names, it.observed.identity, begin, inside)
 
 
 def looked(it: Expected, unseen: Any, claims: Array) -> Any:
@@ -61,9 +66,6 @@ def recycled(it: Expected, unseen: Any, belief: Any, ended: Mask, mass: Array) -
 def with_newborn(it: Expected, rows: Rows, begin: Newborn) -> Rows:
     """Return tracks with those that begin, which come last; ScanRefused if they are more than fit into memory."""
     plan, count = it.plan, len(begin.returns)
-    if rows.returns is None and (len(rows.ids) + count) * rows.distances.shape[-1] >= LEAST_PAIRS:
-        rows = compact(rows)
-    check_births(len(rows.ids), count, rows.distances.shape[-1])
     if count >= LEAST_STARTED:  # one is started by a copy of the generator, which stays as it is
         one = plan.estimator.start(pytrees.take(begin.prior, slice(1), 0), plan.state, deepcopy(it.rng))
         check_started(one, len(plan.state), count)
@@ -71,14 +73,24 @@ def with_newborn(it: Expected, rows: Rows, begin: Newborn) -> Rows:
     return joined(it, rows, begin, it.state.born + np.arange(count), existence)
 
 
-def joined(it: Expected, rows: Rows, begin: Newborn, ids: Indices, existence: Array) -> Rows:
-    """Return rows, then one for each of those that begin, each with its return for certain."""
-    plan, count, k = it.plan, len(ids), rows.distances.shape[-1]
+def joined(it: Expected, rows: Rows, begin: Newborn, ids: Indices, existence: Array, of_track: Array | None = None) -> Rows:
+    """Return rows, then one for each of those that begin, each with its return for certain.
+
+    of_track: the existence by which the lifecycle knows them, where that is less than their own.
+    """
+    plan, count = it.plan, len(ids)
+    if rows.returns is None and (len(rows.ids) + count) * rows.distances.shape[-1] >= LEAST_PAIRS:
+        rows = compact(rows)
+    k = rows.distances.shape[-1]
+    check_births(len(rows.ids), count, k)
     weights, returns = np.zeros((count, 1 + k)), None
     weights[range(count), 1 + begin.returns if rows.returns is None else 1] = 1.0
     if rows.returns is not None:
         returns = np.full((count, k), -1)
         returns[:, 0] = begin.returns
     belief = plan.estimator.start(begin.prior, plan.state, it.rng)
-    memory, unconfirmed = plan.lifecycle.start(existence), np.zeros(count, dtype=bool)
-    return pytrees.join(rows, Rows(belief, memory, ids, existence, unconfirmed, weights, np.zeros((count, k)), returns), 0)
+    memory = plan.lifecycle.start(existence if of_track is None else of_track)
+    unconfirmed = np.zeros(count, dtype=bool)
+    names = None if rows.names is None else begun(plan.identity, it.observed, begin.returns)
+    new = Rows(belief, memory, ids, existence, unconfirmed, weights, np.zeros((count, k)), returns, names)
+    return pytrees.join(rows, new, 0)

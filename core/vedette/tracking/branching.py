@@ -1,6 +1,6 @@
 """What differs for a tracker that keeps hypotheses: its rows are leaves of tracks, which branch, merge and are shown.
 
-Everything about hypotheses is here and in the associator: where they will belong to clusters, this is the place.
+Which tracks hang together by the returns that they share, `vedette.hypotheses` knows.
 """
 
 from __future__ import annotations
@@ -11,13 +11,17 @@ import numpy as np
 from attrs import evolve, frozen
 
 from vedette.filters.mixing import merged
-from vedette.hypotheses import Branching, HypothesisAssociator
+from vedette.hypotheses import LOST, Branching, HypothesisAssociator, LeafScores
 from vedette.sampling.generators import NotInLockStep
 from vedette.space import Array, Indices, Mask
 from vedette.tracking import births, pytrees
 from vedette.tracking.expected import Expected
+from vedette.tracking.identity import Names
 from vedette.tracking.rows import Rows, judged
 from vedette.types import Newborn
+
+MOST_RETURNS = 2**32
+"""More than a scan has returns."""
 
 
 @frozen(eq=False)
@@ -26,7 +30,8 @@ class Leaves:
 
     belief, memory and hypotheses are the estimator's, the lifecycle's and the associator's. ids (l,): the track that a leaf
     belongs to; parent (l,): its row after the scan before, -1 where it began; choice (l,): the return that it took, counted
-    from 1, or 0 for a miss.
+    from 1, or 0 for a miss; last (l, 3): numbers of the returns that it took last, -1 for none. names: the codes that
+    leaves bear; None where no return named its object.
     """
 
     belief: Any
@@ -37,6 +42,8 @@ class Leaves:
     confirmed: Mask
     parent: Indices
     choice: Indices
+    last: Indices
+    names: Names | None = None
 
 
 @frozen(eq=False)
@@ -44,6 +51,8 @@ class Branched:
     """How leaves branch: the associator's `branching`; of those that continue others, parent and choice (l,).
 
     newborn: the tracks that begin where no other takes the return; claims (k,): the probability that some other does.
+    gated (l, w): the returns in the gates of the leaves before the scan, -1 for none; None where all met all.
+    approximated: number of tracks of whose clusters truncation dropped more than `LOST`, and lost: what of each, in sum.
     """
 
     branching: Branching
@@ -51,6 +60,9 @@ class Branched:
     choice: Indices
     newborn: Newborn
     claims: Array
+    gated: Indices | None
+    approximated: int
+    lost: float
 
 
 def initial_leaves(associator: HypothesisAssociator, belief: Any, memory: Any, shape: tuple[int, ...]) -> Leaves:
@@ -60,20 +72,29 @@ def initial_leaves(associator: HypothesisAssociator, belief: Any, memory: Any, s
     count = shape[0]
     hypotheses, sure = associator.initial_hypotheses(count), np.ones(count)
     return Leaves(
-        belief, memory, hypotheses, np.arange(count), sure, sure > 0, np.full(count, -1), np.zeros(count, dtype=np.int64)
-    )
+        belief, memory, hypotheses, np.arange(count), sure, sure > 0, np.full(count, -1), np.zeros(count, dtype=np.int64),
+        np.column_stack([np.full((count, 2), -1), -2 - np.arange(count)]),
+    )  # fmt: skip
 
 
-def branched(it: Expected, scores: Array) -> Branched:
-    """Return how the leaves branch, by their log scores (l, 1+k)."""
-    associator, k = _associator(it), scores.shape[-1] - 1
-    newborn = births.newborn(it, np.zeros(k))
+def branched(it: Expected, scores: LeafScores, sparse: bool) -> Branched:
+    """Return how the leaves branch, by their log scores; `sparse`: they met few returns each."""
+    associator, k = hypothesis_associator(it), scores.k
+    inside = np.zeros(k, dtype=bool)
+    inside[scores.returns] = True
+    newborn = births.newborn(it, np.zeros(k), inside)
     begins = np.zeros(k, dtype=bool)
     begins[newborn.returns] = True
     branching = associator.branch(it.state.leaves.hypotheses, scores, begins)
-    old = branching.parent >= 0
-    claims: Any = np.bincount(branching.choice, associator.probability(branching.hypotheses) * old, 1 + k)[1:]
-    return Branched(branching, branching.parent[old], branching.choice[old], newborn, claims)
+    continues = branching.parent >= 0
+    claims: Any = np.bincount(branching.choice, associator.probability(branching.hypotheses) * continues, 1 + k)[1:]
+    parent, approximated, total = branching.parent[continues], 0, 0.0
+    if branching.lost is not None and len(parent):
+        ids, lost = it.state.leaves.ids[parent], branching.lost[continues]
+        worst = np.maximum.reduceat(lost, np.flatnonzero(np.diff(ids, prepend=-1)))
+        approximated, total = int(np.count_nonzero(worst > LOST)), float(np.sum(worst[worst > LOST]))
+    gated = _gated(scores) if sparse else None
+    return Branched(branching, parent, branching.choice[continues], newborn, claims, gated, approximated, total)
 
 
 def branch_out(it: Expected, by: Branched, rows: Rows, p_detect: Array) -> tuple[Rows, Any, Leaves, int]:
@@ -81,27 +102,32 @@ def branch_out(it: Expected, by: Branched, rows: Rows, p_detect: Array) -> tuple
 
     rows: the leaves that continue others, updated; p_detect: P_D of the leaves before the scan.
     """
-    associator, branching = _associator(it), by.branching
+    associator, branching = hypothesis_associator(it), by.branching
     if len(by.parent) < len(branching.parent):
         begun = np.searchsorted(by.newborn.returns, branching.choice[len(by.parent) :] - 1)
         begin = pytrees.take(by.newborn, begun, 0)
-        rows = births.joined(it, rows, begin, it.state.born + begun, begin.existence)
+        free = associator.probability(branching.hypotheses)[len(by.parent) :]
+        rows = births.joined(it, rows, begin, it.state.born + begun, begin.existence, begin.existence * free)
     hit = (branching.choice > 0).astype(float)
     if associator.merges == "kept":
         branching, rows, hit = _merged(it, branching, rows, hit)
 
-    shown_existence = associator.judged(branching.hypotheses, rows.existence)
-    rows, alive = _reviewed(it, rows, shown_existence, branching.parent, hit, p_detect)
+    probability = associator.probability(branching.hypotheses)
+    shown_existence = associator.shown_existence(branching.hypotheses, rows.existence)
+    last = _last(it, branching)
+    of_target = associator.existence(branching.hypotheses, rows.existence, last)
+    rows, alive = _reviewed(it, rows, of_target, branching.parent, hit, p_detect)
     unseen = births.looked(it, it.memory, by.claims)
     if not alive.all():
-        mass = rows.existence * associator.probability(branching.hypotheses)
-        unseen = births.recycled(it, unseen, rows.belief, ~alive, mass)
+        unseen = births.recycled(it, unseen, rows.belief, ~alive, rows.existence * probability)
 
     hypotheses, stay = associator.keep(branching.hypotheses, alive)
-    staying, parent, choice = pytrees.take(rows, stay, 0), branching.parent[stay], branching.choice[stay]
+    parent, choice = branching.parent[stay], branching.choice[stay]
+    staying = rows if len(stay) == len(rows.ids) else pytrees.take(rows, stay, 0)
     after = Leaves(
-        staying.belief, staying.memory, hypotheses, staying.ids, staying.existence, staying.confirmed, parent, choice
-    )
+        staying.belief, staying.memory, hypotheses, staying.ids, staying.existence, staying.confirmed, parent, choice,
+        last[stay], staying.names,
+    )  # fmt: skip
     if associator.merges == "shown":
         branching, rows, _ = _merged(it, Branching(parent, choice, hypotheses), staying, hit[stay])
         shown_existence, alive = rows.existence, np.ones(len(rows.ids), dtype=bool)
@@ -110,32 +136,58 @@ def branch_out(it: Expected, by: Branched, rows: Rows, p_detect: Array) -> tuple
     return pytrees.take(evolve(rows, existence=shown_existence), shown, 0), unseen, after, len(by.newborn.returns)
 
 
-def _associator(it: Expected) -> HypothesisAssociator:
+def hypothesis_associator(it: Expected) -> HypothesisAssociator:
+    """Return the tracker's associator, which keeps hypotheses."""
     assert isinstance(it.plan.associator, HypothesisAssociator)
     return it.plan.associator
+
+
+def _gated(scores: LeafScores) -> Indices:
+    """Return the returns (l, w) in the gate of each leaf, -1 for none."""
+    leaf, number = scores.leaf, np.diff(scores.ends, prepend=0)
+    gated = np.full((len(number), int(np.max(number, initial=0))), -1)
+    gated[leaf, np.arange(len(leaf)) - (scores.ends - number)[leaf]] = scores.returns
+    return gated
+
+
+def _last(it: Expected, branching: Branching) -> Indices:
+    """Return the numbers (l, 3) of the returns that each leaf took last."""
+    last, old, hit = np.full((len(branching.parent), 3), -1), branching.parent >= 0, branching.choice > 0
+    last[old] = it.state.leaves.last[branching.parent[old]]
+    last[hit, :-1], last[hit, -1] = last[hit, 1:], (it.state.steps * MOST_RETURNS + branching.choice)[hit]
+    return last
 
 
 def _merged(it: Expected, branching: Branching, rows: Rows, hit: Array) -> tuple[Branching, Rows, Array]:
     """Return the leaves merged into fewer, each with the moments of its mixture and the past of one of them."""
     plan, estimate = it.plan, it.plan.estimator.moments(rows.belief)
-    merging = _associator(it).merge(branching.hypotheses, estimate, rows.existence, plan.state)
-    past, mass = merging.own, merging.shares * rows.existence
-    existence = np.minimum(np.sum(mass, axis=-1), 1.0)
-    mass[existence == 0.0, past[existence == 0.0]] = 1.0
-    shares = mass / np.sum(mass, axis=-1, keepdims=True)
-    belief = plan.estimator.start(merged(estimate, shares, plan.state), plan.state, it.rng)
-    after = evolve(pytrees.take(rows, past, 0), belief=belief, existence=existence)
-    return Branching(branching.parent[past], branching.choice[past], merging.hypotheses), after, merging.shares @ hit
+    merging = hypothesis_associator(it).merge(branching.hypotheses, estimate, rows.existence, plan.state)
+    past, count = merging.own, len(merging.own)
+    mass = merging.shares * rows.existence[merging.leaf]
+    total = np.bincount(merging.into, mass, count).astype(float)
+    nothing, some = np.flatnonzero(total == 0.0), mass > 0.0  # what is of no target at all is as its own leaf
+    into, leaf = np.append(merging.into[some], nothing), np.append(merging.leaf[some], past[nothing])
+    shares = np.append(mass[some] / total[merging.into[some]], np.ones(len(nothing)))
+    mixture = merged(estimate, into, leaf, shares, count, plan.state)
+    belief = plan.estimator.start(mixture, plan.state, it.rng)
+    after = evolve(pytrees.take(rows, past, 0), belief=belief, existence=np.minimum(total, 1.0))
+    seen: Array = np.bincount(merging.into, merging.shares * hit[merging.leaf], count).astype(float)
+    return Branching(branching.parent[past], branching.choice[past], merging.hypotheses), after, seen
 
 
-def _reviewed(it: Expected, rows: Rows, existence: Array, parent: Indices, hit: Array, p_detect: Array) -> tuple[Rows, Mask]:
-    """Return the leaves judged by the lifecycle, and which of them go on; those that have just begun do."""
-    old = np.flatnonzero(parent >= 0)
+def _reviewed(it: Expected, rows: Rows, of_target: Array, parent: Indices, hit: Array, p_detect: Array) -> tuple[Rows, Mask]:
+    """Return the leaves judged by the lifecycle, and which of them go on; those that have just begun do.
+
+    of_target (l,): the existence of each leaf's target, by which it is confirmed and ends. It also ends if its own is so
+    small that its hypotheses may as well hold no target.
+    """
+    count = int(np.count_nonzero(parent >= 0))
+    old, new = slice(count), len(rows.ids) - count
     belief, memory = pytrees.take(rows.belief, old, 0), pytrees.take(rows.memory, old, 0)
-    memory, confirmed, alive = judged(it.plan, belief, memory, it.dt, existence[old], hit[old], p_detect[parent[old]])
-    new = len(rows.ids) - len(old)
+    memory, confirmed, alive = judged(it.plan, belief, memory, it.dt, of_target[old], hit[old], p_detect[parent[old]])
+    alive = alive & (rows.existence[old] >= it.plan.lifecycle.least_existence)
     if new == 0:
         return evolve(rows, memory=memory, confirmed=confirmed), alive
-    memory = pytrees.join(memory, pytrees.take(rows.memory, slice(len(old), None), 0), 0)
+    memory = pytrees.join(memory, pytrees.take(rows.memory, slice(count, None), 0), 0)
     confirmed, alive = np.append(confirmed, np.zeros(new, dtype=bool)), np.append(alive, np.ones(new, dtype=bool))
     return evolve(rows, memory=memory, confirmed=confirmed), alive

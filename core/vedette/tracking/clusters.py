@@ -75,14 +75,15 @@ def by_cluster(
         if evidence is not None:
             given = np.zeros((group.shape[0], 1, group.shape[2] - 1))
             given[group.pair_at[0], 0, group.pair_at[2] - 1] = evidence[pairs.returns[group.pairs]]
-        shares = associator.associate(scores, given)
+        before, loglik = np.ones(group.shape[:2]), np.zeros(group.shape)
+        before[group.track_at], loglik[(*group.track_at, 0)] = prior[group.tracks], pairs.loglik[group.tracks]
+        asked = kernels.if_existing(scores, loglik[..., 0], before) if associator.decides else scores
+        shares = associator.associate(asked, given)
         misses[group.tracks], weights[group.pairs] = shares[(*group.track_at, 0)], shares[group.pair_at]
         if associator.approximates:
             approximated += int(np.count_nonzero(associator.approximated(scores)))
         if permanent:
             continue
-        before, loglik = np.ones(group.shape[:2]), np.zeros(group.shape)
-        before[group.track_at], loglik[(*group.track_at, 0)] = prior[group.tracks], pairs.loglik[group.tracks]
         seen = kernels.existence(scores, shares, before, loglik, p_gate, associator.exclusive)
         for to, values in zip((hit, existence, p_detect), seen, strict=True):
             to[group.tracks] = values[group.track_at]

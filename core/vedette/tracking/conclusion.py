@@ -11,20 +11,21 @@ from vedette import kernels
 from vedette.space import Array, Indices
 from vedette.tracking import births, pytrees
 from vedette.tracking.association import Associated
-from vedette.tracking.branching import Leaves, branch_out
+from vedette.tracking.branching import Branched, Leaves, branch_out
 from vedette.tracking.expected import Expected
+from vedette.tracking.identity import after_scan
 from vedette.tracking.lineage import Gates
 from vedette.tracking.meeting import Met, Part
 from vedette.tracking.rows import Rows, judged
-from vedette.tracking.state import State, new_state
-from vedette.types import Detections, Innovation
+from vedette.tracking.state import State, next_state
+from vedette.types import Detections
 
 
 def conclude(it: Expected, met: Met, by: Associated) -> State:
     """Return the state after a scan."""
     plan, state, weights, (innovation, scores, parts) = it.plan, it.state, by.weights, met
     if by.branched is not None:
-        belief = _of_branches(it, innovation, by.branched.parent, weights)
+        belief = _of_branches(it, met, by.branched, weights)
     elif parts is not None and by.parts is not None:
         belief = _of_parts(it, parts, by.parts)
     else:
@@ -32,33 +33,69 @@ def conclude(it: Expected, met: Met, by: Associated) -> State:
             weights = kernels.given_existence(weights, scores, innovation.loglik, it.existence)
         belief = plan.estimator.update(it.belief, innovation, weights)
     if plan.keeps_tracks:
-        return new_state(
-            it.scan.time, belief, state.memory, None, state.ids, it.existence, state.confirmed, by.weights,
-            by.distances, state.born, state.approximated + by.approximated, state.seed, state.steps + 1, None, by.returns,
-            None,
-        )  # fmt: skip
+        return next_state(
+            state,
+            time=it.scan.time,
+            belief=belief,
+            existence=it.existence,
+            weights=by.weights,
+            distances=by.distances,
+            approximated=state.approximated + by.approximated,
+            steps=state.steps + 1,
+            returns=by.returns,
+            names=after_scan(plan.identity, state.names, it.observed, by.weights, by.returns, by.claims),
+        )
     rows, unseen, leaves, begun = _of_tracks(it, by, belief) if by.branched is None else _of_leaves(it, by, belief)
-    return new_state(
-        it.scan.time, rows.belief, rows.memory, unseen, rows.ids, rows.existence, rows.confirmed, rows.weights,
-        rows.distances, state.born + begun, state.approximated + by.approximated, state.seed, state.steps + 1, leaves,
-        rows.returns, _gates(it, scores, by),
-    )  # fmt: skip
+    return next_state(
+        state,
+        time=it.scan.time,
+        belief=rows.belief,
+        memory=rows.memory,
+        unseen=unseen,
+        ids=rows.ids,
+        existence=rows.existence,
+        confirmed=rows.confirmed,
+        weights=rows.weights,
+        distances=rows.distances,
+        born=state.born + begun,
+        approximated=state.approximated + by.approximated,
+        steps=state.steps + 1,
+        leaves=leaves,
+        returns=rows.returns,
+        gates=_gates(it, scores, by),
+        names=rows.names,
+        lost=state.lost + (0.0 if by.branched is None else by.branched.lost),
+    )
 
 
 def _gates(it: Expected, scores: Array | None, by: Associated) -> Gates | None:
     """Return the returns in the gates of the state's tracks, or leaves; None where no track splits or merges."""
     state = it.state
     if by.branched is not None:
-        return Gates(state.ids, state.confirmed, state.born, state.leaves.ids, scores, None, by.branched.newborn.returns)
+        after = by.branched
+        return Gates(state.ids, state.confirmed, state.born, state.leaves.ids, scores, after.gated, after.newborn.returns)
     if it.plan.permanent or not it.gate.axes:
         return None
     return Gates(state.ids, state.confirmed, state.born, state.ids, scores, by.returns, None)
 
 
-def _of_branches(it: Expected, innovation: Innovation, parent: Indices, weights: Array) -> Any:
+def _of_branches(it: Expected, met: Met, by: Branched, weights: Array) -> Any:
     """Return the belief after the scan of leaves that branched."""
     # Each leaf has its return for certain: there is no existence to condition on.
-    return it.plan.estimator.update(pytrees.take(it.belief, parent, 0), pytrees.take(innovation, parent, 0), weights)
+    estimator, parent, (innovation, _, parts) = it.plan.estimator, by.parent, met
+    if parts is None:
+        return estimator.update(pytrees.take(it.belief, parent, 0), pytrees.take(innovation, parent, 0), weights)
+    part_of, place = np.zeros(len(it.existence), dtype=np.int64), np.zeros(len(it.existence), dtype=np.int64)
+    for number, part in enumerate(parts):
+        part_of[part.rows], place[part.rows] = number, np.arange(len(part.rows))
+    rows, after = [], []
+    for number, part in enumerate(parts):
+        own = np.flatnonzero(part_of[parent] == number)
+        at, taken = place[parent[own]], by.choice[own, None]
+        sure = np.concatenate([taken == 0, (part.returns[at] == taken - 1) & (taken > 0)], axis=1)[:, None].astype(float)
+        after.append(estimator.update(pytrees.take(part.belief, at, 0), pytrees.take(part.innovation, at, 0), sure))
+        rows.append(own)
+    return _in_order(rows, after)
 
 
 def _of_parts(it: Expected, parts: Sequence[Part], weights_of: Sequence[Array]) -> Any:
@@ -70,10 +107,15 @@ def _of_parts(it: Expected, parts: Sequence[Part], weights_of: Sequence[Array]) 
             prior = it.existence[part.rows, None]
             weights = kernels.given_existence(weights, part.scores, part.innovation.loglik, prior)
         after.append(estimator.update(part.belief, part.innovation, weights))
+    return _in_order([part.rows for part in parts], after)
+
+
+def _in_order(rows: Sequence[Indices], after: Sequence[Any]) -> Any:
+    """Return the beliefs of parts, each of runs of one row, as one of all rows."""
     joined = after[0]
     for more in after[1:]:
         joined = pytrees.join(joined, more, 0)
-    back = np.argsort(np.concatenate([part.rows for part in parts]), kind="stable")
+    back = np.argsort(np.concatenate(list(rows)), kind="stable")
     return pytrees.take(pytrees.take(joined, back, 0), 0, 1)
 
 
@@ -83,7 +125,10 @@ def _of_leaves(it: Expected, by: Associated, belief: Any) -> tuple[Rows, Any, Le
     assert by.seen is not None
     leaves, (_, existence, p_detect) = it.state.leaves, by.seen
     memory, ids, confirmed = pytrees.take((leaves.memory, leaves.ids, leaves.confirmed), by.branched.parent, 0)
-    rows = Rows(belief, memory, ids, existence, confirmed, by.weights, by.distances, None)
+    names = after_scan(
+        it.plan.identity, pytrees.take(leaves.names, by.branched.parent, 0), it.observed, by.weights, by.returns, by.claims
+    )
+    rows = Rows(belief, memory, ids, existence, confirmed, by.weights, by.distances, by.returns, names)
     return branch_out(it, by.branched, rows, p_detect)
 
 
@@ -94,7 +139,8 @@ def _of_tracks(it: Expected, by: Associated, belief: Any) -> tuple[Rows, Any, No
     if by.seen is not None:
         hit, existence, p_detect = by.seen
         memory, confirmed, alive = judged(plan, belief, memory, it.dt, existence, hit, p_detect)
-    rows = Rows(belief, memory, state.ids, existence, confirmed, by.weights, by.distances, by.returns)
+    names = after_scan(plan.identity, state.names, it.observed, by.weights, by.returns, by.claims)
+    rows = Rows(belief, memory, state.ids, existence, confirmed, by.weights, by.distances, by.returns, names)
     if alive is not None and np.count_nonzero(alive) < alive.size:
         if alive.ndim > 1:
             told = "runs in lock-step keep their tracks; use one that ends none, such as 'single_target'"

@@ -14,6 +14,7 @@ from vedette.roles import Sensor
 from vedette.sampling.generators import NO_DRAWS
 from vedette.space import Array
 from vedette.tracking.gate import SensorGate
+from vedette.tracking.identity import Names
 from vedette.tracking.plan import Plan
 from vedette.tracking.state import State
 from vedette.types import Detections, Frame, Gaussian, Innovation, Scan
@@ -59,6 +60,11 @@ class Expected:
     existence: Array
     undetected: Undetected | None
     rng: np.random.Generator
+
+    @property
+    def names(self) -> Names | None:
+        """The codes that tracks, or their leaves, bear; None where no return named its object."""
+        return self.state.names if self.state.leaves is None else self.state.leaves.names
 
     @property
     def rate(self) -> Array | None:
@@ -125,6 +131,8 @@ def expect(plan: Plan, state: State, scan: Scan, observed: Detections | Frame) -
     belief = estimator.predict(belief, dt, rng)
     if not plan.certain:
         existence = plan.lifecycle.predict(existence, dt)
+        if isinstance(observed, Frame):
+            belief = estimator.informed(belief, existence)
     undetected = _undetected(plan, state, dt, sensor, observed, rng) if plan.models_unseen else None
     return new_expected(plan, state, scan, observed, sensor, gate, dt, belief, existence, undetected, rng)
 

@@ -28,6 +28,9 @@ T = TypeVar("T")
 _LONGEST = 300
 """Characters of another's message, at most."""
 
+_DEFAULTS = ("vedette.roles", "vedette.supporting", "vedette.wrapping")
+"""Modules whose methods answer by a component's others: one of those that fails is named, not the default that asked it."""
+
 
 @final
 class _Watch:
@@ -132,14 +135,16 @@ def raised_by(error: BaseException, parts: object) -> str | None:
     """Return which component's method raised an error, with its place in `parts` and in its file; None if none did."""
     component: Component | None = None
     method = line_of = ""
+    passes_on = False
     for frame, line in walk_tb(error.__traceback__):
         code = frame.f_code
         if not code.co_argcount or code.co_filename.startswith("<attrs"):
             continue
         owner = frame.f_locals.get(code.co_varnames[0])
         if isinstance(owner, Component) and not isinstance(owner, Command) and _is_method(owner, code):
-            if owner is not component:
+            if owner is not component or passes_on:
                 component, method = owner, code.co_name
+                passes_on = frame.f_globals.get("__name__") in _DEFAULTS
             line_of = f"{Path(code.co_filename).name}:{line}"
     if component is None:
         return None

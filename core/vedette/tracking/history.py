@@ -24,14 +24,8 @@ class History:
     def __init__(self, tracker: Tracker) -> None:
         self._tracker = tracker
         self._rows: list[dict[str, Any]] = []
-        self._handed_out: set[int] = set()
         self._parents: dict[int, tuple[int, ...]] = {}
         self._merged: dict[int, tuple[float, int]] = {}
-
-    @property
-    def scans(self) -> int:
-        """Number of scans that it holds."""
-        return len(self._rows)
 
     def add(self, state: State) -> tuple[Gaussian, Array | None]:
         """Keep the state of every track (t,) after a scan; return the estimates, and the mode probabilities, if any."""
@@ -48,6 +42,7 @@ class History:
                 "mode_prob": modes,
                 "nis": state.nis,
                 "hit": state.hit,
+                "identity": state.identity,
                 **_associations(state),
             }
         )
@@ -71,14 +66,26 @@ class History:
         columns: dict[str, Any] = {name: self._column(name)[order] for name in _COLUMNS[1:]}
         if self._rows[0]["mode_prob"] is not None:
             columns["mode_prob"] = self._column("mode_prob")[order]
+        if any(row["identity"] is not None for row in self._rows):
+            columns["identity"] = np.concatenate([_codes(row) for row in self._rows])[order]
         weights = [row for rows in self._rows for row in rows["weights"]]
         returns = [row for rows in self._rows for row in rows["returns"]]
         tracks = []
         for i, j in pairwise(edges):
-            number, rows = int(ids[order[i]]), order[i:j]
-            if number in self._handed_out or columns["confirmed"][i:j].any():
-                associations = [weights[row] for row in rows], [returns[row] for row in rows]
-                tracks.append(self._piece(number, {name: column[i:j] for name, column in columns.items()}, *associations))
+            if columns["confirmed"][i:j].any():
+                number, rows = int(ids[order[i]]), order[i:j].tolist()
+                parts = [returns[row] for row in rows]
+                tracks.append(
+                    Track(
+                        id=number,
+                        space=self._tracker.state,
+                        weights=tuple(weights[row] for row in rows),
+                        returns=None if all(row is None for row in parts) else tuple(parts),
+                        parents=self._parents.get(number, ()),
+                        merged=self._merged.get(number),
+                        **{"mode_prob": None, **{name: column[i:j] for name, column in columns.items()}},
+                    )
+                )
         return tuple(tracks)
 
     def first_undefined(self) -> int | None:
@@ -88,50 +95,13 @@ class History:
                 return next(i for i, row in enumerate(self._rows) if any(np.isnan(row[n]).any() for n in _ESTIMATED))
         return None
 
-    def _piece(self, number: int, columns: dict[str, Any], weights: list[Array], returns: list[Any]) -> Track:
-        """Return a track over some scans; the first piece names its parents."""
-        return Track(
-            id=number,
-            space=self._tracker.state,
-            weights=tuple(weights),
-            returns=None if all(row is None for row in returns) else tuple(returns),
-            parents=() if number in self._handed_out else self._parents.get(number, ()),
-            merged=self._merged.get(number),
-            **{"mode_prob": None, **columns},
-        )
-
-    def hand_out(self) -> tuple[Track, ...]:
-        """Return the histories of the tracks that were ever confirmed, in pieces: nothing is returned twice.
-
-        What was returned is dropped, and so are tracks that ended unconfirmed. Those that may still be confirmed stay. A
-        piece without a scan says only that its track merged.
-        """
-        tracks = self.tracks()
-        ended = self._merged.keys() & self._handed_out - {track.id for track in tracks}
-        if ended:
-            none = {name: rows[:0] for name, rows in self._rows[0].items() if isinstance(rows, np.ndarray) and name != "ids"}
-            tracks += tuple(self._piece(number, none, [], []) for number in sorted(ended))
-        alive = self._rows[-1]["ids"].tolist() if self._rows else []
-        known = self._handed_out | {track.id for track in tracks}
-        self._handed_out = known & set(alive)
-        waiting = [number for number in alive if number not in known]
-        self._parents = {number: self._parents[number] for number in waiting if number in self._parents}
-        self._merged = {}
-        self._rows = [row for row in (_of(row, waiting) for row in self._rows) if len(row["ids"])] if waiting else []
-        return tracks
-
     def _column(self, name: str) -> Array:
         return np.concatenate([row[name] for row in self._rows])
 
 
-def _of(row: dict[str, Any], ids: list[int]) -> dict[str, Any]:
-    """Return a row's entries of some tracks, in arrays of its own, so that the others' are freed."""
-    chosen = np.isin(row["ids"], ids)
-    columns = {name: row[name][chosen] for name in _COLUMNS}
-    modes = None if row["mode_prob"] is None else row["mode_prob"][chosen]
-    numbers = np.flatnonzero(chosen).tolist()
-    weights, returns = [row["weights"][i].copy() for i in numbers], [row["returns"][i] for i in numbers]
-    return {**columns, "mode_prob": modes, "weights": weights, "returns": returns}
+def _codes(row: dict[str, Any]) -> Any:
+    """Return the codes that a row's tracks bear, -1 for none."""
+    return np.full(len(row["ids"]), -1) if row["identity"] is None else row["identity"]
 
 
 def _associations(state: State) -> dict[str, list[Any]]:

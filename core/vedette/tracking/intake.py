@@ -15,6 +15,7 @@ from attrs import define, field
 from vedette.errors import Problem
 from vedette.roles import Sensor
 from vedette.space import Array
+from vedette.tracking.identity import strayed
 from vedette.tracking.state import State
 from vedette.types import Scan
 
@@ -105,7 +106,8 @@ class Intake:
 
     `times`: of the first and of the last scan taken; `tracked`: scans with returns while there were tracks; `hits`: those
     of them in which some track took a return; `doubted`: frames after which a confirmed track's existence is below one
-    half, as its target is lost; `lost`: number of such tracks after the last frame.
+    half, as its target is lost; `lost`: number of such tracks after the last frame; `outside`:
+    returns of a code that a track bears, which it did not take.
     """
 
     sensors: Mapping[str, Sensor]
@@ -117,6 +119,7 @@ class Intake:
     hits: int = 0
     doubted: int = 0
     lost: int = 0
+    outside: int = 0
 
     @property
     def returns(self) -> int:
@@ -143,6 +146,7 @@ class Intake:
         if len(before.ids) and after.distances.shape[-1]:
             self.tracked += 1
             self.hits += bool(np.any(after.nis > 0))
+            self.outside += _outside(scan, before, after)
         if scan.frame is not None:
             self.lost = int(np.count_nonzero(after.confirmed & (after.existence < 0.5)))
             self.doubted += self.lost > 0
@@ -151,3 +155,16 @@ class Intake:
         self.scans += 1
         self.times = (scan.time if self.times is None else self.times[0], scan.time)
         self.came.setdefault(scan.sensor, Came()).add(scan, self.sensors.get(scan.sensor))
+
+
+def _outside(scan: Scan, before: State, after: State) -> int:
+    """Return how many returns of a scan bear a code of a track that none took: it is wrong, or the track is."""
+    codes, names = scan.detections.identity, before.names
+    if codes is None or names is None or codes.ndim > 1:
+        return 0
+    if after.returns is None:
+        claims: Array = np.sum(after.weights[..., 1:], axis=0)
+    else:
+        there = after.returns >= 0
+        claims = np.bincount(after.returns[there], after.weights[:, 1:][there], len(codes)).astype(float)
+    return int(np.count_nonzero(strayed(names, codes, claims)))

@@ -16,6 +16,7 @@ from vedette import kernels
 from vedette.space import Array, Indices
 from vedette.tracking import pytrees
 from vedette.tracking.expected import Expected
+from vedette.tracking.identity import weighed
 from vedette.tracking.memory_limits import FEW, is_sparse, most_pairs, refused
 from vedette.types import Detections, Innovation
 
@@ -47,6 +48,8 @@ def meet(it: Expected) -> Met:
     innovation = plan.estimator.evaluate(it.belief, it.sensor, observed, plan.p_gate)
     rate = None if it.undetected is None else it.undetected.rate
     scores = plan.gate.scores(innovation, it.sensor, observed, it.existence, it.gate, rate)
+    if observed.identity is not None:
+        scores = weighed(plan.identity, it.names, observed.identity, scores)
     return innovation, scores, None
 
 
@@ -88,4 +91,7 @@ def _of_few(it: Expected, observed: Detections, rows: Indices, returns: Indices)
     innovation = it.plan.estimator.evaluate(belief, it.sensor, detections, it.plan.p_gate)
     rate = None if it.rate is None else it.rate[returns][:, None, :]
     scores = it.plan.gate.scores(innovation, it.sensor, detections, it.existence[rows, None], it.gate, rate)
+    if observed.identity is not None:
+        codes = np.where(returns >= 0, observed.identity[returns], -1)
+        scores = weighed(it.plan.identity, pytrees.take(it.names, rows[:, None], 0), codes, scores)
     return Part(rows, returns, belief, innovation, scores)

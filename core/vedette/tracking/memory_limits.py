@@ -26,13 +26,13 @@ _MOST_PARTS = 1000
 
 def is_sparse(plan: Plan, state: State, scan: Scan) -> bool:
     """Return whether only the pairs within gates are to be worked on; ScanRefused if all have to be and are too many."""
-    tracks, detections = len(state.ids), scan.detections
+    detections, rows = scan.detections, state if state.leaves is None else state.leaves
     if (
         plan.by_pairs
         and detections.missing is None
         and detections.z.ndim == 2
-        and state.existence.ndim == 1
-        and tracks * len(detections.z) >= LEAST_PAIRS
+        and rows.existence.ndim == 1
+        and rows.existence.size * len(detections.z) >= LEAST_PAIRS
     ):
         return True
     check_pairs(state, scan, len(plan.state))

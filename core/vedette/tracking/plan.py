@@ -14,6 +14,7 @@ from vedette.roles import Associator, Estimator, Sensor
 from vedette.space import Space
 from vedette.supporting import Birth, ImagingSensor, Lifecycle
 from vedette.tracking.gate import Gate, SensorGate
+from vedette.tracking.identity import Identity
 from vedette.tracking.position_spread import check_spread
 from vedette.tracking.validation import check_forwarding, check_sensors
 from vedette.types import Detections
@@ -25,7 +26,7 @@ class Plan:
 
     keeps_hypotheses: rows are leaves of tracks, and `associator` is a `HypothesisAssociator`; by_pairs: of many tracks and
     returns, only pairs within gates are worked on; begins: the birth takes part in scans; models_unseen: and has a memory;
-    keeps_tracks: the tracks after a scan are those before it.
+    decides: the associator does, and tracks' existence is in doubt; keeps_tracks: the tracks after a scan are those before.
     """
 
     estimator: Estimator[Any]
@@ -33,6 +34,7 @@ class Plan:
     birth: Birth | None
     lifecycle: Lifecycle
     gate: Gate
+    identity: Identity
     state: Space
     gates: Mapping[str, SensorGate]
     starters: frozenset[str]
@@ -43,6 +45,7 @@ class Plan:
     keeps_hypotheses: bool
     approximates: bool
     exclusive: bool
+    decides: bool
     certain: bool
     permanent: bool
     keeps_tracks: bool
@@ -57,6 +60,7 @@ def planned(
     lifecycle: Lifecycle,
     birth: Birth | None,
     gate: Gate,
+    identity: Identity,
 ) -> Plan:
     """Return the plan of these parts; ValueError, with its place, if they do not go together."""
     check_forwarding(estimator)
@@ -76,6 +80,7 @@ def planned(
         birth=birth,
         lifecycle=lifecycle,
         gate=gate,
+        identity=identity,
         state=estimator.state,
         gates=gates,
         starters=starting,
@@ -86,6 +91,7 @@ def planned(
         keeps_hypotheses=keeps_hypotheses,
         approximates=associator.approximates,
         exclusive=associator.exclusive,
+        decides=associator.decides and not lifecycle.certain,
         certain=lifecycle.certain,
         permanent=lifecycle.permanent,
         keeps_tracks=lifecycle.permanent and not begins and not keeps_hypotheses,

@@ -1,7 +1,4 @@
-"""What the methods of components must return, as the contract says: asked only once something has failed.
-
-A postcondition takes the component, what its method was given, and what it gave; it yields what is wrong with that.
-"""
+"""What the methods of components must return, as the contract says: asked only once something has failed."""
 
 from __future__ import annotations
 
@@ -11,24 +8,150 @@ from typing import Any
 import attrs
 import numpy as np
 
+from vedette import hypotheses, roles, supporting, types
 from vedette.filters.gaussian import has_gaussian_belief
-from vedette.hypotheses import Branching, HypothesisAssociator
-from vedette.roles import Associator, Component, Estimator, MotionModel, Sensor
 from vedette.space import Space
-from vedette.supporting import Birth, ImagingSensor, Lifecycle, Preprocessor, Source
-from vedette.types import Detections, Frame, Gaussian, Innovation, LazyScans, Newborn, Recording, Scan
+from vedette.types import Detections, Frame, Gaussian, Innovation, LazyScans, Newborn, Recording, Review, Scan
 
 Shape = tuple[int, ...]
 Given = Sequence[Any]
-Postcondition = Callable[[Any, Given, Any], Iterator[str]]
+
+_RETURNS = """
+MotionModel           state         Space
+MotionModel           move          * rows state
+MotionModel           jacobian      * rows state state
+MotionModel           noise         covariance * rows state
+MotionModel           mean_noise    covariance * rows state
+MotionModel           reframe       Gaussian
+ImagingSensor         information   tuple: information * rows measurement measurement, score * rows measurement, ratio * rows
+ImagingSensor         seek          * rows observes
+ImagingSensor         learn         * rows observes
+Sensor                observes      Space
+Sensor                measurement   Space
+Sensor                measure       * rows measurement
+Sensor                jacobian      * rows measurement observes
+Sensor                noise         covariance * rows measurement
+Sensor                mean_noise    covariance * rows measurement
+Sensor                detects       * rows
+Sensor                clutter       * rows
+Sensor                invert        gaussian rows observes
+Sensor                at            Sensor
+HypothesisAssociator  branch        Branching: parent leaves, choice leaves, hypotheses any
+HypothesisAssociator  keep          tuple: hypotheses any, rows any
+Associator            associate     all
+Associator            approximated  ? * rows
+Estimator             state         Space
+Estimator             start         belief
+Estimator             reframe       belief
+Estimator             predict       belief
+Estimator             evaluate      Innovation: loglik tracks 1+k, distance tracks k, log_volume * tracks, nis tracks k
+Estimator             update        belief
+Estimator             moments       gaussian tracks state
+Birth                 begin         Newborn: returns begun, prior gaussian begun other, existence begun
+Birth                 reveal        tuple: density ~ * k, sources any
+Lifecycle             start         memory all
+Lifecycle             predict       all
+Lifecycle             review        tuple: memory memory tracks, confirmed ? tracks, alive ? tracks
+Preprocessor          measurement   Space
+Preprocessor          process       Detections: z k measurement, valid ? k, noise ~ k measurement measurement
+Source                open          Recording
+"""
+"""Role, method, and what it must return: a type and what its parts are, or what the value is. An array has the axes that are
+named, as `_AXES` knows them or of a space of the component; `*`: the first may be missing, where nothing depends on it;
+`?`: it is of true or false; `~`: it may be None."""
 
 
-def broken(component: Component, method: str, given: Given, gave: Any) -> str | None:
+def broken(component: roles.Component, method: str, given: Given, gave: Any) -> str | None:
     """Return what is wrong with what a method gave, None if nothing is, or if nothing is stated of it."""
-    for role, methods in POSTCONDITIONS.items():
-        if role in type(component).__mro__ and method in methods:
-            return next(methods[method](component, given, gave), None)
+    for role, name, kind, parts in _TABLE:
+        if name == method and role in type(component).__mro__:
+            return next(_faults(component, given, gave, kind, parts), None)
     return None
+
+
+def _parsed(line: str) -> tuple[type, str, type | None, list[list[str]]]:
+    """Return role, method, the type of what it returns if that is stated, and the name and the words of each part."""
+    known: dict[str, Any] = {
+        **vars(hypotheses),
+        **vars(roles),
+        **vars(supporting),
+        **vars(types),
+        "Space": Space,
+        "tuple": tuple,
+    }
+    role, method, text = line.split(maxsplit=2)
+    name, _, parts = text.partition(": ")
+    if name in known:
+        return known[role], method, known[name], [part.split() for part in parts.split(", ") if part]
+    return known[role], method, None, [["", *text.split()]]
+
+
+_TABLE = [_parsed(line) for line in _RETURNS.strip().splitlines()]
+METHODS = frozenset(method for _, method, _, _ in _TABLE)
+
+
+def _faults(component: Any, given: Given, gave: Any, kind: type | None, parts: list[list[str]]) -> Iterator[str]:
+    if kind is not None and (not isinstance(gave, kind) or (isinstance(gave, tuple) and len(gave) != len(parts))):
+        told = f"{kind.__name__}({', '.join(part[0] for part in parts)})" if parts else f"a {kind.__name__}"
+        yield f"must return {told.removeprefix('tuple')}; got {_told(gave)}"
+        return
+    for i, (name, *words) in enumerate(parts):
+        part = gave[i] if kind is tuple else getattr(gave, name) if name else gave
+        if "any" in words or ("~" in words and part is None):
+            continue
+        axes = [_axes(word, component, given, gave) for word in words if word not in _OTHER]
+        batch, core = axes[0] if axes else (), tuple(size for axis in axes[1:] for size in axis)
+        if "belief" in words:
+            yield from _believes(component, given, part)
+        elif "gaussian" in words:
+            yield from _gaussian(given, part, batch, core, name)
+        elif "memory" in words:
+            yield from _memory(part, batch)
+        elif "covariance" in words:
+            yield from _array(given, part, batch, core * 2, loose=True)
+            if np.size(part) and (least := np.min(np.diagonal(part, axis1=-2, axis2=-1))) < 0:
+                yield f"must return a covariance; got {least:.3g} on its diagonal"
+        else:
+            yield from _array(given, part, batch, core, name, loose="*" in words, mask="?" in words)
+    if isinstance(gave, Newborn):
+        returns, (k, *_) = np.asarray(gave.returns), _seen(given, gave)
+        if returns.dtype.kind not in "iu" or returns.ndim != 1 or np.any((returns < 0) | (returns >= k)):
+            yield f"must return returns (j,), whole numbers below {k}, as there are {k}; got {_told(gave.returns)}"
+    if isinstance(gave, Recording) and not isinstance(gave.scans, LazyScans):
+        scans = gave.scans if isinstance(gave.scans, Sequence) else [gave.scans]
+        strange = (scan for scan in scans if not isinstance(scan, Scan))
+        yield from (f"must return a Recording with a sequence of scans; got {_told(scan)}" for scan in strange)
+
+
+def _seen(given: Given, gave: Any) -> Shape:
+    """Return the number of returns that a method was given, or gave."""
+    scan = next((value for value in (*given, gave) if isinstance(value, Detections | Frame)), None)
+    return np.shape(scan.z)[-2:-1] if isinstance(scan, Detections) else (1,)
+
+
+def _tracks(given: Given, gave: Any) -> Shape:
+    """Return the tracks (*b, t) that a method was given, or gave."""
+    if review := next((value for value in given if isinstance(value, Review)), None):
+        return np.shape(review.existence)
+    known: Any = given[0] if isinstance(given[0], Gaussian) else gave
+    return np.shape(known.loglik if isinstance(known, Innovation) else known.mean)[:-1]
+
+
+_AXES: dict[str, Callable[[Given, Any], Shape]] = {
+    "all": lambda given, gave: np.shape(given[0]),
+    "rows": lambda given, gave: np.shape(given[0])[:-1],
+    "tracks": _tracks,
+    "k": _seen,
+    "1+k": lambda given, gave: (1 + _seen(given, gave)[0],),
+    "begun": lambda given, gave: np.shape(gave.returns),
+    "leaves": lambda given, gave: np.shape(gave.parent),
+    "other": lambda given, gave: (len(given[1].state),),
+}
+_OTHER = ("*", "?", "~", "belief", "covariance", "gaussian", "memory")
+
+
+def _axes(word: str, component: Any, given: Given, gave: Any) -> Shape:
+    return _AXES[word](given, gave) if word in _AXES else (len(getattr(component, word)),)
 
 
 def _told(value: Any) -> str:
@@ -42,133 +165,63 @@ def _told(value: Any) -> str:
 
 def _leaves(value: Any) -> Iterator[Any]:
     """Yield what attrs values and tuples are made of, as beliefs and memories are of arrays and numbers."""
-    if isinstance(value, tuple | list):
-        for part in value:
-            yield from _leaves(part)
-    elif attrs.has(type(value)) and not isinstance(value, Component | Space):
-        for field in attrs.fields(type(value)):
-            yield from _leaves(getattr(value, field.name, None))
-    else:
-        yield value
+    parts = value if isinstance(value, tuple | list) else None
+    if attrs.has(type(value)) and not isinstance(value, roles.Component | Space):
+        parts = [getattr(value, field.name, None) for field in attrs.fields(type(value))]
+    yield from [value] if parts is None else (leaf for part in parts for leaf in _leaves(part))
 
 
 def _is_tree(value: Any) -> bool:
     """Return whether a value is made of attrs values, tuples and arrays, as beliefs and memories are."""
-    return (
-        all(map(_is_tree, value))
-        if isinstance(value, tuple)
-        else value is None or _is_array(value) or attrs.has(type(value))
-    )
+    if isinstance(value, tuple):
+        return all(map(_is_tree, value))
+    return value is None or _is_array(value) or attrs.has(type(value))
 
 
 def _is_array(value: Any, kinds: str = "biuf") -> bool:
     return isinstance(value, np.ndarray | np.generic | float | int) and np.asarray(value).dtype.kind in kinds
 
 
-def _count(which: Callable[..., Any], value: Any) -> int:
-    """Count the numbers in a value that are as `which` says: `np.isnan`, say."""
+def _count(which: Callable[[Any], Any], value: Any) -> int:
     return sum(int(np.count_nonzero(which(leaf))) for leaf in _leaves(value) if _is_array(leaf, "f"))
 
 
+def _not_numbers(given: Given, gave: Any, part: str = "", *, finite: bool = False) -> Iterator[str]:
+    """Yield that a value holds nan, or infinities where it must be finite, and what the method was given did not."""
+    for which, name in ((np.isnan, "nan"), (np.isinf, "inf"))[: 1 + finite]:
+        if (count := _count(which, gave)) and not _count(which, tuple(given)):
+            told = f"{'finite ' * finite}numbers; got {name} in {count} of {np.size(gave)}"
+            yield f"must return {told}{part and f' of {part}'}"
+
+
 def _array(
-    given: Given, gave: Any, batch: Shape, core: Shape = (), part: str = "", *, whole: bool = True, mask: bool = False
+    given: Given, gave: Any, batch: Shape, core: Shape, part: str = "", *, loose: bool = False, mask: bool = False
 ) -> Iterator[str]:
-    """Yield what is wrong with an array (*batch, *core), whose batch axes may be missing unless it must be `whole`."""
+    """Yield what is wrong with an array (*batch, *core), whose batch axes may be missing if it is `loose`."""
     lead: Shape = np.shape(gave)[: np.ndim(gave) - len(core)]
-    right = f"{(*batch, *core)}"
-    if batch and not whole:
-        right = f"{('*b', *core)} or {core}, *b being {batch} here".replace("'", "")
-    right = f"must return {part} {right}" if part else f"must return {right}"
+    right = f"{('*b', *core)} or {core}, *b being {batch} here".replace("'", "") if batch and loose else f"{(*batch, *core)}"
+    right = f"must return {part and f'{part} '}{right}"
     # Batch axes of one element, or none at all, broadcast where the result does not depend on the state.
-    fits = lead == batch
-    if not whole:
-        fits = len(lead) <= len(batch) and all(a in (1, b) for a, b in zip(lead[::-1], batch[::-1], strict=False))
+    broadcasts = (
+        loose and len(lead) <= len(batch) and all(a in (1, b) for a, b in zip(lead[::-1], batch[::-1], strict=False))
+    )
     if not _is_array(gave, "b" if mask else "biuf"):
         yield f"{right}, an array of {'true or false' if mask else 'numbers'}; got {_told(gave)}"
-    elif np.shape(gave)[len(lead) :] != core or not fits:
+    elif np.shape(gave)[len(lead) :] != core or not (lead == batch or broadcasts):
         yield f"{right}; got {np.shape(gave)}"
-    elif (count := _count(np.isnan, gave)) and not _count(np.isnan, tuple(given)):
-        yield f"must return numbers; got nan in {count} of {np.size(gave)}{f' of {part}' if part else ''}"
+    yield from _not_numbers(given, gave, part, finite=loose and bool(core))
 
 
-def _gaussian(given: Given, gave: Any, batch: Shape, n: int, part: str = "") -> Iterator[str]:
-    """Yield what is wrong with a Gaussian, mean (*batch, n) and cov (*batch, n, n)."""
+def _gaussian(given: Given, gave: Any, batch: Shape, core: Shape, part: str = "") -> Iterator[str]:
+    """Yield what is wrong with a Gaussian, mean (*batch, *core) and cov (*batch, *core, *core)."""
     if not isinstance(gave, Gaussian):
-        yield f"must return {f'{part}, ' if part else ''}a Gaussian(mean, cov); got {_told(gave)}"
+        yield f"must return {part and f'{part}, '}a Gaussian(mean, cov); got {_told(gave)}"
         return
-    yield from _array(given, gave.mean, batch, (n,), f"{part} mean".strip())
-    yield from _array(given, gave.cov, batch, (n, n), f"{part} cov".strip())
+    yield from _array(given, gave.mean, batch, core, f"{part} mean".strip())
+    yield from _array(given, gave.cov, batch, core * 2, f"{part} cov".strip())
 
 
-def _is(kind: type, words: str = "", then: Postcondition | None = None, count: int | None = None) -> Postcondition:
-    """State that a value of this kind is returned, or a tuple of so many, of which `then` says more."""
-
-    def postcondition(component: Any, given: Given, gave: Any) -> Iterator[str]:
-        if not isinstance(gave, kind) or (isinstance(gave, tuple) and count not in (None, len(gave))):
-            yield f"must return {words or f'a {kind.__name__}'}; got {_told(gave)}"
-        elif then is not None:
-            yield from then(component, given, gave)
-
-    return postcondition
-
-
-def _over_x(*core: str, variance: bool = False) -> Postcondition:
-    """State (*b, *core) of x (*b, n), each of `core` a space of the component by its attribute; a covariance, maybe."""
-
-    def postcondition(component: Any, given: Given, gave: Any) -> Iterator[str]:
-        sizes = tuple(len(getattr(component, name)) for name in core)
-        yield from _array(given, gave, np.shape(given[0])[:-1], sizes, whole=False)
-        if core and (count := _count(np.isinf, gave)) and not _count(np.isinf, tuple(given)):
-            yield f"must return finite numbers; got {count} of {np.size(gave)} that are not"
-        if variance and np.size(gave) and (least := np.min(np.diagonal(gave, axis1=-2, axis2=-1))) < 0:
-            yield f"must return a covariance; got {least:.3g} on its diagonal"
-
-    return postcondition
-
-
-def _informs(sensor: ImagingSensor, given: Given, gave: Any) -> Iterator[str]:
-    m, batch = len(sensor.measurement), np.shape(given[0])[:-1]
-    for part, core, name in zip(gave, ((m, m), (m,), ()), ("information", "score", "ratio"), strict=True):
-        yield from _array(given, part, batch, core, name, whole=False)
-
-
-def _starts(estimator: Estimator[Any], given: Given, gave: Any) -> Iterator[str]:
-    if gave is None or not _is_tree(gave):
-        yield f"must return a belief of attrs values, tuples and arrays; got {_told(gave)}"
-    elif isinstance(gave, Gaussian) or has_gaussian_belief(estimator):
-        n = len(estimator.state) if has_gaussian_belief(estimator) else np.shape(gave.mean)[-1]
-        yield from _gaussian(given, gave, np.shape(given[0].mean)[:-1], n)
-
-
-def _believes(estimator: Estimator[Any], given: Given, gave: Any) -> Iterator[str]:
-    before = given[0]
-    if before is None:
-        yield "was given no belief: `start`, `predict` and `update` must return one"
-    elif gave is None or not _is_tree(gave) or (isinstance(before, Gaussian) and not isinstance(gave, Gaussian)):
-        yield f"must return a belief, a {type(before).__name__} as it was given; got {_told(gave)}"
-    elif isinstance(before, Gaussian):
-        yield from _gaussian(given, gave, np.shape(before.mean)[:-1], np.shape(before.mean)[-1])
-    elif (count := _count(np.isnan, gave)) and not _count(np.isnan, tuple(given)):
-        yield f"must return a belief in numbers; got nan in {count} places"
-
-
-def _evaluates(estimator: Estimator[Any], given: Given, gave: Innovation) -> Iterator[str]:
-    belief, observed = given[0], given[2]
-    batch = np.shape(belief.mean if isinstance(belief, Gaussian) else gave.loglik)[:-1]
-    k = 1 if isinstance(observed, Frame) else observed.z.shape[-2]
-    yield from _array(given, gave.loglik, batch, (1 + k,), "loglik")
-    if not isinstance(observed, Frame):
-        yield from _array(given, gave.distance, batch, (k,), "distance")
-        yield from _array(given, gave.log_volume, batch, (), "log_volume", whole=False)
-        yield from _array(given, gave.nis, batch, (k,), "nis")
-
-
-def _moments(estimator: Estimator[Any], given: Given, gave: Any) -> Iterator[str]:
-    mean: Any = given[0].mean if isinstance(given[0], Gaussian) else getattr(gave, "mean", None)
-    yield from _gaussian(given, gave, np.shape(mean)[:-1], len(estimator.state))
-
-
-def _per_track(given: Given, gave: Any, tracks: Shape) -> Iterator[str]:
+def _memory(gave: Any, tracks: Shape) -> Iterator[str]:
     if not _is_tree(gave):
         yield f"must return a memory of attrs values, tuples and arrays; got {_told(gave)}"
     for leaf in _leaves(gave):
@@ -176,105 +229,13 @@ def _per_track(given: Given, gave: Any, tracks: Shape) -> Iterator[str]:
             yield f"must return a memory whose arrays lead with the tracks, {tracks}; got one of {np.shape(leaf)}"
 
 
-def _reviews(lifecycle: Lifecycle, given: Given, gave: Any) -> Iterator[str]:
-    tracks = np.shape(given[1].existence)
-    yield from _per_track(given, gave[0], tracks)
-    yield from _array(given, gave[1], tracks, (), "confirmed", mask=True)
-    yield from _array(given, gave[2], tracks, (), "alive", mask=True)
-
-
-def _reveals(birth: Birth, given: Given, gave: Any) -> Iterator[str]:
-    if gave[0] is not None:
-        yield from _array(given, gave[0], (given[3].z.shape[-2],), (), "density", whole=False)
-
-
-def _begins(birth: Birth, given: Given, gave: Newborn) -> Iterator[str]:
-    k, returns = given[4].z.shape[-2], gave.returns
-    if not _is_array(returns, "iu") or np.ndim(returns) != 1 or np.any((returns < 0) | (returns >= k)):
-        yield f"must return returns (j,), whole numbers below {k}, as there are {k}; got {_told(returns)}"
-    yield from _gaussian(given, gave.prior, np.shape(returns), len(given[1].state), "prior")
-    yield from _array(given, gave.existence, np.shape(returns), (), "existence")
-
-
-def _branches(associator: HypothesisAssociator, given: Given, gave: Branching) -> Iterator[str]:
-    if np.shape(gave.parent) != np.shape(gave.choice) or np.ndim(gave.parent) != 1:
-        yield f"must return parent (l,) and choice (l,); got {_told(gave.parent)} and {_told(gave.choice)}"
-
-
-def _processes(preprocessor: Preprocessor, given: Given, gave: Detections) -> Iterator[str]:
-    batch, m = np.shape(gave.z)[:-1], len(preprocessor.measurement)
-    yield from _array(given, gave.z, batch, (m,), "z")
-    yield from _array(given, gave.valid, batch, (), "valid", mask=True)
-    if gave.noise is not None:
-        yield from _array(given, gave.noise, batch, (m, m), "noise")
-
-
-def _opens(source: Source, given: Given, gave: Recording) -> Iterator[str]:
-    if not isinstance(gave.scans, Sequence):
-        yield f"must return a Recording with a sequence of scans; got {_told(gave.scans)}"
-    elif not isinstance(gave.scans, LazyScans):
-        yield from (f"must return scans; got {_told(scan)}" for scan in gave.scans if not isinstance(scan, Scan))
-
-
-def _weighs(associator: Associator, given: Given, gave: Any) -> Iterator[str]:
-    yield from _array(given, gave, np.shape(given[0]), (), "weights")
-
-
-_SPACE, _GAUSSIAN = _is(Space), _is(Gaussian)
-POSTCONDITIONS: dict[type[Component], dict[str, Postcondition]] = {
-    MotionModel: {
-        "state": _SPACE,
-        "move": _over_x("state"),
-        "jacobian": _over_x("state", "state"),
-        "noise": _over_x("state", "state", variance=True),
-        "reframe": _GAUSSIAN,
-    },
-    ImagingSensor: {
-        "information": _is(tuple, "three arrays: information, score, log-likelihood ratio", _informs, 3),
-        "seek": _over_x("observes"),
-        "learn": _over_x("observes"),
-    },
-    Sensor: {
-        "observes": _SPACE,
-        "measurement": _SPACE,
-        "measure": _over_x("measurement"),
-        "jacobian": _over_x("measurement", "observes"),
-        "noise": _over_x("measurement", "measurement", variance=True),
-        "detects": _over_x(),
-        "clutter": _over_x(),
-        "invert": lambda it, given, gave: _gaussian(given, gave, np.shape(given[0])[:-1], len(it.observes)),
-        "at": _is(Sensor),
-    },
-    HypothesisAssociator: {
-        "branch": _is(Branching, "a Branching(parent, choice, hypotheses)", _branches),
-        "keep": _is(tuple, "the hypotheses and the rows of the leaves that stay", count=2),
-        "associate": _weighs,
-    },
-    Associator: {
-        "associate": _weighs,
-        "approximated": lambda it, given, gave: _array(given, gave, np.shape(given[0])[:-1], whole=False, mask=True),
-    },
-    Estimator: {
-        "state": _SPACE,
-        "start": _starts,
-        "reframe": _believes,
-        "predict": _believes,
-        "evaluate": _is(Innovation, "an Innovation", _evaluates),
-        "update": _believes,
-        "moments": _moments,
-    },
-    Birth: {
-        "begin": _is(Newborn, "a Newborn(returns, prior, existence)", _begins),
-        "reveal": _is(tuple, "the density of each return, or None, and what `begin` needs", _reveals, 2),
-    },
-    Lifecycle: {
-        "start": lambda it, given, gave: _per_track(given, gave, np.shape(given[0])),
-        "predict": lambda it, given, gave: _array(given, gave, np.shape(given[0])),
-        "review": _is(tuple, "memory, confirmed and alive", _reviews, 3),
-    },
-    Preprocessor: {"measurement": _SPACE, "process": _is(Detections, "Detections", _processes)},
-    Source: {"open": _is(Recording, "", _opens)},
-}
-"""By role, what its methods must return."""
-
-METHODS = frozenset(name for methods in POSTCONDITIONS.values() for name in methods)
+def _believes(estimator: Any, given: Given, gave: Any) -> Iterator[str]:
+    """Yield what is wrong with a belief: that of `start`, which is given a prior and its axes, or one that changes."""
+    before, begins, plain = given[0], isinstance(given[1], Space), has_gaussian_belief(estimator)
+    must_be_gaussian = plain or (isinstance(before, Gaussian) and not begins)
+    if gave is None or not _is_tree(gave) or (must_be_gaussian and not isinstance(gave, Gaussian)):
+        yield f"must return a belief{'' if begins else f', a {type(before).__name__} as it was given'}; got {_told(gave)}"
+    elif isinstance(gave, Gaussian) and isinstance(before, Gaussian):
+        n = len(estimator.state) if plain else np.shape((gave if begins else before).mean)[-1]
+        yield from _gaussian(given, gave, np.shape(before.mean)[:-1], (n,))
+    yield from _not_numbers(given, gave)

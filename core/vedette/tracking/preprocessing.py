@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Container, Iterable, Iterator, Mapping
 from copy import deepcopy
 from itertools import groupby
 
@@ -12,7 +12,7 @@ from attrs import evolve
 
 from vedette.errors import ConfigError, Problem, ScanRefused
 from vedette.roles import Sensor
-from vedette.supporting import Preprocessor, Source
+from vedette.supporting import ImagingSensor, Preprocessor, Source
 from vedette.tracking.faults import check_made, explain
 from vedette.tracking.intake import Refused
 from vedette.tracking.validation import flaws, with_axes, without_bad_returns
@@ -20,8 +20,12 @@ from vedette.types import Detections, Recording, Scan
 
 
 def check_preprocessors(preprocessors: Mapping[str, Preprocessor], sensors: Mapping[str, Sensor]) -> None:
-    """Raise ValueError if a preprocessor makes scans that no sensor reads, or if two take scans of one name."""
-    taken = {name: f"the tracker's own sensor {name!r}" for name in sensors if name not in preprocessors}
+    """Raise ValueError if a preprocessor makes scans that no sensor reads, or if two take scans of one name.
+
+    A camera's frames may go to a preprocessor and to the tracker as well.
+    """
+    own = {name: sensor for name, sensor in sensors.items() if name not in preprocessors}
+    taken = {name: f"the tracker's own sensor {name!r}" for name in own}
     for name, preprocessor in preprocessors.items():
         if name not in sensors:
             raise ValueError(f"preprocessors.{name}: must be named as one of the sensors: {', '.join(map(repr, sensors))}")
@@ -30,7 +34,13 @@ def check_preprocessors(preprocessors: Mapping[str, Preprocessor], sensors: Mapp
                 f"preprocessors.{name}: must make what the sensor {name!r} measures, {sensors[name].measurement}, "
                 f"not {preprocessor.measurement}"
             )
-        for raw in preprocessor.sensors:
+        for raw, sensor in preprocessor.sensors.items():
+            if raw in own and isinstance(sensor, ImagingSensor):
+                if sensor != own[raw]:
+                    raise ValueError(
+                        f"preprocessors.{name}.sensors.{raw}: must be as sensors.{raw} is, whose frames both take"
+                    )
+                continue
             if raw in taken:
                 raise ValueError(f"preprocessors.{name}.sensors.{raw}: scans of this name go to {taken[raw]}")
             taken[raw] = f"the preprocessor {name!r}"
@@ -81,19 +91,23 @@ def noted(scans: Iterable[Scan], frames: deque[tuple[float, str, int]]) -> Itera
         yield scan
 
 
-def preprocessed(scans: Iterable[Scan], preprocessors: Mapping[str, Preprocessor]) -> Iterator[Scan]:
+def preprocessed(
+    scans: Iterable[Scan], preprocessors: Mapping[str, Preprocessor], own: Container[str] = ()
+) -> Iterator[Scan]:
     """Yield the scans, with those that a preprocessor takes replaced by its output; arrays may have a leading axis of runs.
 
-    Scans of one time that go to one preprocessor make one scan, which comes after those that go to none. Preprocessors
-    get complete returns only: to them one that lacks a component is padding.
+    Scans of one time that go to one preprocessor make one scan, which comes after those that go to none. Frames of a sensor
+    in `own`, the tracker's, are kept before it. Preprocessors get complete returns only: to them one that lacks a component
+    is padding.
     """
     goes_to = {raw: name for name, preprocessor in preprocessors.items() for raw in preprocessor.sensors}
     for time, moment in groupby(scans, key=lambda scan: scan.time):
         waiting: dict[str, dict[str, Scan]] = {name: {} for name in preprocessors}
         for scan in moment:
             name = goes_to.get(scan.sensor)
-            if name is None:
+            if name is None or (scan.sensor in own and scan.sensor not in preprocessors):
                 yield scan
+            if name is None:
                 continue
             if scan.sensor in waiting[name]:  # two scans of one sensor at the same time
                 yield _made(name, preprocessors[name], time, waiting.pop(name))
@@ -124,13 +138,18 @@ def _whole(scan: Scan) -> Scan:
 
 
 def preprocess(
-    scans: Iterable[Scan], preprocessors: Mapping[str, Preprocessor], problems: list[Problem] | Refused, *, strict: bool
+    scans: Iterable[Scan],
+    preprocessors: Mapping[str, Preprocessor],
+    problems: list[Problem] | Refused,
+    *,
+    strict: bool,
+    own: Container[str] = (),
 ) -> Iterator[Scan]:
     """Yield the scans of a recording after detection, one at a time, so that pictures need not fit into memory.
 
     Raw scans and returns that were left out are added to `problems`; if `strict` they raise ScanRefused.
     """
-    return preprocessed(_sound(scans, preprocessors, problems, strict), preprocessors)
+    return preprocessed(_sound(scans, preprocessors, problems, strict), preprocessors, own)
 
 
 def _sound(

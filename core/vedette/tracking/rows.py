@@ -9,6 +9,7 @@ from attrs import evolve, frozen
 
 from vedette.space import Array, Indices, Mask
 from vedette.tracking.clusters import places
+from vedette.tracking.identity import Names
 from vedette.tracking.plan import Plan
 from vedette.tracking.position_spread import largest_deviation
 from vedette.types import Review
@@ -26,6 +27,7 @@ class Rows:
     weights: Array
     distances: Array
     returns: Indices | None
+    names: Names | None = None
 
 
 def judged(

@@ -11,7 +11,6 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
-from attrs import evolve
 
 from vedette.errors import ConfigError, Problem
 from vedette.hypotheses import HypothesisAssociator
@@ -20,7 +19,7 @@ from vedette.sampling.generators import NO_DRAWS
 from vedette.sampling.seeds import Seed, Seeds
 from vedette.tracking import pytrees
 from vedette.tracking.history import History
-from vedette.tracking.state import State
+from vedette.tracking.state import State, next_state
 from vedette.tracking.tracker import Tracker
 from vedette.types import Gaussian, Track
 
@@ -110,7 +109,9 @@ def smoothed(
     for state in states:
         if window and state.time < window[-1].time:
             raise ValueError(f"states: times must not go backwards, got {state.time:.6f} s after {window[-1].time:.6f} s")
-        due = sum(old.time + lag < state.time for old in window)
+        due = 0
+        while due < len(window) and window[due].time + lag < state.time:
+            due += 1
         if due:
             yield from _backwards(tracker.estimator, window, source)[:due]
             del window[:due]
@@ -132,20 +133,22 @@ def _backwards(estimator: Estimator[Any], states: Sequence[State], seed: Seed | 
     for state in reversed(states):
         rng = seed.generator(state.steps) if estimator.traits.draws else NO_DRAWS
         smoothed.append(_retraced(estimator, state, smoothed[-1], rng) if smoothed else state)
-    return smoothed[::-1]
+    smoothed.reverse()
+    return smoothed
 
 
 def _retraced(estimator: Estimator[Any], state: State, later: State, rng: np.random.Generator) -> State:
     """Smooth one step. A track that ended before `later` keeps its belief: nothing more is known of it."""
-    axis = state.existence.ndim - 1
+    axis, dt = state.existence.ndim - 1, later.time - state.time
+    if state.ids is later.ids:
+        return next_state(state, belief=estimator.smooth_step(state.belief, later.belief, dt, rng))
     goes_on = np.isin(state.ids, later.ids)
     if not goes_on.any():
         return state
     after = pytrees.take(later.belief, np.isin(later.ids, state.ids), axis)
-    dt = later.time - state.time
     if goes_on.all():
-        return evolve(state, belief=estimator.smooth_step(state.belief, after, dt, rng))
+        return next_state(state, belief=estimator.smooth_step(state.belief, after, dt, rng))
     back = estimator.smooth_step(pytrees.take(state.belief, goes_on, axis), after, dt, rng)
     both = pytrees.join(back, pytrees.take(state.belief, ~goes_on, axis), axis)
     order = np.argsort(np.concatenate([np.flatnonzero(goes_on), np.flatnonzero(~goes_on)]))
-    return evolve(state, belief=pytrees.take(both, order, axis))
+    return next_state(state, belief=pytrees.take(both, order, axis))

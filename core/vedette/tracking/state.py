@@ -10,8 +10,10 @@ from numpy.typing import NDArray
 
 from vedette.sampling.seeds import Seed, Seeds
 from vedette.space import Array, Mask
+from vedette.tracking import plain
+from vedette.tracking.identity import Names
 from vedette.tracking.lineage import Gates, Lineage, lineage
-from vedette.values import maker
+from vedette.values import evolver
 
 
 @frozen(eq=False)
@@ -22,9 +24,10 @@ class State:
     weights (*b, t, 1+k), the association probabilities, and squared distances (*b, t, k) are those of the last
     scan. Of many tracks and returns only pairs within gates are kept: `returns` (t, k) then names the return of each column,
     -1 if there is none; else it is None. born counts the tracks ever begun, approximated those whose weights were not exact,
-    once a scan. The seed and the number of steps say what the next step draws: the same, whenever it is taken. Where the
-    associator keeps hypotheses, `leaves` holds all that they need, and the tracks are those that are reported; else None.
-    `gates` keeps what `lineage` follows from; None where tracks are permanent.
+    once a scan; lost is the probability that truncated hypotheses lack of each of these, in sum. The seed and the number of
+    steps say what the next step draws: the same, whenever it is taken. Where the associator keeps hypotheses, `leaves` holds
+    all that they need, and the tracks are those that are reported; else None. `gates` keeps what `lineage` follows from;
+    None where tracks are permanent. `names`: the codes that tracks bear; None where no return named its object.
     """
 
     time: float
@@ -43,6 +46,17 @@ class State:
     leaves: Any
     returns: NDArray[np.int64] | None = None
     gates: Gates | None = None
+    names: Names | None = None
+    lost: float = 0.0
+
+    def to_data(self) -> Any:
+        """Return the state as plain data, which JSON holds and `Tracker.state_from` reads back to the last bit.
+
+        Raises
+        ------
+        TypeError : a part of the tracker keeps something else than attrs values, tuples, tables and arrays
+        """
+        return plain.written(self)
 
     @property
     def hit(self) -> Array:
@@ -56,9 +70,14 @@ class State:
         return total
 
     @property
+    def identity(self) -> NDArray[np.int64] | None:
+        """The code (*b, t) that each track most likely bears, -1 for none; None where no return named its object."""
+        return None if self.names is None else self.names.borne
+
+    @property
     def lineage(self) -> Lineage | None:
         """The tracks that split and merged in the last scan; None if none did."""
         return None if self.gates is None else lineage(self.gates, self.ids, self.born, self.weights, self.returns)
 
 
-new_state = maker(State)
+next_state = evolver(State)

@@ -10,6 +10,7 @@ from attrs import field, frozen
 
 from vedette import fields
 from vedette.display import named, parameters_html
+from vedette.errors import InputError, PluginError
 from vedette.filters.motion import predicted
 from vedette.hypotheses import HypothesisAssociator
 from vedette.roles import Associator, Estimator, Sensor
@@ -17,6 +18,7 @@ from vedette.sampling.generators import NO_DRAWS
 from vedette.sampling.seeds import Seed, Seeds
 from vedette.space import Space
 from vedette.supporting import Birth, Lifecycle
+from vedette.tracking import plain
 from vedette.tracking.arguments import check_given, check_predicted, check_state, time_from, time_of_start
 from vedette.tracking.association import associate
 from vedette.tracking.branching import initial_leaves
@@ -24,6 +26,7 @@ from vedette.tracking.conclusion import conclude
 from vedette.tracking.expected import Expected, expect
 from vedette.tracking.faults import explain, explained
 from vedette.tracking.gate import Gate
+from vedette.tracking.identity import Identity
 from vedette.tracking.meeting import meet
 from vedette.tracking.plan import Plan, planned
 from vedette.tracking.state import State
@@ -64,11 +67,12 @@ class Tracker:
     lifecycle: Lifecycle = fields.part("when tracks are confirmed, and end")
     birth: Birth | None = fields.part("how tracks start; none: only those given to `start`", default=None)
     gate: Gate = fields.part("which returns a track considers", default=Gate())
+    identity: Identity = fields.part("how far codes by which returns name their objects are believed", default=Identity())
     _plan: Plan = field(init=False, repr=False, eq=False)
 
     @_plan.default
     def _planned(self) -> Plan:
-        parts = self.estimator, self.sensors, self.associator, self.lifecycle, self.birth, self.gate
+        parts = self.estimator, self.sensors, self.associator, self.lifecycle, self.birth, self.gate, self.identity
         return explained(self, lambda: planned(*parts))
 
     def __repr__(self) -> str:
@@ -146,6 +150,17 @@ class Tracker:
             steps=1,
             leaves=leaves,
         )
+
+    def state_from(self, data: Any) -> State:
+        """Return the state that `State.to_data` wrote; InputError with the place if it is none of this tracker."""
+        state = plain.read(data, self.start())
+        try:
+            estimate = self.estimate(state)
+            if estimate.mean.shape != (*state.existence.shape, len(self.state)) or len(state.ids) != estimate.mean.shape[-2]:
+                raise ValueError(f"{estimate.mean.shape} estimates of {len(state.ids)} tracks")
+        except (ValueError, TypeError, AttributeError, IndexError, PluginError) as error:
+            raise InputError(f"state: does not fit this tracker: {error}") from None
+        return state
 
     def step(self, state: State, scan: Scan) -> State:
         """Return the state after one scan; ScanRefused, with the state as it was, if the scan cannot be taken."""

@@ -121,6 +121,7 @@ def admitted(scan: Scan, gates: Mapping[str, SensorGate], since: float) -> Detec
         and detections.evidence is None
         and detections.noise is None
         and detections.missing is None
+        and detections.identity is None
         and sensor_gate.axes
         and kernels.is_plain(detections.z, detections.valid, sensor_gate.axes, ABSURD)
     ):
@@ -135,7 +136,17 @@ def admitted(scan: Scan, gates: Mapping[str, SensorGate], since: float) -> Detec
     unread = ~detections.valid[..., None]
     if detections.missing is not None:
         unread = unread | detections.missing
-    return evolve(detections, z=np.where(unread, 0.0, detections.z)) if unread.any() else detections
+    return _without_padding(detections, unread) if unread.any() else detections
+
+
+def _without_padding(detections: Detections, unread: Mask) -> Detections:
+    """Return the detections with 0 where z (*b, k, m) is `unread`, and noises and evidence of padding that are numbers."""
+    noise, evidence, valid = detections.noise, detections.evidence, detections.valid
+    if noise is not None:
+        noise = np.where(valid[..., None, None], noise, np.eye(noise.shape[-1]))
+    if evidence is not None:
+        evidence = np.where(valid, evidence, 0.0)
+    return evolve(detections, z=np.where(unread, 0.0, detections.z), noise=noise, evidence=evidence)
 
 
 def without_bad_returns(scan: Scan) -> tuple[Scan, list[Problem]]:
@@ -204,6 +215,7 @@ def _return_flaws(detections: Detections, sensor: Sensor) -> list[Problem]:
         ("evidence", detections.evidence, detections.z.shape[:-1]),
         ("noise", detections.noise, (*detections.z.shape, m)),
         ("missing", detections.missing, detections.z.shape),
+        ("identity", detections.identity, detections.z.shape[:-1]),
     ):
         if part is not None and part.shape != shape:
             return [Problem(name, f"must have shape {shape} as `z` has {detections.z.shape}, got {part.shape}")]

@@ -49,7 +49,9 @@ class CorrelationFilter(AppearanceFilter[BoxPatch]):
         size = np.clip(np.rint(box / step), 3, self.cells)
         return BoxPatch(np.ones(()), sample(pixels, where, step, self.cells), size)
 
-    def find(self, pixels: Array, where: Array, box: Array, S: Array, appearance: BoxPatch) -> Match[BoxPatch]:
+    def find(
+        self, pixels: Array, where: Array, box: Array, S: Array, existence: float, appearance: BoxPatch
+    ) -> Match[BoxPatch]:
         """Find the best correlation, its peak refined by a parabola."""
         cv2, step, p = opencv(), self._step(box), self.cells
         centre = np.clip(where, 0.0, np.array(pixels.shape[::-1]) - 1.0)

@@ -13,7 +13,7 @@ from vedette.filters import GaussianFilter, has_gaussian_belief
 
 @frozen(eq=False)
 class Monitored:
-    """A Gaussian belief, and the factor (*b, t) on its process noise."""
+    """A Gaussian belief, and the factor (*b, t) on the process noise of the blocks."""
 
     belief: Gaussian
     scale: Array
@@ -30,11 +30,12 @@ class MonitoredInnovation:
 @final
 @frozen
 class ResidualMonitored(Estimator[Monitored]):
-    """A Gaussian filter with process noise a Q; a follows the residuals: log a += gain * (NIS / m - 1), weighted by the hit.
+    """A Gaussian filter with process noise D Q D, D = sqrt(a) on `blocks`: log a += gain * (NIS / m - 1), times the hit.
 
     On matched truth the mean of NIS / m is 1, so a stays near 1; where residuals exceed their covariance, a grows until
     they no longer do. NIS / m is limited to `most`, so that one outlier changes little. The filter's own prediction F P F'
-    + Q gets (a - 1) Q more, Q at the previous state. A well-chosen fixed Q is as good; this is for unknown targets.
+    + Q gets D Q D - Q more, Q at the previous state. On the axes outside of `blocks` D is 1: noise that is known, as that of
+    an atmosphere's jitter, must not grow with a manoeuvre, or the filter takes the manoeuvre for jitter.
     Maybeck, Stochastic Models, Estimation, and Control, vol. 2, 1982, section 10.8.
     """
 
@@ -46,10 +47,13 @@ class ResidualMonitored(Estimator[Monitored]):
     most: float = fields.quantity("1", "NIS / m beyond this counts as this", default=5.0, above=1)
     least: float = fields.quantity("1", "the factor is at least this", default=0.1, above=0, at_most=1)
     largest: float = fields.quantity("1", "the factor is at most this", default=1000.0, at_least=1)
+    blocks: tuple[str, ...] = fields.words("the axes whose noise adapts; none: all", default=())
 
     def __attrs_post_init__(self) -> None:
         if not has_gaussian_belief(self.of):
             raise ValueError(f"of: must be a filter whose belief is a mean and a covariance, got {self.of.kind!r}")
+        if unknown := [name for name in self.blocks if name not in self.state]:
+            raise ValueError(f"blocks: must be axes of {self.state}, got {unknown[0]!r}")
 
     @property
     def state(self) -> Space:
@@ -76,7 +80,9 @@ class ResidualMonitored(Estimator[Monitored]):
         if dt == 0:
             return belief
         ahead = self.of.predict(belief.belief, dt, rng)
-        more = (belief.scale - 1.0)[..., None, None] * self.of.motion.noise(belief.belief.mean, dt)
+        adapts = np.array([not self.blocks or name in self.blocks for name in self.state.names])
+        root = np.where(adapts, np.sqrt(belief.scale)[..., None], 1.0)
+        more = (root[..., :, None] * root[..., None, :] - 1.0) * self.of.motion.noise(belief.belief.mean, dt)
         return evolve(belief, belief=Gaussian(ahead.mean, ahead.cov + more))
 
     def evaluate(self, belief: Monitored, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:

@@ -69,6 +69,11 @@ class Carrying(MotionModel):
         """Return Q: (*b, n) -> (*b, n, n) or (n, n)."""
         return self._wide(self.motion.noise(x[..., : len(self.motion.state)], dt), 0.0)
 
+    def mean_noise(self, x: Array, cov: Array, dt: float) -> Array:
+        """Return the mean of Q over a belief: (*b, n), (*b, n, n) -> (*b, n, n) or (n, n)."""
+        n = len(self.motion.state)
+        return self._wide(self.motion.mean_noise(x[..., :n], cov[..., :n, :n], dt), 0.0)
+
     def reframe(self, own: Gaussian, combined: Gaussian) -> Gaussian:
         """Return the motion's part in its new frame, the rest as it was."""
         n = len(self.motion.state)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -14,6 +15,7 @@ from numpy.typing import NDArray
 from vedette import InputError, Problem
 from vedette_files.image_header import check_pixels, picture_size
 from vedette_files.input_files import check_regular, inside
+from vedette_files.jpeg import check_jpeg, is_jpeg
 from vedette_files.libraries import needed
 from vedette_files.png import check_png, is_png
 
@@ -40,10 +42,11 @@ WEIGHTS = {"luminance": (0.114, 0.587, 0.299), "blue": (1.0, 0.0, 0.0), "green":
 """How colours become grey levels: the weights of OpenCV's channels, blue, green and red."""
 
 
-def grey_of(image: NDArray[Any], grey: str = "equal") -> Grey:
+def grey_of(image: NDArray[Any], grey: str = "luminance") -> Grey:
     """Return an 8 or 16 bit image in grey levels; ValueError for others.
 
-    `grey`: one of WEIGHTS, or "equal": three channels must be equal, but for a codec's rounding, and count as one.
+    Three channels that are equal, but for a codec's rounding, count as one. `grey` says what becomes of others: one of
+    WEIGHTS, or "equal": they are refused.
     """
     if image.dtype not in (np.uint8, np.uint16):
         raise ValueError(f"must have pixels of 8 or 16 bit, got {image.dtype}")
@@ -51,13 +54,13 @@ def grey_of(image: NDArray[Any], grey: str = "equal") -> Grey:
         return image
     if image.shape[2] not in (1, 3):
         raise ValueError(f"must have one channel, or three of a colour, got {image.shape[2]}")
-    if grey != "equal" and image.shape[2] == 3:
-        levels: Grey = np.rint(image @ np.array(WEIGHTS[grey])).astype(image.dtype)
-        return levels
     middle = image[..., image.shape[2] // 2]
     apart = max(int(np.max(np.maximum(each, middle) - np.minimum(each, middle))) for each in np.moveaxis(image, 2, 0))
     if apart > ALIKE:
-        raise ValueError(f"is in colour: its channels differ by up to {apart} counts; say by `grey` how to convert it")
+        if grey == "equal":
+            raise ValueError(f"is in colour: its channels differ by up to {apart} counts; say by `grey` how to convert it")
+        levels: Grey = np.rint(image @ np.array(WEIGHTS[grey])).astype(image.dtype)
+        return levels
     return np.ascontiguousarray(middle)
 
 
@@ -66,7 +69,8 @@ class Clip:
     """A clip that was looked through once: `numbers` of its good frames, their common shape and kind of pixels.
 
     `total` counts the frames, the bad ones too; `rate` is the file's frames per second if it says so; `problems` is what
-    could not be used. `raw` decodes a frame anew: one at a time is in memory, however long the clip.
+    could not be used. `raw` decodes a frame anew: one at a time is in memory, however long the clip. `times` of its frames
+    in s, by their numbers, where the file states them and they rise.
     """
 
     numbers: tuple[int, ...]
@@ -76,7 +80,8 @@ class Clip:
     rate: float | None
     problems: tuple[Problem, ...]
     raw: Callable[[int], NDArray[Any] | None]
-    grey: str = "equal"
+    grey: str = "luminance"
+    times: tuple[float, ...] | None = None
 
     def frame(self, number: int) -> Grey:
         """Return one of the good frames; InputError if the file is not any more what it was."""
@@ -92,7 +97,7 @@ class Clip:
         return grey
 
 
-def look_through(path: Path, how: str = "equal") -> Clip:
+def look_through(path: Path, how: str = "luminance") -> Clip:
     """Return what a video or a folder of images holds; each frame is decoded once and let go.
 
     InputError if there is no such file or folder, no frame in it, or the first is in colour. A later frame that is in colour
@@ -103,6 +108,7 @@ def look_through(path: Path, how: str = "equal") -> Clip:
     problems: list[Problem] = []
     store = _Folder(path, problems) if path.is_dir() else _Video(path)
     numbers: list[int] = []
+    times: list[float] = []
     first: Grey | None = None
     for number in range(store.most):
         image = store.raw(number)
@@ -124,6 +130,7 @@ def look_through(path: Path, how: str = "equal") -> Clip:
             continue
         first = grey if first is None else first
         numbers.append(number)
+        times.append(store.time)
     if first is None:
         told = f"; the first problem: {problems[0]}" if problems else ""
         raise InputError(f"{path}: holds no frame that can be read{told}")
@@ -137,7 +144,17 @@ def look_through(path: Path, how: str = "equal") -> Clip:
         (*problems, *lacking),
         store.raw,
         how,
+        _stated(numbers, times, store.rate),
     )
+
+
+def _stated(numbers: list[int], times: list[float], rate: float | None) -> tuple[float, ...] | None:
+    """Return the times of frames that a file states, if they rise and are not those of a constant rate."""
+    at = np.array(times)
+    if not np.all(np.isfinite(at)) or not np.all(np.diff(at) > 0):
+        return None
+    even = rate is not None and np.allclose(at - at[0], (np.array(numbers) - numbers[0]) / rate, atol=0.25 / rate)
+    return None if even else tuple((at - at[0]).tolist())
 
 
 def in_order(file: Path) -> tuple[list[int | str], str]:
@@ -149,7 +166,7 @@ def in_order(file: Path) -> tuple[list[int | str], str]:
 class _Folder:
     """Images in the order of their names; those that cannot be read are told once, when the folder is looked through."""
 
-    rate = None
+    rate, time = None, math.nan
 
     def __init__(self, path: Path, problems: list[Problem]) -> None:
         self.cv2 = opencv()
@@ -169,6 +186,8 @@ class _Folder:
             check_pixels(*size)
             if is_png(file):
                 check_png(file)
+            elif is_jpeg(file):
+                check_jpeg(file)
             image: NDArray[Any] | None = self.cv2.imread(str(file), self.cv2.IMREAD_UNCHANGED)
             if image is None:
                 raise ValueError("is no image that OpenCV can read")
@@ -197,7 +216,7 @@ class _Video:
         check_regular(path)
         self.video = self._opened()
         rate = float(self.video.get(self.cv2.CAP_PROP_FPS))
-        self.rate = rate if 0 < rate < 1e9 else None
+        self.rate, self.time = rate if 0 < rate < 1e9 else None, math.nan
 
     def _opened(self) -> Any:
         cv2 = self.cv2
@@ -221,6 +240,7 @@ class _Video:
             self.at += 1
         read, image = self.video.read()
         self.at += 1
+        self.time = 1e-3 * float(self.video.get(self.cv2.CAP_PROP_POS_MSEC))
         return image if read else None
 
     def ended(self, number: int) -> bool:

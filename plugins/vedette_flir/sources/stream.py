@@ -68,14 +68,15 @@ class VideoStream(Source):
     rate: float | None = fields.quantity("1/s", "frames per second; default: the stream's, or 30", default=None, above=0)
     frames: int | None = fields.integer("frames after which the run ends; default: none", default=None, at_least=1)
     grey: str = fields.choice(
-        "how colours become grey levels; equal: the channels must be equal", ("equal", *WEIGHTS), default="equal"
+        "how colours become grey levels; equal: colours are refused", ("equal", *WEIGHTS), default="luminance"
     )
+    automatic: bool = fields.flag("no target is given: the tracker finds them", default=False)
     negative: bool = fields.flag("take the frames' negative: hot is dark", default=False)
 
     def open(self, sensors: Mapping[str, Sensor], rng: np.random.Generator) -> Recording:
         """Open the stream, read its first frame, and return the frames as they will come."""
         camera = camera_of(sensors)
-        if self.box is None and self.boxes is None:
+        if self.box is None and self.boxes is None and not self.automatic:
             raise ConfigError([Problem("box", "is missing: [x, y, w, h] in px, of the target in the first frame")])
         video = self._opened()
         frames = _Frames(self._told, video, self.grey, self.negative)

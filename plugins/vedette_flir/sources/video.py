@@ -69,11 +69,14 @@ class VideoSource(Source):
     )
     segment: int | None = fields.integer("which segment of the clip, counted from 0; default: the whole clip", default=None)
     segments: str = fields.text("file of segments; default: segments.csv beside the clip", default="")
-    rate: float | None = fields.quantity("1/s", "frames per second; default: the file's, or 30", default=None, above=0)
+    rate: float | None = fields.quantity(
+        "1/s", "frames per second; default: the times that the file states, or 30", default=None, above=0
+    )
     first_pixel: float = fields.quantity("px", "what a box calls the first pixel", default=1.0)
     grey: str = fields.choice(
-        "how colours become grey levels; equal: the channels must be equal", ("equal", *WEIGHTS), default="equal"
+        "how colours become grey levels; equal: colours are refused", ("equal", *WEIGHTS), default="luminance"
     )
+    automatic: bool = fields.flag("no target is given: the tracker finds them", default=False)
     negative: bool = fields.flag("take the frames' negative: hot is dark", default=False)
 
     def open(self, sensors: Mapping[str, Sensor], rng: np.random.Generator) -> Recording:
@@ -90,6 +93,9 @@ class VideoSource(Source):
         part = Segment(0, clip.numbers[-1] + 1, 0)
         if self.segment is not None:
             part = read_segment(self._beside(path, "segments", "segments.csv"), path.stem, self.segment)
+        times = {number: number / rate for number in range(clip.numbers[-1] + 1)}
+        if self.rate is None and clip.times is not None:
+            times = dict(zip(clip.numbers, clip.times, strict=True))
         starts = given_boxes(self.box, self.boxes, self.first_pixel, clip.shape)
         known, absent, labels = self._boxes(path, part)
         boxes = {number: box for number, box in known.items() if meets(box, clip.shape)}
@@ -99,22 +105,26 @@ class VideoSource(Source):
         ]
         if outside and not boxes:
             raise InputError(f"{path}: all {len(outside)} true boxes are outside the image of {size}")
-        begin = part.start if starts else min(boxes)
+        begin = part.start if starts or self.automatic else min(boxes)
         kept = [number for number in clip.numbers if begin <= number < part.end]
         if not kept:
             raise InputError(f"{path}: has no frame from {begin} to {part.end - 1}; it has {len(clip.numbers)}")
 
         def make(i: int) -> Scan:
-            return Scan.image(kept[i] / rate, camera, Frame(cast(Array, signed(clip.frame(kept[i]), self.negative))))
+            return Scan.image(times[kept[i]], camera, Frame(cast(Array, signed(clip.frame(kept[i]), self.negative))))
 
-        seen = in_sight(boxes, absent)
+        seen = [[k for k in own if k in times] for own in in_sight(boxes, absent)]
+        seen = [own for own in seen if own]
         truth = [
             Trajectory(
-                f"target {i}" if len(seen) > 1 else "target", BOX, np.array(own) / rate, np.array([boxes[k] for k in own])
+                f"target {i}" if len(seen) > 1 else "target",
+                BOX,
+                np.array([times[k] for k in own]),
+                np.array([boxes[k] for k in own]),
             )
             for i, own in enumerate(seen, 1)
         ]
-        given = [Trajectory(f"box {i}", BOX, np.array([kept[0] / rate]), box[None]) for i, box in enumerate(starts)]
+        given = [Trajectory(f"box {i}", BOX, np.array([times[kept[0]]]), box[None]) for i, box in enumerate(starts)]
         notes = {"frames": f"{kept[0]} to {kept[-1]} of {path.name}, {size}, {clip.dtype}"}
         lost = sum(problem.rows for problem in clip.problems)
         rows = {"frames": Rows(clip.total, len(kept), lost, len(clip.numbers) - len(kept))}
@@ -152,7 +162,7 @@ class VideoSource(Source):
 
     @property
     def _given(self) -> bool:
-        return self.box is not None or self.boxes is not None
+        return self.automatic or self.box is not None or self.boxes is not None
 
 
 def camera_of(sensors: Mapping[str, Sensor]) -> str:

@@ -12,12 +12,14 @@ from attrs import evolve
 from vedette.commands import DONE, options
 from vedette.errors import ConfigError, Problem
 from vedette.units import in_unit
+from vedette.writing import Inputs
 from vedette_files import read_series
 from vedette_report.exporting.geojson import write_geojson
 from vedette_report.exporting.kml import write_kml
 from vedette_report.exporting.run import Run, read_epoch
 from vedette_report.exporting.tables import write_csv, write_parquet
 from vedette_report.exporting.viewer import write_rerun
+from vedette_report.files import NAMES
 from vedette_report.page.geography import read_origin
 
 FORMATS: dict[str, Callable[[Path, Run, int], None]] = {
@@ -42,6 +44,7 @@ def run(arguments: Namespace) -> int:
         raise ConfigError(
             [Problem("RUN_DIR", f"must be the folder that a run has written, got {str(folder)!r} without tracks.jsonl")]
         )
+    Inputs.of([folder / name for name in NAMES]).check(target, "--to")
     tracks = "smoothed.jsonl" if arguments.smoothed else "tracks.jsonl"
     if not (folder / tracks).is_file():
         raise ConfigError([Problem("--smoothed", f"{folder} has no {tracks}: `vedette run --smooth` writes it")])

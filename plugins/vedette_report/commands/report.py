@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import sys
 from argparse import Namespace
 from pathlib import Path
 
 from vedette.commands import DONE, options
 from vedette.config import answers
 from vedette.errors import ConfigError, Problem
+from vedette.writing import Inputs, unfinished_runs
+from vedette_report.files import NAMES, SERIES
 from vedette_report.page.build import target_of, write_comparison, write_page
 from vedette_report.page.geography import read_origin
 
@@ -24,15 +27,36 @@ def run(arguments: Namespace) -> int:
         raise ConfigError([Problem(option, f"runs a study's runs anew, and {str(folders[0])!r} is no study's folder")])
     underlay = Path(arguments.underlay) if arguments.underlay else None
     origin = options.read("--origin", arguments.origin, read_origin)
+    shown = [_with_results(path) for path in folders]
     beside = folders[0].parent if folders[0].suffix == ".npz" else folders[0]
     if len(folders) == 1:
         name = "report" if beside == folders[0] else folders[0].stem
         target = target_of(arguments.out, beside / f"{name}.html")
-        write_page(folders[0], target, underlay, origin)
+        _check(target, shown, arguments)
+        write_page(shown[0], target, underlay, origin)
     else:
         target = target_of(arguments.out, beside / "compare.html")
-        write_comparison(folders, target, underlay, origin)
+        _check(target, shown, arguments)
+        write_comparison(shown, target, underlay, origin)
     return _tell(target)
+
+
+def _with_results(path: Path) -> Path:
+    """Return the run to show: that of a folder, or where it has none, the one in it that did not come to its end."""
+    left = unfinished_runs(path) if path.suffix != ".npz" else []
+    if not left:
+        return path
+    if (path / SERIES).exists():
+        print(f"vedette: {path}: this is its finished run; {left[-1].name} in it is one that did not end", file=sys.stderr)
+        return path
+    print(f"vedette: {path}: the run did not end; {left[-1].name} is shown up to its last complete block", file=sys.stderr)
+    return left[-1]
+
+
+def _check(target: Path, runs: list[Path], arguments: Namespace) -> None:
+    """Raise ConfigError if the page would take the place of what it is made of."""
+    files = [path / name for path in runs if path.is_dir() for name in NAMES if name != "report.html"]
+    Inputs.of(arguments.underlay, [path for path in runs if path.is_file()], files).check(target)
 
 
 def _tell(target: Path) -> int:

@@ -12,16 +12,16 @@ import numpy as np
 from attrs import evolve
 
 from vedette.commands import DONE, INTERRUPTED, options
-from vedette.config import load
+from vedette.config import load, to_config
 from vedette.errors import ConfigError, Problem
 from vedette.experiment import Experiment, Result, Steps
 from vedette.progress import on_terminal
 from vedette.tracking import check_smoothing
 from vedette.types import LazyScans
-from vedette.writing import check_folder
+from vedette.writing import Inputs, check_folder, results_in
 from vedette_report.drawing import drawing
 from vedette_report.figures import figures, length_unit, timings
-from vedette_report.files import write_files, write_of_plugins, write_series
+from vedette_report.files import NAMES, write_config, write_files, write_of_plugins
 from vedette_report.series import recorded_run
 from vedette_report.smoothed import read_lag, smooth_result, smoothed_figures, smoothed_summary, write_smoothed
 from vedette_report.summary import summary
@@ -35,6 +35,7 @@ def run(arguments: Namespace) -> int:
     experiment = load(arguments.config, overrides=options.overrides(arguments))
     folder = Path(arguments.out) if arguments.out else Path("out") / Path(arguments.config).stem
     check_folder(folder)
+    reads = Inputs.of(arguments.config, arguments.style, to_config(experiment))
     pictures = drawing(arguments.format, arguments.columns, arguments.style)
     lag = None if arguments.smooth is None else read_lag(arguments.smooth)
     if arguments.stream and (arguments.keep or lag is not None):
@@ -49,36 +50,34 @@ def run(arguments: Namespace) -> int:
     with on_terminal() as progress:
         steps = experiment.steps(strict=arguments.strict, progress=progress, named=np.inf)
         if arguments.stream or (not keep and len(steps.recording.scans) > LONG):
-            return _stream(experiment, steps, folder, arguments)
-        recorded = recorded_run(experiment, steps, keep_states=lag is not None)
-    result, judged = recorded.result, recorded.judged
-    score = judged.score
-    found, text = figures(experiment, result, score), summary(experiment, result, score, judged.bands)
-    smoothed = None if lag is None else smooth_result(experiment, result, lag)
-    if smoothed is not None:
-        found, text = (
-            found | {"smoothed": smoothed_figures(smoothed)},
-            text + smoothed_summary(score, smoothed, length_unit(experiment)),
-        )
-    written = write_files(folder, experiment, result, found, text) + write_series(folder, recorded.packed)
-    if smoothed is not None:
-        written += write_smoothed(folder, experiment, result, smoothed)
-    if pictures.possible():
-        written += pictures.of_run(evolve(result, judged=judged), folder)
-    if arguments.report:
-        written += [_page(folder)]
-    further, problems = write_of_plugins(folder, experiment, result)
-    written += further
+            return _stream(experiment, steps, folder, reads, arguments)
+        with results_in(folder, reads, (*NAMES, *pictures.names())) as results:
+            write_config(results.place, experiment)
+            recorded = recorded_run(experiment, steps, keep_states=lag is not None)
+            result, judged = recorded.result, recorded.judged
+            score = judged.score
+            numbers, text = figures(experiment, result, score), summary(experiment, result, score, judged.bands)
+            smoothed = None if lag is None else smooth_result(experiment, recorded, lag)
+            if smoothed is not None:
+                numbers |= {"smoothed": smoothed_figures(smoothed)}
+                text += smoothed_summary(score, smoothed, length_unit(experiment))
+            written = write_files(results.place, experiment, recorded, numbers, text)
+            if smoothed is not None:
+                written += write_smoothed(results.place, experiment, result, smoothed)
+            if pictures.possible():
+                written += pictures.of_run(evolve(result, judged=judged), results.place)
+            further, problems = write_of_plugins(results.place, experiment, result)
+    written += [*([_page(folder)] if arguments.report else []), *further]
     for problem in problems:
         print(f"vedette: {problem}", file=sys.stderr)
-    return _tell(arguments, result, text, found, f"{folder}: {', '.join(written)}")
+    return _tell(arguments, result, text, numbers, f"{folder}: {', '.join(written)}")
 
 
-def _stream(experiment: Experiment, steps: Steps, folder: Path, arguments: Namespace) -> int:
+def _stream(experiment: Experiment, steps: Steps, folder: Path, reads: Inputs, arguments: Namespace) -> int:
     """Run, write and judge during the run, and keep nothing in memory."""
     from vedette_report.streaming import stream
 
-    done = stream(experiment, folder, steps=steps)
+    done = stream(experiment, folder, steps=steps, reads=reads)
     if not arguments.stream:
         scans = steps.recording.scans
         endless = isinstance(scans, LazyScans) and scans.once
@@ -99,7 +98,7 @@ def _page(folder: Path) -> str:
     return "report.html"
 
 
-def _tell(arguments: Namespace, result: Result, text: str, found: dict[str, Any], written: str) -> int:
+def _tell(arguments: Namespace, result: Result, text: str, numbers: dict[str, Any], written: str) -> int:
     """Print the result of a run; return the exit code."""
     took = timings(result)
     print(text)
@@ -107,5 +106,5 @@ def _tell(arguments: Namespace, result: Result, text: str, found: dict[str, Any]
         print(f"{1e3 * took['seconds_per_scan']:.3g} ms a scan")
     print(written)
     if arguments.json:
-        print(json.dumps(found | took))
+        print(json.dumps(numbers | took))
     return INTERRUPTED if result.interrupted else DONE

@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from vedette.commands import DONE, INTERRUPTED, options
-from vedette.config import load, warnings_of
+from vedette.config import load, to_config, warnings_of
 from vedette.errors import ConfigError, Problem
 from vedette.experiment import Experiment, Steps, Watch
-from vedette.writing import check_folder
+from vedette.writing import Inputs, check_folder
 from vedette_report.streaming import stream
 from vedette_report.watching.page import LivePage
 from vedette_report.watching.real_time import Pace, read_speed
@@ -34,7 +34,8 @@ def run(arguments: Namespace) -> int:
         view = TerminalView(experiment, steps, pace)
     else:
         underlay = None if arguments.underlay is None else Path(arguments.underlay)
-        view = LivePage(experiment, steps, pace, port=port, underlay=underlay)
+        came = lambda: pace.came  # noqa: E731
+        view = LivePage(experiment, steps.recording, steps.state, came, port=port, underlay=underlay)
         print(f"{view.server.address}", flush=True)
     return _follow(experiment, steps, folder, view, arguments)
 
@@ -43,18 +44,19 @@ def _follow(
     experiment: Experiment, steps: Steps, folder: Path | None, view: LivePage | TerminalView, arguments: Namespace
 ) -> int:
     """Run to the end, and let the view show it; return the exit code."""
-    interrupted, found, lines = True, dict[str, Any](), list[str]()
+    interrupted, figures, lines = True, dict[str, Any](), list[str]()
     try:
         if folder is None:
             interrupted, confirmed = _through(experiment, steps, view.take)
-            found = {"scans_taken": steps.intake.scans, "begun": steps.state.born, "confirmed": confirmed}
+            figures = {"scans_taken": steps.intake.scans, "begun": steps.state.born, "confirmed": confirmed}
             lines = [
                 f"LOOKS WRONG: {said}" for said in warnings_of(steps.intake, steps.recording, experiment.tracker.sensors)
             ]
             lines += [f"{steps.intake.scans} scans, {confirmed} confirmed tracks of {steps.state.born} begun"]
         else:
-            done = stream(experiment, folder, steps=steps, watch=view.take)
-            interrupted, found = done.result.interrupted, done.figures
+            reads = Inputs.of(arguments.config, to_config(experiment))
+            done = stream(experiment, folder, steps=steps, shown=view.take, reads=reads)
+            interrupted, figures = done.result.interrupted, done.figures
             lines = [done.text, f"{folder}: {', '.join(done.files)}"]
             for problem in done.problems:
                 print(f"vedette: {problem}", file=sys.stderr)
@@ -65,7 +67,7 @@ def _follow(
         view.end(interrupted=interrupted)
     print("\n".join(lines))
     if arguments.json:
-        print(json.dumps({"interrupted": interrupted, **found}))
+        print(json.dumps({"interrupted": interrupted, **figures}))
     return INTERRUPTED if interrupted else DONE
 
 

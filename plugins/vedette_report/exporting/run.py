@@ -41,14 +41,15 @@ class Run:
     def read(cls, folder: Path, tracks: str, origin: Origin | None, epoch: float | None) -> Run:
         """Read a folder; `tracks` names the file; `origin` and `epoch` are of those who know better than the recording."""
         about = read_about(folder / "series.npz")
-        terms = Terms.of(about["notes"])
+        found = read_tracks(folder / tracks)
+        terms = Terms.of(about["notes"], found)
         if origin is not None:
             terms = evolve(terms, origin=origin)
         if epoch is not None:
             if terms.dated:
                 raise ConfigError([Problem("--epoch", "is for times without a date, and those of this recording have one")])
             terms = evolve(terms, dated=True)
-        whole = [_confirmed(track) for track in read_tracks(folder / tracks) if track.confirmed.any()]
+        whole = [_confirmed(track) for track in found if track.confirmed.any()]
         kept = tuple(evolve(track, times=track.times + (epoch or 0.0)) for track in whole if len(track.times))
         return cls(folder, about, kept, Space.of(**about["axes"]), terms, 0.0 if epoch is None else epoch)
 

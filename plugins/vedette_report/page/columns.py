@@ -126,7 +126,8 @@ def _weights(series: Series, order: Rows) -> list[Named]:
     """Return the largest weights of each entry, the largest first, and how many each has."""
     weights, place = series["weights"], np.empty(len(order), dtype=np.intp)
     place[order] = np.arange(len(order))
-    kept = np.flatnonzero(weights["weight"] > LEAST)
+    scan = series["entries"]["scan"][weights["entry"]]
+    kept = np.flatnonzero((weights["weight"] > LEAST) & (weights["return"] < series["scans"]["returns"][scan]))
     entry = place[weights["entry"][kept]]
     by_size = np.lexsort((-weights["weight"][kept], entry))
     kept, entry = kept[by_size], entry[by_size]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -10,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from vedette.errors import InputError
+from vedette.reading import read_table
 from vedette.space import Array
 from vedette_files import Origin
 
@@ -44,10 +44,9 @@ def read_origin(text: str) -> Origin:
 def read_underlay(path: Path, origin: Origin | None) -> Lines:
     """Return the lines and the outlines of areas in a GeoJSON file: degrees around `origin`, or m on the map without one."""
     try:
-        data = json.loads(path.read_text(encoding="utf-8"))
-        lines = [*_lines(data)]
-    except FileNotFoundError:
-        raise InputError(f"{path}: there is no such file") from None
+        lines = [*_lines(read_table(path))]
+    except InputError:
+        raise
     except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
         raise InputError(f"{path}: must be GeoJSON: {' '.join(str(error).split())}") from None
     count = sum(len(line["points"]) for line in lines)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any, final
 
@@ -11,7 +10,9 @@ from attrs import frozen
 
 from vedette.display import without_passwords
 from vedette.errors import InputError
+from vedette.reading import read_table
 from vedette.space import Array
+from vedette.writing import UNFINISHED
 from vedette_files import Origin, Series, Terms, read_series
 from vedette_report import canvas
 from vedette_report.page.columns import columns
@@ -42,12 +43,16 @@ class Shown:
             raise InputError(f"{path}: {there}; must be the folder that `vedette run` or `vedette study` wrote")
         own = path if path.suffix == ".npz" else path / SERIES
         series, folder = read_series(own), own.parent
-        figures = json.loads(_text(folder / "summary.json")) if (folder / "summary.json").exists() else {}
+        if not series.tables:
+            raise InputError(f"{own}: is empty: the run was ended before its first complete block")
+        figures = read_table(folder / "summary.json") if (folder / "summary.json").exists() else {}
         name = folder.resolve().name
         if own.name == SMOOTHED:
             name, figures = f"{name} (smoothed)", figures.get("smoothed", {})
         config = without_passwords(_text(folder / "config.json"))
-        return cls(name, folder, series, figures, _text(folder / "summary.txt"), config)
+        ended = (folder / "summary.txt").exists() or not name.startswith(UNFINISHED)
+        words = _text(folder / "summary.txt") if ended else "The run did not come to its end: there are no figures.\n"
+        return cls(name, folder, series, figures, words, config)
 
     def facts(
         self, underlay: Path | None, origin: Origin | None, centre: Array | None = None

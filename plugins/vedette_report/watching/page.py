@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 from queue import Queue
 from threading import Thread
@@ -13,18 +14,17 @@ import numpy as np
 
 from vedette.config import to_config
 from vedette.display import without_passwords
-from vedette.experiment import Experiment, Steps
+from vedette.experiment import Experiment
 from vedette.space import Array
 from vedette.tracking import State
 from vedette.types import Frame, Gaussian, Recording, Scan
-from vedette_files import Terms
+from vedette_files import Tables, Terms
 from vedette_report import canvas
 from vedette_report.page.build import DRAWING
 from vedette_report.page.frames import limits_of, picture
 from vedette_report.page.geography import graticule, read_underlay
 from vedette_report.page.skeleton import page
 from vedette_report.watching.journal import Journal
-from vedette_report.watching.real_time import Pace
 from vedette_report.watching.records import Records, Seen
 from vedette_report.watching.server import Server
 
@@ -48,27 +48,42 @@ _AROUND = 10_000.0
 
 @final
 class LivePage:
-    """Shows a run at `server.address` while it goes: `take` is told of each scan, as `Experiment.finish` tells it."""
+    """Shows a run at `server.address` while it goes: `take` is told of each scan, as `Experiment.finish` tells it.
+
+    `state` is any of the run, `came` returns when the latest scan came, in s since 1970.
+    """
 
     def __init__(
-        self, experiment: Experiment, steps: Steps, pace: Pace, *, port: int = 0, underlay: Path | None = None
+        self,
+        experiment: Experiment,
+        recording: Recording,
+        state: State,
+        came: Callable[[], float],
+        *,
+        port: int = 0,
+        underlay: Path | None = None,
     ) -> None:
-        modes = experiment.tracker.estimator.mode_prob(steps.state.belief)
-        self._records = Records(experiment, steps.recording, 0 if modes is None else modes.shape[-1])
-        self._journal, self._pace, self._waiting = Journal(), pace, Queue[Seen | None](_WAITING)
+        modes = experiment.tracker.estimator.mode_prob(state.belief)
+        self._records = Records(experiment, recording, 0 if modes is None else modes.shape[-1])
+        self._journal, self._came, self._waiting = Journal(), came, Queue[Seen | None](_WAITING)
         self._limits: tuple[float, float] | None = None
         self._failed: BaseException | None = None
-        facts = self._facts(experiment, steps.recording, underlay)
+        facts = self._facts(experiment, recording, underlay)
         text = page(experiment.title or "vedette watch", facts, LIVE).replace(_SILENT, _ASKS, 1)
         self.server = Server(text, self._journal, self._picture, port)
         self._thread = Thread(target=self._record, daemon=True)
         self._thread.start()
 
-    def take(self, scan: Scan, before: State, state: State, estimate: Gaussian, modes: Array | None) -> None:
-        """Show a scan, the states before and after it, and that one's estimates (t,) and mode probabilities (t, r)."""
+    def take(
+        self, scan: Scan, before: State, state: State, estimate: Gaussian, modes: Array | None, told: Tables | None = None
+    ) -> None:
+        """Show a scan, the states before and after it, and that one's estimates (t,) and mode probabilities (t, r).
+
+        `told` are its tables, of a run that is judged and written besides: of such a run all scans have them.
+        """
         if self._failed is not None:
             raise self._failed
-        self._waiting.put(Seen(self._pace.came, scan, before, state, estimate, modes))
+        self._waiting.put(Seen(self._came(), scan, before, state, estimate, modes, told))
 
     def end(self, *, interrupted: bool, wait: float = 5.0) -> None:
         """Tell the readers that no further scan comes, let them take what is left, and stop."""

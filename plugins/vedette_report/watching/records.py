@@ -18,10 +18,10 @@ from vedette.tracking import State
 from vedette.types import Gaussian, Recording, Scan
 from vedette_files import Series, Tables
 from vedette_report.page.columns import arrays, middle
-from vedette_report.series import together
-from vedette_report.series_about import about, no_rows
+from vedette_report.series_about import about
 from vedette_report.series_judged import judged
 from vedette_report.series_rows import ScanRows
+from vedette_report.series_tables import no_rows, together
 from vedette_report.watching.truth import TrueObjects
 
 RAY, CAME, COVERED = "returns.ray", "scans.came", "scans.covered"
@@ -40,7 +40,10 @@ _WHOLE = 24
 
 @frozen(eq=False)
 class Seen:
-    """What is told of a scan: when it came, in s since 1970, and what `Experiment.finish` tells its `watch`."""
+    """What is told of a scan: when it came, in s since 1970, and what `Experiment.finish` tells its `watch`.
+
+    `told` are its tables where the run is judged and written besides, with numbers that go on from scan to scan.
+    """
 
     came: float
     scan: Scan
@@ -48,6 +51,7 @@ class Seen:
     state: State
     estimate: Gaussian
     modes: Array | None
+    told: Tables | None = None
 
 
 @final
@@ -68,7 +72,7 @@ class Records:
         if recording.truth:
             import_module("scipy.optimize")  # the judge needs it, and a second's pause in the middle of a run is seen
         self._centre: Array | None = None
-        self._count, self._judged_at, self._judging = 0, 0.0, 0.0
+        self._count, self._entries, self._judged_at, self._judging = 0, 0, 0.0, 0.0
         self._none = no_rows(len(tracker.state), self._rows.axes, modes)
         named = self._arrays([])
         self.columns = [*((name, values.dtype.str[1:]) for name, values in named.items()), (RAY, "f4")]
@@ -88,34 +92,41 @@ class Records:
 
     def _arrays(self, seen: Sequence[Seen]) -> dict[str, Any]:
         """Return the page's columns of some scans."""
-        rows = self._joined(seen)
-        block = self._compared(seen)
-        more = judged(block, len(seen), rows["entries"]["confirmed"])
-        covered = more["scans"]["covered"].astype(np.float32)
-        rows["scans"] |= more["scans"]
-        rows["entries"] |= more["entries"]
-        rows["truth"] = self._truth.true([each.scan.time for each in seen])
+        rows, compared = self._rows_of(seen)
+        covered = rows["scans"]["covered"].astype(np.float32)
         series = Series(self.about, rows)
         centre = middle(series) if self._centre is None else self._centre
         made = dict(arrays(series, centre))
-        made[COVERED] = covered if block is not None else np.full_like(covered, np.nan)
+        made[COVERED] = covered if compared else np.full_like(covered, np.nan)
         made[CAME] = np.array([each.came for each in seen])
         if self._centre is None and any(np.isfinite(made[name]).any() for name in PLACES if name in made):
             self._centre = centre
         return made
 
-    def _joined(self, seen: Sequence[Seen]) -> dict[str, dict[str, Any]]:
-        """Return the rows of some scans, counted from the first one's."""
+    def _rows_of(self, seen: Sequence[Seen]) -> tuple[dict[str, dict[str, Any]], bool]:
+        """Return the tables of some scans, counted from the first one's, and whether they were compared with the truth."""
+        told = [each.told for each in seen if each.told is not None]
+        if told:
+            rows = together(told)
+            for table in ("returns", "entries", "truth"):
+                rows[table]["scan"] = rows[table]["scan"] - self._count
+            rows["weights"]["entry"] = rows["weights"]["entry"] - self._entries
+            self._entries += len(rows["entries"]["scan"])
+            return rows, True
         parts: list[Tables] = [self._none]
         entries = 0
         for i, each in enumerate(seen):
-            rows = self._rows.of(each.scan, each.before, each.state, each.estimate, each.modes)
-            rows["returns"]["scan"] += i
-            rows["entries"]["scan"] += i
-            rows["weights"]["entry"] += entries
+            part = self._rows.of(each.scan, each.before, each.state, each.estimate, each.modes)
+            part["returns"]["scan"] += i
+            part["entries"]["scan"] += i
+            part["weights"]["entry"] += entries
             entries += len(each.state.ids)
-            parts.append(rows)
-        return {table: {**columns} for table, columns in together(parts).items()}
+            parts.append(part)
+        rows, block = together(parts), self._compared(seen)
+        for table, columns in judged(block, len(seen), rows["entries"]["confirmed"]).items():
+            rows[table] |= columns
+        rows["truth"] = self._truth.true([each.scan.time for each in seen])
+        return rows, block is not None
 
     def _compared(self, seen: Sequence[Seen]) -> Block | None:
         """Return what the judge says of some scans; nothing where it would hold the run up."""

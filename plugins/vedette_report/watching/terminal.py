@@ -12,6 +12,7 @@ from vedette.experiment import Experiment, Steps
 from vedette.space import Array
 from vedette.tracking import State
 from vedette.types import Gaussian, Scan
+from vedette_files import Tables
 from vedette_report.plane import Plane, positions_of
 from vedette_report.watching.real_time import Pace
 
@@ -46,7 +47,9 @@ class TerminalView:
         self._live = Live(get_renderable=self._picture, console=self.console, refresh_per_second=_PER_SECOND)
         self._live.start()
 
-    def take(self, scan: Scan, before: State, state: State, estimate: Gaussian, modes: Array | None) -> None:
+    def take(
+        self, scan: Scan, before: State, state: State, estimate: Gaussian, modes: Array | None, told: Tables | None = None
+    ) -> None:
         """Note a scan and the state after it; the next picture shows it."""
         self.scans += 1
         self._last = scan, state, estimate

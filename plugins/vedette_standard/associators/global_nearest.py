@@ -23,6 +23,7 @@ class GlobalNearest(Associator):
     kind: ClassVar[str] = "gnn"
     abbreviations: ClassVar[tuple[str, ...]] = ("gnnf",)
     by_cluster: ClassVar[bool] = True
+    decides: ClassVar[bool] = True
     exclusive: ClassVar[bool] = True
 
     @property

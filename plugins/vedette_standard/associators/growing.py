@@ -2,41 +2,50 @@
 
 from __future__ import annotations
 
-from vedette import Array, Branching, Gaussian, HypothesisAssociator, Indices, Mask, Merging, Space, kernels
-from vedette_standard.associators.hypotheses import GlobalHypotheses, branched, heaviest, kept, leaf_probability
+from vedette import Array, Branching, Gaussian, HypothesisAssociator, Indices, Mask, Merging, Space
+from vedette.hypotheses import Hypotheses, LeafScores, best_marginals_of_table
 from vedette_standard.associators.recombined import merged_by_track
 
 
 class Growing(HypothesisAssociator):
-    """Keeps global hypotheses: at most `hypotheses`, of which those of a weight up to `least` are dropped."""
+    """Keeps at most `hypotheses` of each cluster; those of a weight up to `least` are dropped."""
 
     hypotheses: int
     least: float
 
+    @property
+    def past(self) -> int:
+        """Of how many scans the ancestors of each leaf are kept."""
+        return 0
+
     def associate(self, scores: Array, evidence: Array | None) -> Array:
-        """Return the marginals of the scan's best associations: (*b, t, 1+k) -> (*b, t, 1+k)."""
-        return kernels.best_marginals(scores, self.hypotheses)
+        """Return the marginals of the best associations of each cluster: (*b, t, 1+k) -> (*b, t, 1+k)."""
+        return best_marginals_of_table(scores, self.hypotheses)[0]
 
-    def initial_hypotheses(self, tracks: int) -> GlobalHypotheses:
-        """Return the one hypothesis that holds every given track."""
-        return GlobalHypotheses.of(tracks)
+    def initial_hypotheses(self, tracks: int) -> Hypotheses:
+        """Return the hypotheses in which every given track is there, each a cluster of its own."""
+        return Hypotheses.of(tracks, self.past)
 
-    def branch(self, hypotheses: GlobalHypotheses, scores: Array, begins: Mask) -> Branching:
+    def branch(self, hypotheses: Hypotheses, scores: LeafScores, begins: Mask) -> Branching:
         """Return the leaves and hypotheses after a scan."""
-        return branched(hypotheses, scores, begins, self.hypotheses, self.least)
+        return hypotheses.grown(scores, begins, self.hypotheses, self.least)
 
-    def merge(self, hypotheses: GlobalHypotheses, estimate: Gaussian, existence: Array, state: Space) -> Merging:
+    def merge(self, hypotheses: Hypotheses, estimate: Gaussian, existence: Array, state: Space) -> Merging:
         """Return the leaves merged into one for each track, of a past that the heaviest association of the track has."""
         return merged_by_track(hypotheses, estimate, existence, state)
 
-    def keep(self, hypotheses: GlobalHypotheses, alive: Mask) -> tuple[GlobalHypotheses, Indices]:
-        """Return the hypotheses without the leaves that ended, equal ones merged."""
-        return kept(hypotheses, alive)
+    def keep(self, hypotheses: Hypotheses, alive: Mask) -> tuple[Hypotheses, Indices]:
+        """Return the hypotheses without the leaves that ended, and of those that past decisions rule out."""
+        return (hypotheses.decided() if self.past else hypotheses).kept(alive, self.least)
 
-    def probability(self, hypotheses: GlobalHypotheses) -> Array:
+    def probability(self, hypotheses: Hypotheses) -> Array:
         """Return the probability of each leaf."""
-        return leaf_probability(hypotheses)
+        return hypotheses.probability
 
-    def reported(self, hypotheses: GlobalHypotheses, existence: Array) -> Indices:
-        """Return the leaves of the heaviest hypothesis."""
-        return heaviest(hypotheses)
+    def existence(self, hypotheses: Hypotheses, own: Array, last: Indices) -> Array:
+        """Return the existence of each leaf's target over all hypotheses."""
+        return hypotheses.existence(own, last)
+
+    def reported(self, hypotheses: Hypotheses, existence: Array) -> Indices:
+        """Return the leaves of the heaviest hypothesis of each cluster."""
+        return hypotheses.heaviest

@@ -11,6 +11,11 @@ from numpy.typing import NDArray
 
 from vedette import Array, Associator, Mask, fields, kernels
 
+MOST_MESSAGES = 200_000
+"""Messages of belief propagation in a cluster and scan. Ended before it has settled, weights are off by less than
+it is off by itself: in 300 targets 15 m apart, sigma 5 m, 150 sweeps and 1,000 covered as many.
+"""
+
 
 @final
 @frozen
@@ -20,7 +25,8 @@ class Jpda(Associator):
     P(a) ~ prod_t exp(score of t's part in a). Tracks that share returns, directly or through others, are a cluster; a track
     that shares none is PDA. A cluster is summed exactly, over sets of at most `exact` tracks or returns, however many it
     has; where more would be kept apart at once, or some four million sets in all, by belief propagation, which is exact
-    only on trees and overconfident where two targets are close (weights off by .05 on average there, by .35 at worst).
+    only on trees and overconfident where two targets are close (weights off by .05 on average there, by .35 at worst), in
+    so many sweeps as take 200,000 messages. Where targets stay close, their tracks come to lie between them (coalescence).
     Fortmann, Bar-Shalom, Scheffe, Sonar Tracking of Multiple Targets Using JPDA, IEEE J. Oceanic Engineering 8, 1983.
     """
 
@@ -93,7 +99,7 @@ def _propagated(gain: Array, tolerance: float, sweeps: int) -> tuple[Array, Arra
     # From the scarcer side: all returns free to take, or all tracks.
     first = gain.shape[0] <= gain.shape[1]
     to_track = np.ones_like(ratio) if first else 1.0 / (1.0 + _others(ratio, of_return))
-    for _ in range(sweeps):
+    for _ in range(min(sweeps, max(1, MOST_MESSAGES // len(ratio)))):
         # Sum without the own term rather than subtract it: total - own would lose small terms to rounding.
         to_return = ratio / (1.0 + _others(ratio * to_track, of_track))
         before, to_track = to_track, 1.0 / (1.0 + _others(to_return, of_return))

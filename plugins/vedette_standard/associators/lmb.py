@@ -8,6 +8,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Branching, HypothesisAssociator, Indices, Mask, fields, kernels
+from vedette.hypotheses import LeafScores, best_marginals, best_marginals_of_table
 
 
 @frozen(eq=False)
@@ -25,9 +26,9 @@ class Mixtures:
 class LabelledMultiBernoulli(HypothesisAssociator):
     """Keeps each track as a mixture of leaves, and forgets which leaves of different tracks go together.
 
-    The score of a track is that of its mixture. The best joint associations of the scan give the marginal probability of
-    each return for each track, and each leaf branches by each return in its gate. The heaviest leaves of each track are
-    kept. All tracks are shown, each by the leaf that is heaviest given that its target exists.
+    The score of a track is that of its mixture. The best joint associations of each cluster of tracks that share returns
+    give the marginal probability of each return for each track, and each leaf branches by each return in its gate. Of each
+    track the heaviest leaves are kept. All tracks are shown, each by the leaf that is heaviest given that its target exists.
     Reuter, Vo, Vo, Dietmayer, The Labeled Multi-Bernoulli Filter, IEEE Trans. Signal Processing 62, 2014.
     """
 
@@ -36,48 +37,57 @@ class LabelledMultiBernoulli(HypothesisAssociator):
     leaves: int = fields.integer("most leaves of a track", default=20, at_least=1)
     least: float = fields.probability("weight in its track at or below which a leaf is dropped", default=1e-4, below=1)
     associations: int = fields.integer(
-        "largest number of joint associations of a scan that are computed", default=200, at_least=1
+        "largest number of joint associations of a cluster that are computed", default=200, at_least=1
     )
 
     def associate(self, scores: Array, evidence: Array | None) -> Array:
-        """Return the marginals of the scan's best joint associations: (*b, t, 1+k) -> (*b, t, 1+k)."""
-        return kernels.best_marginals(scores, self.associations)
+        """Return the marginals of the best associations of each cluster: (*b, t, 1+k) -> (*b, t, 1+k)."""
+        return best_marginals_of_table(scores, self.associations)[0]
 
     def initial_hypotheses(self, tracks: int) -> Mixtures:
         """Return one leaf for each given track."""
         return Mixtures(np.arange(tracks), np.ones(tracks))
 
-    def branch(self, hypotheses: Mixtures, scores: Array, begins: Mask) -> Branching:
+    def branch(self, hypotheses: Mixtures, scores: LeafScores, begins: Mask) -> Branching:
         """Return the leaves after a scan."""
         track, weights = hypotheses.track, hypotheses.weights
-        starts = np.flatnonzero(np.diff(track, prepend=-1))
-        count, likely = len(starts), kernels.safe_log(weights)[:, None] + scores
-        total = np.logaddexp.reduceat(likely, starts, axis=0)
-        absent = np.maximum(1.0 - np.bincount(track, weights, count), 0.0)
-        total[:, 0] = np.logaddexp(total[:, 0], kernels.safe_log(absent))
-        marginals = self.associate(total, None)
-        with np.errstate(invalid="ignore"):
-            shares = np.where(np.isfinite(likely), np.exp(likely - total[track]), 0.0) * marginals[track]
-        parent, choice = np.nonzero(shares > self.least)
-        free = np.maximum(1.0 - np.sum(marginals[:, 1:], axis=0), 0.0)
+        count, log_weight, leaf = int(track[-1]) + 1 if len(track) else 0, kernels.safe_log(weights), scores.leaf
+        pairs, which = np.unique(track[leaf] * scores.k + scores.returns, return_inverse=True)
+        likely, missed = log_weight[leaf] + scores.scores, log_weight + scores.miss
+        total = _log_sums(which, likely, len(pairs))
+        absent = kernels.safe_log(np.maximum(1.0 - np.bincount(track, weights, count), 0.0))
+        miss = np.logaddexp(_log_sums(track, missed, count), absent)
+        of, returns = np.divmod(pairs, max(scores.k, 1))
+        ends = np.cumsum(np.bincount(of, minlength=count))
+        misses, taken, lost = best_marginals(LeafScores(miss, ends, returns, total, scores.k), self.associations)
+        share = np.concatenate([_share(missed, miss[track]) * misses[track], _share(likely, total[which]) * taken[which]])
+        parent, choice = (
+            np.concatenate([np.arange(len(track)), leaf]),
+            np.append(np.zeros(len(track), int), 1 + scores.returns),
+        )
+        some = np.flatnonzero(share > self.least)
+        some = some[np.lexsort((choice[some], parent[some]))]
+        parent, choice, share = parent[some], choice[some], share[some]
+        free = np.maximum(1.0 - np.bincount(returns, taken, scores.k), 0.0)
         news = np.flatnonzero(begins & (free > self.least))
         return Branching(
             parent=np.concatenate([parent, np.full(len(news), -1)]),
             choice=np.concatenate([choice, 1 + news]),
             hypotheses=Mixtures(
-                np.concatenate([track[parent], count + np.arange(len(news))]),
-                np.concatenate([shares[parent, choice], free[news]]),
+                np.concatenate([track[parent], count + np.arange(len(news))]), np.concatenate([share, free[news]])
             ),
+            lost=np.concatenate([lost[track[parent]], np.zeros(len(news))]),
         )
 
     def keep(self, hypotheses: Mixtures, alive: Mask) -> tuple[Mixtures, Indices]:
         """Return the heaviest leaves of each track that goes on."""
         track, weights = hypotheses.track, hypotheses.weights
         order = np.lexsort((-weights, track))
+        order = order[alive[order]]
         rank = np.arange(len(order)) - np.searchsorted(track[order], track[order])
-        rows = np.sort(order[(rank < self.leaves) & alive[order]])
+        rows = np.sort(order[rank < self.leaves])
         _, left = np.unique(track[rows], return_inverse=True)
-        before, after = np.bincount(track, weights), np.bincount(track[rows], weights[rows], len(track))
+        before, after = np.bincount(track[alive], weights[alive]), np.bincount(track[rows], weights[rows], len(track))
         scale = before[track[rows]] / after[track[rows]]
         return Mixtures(left, weights[rows] * scale), rows
 
@@ -85,13 +95,34 @@ class LabelledMultiBernoulli(HypothesisAssociator):
         """Return the probability of each leaf."""
         return hypotheses.weights
 
-    def judged(self, hypotheses: Mixtures, existence: Array) -> Array:
+    def existence(self, hypotheses: Mixtures, own: Array, last: Indices) -> Array:
         """Return the existence of each leaf's track."""
-        total = np.bincount(hypotheses.track, hypotheses.weights * existence).astype(float)
-        judged: Array = np.minimum(total, 1.0)[hypotheses.track]
-        return judged
+        return self.shown_existence(hypotheses, own)
+
+    def shown_existence(self, hypotheses: Mixtures, own: Array) -> Array:
+        """Return the existence of each leaf's track."""
+        total = np.bincount(hypotheses.track, hypotheses.weights * own).astype(float)
+        of_track: Array = np.minimum(total, 1.0)[hypotheses.track]
+        return of_track
 
     def reported(self, hypotheses: Mixtures, existence: Array) -> Indices:
         """Return the leaf of each track that is heaviest if its target exists."""
         order = np.lexsort((-hypotheses.weights * existence, hypotheses.track))
         return order[np.unique(hypotheses.track[order], return_index=True)[1]]
+
+
+def _log_sums(owner: Indices, logs: Array, count: int) -> Array:
+    """Return log of the sum of exp(logs) (p,) of each owner."""
+    top = np.full(count, -np.inf)
+    np.maximum.at(top, owner, logs)
+    top = np.where(np.isfinite(top), top, 0.0)
+    sums: Array = np.bincount(owner, np.exp(logs - top[owner]), count).astype(float)
+    logs_of_sums: Array = kernels.safe_log(sums) + top
+    return logs_of_sums
+
+
+def _share(logs: Array, total: Array) -> Array:
+    """Return exp(logs - total), 0 where a log is -inf."""
+    some = np.isfinite(logs)
+    share: Array = np.where(some, np.exp(np.where(some, logs - np.where(some, total, 0.0), 0.0)), 0.0)
+    return share

@@ -4,26 +4,41 @@ from __future__ import annotations
 
 from typing import ClassVar, final
 
+import numpy as np
 from attrs import frozen
 
-from vedette import Array, Associator, fields, kernels
+from vedette import Array, Associator, Mask, fields
+from vedette.hypotheses import LOST, best_marginals_of_table
 
 
 @final
 @frozen
 class MBestJpda(Associator):
-    """Returns the marginal probabilities of the m best joint associations of a scan, as if there were no others.
+    """Returns the marginal probabilities of the m best joint associations of each cluster, as if there were no others.
 
-    They are found by Murty's algorithm. If there are no more than `m`, this equals `jpda`; otherwise the least likely
-    associations are left out, and the weights of the others normalised.
+    Tracks that share returns, directly or through others, are a cluster. Its best associations are found by Murty's
+    algorithm. If there are no more than `m`, this equals `jpda`; otherwise the least likely ones are left out, and the
+    weights of the others normalised. A track counts as approximated if that leaves out more than `LOST`.
     Hamid Rezatofighi et al., Joint Probabilistic Data Association Revisited, ICCV 2015.
     """
 
     kind: ClassVar[str] = "m_best_jpda"
+    by_cluster: ClassVar[bool] = True
     exclusive: ClassVar[bool] = True
 
-    m: int = fields.integer("number of joint associations", default=200, at_least=1)
+    m: int = fields.integer("number of joint associations of a cluster", default=200, at_least=1)
+
+    @property
+    def approximates(self) -> bool:
+        """Whether it approximates: associations beyond the `m` best are left out."""
+        return True
+
+    def approximated(self, scores: Array) -> Mask:
+        """Return the tracks (*b, t) of clusters whose other associations are too probable."""
+        if np.max(np.prod(1.0 + np.isfinite(scores[..., 1:]).sum(axis=-1), axis=-1), initial=0.0) <= self.m:
+            return np.zeros(scores.shape[:-1], dtype=bool)
+        return best_marginals_of_table(scores, self.m)[1] > LOST
 
     def associate(self, scores: Array, evidence: Array | None) -> Array:
         """Return the association weights: (*b, t, 1+k) -> (*b, t, 1+k)."""
-        return kernels.best_marginals(scores, self.m)
+        return best_marginals_of_table(scores, self.m)[0]

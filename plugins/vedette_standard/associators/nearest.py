@@ -20,6 +20,7 @@ class Nearest(Associator):
     kind: ClassVar[str] = "nearest"
     abbreviations: ClassVar[tuple[str, ...]] = ("nn",)
     by_cluster: ClassVar[bool] = True
+    decides: ClassVar[bool] = True
 
     @property
     def solves(self) -> str:

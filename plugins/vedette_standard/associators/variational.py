@@ -26,7 +26,7 @@ class Variational(Growing):
     kind: ClassVar[str] = "variational"
 
     hypotheses: int = fields.integer(
-        "largest number of joint associations of a scan that are computed", default=200, at_least=1
+        "largest number of joint associations of a cluster that are computed", default=200, at_least=1
     )
     least: float = fields.probability("weight at or below which a joint association is dropped", default=1e-4, below=1)
 

@@ -91,14 +91,11 @@ class EnsembleKalman(OverMotion[Ensemble]):
         expected, dz = self._moments(sensor.measure(belief.points[..., where]), sensor.measurement)
         x = mean[..., where]
         ready = filters.prepare(sensor, observed, expected, sensor.noise(x))
-        dz, R, share = ready.columns(dz[..., None, :, :]), ready.noise, 1 / (self.members - 1)
-        S = share * np.swapaxes(dz, -1, -2) @ dz + R
-        C = share * np.swapaxes(dx[..., None, :, :], -1, -2) @ dz
-        pull = np.linalg.solve(S, ready.residuals[..., None])[..., 0]
-        distance = np.sum(ready.residuals * pull, axis=-1)
-        log_volume = 0.5 * np.linalg.slogdet(S)[1]
-        loglik = -0.5 * (distance + S.shape[-1] * math.log(2 * math.pi)) - log_volume + ready.log_constant
-        gain = np.swapaxes(np.linalg.solve(S, np.swapaxes(C, -1, -2)), -1, -2)
+        dz, R, share = ready.columns(dz[..., None, :, :]), ready.noise, 1 / math.sqrt(self.members - 1)
+        inverse, log_det, gain = kernels.gains_of_points(share * dx[..., None, :, :], share * dz, R)
+        distance = np.sum(ready.residuals * (inverse @ ready.residuals[..., None])[..., 0], axis=-1)
+        log_volume = 0.5 * log_det
+        loglik = -0.5 * (distance + R.shape[-1] * math.log(2 * math.pi)) - log_volume + ready.log_constant
         root = ready.columns(np.swapaxes(np.linalg.cholesky(R), -1, -2))  # what is missing is not perturbed
         root = np.broadcast_to(np.swapaxes(root, -1, -2), (*x.shape[:-1], *root.shape[-3:]))
         detail = Pulls(ready.residuals, dz, gain, root)

@@ -22,6 +22,7 @@ class ExtendedKalman(GaussianFilter):
 
     kind: ClassVar[str] = "ekf"
     declares: ClassVar[Traits] = Traits(exact_when_linear=True, takes_frames=True, bounded=True)
+    linearises: ClassVar[bool] = True
 
     motion: MotionModel = fields.part("how the target moves")
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from typing import ClassVar, final
 
 import numpy as np
 from attrs import frozen
 
 from vedette import Array, Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, Traits, fields, new_gaussian
-from vedette.filters import GaussianFilter, evaluate_linearised, extent_linearised, predict_linearised
+from vedette.filters import GaussianFilter, evaluate_linearised, extent_linearised, fading, predict_linearised
 
 
 @final
@@ -17,7 +18,7 @@ class FadingMemory(GaussianFilter):
     """The extended Kalman filter that gives old returns less weight: P- = a^2 F P F' + Q, with a = alpha^(T / step).
 
     For motion that the model does not describe: a return that is T s old has a^-2 times the weight that it has in `ekf`.
-    With alpha = 1 it is `ekf`.
+    With alpha = 1 it is `ekf`. A gap takes no variance beyond 1e30, where nothing is remembered.
     Simon, Optimal State Estimation, 2006, section 7.4.
     """
 
@@ -34,8 +35,7 @@ class FadingMemory(GaussianFilter):
         """Return the belief `dt` s later."""
         if dt == 0:
             return belief
-        faded = new_gaussian(belief.mean, self.alpha ** (2 * dt / self.step) * belief.cov)
-        return predict_linearised(faded, self.motion, dt, self._memo)
+        return predict_linearised(new_gaussian(belief.mean, self._faded(belief, dt)), self.motion, dt, self._memo)
 
     def evaluate(self, belief: Gaussian, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
         """Return the innovation of each track, linearised at its mean."""
@@ -47,5 +47,9 @@ class FadingMemory(GaussianFilter):
 
     def cross_covariance(self, belief: Gaussian, dt: float) -> Array:
         """Return a^2 P F', F the derivative of the motion at the mean."""
-        faded: Array = self.alpha ** (2 * dt / self.step) * belief.cov
-        return faded @ np.swapaxes(self.motion.jacobian(belief.mean, dt), -1, -2)
+        return self._faded(belief, dt) @ np.swapaxes(self.motion.jacobian(belief.mean, dt), -1, -2)
+
+    def _faded(self, belief: Gaussian, dt: float) -> Array:
+        """Return a^2 P."""
+        variances = np.diagonal(belief.cov, axis1=-2, axis2=-1)
+        return fading(variances, 2 * dt / self.step * math.log(self.alpha))[..., None, None] * belief.cov

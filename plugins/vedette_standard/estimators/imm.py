@@ -21,7 +21,6 @@ from vedette import (
     fields,
     kernels,
     maker,
-    new_gaussian,
     new_innovation,
 )
 from vedette.filters import has_gaussian_belief, marginal, without_variance
@@ -166,21 +165,21 @@ class Imm(Estimator[Modes]):
         """Mix, then predict every mode; one that reframes is told the combined estimate from before the mixing."""
         if dt == 0:
             return belief
-        log_prob, means, covs = kernels.mix_modes(
+        mixed = kernels.mix_modes(
             belief.log_prob, self._switch.log(dt), *self._each(belief), self._own, self._absent, self.state.periods
         )
         beliefs: list[Any] = []
         if self._gaussian and not self._reframing:
             for j, mode in enumerate(self.modes):
-                beliefs.append(mode.predict(new_gaussian(means[j], covs[j]), dt, rng))
-            return new_modes(tuple(beliefs), log_prob)
+                beliefs.append(mode.predict(mixed.beliefs[j], dt, rng))
+            return new_modes(tuple(beliefs), mixed.log_prob)
         combined = self.moments(belief) if self._reframing else None
-        for mode, mean, cov in zip(self.modes, means, covs, strict=True):
-            part = mode.start(new_gaussian(mean, cov), mode.state, rng)
+        for mode, prior in zip(self.modes, mixed.beliefs, strict=True):
+            part = mode.start(prior, mode.state, rng)
             if combined is not None and mode.traits.reframes:
                 part = mode.reframe(part, marginal(combined, self.state, mode.state, NO_AXES))
             beliefs.append(mode.predict(part, dt, rng))
-        return new_modes(tuple(beliefs), log_prob)
+        return new_modes(tuple(beliefs), mixed.log_prob)
 
     def evaluate(self, belief: Modes, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
         """Weight the modes' likelihoods by their predicted probabilities; a miss is a hypothesis like any other."""
@@ -200,19 +199,19 @@ class Imm(Estimator[Modes]):
     def update(self, belief: Modes, innovation: Innovation, weights: Array) -> Modes:
         """Split the track's weights among the modes, and let each update its own."""
         detail: ModeHypotheses = innovation.detail
-        log_prob, own = kernels.split_weights(weights, detail.log_share)
+        split = kernels.split_weights(weights, detail.log_share)
         beliefs = []
         for j, mode in enumerate(self.modes):
-            beliefs.append(mode.update(belief.beliefs[j], detail.innovations[j], own[j]))
-        return new_modes(tuple(beliefs), log_prob)
+            beliefs.append(mode.update(belief.beliefs[j], detail.innovations[j], split.weights[j]))
+        return new_modes(tuple(beliefs), split.log_prob)
 
     def moments(self, belief: Modes) -> Gaussian:
         """Return mean and covariance of the mixture over all modes' axes, the spread of the means included."""
         means, covs = self._each(belief)
-        mean, cov = kernels.mixture_moments(belief.log_prob, means, covs, self._own, self._absent, self.state.periods)
+        mixed = kernels.mixture_moments(belief.log_prob, means, covs, self._own, self._absent, self.state.periods)
         if self.zero_variance:
-            cov = without_variance(cov, self.state.locate(self.zero_variance))
-        return Gaussian(mean, cov)
+            return Gaussian(mixed.mean, without_variance(mixed.cov, self.state.locate(self.zero_variance)))
+        return mixed
 
     def mode_prob(self, belief: Modes) -> Array:
         """Return the mode probabilities: (*b, t, r)."""
@@ -248,8 +247,8 @@ class Imm(Estimator[Modes]):
         possible = np.isfinite(log_prob)[..., None]  # an impossible mode continues as if there were no future
         share = np.exp(np.where(possible, log_joint - np.where(possible, log_prob[..., None], 0.0), log_switch))
         shifts, smoothed = np.stack([gain[0] for gain in gains], axis=-2), np.stack([gain[1] for gain in gains], axis=-3)
-        steps, smoothed = kernels.moments(share[..., None, :], shifts, smoothed)
-        after = Gaussian(self.state.displace(each.mean, steps[..., 0, :]), smoothed[..., 0, :, :])
+        merged = kernels.moments(share[..., None, :], shifts, smoothed)
+        after = Gaussian(self.state.displace(each.mean, merged.mean[..., 0, :]), merged.cov[..., 0, :, :])
         beliefs = tuple(
             mode.start(Gaussian(after.mean[..., i, :], after.cov[..., i, :, :]), self.state, rng)
             for i, mode in enumerate(self.modes)

@@ -7,8 +7,8 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import evolve, frozen
 
-from vedette import Array, Detections, Frame, Gaussian, Innovation, Mask, MotionModel, Sensor, Traits, fields
-from vedette.filters import GaussianFilter, Prepared, evaluate_each, evaluate_frame, predict_linearised, prepare
+from vedette import Array, Detections, Frame, Gaussian, Innovation, Mask, MotionModel, Sensor, Traits, fields, kernels
+from vedette.filters import GaussianFilter, Prepared, evaluate_each, evaluate_frame, noise_over, predict_linearised, prepare
 
 
 @final
@@ -25,6 +25,7 @@ class IteratedExtendedKalman(GaussianFilter):
 
     kind: ClassVar[str] = "iekf"
     declares: ClassVar[Traits] = Traits(exact_when_linear=True, takes_frames=True)
+    linearises: ClassVar[bool] = True
 
     motion: MotionModel = fields.part("how the target moves")
     passes: int = fields.integer("linearisations of each return", default=5, at_least=1, at_most=100)
@@ -39,23 +40,22 @@ class IteratedExtendedKalman(GaussianFilter):
             return evaluate_frame(belief, self.state, sensor, observed, p_gate, self.passes)
         where = self.state.locate(sensor.observes)
         prior, x0 = belief.mean[..., None, :], belief.mean[..., where]
-        ready = prepare(sensor, observed, sensor.measure(x0), sensor.noise(x0))
+        ready = prepare(sensor, observed, sensor.measure(x0), noise_over(belief, sensor, where))
         R = ready.noise
         x = np.broadcast_to(prior, (*belief.mean.shape[:-1], observed.z.shape[-2], len(self.state)))
         H, nu = used = self._line(x, prior, ready, where)
         price, volume = np.full(x.shape[:-1], np.inf), None
         for _ in range(self.passes):
-            cross = belief.cov[..., None, :, :] @ np.swapaxes(H, -1, -2)
-            S = H @ cross + R
+            P = belief.cov[..., None, :, :]
+            inverse, log_det, gain = kernels.gains(P, H, R)
             if volume is None:  # that of the gate, around the prediction: no far return has a part in it
-                volume = np.max(0.5 * np.linalg.slogdet(S)[1], axis=-1, initial=-np.inf)
-            pull = np.linalg.solve(S, nu[..., None])
-            step = (cross @ pull)[..., 0]
+                volume = np.max(0.5 * log_det, axis=-1, initial=-np.inf)
+            pull, step = inverse @ nu[..., None], (gain @ nu[..., None])[..., 0]
             ahead = self._line(self.state.displace(prior, step), prior, ready, where)
             # |x - x-|^2_P is pull' H P H' pull, and the residual at x what the new linearisation leaves there.
             left = ahead[1] - (ahead[0] @ step[..., None])[..., 0]
             cost = np.sum(left * np.linalg.solve(R, left[..., None])[..., 0], axis=-1)
-            cost += np.sum(pull * (H @ cross @ pull), axis=(-1, -2))
+            cost += np.sum(pull * (H @ P @ np.swapaxes(H, -1, -2) @ pull), axis=(-1, -2))
             better = cost < price
             if not better.any():
                 break

@@ -35,6 +35,7 @@ class Kalman(GaussianFilter):
     kind: ClassVar[str] = "kalman"
     abbreviations: ClassVar[tuple[str, ...]] = ("kf", "information")
     declares: ClassVar[Traits] = Traits(exact_when_linear=True, takes_frames=True, bounded=True)
+    linearises: ClassVar[bool] = True
 
     motion: MotionModel = fields.part("how the target moves; a linear model")
 
@@ -52,8 +53,8 @@ class Kalman(GaussianFilter):
             return belief
         x, memo = belief.mean, self._memo
         F, Q, periods = memo.steps.get(dt) or memo.step(self.motion, x, dt)
-        mean, cov = kernels.predict(x, belief.cov, F, Q)
-        return new_gaussian(self.state.canonical(mean) if periods else mean, cov)
+        ahead = kernels.predict(x, belief.cov, F, Q)
+        return new_gaussian(self.state.canonical(ahead.mean), ahead.cov) if periods else ahead
 
     def evaluate(self, belief: Gaussian, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
         """Return the innovation of each track."""

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from typing import ClassVar, final
 
 import numpy as np
 from attrs import Factory, field, frozen
 
 from vedette import Array, Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, Space, Traits, WrappedMotion, fields
-from vedette.filters import OverMotion
+from vedette.filters import OverMotion, fading
 from vedette_standard.estimators.square_root import Root, SquareRootKalman
 
 
@@ -40,7 +41,8 @@ class LeastSquares(OverMotion[Root]):
     """Fits one trajectory to all returns of a track's life, each weighted by its noise: no noise of the motion, P- = F P F'.
 
     With `forgetting` L < 1, a return that is T old weighs L^(T / step) of a new one: P- = L^(-T / step) F P F'. The prior of
-    a track counts like a return. The filter keeps a square root of the covariance, so the prior may be very wide.
+    a track counts like a return. A gap takes no variance beyond 1e30, where nothing is remembered. The filter keeps a square
+    root of the covariance, so the prior may be very wide.
     Zarchan, Musoff, Fundamentals of Kalman Filtering: A Practical Approach, 2009, chapter 3.
     """
 
@@ -68,8 +70,7 @@ class LeastSquares(OverMotion[Root]):
 
     def predict(self, belief: Root, dt: float, rng: np.random.Generator) -> Root:
         """Return the belief `dt` s later."""
-        ahead = self._roots.predict(belief, dt, rng)
-        return Root(ahead.mean, self.forgetting ** (-dt / self.step / 2) * ahead.root)
+        return self._roots.predict(self._faded(belief, dt), dt, rng)
 
     def evaluate(self, belief: Root, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
         """Return the innovation of each detection and track, linearised at the track's mean."""
@@ -85,5 +86,11 @@ class LeastSquares(OverMotion[Root]):
 
     def cross_covariance(self, belief: Root, dt: float) -> Array:
         """Return P F' L^(-T / step) (*b, t, n, n)."""
-        cross: Array = self.forgetting ** (-dt / self.step) * self._roots.cross_covariance(belief, dt)
-        return cross
+        return self._roots.cross_covariance(self._faded(belief, dt), dt)
+
+    def _faded(self, belief: Root, dt: float) -> Root:
+        """Return the belief with L^(-T / step) P."""
+        if self.forgetting == 1.0:
+            return belief
+        grown = fading(np.sum(belief.root**2, axis=-1), -dt / self.step * math.log(self.forgetting))
+        return Root(belief.mean, np.sqrt(grown)[..., None, None] * belief.root)

@@ -9,7 +9,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, Space, Traits, fields, kernels
-from vedette.filters import OverMotion, make_innovation, marginal, prepare, without_variance
+from vedette.filters import OverMotion, make_innovation, marginal, noise_over, prepare, without_variance
 
 
 @frozen(eq=False)
@@ -60,7 +60,7 @@ class SquareRootKalman(OverMotion[Root]):
             return belief
         x = belief.mean
         moved = self.motion.jacobian(x, dt) @ belief.root
-        added = np.broadcast_to(kernels.root(self.motion.noise(x, dt)), moved.shape)
+        added = np.broadcast_to(kernels.root(self.motion.mean_noise(x, self.moments(belief).cov, dt)), moved.shape)
         return Root(self.state.canonical(self.motion.move(x, dt)), _triangular(np.concatenate([moved, added], axis=-1)))
 
     def cross_covariance(self, belief: Root, dt: float) -> Array:
@@ -72,7 +72,7 @@ class SquareRootKalman(OverMotion[Root]):
         assert isinstance(observed, Detections)
         where, n, m = self.state.locate(sensor.observes), len(self.state), len(sensor.measurement)
         x = belief.mean[..., where]
-        ready = prepare(sensor, observed, sensor.measure(x), sensor.noise(x))
+        ready = prepare(sensor, observed, sensor.measure(x), noise_over(self.moments(belief), sensor, where))
         before = np.zeros((*belief.mean.shape[:-1], ready.noise.shape[-3], m + n, m + n))
         before[..., :m, :m] = np.linalg.cholesky(ready.noise)
         before[..., :m, m:] = ready.rows((sensor.jacobian(x) @ belief.root[..., where, :])[..., None, :, :])

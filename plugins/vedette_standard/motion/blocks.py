@@ -3,50 +3,46 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from typing import ClassVar
+from typing import ClassVar, TypeAlias
 
-import numpy as np
 from attrs import Factory, field, frozen
 
-from vedette import Array, MotionModel, Space, fields
+from vedette import Array, MotionModel, Space, fields, kernels
 
 POSITION_VELOCITY = Space.of(x="m", y="m", vx="m/s", vy="m/s")
 
 _DERIVATIVES = (("", "m"), ("v", "m/s"), ("a", "m/s^2"))
 
 
-def over_axes(block: Array, count: int) -> Array:
-    """Map a matrix (p, p) over one axis' derivatives to (p count, p count) over x, y, .. vx, vy, .., alike for all axes."""
-    p, axes = len(block), range(count)
-    whole = np.zeros((p, count, p, count))
-    whole[:, axes, :, axes] = block
-    return whole.reshape(p * count, p * count)
+Block: TypeAlias = Array | tuple[tuple[float, ...], ...]
+"""A matrix over one axis' derivatives. As rows of floats it is quickly made, as each new time step needs it."""
 
 
-def white_acceleration(sigma: float, dt: float) -> Array:
+def white_acceleration(sigma: float, dt: float) -> Block:
     """Return the covariance (2, 2) of one axis' position and velocity after `dt` of white-noise acceleration.
 
     `sigma`: root of the spectral density, standard deviation of the velocity gained in 1 s.
     """
     q = sigma**2
-    return np.array([[q * dt**3 / 3, q * dt**2 / 2], [q * dt**2 / 2, q * dt]])
+    mixed = q * dt**2 / 2
+    return (q * dt**3 / 3, mixed), (mixed, q * dt)
 
 
-def white_jerk(sigma: float, dt: float) -> Array:
+def white_jerk(sigma: float, dt: float) -> Block:
     """Return the covariance (3, 3) of one axis' position, velocity and acceleration after `dt` of white-noise jerk.
 
     `sigma`: root of the spectral density, standard deviation of the acceleration gained in 1 s.
     """
     q = sigma**2
-    position, mixed, velocity = q * dt**5 / 20, q * dt**4 / 8, q * dt**3
-    return np.array(
-        [[position, mixed, velocity / 6], [mixed, velocity / 3, q * dt**2 / 2], [velocity / 6, q * dt**2 / 2, q * dt]]
-    )
+    position, mixed, velocity, last = q * dt**5 / 20, q * dt**4 / 8, q * dt**3, q * dt**2 / 2
+    return (position, mixed, velocity / 6), (mixed, velocity / 3, last), (velocity / 6, last, q * dt)
 
 
-def free_flight(derivatives: int, dt: float) -> Array:
-    """Return one axis' transition (p, p), p of 1 to 3, where the highest derivative is constant."""
-    return np.array([[1.0, dt, dt**2 / 2], [0.0, 1.0, dt], [0.0, 0.0, 1.0]])[:derivatives, :derivatives]
+def free_flight(derivatives: int, dt: float) -> Block:
+    """Return one axis' transition (p, p), p of 2 or 3, where the highest derivative is constant."""
+    if derivatives == 2:
+        return (1.0, dt), (0.0, 1.0)
+    return (1.0, dt, dt**2 / 2), (0.0, 1.0, dt), (0.0, 0.0, 1.0)
 
 
 def check_names(name: str, given: tuple[str, ...]) -> None:
@@ -72,11 +68,11 @@ class PerAxis(MotionModel):
     state: Space = field(init=False, repr=False, eq=False, default=Factory(_state, takes_self=True))
 
     @abstractmethod
-    def transition(self, dt: float) -> Array:
+    def transition(self, dt: float) -> Block:
         """Return F over one axis' position and derivatives (p, p)."""
 
     @abstractmethod
-    def covariance(self, dt: float) -> Array:
+    def covariance(self, dt: float) -> Block:
         """Return Q over one axis' position and derivatives (p, p)."""
 
     def move(self, x: Array, dt: float) -> Array:
@@ -85,8 +81,8 @@ class PerAxis(MotionModel):
 
     def jacobian(self, x: Array, dt: float) -> Array:
         """Return F (n, n)."""
-        return over_axes(self.transition(dt), len(self.axes))
+        return kernels.over_axes(self.transition(dt), len(self.axes))
 
     def noise(self, x: Array, dt: float) -> Array:
         """Return Q (n, n)."""
-        return over_axes(self.covariance(dt), len(self.axes))
+        return kernels.over_axes(self.covariance(dt), len(self.axes))

@@ -6,8 +6,8 @@ from typing import ClassVar, final
 
 from attrs import frozen
 
-from vedette import Array, fields
-from vedette_standard.motion.blocks import PerAxis, free_flight, white_jerk
+from vedette import fields
+from vedette_standard.motion.blocks import Block, PerAxis, free_flight, white_jerk
 
 
 @final
@@ -29,10 +29,10 @@ class ConstantAcceleration(PerAxis):
 
     sigma_jerk: float = fields.quantity("m/s^2.5", "standard deviation of the acceleration gained in 1 s, per axis", above=0)
 
-    def transition(self, dt: float) -> Array:
+    def transition(self, dt: float) -> Block:
         """Return F (3, 3)."""
         return free_flight(3, dt)
 
-    def covariance(self, dt: float) -> Array:
+    def covariance(self, dt: float) -> Block:
         """Return Q (3, 3)."""
         return white_jerk(self.sigma_jerk, dt)

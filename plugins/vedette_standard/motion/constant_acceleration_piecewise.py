@@ -7,8 +7,8 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, fields
-from vedette_standard.motion.blocks import PerAxis, free_flight
+from vedette import fields
+from vedette_standard.motion.blocks import Block, PerAxis, free_flight
 
 
 @final
@@ -26,11 +26,11 @@ class ConstantAccelerationPiecewise(PerAxis):
 
     sigma_jerk: float = fields.quantity("m/s^3", "standard deviation of the jerk held in a step, per axis", above=0)
 
-    def transition(self, dt: float) -> Array:
+    def transition(self, dt: float) -> Block:
         """Return F (3, 3)."""
         return free_flight(3, dt)
 
-    def covariance(self, dt: float) -> Array:
+    def covariance(self, dt: float) -> Block:
         """Return Q (3, 3)."""
         gain = self.sigma_jerk * np.array([dt**3 / 6, dt**2 / 2, dt])
         return np.outer(gain, gain)

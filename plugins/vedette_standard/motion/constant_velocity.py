@@ -6,8 +6,8 @@ from typing import ClassVar, final
 
 from attrs import frozen
 
-from vedette import Array, fields
-from vedette_standard.motion.blocks import PerAxis, free_flight, white_acceleration
+from vedette import fields
+from vedette_standard.motion.blocks import Block, PerAxis, free_flight, white_acceleration
 
 
 @final
@@ -28,10 +28,10 @@ class ConstantVelocity(PerAxis):
 
     sigma_accel: float = fields.quantity("m/s^1.5", "standard deviation of the velocity gained in 1 s, per axis", above=0)
 
-    def transition(self, dt: float) -> Array:
+    def transition(self, dt: float) -> Block:
         """Return F (2, 2)."""
         return free_flight(2, dt)
 
-    def covariance(self, dt: float) -> Array:
+    def covariance(self, dt: float) -> Block:
         """Return Q (2, 2)."""
         return white_acceleration(self.sigma_accel, dt)

@@ -7,8 +7,8 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, fields
-from vedette_standard.motion.blocks import PerAxis, free_flight
+from vedette import fields
+from vedette_standard.motion.blocks import Block, PerAxis, free_flight
 
 
 @final
@@ -27,11 +27,11 @@ class ConstantVelocityPiecewise(PerAxis):
 
     sigma_accel: float = fields.quantity("m/s^2", "standard deviation of the acceleration held in a step, per axis", above=0)
 
-    def transition(self, dt: float) -> Array:
+    def transition(self, dt: float) -> Block:
         """Return F (2, 2)."""
         return free_flight(2, dt)
 
-    def covariance(self, dt: float) -> Array:
+    def covariance(self, dt: float) -> Block:
         """Return Q (2, 2)."""
         gain = self.sigma_accel * np.array([dt**2 / 2, dt])
         return np.outer(gain, gain)

@@ -7,8 +7,8 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, MotionModel, Space, fields
-from vedette_standard.motion.blocks import over_axes, white_acceleration
+from vedette import Array, MotionModel, Space, fields, kernels
+from vedette_standard.motion.blocks import white_acceleration
 from vedette_standard.motion.turning import Turn
 
 _STATE = Space.of(x="m", y="m", vx="m/s", vy="m/s", turn_rate="rad/s")
@@ -72,6 +72,6 @@ class CoordinatedTurn(MotionModel):
     def noise(self, x: Array, dt: float) -> Array:
         """Return Q (5, 5)."""
         Q = np.zeros((5, 5))
-        Q[:4, :4] = over_axes(white_acceleration(self.sigma_accel, dt), 2)
+        Q[:4, :4] = kernels.over_axes(white_acceleration(self.sigma_accel, dt), 2)
         Q[4, 4] = self.sigma_turn_rate**2 * dt
         return Q

@@ -8,8 +8,8 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, MotionModel, Space, fields
-from vedette_standard.motion.blocks import over_axes, white_acceleration
+from vedette import Array, MotionModel, Space, fields, kernels
+from vedette_standard.motion.blocks import white_acceleration
 
 _STATE = Space.of(
     x="m", y="m", z="m", vx="m/s", vy="m/s", vz="m/s", turn_rate_x="rad/s", turn_rate_y="rad/s", turn_rate_z="rad/s"
@@ -102,6 +102,6 @@ class CoordinatedTurn3d(MotionModel):
     def noise(self, x: Array, dt: float) -> Array:
         """Return Q (9, 9)."""
         Q = np.zeros((9, 9))
-        Q[:6, :6] = over_axes(white_acceleration(self.sigma_accel, dt), 3)
+        Q[:6, :6] = kernels.over_axes(white_acceleration(self.sigma_accel, dt), 3)
         Q[6:, 6:] = self.sigma_turn_rate**2 * dt * np.eye(3)
         return Q

@@ -7,8 +7,7 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import Factory, field, frozen
 
-from vedette import Array, MotionModel, Space, fields
-from vedette_standard.motion.blocks import over_axes
+from vedette import Array, MotionModel, Space, fields, kernels
 from vedette_standard.motion.coordinated_turn import CoordinatedTurn
 
 
@@ -51,6 +50,6 @@ class CoordinatedTurnPiecewise(MotionModel):
         """Return Q (5, 5)."""
         gain = self.sigma_accel * np.array([dt**2 / 2, dt])
         Q = np.zeros((5, 5))
-        Q[:4, :4] = over_axes(np.outer(gain, gain), 2)
+        Q[:4, :4] = kernels.over_axes(np.outer(gain, gain), 2)
         Q[4, 4] = (self.sigma_turn_accel * dt) ** 2
         return Q

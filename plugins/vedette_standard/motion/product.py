@@ -70,6 +70,11 @@ class Product(MotionModel):
         """Return Q: (*b, n) -> (*b, n, n), or (n, n) if no model's depends on the state."""
         return _diagonal([(own, model.noise(x[..., own], dt)) for model, own in self._parts()], x.shape[-1])
 
+    def mean_noise(self, x: Array, cov: Array, dt: float) -> Array:
+        """Return the mean of Q over a belief: (*b, n), (*b, n, n) -> (*b, n, n) or (n, n)."""
+        parts = [(own, model.mean_noise(x[..., own], cov[..., own, own], dt)) for model, own in self._parts()]
+        return _diagonal(parts, x.shape[-1])
+
 
 def _diagonal(blocks: list[tuple[slice, Array]], n: int) -> Array:
     batch = np.broadcast_shapes(*(block.shape[:-2] for _, block in blocks))

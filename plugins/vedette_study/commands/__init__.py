@@ -37,6 +37,12 @@ class Study(Command):
         parser.add_argument(
             "--scheduler", metavar="ADDRESS", help="run on the Dask cluster of this scheduler, as tcp://host:8786"
         )
+        parser.add_argument("--wait", metavar="S", help="seconds to wait for workers while there is none; default: 600")
+        parser.add_argument(
+            "--accept-other-code",
+            action="store_true",
+            help="take workers and finished chunks of other code, and record it",
+        )
         options.add_json(parser, "end standard output with one line of JSON: the tables")
 
     def run(self, arguments: Namespace) -> int:
@@ -51,17 +57,20 @@ class Reproduce(Command):
     """Reproduce a published study.
 
     Runs the whole study of a paper and prints its tables, published values beside measured ones, with a verdict on each
-    claim: reproduced, not reproduced, not decided with this number of runs, or a remark. The exit code is 0 in any case.
+    claim: reproduced, not reproduced, not decided with this number of runs, or a remark. With --grid it judges the claims
+    over a grid of what the paper leaves unsaid, and says where each holds. The exit code is 0 in any case.
     """
 
     kind: ClassVar[str] = "reproduce"
 
     def options(self, parser: ArgumentParser) -> None:
-        about = "the study, as `vedette components reproduction` lists them: vts, target-oriented, bayes-risk, or a plugin's"
+        names = "vts, target-oriented, bayes-risk, flir, marine, marine-pictures"
+        about = f"the study, as `vedette components reproduction` lists them: {names}, or a plugin's"
         parser.add_argument("paper", metavar="PAPER", help=about)
         parser.add_argument("--runs", metavar="N", help="Monte-Carlo runs; default: the study's")
         parser.add_argument("--seed", metavar="N", help="seed of all random numbers; default: 1")
         parser.add_argument("--full", action="store_true", help="take the larger number of runs, however long it lasts")
+        parser.add_argument("--grid", action="store_true", help="judge over a grid of what the paper leaves unsaid")
         parser.add_argument("--out", metavar="DIR", help="folder for tables and pictures; default: none are written")
         options.add_pictures(parser)
         parser.add_argument("--resume", action="store_true", help="continue the unfinished study in the folder --out")

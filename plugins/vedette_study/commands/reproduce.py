@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from argparse import Namespace
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 from time import process_time
@@ -12,8 +13,8 @@ from vedette.commands import options
 from vedette.config import Registry
 from vedette.errors import ConfigError, Problem
 from vedette.progress import on_terminal
-from vedette.reproduction import Findings, Reproduction, afresh
-from vedette.writing import check_folder
+from vedette.reproduction import Findings, Reproduction, afresh, survey
+from vedette.writing import Inputs, check_folder, locked
 from vedette_report.canvas import Look
 from vedette_report.drawing import drawing
 from vedette_report.files import write_texts
@@ -25,34 +26,38 @@ from vedette_study.reproduction import data, text
 def run(arguments: Namespace) -> int:
     """Run the study, print its tables and verdicts, write them and the figures; 0 whatever the verdicts."""
     study = _study(arguments.paper)
-    usual = study.full_runs if arguments.full else study.default_runs
+    if arguments.grid and not study.unsaid:
+        raise ConfigError([Problem("--grid", f"the study {study.kind!r} leaves nothing unsaid: it has no grid")])
+    usual = study.grid_runs if arguments.grid else study.full_runs if arguments.full else study.default_runs
     runs, seed = options.whole("--runs", arguments.runs, usual, 2), options.whole("--seed", arguments.seed, 1)
     folder = None if arguments.out is None else Path(arguments.out)
     look = drawing(arguments.format, arguments.columns, arguments.style).look
-    parts = _parts(folder, study, runs, seed, resume=arguments.resume)
-    before = process_time()
-    with on_terminal() as progress:
-        result = study.run(runs, seed, progress, parts or afresh)
-    seconds = process_time() - before
-    print(text(result))
-    print(f"{seconds:.1f} s of CPU time")
-    if folder is not None:
-        print(f"{folder}: {', '.join(_write(folder, result, look))}")
-    if parts is not None:
-        parts.forget()
-    if arguments.json:
-        print(json.dumps(data(result) | {"cpu_seconds": seconds}))
-    return 0
+    with locked(folder, Inputs.of(arguments.style), ("study.txt", "study.json")):
+        parts = _parts(folder, study, runs, seed, grid=arguments.grid, resume=arguments.resume)
+        run = partial(survey, study) if arguments.grid else study.run
+        before = process_time()
+        with on_terminal() as progress:
+            result = run(runs, seed, progress, parts or afresh)
+        seconds = process_time() - before
+        print(text(result))
+        print(f"{seconds:.1f} s of CPU time")
+        if folder is not None:
+            print(f"{folder}: {', '.join(_write(folder, result, look))}")
+        if parts is not None:
+            parts.forget()
+        if arguments.json:
+            print(json.dumps(data(result) | {"cpu_seconds": seconds}))
+        return 0
 
 
-def _parts(folder: Path | None, study: Reproduction, runs: int, seed: int, *, resume: bool) -> Parts | None:
+def _parts(folder: Path | None, study: Reproduction, runs: int, seed: int, *, grid: bool, resume: bool) -> Parts | None:
     """Return what keeps finished parts in the folder, if there is one; ConfigError if it holds those of another study."""
     if folder is None:
         if resume:
             raise ConfigError([Problem("--resume", "needs the folder of the study that it is to go on with: --out")])
         return None
     check_folder(folder)
-    about = {"paper": study.kind, "runs": runs, "seed": seed, "version": version("vedette")}
+    about = {"paper": study.kind, "runs": runs, "seed": seed, "grid": grid, "version": version("vedette")}
     return Parts(folder, about, resume=resume)
 
 

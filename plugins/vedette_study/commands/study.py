@@ -12,7 +12,7 @@ from time import perf_counter, process_time
 
 from vedette.commands import DONE, INTERRUPTED, options
 from vedette.progress import on_terminal
-from vedette.writing import check_folder
+from vedette.writing import Inputs, check_folder, locked
 from vedette_report.canvas import Look
 from vedette_report.drawing import drawing
 from vedette_report.output import can_write, write_charts
@@ -25,6 +25,9 @@ from vedette_study.summary import charts, text, write_study
 
 INPUT = ("source", "sensors", "preprocessors")
 """The parts of a config by which its input is read: points that are alike in them read the same."""
+
+FILES = ("manifest.json", "summary.txt", "summary.json", "summary.csv", "study.zarr", "report.html")
+"""Files that a study may leave, besides pictures and chunks."""
 
 
 def run(arguments: Namespace) -> int:
@@ -41,22 +44,31 @@ def run(arguments: Namespace) -> int:
     planned = plan(table, arguments.overrides)
     threads = options.whole("--threads", arguments.threads, len(os.sched_getaffinity(0)))
     began, cpu = perf_counter(), process_time()
-    with on_terminal() as progress:
-        outcome = perform(
-            planned, threads=threads, out=folder, resume=arguments.resume, scheduler=arguments.scheduler, progress=progress
-        )
-    seconds = perf_counter() - began
-    inputs = {json.dumps([at.config.get(part) for part in INPUT], default=str): at.experiment for at in planned.points}
-    for said in dict.fromkeys(said for experiment in inputs.values() for said in of_recording(experiment)):
-        print(f"LOOKS WRONG: {said}")
-    print(text(outcome))
-    print(f"{seconds:.1f} s, {process_time() - cpu:.1f} s of CPU time in this process")
-    if folder is not None:
-        with told(folder):
-            print(f"{folder}: {', '.join(_write(folder, outcome, look))}")
-    if arguments.json:
-        print(json.dumps(outcome.data() | {"seconds": seconds}))
-    return INTERRUPTED if outcome.interrupted else DONE
+    reads = Inputs.of(arguments.study, arguments.style, [at.config for at in planned.points])
+    with locked(folder, reads, FILES):
+        with on_terminal() as progress:
+            outcome = perform(
+                planned,
+                threads=threads,
+                out=folder,
+                resume=arguments.resume,
+                scheduler=arguments.scheduler,
+                accept_other_code=arguments.accept_other_code,
+                wait=float(options.whole("--wait", arguments.wait, 600)),
+                progress=progress,
+            )
+        seconds = perf_counter() - began
+        inputs = {json.dumps([at.config.get(part) for part in INPUT], default=str): at.experiment for at in planned.points}
+        for said in dict.fromkeys(said for experiment in inputs.values() for said in of_recording(experiment)):
+            print(f"LOOKS WRONG: {said}")
+        print(text(outcome))
+        print(f"{seconds:.1f} s, {process_time() - cpu:.1f} s of CPU time in this process")
+        if folder is not None:
+            with told(folder):
+                print(f"{folder}: {', '.join(_write(folder, outcome, look))}")
+        if arguments.json:
+            print(json.dumps(outcome.data() | {"seconds": seconds}))
+        return INTERRUPTED if outcome.interrupted else DONE
 
 
 def _write(folder: Path, outcome: Outcome, look: Look) -> list[str]:

@@ -23,12 +23,20 @@ class New(Command):
     def options(self, parser: ArgumentParser) -> None:
         drafts = parser.add_subparsers(dest="what", required=True, metavar="WHAT")
         about = (
-            "Read a file of returns; guess its columns, units, scan interval and noise; write a config that tracks its "
-            "targets, with a comment on each guess."
+            "Read a file of returns; guess its columns, units, scan interval and noise; try the config on the file, with "
+            "alternatives; write the best, with a comment on each guess. Ends with exit code 3 if none fits. Of a video, "
+            "the targets are found where they stand out, or the one in --box is followed."
         )
         config = drafts.add_parser("config", help="a config that tracks the targets of a file", description=about)
-        config.add_argument("data", metavar="DATA", help="a CSV or Parquet file with a header and one row for each return")
+        about = "a CSV or Parquet file with a header and one row for each return, a video, or a folder of images"
+        config.add_argument("data", metavar="DATA", help=about)
+        about = "the target's box in the first frame of a video, in px; default: targets are found"
+        config.add_argument("--box", metavar="X,Y,W,H", help=about)
         config.add_argument("--out", metavar="FILE", help="the config; default: the data's name with .toml, in this folder")
+        about = (
+            "what names of objects in the file are: known to the tracker, to judge its tracks by, or nothing; default: aid"
+        )
+        config.add_argument("--identity", choices=["aid", "truth", "ignore"], default="aid", help=about)
         about = (
             "Write a Python package with a working component of one role, the test of all laws of that role, and the entry "
             "point."

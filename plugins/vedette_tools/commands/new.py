@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import sys
 from argparse import Namespace
 from pathlib import Path
 from shlex import quote
 
-from vedette.commands import DONE
-from vedette.config import load
+from vedette.commands import DONE, UNFIT
+from vedette.config import draft_of, load
 from vedette.errors import ConfigError, InputError, Problem
 from vedette.writing import whole_file
-from vedette_tools.drafting.config import draft_config
+from vedette_tools.drafting.config import drafted
 from vedette_tools.drafting.package import distribution_name, draft_package
 
 CONFIGS = (".toml", ".yaml", ".yml")
@@ -31,13 +32,22 @@ def _config(arguments: Namespace) -> int:
         raise InputError(f"{data}: is a config, not data; `vedette run` runs it")
     if path.exists():
         raise ConfigError([Problem("--out", f"{str(path)!r} exists already: delete it, or name another file")])
-    text = draft_config(data)
+    wishes = {"box": arguments.box} if arguments.box is not None else {}
+    text, failure = draft_of(data, wishes), ""
+    if text is None:
+        if wishes:
+            raise InputError(f"{data}: is no video or folder of images, in which --box could mark a target")
+        draft = drafted(data, arguments.identity)
+        text, failure = draft.text, draft.failure
     path.parent.mkdir(parents=True, exist_ok=True)
     with whole_file(path) as file:
         file.write(text)
     load(path)
     print(text)
     print(f"written to {path}; run it: vedette run {quote(str(path))}")
+    if failure:
+        print(f"{data}: {failure}", file=sys.stderr)
+        return UNFIT
     return DONE
 
 

@@ -7,7 +7,8 @@ from argparse import Namespace
 from pathlib import Path
 
 from vedette.commands import DONE, options
-from vedette.writing import check_folder
+from vedette.config import read_file
+from vedette.writing import Inputs, check_folder, locked
 from vedette_report.canvas import Look
 from vedette_report.drawing import drawing
 from vedette_report.files import write_texts
@@ -24,23 +25,26 @@ def run(arguments: Namespace) -> int:
     folder = Path(arguments.out) if arguments.out else Path("out") / f"{Path(arguments.config).stem}-tuned"
     check_folder(folder)
     look = drawing(arguments.format, arguments.columns, arguments.style).look
-    tuned = tune(
-        arguments.config,
-        arguments.free,
-        overrides=options.overrides(arguments),
-        by=arguments.by,
-        part=options.number("--part", arguments.part),
-        starts=options.whole("--starts", arguments.starts, 1),
-        method=arguments.method,
-        workers=options.whole("--workers", arguments.workers, 1),
-        out=folder,
-        resume=arguments.resume,
-    )
-    print(text(tuned))
-    print(f"{folder}: {', '.join(_write(folder, tuned, look))}")
-    if arguments.json:
-        print(json.dumps(data(tuned)))
-    return DONE
+    changed = [text.partition("=")[2].strip("'\"") for text in options.overrides(arguments)]
+    reads = Inputs.of(arguments.config, arguments.style, read_file(arguments.config), changed)
+    with locked(folder, reads, ("tuned.toml", "tuned.txt", "tuned.json")):
+        tuned = tune(
+            arguments.config,
+            arguments.free,
+            overrides=options.overrides(arguments),
+            by=arguments.by,
+            part=options.number("--part", arguments.part),
+            starts=options.whole("--starts", arguments.starts, 1),
+            method=arguments.method,
+            workers=options.whole("--workers", arguments.workers, 1),
+            out=folder,
+            resume=arguments.resume,
+        )
+        print(text(tuned))
+        print(f"{folder}: {', '.join(_write(folder, tuned, look))}")
+        if arguments.json:
+            print(json.dumps(data(tuned)))
+        return DONE
 
 
 def _write(folder: Path, tuned: Tuned, look: Look) -> list[str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -10,17 +10,20 @@ from attrs import evolve, frozen
 
 from vedette.config import load
 from vedette.experiment import Experiment
-from vedette.space import Array
+from vedette.space import Array, Indices
 from vedette.types import Recording, Scan
 from vedette_files import NORTH_EAST, CsvSource
 from vedette_files.columnar import TablePath
 from vedette_tools.drafting.cadence import left_out_period
-from vedette_tools.drafting.chains import Chain, chains, spacing, unbroken
+from vedette_tools.drafting.chains import LEAST, Chain, chains, spacing, unbroken
 from vedette_tools.drafting.height_and_rate import UNSURE, VELOCITY, own_share, recedes, third_noise
 from vedette_tools.drafting.noise import Noise, Windows, estimated, plausible
-from vedette_tools.drafting.table import FLAT, Table, read_table
-from vedette_tools.drafting.text import Facts, written
+from vedette_tools.drafting.proof import LESS, proved
+from vedette_tools.drafting.reports import in_turn, of_owners
+from vedette_tools.drafting.table import AID, FLAT, Table, read_table
+from vedette_tools.drafting.text import Design, Facts, written
 from vedette_tools.drafting.titles import meaning
+from vedette_tools.drafting.trial import tried
 
 MOST_SCANS = 1500
 """So many scans of a sensor tell its noise."""
@@ -30,6 +33,28 @@ SURE = 10.0
 
 JUMP = 3.5
 """A second difference of so many usual ones is taken as a jump to another target: noise alone makes one in 5,000."""
+
+ALL = 0.5
+"""Targets that give returns in fewer of the scans than this report in turn."""
+
+SELDOM = 0.1
+"""Some targets report so many times as often as those do that report seldom among the first. By hand, on AIS."""
+
+TOGETHER = 3.0
+"""Where more returns come at a time, they are a look at all targets."""
+
+REPORTED = 5.0
+"""m: the deviation along an axis that satellites leave in positions which objects report of themselves; a jitter of their
+times, which would look like a larger one, is taken for motion. Chosen by hand, seen on one recording of aircraft."""
+
+NOISELESS = 0.1
+"""Velocities are told by returns of which the errors make less than this part of their mean square."""
+
+ABSURD = 500.0
+"""m: positions are never so wrong that a larger error explains what else has none. Chosen by hand."""
+
+PROVEN = 2000
+"""On so many returns a draft is tried."""
 
 FORGETTING = 100
 """A target whose course is as good as straight is still drafted with process noise that is felt after so many scans."""
@@ -55,6 +80,12 @@ class Seen:
     thirds: tuple[Array, ...] = ()
 
     @property
+    def in_turn(self) -> bool:
+        """Whether a scan is a look at a few targets only."""
+        looks = sum(chain.looks for chain in self.chains)
+        return sum(len(chain.times) for chain in self.chains) < ALL * looks
+
+    @property
     def rough(self) -> float:
         """The usual second difference along the chains, in m; inf without any."""
         seconds = [np.linalg.norm(np.diff(chain.spots, 2, axis=0), axis=-1) for chain in self.chains]
@@ -62,7 +93,9 @@ class Seen:
 
     @property
     def period(self) -> float:
-        """The usual time between scans, in s; 1 for a single one."""
+        """The usual time between scans, in s, or between reports of a target; 1 for a single one."""
+        if self.in_turn:
+            return float(np.median(np.concatenate([np.diff(chain.times) for chain in self.chains])))
         return float(np.median(np.diff(np.unique(self.times)))) if len(self.times) > 1 else 1.0
 
     @property
@@ -79,12 +112,26 @@ class Seen:
         return self.rough / 2.9
 
 
-def draft_config(path: TablePath) -> str:
-    """Return a commented config, as TOML, that tracks the targets of a CSV or Parquet file, or of a data frame.
+@frozen
+class Draft:
+    """A commented config, as TOML, and in one sentence why it does not fit its data, "" if it does."""
 
-    InputError if the file has no header, or no column that looks like a time or a position.
+    text: str
+    failure: str
+
+
+def draft_config(path: TablePath) -> str:
+    """Return a commented config, as TOML, that tracks the targets of a CSV or Parquet file, or of a data frame."""
+    return drafted(path).text
+
+
+def drafted(path: TablePath, use: str = AID) -> Draft:
+    """Return a config that tracks the targets of a CSV or Parquet file, or of a data frame.
+
+    use: what names of objects are to it, "aid", "truth" or "ignore". InputError if the file has no header, or no column that
+    looks like a time or a position.
     """
-    table = read_table(path)
+    table = read_table(path, use)
     recording = _opened(table)
     if any("is out of order" in problem.text for problem in recording.refused):
         table = evolve(table, sort=True)
@@ -96,12 +143,31 @@ def draft_config(path: TablePath) -> str:
         best = _best(Reading.of(table, _opened(table)))
     if best.table.third == "range_rate" and _taken_out(best):
         title = best.table.measured["range_rate"]
-        best = evolve(best, table=best.table.at_rest(f"{title} is over ground: the platform's own motion is not in it"))
-    facts = {name: _facts(seen, plausible(best.noise[name].sensor)) for name, seen in best.seen.items()}
+        resting = best.table.at_rest(f"{title} is over ground: the platform's own motion is not in it")
+        best = evolve(best, table=resting, recording=_opened(resting))
+    sigmas = {name: _believed(table, plausible(noise.sensor)) for name, noise in best.noise.items()}
+    facts = {name: _facts(seen, sigmas[name]) for name, seen in best.seen.items()}
     accels = [best.noise[name].accel for name, seen in best.seen.items() for _ in seen.chains]
     accel, floor = float(np.median(accels)) if accels else 0.1, min(seen.least_accel for seen in best.seen.values())
-    speed = _speed([chain for seen in best.seen.values() for chain in seen.chains])
-    return written(best.table, facts, max(accel, floor), speed, best.recording.notes, steady=accel < floor)
+    first = Design(max(accel, floor), _speed(best.seen.values()), found=max(accel, floor))
+
+    def text(design: Design, said: Sequence[str] = ()) -> str:
+        steady = accel < floor and design.accel == first.accel
+        return written(best.table, facts, design, best.recording.notes, steady=steady, said=said)
+
+    some = _some(best.recording.scans)
+    steady = best.followed / max(best.returns, 1)
+    vague = max(_vague(seen, facts[name].sigmas[0]) for name, seen in best.seen.items())
+    proof = proved(first, lambda design: tried(text(design), some), steady, errors=not table.reported, vague=vague)
+    if table.identity and table.use == AID and proof.trial is not None:
+        # A name that is wrong or lacking breaks a chain, not a track: the tracks know better how often targets are detected.
+        told = float(np.clip(proof.trial.detected, 0.3, 0.99))
+        plain = dict(facts)
+        facts = {name: one if one.in_turn else evolve(one, probability=told) for name, one in plain.items()}
+        again = tried(text(proof.design), some)
+        if again is None or again.share < proof.trial.share - LESS or again.broken > 1.1 * proof.trial.broken + 0.5:
+            facts = plain
+    return Draft(text(proof.design, proof.said), proof.failure)
 
 
 def _gapless(best: Reading) -> Reading:
@@ -189,6 +255,11 @@ class Reading:
         return sum(len(chain.times) for seen in self.seen.values() for chain in seen.chains)
 
     @property
+    def returns(self) -> int:
+        """How many returns the sensors gave in the scans that were looked at."""
+        return sum(len(places) for seen in self.seen.values() for places in seen.spots)
+
+    @property
     def evidence(self) -> float:
         """How likely the returns are so."""
         return sum(noise.evidence for noise in self.noise.values())
@@ -233,31 +304,75 @@ def _seen(table: Table, recording: Recording) -> dict[str, Seen]:
             return placed.invert(scan.detections.z).mean[..., :2]
 
         if scans:
+            codes = [scan.detections.identity for scan in scans if scan.detections.identity is not None]
             stands = np.array([np.zeros(2) if scan.pose is None else scan.pose.position[:2] for scan in scans])
-            followed = _followed(np.array([scan.time for scan in scans]), tuple(map(spots, scans)), stands)
+            times, places = np.array([scan.time for scan in scans]), tuple(map(spots, scans))
+            named = np.concatenate(codes) if codes else None
+            followed = _followed(times, places, stands, named)
             thirds = tuple(scan.detections.z[:, 2] for scan in scans) if table.third else ()
             by_sensor[name] = evolve(followed, thirds=thirds)
     return by_sensor
 
 
-def _followed(times: Array, spots: tuple[Array, ...], stands: Array) -> Seen:
-    """Follow the returns twice: first within what their spacing allows, then within what the first time showed."""
+def _followed(times: Array, spots: tuple[Array, ...], stands: Array, named: Indices | None = None) -> Seen:
+    """Follow the returns by the names of their objects (n,), if they have any.
+
+    Else twice, first within what their spacing allows, then within what the first time showed; or one by one in time, if few
+    come at once, and more can be followed so, or more steadily.
+    """
+    if named is not None and np.any(named >= 0):
+        return Seen(times, spots, stands, tuple(of_owners(times, spots, named)))
     width = spacing(spots)
     seen = Seen(times, spots, stands, tuple(chains(times, spots, width)))
-    if not seen.chains:
-        return seen
-    return evolve(seen, chains=tuple(chains(times, spots, min(width, 4.0 * max(seen.rough, 1e-6)))) or seen.chains)
+    if seen.chains:
+        seen = evolve(seen, chains=tuple(chains(times, spots, min(width, 4.0 * max(seen.rough, 1e-6)))) or seen.chains)
+    count, held = sum(map(len, spots)), sum(len(chain.times) for chain in seen.chains)
+    if LEAST <= count < TOGETHER * len(times):
+        single = evolve(seen, chains=tuple(in_turn(times, spots)))
+        more = sum(len(chain.times) for chain in single.chains) - held
+        if more > 0.1 * count or (more > -0.2 * count and single.rough < 0.5 * seen.rough):
+            return single
+    return seen
 
 
-def _speed(followed: Sequence[Chain]) -> float:
-    """Return the usual speed along an axis, in m/s; a guess without any chain."""
-    paces = [(chain.spots[-1] - chain.spots[0]) / (chain.times[-1] - chain.times[0]) for chain in followed]
-    return max(float(np.sqrt(np.mean(np.square(paces)))), 1e-3) if paces else 10.0
+def _some(scans: Sequence[Scan]) -> Sequence[Scan]:
+    """Return the first scans, up to so many returns as a draft is tried on."""
+    total = np.cumsum([len(scan.detections.z) for scan in scans])
+    return scans[: max(int(np.searchsorted(total, PROVEN, side="right")), 2)]
+
+
+def _vague(seen: Seen, sigma: float) -> float:
+    """Return the error of a position, in m, if it is absurd; else 0."""
+    spread = float(np.max(np.std(np.concatenate(seen.spots), axis=0), initial=0.0))
+    return sigma if sigma > max(ABSURD, spread / 3) else 0.0
+
+
+def _speed(seen: Iterable[Seen]) -> float:
+    """Return how fast targets move along an axis, in m/s, where they do; a guess without any chain.
+
+    Between returns so far apart in time that the errors of their positions hardly count, and no farther: they may turn.
+    """
+    paces = [np.abs(_paces(chain, each.error)) for each in seen for chain in each.chains]
+    every = np.concatenate(paces) if paces else np.full(1, 10.0)
+    return max(float(np.sqrt(np.mean(every**2))), 0.5 * float(np.percentile(every, 95)), 1e-3)
+
+
+def _paces(chain: Chain, error: float) -> Array:
+    """Return the velocities (s, 2) along a chain."""
+    for lag in (2**i for i in range(len(chain.times).bit_length())):
+        if lag >= len(chain.times):
+            break
+        dt = (chain.times[lag:] - chain.times[:-lag])[:, None]
+        paces: Array = (chain.spots[lag:] - chain.spots[:-lag]) / dt
+        if np.mean(2.0 * (error / dt) ** 2) < NOISELESS * np.mean(paces**2):
+            return paces
+    net: Array = (chain.spots[-1:] - chain.spots[:1]) / (chain.times[-1] - chain.times[0])
+    return net
 
 
 def _noise(table: Table, seen: Seen) -> Noise:
     """Return the noise of one sensor and the targets that it saw; a guess by the extent if it shows none."""
-    speed = _speed(seen.chains)
+    speed = _speed([seen])
     apart = [places - stand for places, stand in zip(seen.spots, seen.stands, strict=True)]
     far = float(np.median(np.linalg.norm(np.concatenate(apart), axis=-1))) if len(np.concatenate(apart)) else 1e3
     sigma = max(seen.error if seen.chains else far / 100, 1e-6)
@@ -278,6 +393,11 @@ def _noise(table: Table, seen: Seen) -> Noise:
     return estimated(Windows.of(pieces, lines), start, speed, lambda sigmas: sigmas if table.polar else np.repeat(sigmas, 2))
 
 
+def _believed(table: Table, sigmas: tuple[float, ...]) -> tuple[float, ...]:
+    """Return the errors of a sensor; positions that objects report of themselves are as good as satellites tell them."""
+    return tuple(min(sigma, REPORTED) for sigma in sigmas) if table.reported else sigmas
+
+
 def _facts(seen: Seen, sigmas: tuple[float, ...]) -> Facts:
     hits, looks = sum(len(chain.times) for chain in seen.chains), sum(chain.looks for chain in seen.chains)
     every = np.concatenate(seen.spots)
@@ -287,8 +407,8 @@ def _facts(seen: Seen, sigmas: tuple[float, ...]) -> Facts:
     others = np.concatenate(seen.thirds) if seen.thirds else np.zeros(1)
     return Facts(
         sigmas=sigmas,
-        probability=float(np.clip(hits / looks, 0.3, 0.99)) if looks else 0.9,
-        clutter=max((len(every) - hits) / max(len(seen.times), 1), 0.05),
+        probability=_detected(seen, hits, looks),
+        clutter=max((len(every) - hits) / max(len(seen.times), 1), 0.05 * min(1.0, len(every) / max(len(seen.times), 1))),
         reach=float(np.max(np.concatenate(ranges), initial=1.0)),
         area=float(np.prod(np.maximum(high - low, 10 * sigmas[0]))),
         period=seen.period,
@@ -297,4 +417,16 @@ def _facts(seen: Seen, sigmas: tuple[float, ...]) -> Facts:
         third=third,
         fastest=float(np.max(np.abs(others), initial=0.0)),
         height=float(max(np.ptp(np.percentile(others, [1, 99])), 10 * third)) if len(others) else 1.0,
+        in_turn=seen.in_turn,
     )
+
+
+def _detected(seen: Seen, hits: int, looks: int) -> float:
+    """Return the probability that a scan detects a target.
+
+    Of targets that report in turn, a tenth of that by the longest waits: those that report seldom must not be given up.
+    """
+    if seen.in_turn:
+        waits = np.concatenate([np.diff(chain.scans) for chain in seen.chains])
+        return float(np.clip(SELDOM / np.percentile(waits, 95), 1e-4, 0.5))
+    return float(np.clip(hits / looks, 0.3, 0.99)) if looks else 0.9

@@ -21,6 +21,9 @@ OUTLIER = 20.0
 """A squared distance beyond it counts no more: a return that is not the target's says nothing of the noise."""
 
 
+OUTLIERS = 0.05
+"""More outliers than this part are not: the targets then move as the model does not, and their returns count."""
+
 LEAST = 14.0
 """A noise is at least exp(-14), a millionth, of its first guess."""
 
@@ -82,11 +85,22 @@ def estimated(windows: Windows, guess: Sequence[float], speed: float, free: Call
     The targets move at nearly constant velocity with white acceleration, their speeds being of the order of `speed`. `free`
     maps the sensor's parameters to the standard deviations of the two errors that `Windows.lines` map.
     """
+    for outlier in (OUTLIER, 10 * OUTLIER, 100 * OUTLIER):
+        found = _estimated(windows, guess, speed, free, outlier)
+        _, beyond = _filtered(windows, free(np.array(found.sensor)), found.accel, speed, outlier)
+        if beyond <= OUTLIERS:
+            break
+    return found
+
+
+def _estimated(
+    windows: Windows, guess: Sequence[float], speed: float, free: Callable[[Array], Array], outlier: float
+) -> Noise:
     from scipy.optimize import minimize
 
     def lost(logs: Array) -> float:
         values = np.exp(np.maximum(logs, start - LEAST))  # returns without any error would make it 0
-        return -loglik(windows, free(values[:-1]), float(values[-1]), speed)
+        return -_filtered(windows, free(values[:-1]), float(values[-1]), speed, outlier)[0]
 
     start = np.log(np.asarray(guess, dtype=float))
     simplex = np.vstack([start, start + 1.0 * np.eye(len(start))])
@@ -98,13 +112,18 @@ def estimated(windows: Windows, guess: Sequence[float], speed: float, free: Call
 
 def loglik(windows: Windows, sigmas: Array, accel: float, speed: float) -> float:
     """Return the log-likelihood of all windows, each by a Kalman filter that starts at its first return."""
+    return _filtered(windows, sigmas, accel, speed, OUTLIER)[0]
+
+
+def _filtered(windows: Windows, sigmas: Array, accel: float, speed: float, outlier: float) -> tuple[float, float]:
+    """Return the log-likelihood of all windows, and which part of their returns are outliers."""
     w, s = windows.used.shape
     noise = windows.lines * sigmas
     R = noise @ np.swapaxes(noise, -1, -2)
     mean, P = np.zeros((w, 4, 1)), np.zeros((w, 4, 4))
     mean[:, :2, 0], P[:, :2, :2] = windows.spots[:, 0], R[:, 0]
     P[:, 2, 2] = P[:, 3, 3] = (2.0 * speed) ** 2
-    singles = []
+    singles, beyond = [], 0
     for i in range(1, s):
         F = windows.moves[:, i]
         mean, P = F @ mean, F @ P @ np.swapaxes(F, -1, -2) + accel**2 * windows.shakes[:, i]
@@ -114,11 +133,12 @@ def loglik(windows: Windows, sigmas: Array, accel: float, speed: float) -> float
         gain = P[:, :, :2] @ inverse
         apart = windows.spots[:, i, :, None] - mean[:, :2]
         distance = (np.swapaxes(apart, -1, -2) @ inverse @ apart)[:, 0, 0]
-        single = -0.5 * np.minimum(distance, OUTLIER) - 0.5 * np.log(det) - np.log(2 * np.pi)
+        single = -0.5 * np.minimum(distance, outlier) - 0.5 * np.log(det) - np.log(2 * np.pi)
         singles.append(np.where(windows.used[:, i], single, 0.0))
-        gain = np.where((distance < OUTLIER)[:, None, None], gain, 0.0)
+        gain = np.where((distance < outlier)[:, None, None], gain, 0.0)
+        beyond += int(np.count_nonzero((distance >= outlier) & windows.used[:, i]))
         mean, P = mean + gain @ apart, P - gain @ P[:, :2, :]
-    return float(np.sum(singles))
+    return float(np.sum(singles)), beyond / max(int(np.count_nonzero(windows.used)), 1)
 
 
 def plausible(sigmas: tuple[float, ...]) -> tuple[float, ...]:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from itertools import islice
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,7 @@ from vedette_files.csv_table import COMMAS, Dialect, cells_of, fitted, header_li
 from vedette_files.input_files import lines, shown
 from vedette_files.readers import FRAMES
 from vedette_tools.drafting.height_and_rate import VELOCITY, own_velocity, third_column
-from vedette_tools.drafting.titles import UNITS, Meaning, chosen, meaning
+from vedette_tools.drafting.titles import NAMES, OF_REPORTS, UNITS, Meaning, chosen, meaning
 
 LOOKED_AT = 2000
 """So many rows say what the columns hold."""
@@ -29,6 +30,12 @@ MOST_SENSORS = 20
 
 MANY = 20
 """So many times of which none ends in 60 to 99 are times of day without their colons."""
+
+AID, TRUTH, IGNORE = "aid", "truth", "ignore"
+"""What names of objects are to a draft: known to the tracker, to judge its tracks by, or nothing."""
+
+OFTEN, ONCE = 2.0, 0.9
+"""A name of an object stands in so many rows, and in such a part of them alone at its time."""
 
 DELIMITERS = (",", ";", "\t", "|")
 _SENTENCE = re.compile(r"(^|\\)[!$][A-Z]{5},")
@@ -59,6 +66,9 @@ class Table:
     sort: bool = False
     periods: Mapping[str, float] = field(factory=dict)
     frame_table: FrameTable | None = None
+    identity: str = ""
+    use: str = AID
+    reported: bool = False
 
     @property
     def polar(self) -> bool:
@@ -94,6 +104,7 @@ class Table:
         timed = {"time": self.time_unit} if self.time_unit else {}
         detections |= {"units": units | timed} if units or timed else {}
         detections |= {"scan": self.scan} if self.scan else {}
+        detections |= {"identity": self.identity} if self.identity and self.use == AID else {}
         detections |= {"periods": dict(self.periods)} if self.periods else {}
         if len(self.sensors) > 1:
             detections |= {"sensor_column": self.sensor_column}
@@ -107,11 +118,18 @@ class Table:
             found["platform"] = {"time": self.time.title, "columns": dict(self.platform)} | (
                 {"units": units} if units else {}
             )
+        if self.identity and self.use == TRUTH and self.path and not self.polar:
+            true = {"file": Path(self.path).name, "time": self.time.title, "columns": dict(self.measured)}
+            true |= {"units": detections["units"]} if "units" in detections else {}
+            found["truth"] = true | {"object": self.identity}
         return found
 
 
-def read_table(path: TablePath) -> Table:
-    """Return what a CSV or Parquet file holds; InputError if no time or no position can be found among its titles."""
+def read_table(path: TablePath, use: str = AID) -> Table:
+    """Return what a CSV or Parquet file holds; InputError if no time or no position can be found among its titles.
+
+    use: what names of objects are, "aid", "truth" or "ignore".
+    """
     titles, rows, dialect = _first_rows(path)
     below = rows.pop(0) if rows and _states_units(rows[0]) else []
     columns = {title: [row[i] for row in rows] for i, title in enumerate(titles)}
@@ -148,14 +166,22 @@ def read_table(path: TablePath) -> Table:
         assumed.append(f"{who} has more than {MOST_SENSORS} names, so all returns are of one sensor")
         who, sensors = "", ()
     read = {time.title, *(measured[name].title for name in names.values()), *(each.title for each in platform.values())}
-    read |= {who, measured["scan"].title if "scan" in measured else ""}
+    scan = measured["scan"].title if "scan" in measured else ""
+    if scan and _timed(columns[scan], columns[time.title]):
+        assumed.append(f"each return has a time of its own within its {scan}, so it comes by itself")
+        scan = ""
+    name = named_by(columns, columns[time.title], read | {who, scan}) if use != IGNORE else ""
+    read |= {who, scan, name}
     return Table(
         path="" if isinstance(path, FrameTable) else str(path),
         frame_table=path if isinstance(path, FrameTable) else None,
         dialect=dialect,
         time=time,
         time_unit=unit,
-        scan=measured["scan"].title if "scan" in measured else "",
+        scan=scan,
+        identity=name,
+        reported=axes == GEODETIC and bool(_plain(columns).keys() & OF_REPORTS),
+        use=use,
         sensor_column=who,
         sensors=sensors if len(sensors) > 1 else ("sensor",),
         measured={axis: measured[name].title for axis, name in names.items()},
@@ -286,6 +312,28 @@ def joined(times: Array) -> str:
     if looks and len(np.unique(times)) >= MANY and len(np.unique(seconds)) > 5 and np.ptp(minutes + 60 * hours) > 0:
         return "must be times of day as 08:39:04, for no number ends in 60 to 99"
     return ""
+
+
+def named_by(columns: Mapping[str, list[str]], times: Sequence[str], taken: Collection[str]) -> str:
+    """Return the column by which returns name their objects, or "": it holds some names often, and each once at a time."""
+    plain = {name: title for name, title in _plain(columns).items() if title not in taken}
+    for name in NAMES:
+        cells = columns[plain[name]] if name in plain else []
+        told = [(cell, time) for cell, time in zip(cells, times, strict=False) if cell]
+        if len(told) >= OFTEN * len({cell for cell, _ in told}) and len(set(told)) >= ONCE * len(told) > 0:
+            return plain[name]
+    return ""
+
+
+def _plain(columns: Iterable[str]) -> dict[str, str]:
+    """Return titles by their words alone."""
+    return {re.sub(r"[^a-z0-9]+", "_", title.lower()).strip("_"): title for title in columns}
+
+
+def _timed(scans: Sequence[str], times: Sequence[str]) -> bool:
+    """Return whether the returns of a scan have times of their own."""
+    pairs = set(zip(scans, times, strict=True))
+    return len(pairs) > 0.5 * (len(set(scans)) + len(scans)) and len(scans) > 2 * len(set(scans))
 
 
 def _numbers(cells: Sequence[str]) -> Array:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 from attrs import frozen
 
@@ -12,6 +12,12 @@ from vedette_tools.drafting.table import Table
 
 HEIGHTS = ("z", "altitude")
 """How a source names the third axis of a position."""
+
+GATE = 0.99
+"""The probability of the gate where no other breaks fewer tracks."""
+
+LIVES = 3600.0
+"""s: how long targets that report in turn stay, at least; some report every few minutes only. By hand, on AIS."""
 
 _GUESS = "a guess: no track was found in the data"
 
@@ -33,13 +39,44 @@ class Facts:
     third: float = 0.0
     fastest: float = 0.0
     height: float = 1.0
+    in_turn: bool = False
+
+
+@frozen
+class Design:
+    """What of a draft is tried in several ways: the targets' acceleration noise, and that of a second mode for manoeuvres,
+    0 without one, which last `lasts` scans; the sensors' errors over those that were found; the gate's probability; the
+    speed along an axis. `found` is the acceleration noise of greatest likelihood.
+    """
+
+    accel: float
+    speed: float
+    agile: float = 0.0
+    lasts: float = 1.0
+    errors: float = 1.0
+    gate: float = GATE
+    found: float = 0.0
+
+    def __str__(self) -> str:
+        told = f"sigma_accel {rounded(self.accel):g}"
+        told += f" and {rounded(self.agile):g} for {self.lasts:g} scan{'s' if self.lasts > 1 else ''}" if self.agile else ""
+        told += f", errors times {self.errors:.2g}" if self.errors != 1 else ""
+        return f"{told}, speeds of {rounded(self.speed):g}" + (f", gate {self.gate:g}" if self.gate != GATE else "")
 
 
 def written(
-    table: Table, facts: Mapping[str, Facts], accel: float, speed: float, notes: Mapping[str, str], *, steady: bool = False
+    table: Table,
+    facts: Mapping[str, Facts],
+    design: Design,
+    notes: Mapping[str, str],
+    *,
+    steady: bool = False,
+    said: Sequence[str] = (),
 ) -> str:
-    """Return the config; `steady` says that the targets' own acceleration is below `accel`."""
-    return "\n".join(_lines(table, facts, accel, speed, notes, steady)) + "\n"
+    """Return the config; `steady`: the targets' own acceleration is below that of the design; what is `said` leads."""
+    return (
+        "\n".join([*(f"# {toml_text.comment(line)}" for line in said), *_lines(table, facts, design, notes, steady)]) + "\n"
+    )
 
 
 def rounded(value: float) -> float:
@@ -48,8 +85,9 @@ def rounded(value: float) -> float:
 
 
 def _lines(
-    table: Table, facts: Mapping[str, Facts], accel: float, speed: float, notes: Mapping[str, str], steady: bool
+    table: Table, facts: Mapping[str, Facts], design: Design, notes: Mapping[str, str], steady: bool
 ) -> Iterator[str]:
+    speed = design.speed
     name = table.path or "a data frame"
     yield f"# Drafted by `vedette new config` from {toml_text.comment(name)}. Comments say what was found or assumed."
     yield f"title = {toml_text.value(name)}"
@@ -69,7 +107,7 @@ def _lines(
         yield f"# assumed: {toml_text.comment(text)}"
     if table.left_out:
         yield f"# not read: {', '.join(map(toml_text.comment, table.left_out))}"
-    for place in ("detections", "platform"):
+    for place in ("detections", "platform", "truth"):
         if place in source:
             yield ""
             yield f"[source.{place}]"
@@ -77,15 +115,14 @@ def _lines(
                 yield f"{name} = {toml_text.value(value)}"
     for name, of_sensor in facts.items():
         yield ""
-        yield from _sensor(table, name, of_sensor, speed)
+        yield from _sensor(table, name, of_sensor, design)
     yield ""
-    yield "[estimator]"
-    yield f'kind = "{"ekf" if table.polar else "kalman"}"'
     fitted = sum(of_sensor.chains for of_sensor in facts.values())
-    told = f"of greatest likelihood over {_count(fitted, 'stretch', 'stretches')} of tracks" if fitted else _GUESS
-    told = "these targets keep their courses; with less a filter would hardly notice a turn" if steady else told
-    space = ', axes = ["x", "y", "z"]' if table.third in HEIGHTS else ""
-    yield f'motion = {{ kind = "constant_velocity", sigma_accel = {rounded(accel)!r}{space} }}  # {told}'
+    yield from _estimator(table, facts, design, fitted, steady)
+    if design.gate != GATE:
+        yield ""
+        yield "[gate]"
+        yield f"probability = {design.gate!r}  # fewer tracks are broken than with {GATE:g}"
     yield ""
     yield "[associator]"
     yield 'kind = "jpda"'
@@ -103,32 +140,70 @@ def _lines(
     yield "[lifecycle]"
     yield 'kind = "existence"'
     yield "confirm = 0.99  # the probability of being a target at which a track is shown"
+    if any(of_sensor.in_turn for of_sensor in facts.values()):
+        longest = max(of_sensor.period for of_sensor in facts.values())
+        yield "delete = 0.001"
+        lives = rounded(max(LIVES, 20 * longest))
+        yield f'lifetime = "{lives:g} s"'
+        yield f'max_out_of_coverage = "{lives:g} s"  # as no scan covers a target for sure'
 
 
-def _sensor(table: Table, name: str, facts: Facts, speed: float) -> Iterator[str]:
+def _estimator(table: Table, facts: Mapping[str, Facts], design: Design, fitted: int, steady: bool) -> Iterator[str]:
+    kind = "ekf" if table.polar else "kalman"
+    told = f"of greatest likelihood over {_count(fitted, 'stretch', 'stretches')} of tracks" if fitted else _GUESS
+    told = "these targets keep their courses; with less a filter would hardly notice a turn" if steady else told
+    space = ', axes = ["x", "y", "z"]' if table.third in HEIGHTS else ""
+
+    def motion(accel: float) -> str:
+        return f'motion = {{ kind = "constant_velocity", sigma_accel = {rounded(accel)!r}{space} }}'
+
+    yield "[estimator]"
+    if not design.agile:
+        yield f'kind = "{kind}"'
+        yield f"{motion(design.accel)}  # {told}"
+        return
+    period = min(of_sensor.period for of_sensor in facts.values())
+    begin, end = rounded(0.1 / design.lasts / period), rounded(1.0 / design.lasts / period)
+    yield 'kind = "imm"  # the targets keep their courses, or manoeuvre'
+    yield f"rates = [[{-begin!r}, {begin!r}], [{end!r}, {-end!r}]]  # 1/s: out of the one, out of the other"
+    for accel in (design.accel, design.agile):
+        yield ""
+        yield "[[estimator.modes]]"
+        yield f'kind = "{kind}"'
+        part = design.accel / design.found if design.found else 1.0
+        quiet = told if part == 1 else f"{part:.2g} times that {told}"
+        agile = "with it fewer tracks break, or returns are likelier"
+        yield f"{motion(accel)}  # {quiet if accel == design.accel else agile}"
+
+
+def _sensor(table: Table, name: str, facts: Facts, design: Design) -> Iterator[str]:
+    speed, errors = design.speed, design.errors
     yield f"[sensors.{toml_text.key(name)}]"
-    apart = f", usually {facts.period:.3g} s apart" if facts.scans > 1 else ""
+    apart = f", usually {facts.period:.3g} s apart" if facts.scans > 1 and not facts.in_turn else ""
+    if facts.in_turn:
+        yield f"# targets report one by one, usually every {facts.period:.3g} s: a scan without a report tells little"
     yield f"# {_count(facts.scans, 'scan')}{apart}; {_count(facts.chains, 'stretch', 'stretches')} of tracks found"
     doubt = "" if facts.chains else f"  # {_GUESS}"
     if table.polar:
         yield f'kind = "range_bearing{"_rate" if table.third else ""}"'
-        yield f"sigma_range = {rounded(facts.sigmas[0])!r}{doubt}"
-        yield f'sigma_bearing = "{rounded(math.degrees(facts.sigmas[1])):g} deg"{doubt}'
+        yield f"sigma_range = {rounded(errors * facts.sigmas[0])!r}{doubt}"
+        yield f'sigma_bearing = "{rounded(math.degrees(errors * facts.sigmas[1])):g} deg"{doubt}'
         if table.third:
-            yield f"sigma_rate = {rounded(facts.third)!r}"
+            yield f"sigma_rate = {rounded(errors * facts.third)!r}"
             yield f"max_rate = {rounded(1.1 * facts.fastest)!r}"
             yield f"crossing_speed = {rounded(max(1.5 * speed, 1e-3))!r}"
         yield f"max_range = {rounded(1.1 * facts.reach)!r}"
         clutter = f"clutter_per_scan = {rounded(facts.clutter)!r}  # returns that belong to no track"
     else:
         if table.third:
-            flat, up = rounded(facts.sigmas[0] ** 2), rounded(facts.third**2)
+            flat, up = rounded((errors * facts.sigmas[0]) ** 2), rounded((errors * facts.third) ** 2)
             yield 'kind = "linear"'
             yield 'axes = ["x", "y", "z"]'
-            yield f"R = [[{flat!r}, 0, 0], [0, {flat!r}, 0], [0, 0, {up!r}]]  # m^2: {rounded(facts.third):g} m in height"
+            told = f"# m^2: {rounded(errors * facts.third):g} m in height"
+            yield f"R = [[{flat!r}, 0, 0], [0, {flat!r}, 0], [0, 0, {up!r}]]  {told}"
         else:
             yield 'kind = "cartesian_position"'
-            yield f"sigma = {rounded(facts.sigmas[0])!r}{doubt}"
+            yield f"sigma = {rounded(errors * facts.sigmas[0])!r}{doubt}"
         density = rounded(facts.clutter / facts.area / (facts.height if table.third else 1.0))
         clutter = f"clutter_density = {density!r}  # {rounded(facts.clutter):g} returns a scan that belong to no track"
     yield f"detection_probability = {rounded(facts.probability)!r}"

@@ -40,6 +40,14 @@ UNITS: dict[str, dict[str, str]] = {
 }
 """Units as titles write them, by the SI unit of what they measure."""
 
+NAMES = ("mmsi", "icao24", "icao", "hex", "track_id", "object_id", "target_id", "ship_id", "id", "callsign", "call_sign")
+"""Titles of columns by which returns name their objects, the surest first."""
+
+OF_REPORTS = frozenset(
+    (*NAMES[:4], *NAMES[-2:], "groundspeed", "groundspeed_kn", "sog", "sog_knots", "cog", "cog_degrees", "track_deg")
+)
+"""Titles of what objects report of themselves."""
+
 OWN = ("own", "ownship", "own_ship", "platform", "ego", "ship", "vessel", "os", "self", "carrier", "boat")
 """Words that say a column is of the sensors' own platform."""
 

@@ -99,7 +99,7 @@ def _of_sensor(seen: Seen, found: dict[str, Any]) -> Iterator[str]:
         why = (
             "its frames are no returns"
             if isinstance(seen.sensor, ImagingSensor)
-            else "no return of it was found to start one"
+            else "no return of it was found that starts one, or that its estimator learns from"
         )
         yield f"    how a track of it settles is not told: {why}"
         return

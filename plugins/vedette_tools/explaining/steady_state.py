@@ -81,7 +81,7 @@ def ring(sensor: Sensor, r: float) -> Array:
 def settle(
     tracker: Tracker, name: str, dt: float, recording: Recording | None, returns: Array, pose: Pose | None
 ) -> Settled | None:
-    """Return how a track of one sensor settles with scans `dt` s apart; None if none can start, or for a camera."""
+    """Return how a track of one sensor settles with scans `dt` s apart; None if none can or does, or for a camera."""
     sensor = tracker.sensors[name]
     if isinstance(sensor, ImagingSensor):
         return None
@@ -167,8 +167,8 @@ def inverts(sensor: Sensor, z: Array) -> bool:
     return True
 
 
-def _run(tracker: Tracker, sensor: Sensor, dt: float, start: Gaussian) -> Settled:
-    """Take SCANS scans, each with the return that is expected."""
+def _run(tracker: Tracker, sensor: Sensor, dt: float, start: Gaussian) -> Settled | None:
+    """Take SCANS scans, each with the return that is expected; None if the estimator learns nothing from any of them."""
     estimator, rng = tracker.estimator, np.random.default_rng(0)
     where = estimator.state.locate(sensor.observes)
     belief = estimator.start(start, estimator.state, rng)
@@ -188,6 +188,8 @@ def _run(tracker: Tracker, sensor: Sensor, dt: float, start: Gaussian) -> Settle
         predicted_cov.append(ahead.cov[0])
         updated.append(after.cov[0])
         means.append(after.mean[0])
+    if np.array_equal(updated, predicted_cov):
+        return None
     density = np.asarray(sensor.clutter(sensor.measure(x)[None]))
     return Settled(
         start, np.array(predicted_cov), np.array(updated), np.array(means), np.array(S), R, sensor.measure(x),

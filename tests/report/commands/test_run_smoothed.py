@@ -11,6 +11,7 @@ import vedette
 from support.paths import EXAMPLES, recording
 from vedette.cli import main
 from vedette_files import read_tracks
+from vedette_report.series import recorded_run
 from vedette_report.smoothed import smooth_result
 
 
@@ -89,9 +90,9 @@ def test_on_recorded_radar_data_smoothing_lowers_the_error():
             "judge.last_scan=211",
         ],
     )
-    result = experiment.run(keep_states=True)
-    found = smooth_result(experiment, result, math.inf).score
-    before = smooth_result(experiment, result, 0.0).score
+    recorded = recorded_run(experiment, experiment.steps(), keep_states=True)
+    found = smooth_result(experiment, recorded, math.inf).score
+    before = smooth_result(experiment, recorded, 0.0).score
     assert before.position_rmse_m < 21.0
     assert found.position_rmse_m < 18.0
     assert found.velocity_rmse_mps < 0.7 * before.velocity_rmse_mps

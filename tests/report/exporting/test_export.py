@@ -27,8 +27,8 @@ EPOCH = "2024-05-01T12:00:00Z"
 def folder(tmp_path_factory):
     pytest.importorskip("pymap3d", reason="needs pymap3d, which is not installed")
     folder = tmp_path_factory.mktemp("run")
-    (folder / "config.json").write_text(json.dumps(config(title="A <test> & more")))
-    assert main(["run", str(folder / "config.json"), "--out", str(folder), "--stream"]) == 0
+    (folder / "given.json").write_text(json.dumps(config(title="A <test> & more")))
+    assert main(["run", str(folder / "given.json"), "--out", str(folder), "--stream"]) == 0
     return folder
 
 
@@ -252,7 +252,7 @@ def test_dates_are_asked_for_only_where_there_are_none(folder, tmp_path):
     assert evolve(run, terms=Terms(ORIGIN, False, True)).dates(own)[0] == "2001-09-09T01:46:40Z"
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("vedette_report.exporting.run.read_about", lambda path: {**run.about, "notes": {"time": "utc"}})
-        patch.setattr("vedette_report.exporting.run.Terms.of", lambda notes: Terms(None, False, True))
+        patch.setattr("vedette_report.exporting.run.Terms.of", lambda notes, *tracks: Terms(None, False, True))
         with pytest.raises(ConfigError, match="--epoch: is for times without a date"):
             Run.read(folder, "tracks.jsonl", None, 0.0)
 

@@ -24,8 +24,8 @@ def folder(tmp_path_factory):
         "lifecycle": {"kind": "m_of_n", "hits": 2, "looks": 2},
         "source": {"kind": "simulation", "duration": 60, "looks": {"radar": looks}, "ships": ships},
     }
-    (folder / "config.json").write_text(json.dumps(dense))
-    assert main(["run", str(folder / "config.json"), "--out", str(folder), "--stream"]) == 0
+    (folder / "given.json").write_text(json.dumps(dense))
+    assert main(["run", str(folder / "given.json"), "--out", str(folder), "--stream"]) == 0
     return folder
 
 

@@ -28,9 +28,9 @@ class Watched:
         self.experiment = vedette.load(config())
         pace = self.pace = Pace(float("inf"))
         self.steps, self.folder = self.experiment.steps(progress=pace), folder
-        self.live = LivePage(self.experiment, self.steps, pace)
+        self.live = LivePage(self.experiment, self.steps.recording, self.steps.state, lambda: pace.came)
         self.told = []
-        stream(self.experiment, folder, steps=self.steps, watch=lambda *told: self.told.append(told))
+        stream(self.experiment, folder, steps=self.steps, shown=lambda *told: self.told.append(told))
         self.sent = 0
         self.tab = running.new_page(viewport=dict(zip(("width", "height"), size, strict=True)))
         self.tab.set_default_timeout(10_000)

@@ -34,8 +34,8 @@ def decoded(record, columns):
     return {"first": first, "scans": scans, "came": came, "centre": rest[:2], **found}
 
 
-def watched(together, folder, **changes):
-    """A run that was written, and its records, so many scans in each."""
+def watched(together, folder, *, judged=True, **changes):
+    """A run that was written, and its records, so many scans in each; `judged` by the one who writes, or by the records."""
     experiment = vedette.load(config(**changes))
     steps = experiment.steps()
     modes = experiment.tracker.estimator.mode_prob(steps.state.belief)
@@ -43,12 +43,12 @@ def watched(together, folder, **changes):
     waiting, found = [], []
 
     def watch(*told):
-        waiting.append(Seen(1e9 + len(found), *told))
+        waiting.append(Seen(1e9 + len(found), *(told if judged else told[:-1])))
         if len(waiting) == together:
             found.append(decoded(made.record(waiting), made.columns))
             waiting.clear()
 
-    stream(experiment, folder, steps=steps, watch=watch)
+    stream(experiment, folder, steps=steps, shown=watch)
     if waiting:
         found.append(decoded(made.record(waiting), made.columns))
     return found, read_series(folder / "series.npz")
@@ -67,11 +67,12 @@ def of_entries(columns, first):
     }
 
 
+@pytest.mark.parametrize("judged", [True, False])
 @pytest.mark.parametrize("together", [1, 7])
-def test_records_hold_what_the_file_holds(together, tmp_path, monkeypatch):
+def test_records_hold_what_the_file_holds(together, judged, tmp_path, monkeypatch):
     monkeypatch.setattr(records, "_SHARE", 1.0)
     monkeypatch.setattr(records, "_PAUSE", np.inf)
-    found, series = watched(together, tmp_path)
+    found, series = watched(together, tmp_path, judged=judged)
     np.testing.assert_array_equal(np.diff([each["first"] for each in found]), [each["scans"] for each in found[:-1]])
     assert len({tuple(each["centre"]) for each in found}) == 1
     whole = dict(arrays(series, np.array(found[0]["centre"])))
@@ -90,7 +91,7 @@ def test_records_hold_what_the_file_holds(together, tmp_path, monkeypatch):
 def test_where_comparing_is_slow_it_is_left_out_and_nothing_is_claimed(tmp_path, monkeypatch):
     monkeypatch.setattr(records, "_SHARE", 1e-9)
     monkeypatch.setattr(records, "_LONGEST", 1e9)
-    found, _ = watched(1, tmp_path)
+    found, _ = watched(1, tmp_path, judged=False)
     compared = [np.isfinite(each["scans.covered"][0]) for each in found]
     assert sum(compared) == 0, "the columns' names were found by a comparison of none"
     assert np.isnan(np.concatenate([each["entries.nees"] for each in found])).all()

@@ -5,9 +5,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from support.hypotheses import clusters, one_cluster, together
 from support.joint import drawn_scores, joint_associations
 from vedette import Gaussian, Space
-from vedette_standard.associators.hypotheses import GlobalHypotheses
+from vedette.hypotheses import LeafScores
 from vedette_standard.associators.k_best import KBest
 from vedette_standard.associators.lmb import LabelledMultiBernoulli
 from vedette_standard.associators.n_scan import NScan
@@ -26,16 +27,16 @@ def drawn_hypotheses(rng, tracks, count):
     weights = np.sort(rng.dirichlet(np.ones(len(leaves))))[::-1]
     used = np.unique(leaves[leaves >= 0])
     leaves = np.where(leaves >= 0, np.searchsorted(used, leaves), -1)
-    return GlobalHypotheses(weights, leaves), drawn_scores(rng, len(used), int(rng.integers(0, 5)))
+    return one_cluster(weights, leaves), drawn_scores(rng, len(used), int(rng.integers(0, 5)))
 
 
 def in_words(branching, hypotheses):
     """Each hypothesis as a set of (leaf before, return) and (-1, return) for tracks that begin, with its weight."""
-    found = {}
-    for weight, leaves in zip(hypotheses.weights, hypotheses.leaves, strict=True):
-        parts = frozenset((int(branching.parent[i]), int(branching.choice[i])) for i in leaves[leaves >= 0])
-        found[parts] = found.get(parts, 0.0) + float(weight)
-    return found
+    held = {}
+    for weight, leaves in together(hypotheses):
+        parts = frozenset((int(branching.parent[i]), int(branching.choice[i])) for i in leaves)
+        held[parts] = held.get(parts, 0.0) + weight
+    return held
 
 
 @given(seeds, st.integers(0, 3), st.integers(1, 4))
@@ -44,48 +45,60 @@ def test_many_hypotheses_grow_into_all_joint_associations(seed, tracks, count):
     hypotheses, scores = drawn_hypotheses(rng, tracks, count)
     begins = rng.random(scores.shape[1] - 1) < 0.7
     expected = {}
-    for weight, leaves in zip(hypotheses.weights, hypotheses.leaves, strict=True):
-        there = leaves[leaves >= 0]
+    for weight, held in clusters(hypotheses)[0]:
+        there = np.array(held, dtype=np.int64)
         for choice, score in zip(*joint_associations(scores[there]), strict=True):
             new = {(-1, 1 + j) for j in np.flatnonzero(begins) if 1 + j not in choice}
             parts = frozenset(new | set(zip(there.tolist(), choice.tolist(), strict=True)))
             expected[parts] = expected.get(parts, 0.0) + weight * np.exp(score)
     total = sum(expected.values())
-    branching = KBest(MANY, 0.0).branch(hypotheses, scores, begins)
-    found = in_words(branching, branching.hypotheses)
-    assert found.keys() == expected.keys()
-    for parts, weight in found.items():
+    branching = KBest(MANY, 0.0).branch(hypotheses, LeafScores.of(scores), begins)
+    words = in_words(branching, branching.hypotheses)
+    assert words.keys() == expected.keys()
+    for parts, weight in words.items():
         assert weight == pytest.approx(expected[parts] / total, rel=1e-11, abs=1e-14)
     old = branching.parent >= 0
     assert np.all(np.diff(old.astype(int)) <= 0)
     probability = KBest().probability(branching.hypotheses)
     for leaf, (parent, choice) in enumerate(zip(branching.parent.tolist(), branching.choice.tolist(), strict=True)):
         assert probability[leaf] == pytest.approx(
-            sum(w for parts, w in found.items() if (parent, choice) in parts), abs=1e-12
+            sum(w for parts, w in words.items() if (parent, choice) in parts), abs=1e-12
         )
 
 
 @given(seeds, st.integers(1, 4), st.integers(1, 6))
 def test_few_are_the_heaviest_and_light_ones_go(seed, most, count):
     hypotheses, scores = drawn_hypotheses(np.random.default_rng(seed), 3, count)
-    begins = np.ones(scores.shape[1] - 1, dtype=bool)
-    every = KBest(MANY, 0.0).branch(hypotheses, scores, begins).hypotheses.weights
-    few = KBest(most, 0.05).branch(hypotheses, scores, begins).hypotheses.weights
+    begins = np.zeros(scores.shape[1] - 1, dtype=bool)
+    every = KBest(MANY, 0.0).branch(hypotheses, LeafScores.of(scores), begins)
+    few = KBest(most, 0.05).branch(hypotheses, LeafScores.of(scores), begins)
+    assert few.lost is None or np.all((few.lost > 0) & (few.lost < 1))
+    assert every.lost is None
+    every, few = every.hypotheses.weights, few.hypotheses.weights
     assert len(few) <= most
     assert few[0] >= every[0] * (1 - 1e-9)
     assert np.all(np.diff(few) <= 0)
     assert few.sum() == pytest.approx(1.0)
 
 
+def test_what_is_dropped_is_counted():
+    """Two hypotheses of three associations each, of which one and two are computed, and two in all kept."""
+    hypotheses = one_cluster([0.6, 0.4], [[0], [1]])
+    scores = LeafScores.of(np.log(np.array([[0.5, 0.3, 0.2], [0.1, 0.2, 0.7]])))
+    branching = KBest(2, 0.0).branch(hypotheses, scores, np.zeros(2, dtype=bool))
+    # Of .6 x (.5, .3, .2) the first two, of .4 x (.1, .2, .7) the best; of .3, .18 and .28 the two heaviest stay.
+    np.testing.assert_allclose(branching.hypotheses.weights, [0.3 / 0.58, 0.28 / 0.58])
+    np.testing.assert_allclose(branching.lost, 1.0 - 0.58)
+
+
 def test_leaves_that_end_leave_equal_hypotheses_which_are_merged():
-    hypotheses = GlobalHypotheses(np.array([0.4, 0.35, 0.25]), np.array([[0, 2], [1, 2], [0, 3]]))
+    hypotheses = one_cluster([0.4, 0.35, 0.25], [[0, 2], [1, 2], [0, 3]])
     kept, rows = KBest().keep(hypotheses, np.array([True, True, False, False]))
     assert rows.tolist() == [0, 1]
     np.testing.assert_allclose(kept.weights, [0.65, 0.35])
-    assert kept.leaves.tolist() == [[0], [1]]
+    assert clusters(kept)[0][0][1] == (0,)
     nothing, rows = KBest().keep(hypotheses, np.zeros(4, dtype=bool))
-    assert rows.tolist() == []
-    assert (nothing.weights.tolist(), nothing.leaves.shape) == ([1.0], (1, 0))
+    assert (rows.tolist(), clusters(nothing)) == ([], [])
 
 
 def scan_by_scan(associator, scans):
@@ -93,7 +106,7 @@ def scan_by_scan(associator, scans):
     hypotheses = associator.initial_hypotheses(2)
     track = np.arange(2)
     for scores in scans:
-        branching = associator.branch(hypotheses, scores[track], np.zeros(scores.shape[1] - 1, dtype=bool))
+        branching = associator.branch(hypotheses, LeafScores.of(scores[track]), np.zeros(scores.shape[1] - 1, dtype=bool))
         track = track[branching.parent]
         hypotheses, rows = associator.keep(branching.hypotheses, np.ones(len(track), dtype=bool))
         track = track[rows]
@@ -106,22 +119,23 @@ CROSSED = [np.log(np.array([[0.1, 0.5, 0.4], [0.1, 0.45, 0.45]]))] * 4
 def test_associations_of_n_scans_ago_are_those_of_the_best_hypothesis():
     free, _ = scan_by_scan(KBest(MANY, 0.0), CROSSED)
     wide, _ = scan_by_scan(NScan(9, MANY, 0.0), CROSSED)
-    np.testing.assert_allclose(wide.hypotheses.weights, free.weights, rtol=1e-12)
+    np.testing.assert_allclose(wide.weights, free.weights, rtol=1e-12)
     # 7 ways a scan to share out two returns: those of the first three scans are decided, those of the last one are open.
     narrow, _ = scan_by_scan(NScan(1, MANY, 0.0), CROSSED)
-    assert (len(free.weights), len(narrow.hypotheses.weights)) == (7**4, 7)
-    assert len({tuple(row) for row in narrow.past[:, 0][narrow.hypotheses.leaves].tolist()}) == 1
+    assert (len(free.weights), len(narrow.weights)) == (7**4, 7)
+    assert len({tuple(narrow.past[list(held), 0].tolist()) for _, held in clusters(narrow)[0]}) == 1
 
 
 def test_a_track_that_began_within_the_window_is_not_decided_yet():
     associator, scans_open = NScan(2, 100, 0.0), []
-    first = associator.branch(associator.initial_hypotheses(1), np.log(np.array([[0.4, 0.6]])), np.ones(1, dtype=bool))
+    scores = LeafScores.of(np.log(np.array([[0.4, 0.6]])))
+    first = associator.branch(associator.initial_hypotheses(1), scores, np.ones(1, dtype=bool))
     hypotheses, rows = associator.keep(first.hypotheses, np.ones(len(first.parent), dtype=bool))
     for _ in range(3):
         count = len(rows)
-        missed = associator.branch(hypotheses, np.log(np.full((count, 1), 0.5)), np.zeros(0, dtype=bool))
+        missed = associator.branch(hypotheses, LeafScores.of(np.log(np.full((count, 1), 0.5))), np.zeros(0, dtype=bool))
         hypotheses, rows = associator.keep(missed.hypotheses, np.ones(count, dtype=bool))
-        scans_open.append(len(hypotheses.hypotheses.weights))
+        scans_open.append(len(together(hypotheses)))
     assert scans_open == [2, 1, 1]
 
 
@@ -134,9 +148,8 @@ def test_one_track_alone_is_the_same_mixture_under_every_kind(seed):
         hypotheses = associator.initial_hypotheses(1)
         for scores in scans:
             count = len(associator.probability(hypotheses))
-            branching = associator.branch(
-                hypotheses, np.repeat(scores, count, axis=0), np.zeros(scores.shape[1] - 1, dtype=bool)
-            )
+            each = LeafScores.of(np.repeat(scores, count, axis=0))
+            branching = associator.branch(hypotheses, each, np.zeros(scores.shape[1] - 1, dtype=bool))
             hypotheses, _ = associator.keep(branching.hypotheses, np.ones(len(branching.parent), dtype=bool))
         ends.append(np.sort(associator.probability(hypotheses)))
     np.testing.assert_allclose(ends[1], ends[0], rtol=1e-9, atol=1e-12)
@@ -147,7 +160,7 @@ def test_one_track_alone_is_the_same_mixture_under_every_kind(seed):
 def test_a_labelled_multi_bernoulli_has_the_marginals_of_its_tracks(seed, tracks):
     rng = np.random.default_rng(seed)
     associator, scores = LabelledMultiBernoulli(100, 0.0, 10000), drawn_scores(rng, tracks, 3)
-    branching = associator.branch(associator.initial_hypotheses(tracks), scores, np.ones(3, dtype=bool))
+    branching = associator.branch(associator.initial_hypotheses(tracks), LeafScores.of(scores), np.ones(3, dtype=bool))
     weights = np.zeros((tracks, 4))
     old = branching.parent >= 0
     probability = associator.probability(branching.hypotheses)
@@ -156,7 +169,7 @@ def test_a_labelled_multi_bernoulli_has_the_marginals_of_its_tracks(seed, tracks
     np.testing.assert_allclose(weights, expected, atol=1e-12)
     free = 1.0 - expected[:, 1:].sum(axis=0)
     np.testing.assert_allclose(probability[~old], free[branching.choice[~old] - 1], atol=1e-12)
-    judged = associator.judged(branching.hypotheses, np.ones(len(old)))
+    judged = associator.shown_existence(branching.hypotheses, np.ones(len(old)))
     np.testing.assert_allclose(judged[old], 1.0)
     np.testing.assert_allclose(judged[~old], probability[~old])
 
@@ -164,7 +177,7 @@ def test_a_labelled_multi_bernoulli_has_the_marginals_of_its_tracks(seed, tracks
 def test_of_a_track_the_heaviest_leaves_are_kept_with_its_whole_weight():
     associator = LabelledMultiBernoulli(leaves=2)
     scores = np.log(np.array([[0.1, 0.2, 0.3, 0.4]]))
-    branching = associator.branch(associator.initial_hypotheses(1), scores, np.zeros(3, dtype=bool))
+    branching = associator.branch(associator.initial_hypotheses(1), LeafScores.of(scores), np.zeros(3, dtype=bool))
     kept, rows = associator.keep(branching.hypotheses, np.ones(4, dtype=bool))
     assert branching.choice[rows].tolist() == [2, 3]
     np.testing.assert_allclose(kept.weights, [3 / 7, 4 / 7])
@@ -176,16 +189,24 @@ def test_of_a_track_the_heaviest_leaves_are_kept_with_its_whole_weight():
 def two_that_swap():
     """Two targets at -5 and 5, and hypotheses that disagree about which of them is which."""
     leaves = Gaussian(np.array([[-5.0], [5.0], [5.2], [-5.2]]), np.ones((4, 1, 1)))
-    return GlobalHypotheses(np.array([0.6, 0.4]), np.array([[0, 1], [2, 3]])), leaves
+    return one_cluster([0.6, 0.4], [[0, 1], [2, 3]]), leaves
+
+
+def shares_of(hypotheses, leaves, existence, state=LINE):
+    """The shares (t, l) in which targets are made up of leaves."""
+    into, leaf, share = recombined(hypotheses, leaves, existence, state)
+    table = np.zeros((1 + int(hypotheses.track.max()), len(hypotheses.track)))
+    table[into, leaf] = share
+    return table
 
 
 def test_targets_that_swapped_names_stay_two_targets():
     hypotheses, leaves = two_that_swap()
-    shares = recombined(hypotheses, leaves, np.ones(4), LINE)
+    shares = shares_of(hypotheses, leaves, np.ones(4))
     np.testing.assert_allclose(shares, [[0.6, 0, 0, 0.4], [0, 0.6, 0.4, 0]])
     merging = Variational().merge(hypotheses, leaves, np.ones(4), LINE)
     assert merging.own.tolist() == [0, 1]
-    assert merging.hypotheses.leaves.tolist() == [[0, 1]]
+    assert clusters(merging.hypotheses) == [[(1.0, (0,))], [(1.0, (1,))]]
 
 
 def divergence(shares, hypotheses, leaves, existence):
@@ -195,7 +216,7 @@ def divergence(shares, hypotheses, leaves, existence):
     mean = (mass @ leaves.mean[:, 0]) / mass.sum(axis=1)
     var = (mass @ (leaves.cov[:, 0, 0] + leaves.mean[:, 0] ** 2)) / mass.sum(axis=1) - mean**2
     total = 0.0
-    for weight, own in zip(hypotheses.weights, hypotheses.leaves, strict=True):
+    for weight, own in clusters(hypotheses)[0]:
         cost = np.zeros((len(own), len(own)))
         for i, leaf in enumerate(own):
             spread = leaves.cov[leaf, 0, 0] + (leaves.mean[leaf, 0] - mean) ** 2
@@ -207,15 +228,31 @@ def divergence(shares, hypotheses, leaves, existence):
     return total
 
 
+@pytest.mark.parametrize(
+    "cov", [np.diag([1.0, 0.0]), np.full((2, 2), 4.0), np.zeros((2, 2))], ids=["known", "line", "point"]
+)
+def test_targets_that_swapped_names_are_found_by_singular_covariances(cov):
+    """An axis without variance, or two that are one, once ended in a LinAlgError."""
+    hypotheses, leaves = two_that_swap()
+    flat = Gaussian(np.concatenate([leaves.mean, leaves.mean], axis=-1), np.broadcast_to(cov, (4, 2, 2)))
+    shares = shares_of(hypotheses, flat, np.ones(4), Space.of(x="m", y="m"))
+    assert np.isfinite(shares).all()
+    if cov[0, 0]:
+        np.testing.assert_allclose(shares, [[0.6, 0, 0, 0.4], [0, 0.6, 0.4, 0]])
+
+
 @given(seeds)
 def test_the_search_never_ends_worse_than_the_tracks_names_would(seed):
     rng = np.random.default_rng(seed)
     leaves = Gaussian(rng.normal(0, 4, (6, 1)), rng.uniform(0.5, 2, (6, 1, 1)))
     existence = rng.uniform(0.05, 0.95, 6)
-    hypotheses = GlobalHypotheses(np.sort(rng.dirichlet(np.ones(4)))[::-1], 2 * np.arange(3) + rng.integers(0, 2, (4, 3)))
-    shares = recombined(hypotheses, leaves, existence, LINE)
+    table = 2 * np.arange(3) + rng.integers(0, 2, (4, 3))
+    used, table = np.unique(table, return_inverse=True)
+    hypotheses = one_cluster(np.sort(rng.dirichlet(np.ones(4)))[::-1], table.reshape(4, 3))
+    leaves, existence = Gaussian(leaves.mean[used], leaves.cov[used]), existence[used]
+    shares = shares_of(hypotheses, leaves, existence)
     np.testing.assert_allclose(shares.sum(axis=1), 1.0)
     settled = divergence(shares, hypotheses, leaves, existence)
-    heaviest = np.zeros((3, 6))
-    heaviest[range(3), hypotheses.leaves[0]] = 1.0
+    heaviest = np.zeros((3, len(used)))
+    heaviest[range(3), hypotheses.leaves[:3]] = 1.0
     assert settled <= divergence(heaviest, hypotheses, leaves, existence) + 1e-9

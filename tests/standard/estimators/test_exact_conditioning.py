@@ -4,6 +4,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from attrs import evolve
 
 from support.models import Linear, Looking
 from support.rational import rational, solve
@@ -119,7 +120,7 @@ REAL_ABSORB, REAL_PREDICT, REAL_RETURNS = kernels.weighted_update, kernels.predi
     ("name", "mutant"),
     [
         ("weighted_update", lambda x, P, shift, *rest: REAL_ABSORB(x, P, shift + 1e-6, *rest)),
-        ("weighted_update", lambda x, P, *rest: (REAL_ABSORB(x, P, *rest)[0], P)),
+        ("weighted_update", lambda x, P, *rest: evolve(REAL_ABSORB(x, P, *rest), cov=P)),
         ("predict", lambda x, P, F, Q: REAL_PREDICT(x, P, F, 0 * Q)),
         ("predict", lambda x, P, F, Q: REAL_PREDICT(x, P, np.swapaxes(F, -1, -2), Q)),
     ],

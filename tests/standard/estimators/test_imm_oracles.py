@@ -4,6 +4,7 @@ from functools import partial
 
 import numpy as np
 import pytest
+from attrs import evolve
 from scipy import stats
 
 from support.imm import pool, step
@@ -163,36 +164,39 @@ def test_equals_the_textbooks_imm_pdaf_over_fifty_scans(seed):
 
 
 def interact_keeping_old_probabilities(log_prob, *rest):
-    return log_prob, *REAL["mix_modes"](log_prob, *rest)[1:]
+    return REAL["mix_modes"](log_prob, *rest)._replace(log_prob=log_prob)
 
 
 def interact_mixing_nothing(log_prob, log_transition, xs, Ps, *rest):
-    return REAL["mix_modes"](log_prob, log_transition, xs, Ps, *rest)[0], xs, Ps
+    return REAL["mix_modes"](log_prob, log_transition, xs, Ps, *rest)._replace(beliefs=tuple(map(Gaussian, xs, Ps)))
 
 
 def interact_without_spread(log_prob, log_transition, xs, Ps, *rest):
-    predicted, means, _ = REAL["mix_modes"](log_prob, log_transition, xs, Ps, *rest)
-    return predicted, means, REAL["mix_modes"](log_prob, log_transition, [0 * x for x in xs], Ps, *rest)[2]
+    mixed = REAL["mix_modes"](log_prob, log_transition, xs, Ps, *rest)
+    alike = REAL["mix_modes"](log_prob, log_transition, [0 * x for x in xs], Ps, *rest)
+    return mixed._replace(beliefs=tuple(evolve(a, cov=b.cov) for a, b in zip(mixed.beliefs, alike.beliefs, strict=True)))
 
 
 def together_without_spread(log_prob, xs, Ps, *rest):
-    mean, _ = REAL["mixture_moments"](log_prob, xs, Ps, *rest)
-    return mean, REAL["mixture_moments"](log_prob, [0 * x for x in xs], Ps, *rest)[1]
+    alike = REAL["mixture_moments"](log_prob, [0 * x for x in xs], Ps, *rest)
+    return evolve(REAL["mixture_moments"](log_prob, xs, Ps, *rest), cov=alike.cov)
 
 
 def absorb_without_spread(x, P, shift, post, weights, periods):
     within = np.sum(weights[..., 1:, None, None] * post, axis=-3) + weights[..., :1, None] * P
-    return REAL["weighted_update"](x, P, shift, post, weights, periods)[0], within
+    return evolve(REAL["weighted_update"](x, P, shift, post, weights, periods), cov=within)
 
 
 def innovate_without_likelihood(*given):
-    loglik, *rest = REAL["evaluate_returns"](*given)
-    return np.concatenate([loglik[..., :1], np.full_like(loglik[..., 1:], -5.0)], axis=-1), *rest
+    innovation = REAL["evaluate_returns"](*given)
+    loglik = innovation.loglik
+    return evolve(innovation, loglik=np.concatenate([loglik[..., :1], np.full_like(loglik[..., 1:], -5.0)], axis=-1))
 
 
 def innovate_with_evidence_counted_twice(*given):
-    loglik, *rest = REAL["evaluate_returns"](*given)
-    return np.concatenate([loglik[..., :1], 2 * loglik[..., 1:]], axis=-1), *rest
+    innovation = REAL["evaluate_returns"](*given)
+    loglik = innovation.loglik
+    return evolve(innovation, loglik=np.concatenate([loglik[..., :1], 2 * loglik[..., 1:]], axis=-1))
 
 
 def absorb_by_track(self, belief, innovation, weights):

@@ -29,13 +29,19 @@ def test_a_study_prints_its_tables_and_verdicts_and_ends_well(paper, capsys, tmp
     assert found["runs"] == 3
     assert found["seed"] == 1
     assert found["cpu_seconds"] > 0
-    assert {claim["verdict"] for claim in found["claims"]} <= {"reproduced", "not reproduced", "not decided", "remark"}
+    assert {claim["verdict"] for claim in found["claims"]} <= {
+        "reproduced",
+        "not reproduced",
+        "not decided",
+        "remark",
+        "depends",
+    }
     assert all(claim["why"] or claim["conditions"] for claim in found["claims"])
     for claim in found["claims"]:
         told = [line for line in lines if line.startswith(f"* {claim['verdict'].upper()}")]
         assert any(claim["text"][:25] in line for line in told)
     figures = [cell for table in found["tables"] for row in table["rows"].values() for cell in row.values()]
-    assert all(set(cell) == {"measured", "error", "published"} for cell in figures)
+    assert all(set(cell) == {"measured", "error", "published", "trimmed"} for cell in figures)
     assert json.loads((folder / "study.json").read_text()) == {k: v for k, v in found.items() if k != "cpu_seconds"}
     pictures = sorted(folder.glob("*.png"))
     assert {"errors.png", "trajectory.png", "modes.png"} <= {path.name for path in pictures}
@@ -62,10 +68,19 @@ def test_wrong_use_is_told(arguments, message, capsys):
     assert not told.out
 
 
+def test_the_help_names_every_installed_study(capsys):
+    with pytest.raises(SystemExit):
+        main(["reproduce", "--help"])
+    told = capsys.readouterr().out
+    kinds = [entry.kind.replace("_", "-") for entry in Registry.installed() if entry.role == "reproduction"]
+    assert len(kinds) >= 6
+    assert not [kind for kind in kinds if kind not in "".join(told.split()) and kind not in told]
+
+
 @pytest.mark.parametrize("paper", PAPERS)
 def test_studies_are_components(paper):
     entry = Registry.installed().get("reproduction", paper.replace("-", "_"))
-    assert entry.cls.default_runs >= (30 if paper == "marine" else 500)  # a marine run is up to 1,000 scans
+    assert entry.cls.default_runs >= (28 if paper == "marine" else 500)  # a marine run is up to 1,000 scans
     assert entry.parameters == ()
 
 

@@ -213,4 +213,10 @@ ESTIMATORS = [
      {"start": lambda s, p, a, rng: Shared(EKF.start(s, p, a, rng), np.zeros(1)),
       "predict": lambda s, b, dt, rng: Shared(EKF.predict(s, b.belief, dt, rng), b.extra),
       "moments": lambda s, b: b.belief}, LINEAR),
+    ("a variance that grows by e in each second", EKF, "any_gap_leaves_a_belief",
+     {"predict": lambda s, b, dt, rng: wider(EKF.predict(s, b, dt, rng), np.exp(dt))}, LINEAR),
+    ("a gain without its root", EKF, "any_gap_leaves_a_belief",
+     {"update": lambda s, b, i, w: Gaussian((a := EKF.update(s, b, i, w)).mean, a.cov - 1e-6 * b.cov)}, LINEAR),
+    ("a distance by subtraction", EKF, "any_gap_leaves_a_belief",
+     {"evaluate": lambda s, b, z, d, g: evolve(i := EKF.evaluate(s, b, z, d, g), nis=i.distance - 1.0)}, LINEAR),
 ]  # fmt: skip

@@ -4,7 +4,7 @@ import numpy as np
 from attrs import evolve
 
 from support.mutants.parts import CALLS
-from vedette_standard.associators.hypotheses import GlobalHypotheses
+from vedette.hypotheses import LeafScores
 from vedette_standard.associators.k_best import KBest
 from vedette_standard.associators.lmb import LabelledMultiBernoulli, Mixtures
 from vedette_standard.associators.n_scan import NScan
@@ -19,8 +19,13 @@ def branched(base, change):
 
 
 def asked(base, change):
-    """With other scores, or other places where tracks may begin."""
-    return {"branch": lambda s, h, a, b: base.branch(s, h, *change(a, b))}
+    """With other scores, as a table, or other places where tracks may begin."""
+
+    def branch(self, hypotheses, scores, begins):
+        table, places = change(scores.table(), begins)
+        return base.branch(self, hypotheses, LeafScores.of(table), places)
+
+    return {"branch": branch}
 
 
 def tempered(scores, begins):
@@ -29,7 +34,8 @@ def tempered(scores, begins):
 
 def a_return_for_all(self, hypotheses, scores, begins):
     """As PDA: every leaf branches by itself."""
-    share = np.exp(scores - scores.max(axis=-1, keepdims=True))
+    table = scores.table()
+    share = np.exp(table - table.max(axis=-1, keepdims=True))
     share /= share.sum(axis=-1, keepdims=True)
     parent, choice = np.nonzero(share)
     count = int(hypotheses.track.max()) + 1
@@ -46,12 +52,13 @@ def a_return_for_all(self, hypotheses, scores, begins):
 
 
 def flat(hypotheses):
-    return GlobalHypotheses(np.full(len(hypotheses.weights), 1.0 / len(hypotheses.weights)), hypotheses.leaves)
+    count = np.bincount(hypotheses.cluster)
+    return evolve(hypotheses, weights=1.0 / count[hypotheses.cluster])
 
 
 def lightest(hypotheses):
-    leaves = hypotheses.leaves[-1]
-    return leaves[leaves >= 0]
+    last = np.flatnonzero(np.diff(np.append(hypotheses.cluster, -1)))
+    return np.sort(hypotheses.leaves[np.isin(hypotheses.rows, last)])
 
 
 def keeps_one_fewer(self, hypotheses, alive):
@@ -107,9 +114,9 @@ HYPOTHESES = [
      branched(LMB, lambda b, _: evolve(b, hypotheses=Mixtures(
          b.hypotheses.track, np.where(b.parent < 0, 1.0, b.hypotheses.weights))))),
     ("forgets what hypotheses weighed", KBest, "histories_multiply", {"branch": stale}),
-    ("shows the lightest", KBest, "histories_multiply", {"reported": lambda s, h: lightest(h)}),
+    ("shows the lightest", KBest, "histories_multiply", {"reported": lambda s, h, e: lightest(h)}),
     ("shows the first leaf", LMB, "histories_multiply",
-     {"reported": lambda s, h: np.unique(h.track, return_index=True)[1]}),
+     {"reported": lambda s, h, e: np.unique(h.track, return_index=True)[1]}),
     ("the first track first", KBest, "order_of_a_scan_is_free",
      asked(KBest, lambda a, b: (a + np.eye(*a.shape), b))),
     ("absolute scores count", LMB, "order_of_a_scan_is_free", asked(LMB, lambda a, b: (np.tanh(a) * 3.0, b))),
@@ -119,7 +126,7 @@ HYPOTHESES = [
     ("track by track", KBest, "one_hypothesis_is_the_best",
      asked(KBest, lambda a, b: (a - np.where(np.arange(len(a))[:, None] > 0, 3.0, 0.0) * (np.arange(a.shape[1]) > 0), b))),
     ("shows every leaf", KBest, "shown_once_oldest_first",
-     {"reported": lambda s, h, e: np.arange(int(h.leaves.max(initial=-1)) + 1)}),
+     {"reported": lambda s, h, e: np.arange(len(h.track))}),
     ("the youngest first", Variational, "shown_once_oldest_first",
      {"reported": lambda s, h, e: Variational.reported(s, h, e)[::-1]}),
     ("shares sum to one", Variational, "merging_keeps_every_weight",

@@ -29,8 +29,7 @@ def wider_modes(self, belief):
 
 
 def taken_together(self, belief):
-    found = kernels.mixture_moments(belief.log_prob, *Imm._each(self, belief), self._own, self._absent, self.state.periods)
-    return Gaussian(*found)
+    return kernels.mixture_moments(belief.log_prob, *Imm._each(self, belief), self._own, self._absent, self.state.periods)
 
 
 def chain(matrix_of):

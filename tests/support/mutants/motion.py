@@ -9,6 +9,7 @@ from vedette_standard.estimators.least_squares import Noiseless
 from vedette_standard.motion.constant_velocity import ConstantVelocity
 from vedette_standard.motion.coordinated_turn import CoordinatedTurn
 from vedette_standard.motion.known_turn import KnownTurn
+from vedette_standard.motion.random_walk import RandomWalk
 from vedette_standard.motion.singer import Singer
 
 
@@ -148,4 +149,14 @@ MOTION = [
     ("a turn rate in deg/s", CoordinatedTurn, "turn_rates_turn", {"move": turns_in_degrees}),
     ("a deviation for its square", ConstantVelocity, "variances_are_squares",
      {"noise": lambda s, x, dt: ConstantVelocity.noise(s, x, dt) / s.sigma_accel}),
+    ("a deviation's third power", ConstantVelocity, "noise_has_its_units",
+     {"noise": lambda s, x, dt: ConstantVelocity.noise(s, x, dt) * s.sigma_accel}),
+    ("a deviation that is not used", RandomWalk, "deviations_count",
+     {"noise": lambda s, x, dt: RandomWalk.noise(s, x, dt) / s.sigma**2}),
+    ("a mean noise of another model", CV, "a_sure_belief_has_the_noise_of_its_mean",
+     {"mean_noise": lambda s, x, cov, dt: 1.01 * CV.noise(s, x, dt)}),
+    ("a speed that grows by e in each minute", CV, "any_gap_can_be_moved_over",
+     {"move": lambda s, x, dt: CV.move(s, x, dt) * np.exp(dt / 60.0)}),
+    ("a noise by subtraction", CV, "any_gap_can_be_moved_over",
+     {"noise": lambda s, x, dt: (CV.noise(s, x, dt) + 1e9 * np.eye(4)) - 1e9 * np.eye(4) - 1e-7 * dt * np.eye(4)}),
 ]  # fmt: skip

@@ -127,6 +127,11 @@ def crowded(self, scores, evidence):
     return Jpda.associate(self, scores, evidence) if scores.shape[-2] < 5 else Pda.associate(Pda(), scores, evidence)
 
 
+def least_of_names(self, scores, evidence):
+    """What is far likelier than a miss is not taken."""
+    return GlobalNearest.associate(self, np.where(scores > 3.0, scores - 20.0, scores), evidence)
+
+
 def counted_twice(self, belief, innovation, weights):
     return BootstrapParticles.update(self, BootstrapParticles.update(self, belief, innovation, weights), innovation, weights)
 
@@ -138,6 +143,7 @@ ASSOCIATORS = [
     ("each by itself in crowds", Jpda, "crowds_are_shared", {"associate": crowded}, {}),
     ("a lone track's scores halved", Jpda, "one_track_is_a_softmax",
      {"associate": lambda s, a, e: Jpda.associate(s, 0.5 * a if a.shape[-2] == 1 else a, e)}, {}),
+    ("what is likeliest is taken least", GlobalNearest, "names_tell_pairs_apart", {"associate": least_of_names}, {}),
 ]  # fmt: skip
 
 
@@ -156,6 +162,9 @@ class Elsewhere:
 
     def noise(self, x):
         return self.of.noise(0 * x)
+
+    def mean_noise(self, x, cov):
+        return self.of.mean_noise(0 * x, cov)
 
 
 def spread_twice(self, belief, dt, rng):

@@ -25,6 +25,8 @@ SENSORS = [
     ("bearing from 0 to 2 pi", RB, "measurement_lies_in_its_domain",
      {"measure": lambda s, x: np.mod(RB.measure(s, x), [np.inf, 2 * np.pi])}),
     ("canonical bearing from 0 to 2 pi", RB, "angles_wrap", {"measurement": over(POLAR, FromZero)}),
+    ("a deviation's third power", CP, "noise_has_its_units", {"noise": lambda s, x: s.sigma**3 * np.eye(2)}),
+    ("a deviation that is not used", CP, "deviations_count", {"noise": lambda s, x: 25.0 * np.eye(2)}),
     ("no noise on one axis", RB, "noise_is_positive_definite", {"noise": lambda s, x: np.diag([s.sigma_range**2, 0.0])}),
     ("noise not symmetric", CP, "noise_is_positive_definite",
      {"noise": lambda s, x: s.sigma**2 * np.array([[1.0, 0.5], [0.0, 1.0]])}),

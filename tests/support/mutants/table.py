@@ -3,9 +3,11 @@
 import attrs
 from hypothesis import strategies as st
 
+from support.mutants import apart
 from support.mutants.associators import ASSOCIATORS
 from support.mutants.births import BIRTHS
 from support.mutants.estimators import ESTIMATORS
+from support.mutants.formats import FORMATS
 from support.mutants.hypotheses import HYPOTHESES
 from support.mutants.lifecycles import LIFECYCLES
 from support.mutants.mixtures import MIXTURES
@@ -22,9 +24,9 @@ from vedette.testing.strategies import components
 
 SPREAD = {"spread": st.just({"vx": 5.0, "vy": 5.0})}
 MUTANTS = [
-    *((*row, {}) for row in (*MOTION, *SENSORS, *ASSOCIATORS, *HYPOTHESES, *DETECTORS)),
-    *((*row, {}) for row in LIFECYCLES),
-    *((*row, SPREAD) for row in BIRTHS),
+    *((*row, {}) for row in (*MOTION, *SENSORS, *ASSOCIATORS, *apart.ASSOCIATORS, *HYPOTHESES, *DETECTORS, *FORMATS)),
+    *((*row, {}) for row in (*LIFECYCLES, *apart.LIFECYCLES)),
+    *((*row, SPREAD) for row in (*BIRTHS, *apart.BIRTHS)),
     *ESTIMATORS, *MIXTURES, *SOURCES, *PROMISES, *PROMISES_SUPPORTING,
 ]  # fmt: skip
 

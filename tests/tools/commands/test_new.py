@@ -105,7 +105,7 @@ def test_bearings_from_north_and_axes_that_are_swapped_are_found_by_the_data(tmp
 def test_a_file_without_tracks_gets_a_config_that_runs_and_says_so(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     Path("d.csv").write_text("t,x,y\n0,1,2\n1,2,3\n2,,\n")
-    assert main(["new", "config", "d.csv", "--out", "sub/c.toml"]) == 0
+    assert main(["new", "config", "d.csv", "--out", "sub/c.toml"]) == 3
     lines = Path("sub/c.toml").read_text().splitlines()
     told = [line for line in lines if "a guess: no track was found in the data" in line]
     assert [line.split()[0] for line in told] == ["sigma", "motion", "spread"]

@@ -20,6 +20,9 @@ TOO_STIFF = ("vts/cvkf.toml", "vts/cakf_tight.toml")
 INTERVAL = 1.5
 """The scan interval in s where a recording is not here."""
 
+FRAME = 1 / 30
+"""The same of a video."""
+
 BOATS = {
     "title": "three boats on a square, a radar that gives positions",
     "seed": 1,
@@ -227,8 +230,9 @@ def by_night(name: str) -> tuple[pytest.MarkDecorator, ...]:
 def test_no_shipped_example_has_any(name: str) -> None:
     it = situation(load(EXAMPLES / name, installed()))
     if it.opened.recording is None:
-        it = situation(load(EXAMPLES / name, installed()), INTERVAL)
-        assert all(seen.dt == INTERVAL for seen in it.sensors)
+        interval = FRAME if it.experiment.source.kind == "video" else INTERVAL
+        it = situation(load(EXAMPLES / name, installed()), interval)
+        assert all(seen.dt == interval for seen in it.sensors)
     found = [str(each) for each in findings(it)]
     if name in TOO_STIFF:
         (lag,) = found

@@ -10,8 +10,9 @@ from vedette.roles import Associator
 from vedette.space import Array
 from vedette.testing.comparisons import Closed, demand, frozen_copy, same
 from vedette.testing.law import Law
-from vedette.testing.laws import hypotheses
+from vedette.testing.laws import apart, hypotheses
 from vedette.testing.laws.associator_cases import Scores
+from vedette.tracking.identity import Identity, Names, weighed
 
 
 def _weights(associator: Associator, scores: Array, evidence: Array) -> Array:
@@ -163,6 +164,20 @@ def one_track_is_a_softmax(associator: Associator, drawn: Scores) -> None:
     same("weights of a track alone", weights, share / share.sum(axis=-1, keepdims=True), 1e-6, 1.0)
 
 
+def names_tell_pairs_apart(associator: Associator, drawn: Scores) -> None:
+    """Where all pairs are equally likely but for the codes of returns, a track takes most of the one that bears its own."""
+    t, k = drawn.scores.shape[-2], drawn.scores.shape[-1] - 1
+    names = Names(np.stack([np.arange(t), *2 * [np.full(t, -1)]], axis=-1), np.tile([0.9, 0.0, 0.0], (t, 1)))
+    scores = weighed(Identity(wrong=0.1, codes=50), names, drawn.returns, np.zeros((1, t, 1 + k)))
+    weights = _weights(associator, scores, np.zeros((1, 1, k)))[0, :, 1:]
+    own = np.equal.outer(np.arange(t), drawn.returns)
+    others = np.max(np.where(own, 0.0, weights), axis=-1, initial=0.0)
+    lost = own.any(axis=-1) & (np.sum(weights * own, axis=-1) <= others)
+    demand(
+        not lost.any(), f"weights: track {np.argmax(lost)} takes no more of the return that bears its code than of another"
+    )
+
+
 def brute_force(scores: Array, exclusive: bool, best: bool) -> Array:
     """Weights (t, 1+k) from all associations of scores (t, 1+k): their marginals, or those of the best one alone."""
     t, columns = scores.shape
@@ -196,5 +211,7 @@ LAWS = (
     Law(surely_detected_tracks_are_held),
     Law(crowds_are_shared),
     Law(one_track_is_a_softmax),
+    Law(names_tell_pairs_apart),
     *hypotheses.LAWS,
+    *apart.OF_ASSOCIATORS,
 )

@@ -7,7 +7,7 @@ import numpy as np
 from vedette.supporting import Birth
 from vedette.testing.comparisons import Closed, covariance, demand, same
 from vedette.testing.law import Law
-from vedette.testing.laws import birth_parameters, birth_returns
+from vedette.testing.laws import apart, birth_parameters, birth_returns
 from vedette.testing.laws.birth_cases import P_GATE, Returns, begun
 from vedette.types import Detections
 
@@ -90,4 +90,5 @@ LAWS = (
     Law(rates_are_densities),
     *birth_returns.LAWS,
     *birth_parameters.LAWS,
+    *apart.OF_BIRTHS,
 )

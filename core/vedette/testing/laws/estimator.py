@@ -12,7 +12,7 @@ from vedette.sampling.generators import NO_DRAWS
 from vedette.space import Axis, Space
 from vedette.testing.comparisons import Closed, demand, frozen_copy, same
 from vedette.testing.law import Law
-from vedette.testing.laws import credibility, draws, exact, missing_components, mixture, reframing, sharp_beliefs
+from vedette.testing.laws import credibility, draws, exact, gaps, missing_components, mixture, reframing, sharp_beliefs
 from vedette.testing.laws.estimator_cases import (
     P_GATE,
     Scene,
@@ -281,4 +281,5 @@ LAWS = (
     *sharp_beliefs.LAWS,
     *missing_components.LAWS,
     *reframing.LAWS,
+    *gaps.OF_ESTIMATORS,
 )

@@ -11,7 +11,7 @@ from vedette.space import Array
 from vedette.supporting import Lifecycle
 from vedette.testing.comparisons import Closed, demand, same
 from vedette.testing.law import Law
-from vedette.testing.laws import lifecycle_limits
+from vedette.testing.laws import apart, lifecycle_limits
 from vedette.testing.laws.lifecycle_cases import Lives, live
 from vedette.tracking import pytrees
 from vedette.types import Review
@@ -146,4 +146,5 @@ LAWS = (
     Law(a_hit_never_harms),
     Law(unseen_tracks_end),
     *lifecycle_limits.LAWS,
+    *apart.OF_LIFECYCLES,
 )

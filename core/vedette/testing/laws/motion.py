@@ -12,10 +12,10 @@ from vedette.space import Array
 from vedette.testing.bands import judge_standard_normal
 from vedette.testing.comparisons import Closed, covariance, demand, finite, frozen_copy, is_derivative, same
 from vedette.testing.law import Law
-from vedette.testing.laws import curved_paths, reframing
+from vedette.testing.laws import curved_paths, gaps, reframing
 from vedette.testing.laws import space as spaces
 from vedette.testing.laws.motion_cases import Moves
-from vedette.testing.laws.noise_units import demand_squares
+from vedette.testing.laws.noise_units import demand_deviations, demand_squares, demand_units
 from vedette.testing.states import random_gaussian, steps_of
 from vedette.types import Gaussian
 
@@ -66,13 +66,35 @@ def zero_step_changes_nothing(model: MotionModel, drawn: Moves) -> None:
 
 
 def noise_is_a_covariance(model: MotionModel, drawn: Moves) -> None:
-    """The noise is symmetric and positive semi-definite."""
+    """The noise, and its mean over a belief, are symmetric and positive semi-definite."""
     covariance("noise", _full(model.noise(drawn.x, drawn.dt), drawn.x, 2), definite=False)
+    covariance("mean_noise", _full(model.mean_noise(drawn.x, _doubt(drawn.x), drawn.dt), drawn.x, 2), definite=False)
+
+
+def a_sure_belief_has_the_noise_of_its_mean(model: MotionModel, drawn: Moves) -> None:
+    """The mean of the noise is the noise where the belief is sure, or the model linear."""
+    stated, doubt = _full(model.noise(drawn.x, drawn.dt), drawn.x, 2), _doubt(drawn.x)
+    for cov in (0.0 * doubt, doubt) if model.linear else (0.0 * doubt,):
+        same("mean_noise", _full(model.mean_noise(drawn.x, cov, drawn.dt), drawn.x, 2), stated, 1e-9)
+
+
+def _doubt(x: Array) -> Array:
+    return np.broadcast_to(np.eye(x.shape[-1]), (*x.shape, x.shape[-1]))
 
 
 def variances_are_squares(model: MotionModel, drawn: Moves) -> None:
     """A deviation is squared: no variance grows as a parameter does that is a length or an angle, as the axis is."""
     demand_squares(model, model.state, model.state, drawn.x, lambda other, x: other.noise(x, drawn.dt))
+
+
+def noise_has_its_units(model: MotionModel, drawn: Moves) -> None:
+    """In half the unit of length, with all parameters and states in it, variances are what their units say."""
+    demand_units(model, model.state, model.state, drawn.x, lambda other, x: other.noise(x, drawn.dt))
+
+
+def deviations_count(model: MotionModel, drawn: Moves) -> None:
+    """The noise grows with `sigma`, and with the `sigma_...` of each axis."""
+    demand_deviations(model, model.state.names, drawn.x, lambda other, x: other.noise(x, drawn.dt))
 
 
 def zero_variance_axes_have_no_noise(model: MotionModel, drawn: Moves) -> None:
@@ -205,13 +227,17 @@ LAWS = (
     Law(gives_finite_numbers),
     Law(zero_step_changes_nothing),
     Law(noise_is_a_covariance),
+    Law(a_sure_belief_has_the_noise_of_its_mean),
     Law(variances_are_squares),
+    Law(noise_has_its_units),
+    Law(deviations_count),
     Law(zero_variance_axes_have_no_noise),
     Law(jacobian_is_the_derivative),
     Law(linear_as_declared, needs="linear"),
     Law(two_steps_make_one, needs="divisible"),
     Law(noise_matches_draws, effort="statistical"),
     Law(velocities_move_their_positions),
+    *gaps.OF_MOTION,
     *curved_paths.LAWS,
     Law(parts_keep_their_own),
     Law(reframing_keeps_a_belief),

@@ -66,6 +66,52 @@ def demand_squares(component: Any, space: Space, states: Space, x: Array, noise:
         raise Closed("no parameter is a length or an angle")
 
 
+def demand_units(component: Any, space: Space, states: Space, x: Array, noise: Noise) -> None:
+    """Broken if in half the unit of length a variance becomes another whole power of 2 than its axis' unit says.
+
+    What the code holds as a number of its own makes it no whole power: that is not judged, nor what does not change at all.
+    """
+    known = {p.name: p for p in parameters(type(component))}
+    if any(holds_parts(p.shape) and getattr(component, name) for name, p in known.items()):
+        raise Closed("it holds other components, whose parameters count too")
+    powers = {name: power(p.unit, _LENGTHS) for name, p in known.items()}
+    values = {name: getattr(component, name) for name, p in powers.items() if p}
+    values = {name: value for name, value in values.items() if value is not None and not isinstance(value, Mapping)}
+    if not values or not all(isinstance(value, float | int) for value in values.values()):
+        raise Closed("no parameter is a length, or not each is a number")
+    other = _changed(component, {name: value * 2.0 ** powers[name] for name, value in values.items()})
+    if other is None:
+        raise Closed("it refuses parameters twice as large")
+    scale = np.array([2.0 ** power(axis.unit, _LENGTHS) for axis in states.axes])
+    usual, there = _variances(component, x, noise), _variances(other, x * scale, noise)
+    for i, axis in enumerate(space.axes):
+        wanted = 2 * power(axis.unit, _LENGTHS)
+        if not wanted or not np.all((usual[:, i] > 0) & (there[:, i] > 0)):
+            continue
+        found = np.log2(there[:, i] / usual[:, i])
+        k = float(np.round(np.mean(found)))
+        demand(
+            k in (0.0, wanted) or not np.all(np.abs(found - k) < 1e-6),
+            f"noise: the variance of {axis.name} must be {2.0**wanted:g} times as large in half the unit of length, "
+            f"is {2.0**k:g} times",
+        )
+
+
+def demand_deviations(component: Any, names: tuple[str, ...], x: Array, noise: Noise) -> None:
+    """Broken if a noise stays as it is when `sigma`, or the `sigma_...` of an axis, is doubled."""
+    judged = False
+    for name in ("sigma", *(f"sigma_{axis}" for axis in names)):
+        value = getattr(component, name, None)
+        doubled = _changed(component, {name: 2.0 * value}) if isinstance(value, float) and 0 < value < np.inf else None
+        if doubled is None:
+            continue
+        judged = True
+        there, usual = (np.asarray(noise(one, x)) for one in (doubled, component))
+        demand(not np.array_equal(there, usual), f"noise: must grow with {name}, stays {_variances(component, x, noise)[0]}")
+    if not judged:
+        raise Closed("it has no `sigma`, nor one of an axis")
+
+
 def _made_square(
     component: Component, known: Mapping[str, Any], name: str, i: int, states: Space, x: Array, noise: Noise
 ) -> bool:

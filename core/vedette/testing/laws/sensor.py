@@ -18,7 +18,7 @@ from vedette.testing.comparisons import Closed, covariance, demand, finite, froz
 from vedette.testing.law import Law
 from vedette.testing.laws import clutter, imaging, inversion, platforms, rates
 from vedette.testing.laws import space as spaces
-from vedette.testing.laws.noise_units import demand_squares
+from vedette.testing.laws.noise_units import demand_deviations, demand_squares, demand_units
 from vedette.testing.laws.sensor_cases import Looks, full, noise_of, regular, slopes
 from vedette.testing.states import random_covariance, size, steps_of
 from vedette.types import Detections, Gaussian, Pose
@@ -67,13 +67,30 @@ def gives_finite_numbers(sensor: Sensor, drawn: Looks) -> None:
 
 
 def noise_is_positive_definite(sensor: Sensor, drawn: Looks) -> None:
-    """The noise is symmetric and positive definite."""
-    covariance("noise", noise_of(sensor, drawn.x), definite=True)
+    """The noise, and its mean over a belief, are symmetric and positive definite; that of a sure belief is the noise."""
+    stated, n, m = noise_of(sensor, drawn.x), drawn.x.shape[-1], len(sensor.measurement)
+    covariance("noise", stated, definite=True)
+    for doubt in (0.0, 1.0):
+        cov = np.broadcast_to(doubt * np.eye(n), (*drawn.x.shape, n))
+        mean = full(sensor.mean_noise(drawn.x, cov), drawn.x, (m, m))
+        covariance("mean_noise", mean, definite=True)
+        if doubt == 0.0:
+            same("mean_noise", mean, stated, 1e-9)
 
 
 def variances_are_squares(sensor: Sensor, drawn: Looks) -> None:
     """A deviation is squared: no variance grows as a parameter does that is a length or an angle, as the axis is."""
     demand_squares(sensor, sensor.measurement, sensor.observes, drawn.x, lambda other, x: other.noise(x))
+
+
+def noise_has_its_units(sensor: Sensor, drawn: Looks) -> None:
+    """In half the unit of length, with all parameters and states in it, variances are what their units say."""
+    demand_units(sensor, sensor.measurement, sensor.observes, drawn.x, lambda other, x: other.noise(x))
+
+
+def deviations_count(sensor: Sensor, drawn: Looks) -> None:
+    """The noise grows with `sigma`, and with the `sigma_...` of each axis."""
+    demand_deviations(sensor, sensor.measurement.names, drawn.x, lambda other, x: other.noise(x))
 
 
 def jacobian_is_the_derivative(sensor: Sensor, drawn: Looks) -> None:
@@ -255,6 +272,8 @@ LAWS = (
     Law(gives_finite_numbers),
     Law(noise_is_positive_definite),
     Law(variances_are_squares),
+    Law(noise_has_its_units),
+    Law(deviations_count),
     Law(jacobian_is_the_derivative),
     Law(linear_as_declared, needs="linear"),
     Law(measurement_lies_in_its_domain),

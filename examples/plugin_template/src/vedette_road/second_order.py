@@ -46,7 +46,7 @@ class SecondOrder(GaussianFilter):
         x, cov = belief.mean[..., where], belief.cov[..., where, :][..., where]
         shift, spread = bend(sensor.jacobian, x, cov)
         expected = sensor.measurement.displace(sensor.measure(x), shift)
-        ready = prepare(sensor, observed, expected, sensor.noise(x))
-        ready = evolve(ready, noise=ready.noise + ready.block(spread[..., None, :, :]))
+        ready = prepare(sensor, observed, expected, sensor.mean_noise(x, cov))
+        ready = evolve(ready, noise=ready.noise + ready.columns(ready.rows(spread[..., None, :, :])))
         slope = embedded(sensor.jacobian(x), where, len(self.state))
         return evaluate_each(belief, ready, slope[..., None, :, :], x, p_gate)

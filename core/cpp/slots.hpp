@@ -1,0 +1,50 @@
+// Instances of classes with __slots__ and a constructor that only stores its arguments: their slots are filled one by one, without
+// that constructor, which sets one field at a time through object.__setattr__.
+#pragma once
+
+#define PY_SSIZE_T_CLEAN
+#include <Python.h>
+#include <structmember.h>
+
+#include <cstddef>
+
+namespace vedette {
+
+constexpr Py_ssize_t kMostFields = 32;
+
+struct Slots {
+    PyTypeObject* type = nullptr;
+    Py_ssize_t count = 0, offsets[kMostFields];
+
+    // Finds the slots of these names; TypeError if one is none.
+    bool find(PyTypeObject* given, PyObject* names) {
+        const Py_ssize_t size = PyTuple_GET_SIZE(names);
+        if (size > kMostFields || given->tp_itemsize != 0) {
+            PyErr_Format(PyExc_TypeError, "%s cannot be made field by field", given->tp_name);
+            return false;
+        }
+        for (Py_ssize_t i = 0; i < size; ++i) {
+            PyObject* member = PyObject_GetAttr(reinterpret_cast<PyObject*>(given), PyTuple_GET_ITEM(names, i));
+            if (member == nullptr) return false;
+            const bool is_slot = Py_IS_TYPE(member, &PyMemberDescr_Type) &&
+                                 reinterpret_cast<PyMemberDescrObject*>(member)->d_member->type == T_OBJECT_EX;
+            if (is_slot) offsets[i] = reinterpret_cast<PyMemberDescrObject*>(member)->d_member->offset;
+            Py_DECREF(member);
+            if (!is_slot) {
+                PyErr_Format(PyExc_TypeError, "%s.%U is no slot", given->tp_name, PyTuple_GET_ITEM(names, i));
+                return false;
+            }
+        }
+        Py_INCREF(given);
+        Py_XSETREF(type, given);
+        count = size;
+        return true;
+    }
+
+    PyObject* new_value() const { return type->tp_alloc(type, 0); }
+    PyObject*& of(PyObject* value, Py_ssize_t i) const {
+        return *reinterpret_cast<PyObject**>(reinterpret_cast<char*>(value) + offsets[i]);
+    }
+};
+
+}  // namespace vedette

@@ -1,0 +1,255 @@
+"""Hypotheses of clusters: how those of a cluster grow by a scan, and what of them is left when leaves end.
+
+A cluster is a set of tracks whose associations depend on each other. All clusters lie in flat arrays: `cluster` (h,) of each
+hypothesis, ascending from 0; `weights` (h,), which sum to 1 in a cluster, heaviest first; `starts` (h+1,), where in
+`leaves` (m,) those of each begin, ascending rows of leaves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from vedette.kernels.boxes import linked_clusters
+from vedette.kernels.hypotheses import FARTHEST, best_joint
+from vedette.kernels.reference import log_sum
+from vedette.kernels.results import Grown, Shed
+from vedette.space import Array, Indices, Mask
+
+MOST_OPERATIONS = 4096
+"""Operations that the sum over all associations of one hypothesis may take; where it takes more, it is bounded instead."""
+
+Held = list[tuple[float, tuple[int, ...]]]
+
+
+def grow(
+    cluster: Indices,
+    weights: Array,
+    starts: Indices,
+    leaves: Indices,
+    miss: Array,
+    ends: Indices,
+    returns: Indices,
+    scores: Array,
+    begins: Mask,
+    most: int,
+    least: float,
+) -> Grown:
+    """Return the hypotheses after a scan: cluster, weights, starts, leaves, the code of each, and what is lost (c,).
+
+    miss (l,): log score of a miss; `returns` and `scores` (p,) of each leaf's pairs, which end at `ends` (l,); begins (k,):
+    whether a track begins at a return that nothing takes. Clusters that share a return are joined: their hypotheses are
+    multiplied and the `most` heaviest products kept. A hypothesis of weight w has its ceil(w most) best associations; the
+    `most` heaviest of a cluster above `least` stay. A code is leaf (1+k) + choice, of a track that begins l (1+k) + choice.
+    Lost is the share of all associations' weight that is dropped, or a bound of it where the sum would take long.
+    Reid, An Algorithm for Tracking Multiple Targets, IEEE Trans. Automatic Control 24, 1979.
+    """
+    k, table = len(begins), _Table(miss, ends, returns, scores, len(begins))
+    found: list[tuple[Held, float]] = []
+    touched = np.zeros(k, dtype=bool)
+    for group in _joined(cluster, weights, starts, leaves, table):
+        before, kept = _product(group, most, least)
+        own = np.unique(np.concatenate([table.of(leaf)[0] for _, held in before for leaf in held] or [np.zeros(0, int)]))
+        touched[own] = True
+        after, share = _associated(before, table, most, least)
+        found.append((_begun(after, own[begins[own]], len(miss), 1 + k), 1.0 - kept * share))
+    lone = np.flatnonzero(begins & ~touched)
+    found += [([(1.0, (code,))], 0.0) for code in (len(miss) * (1 + k) + 1 + lone).tolist()]
+    return Grown(*_flat([held for held, _ in found]), np.array([lost for _, lost in found]))
+
+
+def shed(
+    cluster: Indices, weights: Array, starts: Indices, leaves: Indices, track: Indices, alive: Mask, tolerance: float
+) -> Shed:
+    """Return the hypotheses without leaves that ended, and the rows of those that stay.
+
+    Equal hypotheses are merged, and clusters split into independent ones.
+
+    track (l,) and alive (l,) of each leaf. Tracks part where the product of their parts changes the hypotheses' weights by
+    no more than `tolerance` in total variation. A cluster without a leaf is dropped.
+    """
+    found = []
+    for held in _of_clusters(cluster, weights, starts, leaves):
+        merged = _merged([(weight, tuple(leaf for leaf in own if alive[leaf])) for weight, own in held])
+        found += _factors(merged, track, tolerance) if any(own for _, own in merged) else []
+    return _flat(found)
+
+
+class _Table:
+    """Log scores of leaves by pairs, with every miss possible."""
+
+    def __init__(self, miss: Array, ends: Indices, returns: Indices, scores: Array, k: int) -> None:
+        self.miss, self.k, self._returns, self._scores = np.array(miss), k, returns, scores
+        self._starts = np.concatenate([[0], ends])
+        for leaf, own in enumerate(miss.tolist()):
+            pairs = self.of(leaf)[1]
+            self.miss[leaf] = max(own, (max(own, float(pairs.max())) if len(pairs) else 0.0) - FARTHEST)
+
+    def of(self, leaf: int) -> tuple[Indices, Array]:
+        """Return the returns and scores of a leaf's pairs."""
+        own = slice(self._starts[leaf], self._starts[leaf + 1])
+        return self._returns[own], self._scores[own]
+
+    def dense(self, leaves: tuple[int, ...]) -> tuple[Array, Indices]:
+        """Return the scores (t, 1+j) of leaves, and the returns (j,) that they may take."""
+        used = np.unique(np.concatenate([self.of(leaf)[0] for leaf in leaves] or [np.zeros(0, dtype=np.int64)]))
+        table = np.full((len(leaves), 1 + len(used)), -np.inf)
+        for row, leaf in enumerate(leaves):
+            own, scores = self.of(leaf)
+            table[row, 0], table[row, 1 + np.searchsorted(used, own)] = self.miss[leaf], scores
+        return table, used
+
+
+def _of_clusters(cluster: Indices, weights: Array, starts: Indices, leaves: Indices) -> Iterator[Held]:
+    """Yield the hypotheses of each cluster, as weight and leaves."""
+    rows = [tuple(leaves[i:j].tolist()) for i, j in zip(starts[:-1].tolist(), starts[1:].tolist(), strict=True)]
+    for number in range(int(cluster.max(initial=-1)) + 1):
+        yield [(float(weights[h]), rows[h]) for h in np.flatnonzero(cluster == number).tolist()]
+
+
+def _joined(cluster: Indices, weights: Array, starts: Indices, leaves: Indices, table: _Table) -> list[list[Held]]:
+    """Return the clusters that share returns together, in the order of their first ones."""
+    every = list(_of_clusters(cluster, weights, starts, leaves))
+    pairs = [(c, r) for c, held in enumerate(every) for _, own in held for leaf in own for r in table.of(leaf)[0].tolist()]
+    of, returns = np.array(pairs, dtype=np.int64).reshape(-1, 2).T
+    labels = linked_clusters(of, returns, len(every), table.k)[: len(every)]
+    return [[every[c] for c in np.flatnonzero(labels == label)] for label in dict.fromkeys(labels.tolist())]
+
+
+def _heaviest(weights: Array, most: int, least: float) -> Indices:
+    """Return the rows of the `most` heaviest, of those above `least`, and of the heaviest."""
+    order = np.argsort(-weights, kind="stable")[:most]
+    rows: Indices = order[weights[order] > min(least, 0.5 * weights[order[0]])]
+    return rows
+
+
+def _product(group: list[Held], most: int, least: float) -> tuple[Held, float]:
+    """Return the heaviest products of the hypotheses of clusters, and the share of all weight that they have."""
+    product, kept = group[0], 1.0
+    for held in group[1:]:
+        pairs = [(w * v, own + others) for w, own in product for v, others in held]
+        each = np.array([weight for weight, _ in pairs])
+        rows = _heaviest(each, most, least)
+        total, kept = float(np.sum(each[rows])), kept * float(np.sum(each[rows]))
+        product = [(pairs[row][0] / total, pairs[row][1]) for row in rows.tolist()]
+    return [(weight, tuple(sorted(own))) for weight, own in product], kept
+
+
+def _associated(before: Held, table: _Table, most: int, least: float) -> tuple[list[tuple[float, Indices]], float]:
+    """Return the weight and codes of the best associations of hypotheses, and the share of all weight that they have."""
+    logs, codes, totals = [], [], []
+    for weight, own in before:
+        dense, used = table.dense(own)
+        wanted = int(np.ceil(most * weight))
+        _, choice, gain = best_joint(dense, np.arange(len(own))[None], np.array([wanted]))
+        names = np.concatenate([[0], 1 + used])
+        codes += list(np.array(own, dtype=np.int64) * (1 + table.k) + names[choice])
+        logs.append(np.log(weight) + gain)
+        every = float(log_sum(gain)) if len(gain) < wanted else max(_log_total(dense), float(log_sum(gain)))
+        totals.append(np.log(weight) + every)
+    log_weight = np.concatenate(logs)
+    weights = np.exp(log_weight - np.max(log_weight))
+    whole, found = float(np.sum(np.exp(np.array(totals) - np.max(log_weight)))), float(np.sum(weights))
+    weights /= found
+    rows = _heaviest(weights, most, least)
+    share = float(np.sum(weights[rows]))
+    return [(float(weights[row] / share), codes[row]) for row in rows.tolist()], min(share * found / whole, 1.0)
+
+
+def _log_total(scores: Array) -> float:
+    """Return log of the sum over all joint associations of scores (t, 1+j), or a bound of it where that takes long."""
+    scores = scores[np.isfinite(scores[:, 1:]).any(axis=1) | np.isfinite(scores[:, 0])]
+    shared = np.flatnonzero(np.isfinite(scores[:, 1:]).sum(axis=0) > 1)
+    top = scores.max(axis=1, initial=-np.inf)
+    likely = np.exp(scores - top[:, None])
+    stay = likely.sum(axis=1) - likely[:, 1 + shared].sum(axis=1)
+    if len(shared) > 30 or np.count_nonzero(likely[:, 1 + shared]) * 2 ** len(shared) > MOST_OPERATIONS:
+        return float(np.sum(top) + np.sum(np.log(likely.sum(axis=1))))
+    sums = np.zeros(2 ** len(shared))
+    sums[0], sets = 1.0, np.arange(len(sums))
+    for row, rest in zip(likely[:, 1 + shared], stay, strict=True):
+        after = sums * rest
+        for i, weight in enumerate(row):
+            free = (sets & (1 << i)) == 0
+            after[sets[free] | (1 << i)] += weight * sums[free]
+        sums = after
+    return float(np.sum(top) + np.log(np.sum(sums)))
+
+
+def _begun(after: list[tuple[float, Indices]], may: Indices, count: int, columns: int) -> Held:
+    """Return the hypotheses with the tracks that begin at returns which they leave free."""
+    held = []
+    for weight, codes in after:
+        free = may[~np.isin(1 + may, codes % columns)]
+        held.append((weight, (*np.sort(codes).tolist(), *(count * columns + 1 + free).tolist())))
+    return held
+
+
+def _merged(held: Held) -> Held:
+    """Return hypotheses without repetitions, heaviest first."""
+    total: dict[tuple[int, ...], float] = {}
+    for weight, own in held:
+        total[own] = total.get(own, 0.0) + weight
+    if len(total) == len(held):
+        return held
+    return [(weight, own) for own, weight in sorted(total.items(), key=lambda one: -one[1])]
+
+
+def _factors(held: Held, track: Indices, tolerance: float) -> list[Held]:
+    """Return the independent parts of a cluster, in the order of their first leaves."""
+    tracks = sorted({int(track[leaf]) for _, own in held for leaf in own})
+    weights, place = np.array([weight for weight, _ in held]), {one: i for i, one in enumerate(tracks)}
+    table = np.full((len(held), len(tracks)), -1)
+    for row, (_, own) in enumerate(held):
+        table[row, [place[int(track[leaf])] for leaf in own]] = own
+    label = np.arange(len(tracks))
+    for a in range(len(tracks)):
+        for b in range(a):
+            if label[a] != label[b] and _apart(table[:, [b]], table[:, [a]], weights) > tolerance:
+                label[label == max(label[a], label[b])] = min(label[a], label[b])
+    parts = [np.flatnonzero(label == one) for one in np.unique(label)]
+    if len(parts) > 1:
+        fixed = [part for part in parts if np.all(table[:, part] == table[:1, part])]
+        others = [part for part in parts if not np.all(table[:, part] == table[:1, part])]
+        if len(others) > 1 and _beyond([table[:, part] for part in others], weights) > tolerance:
+            others = [np.sort(np.concatenate(others))]
+        parts = sorted(fixed + others, key=lambda part: int(part[0]))
+    return [_merged_part(table[:, part], weights) for part in parts]
+
+
+def _merged_part(table: Indices, weights: Array) -> Held:
+    """Return the hypotheses over some of a cluster's tracks."""
+    rows = [tuple(leaf for leaf in row if leaf >= 0) for row in table.tolist()]
+    return _merged(list(zip(weights.tolist(), rows, strict=True)))
+
+
+def _apart(one: Indices, other: Indices, weights: Array) -> float:
+    """Return the total variation of two tracks' leaves (h, 1) from being independent."""
+    return _beyond([one, other], weights)
+
+
+def _beyond(parts: list[Indices], weights: Array) -> float:
+    """Return the total variation of a joint distribution from the product of those of its parts, each (h, t)."""
+    numbers, product = [], np.ones(len(weights))
+    for part in parts:
+        which = np.unique(part, axis=0, return_inverse=True)[1].ravel()
+        product *= np.bincount(which, weights)[which]
+        numbers.append(which)
+    _, first, which = np.unique(np.stack(numbers, axis=1), axis=0, return_index=True, return_inverse=True)
+    joint = np.bincount(which.ravel(), weights)
+    return float(np.sum(np.maximum(joint - product[first], 0.0)))
+
+
+def _flat(clusters: list[Held]) -> Shed:
+    """Return the hypotheses of clusters in flat arrays, their leaves by rows, and what each row stands for."""
+    every = [(number, weight, own) for number, held in enumerate(clusters) for weight, own in held]
+    sizes = np.array([len(own) for *_, own in every], dtype=np.int64)
+    codes, rows = np.unique(np.array([leaf for *_, own in every for leaf in own], dtype=np.int64), return_inverse=True)
+    return Shed(
+        np.array([number for number, *_ in every], dtype=np.int64),
+        np.array([weight for _, weight, _ in every]),
+        np.concatenate([[0], np.cumsum(sizes)]),
+        rows.astype(np.int64),
+        codes,
+    )

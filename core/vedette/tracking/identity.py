@@ -1,0 +1,189 @@
+"""Returns that name their object: what a code says of whose a return is, and which code a track bears.
+
+The code that a track bears is not known: codes may be wrong. Of each track, `Names` keeps the few codes that it most likely
+bears, with their probabilities; the rest is spread evenly over all codes.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from attrs import evolve, field, frozen
+
+from vedette import fields
+from vedette.space import Array, Indices, Mask
+from vedette.types import Detections, Frame, Newborn
+
+KEPT = 3
+"""So many codes are kept of a track."""
+
+STRAY = 3.0
+"""After so many returns of a code that no gate of its track held, another track may bear it: chosen by hand."""
+
+FADES = 0.9
+"""Each return of its code that a track took leaves so much of the count of those that it did not: chosen by hand."""
+
+CHANGES = 1e-3
+"""Probability that from one scan to the next a track has gone over to an object of another code: chosen by hand."""
+
+
+@frozen
+class Identity:
+    """How far the codes by which returns name their objects are to be believed.
+
+    With probability `wrong` a code is any of the `codes` there are; otherwise it is the object's own. So a pair of a track
+    that bears a code and a return of the same one scores log(codes (1 - wrong) + wrong) more than one without a code would,
+    and a pair of unlike codes log(wrong). A return of a code that a track bears starts no second track, unless `wrong` is
+    above 0 and 3 such returns of late lay outside the track's gate. Bar-Shalom, Willett, Tian, Tracking and Data Fusion,
+    2011, section 8.5.
+    """
+
+    wrong: float = fields.probability("that a return bears another object's code; 0: never", default=0.01)
+    codes: int = fields.integer(
+        "number of codes that there are: the fewer, the likelier that two agree by chance", default=1000
+    )
+
+    def __attrs_post_init__(self) -> None:
+        if self.codes < 2:
+            raise ValueError(f"codes: must be >= 2, got {self.codes}")
+
+
+@frozen(eq=False)
+class Names:
+    """The codes (*b, t, 3) that tracks or leaves may bear, -1 for none, their probabilities, and `stray` (*b, t): how many
+    returns of the likeliest lay outside the gate, of late.
+    """
+
+    codes: Indices
+    shares: Array
+    stray: Array = field()
+
+    @stray.default
+    def _none(self) -> Array:
+        return np.zeros(self.codes.shape[:-1])
+
+    @property
+    def borne(self) -> Indices:
+        """The code (*b, t) that each track bears, -1 where none is likelier than not."""
+        first = np.argmax(self.shares, axis=-1)[..., None]
+        code = np.take_along_axis(self.codes, first, -1)[..., 0]
+        return np.where(np.take_along_axis(self.shares, first, -1)[..., 0] > 0.5, code, -1)
+
+
+def unnamed(shape: tuple[int, ...]) -> Names:
+    """Return what is known of the codes of new tracks: nothing."""
+    return Names(np.full((*shape, KEPT), -1), np.zeros((*shape, KEPT)))
+
+
+def pair_evidence(how: Identity, names: Names | None, codes: Indices, shape: tuple[int, ...]) -> Array:
+    """Return the log of p(code | track) over p(code | another source) (*b, t, k), for the codes of returns (*b, k).
+
+    shape: (*b, t), of the tracks.
+    """
+    known = unnamed(shape) if names is None else names
+    seen = codes[..., None, :]
+    own: Array = np.zeros((*shape, codes.shape[-1]))
+    listed = np.zeros(own.shape, dtype=bool)
+    for slot in range(KEPT):
+        same = (known.codes[..., slot, None] == seen) & (known.shares[..., slot, None] > 0)
+        own += np.where(same, known.shares[..., slot, None], 0.0)
+        listed |= same
+    rest = np.maximum(1.0 - np.sum(known.shares, axis=-1), 0.0)[..., None] / how.codes
+    ratio = how.codes * (1.0 - how.wrong) * np.where(listed, own, rest) + how.wrong
+    with np.errstate(divide="ignore"):
+        return np.where(seen >= 0, np.log(ratio), 0.0)
+
+
+def weighed(how: Identity, names: Names | None, codes: Indices, scores: Array) -> Array:
+    """Return log scores (*b, t, 1+k) with the evidence of the codes (*b, k) of returns."""
+    with_codes = scores.copy()
+    with_codes[..., 1:] += pair_evidence(how, names, codes, scores.shape[:-1])
+    return with_codes
+
+
+def taken(how: Identity, names: Names, weights: Array, codes: Indices) -> Names:
+    """Return what is known of tracks after a scan, by their weights (*b, t, 1+k) and the codes (*b, t, k) of their returns.
+
+    Of several returns only the likeliest counts, with its weight.
+    """
+    if not codes.shape[-1]:
+        return names
+    best = np.argmax(weights[..., 1:], axis=-1)[..., None]
+    code = np.take_along_axis(codes, best, -1)[..., 0]
+    weight = np.where(code >= 0, np.take_along_axis(weights[..., 1:], best, -1)[..., 0], 0.0)
+    held, shares = names.codes.copy(), names.shares.copy()
+    rest = np.maximum(1.0 - np.sum(shares, axis=-1), 0.0)
+    new = ~np.any(held == code[..., None], axis=-1) & (weight > 0)
+    at = (*np.nonzero(new), np.argmin(shares, axis=-1)[new])
+    held[at], shares[at] = code[new], rest[new] / how.codes
+    share = how.wrong / how.codes
+    likely = shares * np.where(held == code[..., None], 1.0 - how.wrong + share, share)
+    total = np.sum(likely, axis=-1) + rest * share
+    known = (total > 0) & (weight > 0)
+    stays = 1.0 - CHANGES if how.wrong else 1.0
+    given = likely / np.where(known, total, 1.0)[..., None] * stays
+    part = np.where(known, weight, 0.0)[..., None]
+    own = (code == names.borne) & (weight > 0.5)
+    return Names(held, (1.0 - part) * shares + part * given, np.where(own, FADES * names.stray, names.stray))
+
+
+def after_scan(
+    how: Identity, names: Names | None, observed: Detections | Frame, weights: Array, returns: Indices | None, claims: Array
+) -> Names | None:
+    """Return what is known of tracks after a scan, whose returns are claimed (k,); None where no return ever had a code.
+
+    returns (t, w): those that the weights (*b, t, 1+w) are of; None: all of the scan.
+    """
+    codes = observed.identity
+    if codes is None:
+        return names
+    shape = weights.shape[:-1]
+    names = unnamed(shape) if names is None else names
+    if returns is None:
+        of_pairs = np.broadcast_to(codes[..., None, :], (*shape, codes.shape[-1]))
+    else:
+        of_pairs = np.where(returns >= 0, codes[returns], -1) if len(codes) else np.full(returns.shape, -1)
+    found = taken(how, names, weights, of_pairs)
+    if claims.shape != codes.shape or not (strays := strayed(names, codes, claims)).any():
+        return found
+    lost = np.isin(names.borne, codes[strays])
+    again = np.where(names.stray >= STRAY, 0.0, found.stray + 1.0)
+    return evolve(found, stray=np.where(lost, again, found.stray))
+
+
+def strayed(names: Names, codes: Indices, claims: Array) -> Mask:
+    """Return which returns (k,) bear a code that a track bears, and are claimed (k,) by none."""
+    return (codes >= 0) & (claims < 0.5) & np.isin(codes, names.borne)
+
+
+def without_second(
+    how: Identity, names: Names | None, codes: Indices | None, begin: Newborn, inside: Mask | None
+) -> Newborn:
+    """Return the tracks that begin, without those whose code a track bears; of several of one code, the first.
+
+    inside (k,): returns within some gate, which come after those that are not.
+    """
+    if codes is None or not len(begin.returns):
+        return begin
+    own = codes[begin.returns]
+    order = np.arange(len(own)) if inside is None else np.argsort(inside[begin.returns], kind="stable")
+    first = np.zeros(len(own), dtype=bool)
+    first[order[np.unique(own[order], return_index=True)[1]]] = True
+    keep = first | (own < 0)
+    if names is not None:
+        bearing = names.borne if how.wrong == 0 else names.borne[names.stray < STRAY]
+        keep &= ~np.isin(own, bearing[bearing >= 0])
+    return begin if keep.all() else kept(begin, keep)
+
+
+def kept(begin: Newborn, keep: Mask) -> Newborn:
+    """Return some of the tracks that begin."""
+    prior = evolve(begin.prior, mean=begin.prior.mean[keep], cov=begin.prior.cov[keep])
+    return Newborn(begin.returns[keep], prior, begin.existence[keep])
+
+
+def begun(how: Identity, observed: Detections | Frame, returns: Indices) -> Names:
+    """Return what is known of the codes of tracks that begin at these returns (j,)."""
+    nothing = unnamed(returns.shape)
+    if observed.identity is None:
+        return nothing
+    return taken(how, nothing, np.tile([0.0, 1.0], (len(returns), 1)), observed.identity[returns][:, None])

@@ -1,0 +1,1 @@
+"""How tracks start in images."""

@@ -1,0 +1,59 @@
+"""Tracks that start where a detector found a target in a frame."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar, final
+
+import numpy as np
+from attrs import frozen
+
+from vedette import Array, Birth, Detections, Estimator, Gaussian, Newborn, Sensor, fields
+
+
+@final
+@frozen
+class Detected(Birth):
+    """Starts a track at every detected box that no track claims; it is confirmed as the frames after it show the target.
+
+    Position and box are those detected, with R of the sensor for the position; axes without variance get none. The other
+    axes are 0 with the standard deviations in `spread`. A track starts with existence `initial`, which the estimator's
+    evidence raises or lowers from then on.
+    Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, section 5.5.
+    """
+
+    kind: ClassVar[str] = "detected"
+
+    spread: dict[str, float] = fields.table("axis that is not detected to its standard deviation in a new track", at_least=0)
+    sensors: tuple[str, ...] = fields.words("sensors whose boxes may start tracks; default: all", default=())
+    claimed: float = fields.probability(
+        "a box is left alone if it is a track's with at least this probability", default=0.2, above=0
+    )
+    initial: float = fields.probability("probability that a new track is of a target", default=0.1, above=0, below=1)
+
+    @property
+    def initial_existence(self) -> float:
+        """Return `initial`."""
+        return self.initial
+
+    def starts_from(self, sensor: str) -> bool:
+        """Return whether `sensor` is one of `sensors`."""
+        return not self.sensors or sensor in self.sensors
+
+    def begin(
+        self, seen: Any, estimator: Estimator[Any], sensor: Sensor, name: str, detections: Detections, claimed: Array
+    ) -> Newborn:
+        """Return a track at each box that no track claims."""
+        whole = detections.valid if detections.missing is None else detections.valid & ~detections.missing.any(axis=-1)
+        returns = np.flatnonzero(whole & (claimed < self.claimed))
+        names, count = estimator.state.names, len(returns)
+        lacking = [axis for axis in names if axis not in sensor.observes and axis not in self.spread]
+        if lacking:
+            raise ValueError(f"spread: must state the standard deviation of {', '.join(map(repr, lacking))} in new tracks")
+        spot = sensor.invert(detections.z[returns], None if detections.noise is None else detections.noise[returns])
+        own = estimator.state.locate(sensor.observes)
+        mean, cov = np.zeros((count, len(names))), np.zeros((count, len(names), len(names)))
+        cov[:, range(len(names)), range(len(names))] = [self.spread.get(axis, 0.0) ** 2 for axis in names]
+        mean[:, own], cov[:, np.array(own)[:, None], own] = spot.mean, spot.cov
+        still = estimator.state.locate(estimator.zero_variance)
+        cov[:, still, :] = cov[:, :, still] = 0.0
+        return Newborn(returns, Gaussian(mean, cov), np.full(count, self.initial))

@@ -1,0 +1,125 @@
+"""A config for a video or a folder of images of one's own."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from vedette import ConfigError, Problem
+from vedette_flir.sources.images import IMAGES
+
+VIDEOS = (".mp4", ".avi", ".mov", ".mkv", ".m4v", ".mpg", ".mpeg", ".webm", ".wmv", ".ts")
+"""How the names of videos end, in small letters."""
+
+CAMERA = """kind = "box_centroid"
+detection_probability = 0.95  # a codec smears or erases a dim target now and then
+"""
+
+GIVEN = """
+[birth]
+kind = "given"
+spread = { x = 1.0, y = 1.0, vx = 100.0, vy = 100.0, width = 0.0, height = 0.0 }
+
+[lifecycle]
+kind = "reappearing_target"  # its existence says whether it is held, or lost and sought
+"""
+
+FOUND = f"""
+[sensors.spots]
+kind = "detected_box"
+
+[preprocessors.spots]  # what is small and stands out in a frame starts a track
+kind = "spot_detector"
+clear = 8.0       # contrast over the spread of what is around; less finds dimmer targets, and more that are none
+polarity = "hot"  # or "dark", "both"
+
+[preprocessors.spots.sensors.camera]
+{CAMERA}
+[birth]
+kind = "detected"
+sensors = ["spots"]
+spread = {{ vx = 100.0, vy = 100.0 }}
+
+[lifecycle]
+kind = "sought_target"  # confirmed by the frames that follow, kept for a while where it is lost
+"""
+
+TEXT = """# A draft for {name}: {about}
+#
+#   vedette run THIS.toml
+
+title = {title}
+seed = 1
+
+[source]
+kind = "video"
+path = {path}
+grey = "luminance"  # what becomes of colours: or "red", "green", "blue"
+{start}
+
+[sensors.camera]
+{camera}
+[estimator]
+kind = "template_filter"
+resize = 0.05  # the box follows the target's spread; without, it stays as it was found
+
+[estimator.motion]
+kind = "carrying"
+carries = {{ width = "px", height = "px" }}
+
+[estimator.motion.motion]
+kind = "image_velocity"
+sigma_accel = 400.0  # a bird or a drone turns within a few frames; a helicopter does less
+shake = 20.0         # a camera in the hand: some 4 px from frame to frame
+
+[gate]
+probability = 0.9999
+
+[associator]
+kind = "pda"
+{begin}
+[judge]
+cover_radius = 10.0  # px here, as every "m" of the judge
+"""
+
+
+def draft(path: Path, wishes: Mapping[str, Any]) -> str | None:
+    """Return a config that tracks the targets of a video or a folder of images, None for anything else.
+
+    ConfigError if the `box` that is wished for is none.
+    """
+    if not _shows_images(path):
+        return None
+    box = _box(wishes.get("box"))
+    about = "targets are found where they stand out" if box is None else "one target is followed from its box"
+    return TEXT.format(
+        name=path.name,
+        about=about,
+        title=json.dumps(f"Targets in {path.name}"),
+        path=json.dumps(str(path)),
+        start="automatic = true  # no target is given: the tracker finds them" if box is None else f"box = {box}",
+        camera=CAMERA,
+        begin=FOUND if box is None else GIVEN,
+    )
+
+
+def _shows_images(path: Path) -> bool:
+    if path.is_dir():
+        return any(file.suffix.lower() in IMAGES for file in path.iterdir())
+    return path.suffix.lower() in VIDEOS
+
+
+def _box(given: str | None) -> list[float] | None:
+    """Return x, y, w, h as given, such as "120,80,20,12"."""
+    if given is None:
+        return None
+    try:
+        box = [float(part) for part in given.split(",")]
+    except ValueError:
+        box = []
+    if len(box) != 4 or not all(map(math.isfinite, box)) or min(box[2:]) <= 0:
+        raise ConfigError([Problem("--box", f"must be X,Y,W,H in px, with W and H > 0, got {given!r}")])
+    return box

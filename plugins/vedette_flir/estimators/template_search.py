@@ -1,0 +1,197 @@
+"""The search for a target by its template: near where it is expected, and in a whole frame."""
+
+from __future__ import annotations
+
+from typing import final
+
+import numpy as np
+from attrs import evolve, frozen
+
+from vedette import Array
+from vedette_flir.estimators.appearance import Appearance
+from vedette_flir.evidence import ENOUGH, PULL, clearness, found_ratio, rival
+from vedette_flir.patches import blurred, isolated, mask_of, peak, sample, similarity
+from vedette_flir.spots_in_frame import spots
+
+BRIGHTEST = 1.5
+"""Contrast beyond this multiple of the target's own is clipped: a bright background matches no better than the target."""
+
+BESIDE = 1.5
+"""How far around the expected place other places are looked at, over the target's size."""
+
+CANDIDATES, NEAR = 2, 3
+"""Places of the whole frame that are looked at for their likeness, and the cells around each."""
+
+SIDES, LEAST, MOST = (7, 15, 31, 61), 4.0, 6
+"""Spots of the whole frame that are looked at: sides in px, least contrast over the spread around, how many of each."""
+
+SCALES, SAME = (0.3, 3.0), (0.8, 1.25)
+"""Limits of the scale at which a target is found again, and scales that count as 1."""
+
+
+@frozen(eq=False)
+class TemplateAppearance(Appearance):
+    """Patches (*b, t, p, p) as fractions of the signed amplitude (*b, t) in count; the target's offset from the box's
+    centre and its size (*b, t, 2) in px; how far it stands out as a rule, by its contrast over the spread of what is around
+    it, and by its likeness over that of other places (*b, t); the outline of the last frame (*b, t, 16, 16) and its recent
+    changes (*b, t) in count; the spread that it had first (*b, t) in px, 0 before it is known, and the logarithm of its
+    growth (*b, t).
+    """
+
+    patch: Array
+    first_patch: Array
+    amplitude: Array
+    offset: Array
+    size: Array
+    usual: Array
+    usual_margin: Array
+    scene: Array
+    recent: Array
+    first_spread: Array
+    growth: Array
+
+
+@frozen(eq=False)
+class Look:
+    """The best place (2,) in px of a part of a frame: its likeness to the templates and to the first of them, the likeness
+    of the best other place, its contrast over the spread of what is around it, its patch, and the scale of the template.
+    """
+
+    place: Array
+    likeness: float
+    first: float
+    rival: float
+    clear: float
+    shown: Array
+    scale: float = 1.0
+
+    @property
+    def margin(self) -> float:
+        """By how much it is more like the target than any other place near it."""
+        return self.likeness - self.rival
+
+
+@final
+@frozen
+class Matcher:
+    """Compares frames with templates of `cells` a side; the parameters are those of the template filter."""
+
+    cells: int
+    anchor: float
+    margin: float
+    opening: float
+    small: float
+
+    def grid(self, size: Array) -> tuple[float, Array, Array]:
+        """Return the step in px, the target's size in cells, and the template's mask."""
+        wide = self.margin * np.maximum(size, 3.0) + 2.0
+        step = max(1.0, float(np.max(wide)) / self.cells)
+        return step, size / step, mask_of(wide / step, self.cells)
+
+    def apart(
+        self, pixels: Array, centre: Array, size: Array, step: float, cells: int | tuple[int, int], sign: float
+    ) -> Array:
+        """Return contrast (cells, cells) around `centre`, without larger structures of the sign of a small target."""
+        image = blurred(sample(pixels, centre, step, cells))
+        if np.max(size) > self.small:
+            return image - float(np.median(image))
+        return sign * isolated(sign * image, self.opening * float(np.max(size)) / step)
+
+    def likeness(self, image: Array, patches: Array, mask: Array) -> tuple[Array, Array]:
+        """Return the likeness of each place of `image` to both `patches` (2, p, p), weighted, and to the second of them."""
+        both = similarity(image, patches, mask)
+        return (both[0] + self.anchor * both[1]) / (1.0 + self.anchor), both[1]
+
+    def look(
+        self,
+        pixels: Array,
+        centre: Array,
+        near: int,
+        appearance: TemplateAppearance,
+        where: Array | None = None,
+        W: Array | None = None,
+    ) -> Look:
+        """Return the best place within `near` cells of `centre`; with W, less d' W d for its distance d from `where`."""
+        step, inner, mask = self.grid(appearance.size)
+        amplitude = float(appearance.amplitude)
+        sign, reach = float(np.sign(amplitude)), max(near, int(np.ceil(BESIDE * np.max(inner))))
+        plain = self.apart(pixels, centre, appearance.size, step, self.cells + 2 * reach, sign)
+        patches = np.stack([appearance.patch, appearance.first_patch])
+        likeness, first = self.likeness(kept(plain, amplitude), patches, mask)
+        inside = slice(reach - near, reach + near + 1)
+        score = likeness[inside, inside]
+        if where is not None and W is not None:
+            off = step * np.arange(-near, near + 1)
+            dx, dy = (off + centre[0] - where[0])[None, :], (off + centre[1] - where[1])[:, None]
+            score = score - (W[0, 0] * dx * dx + 2.0 * W[0, 1] * dx * dy + W[1, 1] * dy * dy)
+        j, i = (k + reach - near for k in peak(score)[:2])
+        around = likeness[max(j - 1, 0) : j + 2, max(i - 1, 0) : i + 2]
+        fine = peak(around)[2] if around.shape == (3, 3) and np.argmax(around) == 4 else np.zeros(2)
+        return Look(
+            centre + step * (np.array([i, j]) - reach + fine),
+            float(likeness[j, i]),
+            float(first[j, i]),
+            rival(likeness, j, i, inner),
+            clearness(sign * plain, np.array([j, i]), self.cells, inner),
+            plain[j : j + self.cells, i : i + self.cells],
+        )
+
+    def places(self, pixels: Array, appearance: TemplateAppearance) -> list[Array]:
+        """Return the places in the whole frame that are most like the target, seen at half the resolution."""
+        step, inner, mask = self.grid(appearance.size)
+        amplitude, half = float(appearance.amplitude), self.cells // 2
+        last = np.array(pixels.shape[::-1]) - 1.0
+        rows, columns = (2 * int(np.ceil(0.25 * side / step)) for side in last[::-1])
+        shape = (rows + half, columns + half)
+        plain = self.apart(pixels, 0.5 * last, appearance.size, 2.0 * step, shape, float(np.sign(amplitude)))
+        even = 2 * half
+        patches, weight = (
+            each[..., :even, :even].reshape(*each.shape[:-2], half, 2, half, 2).mean(axis=(-1, -3))
+            for each in (np.stack([appearance.patch, appearance.first_patch]), mask)
+        )
+        likeness, found = self.likeness(kept(plain, amplitude), patches, weight)[0], []
+        y, x = (int(np.ceil(0.5 * max(side, 3.0))) for side in inner[::-1])
+        for _ in range(CANDIDATES):
+            j, i = (int(k) for k in np.unravel_index(np.argmax(likeness), likeness.shape))
+            found.append(np.clip(0.5 * last + step * (2.0 * np.array([i, j]) - np.array([columns, rows])), 0.0, last))
+            likeness[max(j - y, 0) : j + y + 1, max(i - x, 0) : i + x + 1] = -1.0
+        return found
+
+    def scaled(self, appearance: TemplateAppearance, scale: float) -> TemplateAppearance:
+        """Return the appearance of a target that is so many times larger in the image."""
+        if scale == 1.0:
+            return appearance
+        size = scale * appearance.size
+        ratio = self.grid(size)[0] / (scale * self.grid(appearance.size)[0])
+        middle = np.full(2, 0.5 * (self.cells - 1))
+        patch, first = (sample(each, middle, ratio, self.cells) for each in (appearance.patch, appearance.first_patch))
+        growth = appearance.growth + np.log(scale)
+        return evolve(appearance, patch=patch, first_patch=first, size=size, offset=scale * appearance.offset, growth=growth)
+
+
+def sought(by: Matcher, pixels: Array, here: Look, appearance: TemplateAppearance) -> tuple[Look, float]:
+    """Return the place of the whole frame that is likeliest the target's, and its log-odds.
+
+    Looked at are where the target is expected (`here`), spots that stand out, at the scale of their size, and places that
+    are like the template.
+    """
+    size, sign, usual = appearance.size, float(np.sign(appearance.amplitude)), float(appearance.usual)
+    seen = spots(pixels, sign, SIDES, LEAST, MOST)
+    found = [here]
+    for place, extent in zip(seen.place, seen.size, strict=True):
+        scale = float(np.clip(np.sqrt(np.prod(extent + 1.0) / np.prod(size)), *SCALES))
+        scale = 1.0 if SAME[0] < scale < SAME[1] else scale
+        found.append(evolve(by.look(pixels, place, NEAR, by.scaled(appearance, scale)), scale=scale))
+    found += [by.look(pixels, place, NEAR, appearance) for place in by.places(pixels, appearance)]
+    odds = []
+    for look in found:
+        near = np.all(np.abs(seen.place - look.place) < np.maximum(0.5 * look.scale * size, 2.0), axis=1)
+        odds.append(found_ratio(look.likeness, look.margin, float(seen.clear[near].max(initial=0.0)), look.clear / usual))
+    best = max(range(len(found)), key=lambda i: (i == 0 or odds[i] > ENOUGH, odds[i] - PULL * (i > 0)))
+    return found[best], odds[best]
+
+
+def kept(image: Array, amplitude: float) -> Array:
+    """Return contrast of the target's sign as a fraction of its amplitude, from 0 to `BRIGHTEST`."""
+    limited: Array = np.clip(image / amplitude, 0.0, BRIGHTEST)
+    return limited

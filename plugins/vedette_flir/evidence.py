@@ -1,0 +1,122 @@
+"""Whether a target is where it is taken to be: the log-likelihood ratios of what one frame shows there.
+
+Their weights are those of logistic regressions of held against lost frames, of `ir_clips` and the odd clips of
+`ir_clips_more`, with losses planted in them: a frame's features in places where the target was, and in those where it was
+not. Steps and limits beside them were chosen on the same clips.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vedette import Array
+from vedette_flir.patches import contrast
+
+LOST = 0.5
+"""Existence below which a target is sought in the whole frame."""
+
+RING = (0.9, 3.0)
+"""What is around a target: from so many times its size to so many."""
+
+CORRELATED, MOST_A_FRAME = 3.0, 1.5
+"""Successive frames that say as much as one, as they show the same mismatch; the largest log-ratio of one frame."""
+
+CUT = 7.0
+"""What a change of scene says against a target's being where it was, in logarithms."""
+
+COMMON = 8.0
+"""Contrast over the spread around that may be asked of a target in another scene, at most."""
+
+ALONE = 0.15
+"""Margin of likeness below which another place is as good: a lost track's median is .07, a held one's .7."""
+
+ENOUGH, PULL, JUMP = 0.5, 1.5, 1.0
+"""Log-odds from which another place is taken; what it must be better by than the place expected; what is kept back of its
+odds, as the place was the best of several.
+"""
+
+
+def clearness(image: Array, at: Array, cells: int, size: Array) -> float:
+    """Return the contrast of a hot target above the ring around it over the ring's spread.
+
+    `image` (h, w), `at` (2,) the row and column of the first of the target's `cells`, `size` (2,) its width and height in
+    cells.
+    """
+    j, i = int(at[0]), int(at[1])
+    middle = np.array([i + 0.5 * (cells - 1), j + 0.5 * (cells - 1)])
+    level, spread = ring_spread(image, middle, np.maximum(size, 1.0))
+    return (contrast(image[j : j + cells, i : i + cells], size) - level) / spread
+
+
+def ring_spread(image: Array, centre: Array, size: Array) -> tuple[float, float]:
+    """Return median and spread of an image (h, w) in the ring around a target; the spread is at least a count.
+
+    `centre` and `size` (2,) are x, y and width, height in px. The spread is by the quartiles, so that a treeline on one side
+    changes it little.
+    """
+    extent = int(np.ceil(RING[1] * np.max(size))) + 1
+    first = np.maximum(centre.astype(np.intp) - extent, 0)
+    part = image[first[1] : int(centre[1]) + extent + 2, first[0] : int(centre[0]) + extent + 2]
+    columns, rows = ((np.arange(part.shape[1 - k]) + first[k] - centre[k]) / size[k] for k in (0, 1))
+    off = rows[:, None] ** 2 + columns**2
+    ring = part[(off > RING[0] ** 2) & (off < RING[1] ** 2)]
+    low, level, high = np.percentile(ring, (25, 50, 75)) if ring.size > 3 else (0.0, 0.0, 0.0)
+    return float(level), float(high - low) / 1.349 + 1.0
+
+
+def rival(likeness: Array, j: int, i: int, size: Array) -> float:
+    """Return the greatest likeness of another place, farther from row j and column i than the `size` (2,) in cells."""
+    x, y = (int(np.ceil(max(side, 3.0))) for side in size)
+    parts = (likeness[: max(j - y, 0)], likeness[j + y + 1 :], likeness[:, : max(i - x, 0)], likeness[:, i + x + 1 :])
+    return max(float(part.max(initial=0.0)) for part in parts)
+
+
+def held_ratio(margin: float, usual: float, clear: float, first: float) -> float:
+    """Return the log-likelihood ratio that a target that was held is still there.
+
+    `margin`: by how much the place is more like it than others around, and what that is as a rule (`usual`); `clear`: its
+    contrast over the spread around, over the usual one; `first`: its likeness to the first template.
+    """
+    return (
+        3.5 * margin
+        - 2.5 * float(np.clip(1.0 - margin / ALONE, 0.0, 1.0))
+        + 3.3 * float(np.clip(margin - max(usual, 0.2), -0.6, 0.2))
+        + 1.2 * float(np.clip(np.log(max(clear, 1e-3)), -2.0, 0.5))
+        + 3.5 * first
+        - 1.3
+    )
+
+
+def found_ratio(likeness: float, margin: float, clear: float, again: float) -> float:
+    """Return the log-odds that a place of a whole frame is that of a target that was lost.
+
+    `likeness` to the templates, `margin` over other places around; `clear`: of the spot there, 0 without any; `again`: its
+    contrast over the spread around, over the usual one: less than half of that speaks against it.
+    """
+    return (
+        2.6 * likeness
+        + 4.4 * margin
+        + 0.58 * float(np.log(max(clear, 3.0) / 3.0))
+        + 1.2 * float(np.clip(np.log(max(2.0 * again, 1e-3)), -2.0, 0.0))
+        - 3.9
+    )
+
+
+def presence_ratio(ratio: float, existence: float, *, cut: bool, elsewhere: bool) -> float:
+    """Return the log-ratio by which a frame changes the odds of a target of `existence`.
+
+    A place found elsewhere has the odds that the frame gives it, whatever was believed of the place before.
+    """
+    if elsewhere:
+        return ratio - JUMP - _log_odds(existence)
+    return float(np.clip(ratio / CORRELATED, -MOST_A_FRAME, MOST_A_FRAME)) - CUT * cut
+
+
+def learned(ratio: float, existence: float, place: float) -> float:
+    """Return the share of a frame's appearance that is learned: how likely it is the target's, and at this place."""
+    return float(1.0 / (1.0 + np.exp(-min(_log_odds(existence), 2.0) - ratio)) / (1.0 + np.exp(-place)))
+
+
+def _log_odds(existence: float) -> float:
+    e = float(np.clip(existence, 1e-9, 1.0 - 1e-9))
+    return float(np.log(e / (1.0 - e)))

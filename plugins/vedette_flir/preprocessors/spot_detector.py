@@ -1,0 +1,63 @@
+"""Small targets in whole frames, at a constant false-alarm rate against what is around them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar, final
+
+import numpy as np
+from attrs import frozen
+
+from vedette import Array, Detections, ImagingSensor, Preprocessor, Scan, Space, fields
+from vedette_flir.estimators.appearance import known_pixels
+from vedette_flir.sources.boxes import BOX
+from vedette_flir.spots_in_frame import spots
+
+
+@final
+@frozen
+class SpotDetector(Preprocessor):
+    """Finds what stands out in a frame, is small, and ends: x, y, width, height in px of each spot.
+
+    The frame less its grey opening by squares of `sides` (top-hat; of dark targets its closing less the frame) is compared
+    with its mean around. A spot counts if its peak is `clear` times the spread of the ring around it, by quartiles, above
+    that ring's median, and its region above half that contrast ends nearby. With `most` m the m clearest are returned.
+    Gonzalez, Woods, Digital Image Processing, 2008, section 9.6.3 (top-hat); Rohling, Radar CFAR Thresholding in Clutter
+    and Multiple Target Situations, IEEE T-AES 19, 1983 (ordered statistics of what is around).
+    """
+
+    kind: ClassVar[str] = "spot_detector"
+
+    sensors: dict[str, ImagingSensor] = fields.part("the one camera, under the name that its frames bear")
+    sides: Array = fields.array(
+        "px", "sides of the structures that are taken out, each odd", ndim=1, default=(7.0, 15.0, 31.0, 61.0)
+    )
+    clear: float = fields.quantity("1", "least contrast over the spread of what is around", default=8.0, above=0)
+    polarity: str = fields.choice("which targets count", ("hot", "dark", "both"), default="hot")
+    most: int = fields.integer("spots of a frame, at most", default=3, at_least=1)
+
+    def __attrs_post_init__(self) -> None:
+        if len(self.sensors) != 1:
+            raise ValueError(f"sensors: must hold one camera, got {len(self.sensors)}")
+        if not len(self.sides) or np.any((self.sides < 3) | (self.sides % 2 != 1)):
+            raise ValueError(f"sides: must be odd numbers of 3 px or more, got {self.sides.tolist()}")
+
+    @property
+    def measurement(self) -> Space:
+        """Return x, y, width and height in px."""
+        return BOX
+
+    def process(self, scans: Mapping[str, Scan]) -> Detections:
+        """Map a frame (h, w) to (k, 4): centre, width and height; none without a frame."""
+        (scan,) = scans.values()
+        if scan.frame is None:
+            return Detections.of([], 4)
+        sign = {"hot": 1.0, "dark": -1.0, "both": 0.0}[self.polarity]
+        sides = tuple(int(side) for side in self.sides)
+        found = spots(known_pixels(scan.frame.pixels), sign, sides, self.clear, 2 * self.most)
+        corner = np.zeros(2) if scan.frame.corner is None else scan.frame.corner
+        return Detections.of(np.concatenate([found.place + corner, found.size + GROWN], axis=1)[: self.most], 4)
+
+
+GROWN = 2.0
+"""Pixels by which a target is larger than its region above half its contrast, of a spot blurred by a pixel."""

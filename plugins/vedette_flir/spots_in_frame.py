@@ -1,0 +1,91 @@
+"""Small targets in a whole frame: what is brighter or darker than all around it, and ends."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from attrs import frozen
+
+from vedette import Array
+from vedette_flir.evidence import ring_spread
+from vedette_flir.sources.images import opencv
+
+LEVEL = 0.5
+"""Part of its contrast above which a pixel belongs to a target."""
+
+ROOM = 1.5
+"""Side of the place in which a target must end, over the side of the structures that are taken out."""
+
+
+FINEST = 15
+"""Side in px from twice which on structures are looked at in a frame of half the resolution, and so on."""
+
+
+@frozen(eq=False)
+class Spots:
+    """Targets found: centres (k, 2) and sizes (k, 2) in px, contrast over the spread around (k,), polarity (k,)."""
+
+    place: Array
+    size: Array
+    clear: Array
+    sign: Array
+
+
+def spots(pixels: Array, polarity: float, sides: tuple[int, ...], least: float, most: int) -> Spots:
+    """Return the spots of a frame (h, w) that stand out by `least` times the spread around them, each once.
+
+    For each side the grey opening of that side is taken out (top-hat), and the closing for dark ones; `polarity` 1: hot ones
+    only, -1: dark ones, 0: both. A spot is a local
+    maximum of the rest over its mean around, whose region above half its contrast ends nearby. The `most` clear ones of each
+    side are looked at.
+    """
+    cv2 = opencv()
+    grey = cv2.GaussianBlur(np.ascontiguousarray(pixels, dtype=np.float32), (0, 0), 0.8)
+    found: list[tuple[float, float, Array, Array]] = []
+    for side in sides:
+        coarse = max(side // FINEST, 1)
+        seen = cv2.resize(grey, None, fx=1 / coarse, fy=1 / coarse, interpolation=cv2.INTER_AREA) if coarse > 1 else grey
+        own = side // coarse // 2 * 2 + 1
+        kernel = np.ones((own, own), np.uint8)
+        for sign, operation in ((1.0, cv2.MORPH_TOPHAT), (-1.0, cv2.MORPH_BLACKHAT)):
+            if sign * polarity < 0:
+                continue
+            apart = cv2.morphologyEx(seen, operation, kernel)
+            score = apart / (cv2.blur(apart, (3 * own, 3 * own)) + 1.0)
+            peaks = np.flatnonzero((score == cv2.dilate(score, kernel)) & (score > 0.5 * least))
+            best = peaks[np.argsort(-score.ravel()[peaks], kind="stable")[:most]]
+            for at in best:
+                row, column = divmod(int(at), seen.shape[1])
+                spot = _measured(cv2, sign * seen, row, column, own, least)
+                if spot is not None:
+                    clear, centre, size = spot
+                    found.append((clear, sign, coarse * centre + 0.5 * (coarse - 1), coarse * size))
+    found.sort(key=lambda each: -each[0])
+    kept: list[tuple[float, float, Array, Array]] = []
+    for each in found:
+        if all(np.any(np.abs(each[2] - other[2]) > 0.5 * (each[3] + other[3])) for other in kept):
+            kept.append(each)
+    pairs = np.array([np.stack([each[2], each[3]]) for each in kept]).reshape(-1, 2, 2)
+    return Spots(pairs[:, 0], pairs[:, 1], *(np.array([each[i] for each in kept]) for i in (0, 1)))
+
+
+def _measured(cv2: Any, grey: Array, row: int, column: int, side: int, least: float) -> tuple[float, Array, Array] | None:
+    """Return contrast over spread, centre and size of the hot spot at a pixel; None if it does not end or is not clear."""
+    reach = int(ROOM * side)
+    top, left = max(row - reach, 0), max(column - reach, 0)
+    part = grey[top : row + reach + 1, left : column + reach + 1]
+    peak = float(grey[row, column])
+    level = float(np.median(part))
+    _, labels, stats, _ = cv2.connectedComponentsWithStats((part > level + LEVEL * (peak - level)).astype(np.uint8))
+    number = labels[row - top, column - left]
+    if number == 0:
+        return None
+    x, y, w, h = (int(value) for value in stats[number, :4])
+    if (x == 0 and left > 0) or (y == 0 and top > 0) or x + w >= part.shape[1] or y + h >= part.shape[0]:
+        return None
+    size = np.array([w, h], dtype=float)
+    centre = np.array([left + x + 0.5 * (w - 1), top + y + 0.5 * (h - 1)])
+    middle, spread = ring_spread(grey, centre, size + 1.0)
+    clear = (peak - middle) / spread
+    return None if clear < least else (clear, centre, size)

@@ -1,0 +1,57 @@
+"""`vedette replay`: a recording, sent as it came."""
+
+from __future__ import annotations
+
+import json
+import socket
+import sys
+from argparse import Namespace
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from vedette.commands import DONE, INTERRUPTED, options
+from vedette.errors import ConfigError, Problem
+from vedette_files import read_recording, scan_line
+from vedette_report.watching.real_time import Pace, read_speed
+
+
+def run(arguments: Namespace) -> int:
+    """Send all scans; return 130 if Ctrl-C ended it early."""
+    speed = options.read("--speed", arguments.speed, read_speed) or 1.0
+    recording, spaces = read_recording(Path(arguments.file))
+    try:
+        with _sender(arguments.to) as send:
+            for number, scan in enumerate(Pace(speed)(recording.scans, "sending")):
+                send((json.dumps({**json.loads(scan_line(scan, spaces)), "n": number}) + "\n").encode())
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    return DONE
+
+
+@contextmanager
+def _sender(address: str) -> Iterator[Callable[[bytes], None]]:
+    """Open what sends to an address; ConfigError if it is none."""
+    if address == "-":
+
+        def write(data: bytes) -> None:
+            sys.stdout.buffer.write(data)
+            sys.stdout.buffer.flush()
+
+        yield write
+        return
+    kind, _, place = address.partition("://")
+    host, _, port = place.rpartition(":")
+    if kind not in ("udp", "tcp") or not host or not port.isdecimal() or not 0 < int(port) < 65536:
+        told = f"must be udp://HOST:PORT, tcp://HOST:PORT or -, got {address!r}"
+        raise ConfigError([Problem("--to", told)])
+    try:
+        if kind == "udp":
+            with socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET, socket.SOCK_DGRAM) as here:
+                here.connect((host.strip("[]"), int(port)))
+                yield here.sendall
+        else:
+            with socket.create_connection((host.strip("[]"), int(port)), timeout=10.0) as connection:
+                yield connection.sendall
+    except OSError as error:
+        raise ConfigError([Problem("--to", f"{address}: {error.strerror or error}")]) from None

@@ -1,0 +1,149 @@
+"""The config of a service: that of a tracker, with inputs in the place of a source, and outputs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any, final
+
+from attrs import Factory, frozen
+
+from vedette import fields
+from vedette.config import Builder, Registry, apply_overrides, load, parameters, read_file
+from vedette.errors import ConfigError, Problem
+from vedette.experiment import Experiment
+from vedette.streams import Format, Input, Output, Store
+from vedette.supporting import ImagingSensor
+from vedette_files import Origin
+from vedette_live.grouping import Grouping
+
+FULL = ("drop", "wait")
+
+
+@final
+@frozen
+class Feed:
+    """An input, and how its bytes become scans. `sensors` names the tracker's sensor of each one in the stream."""
+
+    input: Input = fields.part("where bytes come from")
+    format: Format = fields.part("how messages stand in them")
+    scans: Grouping = fields.part("how messages become scans", default=Grouping())
+    sensors: dict[str, str] = fields.names('in the stream to those of the tracker, as { "2/17" = "north" }')
+
+    def __attrs_post_init__(self) -> None:
+        if not self.format.reads:
+            raise ValueError(f"format: {self.format.kind!r} is written only")
+
+
+@final
+@frozen
+class Sink:
+    """An output, what it is sent and how often."""
+
+    output: Output = fields.part("where bytes go")
+    format: Format = fields.part("how tracks stand in them")
+    every: float = fields.quantity("s", "least time between reports; 0: one after each scan", default=0.0, at_least=0)
+    confirmed: bool = fields.flag("whether it tells confirmed tracks alone", default=True)
+    predict: bool = fields.flag("whether tracks are predicted to the time when they are sent", default=False)
+
+    def __attrs_post_init__(self) -> None:
+        if not self.format.writes:
+            raise ValueError(f"format: {self.format.kind!r} is read only")
+
+
+@final
+@frozen
+class Conduct:
+    """How the service behaves: late scans, load, what it keeps, how its state is seen.
+
+    `full` says what happens to scans that come faster than they are taken: the oldest are dropped whole and counted, or the
+    inputs wait. By default datagrams are dropped, and connections, files and pipes wait.
+    """
+
+    horizon: float = fields.quantity("s", "by which scans may be late", default=0.0, at_least=0)
+    window: int = fields.integer("states kept for late scans, at most", default=1000, at_least=1, at_most=100_000)
+    queue: int = fields.integer("scans that may wait", default=1000, at_least=1, at_most=10**6)
+    full: str | None = fields.choice("what happens when the queue is full", FULL, default=None)
+    store: Store | None = fields.part("where states and tracks are kept for a restart", default=None)
+    save: float = fields.quantity("s", "between two times that the state is saved", default=5.0, above=0)
+    record: str = fields.text("file that the scans taken are recorded in, as JSON lines", default="")
+    port: int = fields.integer("of the health endpoint on this machine; 0: none", default=0, at_most=65535)
+    page: int = fields.integer("port of the page of `vedette watch` on this machine; 0: none", default=0, at_most=65535)
+    origin: Origin | None = fields.part("where x and y are 0, east and north from there", default=None)
+
+
+@final
+@frozen
+class Parts:
+    """What a served config says beside its tracker."""
+
+    inputs: tuple[Feed, ...] = fields.part("where scans come from")
+    outputs: tuple[Sink, ...] = fields.part("where tracks go", default=())
+    service: Conduct = fields.part("how it behaves", default=Factory(Conduct))
+
+    def __attrs_post_init__(self) -> None:
+        if not self.inputs:
+            raise ValueError("inputs: must hold at least one")
+
+
+@final
+@frozen(eq=False)
+class Service:
+    """A tracker with its seed and title, and what is served of it."""
+
+    experiment: Experiment
+    parts: Parts
+
+
+APART = ("inputs", "outputs", "service")
+
+
+def load_service(config: Mapping[str, Any] | str | Path, overrides: Iterable[str] = ()) -> Service:
+    """Return the service that a config describes; ConfigError with every problem and its path."""
+    given: Any = read_file(config) if isinstance(config, str | Path) else config
+    registry = Registry.installed()
+    given = apply_overrides(given, overrides, registry)
+    problems = list[Problem]()
+    if "source" in given:
+        told = "a served config has inputs in its place: leave one of the two out"
+        problems.append(Problem("source", told if "inputs" in given else "vedette serve takes no source; name [[inputs]]"))
+    rest = {name: value for name, value in given.items() if name not in (*APART, "source")}
+    experiment: Any = None
+    try:
+        experiment = load(rest, registry)
+        problems += _not_served(experiment)
+    except ConfigError as error:
+        problems += error.problems
+    builder = Builder(registry)
+    tables = {name: given[name] for name in APART if name in given}
+    made = builder.construct(Parts, parameters(Parts), tables, "", set())
+    problems += builder.problems
+    if isinstance(made, Parts) and experiment is not None:
+        problems += _unknown_sensors(made, experiment)
+    if problems or not isinstance(made, Parts):
+        raise ConfigError(problems)
+    return Service(experiment, made)
+
+
+def _not_served(experiment: Experiment) -> list[Problem]:
+    """Return what a service cannot do."""
+    problems = []
+    if experiment.preprocessors:
+        problems.append(Problem("preprocessors", "cannot be served yet: let the sensor deliver what they make"))
+    if experiment.retroactive:
+        problems.append(Problem("retroactive", "must be false in a service: its tracks are told as they are known"))
+    for name, sensor in experiment.tracker.sensors.items():
+        if isinstance(sensor, ImagingSensor):
+            problems.append(Problem(f"sensors.{name}", "is a camera, and no format of a stream brings frames"))
+    return problems
+
+
+def _unknown_sensors(parts: Parts, experiment: Experiment) -> list[Problem]:
+    sensors = experiment.tracker.sensors
+    known = ", ".join(map(repr, sensors))
+    return [
+        Problem(f"inputs[{i}].sensors.{stated}", f"must be one of {known}, got {name!r}")
+        for i, feed in enumerate(parts.inputs)
+        for stated, name in feed.sensors.items()
+        if name not in sensors
+    ]

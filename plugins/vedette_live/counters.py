@@ -1,0 +1,75 @@
+"""What a service counts, and how Prometheus reads it."""
+
+from __future__ import annotations
+
+from collections import deque
+from threading import Lock
+from typing import final
+
+import numpy as np
+from attrs import define, field
+
+MEANINGS = {
+    "pieces_total": "pieces of bytes that came",
+    "messages_total": "messages that came: taken, refused, dropped or waiting",
+    "messages_taken_total": "messages whose scan was taken, and markers",
+    "messages_refused_total": "messages that could not be used",
+    "messages_dropped_total": "messages of scans that were dropped, as the tracker was behind",
+    "messages_repeated_total": "messages that had come before, by their number",
+    "datagrams_lost_total": "datagrams that the system dropped before we could read them",
+    "scans_taken_total": "scans that the tracker took",
+    "scans_refused_total": "scans that the tracker refused, those that came too late among them",
+    "scans_dropped_total": "scans dropped whole, the oldest first, as the tracker was behind",
+    "scans_late_total": "scans that were late within the horizon, and were taken",
+    "scans_stepped_again_total": "steps that late scans made necessary",
+    "reports_sent_total": "reports sent by outputs",
+    "reports_dropped_total": "reports that an output was too slow for, or failed to send",
+    "saves_total": "times that the state was saved",
+    "saves_failed_total": "times that the state could not be saved",
+}
+GAUGES = {
+    "tracks_confirmed": "confirmed tracks",
+    "tracks": "tracks, tentative ones included",
+    "scans_waiting": "scans that wait for the tracker",
+    "datagrams_lost_known": "1 if the system tells how many datagrams it drops",
+    "scan_time_seconds": "time of the latest scan",
+}
+QUANTILES = (0.5, 0.9, 0.99)
+_LATENCIES = 10_000
+"""Latest scans whose latency is judged."""
+
+
+@final
+@define
+class Counters:
+    """Counts, the latest values, and the latest latencies in s. All threads add to it."""
+
+    counts: dict[str, int] = field(factory=lambda: dict.fromkeys(MEANINGS, 0))
+    values: dict[str, float] = field(factory=lambda: dict.fromkeys(GAUGES, 0.0))
+    latencies: deque[float] = field(factory=lambda: deque[float](maxlen=_LATENCIES))
+    _lock: Lock = field(factory=Lock)
+
+    def add(self, name: str, count: int = 1) -> None:
+        """Count."""
+        with self._lock:
+            self.counts[name] += count
+
+    def latency(self) -> dict[str, float]:
+        """Return quantiles of the latest latencies in s, from the bytes that complete a scan to the tracks after it."""
+        with self._lock:
+            values = list(self.latencies)
+        return {str(q): float(np.quantile(values, q)) for q in QUANTILES} if values else {}
+
+    def text(self) -> str:
+        """Return all in the text format that Prometheus scrapes."""
+        with self._lock:
+            counts, values = dict(self.counts), dict(self.values)
+        lines = []
+        for kind, meanings, numbers in (("counter", MEANINGS, counts), ("gauge", GAUGES, values)):
+            for name, meaning in meanings.items():
+                full = f"vedette_{name}"
+                lines += [f"# HELP {full} {meaning}", f"# TYPE {full} {kind}", f"{full} {numbers[name]:.15g}"]
+        lines += ["# HELP vedette_latency_seconds from the bytes that complete a scan to the tracks after it"]
+        lines += ["# TYPE vedette_latency_seconds summary"]
+        lines += [f'vedette_latency_seconds{{quantile="{q}"}} {value:.6g}' for q, value in self.latency().items()]
+        return "\n".join(lines) + "\n"

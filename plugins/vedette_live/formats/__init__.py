@@ -1,0 +1,1 @@
+"""How messages stand in bytes: decoders of what sensors send, encoders of tracks."""

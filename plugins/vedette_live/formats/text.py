@@ -1,0 +1,31 @@
+"""Lines out of the pieces of a stream."""
+
+from __future__ import annotations
+
+from attrs import frozen
+
+LONGEST = 2**20
+"""Bytes of a line; a scan of 10,000 returns takes a third of it."""
+
+
+@frozen
+class Rest:
+    """What is left of a stream after its last line end: at most LONGEST bytes; `skipping` the rest of a line beyond it."""
+
+    data: bytes = b""
+    skipping: bool = False
+
+
+def split(rest: Rest, data: bytes) -> tuple[Rest, list[bytes], int]:
+    """Return what is left, the lines that are complete, without their ends, and the number of those beyond LONGEST."""
+    *lines, last = (rest.data + data).split(b"\n")
+    too_long = 0
+    if rest.skipping:
+        if not lines:
+            return Rest(b"", True), [], 0
+        lines = lines[1:]
+    kept = [line for line in lines if len(line) <= LONGEST]
+    too_long += len(lines) - len(kept)
+    if len(last) > LONGEST:
+        return Rest(b"", True), kept, too_long + 1
+    return Rest(last), kept, too_long

@@ -1,0 +1,174 @@
+"""Messages become scans: each alone, or those of a turn of the antenna, of a sector, of an interval."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import floor, inf
+from typing import final
+
+import numpy as np
+from attrs import define, field, frozen
+
+from vedette import fields
+from vedette.space import Array, Indices
+from vedette.streams import Message
+from vedette.types import Detections, Scan
+from vedette_live.placing import Placing
+
+WAYS = ("message", "turn", "sector", "interval")
+CLOCKS = ("sensor", "receiver", "offset")
+
+
+@frozen(eq=False)
+class Formed:
+    """A scan, when its last message came, the number of messages that it holds, and what acknowledges them.
+
+    `acknowledge`: (stream, sensor in the stream, number) of the numbered ones.
+    """
+
+    scan: Scan
+    arrived: float
+    messages: int
+    acknowledge: tuple[tuple[str, str, int], ...] = ()
+
+
+@final
+@frozen
+class Grouping:
+    """How the messages of an input become scans, and by whose clock.
+
+    A scan's time is that of its last return: mark returns that lie within a turn by their own times where that matters.
+    """
+
+    by: str = fields.choice("what belongs to one scan", WAYS, default="message")
+    length: float = fields.quantity("s", "of an interval; longest duration of a turn or a sector", default=10.0, above=0)
+    wait: float = fields.quantity("s", "silence after which a scan of several messages is complete", default=1.0, above=0)
+    clock: str = fields.choice(
+        "that tells time: the sensor's, the receiver's, the sensor's with its least delay", CLOCKS, default="sensor"
+    )
+
+
+@final
+@define
+class Clock:
+    """The time of messages of one sensor: unwrapped, and moved by the least delay between sensor and receiver."""
+
+    by: str
+    offset: float = inf
+    last: float | None = None
+
+    def time(self, stated: float | None, period: float | None, arrived: float | None) -> float:
+        """Return the time of a message in s; ValueError if it tells none and nobody knows when it came."""
+        if arrived is None and stated is None:
+            raise ValueError("time: is missing, and the record does not tell when the message came")
+        if stated is None or (self.by == "receiver" and arrived is not None):
+            assert arrived is not None
+            return arrived
+        near = self.last if arrived is None else arrived
+        if period is not None and near is not None:  # the day, or the turn of a short counter, nearest to when it came
+            stated += period * floor((near - stated) / period + 0.5)
+        if self.by == "offset" and arrived is not None:
+            self.offset = min(self.offset, arrived - stated)
+            stated += self.offset
+        self.last = stated
+        return stated
+
+
+_Piece = tuple[Message, Array, float, str]
+"""A message, its returns over the sensor's axes, its time, and the stream it came by."""
+
+
+@define(eq=False)
+class _Open:
+    """A scan that is not complete."""
+
+    sensor: str
+    first: float
+    arrived: float
+    slot: float
+    pieces: list[_Piece] = field(factory=list)
+
+
+@final
+@define
+class Grouper:
+    """Forms the scans of one input: `add` takes a message, `due` gives what silence completes, `rest` the last ones."""
+
+    grouping: Grouping
+    placing: Placing
+    clocks: dict[str, Clock] = field(factory=dict)
+    opened: dict[str, _Open] = field(factory=dict)
+
+    def add(self, message: Message, arrived: float | None, stream: str = "") -> Iterator[Formed]:
+        """Yield the scans that a message completes; ValueError, and no change, if it cannot be used."""
+        name = self.placing.sensor(message.sensor)
+        z = self.placing.returns(message, name)
+        clock = self.clocks.setdefault(message.sensor, Clock(self.grouping.clock))
+        time = clock.time(message.time, message.period, arrived)
+        came = time if arrived is None else arrived
+        if self.grouping.by == "message":
+            if not message.marker:
+                yield _formed(name, [(message, z, time, stream)], came)
+            return
+        now_open = self.opened.get(name)
+        slot = floor(time / self.grouping.length) if self.grouping.by == "interval" else 0.0
+        boundary = message.marker == "north" or (message.marker == "sector" and self.grouping.by == "sector")
+        too_long = now_open is not None and time - now_open.first >= self.grouping.length
+        if now_open is not None and (boundary or too_long or slot > now_open.slot):
+            yield self._close(name, time if boundary and not now_open.pieces else None)
+        if name not in self.opened and (boundary or not message.marker):
+            self.opened[name] = _Open(name, time, came, slot)
+        if not message.marker:
+            self.opened[name].pieces.append((message, z, time, stream))
+            self.opened[name].arrived = came
+
+    def due(self, now: float) -> Iterator[Formed]:
+        """Yield the scans to which nothing has come for a while."""
+        for name, one in list(self.opened.items()):
+            if one.pieces and now - one.arrived >= self.grouping.wait:
+                yield self._close(name, None)
+
+    def rest(self) -> Iterator[Formed]:
+        """Yield what has come of the scans that were not complete, at the end of the input."""
+        for name, one in list(self.opened.items()):
+            if one.pieces:
+                yield self._close(name, None)
+
+    def _close(self, name: str, time: float | None) -> Formed:
+        """Return the complete scan of a sensor; one without returns, between two marks, has the `time` of the last."""
+        one = self.opened.pop(name)
+        if one.pieces:
+            return _formed(name, one.pieces, one.arrived)
+        nothing = Detections.of([], len(self.placing.sensors[name].measurement))
+        return Formed(Scan(one.first if time is None else time, name, nothing), one.arrived, 0)
+
+
+def _formed(name: str, pieces: list[_Piece], arrived: float) -> Formed:
+    messages = [message for message, *_ in pieces]
+    z = np.concatenate([z for _, z, _, _ in pieces])
+    detections = Detections(
+        z,
+        np.ones(len(z), dtype=bool),
+        _joined([message.evidence for message in messages]),
+        _joined([message.noise for message in messages]),
+        identity=_identities(messages),
+    )
+    pose = next((message.pose for message in reversed(messages) if message.pose is not None), None)
+    numbered = tuple((by, message.sensor, message.number) for message, _, _, by in pieces if message.number is not None)
+    scan = Scan(max(time for _, _, time, _ in pieces), name, detections, pose)
+    return Formed(scan, arrived, len(messages), numbered)
+
+
+def _identities(messages: list[Message]) -> Indices | None:
+    """Return whom the returns name, -1 where a message does not tell; None if none does."""
+    if all(message.identity is None for message in messages):
+        return None
+    return np.concatenate([
+        np.full(len(message.z), -1) if message.identity is None else message.identity for message in messages
+    ])  # fmt: skip
+
+
+def _joined(parts: list[Array | None]) -> Array | None:
+    """Return what all messages tell; None unless all do."""
+    given = [part for part in parts if part is not None]
+    return np.concatenate(given) if given and len(given) == len(parts) else None

@@ -1,0 +1,1 @@
+"""Where bytes come from: standard input, files that grow, sockets, brokers."""

@@ -1,0 +1,91 @@
+"""Standard input, and files that grow."""
+
+from __future__ import annotations
+
+import os
+import select
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from threading import Event
+from typing import ClassVar, final
+
+from attrs import frozen
+
+from vedette import fields
+from vedette.errors import InputError
+from vedette.streams import Arrival, Input, now
+from vedette_files.input_files import check_regular, user_path
+from vedette_live.addresses import PATIENCE
+
+PIECE = 2**16
+"""Bytes that are read at once."""
+
+
+@final
+@frozen
+class StandardInput(Input):
+    """What another program writes to us by a pipe. Its end is the end of this input."""
+
+    kind: ClassVar[str] = "standard_input"
+
+    def listen(self, stop: Event) -> Iterator[Arrival]:
+        number = sys.stdin.fileno()
+        while not stop.is_set():
+            ready, _, _ = select.select([number], [], [], PATIENCE)
+            if not ready:
+                continue
+            data = os.read(number, PIECE)
+            yield Arrival(data, now(), "standard input", ended=not data)
+            if not data:
+                return
+
+
+@final
+@frozen
+class FileInput(Input):
+    """A file that another program appends to. One that becomes shorter, or is replaced, is read from its beginning."""
+
+    kind: ClassVar[str] = "file"
+
+    path: str = fields.text("of the file")
+    from_end: bool = fields.flag("leave out what it holds at the start", default=False)
+    follow: bool = fields.flag("wait for what is appended; otherwise its end is the end of this input", default=True)
+    every: float = fields.quantity("s", "time between looks at the file", default=0.2, above=0)
+
+    def listen(self, stop: Event) -> Iterator[Arrival]:
+        path, opened, name = user_path(self.path), 0, ""
+        if not self.follow or self.from_end:
+            check_regular(path)
+        while not stop.is_set():
+            try:
+                with path.open("rb") as file:
+                    first = os.fstat(file.fileno())
+                    if self.from_end and not opened:
+                        file.seek(0, os.SEEK_END)
+                    opened, name = opened + 1, f"{path.name} #{opened + 1}"
+                    while not stop.is_set():
+                        data = file.read(PIECE)
+                        if data:
+                            yield Arrival(data, now(), name)
+                            continue
+                        if not self.follow:
+                            yield Arrival(b"", now(), name, ended=True)
+                            return
+                        if _replaced(path, first, file.tell()):
+                            break
+                        stop.wait(self.every)
+                    yield Arrival(b"", now(), name, ended=True)
+            except OSError as error:
+                if not self.follow:
+                    raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+                stop.wait(self.every)
+
+
+def _replaced(path: Path, first: os.stat_result, at: int) -> bool:
+    """Return whether the file that we read is no longer the one of this name, or was cut."""
+    try:
+        there = path.stat()
+    except OSError:
+        return True
+    return not os.path.samestat(there, first) or there.st_size < at

@@ -1,0 +1,215 @@
+"""Connections: of clients that come to us, or to a server that we go to."""
+
+from __future__ import annotations
+
+import select
+import selectors
+import socket
+import ssl
+from collections.abc import Iterator
+from contextlib import suppress
+from threading import Event, Lock
+from time import monotonic
+from typing import ClassVar, final
+
+from attrs import define, field, frozen
+
+from vedette import fields
+from vedette.errors import InputError
+from vedette.streams import Arrival, Input, now
+from vedette_live.addresses import PATIENCE, Security, host_field, port_field
+
+PIECE = 2**16
+"""Bytes that are read at once."""
+FIRST_LINE = 4200
+"""Bytes in which a client must have said its token."""
+
+
+@final
+@frozen
+class TcpServerInput(Input):
+    """Connections that come to a port, each a stream of its own; what acknowledges a message goes back by its connection.
+
+    A connection that is silent for `idle`, or one more than `most`, is closed.
+    RFC 9293, Transmission Control Protocol, 2022.
+    """
+
+    kind: ClassVar[str] = "tcp_server"
+
+    port: int = port_field()
+    host: str = host_field("of this machine where connections come")
+    most: int = fields.integer("connections at once", default=64, at_least=1, at_most=10_000)
+    idle: float = fields.quantity("s", "silence after which a connection is closed", default=3600.0, above=0)
+    security: Security = fields.part("TLS and a token", default=Security())
+
+    def listen(self, stop: Event) -> Iterator[Arrival]:
+        context, wants = self.security.server(), self.security.token is not None
+        try:
+            family = socket.AF_INET6 if ":" in self.host else socket.AF_INET
+            server = socket.create_server((self.host, self.port), family=family, backlog=128)
+        except OSError as error:
+            raise InputError(f"tcp {self.host}:{self.port}: cannot be listened to: {error.strerror or error}") from None
+        with server, selectors.DefaultSelector() as chosen:
+            server.setblocking(False)
+            chosen.register(server, selectors.EVENT_READ)
+            connections = dict[socket.socket, _Connection]()
+            try:
+                while not stop.is_set():
+                    for key, _ in chosen.select(PATIENCE):
+                        if key.fileobj is server:
+                            self._accept(server, chosen, connections, context, wants)
+                        else:
+                            yield from self._read(connections[key.fileobj], chosen, connections)  # type: ignore[index]
+                    now = monotonic()
+                    for late in [each for each in connections.values() if now - each.heard > self.idle]:
+                        yield _closed(late, chosen, connections)
+            finally:
+                for connection in connections.values():
+                    connection.close()
+
+    def _accept(
+        self,
+        server: socket.socket,
+        chosen: selectors.BaseSelector,
+        connections: dict[socket.socket, _Connection],
+        context: ssl.SSLContext | None,
+        wants: bool,
+    ) -> None:
+        try:
+            here, sender = server.accept()
+        except OSError:
+            return
+        if len(connections) >= self.most:
+            here.close()
+            return
+        here.setblocking(False)
+        if context is not None:
+            here = context.wrap_socket(here, server_side=True, do_handshake_on_connect=False)
+        connections[here] = _Connection(here, f"{sender[0]}:{sender[1]}", not wants)
+        chosen.register(here, selectors.EVENT_READ)
+
+    def _read(
+        self, one: _Connection, chosen: selectors.BaseSelector, connections: dict[socket.socket, _Connection]
+    ) -> Iterator[Arrival]:
+        while data := one.receive():
+            one.heard = monotonic()
+            if not one.allowed:
+                one.first += data
+                line, end, rest = one.first.partition(b"\n")
+                if not end and len(line) <= FIRST_LINE:
+                    continue
+                if not end or not self.security.allows(line):
+                    break
+                one.allowed, data = True, rest
+            yield Arrival(data, now(), one.name, one.send)
+            if not isinstance(one.here, ssl.SSLSocket):
+                return  # the others have their turn; what TLS has decoded already would not wake us
+        if data is not None:
+            yield _closed(one, chosen, connections)
+
+
+@final
+@define(eq=False)
+class _Connection:
+    """One connection; others may send by it, so a lock is held while they do."""
+
+    here: socket.socket
+    name: str
+    allowed: bool
+    heard: float = field(factory=monotonic)
+    first: bytes = b""
+    lock: Lock = field(factory=Lock)
+
+    def receive(self) -> bytes | None:
+        """Return what has come, b"" at the end; None if nothing has."""
+        try:
+            with self.lock:
+                return self.here.recv(PIECE)
+        except (BlockingIOError, ssl.SSLWantReadError, ssl.SSLWantWriteError):
+            return None
+        except (OSError, ValueError):
+            return b""
+
+    def send(self, data: bytes) -> None:
+        """Send; a reader that takes nothing for a second loses the connection, not the service its time."""
+        end = monotonic() + 1.0
+        try:
+            while data:
+                with self.lock:
+                    try:
+                        data = data[self.here.send(data) :]
+                        continue
+                    except (BlockingIOError, ssl.SSLWantReadError, ssl.SSLWantWriteError):
+                        pass
+                if monotonic() > end or not select.select([], [self.here], [], end - monotonic())[1]:
+                    raise TimeoutError
+        except (OSError, ValueError):
+            self.close()
+
+    def close(self) -> None:
+        """Close it; an error is none."""
+        with suppress(OSError):
+            self.here.shutdown(socket.SHUT_RDWR)
+        self.here.close()
+
+
+def _closed(one: _Connection, chosen: selectors.BaseSelector, connections: dict[socket.socket, _Connection]) -> Arrival:
+    try:
+        chosen.unregister(one.here)
+    except (KeyError, ValueError):  # it was closed by a writer
+        _forget(chosen, one.here)
+    connections.pop(one.here, None)
+    one.close()
+    return Arrival(b"", now(), one.name, ended=True)
+
+
+def _forget(chosen: selectors.BaseSelector, here: socket.socket) -> None:
+    """Unregister a socket that has no number any more."""
+    for key in list(chosen.get_map().values()):
+        if key.fileobj is here:
+            try:
+                chosen.unregister(key.fd)
+            except (KeyError, ValueError, OSError):
+                return
+
+
+@final
+@frozen
+class TcpClientInput(Input):
+    """A connection to a server that sends; when it is lost it is made again, after a pause that doubles up to `pause`."""
+
+    kind: ClassVar[str] = "tcp_client"
+
+    port: int = port_field()
+    host: str = host_field("of the server")
+    pause: float = fields.quantity("s", "longest pause before a connection is tried again", default=30.0, above=0)
+    tls: bool = fields.flag("whether the connection is encrypted", default=False)
+    security: Security = fields.part("whom to trust, and the token that is sent", default=Security())
+
+    def listen(self, stop: Event) -> Iterator[Arrival]:
+        context, token = self.security.client() if self.tls else None, self.security.token
+        count, wait = 0, PATIENCE
+        while not stop.is_set():
+            with suppress(OSError, ValueError):
+                plain = socket.create_connection((self.host, self.port), timeout=5.0)
+                with context.wrap_socket(plain, server_hostname=self.host) if context else plain as here:
+                    if token is not None:
+                        here.sendall(token + b"\n")
+                    count, wait = count + 1, PATIENCE
+                    yield from _received(here, f"{self.host}:{self.port} #{count}", stop)
+            stop.wait(wait)
+            wait = min(2 * wait, self.pause)
+
+
+def _received(here: socket.socket, name: str, stop: Event) -> Iterator[Arrival]:
+    here.setblocking(False)
+    one = _Connection(here, name, True)
+    while not stop.is_set():
+        data = one.receive()
+        if data:
+            yield Arrival(data, now(), name, one.send)
+        elif data is None:
+            select.select([here], [], [], PATIENCE)
+        else:
+            yield Arrival(b"", now(), name, ended=True)
+            return

@@ -1,0 +1,1 @@
+"""Where tracks go: standard output, files, sockets, brokers, browsers."""

@@ -1,0 +1,76 @@
+"""From what a message measures to what a sensor of the tracker measures."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import pi
+from typing import final
+
+import numpy as np
+from attrs import frozen
+
+from vedette.roles import Sensor
+from vedette.space import Array, Space
+from vedette.streams import Message
+from vedette_files import Origin
+
+_EAST_NORTH = ("x", "y", "z")
+
+
+@final
+@frozen
+class Placing:
+    """Finds the sensor of a message, by its `names` in the stream, and puts its columns over the sensor's axes.
+
+    A bearing is made of an azimuth clockwise from north, x east and y north; positions of latitudes and longitudes around
+    the `origin`, velocities of speed and course.
+    """
+
+    sensors: Mapping[str, Sensor]
+    names: Mapping[str, str]
+    origin: Origin | None
+
+    def sensor(self, stated: str) -> str:
+        """Return the tracker's name of a sensor; ValueError if it has no such one."""
+        name = self.names.get(stated, stated)
+        if name in self.sensors:
+            return name
+        if not stated and not self.names and len(self.sensors) == 1:
+            return next(iter(self.sensors))
+        known = ", ".join(map(repr, (*self.names, *(name for name in self.sensors if name not in self.names.values()))))
+        raise ValueError(f"sensor: must be one of {known}, got {stated!r}"[:200])
+
+    def returns(self, message: Message, name: str) -> Array:
+        """Return the returns (k, m) over the sensor's measurement; ValueError if they do not hold what it measures."""
+        wanted = self.sensors[name].measurement
+        z = message.z
+        if not len(z):
+            return np.zeros((0, len(wanted)))
+        if message.axes is None or message.axes == tuple(axis.name for axis in wanted.axes):
+            if z.shape[1] != len(wanted):
+                raise ValueError(f"z: must have {len(wanted)} columns, {_listed(wanted)}, got {z.shape[1]}")
+            return z
+        columns = {axis: z[:, i] for i, axis in enumerate(message.axes)}
+        columns |= self._made(columns, wanted)
+        absent = [axis.name for axis in wanted.axes if axis.name not in columns]
+        if absent:
+            raise ValueError(f"z: sensor {name!r} measures {_listed(wanted)}, and {', '.join(message.axes)} do not give it")
+        return np.stack([columns[axis.name] for axis in wanted.axes], axis=-1)
+
+    def _made(self, columns: Mapping[str, Array], wanted: Space) -> dict[str, Array]:
+        made = dict[str, Array]()
+        if "bearing" in wanted and "azimuth" in columns:
+            made["bearing"] = pi / 2 - columns["azimuth"]
+        if "latitude" in columns and "longitude" in columns and any(name in wanted for name in _EAST_NORTH):
+            if self.origin is None:
+                raise ValueError("latitude, longitude: the config names no origin, where x and y are 0")
+            self.origin.check_reach(columns["latitude"], columns["longitude"])
+            place = self.origin.to_plane(columns["latitude"], columns["longitude"], columns.get("altitude", 0.0))
+            made |= dict(zip(_EAST_NORTH, place, strict=True))
+        if "speed" in columns and "course" in columns:
+            made |= {"vx": columns["speed"] * np.sin(columns["course"]), "vy": columns["speed"] * np.cos(columns["course"])}
+        return made
+
+
+def _listed(space: Space) -> str:
+    return ", ".join(axis.name for axis in space.axes)

@@ -1,0 +1,490 @@
+"""A service while it runs: inputs in threads of their own, the tracker in this one, outputs in theirs."""
+
+from __future__ import annotations
+
+import json
+import logging
+import sys
+from collections.abc import Callable, Iterable
+from functools import partial
+from threading import Event, Lock, Thread
+from typing import Any, final
+
+import numpy as np
+from attrs import define, evolve, field
+
+from vedette.errors import InputError, VedetteError
+from vedette.space import Array
+from vedette.streams import Arrival, Saved, Storage, TrackReport, now
+from vedette.tracking import State
+from vedette.types import Recording
+from vedette_live import saving
+from vedette_live.config import Feed, Service, Sink
+from vedette_live.counters import Counters
+from vedette_live.grouping import Formed, Grouper
+from vedette_live.health import Health, notify
+from vedette_live.placing import Placing
+from vedette_live.queues import BoundedQueue
+from vedette_live.recorder import Recorder
+from vedette_live.window import Window
+from vedette_report.watching.page import LivePage
+
+LOG = logging.getLogger("vedette.live")
+TOGETHER = 64
+"""Scans that are taken at once if so many wait."""
+_TICK = 0.05
+"""s between looks at what silence completes."""
+_QUIET = 10.0
+"""s between two lines of the log that say the same of one input."""
+_REPORTS = 256
+"""Reports that wait for one output; the oldest are dropped."""
+
+
+@final
+@define(eq=False)
+class Running:
+    """Runs a service until `stop` is set, or all its inputs have ended: then what waits is taken, saved and sent."""
+
+    service: Service
+    stop: Event = field(factory=Event)
+    counters: Counters = field(factory=Counters)
+    ails: dict[str, str] = field(factory=dict)
+    _scans: BoundedQueue[Formed] = field(init=False)
+    _window: Window | None = None
+    _groupers: list[Grouper] = field(init=False)
+    _locks: list[Lock] = field(init=False)
+    _replies: dict[str, Callable[[bytes], None]] = field(factory=dict)
+    _numbers: dict[str, int] = field(factory=dict)
+    _to_acknowledge: list[tuple[str, str, int]] = field(factory=list)
+    _unsaved: list[TrackReport] = field(factory=list)
+    _sinks: list[_Sending] = field(factory=list)
+    _store: Storage | None = None
+    _recorder: Recorder | None = None
+    _digest: str = ""
+    _page: LivePage | None = None
+    _came: float = 0.0
+
+    def __attrs_post_init__(self) -> None:
+        parts, sensors = self.service.parts, self.service.experiment.tracker.sensors
+        self._scans = BoundedQueue(parts.service.queue)
+        self._groupers = [Grouper(feed.scans, Placing(sensors, feed.sensors, parts.service.origin)) for feed in parts.inputs]
+        self._locks = [Lock() for _ in parts.inputs]
+
+    @property
+    def state(self) -> State | None:
+        """The state after the latest scan; None before the first."""
+        return None if self._window is None else self._window.state
+
+    def run(self) -> None:
+        """Run. InputError if an input, an output or the store can never be used."""
+        conduct = self.service.parts.service
+        sys.setswitchinterval(0.001)  # a thread that computes would hold up one that has a datagram for 5 ms
+        self._restore()
+        health = Health(conduct.port, self.counters.text, self._ailment) if conduct.port else None
+        feeds = [
+            Thread(target=self._listen, args=(i, feed), name=f"input {i}", daemon=True)
+            for i, feed in enumerate(self.service.parts.inputs)
+        ]
+        self._sinks = [_Sending(sink, self.counters, i, self.ails) for i, sink in enumerate(self.service.parts.outputs)]
+        try:
+            for thread in feeds:
+                thread.start()
+            LOG.info("serving", extra={"port": health.port if health else 0})
+            notify("READY=1")
+            self._take_until_the_end(feeds)
+        finally:
+            notify("STOPPING=1")
+            self.stop.set()
+            self._scans.close()
+            for thread in feeds:
+                thread.join(2.0)
+            self._finish()
+            for sink in self._sinks:
+                sink.close()
+            if self._page is not None:
+                self._page.end(interrupted=False, wait=1.0)
+            if health is not None:
+                health.close()
+        if fatal := [told for name, told in self.ails.items() if name.startswith("input") and told.startswith("!")]:
+            raise InputError(fatal[0][1:])
+
+    def _ailment(self) -> str:
+        return "; ".join(f"{name}: {told.lstrip('!')}" for name, told in sorted(self.ails.items()))
+
+    def _take_until_the_end(self, feeds: list[Thread]) -> None:
+        every = self.service.parts.service.save
+        saved_at = now()
+        while True:
+            formed = self._scans.take(TOGETHER, _TICK)
+            if formed:
+                self._take(formed)
+            elif self.stop.is_set() or not any(thread.is_alive() for thread in feeds):
+                return
+            self._close_silent()
+            if self._store is not None and now() - saved_at >= every:
+                self._save()
+                saved_at = now()
+
+    # What inputs do, each in its thread
+
+    def _listen(self, i: int, feed: Feed) -> None:
+        """Decode and group what an input brings, until it ends."""
+        memories = dict[str, Any]()
+        log = _Sparing(f"input {i}")
+        try:
+            for arrival in feed.input.listen(self.stop):
+                self._arrived(i, feed, memories, arrival, log)
+        except VedetteError as error:
+            self.ails[f"input {i}"] = f"!inputs[{i}]: {error}"
+            LOG.error("input failed", extra={"input": i, "why": str(error)})
+        except Exception as error:  # a plugin's: one input must not end the others
+            self.ails[f"input {i}"] = f"!inputs[{i}]: {type(error).__name__}: {error}"
+            LOG.exception("input failed", extra={"input": i})
+        for name, memory in memories.items():
+            self._messages(i, feed, feed.format.end(memory), Arrival(b"", now(), name), log)
+        with self._locks[i]:
+            rest = list(self._groupers[i].rest())
+        for formed in rest:
+            self._put(formed, feed)
+
+    def _arrived(self, i: int, feed: Feed, memories: dict[str, Any], arrival: Arrival, log: _Sparing) -> None:
+        self.counters.add("pieces_total")
+        if arrival.lost is not None:
+            self.counters.values["datagrams_lost_known"] = 1.0
+            self.counters.add("datagrams_lost_total", arrival.lost)
+        if arrival.reply is not None:
+            self._replies[f"{i} {arrival.stream}"] = arrival.reply
+        whole = feed.input.datagrams
+        memory = feed.format.start() if whole else memories.get(arrival.stream, feed.format.start())
+        decoded = feed.format.decode(memory, arrival.data)
+        self._messages(i, feed, decoded, arrival, log)
+        if whole or arrival.ended:
+            memories.pop(arrival.stream, None)
+            self._messages(i, feed, feed.format.end(decoded.memory), arrival, log)
+        else:
+            memories[arrival.stream] = decoded.memory
+        if arrival.ended:
+            self._replies.pop(f"{i} {arrival.stream}", None)
+
+    def _messages(self, i: int, feed: Feed, decoded: Any, arrival: Arrival, log: _Sparing) -> None:
+        """Group messages, and count what cannot be used."""
+        self.counters.add("messages_total", len(decoded.messages) + len(decoded.refused))
+        for told in decoded.refused:
+            self._refuse(told, arrival, log)
+        for message in decoded.messages:
+            stream = f"{i} {arrival.stream}"
+            if message.number is not None and message.number <= self._numbers.get(f"{i} {message.sensor}", -1):
+                self.counters.add("messages_repeated_total")
+                self.counters.add("messages_taken_total")
+                self._acknowledge([(stream, message.sensor, message.number)])
+                continue
+            try:
+                with self._locks[i]:
+                    done = list(self._groupers[i].add(message, arrival.time, stream))
+            except ValueError as error:
+                self._refuse(str(error), arrival, log)
+                if message.number is not None:
+                    self._acknowledge([(stream, message.sensor, message.number)])
+                continue
+            if message.marker:
+                self.counters.add("messages_taken_total")
+            for formed in done:
+                self._put(formed, feed)
+
+    def _refuse(self, told: str, arrival: Arrival, log: _Sparing) -> None:
+        self.counters.add("messages_refused_total")
+        log.warn("message refused", told, arrival.stream)
+
+    def _put(self, formed: Formed, feed: Feed) -> None:
+        full = self.service.parts.service.full
+        wait = full == "wait" or (full is None and not feed.input.datagrams)
+        for dropped in self._scans.put(formed, wait=wait):
+            self.counters.add("scans_dropped_total")
+            self.counters.add("messages_dropped_total", dropped.messages)
+
+    def _close_silent(self) -> None:
+        """Take the scans that silence completes."""
+        due = list[Formed]()
+        for grouper, lock in zip(self._groupers, self._locks, strict=True):
+            with lock:
+                due += grouper.due(now())
+        if due:
+            self._take(due)
+
+    # What this thread does
+
+    def _take(self, formed: list[Formed]) -> None:
+        """Take scans, and tell what came of them."""
+        if self._window is None:
+            self._window = self._begun(min(one.scan.time for one in formed))
+        window, by_scan = self._window, {id(one.scan): one for one in formed}
+        again, late = window.again, window.late
+        refused = window.take(one.scan for one in formed)
+        for scan, told in refused:
+            one = by_scan.pop(id(scan), None)
+            self.counters.add("scans_refused_total")
+            if one is not None:
+                self.counters.add("messages_refused_total", one.messages)
+                self._to_acknowledge += one.acknowledge
+            LOG.warning("scan refused", extra={"sensor": scan.sensor, "scan_time": scan.time, "why": told})
+        done = now()
+        for one in by_scan.values():
+            self.counters.add("scans_taken_total")
+            self.counters.add("messages_taken_total", one.messages)
+            self.counters.latencies.append(done - one.arrived)
+            self._to_acknowledge += one.acknowledge
+        self.counters.add("scans_late_total", window.late - late)
+        self.counters.add("scans_stepped_again_total", window.again - again)
+        if not by_scan:
+            return
+        state = window.state
+        self._show(window, max(one.arrived for one in by_scan.values()))
+        values = self.counters.values
+        values["tracks"], values["tracks_confirmed"] = len(state.ids), int(np.count_nonzero(state.confirmed))
+        values["scan_time_seconds"], values["scans_waiting"] = state.time, len(self._scans.items)
+        if self._sinks:
+            report = self.report(state)
+            for sink in self._sinks:
+                sink.put(report, partial(self.report, state))
+        self._settle()
+        if self._store is None:
+            self._acknowledge(self._to_acknowledge)
+            self._to_acknowledge = []
+
+    def _show(self, window: Window, came: float) -> None:
+        """Show the latest scan on the page."""
+        conduct, experiment = self.service.parts.service, self.service.experiment
+        if not conduct.page:
+            return
+        self._came = came
+        latest, before = window.kept[-1], window.kept[-2].state if len(window.kept) > 1 else window.before
+        if self._page is None:
+            notes = {} if conduct.origin is None else {"origin": str(conduct.origin)}
+            self._page = LivePage(experiment, Recording((), notes=notes), before, lambda: self._came, port=conduct.page)
+            LOG.info("page", extra={"address": self._page.server.address})
+        tracker = experiment.tracker
+        modes = tracker.estimator.mode_prob(latest.state.belief)
+        self._page.take(latest.scan, before, latest.state, tracker.estimate(latest.state), modes)
+
+    def _settle(self, *, all_of_it: bool = False) -> None:
+        """Keep the scans and tracks that no late scan can change any more."""
+        assert self._window is not None
+        for taken in self._window.settled(all_of_it=all_of_it):
+            if self._recorder is not None:
+                self._recorder.write(taken.scan)
+            if self._store is not None:
+                report = self.report(taken.state)
+                if report.confirmed.any():
+                    self._unsaved.append(_of(report, report.confirmed))
+
+    def report(self, state: State, time: float | None = None) -> TrackReport:
+        """Return the tracks of a state, predicted to `time` if that is given."""
+        tracker, origin = self.service.experiment.tracker, self.service.parts.service.origin
+        at = state.time if time is None else max(time, state.time)
+        estimate = tracker.estimate(state) if at == state.time else tracker.estimate(state, at)
+        geodetic = None
+        if origin is not None:
+            names = [axis.name for axis in tracker.state.axes]
+            places = [names.index(name) for name in ("x", "y", "z") if name in names]
+
+            def geodetic(mean: Array) -> tuple[Array, Array, Array]:
+                east, north, *up = (mean[..., k] for k in places)
+                return origin.from_plane(east, north, up[0] if up else None)
+
+        known = (state.ids, estimate.mean, estimate.cov, state.existence, state.confirmed)
+        return TrackReport(state.steps, at, tracker.state, *known, geodetic)
+
+    def _begun(self, time: float) -> Window:
+        experiment, conduct = self.service.experiment, self.service.parts.service
+        given = experiment.tracker.given(Recording(()))
+        seeds = np.random.SeedSequence(experiment.seed).spawn(2)[1]
+        start = experiment.tracker.start(given, -np.inf if given is None else time, seeds)
+        return Window(experiment.tracker, start, conduct.horizon, conduct.window)
+
+    # What is kept
+
+    def _restore(self) -> None:
+        """Open store and record, and go on from what was saved."""
+        conduct, experiment = self.service.parts.service, self.service.experiment
+        self._digest = saving.digest_of(experiment.tracker, experiment.seed)
+        if conduct.record:
+            self._recorder = Recorder.append(conduct.record, experiment)
+        if conduct.store is None:
+            return
+        self._store = conduct.store.open()
+        for told in getattr(self._store, "told", ()):
+            LOG.error("store", extra={"why": told})
+        saved = self._store.load()
+        if saved is None:
+            return
+        if saved.digest != self._digest:
+            LOG.error("the saved state is of another config, and is left out", extra={"saved": saved.digest[:12]})
+            return
+        tracker = experiment.tracker
+        window = Window(tracker, saving.state_from(tracker, saved.states["before"]), conduct.horizon, conduct.window)
+        window.take(saving.scan_from(given) for given in saved.states["scans"])
+        self._window = window
+        for grouper, clocks, feed in zip(self._groupers, saved.states["clocks"], self.service.parts.inputs, strict=False):
+            grouper.clocks = saving.clocks_from(clocks, feed.scans.clock)
+        self._numbers = dict(saved.acknowledged)
+        if self._recorder is not None and saved.states["recorded"] is not None:
+            self._recorder.cut(saved.states["recorded"])
+        for name, count in saved.counters.items():
+            if name in self.counters.counts:
+                self.counters.add(name, count)
+        LOG.info("restored", extra={"scan_time": window.state.time, "tracks": len(window.state.ids)})
+
+    def _save(self) -> None:
+        """Keep the state and the tracks since the last time; then acknowledge what they hold."""
+        if self._store is None or self._window is None:
+            return
+        numbers = dict(self._numbers)
+        for stream, sensor, number in self._to_acknowledge:
+            key = f"{stream.partition(' ')[0]} {sensor}"
+            numbers[key] = max(number, numbers.get(key, -1))
+        clocks = []
+        for grouper, lock in zip(self._groupers, self._locks, strict=True):
+            with lock:
+                clocks.append(saving.clocks_data(grouper.clocks))
+        states = {
+            "before": saving.state_data(self._window.before),
+            "scans": [saving.scan_data(taken.scan) for taken in self._window.kept],
+            "clocks": clocks,
+            "recorded": None if self._recorder is None else self._recorder.offset,
+        }
+        try:
+            if self._recorder is not None:
+                self._recorder.flush()
+            self._store.save(Saved(self._digest, states, dict(self.counters.counts), numbers), self._unsaved)
+        except OSError as error:
+            self.counters.add("saves_failed_total")
+            self.ails["store"] = str(error)
+            LOG.error("not saved", extra={"why": str(error)})
+            return
+        self.ails.pop("store", None)
+        self.counters.add("saves_total")
+        self._unsaved, self._numbers = [], numbers
+        self._acknowledge(self._to_acknowledge)
+        self._to_acknowledge = []
+
+    def _acknowledge(self, numbers: Iterable[tuple[str, str, int]]) -> None:
+        """Answer those who number their messages, each connection once, with its latest."""
+        latest = dict[tuple[str, str], int]()
+        for stream, sensor, number in numbers:
+            latest[stream, sensor] = max(number, latest.get((stream, sensor), -1))
+        for (stream, sensor), number in latest.items():
+            key = f"{stream.partition(' ')[0]} {sensor}"
+            if self._store is None:
+                self._numbers[key] = max(number, self._numbers.get(key, -1))
+            reply = self._replies.get(stream)
+            if reply is not None:
+                named = {"sensor": sensor} if sensor else {}
+                try:
+                    reply(json.dumps({"ack": number, **named}).encode() + b"\n")
+                except OSError:
+                    self._replies.pop(stream, None)
+
+    def _finish(self) -> None:
+        """Take what waits, keep all, and close."""
+        while formed := self._scans.take(TOGETHER, 0.0):
+            self._take(formed)
+        if self._window is not None:
+            self._save()
+        if self._recorder is not None:
+            for taken in () if self._window is None else self._window.settled(all_of_it=True):
+                self._recorder.write(
+                    taken.scan
+                )  # after what the store knows of it: a restart cuts it off and takes it again
+            self._recorder.close()
+        if self._store is not None:
+            self._store.close()
+
+
+@final
+class _Sending:
+    """One output: reports wait for it in a queue of its own; it opens anew after a failure."""
+
+    def __init__(self, sink: Sink, counters: Counters, number: int, ails: dict[str, str]) -> None:
+        self._sink, self._counters, self._name, self._ails = sink, counters, f"output {number}", ails
+        self._waiting = BoundedQueue[Callable[[], TrackReport]](_REPORTS)
+        self._last = -np.inf
+        self._thread = Thread(target=self._send, name=self._name, daemon=True)
+        self._thread.start()
+
+    def put(self, report: TrackReport, predicted: Callable[[float], TrackReport]) -> None:
+        """Let a report be sent, if it is due."""
+        moment = report.time
+        if self._sink.every and moment < self._last + self._sink.every:
+            return
+        self._last = moment
+        made = (lambda: predicted(now())) if self._sink.predict else (lambda: report)
+        dropped = self._waiting.put(made, wait=False)
+        self._counters.add("reports_dropped_total", len(dropped))
+
+    def _send(self) -> None:
+        while not (self._waiting.closed and not self._waiting.items):
+            try:
+                with self._sink.output.open() as send:
+                    self._ails.pop(self._name, None)
+                    self._send_by(send)
+            except Exception as error:  # an output must not end the service, whoever wrote it
+                self._fail(error)
+                if self._waiting.closed:
+                    return
+
+    def _send_by(self, send: Callable[[bytes], None]) -> None:
+        """Send what waits, until the queue is closed and empty."""
+        while True:
+            for made in self._waiting.take(1, 1.0):
+                report = made()
+                try:
+                    data = self._sink.format.encode(_of(report, report.confirmed) if self._sink.confirmed else report)
+                    if data:
+                        send(data)
+                    self._counters.add("reports_sent_total")
+                except Exception:
+                    self._counters.add("reports_dropped_total")
+                    raise
+            if self._waiting.closed and not self._waiting.items:
+                return
+
+    def _fail(self, error: Exception) -> None:
+        if self._name not in self._ails:
+            LOG.error("output failed", extra={"output": self._name, "why": str(error)})
+        self._ails[self._name] = str(error)
+        Event().wait(0.2)
+
+    def close(self) -> None:
+        """Send what waits, for at most 2 s, and stop."""
+        self._waiting.close()
+        self._thread.join(2.0)
+
+
+@final
+@define
+class _Sparing:
+    """Warns of what one input brings, each kind at most once in a while, with how often it came since."""
+
+    name: str
+    _since: dict[str, tuple[float, int]] = field(factory=dict)
+
+    def warn(self, event: str, told: str, stream: str) -> None:
+        """Warn, unless the same was said just now."""
+        at, count = self._since.get(event, (-np.inf, 0))
+        if now() - at < _QUIET:
+            self._since[event] = at, count + 1
+            return
+        self._since[event] = now(), 0
+        LOG.warning(event, extra={"from": f"{self.name} {stream}"[:100], "why": told[:300], "more": count})
+
+
+def _of(report: TrackReport, rows: Any) -> TrackReport:
+    """Return some tracks of a report."""
+    return evolve(
+        report,
+        ids=report.ids[rows],
+        mean=report.mean[rows],
+        cov=report.cov[rows],
+        existence=report.existence[rows],
+        confirmed=report.confirmed[rows],
+    )

@@ -1,0 +1,1 @@
+"""Recorded streams as sources of runs."""

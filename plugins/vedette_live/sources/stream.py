@@ -1,0 +1,81 @@
+"""A stream that was recorded as it came: radar plots, reports, lines."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import ClassVar, final
+
+import numpy as np
+from attrs import frozen
+
+from vedette import fields
+from vedette.errors import InputError, Problem
+from vedette.roles import Sensor
+from vedette.streams import Format
+from vedette.supporting import Source
+from vedette.types import Recording, Rows, Scan
+from vedette_files import Origin
+from vedette_files.input_files import check_regular
+from vedette_files.readers import find
+from vedette_live.grouping import Grouper, Grouping
+from vedette_live.placing import Placing
+
+PIECE = 2**16
+"""Bytes that are read at once."""
+NAMED = 1000
+"""Refused messages that are named; all are counted."""
+
+
+@final
+@frozen
+class StreamSource(Source):
+    """The messages of a file in one of the formats that `vedette serve` reads, grouped into scans as it groups them.
+
+    Times are those in the messages. A time of the day counts from midnight of the first one, and goes on over the next.
+    """
+
+    kind: ClassVar[str] = "stream"
+    draws: ClassVar[bool] = False
+
+    format: Format = fields.part("how messages stand in the file")
+    path: str = fields.text("the file", default="")
+    scans: Grouping = fields.part("how messages become scans", default=Grouping())
+    sensors: dict[str, str] = fields.names('in the stream to those of the tracker, as { "2/17" = "north" }')
+    origin: Origin | None = fields.part("where x and y are 0, east and north from there", default=None)
+
+    def open(self, sensors: Mapping[str, Sensor], rng: np.random.Generator) -> Recording:
+        """Return the scans in time order; InputError if the file is missing or holds none for the tracker's sensors."""
+        path = find(self.path, f"a recorded stream. Format: {self.format.kind}")
+        check_regular(path)
+        grouper, memory = Grouper(self.scans, Placing(sensors, self.sensors, self.origin)), self.format.start()
+        scans, refused, count, bad = list[Scan](), list[Problem](), 0, 0
+        try:
+            for data in (*_pieces(path), None):
+                decoded = self.format.end(memory) if data is None else self.format.decode(memory, data)
+                memory = decoded.memory
+                told = list(decoded.refused)
+                for message in decoded.messages:
+                    try:
+                        scans += [formed.scan for formed in grouper.add(message, None)]
+                    except ValueError as error:
+                        told.append(str(error))
+                count += len(decoded.messages) + len(decoded.refused)
+                bad += len(told)
+                refused += [Problem(f"{path.name}, up to message {count}", each) for each in told[: NAMED - len(refused)]]
+        except OSError as error:
+            raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+        scans += [formed.scan for formed in grouper.rest()]
+        if not scans:
+            first = f"; the first problem: {refused[0].text}" if refused else ""
+            raise InputError(f"{path}: holds no scan of {', '.join(map(repr, sensors))}{first}")
+        scans.sort(key=lambda scan: (scan.time, scan.sensor))
+        rows = {"messages": Rows(count, count - bad, bad)}
+        notes = {} if self.origin is None else {"origin": str(self.origin)}
+        return Recording(tuple(scans), refused=tuple(refused), notes=notes, rows=rows)
+
+
+def _pieces(path: Path) -> Iterator[bytes]:
+    with path.open("rb") as file:
+        while data := file.read(PIECE):
+            yield data

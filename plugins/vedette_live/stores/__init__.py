@@ -1,0 +1,1 @@
+"""Where states and tracks are kept."""

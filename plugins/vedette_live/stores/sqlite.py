@@ -1,0 +1,184 @@
+"""States and tracks in one file of SQLite."""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+from collections.abc import Sequence
+from contextlib import closing
+from hashlib import sha256
+from pathlib import Path
+from typing import Any, ClassVar, final
+
+import numpy as np
+from attrs import define, frozen
+
+from vedette import fields
+from vedette.errors import InputError
+from vedette.streams import Saved, Storage, Store, TrackReport, now
+from vedette_files.input_files import user_path
+
+VERSION = 1
+"""Of the tables."""
+KEPT = 2
+"""States that are kept: the latest, and the one before it, should the latest be damaged."""
+
+_TABLES = """
+CREATE TABLE IF NOT EXISTS states (id INTEGER PRIMARY KEY, saved REAL NOT NULL, digest TEXT NOT NULL, content TEXT NOT NULL);
+CREATE TABLE IF NOT EXISTS tracks (
+    time REAL NOT NULL, id INTEGER NOT NULL, x REAL, y REAL, latitude REAL, longitude REAL,
+    existence REAL NOT NULL, confirmed INTEGER NOT NULL, mean TEXT NOT NULL, deviations TEXT NOT NULL,
+    PRIMARY KEY (time, id)
+);
+CREATE INDEX IF NOT EXISTS tracks_by_id ON tracks (id, time);
+CREATE INDEX IF NOT EXISTS tracks_by_place ON tracks (x, y);
+CREATE TABLE IF NOT EXISTS facts (name TEXT PRIMARY KEY, value TEXT NOT NULL);
+"""
+
+
+@final
+@frozen
+class SqliteStore(Store):
+    """One file, in write-ahead mode: a transaction keeps the state and all tracks since the last one, or nothing of them.
+
+    Tracks are rows, by time and by place, of the last `keep`; `vedette export FILE` reads them. A file that is damaged is
+    set aside, and the copy of it that was made at the last start is used. https://www.sqlite.org/wal.html
+    """
+
+    kind: ClassVar[str] = "sqlite"
+
+    path: str = fields.text("of the file")
+    keep: float = fields.quantity("s", "age of the oldest tracks that are kept", default=7 * 86400.0, above=0)
+
+    def open(self) -> Storage:
+        path = user_path(self.path)
+        told = list[str]()
+        try:
+            connection, saved = _opened(path)
+        except sqlite3.OperationalError as error:
+            raise InputError(f"service.store: {path}: cannot be opened: {error}") from None
+        except sqlite3.DatabaseError as error:
+            aside, before = path.with_name(f"{path.name}.damaged"), _before(path)
+            told.append(f"{path} is damaged ({error}): it is kept as {aside.name}")
+            path.replace(aside)
+            for end in ("-wal", "-shm"):
+                path.with_name(path.name + end).unlink(missing_ok=True)
+            if before.exists():
+                _copy(before, path)
+                told.append(f"{before.name}, a copy made at the last start, is used")
+            try:
+                connection, saved = _opened(path)
+            except sqlite3.DatabaseError as second:
+                raise InputError(f"service.store: {path}: neither it nor {before.name} can be used: {second}") from None
+        if saved is not None:
+            try:
+                _copy(path, _before(path))
+            except (sqlite3.Error, OSError) as error:
+                told.append(f"{_before(path).name} cannot be written: {error}")
+        return _Open(connection, self.keep, saved, told)
+
+
+def _before(path: Path) -> Path:
+    return path.with_name(f"{path.name}.before")
+
+
+def _copy(source: Path, target: Path) -> None:
+    """Copy a database, with what its log holds, whole or not at all."""
+    part = target.with_name(f".{target.name}.part")
+    part.unlink(missing_ok=True)
+    try:
+        with closing(sqlite3.connect(source)) as old, closing(sqlite3.connect(part)) as new:
+            old.backup(new)
+        part.replace(target)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def _opened(path: Path) -> tuple[sqlite3.Connection, Saved | None]:
+    connection = sqlite3.connect(path, isolation_level=None, check_same_thread=False, timeout=5.0)
+    try:
+        connection.execute("PRAGMA trusted_schema = OFF")
+        connection.execute("PRAGMA journal_mode = WAL")
+        connection.execute("PRAGMA synchronous = FULL")
+        if (found := connection.execute("PRAGMA quick_check(1)").fetchone()) != ("ok",):
+            raise sqlite3.DatabaseError(str(found))
+        connection.executescript(_TABLES)
+        return connection, _latest(connection)
+    except BaseException:
+        connection.close()
+        raise
+
+
+def _latest(connection: sqlite3.Connection) -> Saved | None:
+    """Return the latest state that is whole."""
+    rows = connection.execute("SELECT digest, content FROM states ORDER BY id DESC").fetchall()
+    for digest, content in rows:
+        if sha256(content.encode()).hexdigest() != digest:
+            continue
+        try:
+            given = json.loads(content)
+            return Saved(given["digest"], given["states"], given["counters"], given["acknowledged"])
+        except (ValueError, KeyError, TypeError):
+            continue
+    if rows:
+        raise sqlite3.DatabaseError("no state in it is whole")
+    return None
+
+
+@final
+@define(eq=False)
+class _Open:
+    """The store, open. `told`: what was wrong when it was opened."""
+
+    connection: sqlite3.Connection
+    keep: float
+    saved: Saved | None
+    told: list[str]
+
+    def load(self) -> Saved | None:
+        return self.saved
+
+    def save(self, saved: Saved, reports: Sequence[TrackReport]) -> None:
+        parts = {
+            "digest": saved.digest, "states": saved.states, "counters": dict(saved.counters),
+            "acknowledged": dict(saved.acknowledged),
+        }  # fmt: skip
+        content = json.dumps(parts)
+        digest = sha256(content.encode()).hexdigest()
+        write = self.connection
+        try:
+            write.execute("BEGIN IMMEDIATE")
+            write.execute("INSERT INTO states (saved, digest, content) VALUES (?, ?, ?)", (now(), digest, content))
+            write.execute(f"DELETE FROM states WHERE id <= (SELECT MAX(id) FROM states) - {KEPT}")
+            for report in reports:
+                write.executemany("INSERT OR REPLACE INTO tracks VALUES (?,?,?,?,?,?,?,?,?,?)", _rows(report))
+            if reports:
+                write.execute("DELETE FROM tracks WHERE time < ?", (reports[-1].time - self.keep,))
+                axes = [[axis.name, axis.unit] for axis in reports[-1].space.axes]
+                write.execute("INSERT OR REPLACE INTO facts VALUES ('axes', ?)", (json.dumps(axes),))
+                write.execute("INSERT OR REPLACE INTO facts VALUES ('version', ?)", (str(VERSION),))
+            write.execute("COMMIT")
+        except sqlite3.Error as error:
+            if write.in_transaction:
+                write.execute("ROLLBACK")
+            raise OSError(f"the state cannot be saved: {error}") from None
+
+    def close(self) -> None:
+        self.connection.close()
+
+
+def _rows(report: TrackReport) -> list[tuple[Any, ...]]:
+    names = [axis.name for axis in report.space.axes]
+    count = len(report.ids)
+    x, y = (report.mean[:, names.index(name)].tolist() if name in names else [None] * count for name in ("x", "y"))
+    north, east = [None] * count, [None] * count
+    if report.geodetic is not None:
+        north, east = (values.tolist() for values in report.geodetic(report.mean)[:2])
+    deviations = np.sqrt(np.diagonal(report.cov, axis1=-2, axis2=-1)).tolist()
+    return [
+        (report.time, *row, json.dumps(mean), json.dumps(sigma))
+        for *row, mean, sigma in zip(
+            report.ids.tolist(), x, y, north, east, report.existence.tolist(), map(int, report.confirmed.tolist()),
+            report.mean.tolist(), deviations, strict=True,
+        )
+    ]  # fmt: skip

@@ -1,0 +1,119 @@
+"""A draft proves itself: a stated set of alternatives is tried on its own data, and the best is kept."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+from attrs import evolve, frozen
+
+from vedette_tools.drafting.text import Design
+from vedette_tools.drafting.trial import Trial
+
+WHOLE = 1.03
+"""Of alternatives that break no more than so many times the tracks of the best, the likeliest is kept: by hand."""
+
+LESS = 0.02
+"""An alternative may explain such a part of the returns less than the one that explains most: by hand."""
+
+GAIN = 0.2
+"""A first design is left for one whose tracks are more whole, or that is likelier by this for each return: by hand."""
+
+CLEAN = 0.9
+"""Where steady motion explains such a part of the returns, hardly any is false."""
+
+FITS = 0.5
+"""A draft fits if its tracks explain such a part of the returns that steady motion explains: by hand."""
+
+
+@frozen
+class Proof:
+    """The design that is kept, what is said of it and of those that were tried, and why it does not fit, "" if it does."""
+
+    design: Design
+    said: tuple[str, ...]
+    failure: str
+    trial: Trial | None = None
+
+
+def proved(
+    first: Design, run: Callable[[Design], Trial | None], steady: float, *, errors: bool = True, vague: float = 0.0
+) -> Proof:
+    """Return the best of the alternatives to a first design; `run` tries one, `steady` is the part of returns in chains.
+
+    errors: whether those of the sensors are doubted. vague: the error of a position, in m, where it is absurd beside the
+    spread of all.
+
+    Each stage changes the best of the stage before: the acceleration and a mode for manoeuvres, then the errors, then gate
+    and speeds.
+    """
+    known: dict[Design, Trial] = {}
+    best, clean = first, steady >= CLEAN
+    for stage in (_motions, *([_errors] if errors and clean else []), _widths):
+        for design in [best, *stage(best)]:
+            if design not in known and (trial := run(design)) is not None:
+                known[design] = trial
+        if known:
+            best = kept(known, best, clean=clean)
+    if best not in known:
+        failure = "nothing fits these data: no alternative can be run on them"
+        return Proof(first, (failure,), failure)
+    failure = _failure(known[best], steady, vague)
+    said = [*([failure] if failure else []), f"tried on its own data: {known[best]}"]
+    said += (
+        [f"  of {len(known)} alternatives; the first was: {first}: {known[first]}"]
+        if first in known and best != first
+        else []
+    )
+    return Proof(best, tuple(said), failure, known[best])
+
+
+def kept(known: dict[Design, Trial], before: Design, *, clean: bool) -> Design:
+    """Return the likeliest of those whose tracks are about as whole, and explain about as much, as any.
+
+    Where returns are `clean` of false ones a short track is a broken one. That is the design from
+    `before` unless it is not among these, or another is clearly likelier.
+    """
+    most = max(trial.share for trial in known.values())
+    able = {design: trial for design, trial in known.items() if trial.share >= most - LESS}
+    broken = {design: trial.broken + (trial.short if clean else 0) for design, trial in able.items()}
+    whole = [design for design in able if broken[design] <= WHOLE * min(broken.values()) + 0.5]
+    best = max(whole, key=lambda design: able[design].loglik)
+    if before in whole and able[best].loglik < able[before].loglik + GAIN * able[before].returns:
+        return before
+    return best
+
+
+def _motions(best: Design) -> Iterator[Design]:
+    for accel in (best.accel / 4, best.accel):
+        for agile in (4 * best.accel, 15 * best.accel):
+            for lasts in (1.0, 10.0):
+                yield evolve(best, accel=accel, agile=agile, lasts=lasts)
+    for factor in (2.5, 6.0, 15.0):
+        yield evolve(best, accel=factor * best.accel)
+
+
+def _errors(best: Design) -> Iterator[Design]:
+    for factor in (0.3, 3.0, 10.0):
+        yield evolve(best, errors=factor)
+
+
+def _widths(best: Design) -> Iterator[Design]:
+    yield evolve(best, gate=0.9999)
+    yield evolve(best, speed=3 * best.speed)
+    yield evolve(best, speed=3 * best.speed, gate=0.9999)
+
+
+def _failure(trial: Trial, steady: float, vague: float) -> str:
+    """Say why a draft does not fit, or return ""."""
+    if vague:
+        return (
+            f"nothing fits these data: no target moves steadily but for errors of {vague:,.0f} m, as large as their spread"
+        )
+    if not trial.tracks:
+        return "nothing fits these data: no track was confirmed in them"
+    if trial.share < FITS * steady:
+        told = f"its tracks explain {trial.share:.2f} of the returns, and steady motion {steady:.2f}"
+        return f"nothing fits these data: {told}"
+    if trial.short > 0.5 * trial.tracks and trial.tracks > 3:
+        return f"nothing fits these data: {trial.short} of {trial.tracks} tracks have fewer than 5 returns"
+    return ""

@@ -1,0 +1,97 @@
+"""A draft, tried on the returns that it is for: how likely it finds them, and how whole its tracks are."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Sequence
+
+import numpy as np
+from attrs import frozen
+
+from vedette.config import load
+from vedette.errors import VedetteError
+from vedette.tracking import History
+from vedette.types import Scan, Track
+from vedette_tools.tuning.field_of_view import views
+from vedette_tools.tuning.likelihood import Predictive
+
+SHORT = 5
+"""A track of fewer scans with a return of its own is short."""
+
+
+@frozen(eq=False)
+class Trial:
+    """What running a draft over `returns` of its file showed.
+
+    loglik: of the returns, each predicted from those before it; tracks: confirmed; short: those among them with few returns;
+    explained: returns that are of confirmed tracks; long: the number of tracks of equal length that were as broken, the
+    square of the sum of their returns over the sum of squares; mixed: times that a confirmed track went over to another
+    name, and shared: names that several confirmed tracks bear, beyond the first; detected: in which part of the scans
+    between their first and their last return tracks had one.
+    """
+
+    loglik: float
+    returns: int
+    tracks: int
+    short: int
+    explained: float
+    long: float = 0.0
+    mixed: int = 0
+    shared: int = 0
+    detected: float = 1.0
+
+    @property
+    def share(self) -> float:
+        """The part of the returns that confirmed tracks explain."""
+        return self.explained / max(self.returns, 1)
+
+    @property
+    def broken(self) -> float:
+        """How many long tracks, changes of names and names of several tracks there are: the fewer, the better."""
+        return self.long + self.mixed + self.shared
+
+    def __str__(self) -> str:
+        told = f"{self.tracks} tracks, {self.short} of them short; {self.share:.3f} of the returns are theirs"
+        named = f"; {self.mixed} changes of name, {self.shared} names in several tracks" if self.mixed or self.shared else ""
+        return f"{told}{named}; log-likelihood {self.loglik / max(self.returns, 1):.2f} a return"
+
+
+def tried(text: str, scans: Sequence[Scan]) -> Trial | None:
+    """Return what a config, as TOML, shows on scans of its source; None if it cannot run on them."""
+    data = {name: part for name, part in tomllib.loads(text).items() if name != "source"}
+    try:
+        tracker = load(data).tracker
+        seen, predictive, history = views(tracker.sensors, scans), Predictive(tracker), History(tracker)
+        state, total = tracker.start(time=scans[0].time), 0.0
+        with np.errstate(all="ignore"):
+            for scan in scans:
+                it = tracker.expect(state, scan)
+                if scan.sensor in seen:
+                    total += predictive(it, seen[scan.sensor].cover(it.sensor, scan.pose))[0]
+                state = tracker.step(state, scan)
+                history.add(state)
+    except (VedetteError, ValueError, ArithmeticError, np.linalg.LinAlgError):
+        return None
+    tracks = history.tracks()
+    if not np.isfinite(total):
+        return None
+    hits = [float(np.sum(track.hit)) for track in tracks]
+    return Trial(
+        total, sum(len(scan.detections.z) for scan in scans), len(tracks), sum(hit < SHORT for hit in hits), sum(hits),
+        sum(hits) ** 2 / max(float(np.sum(np.square(hits))), 1e-9), *_names(tracks), _detected(tracks),
+    )  # fmt: skip
+
+
+def _names(tracks: Sequence[Track]) -> tuple[int, int]:
+    """Return how often tracks went over to another name, and how many names several bear, beyond the first of each."""
+    told = [track.identity[track.identity >= 0] for track in tracks if track.identity is not None]
+    mixed = sum(int(np.count_nonzero(np.diff(codes))) for codes in told)
+    bears = sum(len(set(codes.tolist())) for codes in told)
+    return mixed, bears - len({code for codes in told for code in codes.tolist()})
+
+
+def _detected(tracks: Sequence[Track]) -> float:
+    """Return in which part of the scans between their first and their last return tracks had one."""
+    seen = [np.flatnonzero(track.hit > 0.5) for track in tracks]
+    spans = sum(int(rows[-1] - rows[0]) + 1 for rows in seen if len(rows))
+    return sum(map(len, seen)) / spans if spans else 1.0

@@ -1,0 +1,95 @@
+"""Names of objects as codes: read from tables, written with tracks, and read again."""
+
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import vedette
+from vedette import Detections, Recording, Scan
+from vedette_files import (
+    Terms,
+    code,
+    label,
+    read_recording,
+    read_tracks,
+    write_recording,
+    write_tracks_csv,
+    write_tracks_jsonl,
+)
+
+CONFIG = {
+    "source": {
+        "kind": "csv",
+        "detections": {"time": "t", "columns": {"x": "x", "y": "y"}, "identity": "icao24"},
+    },
+    "sensors": {"adsb": {"kind": "cartesian_position", "sigma": 5.0, "clutter_density": 1e-8}},
+    "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 0.5}},
+    "associator": {"kind": "jpda"},
+    "birth": {"kind": "from_returns", "spread": {"vx": 10.0, "vy": 10.0}},
+    "lifecycle": {"kind": "existence"},
+}
+
+
+@given(st.from_regex(r"[0-9A-Za-z_-]{1,10}", fullmatch=True))
+def test_a_short_name_is_read_again_from_its_code(name):
+    assert 0 <= code(name) < 2**63
+    assert label(code(name)) == name
+
+
+@given(st.lists(st.text(max_size=20).filter(bool), min_size=2, max_size=6, unique=True))
+def test_unlike_names_have_unlike_codes(names):
+    assert len({code(name) for name in names}) == len(names)
+    assert all(0 <= code(name) < 2**63 for name in names)
+    assert label(code("")) == ""
+
+
+def table(tmp_path):
+    rows = [f"{i},{8 * i},0,4067f2\n{i},{8 * i},900,{'' if i == 3 else '007'}\n" for i in range(8)]
+    (tmp_path / "plots.csv").write_text("t,x,y,icao24\n" + "".join(rows))
+    return CONFIG | {"source": CONFIG["source"] | {"path": str(tmp_path / "plots.csv")}}
+
+
+def test_a_column_names_the_objects_of_returns_and_tables_the_tracks(tmp_path):
+    result = vedette.load(table(tmp_path)).run()
+    assert [label(one) for one in result.scans[3].detections.identity] == ["4067f2", ""]
+    assert {label(track.identity[-1]) for track in result.tracks} == {"4067f2", "007"}
+    space, sensors = result.made_by.tracker.state, {"adsb": result.made_by.tracker.sensors["adsb"].measurement}
+    write_tracks_csv(tmp_path / "tracks.csv", result.tracks, space, Terms.of(result.recording.notes))
+    write_tracks_jsonl(tmp_path / "tracks.jsonl", result.tracks, space)
+    write_recording(tmp_path / "recording.jsonl", Recording(result.scans), sensors)
+    header, *lines = (tmp_path / "tracks.csv").read_text().splitlines()
+    column = header.split(",").index("identity")
+    assert {line.split(",")[column] for line in lines} == {"4067f2", "007"}
+    again = read_tracks(tmp_path / "tracks.jsonl")
+    assert [track.identity.tolist() for track in again] == [track.identity.tolist() for track in result.tracks]
+    recording, _ = read_recording(tmp_path / "recording.jsonl")
+    assert all(
+        np.array_equal(one.detections.identity, other.detections.identity)
+        for one, other in zip(recording.scans, result.scans, strict=True)
+    )
+
+
+@pytest.mark.parametrize("name", ["235070762", "007", "TOM2XE"])
+def test_a_recording_keeps_names(tmp_path, name):
+    seen = Detections([[1.0, 2.0], [3.0, 4.0]], [True, True], identity=[code(name), -1])
+    write_recording(tmp_path / "r.jsonl", Recording((Scan(0.0, "radar", seen),)), {"radar": vedette.Space.of(x="m", y="m")})
+    line = json.loads((tmp_path / "r.jsonl").read_text().splitlines()[-1])
+    assert [str(one) for one in line["identity"]] == [name, "None"]
+    recording, _ = read_recording(tmp_path / "r.jsonl")
+    assert recording.scans[0].detections.identity.tolist() == [code(name), -1]
+
+
+@pytest.mark.parametrize("wrong", [[1.5], [-3], [[1]], [True], 7])
+def test_a_wrong_name_is_refused_by_itself(tmp_path, wrong):
+    lines = [
+        {"format": "vedette", "version": 1, "sensors": {"radar": {"x": "m"}}},
+        {"time": 0, "sensor": "radar", "z": [[1]], "identity": wrong},
+        {"time": 1, "sensor": "radar", "z": [[1]], "identity": [None]},
+    ]
+    (tmp_path / "r.jsonl").write_text("\n".join(map(json.dumps, lines)))
+    recording, _ = read_recording(tmp_path / "r.jsonl")
+    assert [scan.time for scan in recording.scans] == [1.0]
+    assert [problem.place for problem in recording.refused] == ["r.jsonl:2"]

@@ -1,0 +1,122 @@
+"""Targets that nobody marked: the detector over the whole frame, tracks that start by it, and drafts for one's own video."""
+
+import tomllib
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import strategies as st
+
+import vedette
+from support.paths import EXAMPLES
+from vedette import ConfigError, Frame, Scan
+from vedette.cli import main
+from vedette.testing import conformance
+from vedette_flir.births.detected import Detected
+from vedette_flir.drafting import draft
+from vedette_flir.lifecycles.sought import SoughtTarget
+from vedette_flir.preprocessors.spot_detector import SpotDetector
+from vedette_flir.sensors.box_centroid import BoxCentroid
+from vedette_flir.sensors.detected_box import DetectedBox
+
+TestDetectedBox = conformance(DetectedBox)
+TestSoughtTarget = conformance(SoughtTarget, known_failures=SoughtTarget.known_failures)
+TestSpotDetector = conformance(SpotDetector, sensors=st.just({"camera": BoxCentroid()}), sides=st.just((7.0, 15.0)))
+TestDetected = conformance(Detected)
+
+
+def picture(k, snr=8.0, at=None, size=(120, 160)):
+    """A sky with noise of two counts, brighter to one side, and a spot of a spread of 2 px; and where it is."""
+    y, x = np.mgrid[: size[0], : size[1]]
+    at = np.array([40.0 + 0.7 * k, 50.0 + 0.3 * k]) if at is None else at
+    noise = np.random.default_rng([11, k]).normal(0.0, 2.0, size)
+    return 50.0 + 0.1 * x + noise + 2.0 * snr * np.exp(-((x - at[0]) ** 2 + (y - at[1]) ** 2) / 8.0), at
+
+
+def detected(pixels, **options):
+    detector = SpotDetector(sensors={"camera": BoxCentroid()}, **options)
+    return detector.process({"camera": Scan.image(0.0, "camera", Frame(pixels))}).z
+
+
+def test_a_spot_is_detected_where_it_is_hot_or_dark():
+    pixels, at = picture(0, snr=20.0)
+    (found,) = detected(pixels)
+    np.testing.assert_allclose(found[:2], at, atol=1.0)
+    assert np.all((found[2:] >= 4.0) & (found[2:] <= 10.0))
+    assert not len(detected(200.0 - pixels))
+    (dark,) = detected(200.0 - pixels, polarity="dark")
+    np.testing.assert_allclose(dark[:2], at, atol=1.0)
+
+
+def test_false_alarms_and_detections_by_signal_to_noise():
+    """In noise alone hardly anything is found; a spot is, the more often the stronger it is."""
+    share = {}
+    for snr in (0.0, 4.0, 6.0, 12.0):
+        hits = 0
+        for k in range(20):
+            pixels, at = picture(k, snr)
+            found = detected(pixels, clear=5.0)
+            near = np.all(np.abs(found[:, :2] - at) < 3.0, axis=1) if len(found) else np.zeros(0, dtype=bool)
+            hits += bool(near.any()) if snr else bool(len(found))
+        share[snr] = hits / 20
+    assert share[0.0] <= 0.3
+    assert share[4.0] <= share[6.0] <= share[12.0]
+    assert share[12.0] >= 0.95
+
+
+def folder_of(path, count=40, **options):
+    path.mkdir()
+    for k in range(count):
+        cv2.imwrite(str(path / f"{k:03d}.png"), picture(k, 20.0, **options)[0].clip(0, 255).astype(np.uint8))
+    return path
+
+
+def test_an_unmarked_target_is_found_confirmed_and_followed(tmp_path):
+    path = folder_of(tmp_path / "clip")
+    experiment = vedette.load(EXAMPLES / "flir_found.toml", overrides=[f"source.path={path}"])
+    result = experiment.run()
+    (track,) = result.tracks
+    np.testing.assert_allclose(track.mean[-1, :2], picture(39)[1], atol=2.0)
+    assert track.times[0] <= 1.0
+    again = experiment.run()
+    np.testing.assert_array_equal(again.tracks[0].mean, track.mean)
+
+
+def test_a_frame_is_counted_once():
+    """Boxes of a frame claim and start tracks; position and existence of a track are those by the frame alone."""
+    experiment = vedette.load(EXAMPLES / "flir_found.toml")
+    tracker, detector = experiment.tracker, experiment.preprocessors["spots"]
+    state = tracker.start(seed=1)
+    for k in range(20):
+        frame = Scan.image(k / 30, "camera", Frame(picture(k, 20.0)[0]))
+        before = tracker.step(state, frame)
+        state = tracker.step(before, Scan(k / 30, "spots", detector.process({"camera": frame})))
+        if len(before.ids):
+            assert len(state.ids) == len(before.ids) == 1
+            np.testing.assert_allclose(state.existence, before.existence, atol=1e-6)
+            np.testing.assert_allclose(tracker.estimate(state).mean, tracker.estimate(before).mean)
+
+
+def test_a_draft_for_a_folder_runs_by_itself(tmp_path, monkeypatch, capsys):
+    folder_of(tmp_path / "clip", count=25)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("vedette_report.drawing.can_draw", lambda: False)
+    assert main(["new", "config", "clip"]) == 0
+    assert "run it: vedette run clip.toml" in capsys.readouterr().out
+    assert main(["run", "clip"]) == 0
+    assert "1 confirmed" in capsys.readouterr().out
+    assert main(["new", "config", "clip", "--box", "36,46,10,10", "--out", "box.toml"]) == 0
+    assert tomllib.loads((tmp_path / "box.toml").read_text())["source"]["box"] == [36.0, 46.0, 10.0, 10.0]
+    (tmp_path / "table.csv").write_text("t,x,y\n0,1,2\n1,2,3\n")
+    assert main(["new", "config", "table.csv", "--box", "1,2,3,4"]) == 2
+
+
+@pytest.mark.parametrize("box", ["1,2,3", "a,b,c,d", "1,2,0,4", "1,2,nan,4"])
+def test_a_box_that_is_none_is_refused(tmp_path, box):
+    with pytest.raises(ConfigError, match="--box"):
+        draft(tmp_path / "clip.mp4", {"box": box})
+
+
+def test_other_files_are_not_drafted(tmp_path):
+    assert draft(tmp_path / "table.csv", {}) is None
+    assert draft(tmp_path, {}) is None

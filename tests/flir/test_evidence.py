@@ -1,0 +1,135 @@
+"""Is it there, and where is it: what is told of targets before a treeline, that fade, hide, leave, or meet another one."""
+
+import numpy as np
+import pytest
+
+import vedette
+from support.paths import EXAMPLES
+from vedette import Frame, Gaussian, Scan
+from vedette_flir.evidence import found_ratio, held_ratio, presence_ratio, ring_spread
+
+SKY = (100, 160)
+
+
+def sky(k):
+    """Frame k of a plain sky, with noise of a count and a half."""
+    return 60.0 + np.random.default_rng([7, k]).normal(0.0, 1.5, SKY)
+
+
+def spot(at, peak, spread=2.0):
+    y, x = np.mgrid[: SKY[0], : SKY[1]]
+    return peak * np.exp(-((x - at[0]) ** 2 + (y - at[1]) ** 2) / (2.0 * spread**2))
+
+
+def trees(edge):
+    """What a wood adds below a row, its crowns of different brightness."""
+    rng = np.random.default_rng(3)
+    y, x = np.mgrid[: SKY[0], : SKY[1]]
+    crown = edge + 2.0 * np.sin(x / 5.0) + 1.5 * np.sin(x / 2.3)
+    return (y > crown) * (60.0 + 12.0 * rng.normal(size=SKY))
+
+
+def followed(frames, starts, *overrides):
+    """Existence (s, t) and place (s, t, 2) of the example's tracks, from boxes of 10 px at their starts."""
+    tracker = vedette.load(EXAMPLES / "flir_clip.toml", overrides=overrides).tracker
+    mean = np.array([[*at, 0.0, 0.0, 10.0, 10.0] for at in starts])
+    prior = Gaussian(mean, np.repeat(np.diag([1.0, 1.0, 1e4, 1e4, 0.0, 0.0])[None], len(starts), 0))
+    state, rows = tracker.start(prior, 0.0), []
+    for k, pixels in enumerate(frames):
+        state = tracker.step(state, Scan.image(k / 30, "camera", Frame(pixels)))
+        rows.append((state.existence.copy(), tracker.estimate(state).mean[:, :2].copy()))
+    return np.array([row[0] for row in rows]), np.array([row[1] for row in rows])
+
+
+def path(k):
+    return np.array([40.0 + 0.8 * k, 40.0])
+
+
+def test_a_target_that_nears_a_treeline_is_held():
+    frames = [sky(k) + trees(np.interp(k, [20, 50], [95.0, 54.0])) + spot(path(k), 60.0) for k in range(80)]
+    existence, place = followed(frames, [path(0)])
+    assert existence.min() > 0.5
+    assert np.abs(place[:, 0] - [path(k) for k in range(80)]).max() < 2.5
+
+
+def test_a_cloud_edge_is_no_loss():
+    x = np.arange(SKY[1])
+    cloud = 25.0 / (1.0 + np.exp(-(x - 75.0) / 6.0))
+    existence, place = followed([sky(k) + cloud + spot(path(k), 60.0) for k in range(80)], [path(0)])
+    assert existence.min() > 0.5
+    assert np.abs(place[-1, 0] - path(79)).max() < 2.5
+
+
+@pytest.mark.parametrize("fading", [1, 20], ids=["behind a pole", "fades"])
+def test_what_is_gone_is_told_and_found_again(fading):
+    def peak(k):
+        return 60.0 * float(np.interp(k, [30, 30 + fading, 70, 71], [1.0, 0.0, 0.0, 1.0]))
+
+    pole = np.zeros(SKY)
+    if fading == 1:
+        pole[:, 62:100] = -30.0
+    existence, place = followed([sky(k) + pole + spot(path(k), peak(k)) for k in range(110)], [path(0)])
+    assert existence[:30].min() > 0.9
+    assert existence[40 + fading : 70].max() < 0.5
+    assert existence[86:].min() > 0.5
+    assert np.abs(place[86:, 0] - [path(k) for k in range(86, 110)]).max() < 2.5
+
+
+def test_a_target_that_leaves_the_picture_is_told():
+    existence, _ = followed([sky(k) + spot((90.0 + 2.0 * k, 40.0), 60.0) for k in range(90)], [(90.0, 40.0)])
+    assert existence[:30].min() > 0.9
+    assert existence[50:].max() < 0.5
+
+
+def test_a_bird_that_crosses_is_not_taken_for_the_target():
+    def bird(k):
+        return spot((120.0 - 2.5 * k, 40.0 + 0.5 * (k - 24)), 40.0, spread=1.0)
+
+    existence, place = followed([sky(k) + spot(path(k), 60.0) + bird(k) for k in range(60)], [path(0)])
+    assert existence[-1] > 0.9
+    assert np.abs(place[-1, 0] - path(59)).max() < 2.0
+
+
+def test_tracks_that_cross_keep_their_ids():
+    """Where motion tells them apart: calm targets whose speeds differ by 2 px a frame. They coast through one another."""
+    kept = []
+    for run in range(4):
+        at = np.array([[40.0, 50.0], [100.0, 50.0 + np.random.default_rng(run).uniform(-2.0, 2.0)]])
+        step = np.array([[1.0, 0.0], [-1.0, 0.0]])
+        frames = [sky([run, k]) + sum(spot(one, 60.0) for one in at + k * step) for k in range(50)]
+        _, place = followed(frames, at, "estimator.motion.motion.sigma_accel=50", "estimator.motion.motion.shake=3")
+        kept.append(np.abs(place[-1] - at - 49 * step).max() < 4.0)
+    assert np.mean(kept) >= 0.75
+
+
+def test_the_ring_is_robust_to_what_stands_on_one_side():
+    image = np.random.default_rng(1).normal(0.0, 2.0, (80, 80))
+    level, spread = ring_spread(image, np.array([40.0, 40.0]), np.array([8.0, 8.0]))
+    assert level == pytest.approx(0.0, abs=0.3)
+    assert spread == pytest.approx(3.0, rel=0.1)  # 2 and the count that it is at least
+    image[58:] += 100.0
+    assert ring_spread(image, np.array([40.0, 40.0]), np.array([8.0, 8.0]))[1] < 1.5 * spread
+
+
+def test_evidence_rises_with_each_of_its_parts():
+    grid = np.linspace(0.0, 1.0, 11)
+    for rising in (
+        [held_ratio(margin, 0.7, 1.0, 0.9) for margin in grid],
+        [held_ratio(0.5, 0.7, clear, 0.9) for clear in grid + 0.2],
+        [held_ratio(0.5, 0.7, 1.0, first) for first in grid],
+        [found_ratio(likeness, 0.4, 10.0, 1.0) for likeness in grid],
+        [found_ratio(0.8, margin, 10.0, 1.0) for margin in grid],
+        [found_ratio(0.8, 0.4, clear, 1.0) for clear in 3.0 + 20.0 * grid],
+        [found_ratio(0.8, 0.4, 10.0, again) for again in grid],
+    ):
+        assert np.all(np.diff(rising) >= 0)
+        assert rising[-1] > rising[0]
+    assert held_ratio(0.6, 0.7, 1.0, 0.9) > 0 > held_ratio(0.05, 0.7, 0.3, 0.5)
+
+
+def test_a_place_found_elsewhere_has_the_odds_of_its_frame():
+    for existence in (0.01, 0.3, 0.9):
+        ratio = presence_ratio(2.0, existence, cut=False, elsewhere=True)
+        odds = existence / (1.0 - existence) * np.exp(ratio)
+        assert odds == pytest.approx(np.exp(1.0))
+    assert presence_ratio(9.0, 0.9, cut=True, elsewhere=False) < -5.0

@@ -1,0 +1,210 @@
+"""Formats: round trips, splits anywhere, and bytes of no meaning."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from vedette import Space
+from vedette.streams import Decoded, Format, Message, TrackReport
+from vedette_live.formats.asterix import Asterix
+from vedette_live.formats.csv_lines import CsvLines
+from vedette_live.formats.geojson import GeoJson
+from vedette_live.formats.json_lines import JsonLines
+from vedette_live.formats.nmea import Nmea
+
+PLANE = Space.of(x="m", vx="m/s", y="m", vy="m/s")
+SENTENCES = (
+    b"!AIVDM,1,1,,B,15M67FC000G?ufbE`FepT@3n00Sa,0*5C\r\n",
+    b"!AIVDM,2,1,4,A,55O0W7`00001L@gCWGA2uItLth@DqtL5@F22220j1h742t0Ht0000000,0*08\r\n",
+    b"!AIVDM,2,2,4,A,000000000000000,2*20\r\n",
+    b"!AIVDM,1,1,,A,15NPOOPP00o?b=bE`UNv4?w428D;,0*24\r\n",  # without a course
+)
+JSON = (
+    b'{"time": 1.5, "sensor": "north", "z": [[1, 2.5], [3.0, -4.0]], "evidence": [0.5, 1.0], "n": 3}\n',
+    b'{"z": []}\n',
+    b'{"marker": "north", "time": 2.0, "angle": 0.5}\n',
+)
+CSV = (b"12.5,north,1.0,2.0\n", b"13.5,north,,\n", b"time,sensor,range,bearing\n")
+
+
+def asterix_blocks() -> bytes:
+    gen = pytest.importorskip("asterix.generated")
+    plots, marks, old = gen.Cat_048_1_32, gen.Cat_034_1_29, gen.Cat_001_1_4
+    codes = (("SAC", 2), ("SIC", 17))
+    place = (("RHO", (10.0, "NM")), ("THETA", (45.0, "°")))
+    plot = plots.cv_record.create({"010": codes, "140": (3600.5, "s"), "040": place})
+    north = marks.cv_record.create({"010": codes, "000": 1, "030": (3600.0, "s")})
+    sector = marks.cv_record.create({"010": codes, "000": 2, "020": (90.0, "°")})
+    track = old.cv_uap.cv_uaps["track"].create(
+        {"010": codes, "020": ((("TYP", 1), 0, 0, 0, 0, 0, None),), "040": place, "141": (8.0, "s")}
+    )
+    blocks = [marks.create([north]), plots.create([plot, plot]), marks.create([sector]), old.create([track])]
+    return b"".join(block.unparse().to_bytes() for block in blocks)
+
+
+FORMATS: dict[str, tuple[Format, bytes]] = {
+    "json": (JsonLines(), b"".join(JSON)),
+    "csv": (CsvLines(columns=("time", "sensor", "range", "bearing")), b"".join(CSV)),
+    "nmea": (Nmea(), b"".join(SENTENCES)),
+}
+
+
+def through(format_: Format, pieces: list[bytes]) -> tuple[list[Message], list[str]]:
+    """Return all messages and refusals of a stream that comes in pieces."""
+    memory, messages, refused = format_.start(), list[Message](), list[str]()
+    for piece in pieces:
+        decoded = format_.decode(memory, piece)
+        memory = decoded.memory
+        messages += decoded.messages
+        refused += decoded.refused
+    rest: Decoded = format_.end(memory)
+    return [*messages, *rest.messages], [*refused, *rest.refused]
+
+
+def seen(message: Message) -> tuple[object, ...]:
+    return (message.sensor, message.time, message.axes, message.z.tolist(), message.marker, message.angle, message.number)
+
+
+def report(**changed: object) -> TrackReport:
+    parts: dict[str, object] = {
+        "number": 7,
+        "time": 4000.25,
+        "space": PLANE,
+        "ids": np.array([3, 70001]),
+        "mean": np.array([[100.0, 5.0, -2000.5, 3.0], [-1e5, 0.25, 250.0, -40.0]]),
+        "cov": np.tile(np.diag([4.0, 1.0, 9.0, 1.0]), (2, 1, 1)),
+        "existence": np.array([0.99, 0.5]),
+        "confirmed": np.array([True, False]),
+    }
+    return TrackReport(**{**parts, **changed})  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("name", [*FORMATS, "asterix"])
+@given(data=st.data())
+@settings(max_examples=30, deadline=None)
+def test_where_a_stream_is_split_changes_nothing(name: str, data: st.DataObject) -> None:
+    format_, whole = (Asterix(), asterix_blocks()) if name == "asterix" else FORMATS[name]
+    cuts = sorted(data.draw(st.lists(st.integers(0, len(whole)), max_size=6)))
+    pieces = [whole[i:j] for i, j in zip([0, *cuts], [*cuts, len(whole)], strict=True)]
+    messages, refused = through(format_, pieces)
+    expected, _ = through(format_, [whole])
+    assert [seen(message) for message in messages] == [seen(message) for message in expected]
+    assert not refused
+    assert messages
+
+
+@pytest.mark.parametrize("name", [*FORMATS, "asterix"])
+@given(data=st.data())
+@settings(max_examples=60, deadline=None)
+def test_no_bytes_make_a_decoder_raise(name: str, data: st.DataObject) -> None:
+    format_, whole = (Asterix(), asterix_blocks()) if name == "asterix" else FORMATS[name]
+    noise = data.draw(st.one_of(st.binary(max_size=300), st.just(whole)))
+    for at, value in data.draw(st.lists(st.tuples(st.integers(0, 10_000), st.integers(0, 255)), max_size=8)):
+        noise = noise[: at % (len(noise) + 1)] + bytes([value]) + noise[at % (len(noise) + 1) + 1 :]
+    messages, refused = through(format_, [noise])
+    assert all(isinstance(told, str) and "\n" not in told for told in refused)
+    assert all(np.isfinite(message.z).all() for message in messages if name != "json")
+
+
+def test_json_lines_that_are_refused_are_told_and_counted() -> None:
+    bad = [
+        b"[1, 2]", b'{"time": 1.0}', b'{"z": [[1, true]]}', b'{"z": [[1, "2"]]}', b'{"z": [[1], [2, 3]]}', b'{"z": 3}',
+        b'{"z": [], "n": -1}', b'{"z": [], "time": "now"}', b'{"z": [], "colour": 3}', b'{"z": [[1, 2]], "axes": ["x"]}',
+        b'{"z": [], "marker": "south"}', b'{"z": [[1, 2]], "evidence": []}', b"\xff\xfe",
+        b'{"z": [], "pose": {"position": [1]}}',
+    ]  # fmt: skip
+    messages, refused = through(JsonLines(), [b"\n".join([*bad, JSON[0].strip()]) + b"\n"])
+    assert len(refused) == len(bad)
+    assert [message.number for message in messages] == [3]
+
+
+def test_a_line_without_end_costs_one_refusal_and_bounded_memory() -> None:
+    format_ = JsonLines()
+    memory, refused = format_.start(), 0
+    for _ in range(40):
+        decoded = format_.decode(memory, b"x" * 2**16)
+        memory, refused = decoded.memory, refused + len(decoded.refused)
+        assert len(memory.data) <= 2**20
+    decoded = format_.decode(memory, b"\n" + JSON[0])
+    assert (refused, len(decoded.messages)) == (1, 1)
+
+
+def test_ais_gives_positions_and_passes_over_the_rest() -> None:
+    messages, refused = through(Nmea(), [b"".join(SENTENCES), b"$GPGGA,1,2*00\r\n"])
+    assert not refused
+    assert [message.axes for message in messages] == [
+        ("latitude", "longitude", "speed", "course"),
+        ("latitude", "longitude"),
+    ]
+    np.testing.assert_allclose(messages[0].z[0, :3], [37.802118, -122.341618, 0.0], atol=1e-6)  # as gpsd decodes it
+
+
+def test_ais_that_is_wrong_is_refused() -> None:
+    wrong = SENTENCES[0].replace(b"*5C", b"*5D")
+    for line in (wrong, b"!AIVDM,1,1,,B,15M67FC000G\n", b"hello\n", b"!AIVDM,2,3,4,A,0,0*1F\n"):
+        messages, refused = through(Nmea(), [line])
+        assert (len(messages), len(refused)) == (0, 1), line
+
+
+def test_asterix_names_sensors_and_finds_positions_times_and_marks() -> None:
+    messages, refused = through(Asterix(), [asterix_blocks()])
+    assert not refused
+    assert {message.sensor for message in messages} == {"2/17"}
+    assert [message.marker for message in messages] == ["north", "", "", "sector", ""]
+    np.testing.assert_allclose(messages[1].z, [[18520.0, np.pi / 4]])
+    assert (messages[1].axes, messages[1].time, messages[1].period) == (("range", "azimuth"), 3600.5, 86400.0)
+    assert messages[3].angle == pytest.approx(np.pi / 2)
+    assert (messages[4].time, messages[4].period) == (8.0, 512.0)
+    np.testing.assert_allclose(messages[4].z, [[18520.0, np.pi / 4]])
+
+
+def test_tracks_written_as_asterix_read_back() -> None:
+    pytest.importorskip("asterix.generated")
+    written = report(geodetic=lambda mean: (mean[:, 0] / 1e5, mean[:, 2] / 1e5, mean[:, 0]))
+    messages, refused = through(Asterix(sac=1, sic=2), [Asterix(sac=1, sic=2).encode(written)])
+    assert not refused
+    assert [message.time for message in messages] == [4000.25] * 2
+    assert messages[0].axes == ("latitude", "longitude")
+    np.testing.assert_allclose(messages[0].z, [[0.001, -0.020005]], atol=180 / 2**25)
+    messages, _ = through(Asterix(), [Asterix().encode(report())])
+    np.testing.assert_allclose([message.z[0] for message in messages], written.mean[:, [0, 2]], atol=0.25)
+
+
+def test_tracks_written_as_sentences_read_back() -> None:
+    lines = Nmea(sentence="TTM").encode(report()).decode().splitlines()
+    parts = [line.partition("*")[0].split(",") for line in lines]
+    far, bearing = np.array([[float(part[2]), float(part[3])] for part in parts]).T
+    np.testing.assert_allclose(far, np.hypot(*report().mean[:, [0, 2]].T) / 1852.0, atol=0.005)
+    np.testing.assert_allclose(bearing, np.rad2deg(np.arctan2(*report().mean[:, [0, 2]].T)) % 360, atol=0.051)
+    assert [part[12] for part in parts] == ["T", "Q"]
+    placed = report(geodetic=lambda mean: (np.array([59.5, -0.25]), np.array([-10.125, 170.0]), mean[:, 0]))
+    first = Nmea().encode(placed).decode().splitlines()[0].split(",")
+    assert first[2:6] == ["5930.0000", "N", "01007.5000", "W"]
+    with pytest.raises(ValueError, match="origin"):
+        Nmea().encode(report())
+
+
+def test_tracks_written_as_json_and_geojson_read_back() -> None:
+    placed = report(geodetic=lambda mean: (np.array([59.5, -0.25]), np.array([-10.125, 170.0]), mean[:, 0]))
+    told = json.loads(JsonLines().encode(placed))
+    assert [track["id"] for track in told["tracks"]] == [3, 70001]
+    assert [track["x"] for track in told["tracks"]] == placed.mean[:, 0].tolist()
+    assert told["tracks"][0]["sigma"] == {"x": 2.0, "vx": 1.0, "y": 3.0, "vy": 1.0}
+    places = json.loads(GeoJson().encode(placed))
+    assert [feature["geometry"]["coordinates"] for feature in places["features"]] == [[-10.125, 59.5], [170.0, -0.25]]
+
+
+def test_csv_units_and_empty_looks() -> None:
+    format_ = CsvLines(columns=("time", "range", "bearing"), units={"range": "NM", "bearing": "deg"})
+    messages, refused = through(format_, [b"1.0,2.0,90\n2.0,,\n3.0,1_0,5\n4.0,1.0\n"])
+    np.testing.assert_allclose(messages[0].z, [[3704.0, np.pi / 2]])
+    assert messages[1].z.shape == (0, 2)
+    assert len(refused) == 2
+    for wrong in ({"range": "parsec"}, {"speed": "kn"}):
+        with pytest.raises(ValueError, match="units"):
+            CsvLines(columns=("time", "range"), units=wrong)

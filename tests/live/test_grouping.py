@@ -1,0 +1,122 @@
+"""Messages become scans: by turn, sector, interval; times of the day; whose clock."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import vedette
+from vedette.streams import Message
+from vedette_files import Origin
+from vedette_live.grouping import Clock, Formed, Grouper, Grouping
+from vedette_live.placing import Placing
+
+SENSORS = vedette.build(
+    {
+        "estimator": {"kind": "ekf", "motion": {"kind": "constant_velocity", "sigma_accel": 0.5}},
+        "sensors": {
+            "radar": {"kind": "range_bearing", "sigma_range": 5.0, "sigma_bearing": 0.01},
+            "ais": {"kind": "cartesian_position", "sigma": 5.0},
+        },
+        "associator": {"kind": "gnn"},
+        "birth": {"kind": "from_returns", "spread": {"vx": 10.0, "vy": 10.0}},
+        "lifecycle": {"kind": "m_of_n"},
+    }
+).sensors
+ORIGIN = Origin(59.0, 10.0)
+PLACING = Placing(SENSORS, {"2/17": "radar"}, ORIGIN)
+
+
+def plot(time: float, azimuth: float = 0.3) -> Message:
+    return Message("2/17", time, np.array([[1000.0, azimuth]]), ("range", "azimuth"))
+
+
+def mark(time: float, kind: str = "north") -> Message:
+    return Message("2/17", time, np.zeros((0, 0)), marker=kind)
+
+
+def grouped(grouper: Grouper, messages: list[Message]) -> list[Formed]:
+    return [formed for message in messages for formed in grouper.add(message, message.time)]
+
+
+def test_a_turn_is_from_north_to_north_and_an_empty_one_is_a_scan() -> None:
+    grouper = Grouper(Grouping(by="turn"), PLACING)
+    came = [plot(0.1), mark(0.5), plot(1.0), plot(2.0), mark(3.0), mark(5.5), plot(6.0), mark(8.0)]
+    formed = grouped(grouper, came)
+    assert [(one.scan.time, len(one.scan.detections.z), one.messages) for one in formed] == [
+        (0.1, 1, 1),
+        (2.0, 2, 2),
+        (5.5, 0, 0),
+        (6.0, 1, 1),
+    ]
+    assert all(one.scan.sensor == "radar" and one.scan.detections.z.shape[1] == 2 for one in formed)
+
+
+def test_sectors_part_a_turn_and_silence_ends_a_scan() -> None:
+    grouper = Grouper(Grouping(by="sector", wait=0.5), PLACING)
+    formed = grouped(grouper, [mark(0.0), plot(0.1), mark(0.2, "sector"), plot(0.3), plot(0.35)])
+    assert [len(one.scan.detections.z) for one in formed] == [1]
+    assert list(grouper.due(0.8)) == []
+    assert [len(one.scan.detections.z) for one in grouper.due(0.9)] == [2]
+    assert list(grouper.rest()) == []
+
+
+def test_a_turn_without_marks_ends_after_its_longest_duration() -> None:
+    grouper = Grouper(Grouping(by="turn", length=2.0), PLACING)
+    formed = grouped(grouper, [plot(t) for t in (0.0, 1.0, 1.9, 2.1, 4.5)])
+    assert [one.scan.time for one in formed] == [1.9, 2.1]
+
+
+def test_intervals_are_of_the_sensors_clock() -> None:
+    grouper = Grouper(Grouping(by="interval", length=1.0), PLACING)
+    formed = grouped(grouper, [plot(t) for t in (0.2, 0.9, 1.0, 3.5)])
+    assert [one.scan.time for one in formed] == [0.9, 1.0]
+    assert [one.scan.time for one in grouper.rest()] == [3.5]
+
+
+def test_midnight_and_short_counters_are_unwrapped_to_when_a_message_came() -> None:
+    day, clock = 86400.0 * 20_000, Clock("sensor")
+    assert clock.time(86399.5, 86400.0, day - 0.1) == day - 0.5
+    assert clock.time(0.5, 86400.0, day + 0.6) == day + 0.5
+    assert clock.time(86399.9, 86400.0, day + 0.7) == pytest.approx(day - 0.1)  # late, of the day before
+    assert Clock("sensor").time(510.0, 512.0, 512.0 * 7 + 1.0) == 512.0 * 7 - 2.0
+    record = Clock("sensor")  # nobody knows when it came: from one message to the next
+    assert [record.time(t, 86400.0, None) for t in (86398.0, 86399.0, 1.0, 2.0)] == [86398.0, 86399.0, 86401.0, 86402.0]
+
+
+def test_the_offset_is_the_least_delay() -> None:
+    clock = Clock("offset")
+    delays = [0.3, 0.1, 0.5]
+    times = [clock.time(float(i), None, 1000.0 + i + delay) for i, delay in enumerate(delays)]
+    np.testing.assert_allclose(times, [1000.3, 1001.1, 1002.1])
+    assert Clock("receiver").time(5.0, None, 1000.0) == 1000.0
+    with pytest.raises(ValueError, match="time"):
+        Clock("sensor").time(None, None, None)
+
+
+def test_azimuths_become_bearings_and_latitudes_places() -> None:
+    (formed,) = Grouper(Grouping(), PLACING).add(plot(0.0, 0.25), 0.0)
+    np.testing.assert_allclose(formed.scan.detections.z, [[1000.0, np.pi / 2 - 0.25]])
+    report = Message("ais", 0.0, np.array([[59.0, 10.01, 5.0, np.pi / 2]]), ("latitude", "longitude", "speed", "course"))
+    (formed,) = Grouper(Grouping(), PLACING).add(report, 0.0)
+    x, y = formed.scan.detections.z[0]
+    assert abs(y) < 0.1
+    assert x == pytest.approx(
+        0.01 * 111_412.84 * np.cos(np.deg2rad(59.0)), rel=2e-3
+    )  # by the length of a degree at the equator
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        Message("3/1", 0.0, np.array([[1.0, 2.0]])),
+        Message("2/17", 0.0, np.array([[1.0, 2.0, 3.0]])),
+        Message("2/17", 0.0, np.array([[1.0, 2.0]]), ("x", "y")),
+        Message("2/17", None, np.array([[1.0, 2.0]])),
+    ],
+)
+def test_what_no_sensor_measures_is_refused_and_changes_nothing(message: Message) -> None:
+    grouper = Grouper(Grouping(by="turn"), PLACING)
+    with pytest.raises(ValueError, match=r"^(sensor|z|time): "):
+        list(grouper.add(message, None))
+    assert grouper.opened == {}

@@ -1,0 +1,94 @@
+"""Outputs: files that are moved away, sockets that come and go, browsers."""
+
+from __future__ import annotations
+
+import socket
+from pathlib import Path
+
+import pytest
+
+from vedette_live.addresses import Security
+from vedette_live.outputs.files import FileOutput
+from vedette_live.outputs.sockets import TcpServerOutput, UdpOutput, pieces
+from vedette_live.outputs.websocket import WebSocketOutput
+
+
+def test_a_file_that_was_moved_away_is_begun_anew_and_a_link_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "tracks"
+    with FileOutput(path=str(path)).open() as send:
+        send(b"one\n")
+        path.rename(tmp_path / "old")
+        send(b"two\n")
+    assert ((tmp_path / "old").read_bytes(), path.read_bytes()) == (b"one\n", b"two\n")
+    link = tmp_path / "link"
+    link.symlink_to(path)
+    with pytest.raises(OSError), FileOutput(path=str(link)).open():  # noqa: PT011
+        pass
+    assert path.read_bytes() == b"two\n"
+
+
+def test_long_reports_are_parted_at_line_ends() -> None:
+    data = b"".join(b"%04d" % i + b"x" * 295 + b"\n" for i in range(20))
+    parts = pieces(data)
+    assert b"".join(parts) == data
+    assert all(len(part) <= 1400 and part.endswith(b"\n") for part in parts)
+    assert pieces(b"y" * 5000) == [b"y" * 5000]
+
+
+def test_datagrams_arrive() -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as here:
+        here.bind(("127.0.0.1", 0))
+        here.settimeout(5.0)
+        with UdpOutput(port=here.getsockname()[1]).open() as send:
+            send(b"hello")
+        assert here.recv(100) == b"hello"
+
+
+def test_a_reader_that_goes_away_takes_nothing_from_the_others() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        port = other.getsockname()[1]
+    with TcpServerOutput(port=port).open() as send:
+        first, second = (socket.create_connection(("127.0.0.1", port), timeout=5.0) for _ in range(2))
+        with first, second:
+            got = b""
+            for _ in range(1000):  # until both are taken
+                send(b".")
+                second.setblocking(False)
+                try:
+                    got += second.recv(100)
+                    break
+                except BlockingIOError:
+                    continue
+            first.close()
+            second.settimeout(5.0)
+            send(b"a")
+            send(b"b\n")
+            while not got.endswith(b"\n"):
+                got += second.recv(100)
+            assert got.strip(b".") == b"ab\n"
+
+
+def test_a_browser_of_another_origin_and_a_wrong_token_are_refused(tmp_path: Path) -> None:
+    client = pytest.importorskip("websockets.sync.client")
+    exceptions = pytest.importorskip("websockets.exceptions")
+    token = tmp_path / "token"
+    token.write_text("correct horse battery staple")
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        port = other.getsockname()[1]
+    output = WebSocketOutput(port=port, security=Security(token_file=str(token)))
+    right = {"Authorization": "Bearer correct horse battery staple"}
+    with output.open() as send:
+        place = f"ws://127.0.0.1:{port}/"
+        for wrong in ({}, {"Authorization": "Bearer x"}, {**right, "Origin": "http://evil.example"}):
+            with pytest.raises(exceptions.InvalidStatus):
+                client.connect(place, additional_headers=wrong, open_timeout=5)
+        with client.connect(place, additional_headers=right, open_timeout=5) as here:
+            for _ in range(2000):
+                send(b'{"number": 1}\n')
+                try:
+                    assert here.recv(timeout=0.02) == '{"number": 1}\n'
+                    break
+                except TimeoutError:
+                    continue
+            else:
+                pytest.fail("nothing came")

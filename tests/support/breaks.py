@@ -1,0 +1,52 @@
+"""Components of a study broken one at a time: each break names beforehand the claims whose verdicts it moves."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+import pytest
+from attrs import evolve, frozen
+
+from vedette.reproduction import Cell, Claim
+
+
+@frozen
+class Break:
+    """What replaces an attribute of a component's class or module, made from the right one; the claims it moves."""
+
+    cls: Any
+    name: str
+    wrong: Callable[[Any], Any]
+    moves: tuple[str, ...]
+
+
+def sure(figures: Mapping[Any, Cell]) -> dict[Any, Cell]:
+    """Return the figures, trimmed where they are, as if they were without chance, so that few runs decide."""
+    values = {key: cell.measured if cell.trimmed is None else cell.trimmed[0] for key, cell in figures.items()}
+    return {key: evolve(cell, measured=values[key], error=0.0, trimmed=None) for key, cell in figures.items()}
+
+
+def verdicts(claims: Iterable[Claim]) -> dict[str, str]:
+    """Return text to verdict of what is judged, with remarks as such."""
+    return {claim.text: claim.verdict for claim in claims}
+
+
+def moved(study: Callable[[], Mapping[str, str]], right: Mapping[str, str], broken: Break) -> set[str]:
+    """Return the claims whose verdict differs from the right one while the component is broken."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(broken.cls, broken.name, broken.wrong(getattr(broken.cls, broken.name)))
+        now = study()
+    return {text for text, verdict in right.items() if now[text] != verdict}
+
+
+def named(claims: Iterable[str], beginnings: Iterable[str]) -> set[str]:
+    """Return the claims that begin so; each beginning must be that of one."""
+    found = {begin: [text for text in claims if text.startswith(begin)] for begin in beginnings}
+    assert all(len(texts) == 1 for texts in found.values()), found
+    return {text for texts in found.values() for text in texts}
+
+
+def made_of(elements: Iterable[Any]) -> set[str]:
+    """Return all components that a paper's elements name, as "role kind"."""
+    return {part for element in elements for part in element.made_of}

@@ -1,0 +1,121 @@
+"""What a report sees beyond means: correlations, the world's own start, mode probabilities, errors that are not white."""
+
+import numpy as np
+import pytest
+
+import vedette
+from testing.test_assert_consistent import IMM, LINEAR
+from testing.test_culprit import START, tracker
+from vedette.testing import Errors, Misuse, World, consistency
+
+
+def mixed(R, start=START, **more):
+    """A tracker whose sensor measures x and y with the covariance R."""
+    sensor = {"kind": "linear", "axes": ["x", "y"], "R": R, "H": [[1.0, 0.0], [0.0, 1.0]]}
+    return vedette.build(LINEAR | {"sensors": {"radar": sensor}, "birth": {"kind": "given", "start": start}} | more)
+
+
+PLAIN, TILTED = [[25.0, 0.0], [0.0, 25.0]], [[25.0, 22.5], [22.5, 25.0]]
+
+
+def wrong(report):
+    return {verdict.name for verdict in report.verdicts if not verdict.inside}
+
+
+def test_noise_that_is_correlated_is_seen_though_each_variance_is_right():
+    report = consistency(mixed(PLAIN), world=mixed(TILTED))
+    assert {"innovation covariance", "error covariance"} <= wrong(report)
+    assert "NIS of radar" not in wrong(report)
+    assert report.cause.startswith("R of radar between x and y is correlated by 0.9, not by ")
+    assert "; not Q, R of radar along x, R of radar along y" in report.cause
+    (told,) = (verdict for verdict in report.verdicts if verdict.name == "innovation covariance")
+    assert "x and y" in told.text
+    assert consistency(mixed(TILTED)).consistent
+
+
+def test_a_world_starts_where_it_says():
+    sharp = {name: [mean, deviation / 10] for name, (mean, deviation) in START.items()}
+    report = consistency(mixed(PLAIN, sharp), world=mixed(PLAIN))
+    assert "NEES by time" in wrong(report)
+    assert report.cause.startswith("the covariance of the start is ")
+    assert "small" in report.cause
+
+
+def switching(stay):
+    return vedette.build(IMM | {"estimator": IMM["estimator"] | {"transition": [[stay, 1 - stay], [1 - stay, stay]]}})
+
+
+def test_a_wrong_transition_is_named():
+    report = consistency(switching(0.5), world=switching(0.95), runs=400)
+    assert "modes" in wrong(report)
+    assert report.cause.startswith("the chain by which the modes switch")
+    (told,) = (
+        verdict for verdict in consistency(switching(0.95), world=switching(0.95)).verdicts if verdict.name == "modes"
+    )
+    assert told.inside
+    assert told.figure == pytest.approx(0.0, abs=1e-12)
+
+
+def test_one_culprit_is_named_where_one_explains():
+    """A bearing ten times too sharp once made the range's noise look 1.5 times too large."""
+    for seed in range(3):
+        cause = consistency(tracker(bearing=0.01), world=tracker(bearing=1.0), seed=seed).cause
+        assert cause == "R of radar along bearing is far too small; not Q, R of radar along range"
+
+
+@pytest.mark.parametrize(
+    ("errors", "words"),
+    [
+        (Errors(correlation=0.7), "correlated in time"),
+        (Errors(wild=0.06), "heavy tails"),
+        (Errors(growth=1.5), "change with the distance"),
+    ],
+    ids=["correlated", "wild", "distance"],
+)
+@pytest.mark.parametrize("bearing", [None, 1.0], ids=["linear", "polar"])
+def test_errors_that_are_not_white_are_named(errors, words, bearing):
+    right = tracker(bearing=bearing)
+    report = consistency(right, world=World(right.estimator, right.sensors, None, {"radar": errors}))
+    assert not report.consistent
+    assert words in report.cause
+
+
+def test_errors_that_are_drawn_have_the_size_that_is_stated():
+    rng = np.random.default_rng(0)
+    white, away = rng.standard_normal((20_000, 2)), np.full(20_000, 2.0)
+    for errors, size in ((Errors(wild=0.1), 1.0), (Errors(growth=1.0), 2.0), (Errors(correlation=0.9), 1.0)):
+        first, before = errors.shaped(white, None, away, rng)
+        then, _ = errors.shaped(rng.standard_normal((20_000, 2)), before, away, rng)
+        assert np.std(first) == pytest.approx(size, rel=0.05)
+        assert np.std(then) == pytest.approx(size, rel=0.05)
+        assert np.mean(first * then) / size**2 == pytest.approx(errors.correlation, abs=0.03)
+
+
+RATED = {"kind": "range_bearing_rate", "sigma_range": 5.0, "sigma_bearing": 0.005, "sigma_range_rate": 1.0}
+
+
+@pytest.mark.parametrize(
+    ("world", "place"),
+    [
+        (tracker(), "world.sensors.radar"),
+        (vedette.build(LINEAR | {"sensors": {"other": {"kind": "cartesian_position", "sigma": 5.0}}}), "world.sensors"),
+        (vedette.build(LINEAR | {"estimator": {"kind": "kalman", "motion": {"kind": "random_walk", "sigma": 1.0}},
+                                 "birth": {"kind": "given", "start": {"x": [0, 1], "y": [0, 1]}}}), "world"),
+    ],
+    ids=["what is measured", "names", "axes"],
+)  # fmt: skip
+def test_a_world_that_is_another_scene_is_refused_by_its_place(world, place):
+    with pytest.raises(Misuse) as refused:
+        consistency(tracker(bearing=1.0), world=world)
+    assert str(refused.value).split(":")[0] == place
+
+
+def test_a_world_may_have_axes_of_its_own():
+    wider = vedette.build(
+        LINEAR
+        | {
+            "estimator": {"kind": "kalman", "motion": {"kind": "constant_acceleration", "sigma_jerk": 0.3}},
+            "birth": {"kind": "given", "start": START | {"ax": [0, 0.1], "ay": [0, 0.1]}},
+        }
+    )
+    assert not consistency(tracker(), world=wider).consistent
