@@ -74,11 +74,12 @@ def _client(address: str, seconds: float) -> Any:
 
 
 def _threads(client: Any) -> int:
-    """Return the threads of the workers that are there now."""
+    """Return the threads of the workers that are there now; 0 where the scheduler has just gone away."""
     try:
-        return sum(each["nthreads"] for each in client.scheduler_info(n_workers=-1)["workers"].values())
+        told = client.scheduler_info(n_workers=-1)
     except TypeError:  # older Dask has no such argument
-        return sum(each["nthreads"] for each in client.scheduler_info()["workers"].values())
+        told = client.scheduler_info()
+    return sum(worker["nthreads"] for worker in told.get("workers", {}).values())
 
 
 @contextmanager
