@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import logging
 import sys
+from collections import deque
 from collections.abc import Callable, Iterable
 from functools import partial
 from threading import Event, Lock, Thread
@@ -16,8 +17,9 @@ from attrs import define, evolve, field
 from vedette.errors import InputError, VedetteError
 from vedette.space import Array
 from vedette.streams import Arrival, Saved, Storage, TrackReport, now
-from vedette.tracking import State
+from vedette.tracking import State, raw_sensors
 from vedette.types import Recording
+from vedette_files import DATED
 from vedette_live import saving
 from vedette_live.config import Feed, Service, Sink
 from vedette_live.counters import Counters
@@ -57,15 +59,17 @@ class Running:
     _numbers: dict[str, int] = field(factory=dict)
     _to_acknowledge: list[tuple[str, str, int]] = field(factory=list)
     _unsaved: list[TrackReport] = field(factory=list)
+    _left_out: deque[tuple[Formed, str]] = field(factory=deque)
     _sinks: list[_Sending] = field(factory=list)
     _store: Storage | None = None
     _recorder: Recorder | None = None
-    _digest: str = ""
+    _made: dict[str, Any] = field(factory=dict)
     _page: LivePage | None = None
     _came: float = 0.0
 
     def __attrs_post_init__(self) -> None:
-        parts, sensors = self.service.parts, self.service.experiment.tracker.sensors
+        parts, experiment = self.service.parts, self.service.experiment
+        sensors = raw_sensors(experiment.preprocessors, experiment.tracker.sensors)
         self._scans = BoundedQueue(parts.service.queue)
         self._groupers = [Grouper(feed.scans, Placing(sensors, feed.sensors, parts.service.origin)) for feed in parts.inputs]
         self._locks = [Lock() for _ in parts.inputs]
@@ -79,7 +83,11 @@ class Running:
         """Run. InputError if an input, an output or the store can never be used."""
         conduct = self.service.parts.service
         sys.setswitchinterval(0.001)  # a thread that computes would hold up one that has a datagram for 5 ms
-        self._restore()
+        try:
+            self._restore()
+        except BaseException:
+            self._close()
+            raise
         health = Health(conduct.port, self.counters.text, self._ailment) if conduct.port else None
         feeds = [
             Thread(target=self._listen, args=(i, feed), name=f"input {i}", daemon=True)
@@ -201,6 +209,12 @@ class Running:
         for dropped in self._scans.put(formed, wait=wait):
             self.counters.add("scans_dropped_total")
             self.counters.add("messages_dropped_total", dropped.messages)
+            self._leave_out(dropped, "dropped")
+
+    def _leave_out(self, formed: Formed, why: str) -> None:
+        """Let the record tell of a scan that was not taken."""
+        if self.service.parts.service.record:
+            self._left_out.append((formed, why))
 
     def _close_silent(self) -> None:
         """Take the scans that silence completes."""
@@ -217,28 +231,27 @@ class Running:
         """Take scans, and tell what came of them."""
         if self._window is None:
             self._window = self._begun(min(one.scan.time for one in formed))
-        window, by_scan = self._window, {id(one.scan): one for one in formed}
+        window, came = self._window, {id(one): one for one in formed}
         again, late = window.again, window.late
-        refused = window.take(one.scan for one in formed)
-        for scan, told in refused:
-            one = by_scan.pop(id(scan), None)
+        for one, told in window.take(formed):
             self.counters.add("scans_refused_total")
-            if one is not None:
+            if came.pop(id(one), None) is not None:
                 self.counters.add("messages_refused_total", one.messages)
                 self._to_acknowledge += one.acknowledge
-            LOG.warning("scan refused", extra={"sensor": scan.sensor, "scan_time": scan.time, "why": told})
+            self._leave_out(one, "refused")
+            LOG.warning("scan refused", extra={"sensor": one.scan.sensor, "scan_time": one.scan.time, "why": told})
         done = now()
-        for one in by_scan.values():
+        for one in came.values():
             self.counters.add("scans_taken_total")
             self.counters.add("messages_taken_total", one.messages)
             self.counters.latencies.append(done - one.arrived)
             self._to_acknowledge += one.acknowledge
         self.counters.add("scans_late_total", window.late - late)
         self.counters.add("scans_stepped_again_total", window.again - again)
-        if not by_scan:
+        if not came or not window.kept:
             return
         state = window.state
-        self._show(window, max(one.arrived for one in by_scan.values()))
+        self._show(window, max(one.arrived for one in came.values()))
         values = self.counters.values
         values["tracks"], values["tracks_confirmed"] = len(state.ids), int(np.count_nonzero(state.confirmed))
         values["scan_time_seconds"], values["scans_waiting"] = state.time, len(self._scans.items)
@@ -259,8 +272,9 @@ class Running:
         self._came = came
         latest, before = window.kept[-1], window.kept[-2].state if len(window.kept) > 1 else window.before
         if self._page is None:
-            notes = {} if conduct.origin is None else {"origin": str(conduct.origin)}
-            self._page = LivePage(experiment, Recording((), notes=notes), before, lambda: self._came, port=conduct.page)
+            self._page = LivePage(
+                experiment, Recording((), notes=self._notes()), before, lambda: self._came, port=conduct.page
+            )
             LOG.info("page", extra={"address": self._page.server.address})
         tracker = experiment.tracker
         modes = tracker.estimator.mode_prob(latest.state.belief)
@@ -271,11 +285,13 @@ class Running:
         assert self._window is not None
         for taken in self._window.settled(all_of_it=all_of_it):
             if self._recorder is not None:
-                self._recorder.write(taken.scan)
+                self._recorder.write(taken)
             if self._store is not None:
                 report = self.report(taken.state)
                 if report.confirmed.any():
                     self._unsaved.append(_of(report, report.confirmed))
+        while self._recorder is not None and self._left_out:
+            self._recorder.leave_out(*self._left_out.popleft())
 
     def report(self, state: State, time: float | None = None) -> TrackReport:
         """Return the tracks of a state, predicted to `time` if that is given."""
@@ -299,14 +315,14 @@ class Running:
         given = experiment.tracker.given(Recording(()))
         seeds = np.random.SeedSequence(experiment.seed).spawn(2)[1]
         start = experiment.tracker.start(given, -np.inf if given is None else time, seeds)
-        return Window(experiment.tracker, start, conduct.horizon, conduct.window)
+        return Window(experiment.tracker, start, conduct.horizon, conduct.window, experiment.preprocessors)
 
     # What is kept
 
     def _restore(self) -> None:
         """Open store and record, and go on from what was saved."""
         conduct, experiment = self.service.parts.service, self.service.experiment
-        self._digest = saving.digest_of(experiment.tracker, experiment.seed)
+        self._made = saving.made_by(experiment)
         if conduct.record:
             self._recorder = Recorder.append(conduct.record, experiment)
         if conduct.store is None:
@@ -317,12 +333,16 @@ class Running:
         saved = self._store.load()
         if saved is None:
             return
-        if saved.digest != self._digest:
-            LOG.error("the saved state is of another config, and is left out", extra={"saved": saved.digest[:12]})
+        try:
+            window = self._window_of(saved)
+        except VedetteError as error:
+            LOG.error("the saved state does not fit, and is left out", extra={"why": str(error)[:300]})
             return
-        tracker = experiment.tracker
-        window = Window(tracker, saving.state_from(tracker, saved.states["before"]), conduct.horizon, conduct.window)
-        window.take(saving.scan_from(given) for given in saved.states["scans"])
+        places, code = saving.changed(saved.states["made"], self._made)
+        if places:
+            LOG.warning("the saved state is of another config, and is used, as it fits", extra={"changed": places[:20]})
+        if code:
+            LOG.warning("the saved state was made by other code, and is used, as it fits", extra={"changed": code[:20]})
         self._window = window
         for grouper, clocks, feed in zip(self._groupers, saved.states["clocks"], self.service.parts.inputs, strict=False):
             grouper.clocks = saving.clocks_from(clocks, feed.scans.clock)
@@ -333,6 +353,14 @@ class Running:
             if name in self.counters.counts:
                 self.counters.add(name, count)
         LOG.info("restored", extra={"scan_time": window.state.time, "tracks": len(window.state.ids)})
+
+    def _window_of(self, saved: Saved) -> Window:
+        """Return the states that were saved; InputError if they are of another kind of tracker."""
+        conduct, experiment = self.service.parts.service, self.service.experiment
+        before = saving.state_from(experiment.tracker, saved.states["before"], saved.states["made"]["axes"])
+        window = Window(experiment.tracker, before, conduct.horizon, conduct.window, experiment.preprocessors)
+        window.take(saving.formed_from(given) for given in saved.states["scans"])
+        return window
 
     def _save(self) -> None:
         """Keep the state and the tracks since the last time; then acknowledge what they hold."""
@@ -347,15 +375,17 @@ class Running:
             with lock:
                 clocks.append(saving.clocks_data(grouper.clocks))
         states = {
-            "before": saving.state_data(self._window.before),
-            "scans": [saving.scan_data(taken.scan) for taken in self._window.kept],
+            "made": self._made,
+            "before": self._window.before.to_data(),
+            "scans": [saving.formed_data(one) for taken in self._window.kept for one in taken.formed],
             "clocks": clocks,
             "recorded": None if self._recorder is None else self._recorder.offset,
         }
         try:
             if self._recorder is not None:
                 self._recorder.flush()
-            self._store.save(Saved(self._digest, states, dict(self.counters.counts), numbers), self._unsaved)
+            saved = Saved(saving.digest_of(self._made), states, dict(self.counters.counts), numbers, self._notes())
+            self._store.save(saved, self._unsaved)
         except OSError as error:
             self.counters.add("saves_failed_total")
             self.ails["store"] = str(error)
@@ -366,6 +396,12 @@ class Running:
         self._unsaved, self._numbers = [], numbers
         self._acknowledge(self._to_acknowledge)
         self._to_acknowledge = []
+
+    def _notes(self) -> dict[str, str]:
+        """Return what x, y and times mean, as a recording's notes say it."""
+        parts = self.service.parts
+        notes = {} if parts.service.origin is None else {"origin": str(parts.service.origin)}
+        return notes | ({"time": DATED} if all(feed.scans.clock != "sensor" for feed in parts.inputs) else {})
 
     def _acknowledge(self, numbers: Iterable[tuple[str, str, int]]) -> None:
         """Answer those who number their messages, each connection once, with its latest."""
@@ -390,11 +426,13 @@ class Running:
             self._take(formed)
         if self._window is not None:
             self._save()
+        if self._recorder is not None and self._window is not None:
+            self._settle(all_of_it=True)  # after what the store knows of it: a restart cuts it off and takes it again
+        self._close()
+
+    def _close(self) -> None:
+        """Close record and store."""
         if self._recorder is not None:
-            for taken in () if self._window is None else self._window.settled(all_of_it=True):
-                self._recorder.write(
-                    taken.scan
-                )  # after what the store knows of it: a restart cuts it off and takes it again
             self._recorder.close()
         if self._store is not None:
             self._store.close()

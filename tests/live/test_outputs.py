@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from vedette import ConfigError
 from vedette_live.addresses import Security
 from vedette_live.outputs.files import FileOutput
 from vedette_live.outputs.sockets import TcpServerOutput, UdpOutput, pieces
@@ -24,9 +25,19 @@ def test_a_file_that_was_moved_away_is_begun_anew_and_a_link_is_refused(tmp_path
     assert ((tmp_path / "old").read_bytes(), path.read_bytes()) == (b"one\n", b"two\n")
     link = tmp_path / "link"
     link.symlink_to(path)
-    with pytest.raises(OSError), FileOutput(path=str(link)).open():  # noqa: PT011
+    with pytest.raises(ConfigError), FileOutput(path=str(link)).open():
         pass
     assert path.read_bytes() == b"two\n"
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["link", "old", "tracks"]
+
+
+def test_a_file_that_another_writes_is_left_alone(tmp_path: Path) -> None:
+    output = FileOutput(path=str(tmp_path / "tracks"))
+    with output.open() as send:
+        with pytest.raises(ConfigError), output.open():
+            pass
+        send(b"one\n")
+    assert (tmp_path / "tracks").read_bytes() == b"one\n"
 
 
 def test_long_reports_are_parted_at_line_ends() -> None:
