@@ -60,17 +60,19 @@ class Window:
     def take(self, formed: Iterable[Formed]) -> Refusals:
         """Take scans; return those that are refused, each with the reason. What it holds of the others is not changed."""
         refused, usable = Refusals(), list[Formed]()
-        for one in formed:
-            if one.scan.time < self.before.time or one.scan.time < self.latest - self.horizon:
-                told = f"is {self.latest - one.scan.time:.6g} s late, more than the horizon of {self.horizon:g} s"
+        latest = self.latest
+        for one in formed:  # as if each came alone: what is refused does not depend on which are taken together
+            if one.scan.time < self.before.time or one.scan.time < latest - self.horizon:
+                told = f"is {latest - one.scan.time:.6g} s late, more than the horizon of {self.horizon:g} s"
                 refused.append((one, f"time: {told}"))
             else:
                 usable.append(one)
+                self.late += one.scan.time < latest
+                latest = max(latest, one.scan.time)
         if usable:
             usable.sort(key=_order)
             at = self._place(usable[0].scan)
             former = [one for taken in self.kept[at:] for one in taken.formed]
-            self.late += sum(one.scan.time < self.latest for one in usable)
             self.again += len(self.kept) - at
             del self.kept[at:]
             in_order = sorted([*former, *usable], key=_order)  # the sort is stable: those of equal order stay as they came

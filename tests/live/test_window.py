@@ -79,6 +79,15 @@ def test_what_is_later_than_the_horizon_is_refused_and_changes_nothing() -> None
     assert one.state is before
 
 
+def test_what_is_refused_does_not_depend_on_which_scans_are_taken_together() -> None:
+    arriving = came([scans(20)[k] for k in (3, 0, 2, 1, 9, 4, 5, 8, 19, 6, 17)])
+    one, other = window(4.0), window(4.0)
+    refused = one.take(arriving)
+    assert [formed for formed, _ in refused] == [formed for each in arriving for formed, _ in other.take([each])]
+    assert [formed.scan.time for formed, _ in refused] == [4.0, 6.0]
+    np.testing.assert_array_equal(one.state.belief.mean, other.state.belief.mean)
+
+
 def test_bounded_work_settles_what_exceeds_the_window() -> None:
     one = window(100.0, most=5)
     for scan in scans(20):

@@ -1,0 +1,143 @@
+"""What a service records: scans with their arrivals, what it left out; replayed, it gives the same tracks."""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+from collections.abc import Iterator, Mapping
+from contextlib import closing
+from pathlib import Path
+from threading import Event
+from typing import Any, ClassVar, final
+
+import numpy as np
+from attrs import evolve, frozen
+
+import vedette
+from support.services import TRACKER, as_json, lines
+from vedette.streams import Arrival, Input
+from vedette.tracking import State
+from vedette.types import Scan
+from vedette_files import read_recording, write_recording
+from vedette_live.config import load_service
+from vedette_live.running import Running
+
+
+@final
+@frozen
+class Scripted(Input):
+    """Arrivals that are given."""
+
+    kind: ClassVar[str] = "scripted"
+    datagrams: ClassVar[bool] = True
+
+    arrivals: tuple[Arrival, ...]
+
+    def listen(self, stop: Event) -> Iterator[Arrival]:
+        yield from self.arrivals
+
+
+def ran(config: Mapping[str, Any], *inputs: tuple[Arrival, ...]) -> Running:
+    """Run a service to its end on arrivals that are given, in the place of standard input."""
+    service = load_service(config)
+    feeds = tuple(evolve(feed, input=Scripted(given)) for feed, given in zip(service.parts.inputs, inputs, strict=True))
+    running = Running(evolve(service, parts=evolve(service.parts, inputs=feeds)))
+    running.run()
+    return running
+
+
+def feed(**more: Any) -> dict[str, Any]:
+    return {"input": {"kind": "standard_input"}, "format": {"kind": "json_lines"}, **more}
+
+
+def replayed(record: Path, config: Mapping[str, Any]) -> State:
+    """Return the last state of `vedette run` on a record."""
+    steps = vedette.load({**config, "source": {"kind": "jsonl", "path": str(record)}}).steps()
+    return [state for _, state in steps][-1]
+
+
+def test_a_record_replays_to_the_last_bit_and_tells_arrivals_and_what_was_left_out(tmp_path: Path) -> None:
+    """Scans late by up to three others, and some by more: what was kept of the tracks is what the replay finds."""
+    told = [{**json.loads(line), "n": None} for line in lines(80)]
+    order = [k + d for k in range(0, 76, 4) for d in (3, 0, 2, 1)] + [76, 11, 77, 78, 79]
+    came = tuple(Arrival(json.dumps(told[k]).encode(), 1e6 + 0.5 * i) for i, k in enumerate(order))
+    record, base = tmp_path / "record.jsonl", tmp_path / "state.sqlite"
+    conduct = {"horizon": "10 s", "record": str(record), "store": {"kind": "sqlite", "path": str(base)}, "full": "wait"}
+    config = {**TRACKER, "inputs": [feed()], "service": conduct}
+    running = ran(config, came)
+    counts = running.counters.counts
+    assert (counts["scans_taken_total"], counts["scans_refused_total"]) == (80, 1)
+    assert counts["scans_late_total"] == 19 * 3
+    again = replayed(record, TRACKER)
+    assert as_json(again) == as_json(running.state)
+    entries = [json.loads(line) for line in record.read_bytes().splitlines()[1:]]
+    scans = [entry for entry in entries if "z" in entry]
+    arrived = {entry["time"]: entry["arrived"] for entry in scans}
+    assert arrived == {1.5 * k: 1e6 + 0.5 * order.index(k) for k in range(80)}
+    recording, _ = read_recording(record)
+    assert len(recording.scans) == 80
+    assert len(recording.refused) == sum("left_out" in entry for entry in entries) == 1
+    with closing(sqlite3.connect(base)) as direct:
+        rows = direct.execute("SELECT time, id, mean, cov FROM tracks ORDER BY time, id").fetchall()
+    result = vedette.load({**TRACKER, "source": {"kind": "jsonl", "path": str(record)}}).run()
+    found = {(time, track.id): i for track in result.tracks for i, time in enumerate(track.times.tolist())}
+    tracks = {track.id: track for track in result.tracks}
+    assert rows
+    for time, number, mean, cov in rows:
+        i = found[time, number]
+        assert (mean, cov) == (json.dumps(tracks[number].mean[i].tolist()), json.dumps(tracks[number].cov[i].tolist()))
+
+
+def test_scans_that_were_dropped_stand_in_the_record(tmp_path: Path) -> None:
+    record = tmp_path / "record.jsonl"
+    config = {**TRACKER, "inputs": [feed()], "service": {"queue": 1, "full": "drop", "record": str(record)}}
+    running = ran(config, tuple(Arrival(line, 5.0) for line in lines(80)))
+    counts = running.counters.counts
+    assert counts["scans_taken_total"] + counts["scans_dropped_total"] == 80
+    assert counts["scans_dropped_total"] > 0
+    recording, _ = read_recording(record)
+    assert (len(recording.scans), len(recording.refused)) == (counts["scans_taken_total"], counts["scans_dropped_total"])
+    assert as_json(replayed(record, TRACKER)) == as_json(running.state)
+
+
+POLAR = {
+    "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 0.05}},
+    "sensors": {
+        "radar": {"kind": "cartesian_position", "sigma": 20.0, "detection_probability": 0.9, "clutter_density": 2e-7}
+    },
+    "preprocessors": {
+        "radar": {
+            "kind": "unbiased_conversion",
+            "sensors": {"plots": {"kind": "range_bearing", "sigma_range": 8.0, "sigma_bearing": "0.5 deg"}},
+        }
+    },
+    "associator": {"kind": "jpda"},
+    "birth": {"kind": "from_returns", "spread": {"vx": 4.0, "vy": 4.0}},
+    "lifecycle": {"kind": "existence", "lifetime": "10 min", "confirm": 0.99, "delete": 0.01},
+}
+
+
+def polar(count: int) -> list[dict[str, Any]]:
+    rng, out = np.random.default_rng(7), []
+    for k in range(count):
+        x, y = 900.0 + 6.0 * k, 400.0 - 4.0 * k
+        z = [[float(np.hypot(x, y) + rng.normal(0, 8)), float(np.arctan2(y, x) + rng.normal(0, 0.008))]]
+        out.append({"time": 1.5 * k, "sensor": "plots", "z": z})
+    return out
+
+
+def test_preprocessors_make_what_the_tracker_takes_as_in_a_run(tmp_path: Path) -> None:
+    told = polar(40)
+    told[12], told[13] = told[13], told[12]
+    record = tmp_path / "record.jsonl"
+    config = {**POLAR, "inputs": [feed()], "service": {"horizon": "5 s", "record": str(record)}}
+    running = ran(config, tuple(Arrival(json.dumps(each).encode(), each["time"]) for each in told))
+    raw = vedette.load(POLAR).preprocessors["radar"].sensors["plots"].measurement
+    path = tmp_path / "raw.jsonl"
+    scans = tuple(Scan(each["time"], "plots", vedette.Detections.of(each["z"], 2)) for each in polar(40))
+    write_recording(path, vedette.Recording(scans), {"plots": raw})
+    expected = replayed(path, POLAR)
+    assert as_json(running.state) == as_json(expected)
+    assert as_json(replayed(record, POLAR)) == as_json(expected)
+    assert running.counters.counts["scans_taken_total"] == 40
+    assert expected.confirmed.any()
