@@ -191,8 +191,8 @@ class Running:
                     done = list(self._groupers[i].add(message, arrival.time, stream))
             except ValueError as error:
                 self._refuse(str(error), arrival, log)
-                if message.number is not None:
-                    self._acknowledge([(stream, message.sensor, message.number)])
+                if message.number is not None:  # the names of sensors that nobody knows are not kept: there may be very many
+                    self._acknowledge([(stream, message.sensor, message.number)], kept=False)
                 continue
             if message.marker:
                 self.counters.add("messages_taken_total")
@@ -403,14 +403,14 @@ class Running:
         notes = {} if parts.service.origin is None else {"origin": str(parts.service.origin)}
         return notes | ({"time": DATED} if all(feed.scans.clock != "sensor" for feed in parts.inputs) else {})
 
-    def _acknowledge(self, numbers: Iterable[tuple[str, str, int]]) -> None:
-        """Answer those who number their messages, each connection once, with its latest."""
+    def _acknowledge(self, numbers: Iterable[tuple[str, str, int]], *, kept: bool = True) -> None:
+        """Answer those who number their messages, each connection once, with its latest; `kept`: what has been taken."""
         latest = dict[tuple[str, str], int]()
         for stream, sensor, number in numbers:
             latest[stream, sensor] = max(number, latest.get((stream, sensor), -1))
         for (stream, sensor), number in latest.items():
             key = f"{stream.partition(' ')[0]} {sensor}"
-            if self._store is None:
+            if self._store is None and kept:
                 self._numbers[key] = max(number, self._numbers.get(key, -1))
             reply = self._replies.get(stream)
             if reply is not None:

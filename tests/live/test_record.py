@@ -4,50 +4,19 @@ from __future__ import annotations
 
 import json
 import sqlite3
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from contextlib import closing
 from pathlib import Path
-from threading import Event
-from typing import Any, ClassVar, final
+from typing import Any
 
 import numpy as np
-from attrs import evolve, frozen
 
 import vedette
-from support.services import TRACKER, as_json, lines
-from vedette.streams import Arrival, Input
+from support.services import TRACKER, as_json, feed, lines, ran
+from vedette.streams import Arrival
 from vedette.tracking import State
 from vedette.types import Scan
 from vedette_files import read_recording, write_recording
-from vedette_live.config import load_service
-from vedette_live.running import Running
-
-
-@final
-@frozen
-class Scripted(Input):
-    """Arrivals that are given."""
-
-    kind: ClassVar[str] = "scripted"
-    datagrams: ClassVar[bool] = True
-
-    arrivals: tuple[Arrival, ...]
-
-    def listen(self, stop: Event) -> Iterator[Arrival]:
-        yield from self.arrivals
-
-
-def ran(config: Mapping[str, Any], *inputs: tuple[Arrival, ...]) -> Running:
-    """Run a service to its end on arrivals that are given, in the place of standard input."""
-    service = load_service(config)
-    feeds = tuple(evolve(feed, input=Scripted(given)) for feed, given in zip(service.parts.inputs, inputs, strict=True))
-    running = Running(evolve(service, parts=evolve(service.parts, inputs=feeds)))
-    running.run()
-    return running
-
-
-def feed(**more: Any) -> dict[str, Any]:
-    return {"input": {"kind": "standard_input"}, "format": {"kind": "json_lines"}, **more}
 
 
 def replayed(record: Path, config: Mapping[str, Any]) -> State:

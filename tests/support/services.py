@@ -7,13 +7,15 @@ import os
 import socket
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
-from threading import Thread
+from threading import Event, Thread
 from time import monotonic, sleep
-from typing import Any
+from typing import Any, ClassVar, final
 
 import numpy as np
+from attrs import evolve, frozen
 
 import vedette
+from vedette.streams import Arrival, Input
 from vedette.tracking import State
 from vedette_live.config import load_service
 from vedette_live.running import Running
@@ -118,6 +120,34 @@ def reach(running: Running, port: int) -> socket.socket:
 
     wait_for(arrived)
     return here
+
+
+@final
+@frozen
+class Scripted(Input):
+    """Arrivals that are given."""
+
+    kind: ClassVar[str] = "scripted"
+    datagrams: ClassVar[bool] = True
+
+    arrivals: Iterable[Arrival]
+
+    def listen(self, stop: Event) -> Iterator[Arrival]:
+        yield from self.arrivals
+
+
+def ran(config: Mapping[str, Any], *inputs: Iterable[Arrival]) -> Running:
+    """Run a service to its end on arrivals that are given, in the place of standard input."""
+    service = load_service(config)
+    feeds = tuple(evolve(feed, input=Scripted(given)) for feed, given in zip(service.parts.inputs, inputs, strict=True))
+    running = Running(evolve(service, parts=evolve(service.parts, inputs=feeds)))
+    running.run()
+    return running
+
+
+def feed(**more: Any) -> dict[str, Any]:
+    """Return an input whose bytes are given, of JSON lines unless told."""
+    return {"input": {"kind": "standard_input"}, "format": {"kind": "json_lines"}, **more}
 
 
 def undisturbed(told: Iterable[bytes], tracker: Mapping[str, Any] = TRACKER) -> State:
