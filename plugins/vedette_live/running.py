@@ -38,6 +38,8 @@ _TICK = 0.05
 """s between looks at what silence completes."""
 _QUIET = 10.0
 """s between two lines of the log that say the same of one input."""
+_UNSAVED = 10_000
+"""Reports that wait for a store that cannot be written, as on a full disk; the oldest are dropped."""
 _REPORTS = 256
 """Reports that wait for one output; the oldest are dropped."""
 
@@ -57,8 +59,10 @@ class Running:
     _locks: list[Lock] = field(init=False)
     _replies: dict[str, Callable[[bytes], None]] = field(factory=dict)
     _numbers: dict[str, int] = field(factory=dict)
-    _to_acknowledge: list[tuple[str, str, int]] = field(factory=list)
-    _unsaved: list[TrackReport] = field(factory=list)
+    _seen: dict[str, int] = field(factory=dict)
+    _asked_again: deque[tuple[str, str, int]] = field(factory=deque)
+    _to_acknowledge: dict[tuple[str, str], int] = field(factory=dict)
+    _unsaved: deque[TrackReport] = field(factory=lambda: deque[TrackReport](maxlen=_UNSAVED))
     _left_out: deque[tuple[Formed, str]] = field(factory=deque)
     _sinks: list[_Sending] = field(factory=list)
     _store: Storage | None = None
@@ -129,6 +133,8 @@ class Running:
             elif self.stop.is_set() or not any(thread.is_alive() for thread in feeds):
                 return
             self._close_silent()
+            if self._store is None and self._asked_again:
+                self._acknowledge(self._numbers_now())
             if self._store is not None and now() - saved_at >= every:
                 self._save()
                 saved_at = now()
@@ -181,19 +187,22 @@ class Running:
             self._refuse(told, arrival, log)
         for message in decoded.messages:
             stream = f"{i} {arrival.stream}"
-            if message.number is not None and message.number <= self._numbers.get(f"{i} {message.sensor}", -1):
+            key = f"{i} {message.sensor}"
+            if message.number is not None and message.number <= max(self._seen.get(key, -1), self._numbers.get(key, -1)):
                 self.counters.add("messages_repeated_total")
                 self.counters.add("messages_taken_total")
-                self._acknowledge([(stream, message.sensor, message.number)])
+                self._asked_again.append((stream, message.sensor, message.number))
                 continue
             try:
                 with self._locks[i]:
                     done = list(self._groupers[i].add(message, arrival.time, stream))
             except ValueError as error:
                 self._refuse(str(error), arrival, log)
-                if message.number is not None:  # the names of sensors that nobody knows are not kept: there may be very many
-                    self._acknowledge([(stream, message.sensor, message.number)], kept=False)
+                if message.number is not None:
+                    self._reply(stream, message.sensor, message.number)
                 continue
+            if message.number is not None:
+                self._seen[key] = message.number
             if message.marker:
                 self.counters.add("messages_taken_total")
             for formed in done:
@@ -237,7 +246,7 @@ class Running:
             self.counters.add("scans_refused_total")
             if came.pop(id(one), None) is not None:
                 self.counters.add("messages_refused_total", one.messages)
-                self._to_acknowledge += one.acknowledge
+                _raise(self._to_acknowledge, one.acknowledge)
             self._leave_out(one, "refused")
             LOG.warning("scan refused", extra={"sensor": one.scan.sensor, "scan_time": one.scan.time, "why": told})
         done = now()
@@ -245,7 +254,7 @@ class Running:
             self.counters.add("scans_taken_total")
             self.counters.add("messages_taken_total", one.messages)
             self.counters.latencies.append(done - one.arrived)
-            self._to_acknowledge += one.acknowledge
+            _raise(self._to_acknowledge, one.acknowledge)
         self.counters.add("scans_late_total", window.late - late)
         self.counters.add("scans_stepped_again_total", window.again - again)
         if not came or not window.kept:
@@ -261,8 +270,7 @@ class Running:
                 sink.put(report, partial(self.report, state))
         self._settle()
         if self._store is None:
-            self._acknowledge(self._to_acknowledge)
-            self._to_acknowledge = []
+            self._acknowledge(self._numbers_now())
 
     def _show(self, window: Window, came: float) -> None:
         """Show the latest scan on the page."""
@@ -366,10 +374,7 @@ class Running:
         """Keep the state and the tracks since the last time; then acknowledge what they hold."""
         if self._store is None or self._window is None:
             return
-        numbers = dict(self._numbers)
-        for stream, sensor, number in self._to_acknowledge:
-            key = f"{stream.partition(' ')[0]} {sensor}"
-            numbers[key] = max(number, numbers.get(key, -1))
+        numbers = self._numbers_now()
         clocks = []
         for grouper, lock in zip(self._groupers, self._locks, strict=True):
             with lock:
@@ -385,7 +390,7 @@ class Running:
             if self._recorder is not None:
                 self._recorder.flush()
             saved = Saved(saving.digest_of(self._made), states, dict(self.counters.counts), numbers, self._notes())
-            self._store.save(saved, self._unsaved)
+            self._store.save(saved, list(self._unsaved))
         except OSError as error:
             self.counters.add("saves_failed_total")
             self.ails["store"] = str(error)
@@ -393,9 +398,8 @@ class Running:
             return
         self.ails.pop("store", None)
         self.counters.add("saves_total")
-        self._unsaved, self._numbers = [], numbers
-        self._acknowledge(self._to_acknowledge)
-        self._to_acknowledge = []
+        self._unsaved.clear()
+        self._acknowledge(numbers)
 
     def _notes(self) -> dict[str, str]:
         """Return what x, y and times mean, as a recording's notes say it."""
@@ -403,22 +407,35 @@ class Running:
         notes = {} if parts.service.origin is None else {"origin": str(parts.service.origin)}
         return notes | ({"time": DATED} if all(feed.scans.clock != "sensor" for feed in parts.inputs) else {})
 
-    def _acknowledge(self, numbers: Iterable[tuple[str, str, int]], *, kept: bool = True) -> None:
-        """Answer those who number their messages, each connection once, with its latest; `kept`: what has been taken."""
-        latest = dict[tuple[str, str], int]()
-        for stream, sensor, number in numbers:
-            latest[stream, sensor] = max(number, latest.get((stream, sensor), -1))
-        for (stream, sensor), number in latest.items():
+    def _numbers_now(self) -> dict[str, int]:
+        """Return the latest number of each input and sensor that is taken."""
+        numbers = dict(self._numbers)
+        for (stream, sensor), number in self._to_acknowledge.items():
             key = f"{stream.partition(' ')[0]} {sensor}"
-            if self._store is None and kept:
-                self._numbers[key] = max(number, self._numbers.get(key, -1))
-            reply = self._replies.get(stream)
-            if reply is not None:
-                named = {"sensor": sensor} if sensor else {}
-                try:
-                    reply(json.dumps({"ack": number, **named}).encode() + b"\n")
-                except OSError:
-                    self._replies.pop(stream, None)
+            numbers[key] = max(number, numbers.get(key, -1))
+        return numbers
+
+    def _acknowledge(self, numbers: dict[str, int]) -> None:
+        """Answer those who number their messages, each connection once, with its latest, now that all up to it is kept."""
+        self._numbers, done, self._to_acknowledge = numbers, self._to_acknowledge, {}
+        for _ in range(len(self._asked_again)):
+            stream, sensor, number = again = self._asked_again.popleft()
+            if number <= numbers.get(f"{stream.partition(' ')[0]} {sensor}", -1):
+                _raise(done, [again])
+            else:  # it waits to be taken, or to be saved
+                self._asked_again.append(again)
+        for (stream, sensor), number in done.items():
+            self._reply(stream, sensor, number)
+
+    def _reply(self, stream: str, sensor: str, number: int) -> None:
+        """Send an acknowledgement, if the connection is still there."""
+        reply = self._replies.get(stream)
+        if reply is not None:
+            named = {"sensor": sensor} if sensor else {}
+            try:
+                reply(json.dumps({"ack": number, **named}).encode() + b"\n")
+            except OSError:
+                self._replies.pop(stream, None)
 
     def _finish(self) -> None:
         """Take what waits, keep all, and close."""
@@ -514,6 +531,12 @@ class _Sparing:
             return
         self._since[event] = now(), 0
         LOG.warning(event, extra={"from": f"{self.name} {stream}"[:100], "why": told[:300], "more": count})
+
+
+def _raise(highest: dict[tuple[str, str], int], numbers: Iterable[tuple[str, str, int]]) -> None:
+    """Keep the highest number of each stream and sensor."""
+    for stream, sensor, number in numbers:
+        highest[stream, sensor] = max(number, highest.get((stream, sensor), -1))
 
 
 def _of(report: TrackReport, rows: Any) -> TrackReport:

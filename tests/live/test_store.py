@@ -56,6 +56,25 @@ def test_a_service_that_is_restarted_goes_on_to_the_last_bit(tmp_path: Path) -> 
     assert running.counters.counts["messages_repeated_total"] == 10
 
 
+def test_what_is_sent_again_before_it_was_saved_is_not_taken_twice(tmp_path: Path) -> None:
+    """The connection was lost, not the service; the answer goes to the new one, once all is saved."""
+    port, todo = free_port(), lines(40)
+    with served(config(tmp_path, port, save=3600.0)) as running:
+        with connected(port) as first:
+            first.sendall(b"".join(todo[:30]))
+            wait_for(lambda: running.counters.counts["scans_taken_total"] == 30)
+        with connected(port) as second:
+            second.sendall(b"".join(todo))
+            wait_for(lambda: running.counters.counts["messages_total"] == 70)
+            wait_for(lambda: running.counters.counts["scans_taken_total"] == 40)
+            running._save()
+            with second.makefile("rb") as told:
+                answers = [json.loads(told.readline()) for _ in range(2)]
+    assert {answer["sensor"]: answer["ack"] for answer in answers} == {"north": 39, "south": 38}
+    assert running.counters.counts["messages_repeated_total"] == 30
+    assert as_json(running.state) == as_json(undisturbed(todo))
+
+
 @pytest.mark.parametrize("kills", [2, pytest.param(10, marks=pytest.mark.nightly("eleven processes"))])
 def test_a_service_that_is_killed_goes_on_with_a_sender_that_repeats(tmp_path: Path, kills: int) -> None:
     port, todo, sent = free_port(), lines(200), 0
