@@ -135,7 +135,7 @@ class Running:
             self._close_silent()
             if self._store is None and self._asked_again:
                 self._acknowledge(self._numbers_now())
-            if self._store is not None and now() - saved_at >= every:
+            if now() - saved_at >= every:
                 self._save()
                 saved_at = now()
 
@@ -298,8 +298,21 @@ class Running:
                 report = self.report(taken.state)
                 if report.confirmed.any():
                     self._unsaved.append(_of(report, report.confirmed))
-        while self._recorder is not None and self._left_out:
-            self._recorder.leave_out(*self._left_out.popleft())
+        if self._recorder is not None:
+            while self._left_out:
+                self._recorder.leave_out(*self._left_out.popleft())
+            if all_of_it or len(self._recorder.waiting) >= TOGETHER:
+                self._write_record(self._recorder)
+
+    def _write_record(self, recorder: Recorder) -> None:
+        """Write what waits of the record; a full disk does not end the service, and is told."""
+        try:
+            recorder.flush()
+            self.ails.pop("record", None)
+        except OSError as error:
+            if "record" not in self.ails:
+                LOG.error("not recorded", extra={"why": str(error)})
+            self.ails["record"] = str(error)
 
     def report(self, state: State, time: float | None = None) -> TrackReport:
         """Return the tracks of a state, predicted to `time` if that is given."""
@@ -355,7 +368,7 @@ class Running:
         for grouper, clocks, feed in zip(self._groupers, saved.states["clocks"], self.service.parts.inputs, strict=False):
             grouper.clocks = saving.clocks_from(clocks, feed.scans.clock)
         self._numbers = dict(saved.acknowledged)
-        if self._recorder is not None and saved.states["recorded"] is not None:
+        if self._recorder is not None and "recorded" in saved.states:
             self._recorder.cut(saved.states["recorded"])
         for name, count in saved.counters.items():
             if name in self.counters.counts:
@@ -372,6 +385,8 @@ class Running:
 
     def _save(self) -> None:
         """Keep the state and the tracks since the last time; then acknowledge what they hold."""
+        if self._recorder is not None:
+            self._write_record(self._recorder)
         if self._store is None or self._window is None:
             return
         numbers = self._numbers_now()
@@ -379,16 +394,17 @@ class Running:
         for grouper, lock in zip(self._groupers, self._locks, strict=True):
             with lock:
                 clocks.append(saving.clocks_data(grouper.clocks))
-        states = {
+        states: dict[str, Any] = {
             "made": self._made,
             "before": self._window.before.to_data(),
             "scans": [saving.formed_data(one) for taken in self._window.kept for one in taken.formed],
             "clocks": clocks,
-            "recorded": None if self._recorder is None else self._recorder.offset,
         }
+        if self._recorder is not None:
+            states["recorded"] = self._recorder.end
         try:
-            if self._recorder is not None:
-                self._recorder.flush()
+            if self._recorder is not None and self._recorder.waiting:
+                raise OSError("the record cannot be written")
             saved = Saved(saving.digest_of(self._made), states, dict(self.counters.counts), numbers, self._notes())
             self._store.save(saved, list(self._unsaved))
         except OSError as error:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import sqlite3
-from collections.abc import Mapping
 from contextlib import closing
 from pathlib import Path
 from typing import Any
@@ -12,17 +11,10 @@ from typing import Any
 import numpy as np
 
 import vedette
-from support.services import TRACKER, as_json, feed, lines, ran
+from support.services import TRACKER, as_json, feed, lines, ran, replayed
 from vedette.streams import Arrival
-from vedette.tracking import State
 from vedette.types import Scan
 from vedette_files import read_recording, write_recording
-
-
-def replayed(record: Path, config: Mapping[str, Any]) -> State:
-    """Return the last state of `vedette run` on a record."""
-    steps = vedette.load({**config, "source": {"kind": "jsonl", "path": str(record)}}).steps()
-    return [state for _, state in steps][-1]
 
 
 def test_a_record_replays_to_the_last_bit_and_tells_arrivals_and_what_was_left_out(tmp_path: Path) -> None:

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import signal
 import sqlite3
 import subprocess
 import sys
+from io import FileIO
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import vedette
-from support.services import PATIENCE, TRACKER, as_json, connected, free_port, lines, served, undisturbed, wait_for
+from support.services import PATIENCE, TRACKER, as_json, connected, free_port, lines, replayed, served, undisturbed, wait_for
 from vedette.streams import Saved
 from vedette_live import saving
 from vedette_live.config import load_service
@@ -75,6 +78,37 @@ def test_what_is_sent_again_before_it_was_saved_is_not_taken_twice(tmp_path: Pat
     assert as_json(running.state) == as_json(undisturbed(todo))
 
 
+def test_a_full_disk_does_not_end_the_service_and_is_told(tmp_path: Path) -> None:
+    """The database may have no further page, and the record no further byte, for a while."""
+    port, todo, record = free_port(), lines(120), tmp_path / "record.jsonl"
+    with served(config(tmp_path, port, record=str(record))) as running:
+        counts = running.counters.counts
+        send(port, todo[:20], 20)
+        direct, recorder = running._store.connection, running._recorder  # type: ignore[union-attr]
+        assert recorder is not None
+        direct.execute(f"PRAGMA max_page_count = {direct.execute('PRAGMA page_count').fetchone()[0]}")
+        file, recorder.file = recorder.file, FullFile(recorder.file.fileno(), "r+b", closefd=False)
+        with connected(port) as here:
+            here.sendall(b"".join(todo[20:]))
+            wait_for(lambda: counts["scans_taken_total"] == 120)
+            wait_for(lambda: counts["saves_failed_total"] > 0)
+            assert set(running.ails) & {"store", "record"}
+            direct.execute("PRAGMA max_page_count = 1000000")
+            recorder.file = file
+            wait_for(lambda: not running.ails)
+    assert as_json(running.state) == as_json(undisturbed(todo))
+    assert as_json(replayed(record, TRACKER)) == as_json(running.state)
+
+
+class FullFile(FileIO):
+    """A file on a full disk, which takes a few bytes before it says so."""
+
+    def write(self, data: Any) -> int:
+        if len(data) < 10:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return super().write(data[:-9])
+
+
 @pytest.mark.parametrize("kills", [2, pytest.param(10, marks=pytest.mark.nightly("eleven processes"))])
 def test_a_service_that_is_killed_goes_on_with_a_sender_that_repeats(tmp_path: Path, kills: int) -> None:
     port, todo, sent = free_port(), lines(200), 0
@@ -96,8 +130,7 @@ def test_a_service_that_is_killed_goes_on_with_a_sender_that_repeats(tmp_path: P
     for scan in saved.states["scans"]:
         state = tracker.step(state, formed_from(scan).scan)
     assert as_json(state) == as_json(undisturbed(lines(200)))
-    result = vedette.load({**TRACKER, "source": {"kind": "jsonl", "path": str(record)}}).run()
-    assert len(result.scans) == 200
+    assert as_json(replayed(record, TRACKER)) == as_json(state)
 
 
 def test_a_damaged_state_is_told_and_the_one_before_it_used(tmp_path: Path) -> None:

@@ -7,6 +7,7 @@ import os
 import socket
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from pathlib import Path
 from threading import Event, Thread
 from time import monotonic, sleep
 from typing import Any, ClassVar, final
@@ -164,3 +165,9 @@ def as_json(state: State | None) -> str:
     """Return a state as text, to the last bit."""
     assert state is not None
     return json.dumps(state.to_data())
+
+
+def replayed(record: Path, config: Mapping[str, Any]) -> State:
+    """Return the last state of `vedette run` on a record."""
+    steps = vedette.load({**config, "source": {"kind": "jsonl", "path": str(record)}}).steps()
+    return [state for _, state in steps][-1]
