@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-import vedette_standard as standard
-from vedette_standard.regions import Polygon
 
 import vedette
+import vedette_standard as standard
 from vedette import Detections, Scan
+from vedette_standard.regions import Polygon
 
 FRONT = Polygon([[0.0, -100.0], [500.0, -100.0], [500.0, 100.0], [0.0, 100.0]])
 CONFIG = {

@@ -204,6 +204,7 @@ class Score:
     ospa2_m: Number = _of("m", "OSPA(2) of whole tracks", "ospa2", detail=True)
     mota: Number = _of("1", "MOTA", "mota")
     motp_m: Number = _of("m", "MOTP, mean distance of covered objects", "motp", detail=True)
+    idf1: Number = _of("1", "IDF1, identities kept over the whole run", "idf1", detail=True)
     hota: Number = _of("1", "HOTA", "hota")
     hota_detection: Number = _of("1", "HOTA's part of detection", "hota_detection", detail=True)
     hota_association: Number = _of("1", "HOTA's part of association", "hota_association", detail=True)

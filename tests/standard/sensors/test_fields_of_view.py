@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-import vedette_standard as standard
-from vedette_standard.regions import Polygon
-from vedette_standard.sensors.view import Detection, Sector
 
 import vedette
+import vedette_standard as standard
 from vedette import Detections, Gaussian, Pose, Scan
 from vedette.sampling import Bounds, draw_clutter
+from vedette_standard.regions import Polygon
+from vedette_standard.sensors.view import Detection, Sector
 
 TRIANGLE = Polygon([[0.0, 0.0], [400.0, 0.0], [0.0, 300.0]])
 BESIDE = Polygon([[-500.0, -500.0], [-100.0, -500.0], [-100.0, 0.0]])
@@ -83,7 +83,7 @@ def test_the_size_of_a_view_is_found_from_within_from_outside_and_from_a_platfor
         far = {"polygons": (TRIANGLE,), "clutter_per_scan": 6.0, "max_range": 700.0}
         there = standard.PolarPosition(1.0, 0.1, **far).at(Pose(np.array([x, y])))
         assert there.clutter(np.zeros((1, 2))) == standard.PolarPosition(1.0, 0.1, x=x, y=y, **far).clutter(np.zeros((1, 2)))
-    with pytest.raises(ValueError, match="^polygons:"):
+    with pytest.raises(ValueError, match=r"^polygons:"):
         standard.PolarPosition(1.0, 0.1, **far).at(Pose(np.array([2e3, 0.0])))
 
 
