@@ -14,10 +14,10 @@ from pathlib import Path
 import numpy as np
 from attrs import define, field
 from scipy.optimize import linear_sum_assignment
-from vedette_boxes import judge_files, overlap, read_rows, write_rows
 
 import vedette
 from vedette.space import Array
+from vedette_boxes import judge_files, overlap, read_rows, write_rows
 
 BOXES = Path(__file__).parent.parent / "examples" / "boxes"
 LEAST_OVERLAP, MAX_AGE, MIN_HITS = 0.3, 1, 3

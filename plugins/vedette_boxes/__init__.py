@@ -47,7 +47,10 @@ def vedette_files(folder: Path, experiment: vedette.Experiment, result: vedette.
     return results(folder, experiment, result)
 
 
-def judge_files(truth: str | Path, results: str | Path) -> dict[str, float]:
-    """Return HOTA and its parts, MOTA and IDF1 of a file of results, whose true boxes with a 0 as 7th number do not count."""
-    true = read_rows(Path(truth))
-    return judged(of_files(true.of(true.score != 0), read_rows(Path(results))))
+def judge_files(truth: str | Path, results: str | Path, first: int = 0) -> dict[str, float]:
+    """Return HOTA and its parts, MOTA and IDF1 of a file of results, from frame `first` on.
+
+    True boxes whose 7th number is 0 do not count.
+    """
+    true, found = read_rows(Path(truth)), read_rows(Path(results))
+    return judged(of_files(true.of((true.score != 0) & (true.frame >= first)), found.of(found.frame >= first)))

@@ -7,7 +7,7 @@ from typing import final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Mask, fields
+from vedette import Array, Indices, Mask, fields
 from vedette_boxes.rows import Rows, overlap
 
 INNERMOST = 1e-6
@@ -55,14 +55,28 @@ def fitted(score: Array, target: Mask) -> Calibration:
     return Calibration(slope=float(w[0]), offset=float(w[1] - np.log(targets / others)))
 
 
-def of_targets(found: Rows, truth: Rows, least: float = 0.5) -> Mask:
-    """Return which detections (n,) overlap a true box by `least`, each true box being found once, best overlaps first."""
-    target = np.zeros(len(found.frame), dtype=bool)
+def of_targets(found: Rows, truth: Rows, least: float = 0.5) -> Indices:
+    """Return the row of the true box that each detection (n,) overlaps by `least`, -1 for none; each is found once, the best
+    overlaps first.
+    """
+    target = np.full(len(found.frame), -1)
     for number in np.unique(found.frame):
-        rows, there = np.flatnonzero(found.frame == number), truth.frame == number
+        rows, there = np.flatnonzero(found.frame == number), np.flatnonzero(truth.frame == number)
         alike = overlap(found.box[rows], truth.box[there])
         while alike.size and alike.max() >= least:
             i, j = np.unravel_index(int(np.argmax(alike)), alike.shape)
-            target[rows[i]] = True
+            target[rows[i]] = there[j]
             alike[i], alike[:, j] = -1.0, -1.0
     return target
+
+
+def confused(named: Indices, real: Indices, classes: int) -> Array:
+    """Return the matrix of confusion (c, c) of detections (k,) named from 1 to `classes`, whose objects are `real` (k,).
+
+    One more of each pair is counted than there was, so that nothing seen is impossible.
+    """
+    known = (named >= 1) & (named <= classes) & (real >= 1) & (real <= classes)
+    counts = np.ones((classes, classes))
+    np.add.at(counts, (real[known] - 1, named[known] - 1), 1.0)
+    table: Array = counts / np.sum(counts, axis=1, keepdims=True)
+    return table

@@ -10,12 +10,14 @@ from typing import Any
 import numpy as np
 
 from vedette import InputError
-from vedette.space import Array
-from vedette_boxes.calibration import fitted, of_targets
+from vedette.space import Array, Indices
+from vedette_boxes.calibration import confused, fitted, of_targets
 from vedette_boxes.rows import Rows, numbers_of, overlap, read_rows
 from vedette_boxes.sources.mot import sequence_info
 from vedette_files.input_files import lines
 
+NOT_TOLD = {"calibration": "", "classes": "", "identity": ""}
+MOST_CLASSES = 100
 LOOK = 20
 """So many lines tell the format."""
 TYPICAL = 1.4826
@@ -32,7 +34,7 @@ seed = 1
 kind = "mot"
 path = {path}
 {truth}rate = {rate:g}
-{calibration}
+{classes}{calibration}
 [sensors.camera]
 kind = "box"
 sigma_place = {place:.3g}  # by the second differences of boxes that overlap from frame to frame
@@ -56,7 +58,7 @@ probability = 0.99
 [associator]
 kind = "jpda"
 
-[birth]
+{identity}[birth]
 kind = "from_returns"
 spread = {{ vx = {speed:.3g}, vy = {speed:.3g} }}  # px/s: a height a second
 
@@ -150,11 +152,11 @@ def _facts(found: Rows, true: Rows | None, frames: int) -> dict[str, Any]:
     """Return P_D, false boxes and calibration, by the first half of the true boxes if there are any."""
     if true is None:
         guess = "not told without true boxes, as is the number of false ones: `vedette tune THIS.toml` fits both"
-        return {"detected": 0.8, "false": max(0.1 * len(found.frame) / frames, 0.1), "detected_from": guess, "calibration": ""}
+        return {"detected": 0.8, "false": max(0.1 * len(found.frame) / frames, 0.1), "detected_from": guess, **NOT_TOLD}
     half = found.frame[0] + frames // 2
     early, real = found.of(found.frame < half), true.of((true.frame < half) & (true.score != 0))
-    target = of_targets(early, real)
-    calibration = ""
+    which = of_targets(early, real)
+    target, calibration = which >= 0, ""
     if np.all((early.score >= 0) & (early.score <= 1)):
         try:
             fit = fitted(early.score, target)
@@ -167,4 +169,27 @@ def _facts(found: Rows, true: Rows | None, frames: int) -> dict[str, Any]:
         "false": max(np.count_nonzero(~target) / max(frames // 2, 1), 0.01),
         "detected_from": "by the first half of the true boxes, as is the number of false ones",
         "calibration": calibration,
+        **_classes(early, real, which),
     }
+
+
+def _classes(found: Rows, real: Rows, which: Indices) -> dict[str, str]:
+    """Return what classes the detector names and confuses; nothing if it names one or none."""
+    classes = int(np.max(found.kind, initial=0))
+    target = which >= 0
+    if not 2 <= classes <= MOST_CLASSES or not np.all((real.kind >= 1) & (real.kind <= classes)):
+        return {"classes": "", "identity": ""}
+    table = confused(found.kind[target], real.kind[which[target]], classes)
+    share = np.bincount(real.kind - 1, minlength=classes) + 1.0
+    false = np.bincount(np.maximum(found.kind[~target] - 1, 0), minlength=classes) + 1.0
+    lines_of = {"confusion": table, "share": share / share.sum(), "false_share": false / false.sum()}
+    text = "".join(f"{name} = {json.dumps(_rounded(values))}\n" for name, values in lines_of.items())
+    head = "[identity]  # by the first half of the true boxes: of each class a row, how it is named; how common they are\n"
+    return {"classes": "classes = true\n", "identity": f"{head}{text}\n"}
+
+
+def _rounded(values: Array) -> Any:
+    """Return probabilities with four digits whose sums are 1."""
+    rounded = np.round(values, 4)
+    rounded[..., -1] += 1.0 - np.sum(rounded, axis=-1)
+    return np.round(rounded, 4).tolist()

@@ -119,7 +119,9 @@ class OfRun:
         for i, rows in enumerate(found.rows):
             there = np.flatnonzero(found.truth.alive[i])
             estimates = found.entries.mean[rows][:, where]
-            self._frames.add(block.which[there], found.truth.states[i, there][:, where], found.entries.track[rows], estimates)
+            self._frames.add(
+                block.which[there], found.truth.states[i, there][:, where], found.entries.track[rows], estimates
+            )
 
     def value(self) -> float | None:
         """Return the figure of all scans so far."""
@@ -142,7 +144,4 @@ TOLD: Mapping[str, str] = {
 def figures() -> Sequence[Figure]:
     """Return the figures of runs of boxes."""
     starts: dict[str, Callable[[], OfRun]] = {name: partial(OfRun, name) for name in TOLD}
-    return [
-        Figure(f"box_{name}", "1", about, study=f"box_{name}", within=(-np.inf, 1.0), detail=name != "hota", start=starts[name])
-        for name, about in TOLD.items()
-    ]
+    return [Figure(f"box_{name}", "1", about, within=(-np.inf, 1.0), start=starts[name]) for name, about in TOLD.items()]

@@ -1,4 +1,4 @@
-"""Files as MOTChallenge has them: a box a line, `frame, id, left, top, width, height, score, class, ...`, without a header."""
+"""Files as MOTChallenge has them: a box a line, `frame, id, left, top, width, height, score, class, ..`, without header."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, InputError, Problem
+from vedette import Array, Indices, InputError, Mask, Problem
 from vedette.writing import whole_file
 from vedette_files.input_files import lines, shown
 
@@ -20,14 +20,14 @@ FEWEST, MOST = 6, 12
 class Rows:
     """Boxes (n,) by frame: frame and id (n,), box (n, 4) as middle and sides in px, score (n,), kind (n,), -1 for none."""
 
-    frame: Array
-    id: Array
+    frame: Indices
+    id: Indices
     box: Array
     score: Array
-    kind: Array
+    kind: Indices
     refused: tuple[Problem, ...] = ()
 
-    def of(self, keep: Array) -> Rows:
+    def of(self, keep: Mask) -> Rows:
         """Return some of them."""
         return Rows(self.frame[keep], self.id[keep], self.box[keep], self.score[keep], self.kind[keep], self.refused)
 
@@ -61,7 +61,9 @@ def read_rows(path: Path) -> Rows:
     values = np.array([(row + [-1.0, -1.0])[:8] for row in found])
     values = values[np.argsort(values[:, 0], kind="stable")]
     box = np.concatenate([values[:, 2:4] + 0.5 * values[:, 4:6], values[:, 4:6]], axis=1)
-    return Rows(values[:, 0].astype(int), values[:, 1].astype(int), box, values[:, 6], values[:, 7].astype(int), tuple(refused))
+    return Rows(
+        values[:, 0].astype(int), values[:, 1].astype(int), box, values[:, 6], values[:, 7].astype(int), tuple(refused)
+    )
 
 
 def write_rows(path: Path, rows: Iterable[tuple[int, int, Array, float]]) -> None:

@@ -161,7 +161,7 @@ _SHARE = (0.0, 1.0)
 class Score:
     """The figures of one run, as docs/metrics.md defines them; None where there is none, as without truth or tracks.
 
-    `more`: those that plugins bring, by name.
+    `more`: those that plugins bring, by name; `figures` leaves out those that this run has not.
     """
 
     scans: int = _of("1", "scans that were judged", default=attrs.NOTHING)
@@ -228,8 +228,8 @@ class Score:
 
     def figures(self) -> dict[str, Any]:
         """Return plain numbers, tuples and tables by name, as JSON takes them; nothing is NaN."""
-        told = attrs.asdict(self)
-        return {**{name: value for name, value in told.items() if name not in ("more", "truths")}, **told["more"]} | {
+        told, more = attrs.asdict(self), {name: value for name, value in self.more.items() if value is not None}
+        return {**{name: value for name, value in told.items() if name not in ("more", "truths")}, **more} | {
             "truths": told["truths"]
         }
 

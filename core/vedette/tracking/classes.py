@@ -1,10 +1,10 @@
-"""Classes by which returns name their objects, as a camera's detector does: many objects share one, and some are confused."""
+"""Classes by which returns name their objects, as a camera's detector does: many objects share one, some are confused."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from vedette.space import Array, Indices
+from vedette.space import Array, Indices, Mask
 
 _SUM = 1e-6
 
@@ -40,7 +40,8 @@ def class_evidence(shares: Array, codes: Indices, confusion: Array, false: Array
     seen = np.broadcast_to(seen, (*of_track.shape[:-1], seen.shape[-1]))
     other = false if len(false) else np.full(len(confusion), 1.0 / len(confusion))
     with np.errstate(divide="ignore"):
-        return np.where(known, np.log(np.take_along_axis(of_track, seen, -1)) - np.log(other[seen]), 0.0)
+        ratio: Array = np.where(known, np.log(np.take_along_axis(of_track, seen, -1)) - np.log(other[seen]), 0.0)
+    return ratio
 
 
 def given_classes(shares: Array, weights: Array, codes: Indices, confusion: Array) -> Array:
@@ -54,9 +55,10 @@ def given_classes(shares: Array, weights: Array, codes: Indices, confusion: Arra
     given = np.where(known[..., None] & (total > 0), likely / np.where(total > 0, total, 1.0), shares[..., None, :])
     own = weights[..., 1:]
     left = np.maximum(1.0 - np.sum(own, axis=-1, keepdims=True), 0.0)
-    return left * shares + np.sum(own[..., None] * given, axis=-2)
+    after: Array = left * shares + np.sum(own[..., None] * given, axis=-2)
+    return after
 
 
-def _known(codes: Indices, confusion: Array) -> Array:
+def _known(codes: Indices, confusion: Array) -> Mask:
     """Return whether codes are classes of the matrix."""
     return (codes >= 0) & (codes < len(confusion))

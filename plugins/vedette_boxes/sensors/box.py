@@ -16,9 +16,7 @@ LEAST = 1.0
 
 
 def _pair(numbers: Array) -> str | None:
-    if len(numbers) != 2 or not 0 < numbers[0] or (len(numbers) == 2 and not 0 < numbers[1]):
-        return f"must be two numbers > 0, got {numbers.tolist()}"
-    return None
+    return None if len(numbers) == 2 and np.all(numbers > 0) else f"must be two numbers > 0, got {numbers.tolist()}"
 
 
 def _range(numbers: Array) -> str | None:
@@ -49,9 +47,7 @@ class Box(Sensor):
     detection_probability: float = fields.probability("probability that a target in the image is detected", default=0.9)
     clutter_per_scan: float = fields.quantity("1", "expected number of false boxes in a frame", default=1.0, at_least=0)
     image: Array = fields.array("px", "width and height of the image", ndim=1, default=(1920.0, 1080.0), check=_pair)
-    sizes: Array = fields.array(
-        "px", "least and greatest side of a false box", ndim=1, default=(10.0, 1000.0), check=_range
-    )
+    sizes: Array = fields.array("px", "least and greatest side of a false box", ndim=1, default=(10.0, 1000.0), check=_range)
 
     @property
     def observes(self) -> Space:
@@ -95,7 +91,8 @@ class Box(Sensor):
     def covers(self, z: Array) -> Mask:
         """Return whether a false box may lie at z: (*b, 4) -> (*b)."""
         low, high = self.sizes
-        return self._in_image(z) & np.all((z[..., 2:] >= low) & (z[..., 2:] <= high), axis=-1)
+        inside: Mask = self._in_image(z) & np.all((z[..., 2:] >= low) & (z[..., 2:] <= high), axis=-1)
+        return inside
 
     def clutter(self, z: Array) -> Array:
         """Return the density of false boxes, beyond the limits as at them: (*b, 4) -> (*b) in 1/px^4."""

@@ -40,6 +40,9 @@ class MotSource(Source):
     rate: float = fields.quantity("1/s", "frames a second", default=30.0, above=0)
     frames: int = fields.integer("number of frames; default: up to the last one with a box", default=0)
     least_score: float = fields.quantity("1", "boxes with a lower score are left out", default=-1e9)
+    classes: bool = fields.flag(
+        "take the 8th number, from 1 on, as a class, which `identity.confusion` of the tracker weighs", default=False
+    )
     calibration: Calibration | None = fields.part("what a score says; default: nothing", default=None)
 
     def open(self, sensors: Mapping[str, Sensor], rng: np.random.Generator) -> Recording:
@@ -70,9 +73,8 @@ class MotSource(Source):
 
     def _detections(self, rows: Rows, part: slice) -> Detections:
         evidence = None if self.calibration is None else self.calibration.evidence(rows.score[part])
-        kind = rows.kind[part]
-        named = kind if (rows.kind >= 0).any() else None
-        return Detections(rows.box[part], np.ones(len(kind), dtype=bool), evidence=evidence, identity=named)
+        named = np.maximum(rows.kind[part] - 1, -1) if self.classes else None
+        return Detections(rows.box[part], np.ones(len(rows.box[part]), dtype=bool), evidence=evidence, identity=named)
 
     def _trajectories(self, rows: Rows) -> tuple[Trajectory, ...]:
         counted = rows.of(rows.score != 0)
