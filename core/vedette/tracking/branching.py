@@ -116,7 +116,7 @@ def branch_out(it: Expected, by: Branched, rows: Rows, p_detect: Array) -> tuple
     shown_existence = associator.shown_existence(branching.hypotheses, rows.existence)
     last = _last(it, branching)
     of_target = associator.existence(branching.hypotheses, rows.existence, last)
-    rows, alive = _reviewed(it, rows, of_target, branching.parent, hit, p_detect)
+    rows, alive = _reviewed(it, rows, of_target, shown_existence, branching.parent, hit, p_detect)
     unseen = births.looked(it, it.memory, by.claims)
     if not alive.all():
         unseen = births.recycled(it, unseen, rows.belief, ~alive, rows.existence * probability)
@@ -175,17 +175,19 @@ def _merged(it: Expected, branching: Branching, rows: Rows, hit: Array) -> tuple
     return Branching(branching.parent[past], branching.choice[past], merging.hypotheses), after, seen
 
 
-def _reviewed(it: Expected, rows: Rows, of_target: Array, parent: Indices, hit: Array, p_detect: Array) -> tuple[Rows, Mask]:
+def _reviewed(
+    it: Expected, rows: Rows, of_target: Array, shown: Array, parent: Indices, hit: Array, p_detect: Array
+) -> tuple[Rows, Mask]:
     """Return the leaves judged by the lifecycle, and which of them go on; those that have just begun do.
 
-    of_target (l,): the existence of each leaf's target, by which it is confirmed and ends. It also ends if its own is so
-    small that its hypotheses may as well hold no target.
+    of_target (l,): the existence of each leaf's target, by which it is confirmed and ends. It also ends if that which it is
+    shown with, `shown` (l,), is so small that its hypotheses may as well hold no target.
     """
     count = int(np.count_nonzero(parent >= 0))
     old, new = slice(count), len(rows.ids) - count
     belief, memory = pytrees.take(rows.belief, old, 0), pytrees.take(rows.memory, old, 0)
     memory, confirmed, alive = judged(it.plan, belief, memory, it.dt, of_target[old], hit[old], p_detect[parent[old]])
-    alive = alive & (rows.existence[old] >= it.plan.lifecycle.least_existence)
+    alive = alive & (shown[old] >= it.plan.lifecycle.least_existence)
     if new == 0:
         return evolve(rows, memory=memory, confirmed=confirmed), alive
     memory = pytrees.join(memory, pytrees.take(rows.memory, slice(count, None), 0), 0)
