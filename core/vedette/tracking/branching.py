@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from attrs import evolve, frozen
 
-from vedette.filters.mixing import merged
 from vedette.hypotheses import LOST, Branching, HypothesisAssociator, LeafScores
 from vedette.sampling.generators import NotInLockStep
 from vedette.space import Array, Indices, Mask
@@ -18,7 +17,7 @@ from vedette.tracking import births, pytrees
 from vedette.tracking.expected import Expected
 from vedette.tracking.identity import Names
 from vedette.tracking.rows import Rows, judged
-from vedette.types import Newborn
+from vedette.types import Mixtures, Newborn
 
 MOST_RETURNS = 2**32
 """More than a scan has returns."""
@@ -168,8 +167,7 @@ def _merged(it: Expected, branching: Branching, rows: Rows, hit: Array) -> tuple
     nothing, some = np.flatnonzero(total == 0.0), mass > 0.0  # what is of no target at all is as its own leaf
     into, leaf = np.append(merging.into[some], nothing), np.append(merging.leaf[some], past[nothing])
     shares = np.append(mass[some] / total[merging.into[some]], np.ones(len(nothing)))
-    mixture = merged(estimate, into, leaf, shares, count, plan.state)
-    belief = plan.estimator.start(mixture, plan.state, it.rng)
+    belief = plan.estimator.merge(rows.belief, Mixtures(into, leaf, shares, count))
     after = evolve(pytrees.take(rows, past, 0), belief=belief, existence=np.minimum(total, 1.0))
     seen: Array = np.bincount(merging.into, merging.shares * hit[merging.leaf], count).astype(float)
     return Branching(branching.parent[past], branching.choice[past], merging.hypotheses), after, seen
