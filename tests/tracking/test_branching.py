@@ -189,7 +189,10 @@ def test_merged_modes_keep_the_moments_of_the_mixture():
     ("parts", "said"),
     [
         ({"lifecycle": {"kind": "m_of_n"}}, "lifecycle: must keep existence probabilities"),
-        ({"estimator": {"kind": "ensemble_kalman", "motion": MOTION}, "associator": "variational"}, "estimator: must merge beliefs"),
+        (
+            {"estimator": {"kind": "ensemble_kalman", "motion": MOTION}, "associator": "variational"},
+            "estimator: must merge beliefs",
+        ),
     ],
 )
 def test_parts_that_do_not_go_together_are_refused(parts, said):

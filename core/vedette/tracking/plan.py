@@ -136,8 +136,8 @@ def _check_merging(associator: Associator, estimator: Estimator[Any]) -> None:
         estimator.merge(none, Mixtures(nothing, nothing, np.zeros(0), 0))
     except NotImplementedError:
         raise ValueError(
-            f"estimator: must merge beliefs, as 'kalman', 'ekf' and an 'imm' of them do, for {associator.kind!r} merges those "
-            f"of different tracks; {estimator.kind!r} does not"
+            f"estimator: must merge beliefs, as 'kalman', 'ekf' and an 'imm' of them do, for {associator.kind!r} merges "
+            f"those of different tracks; {estimator.kind!r} does not"
         ) from None
 
 

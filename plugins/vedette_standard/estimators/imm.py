@@ -219,7 +219,7 @@ class Imm(Estimator[Modes]):
         return np.exp(belief.log_prob)
 
     def merge(self, belief: Modes, mixtures: Mixtures) -> Modes:
-        """Merge mode by mode: that of a mixture is as probable as in the mean, and its parts count by how probable it is there."""
+        """Merge mode by mode, parts counting by how probable the mode is in them; it is as probable as in the mean."""
         into, parts, shares = mixtures.into, mixtures.parts, mixtures.shares
         joint = shares[:, None] * np.exp(belief.log_prob[parts])
         prob = np.zeros((mixtures.count, len(self.modes)))
