@@ -51,6 +51,7 @@ from vedette.types import Frame as Frame
 from vedette.types import Gaussian as Gaussian
 from vedette.types import Innovation as Innovation
 from vedette.types import LazyScans as LazyScans
+from vedette.types import Mixtures as Mixtures
 from vedette.types import Newborn as Newborn
 from vedette.types import Pose as Pose
 from vedette.types import Recording as Recording

@@ -147,6 +147,19 @@ class Newborn:
 
 
 @frozen(eq=False)
+class Mixtures:
+    """`count` mixtures of the same beliefs: by `shares` (p,) of the belief `parts` (p,) in the one of row `into` (p,).
+
+    The shares of each sum to 1.
+    """
+
+    into: Indices
+    parts: Indices
+    shares: Array
+    count: int
+
+
+@frozen(eq=False)
 class Review:
     """A scan's results for the tracks, for the lifecycle; all (*b, t) but the time.
 
