@@ -12,8 +12,8 @@ from typing import Any, cast
 
 from vedette.config import Registry
 from vedette.errors import ConfigError, Problem, VedetteError
+from vedette_report.identity import Code, differences, identity, kinds_in, tell
 from vedette_study.execution import KEPT
-from vedette_study.identity import Code, differences, identity, kinds_in, tell
 from vedette_study.plan import Plan
 
 WAIT = 600.0

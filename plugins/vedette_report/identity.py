@@ -1,4 +1,4 @@
-"""Which code makes a result: sources, kernels, libraries. Chunks of a study come of one code, wherever they are run."""
+"""Which code makes a result: sources, kernels, libraries. A study is of one code, and so is a run that goes on."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from vedette import kernels
 from vedette.config import Registry
 from vedette.errors import ConfigError, Problem
 
-ALWAYS = ("vedette", "vedette_standard", "vedette_files", "vedette_study")
-"""Packages without which no study runs."""
+ALWAYS = ("vedette", "vedette_standard", "vedette_files", "vedette_report")
+"""Packages without which nothing runs."""
 
 TOLD = ("python", "machine")
 """What may differ, and is told: Python's own release, if its minor version is the same, and the processor."""
@@ -28,12 +28,12 @@ TOLD = ("python", "machine")
 Identity = Mapping[str, str]
 
 
-def packages_of(configs: Iterable[Any], registry: Registry | None = None) -> tuple[str, ...]:
-    """Return the packages whose code makes the results of some configs: Vedette's own, and those that bring their kinds."""
+def packages_of(configs: Iterable[Any], registry: Registry | None = None, more: Iterable[str] = ()) -> tuple[str, ...]:
+    """Return the packages whose code makes the results of some configs: Vedette's own, `more`, and those of their kinds."""
     registry = Registry.installed() if registry is None else registry
     kinds = {kind for config in configs for kind in kinds_in(config)}
     brought = {entry.cls.__module__.partition(".")[0] for entry in registry if entry.kind in kinds}
-    return tuple(sorted(brought | set(ALWAYS)))
+    return tuple(sorted(brought | {*ALWAYS, *more}))
 
 
 @cache
@@ -81,16 +81,16 @@ def differences(there: Identity, here: Identity, place: str) -> tuple[list[Probl
 
 @frozen
 class Code:
-    """The code that a study is of: its packages, what identifies them here, and whether other code is accepted."""
+    """The code that results are of: its packages, what identifies them here, and whether other code is accepted."""
 
     packages: tuple[str, ...]
     made: dict[str, str]
     accept: bool = False
 
     @classmethod
-    def of(cls, configs: Iterable[Any], *, accept: bool = False) -> Code:
-        """Return the code here of some configs."""
-        packages = packages_of(configs)
+    def of(cls, configs: Iterable[Any], *, accept: bool = False, more: Iterable[str] = ()) -> Code:
+        """Return the code here of some configs, and of `more` packages."""
+        packages = packages_of(configs, more=more)
         return cls(packages, identity(packages), accept)
 
     @property
