@@ -61,6 +61,7 @@ PLUGINS = (
     "vedette_report.drawing",
     "vedette_report.figures",
     "vedette_report.files",
+    "vedette_report.identity",
     "vedette_report.output",
     "vedette_report.page",
     "vedette_report.series",
