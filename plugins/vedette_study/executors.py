@@ -58,6 +58,16 @@ def cluster(plan: Plan, code: Code, scheduler: Any, seconds: float = 10.0) -> It
                 client.close()
 
 
+@contextmanager
+def dask_client(address: str, seconds: float = 10.0) -> Iterator[Executor]:
+    """Give the workers of a Dask cluster by its scheduler's address; ConfigError if none answers there."""
+    client = _client(address, seconds)
+    try:
+        yield client.get_executor(pure=False)
+    finally:
+        client.close()
+
+
 def _client(address: str, seconds: float) -> Any:
     """Return a client of the scheduler at an address; ConfigError if none answers."""
     try:

@@ -70,6 +70,7 @@ PLUGINS = (
     "vedette_report.watching.page",
     "vedette_report.watching.real_time",
     "vedette_standard",
+    "vedette_study.executors",
     "vedette_study.grid",
     "vedette_study.lockstep",
     "vedette_study.panels",
