@@ -112,6 +112,7 @@ class Details {
       ["NIS given a hit", shown(entries.nis_given_hit[e]), "nis_given_hit"],
       ["existence", shown(entries.existence[e]), "existence"],
     );
+    if (entries.link) rows.push(["this return and its last are of one target", shown(entries.link[e]), "link"]);
     facts.modes.forEach((name, i) => rows.push([name, shown(entries[`mode${i}`][e]), `mode${i}`]));
     host.append(this.table(rows), element("h3", "Whose return?"), this.weights(e));
   }
