@@ -61,7 +61,7 @@ def tracker(associator, **identity):
 
 
 def crossing(seed):
-    """Two objects of unlike classes that come within 1 m of one another and part again, their classes named rightly in .9."""
+    """Two objects of unlike classes that come within 1 m of one another and part again, named rightly in .9 of the scans."""
     rng = np.random.default_rng(seed)
     for second in range(40):
         apart = 0.5 + 0.02 * (second - 20) ** 2
