@@ -147,6 +147,19 @@ class Newborn:
 
 
 @frozen(eq=False)
+class Mixtures:
+    """`count` mixtures of the same beliefs: by `shares` (p,) of the belief `parts` (p,) in the one of row `into` (p,).
+
+    The shares of each sum to 1.
+    """
+
+    into: Indices
+    parts: Indices
+    shares: Array
+    count: int
+
+
+@frozen(eq=False)
 class Review:
     """A scan's results for the tracks, for the lifecycle; all (*b, t) but the time.
 
@@ -196,6 +209,8 @@ class Track:
     parents: confirmed tracks from which it may have split; merged: when it ended in s, and the track that took its returns
     confirmed_at (s,) s: when it was known that it is confirmed at the scan, NaN if never; None if always at the scan
     identity (s,): the code that it most likely bears, -1 for none; None where no return named its object
+    link (s,): the probability that the return which it took and its last before are of one target, NaN without such; None
+    where no hypotheses are kept
     """
 
     id: int
@@ -214,6 +229,7 @@ class Track:
     merged: tuple[float, int] | None = None
     confirmed_at: Array | None = None
     identity: NDArray[np.int64] | None = None
+    link: Array | None = None
 
 
 @frozen(eq=False)
