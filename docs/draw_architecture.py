@@ -43,7 +43,7 @@ PLACES: dict[str, tuple[float, float, str]] = {
 }
 """Where each box of the core stands, its middle, and what it is for."""
 
-PAPERS = ("vedette_bayes_risk", "vedette_flir", "vedette_marine", "vedette_target_oriented", "vedette_vts")
+PAPERS = ("vedette_bayes_risk", "vedette_boxes", "vedette_flir", "vedette_marine", "vedette_target_oriented", "vedette_vts")
 """One plugin a paper, drawn as one."""
 LAYERS: dict[str, tuple[float, float, str]] = {
     "vedette_sim": (3.1, 16.4, "scenes drawn from the models"),
