@@ -356,7 +356,7 @@ class Running:
             LOG.warning("the saved state was made by other code, and is used, as it fits", extra={"changed": code[:20]})
         self._window = window
         for grouper, clocks, feed in zip(self._groupers, saved.states["clocks"], self.service.parts.inputs, strict=False):
-            grouper.clocks = saving.clocks_from(clocks, feed.scans.clock)
+            grouper.clocks = saving.clocks_from(clocks, feed.scans.clock, feed.scans.leap)
         self._numbers.kept = dict(saved.acknowledged)
         if self._recorder is not None and "recorded" in saved.states:
             self._recorder.cut(saved.states["recorded"])
