@@ -71,6 +71,7 @@ from vedette_report.tables import result_html as result_html
 from vedette_report.tables import tabulate_result as tabulate_result
 from vedette_study.study import monte_carlo as monte_carlo
 from vedette_tools.drafting.run import track as track
+from vedette_tools.smoothing.table import smooth_positions as smooth_positions
 from vedette_tools.tuning.tuner import tune as tune
 
 __version__: str

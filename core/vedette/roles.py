@@ -164,6 +164,12 @@ class Sensor(Component):
     def clutter(self, z: Array) -> Array:
         """Return the clutter density per scan in 1 / volume of the measurement space: (*b, k, m) -> (*b, k) or ()."""
 
+    def covers(self, z: Array) -> Mask:
+        """Return whether a false return may lie at z, i.e. in its field of view: (*b, k, m) -> (*b, k) or (); no law binds
+        `clutter` elsewhere, where noise may put a target's return: it is to be finite, so that clutter there is possible.
+        """
+        return np.ones((), dtype=bool)
+
     @property
     def optional(self) -> Mapping[str, float]:
         """Measured axes that a return may lack, each with the length of the interval over which clutter is uniform there.

@@ -168,6 +168,7 @@ class Review:
     hit           probability that a return was the track's
     p_detect      probability with which the sensor should have detected it
     spread        largest standard deviation of its position, in m; None unless the lifecycle needs it
+    place         expected x and y (*b, t, 2), in m; None unless the lifecycle needs it
     """
 
     dt: float
@@ -175,6 +176,7 @@ class Review:
     hit: Array
     p_detect: Array
     spread: Array | None = None
+    place: Array | None = None
 
 
 @frozen(eq=False)

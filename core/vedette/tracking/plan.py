@@ -16,6 +16,7 @@ from vedette.supporting import Birth, ImagingSensor, Lifecycle
 from vedette.tracking.gate import Gate, SensorGate
 from vedette.tracking.identity import Identity
 from vedette.tracking.position_spread import check_spread
+from vedette.tracking.registration import Offsets, Registration, shared
 from vedette.tracking.validation import check_forwarding, check_sensors
 from vedette.types import Detections, Gaussian, Mixtures
 
@@ -26,7 +27,8 @@ class Plan:
 
     keeps_hypotheses: rows are leaves of tracks, and `associator` is a `HypothesisAssociator`; by_pairs: of many tracks and
     returns, only pairs within gates are worked on; begins: the birth takes part in scans; models_unseen: and has a memory;
-    decides: the associator does, and tracks' existence is in doubt; keeps_tracks: the tracks after a scan are those before.
+    decides: the associator does, and tracks' existence is in doubt; keeps_tracks: the tracks after a scan are those before;
+    offsets: the axes that all tracks share, None if there are none.
     """
 
     estimator: Estimator[Any]
@@ -51,6 +53,7 @@ class Plan:
     keeps_tracks: bool
     begins: bool
     models_unseen: bool
+    offsets: Offsets | None
 
 
 def planned(
@@ -61,6 +64,7 @@ def planned(
     birth: Birth | None,
     gate: Gate,
     identity: Identity,
+    registration: Registration,
 ) -> Plan:
     """Return the plan of these parts; ValueError, with its place, if they do not go together."""
     check_forwarding(estimator)
@@ -97,6 +101,7 @@ def planned(
         keeps_tracks=lifecycle.permanent and not begins and not keeps_hypotheses,
         begins=begins,
         models_unseen=models_unseen,
+        offsets=shared(registration, estimator, sensors, birth),
     )
 
 
