@@ -58,7 +58,7 @@ class Result:
     alone; `states` holds the state after each scan, if it was to be kept; `intake` counts what came
     in. `framed` holds the scans taken that brought a frame, with it: lazily where the recording is lazy, and `scans` then
     lacks the frames, as not all fit into memory; it is empty where frames come once. `judged` is what a judge said as the
-    run went, if one did.
+    run went, if one did; `offsets` are those that all tracks share, after the last scan.
     """
 
     tracks: tuple[Track, ...]
@@ -75,6 +75,7 @@ class Result:
     intake: Intake = Factory(lambda self: Intake.of({}, self.scans, self.refused), takes_self=True)
     experiment: Experiment | None = None
     judged: Any = None
+    offsets: Gaussian | None = None
 
     def to_dataframe(self, what: str = "tracks") -> Any:
         """Return a data frame of pandas: "tracks" as in tracks.csv, "detections", "truth", or "metrics" in one row."""
@@ -337,5 +338,6 @@ class Experiment:
             states=tuple(states),
             intake=steps.intake,
             experiment=self,
+            offsets=steps.state.offsets,
             framed=() if once else LazyScans(len(framed), lambda k: scans_given[framed[k]]),
         )

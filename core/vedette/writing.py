@@ -127,27 +127,55 @@ def locked(folder: Path | None, reads: Inputs = NOTHING_READ, names: Iterable[st
         _check_no_folder(folder / name)
     made = [path for path in (folder, *folder.parents) if not path.exists()]
     folder.mkdir(parents=True, exist_ok=True)
-    from filelock import FileLock, Timeout
-
     path = folder / LOCK
     left = _holder(path)
+    try:
+        with _locked(path, Problem("--out", f"writes into {str(folder)!r}: wait for it, or name another folder")):
+            if left is not None:
+                print(f"vedette: {folder}: the lock of a process{left} that has ended is taken over", file=sys.stderr)
+            yield
+    finally:
+        for parent in made:
+            with suppress(OSError):  # it holds something
+                parent.rmdir()
+
+
+@contextmanager
+def _locked(path: Path, refusal: Problem) -> Iterator[None]:
+    """Hold a lock, in which our number stands; ConfigError that another process, whose number is told, does what is said."""
+    from filelock import FileLock, Timeout
+
     lock = FileLock(path)
     try:
         lock.acquire(timeout=_PATIENCE)
     except Timeout:
-        told = f"another process{_holder(path) or ''} writes into {str(folder)!r}: wait for it, or name another folder"
-        raise ConfigError([Problem("--out", told)]) from None
+        told = f"another process{_holder(path) or ''} {refusal.text}"
+        raise ConfigError([Problem(refusal.place, told)]) from None
     try:
-        if left is not None:
-            print(f"vedette: {folder}: the lock of a process{left} that has ended is taken over", file=sys.stderr)
         path.write_text(f" {os.getpid()}", encoding="utf-8")
         yield
     finally:
         path.unlink(missing_ok=True)  # while it is held: whoever waits for it looks whether it is still there
         lock.release()
-        for parent in made:
-            with suppress(OSError):  # it holds something
-                parent.rmdir()
+
+
+@contextmanager
+def growing(path: Path, place: str) -> Iterator[None]:
+    """Hold a file that grows, as a log or a database, for this process alone.
+
+    ConfigError with its place in the config if another process holds it, if it is a link, or if its folder is not there.
+    """
+    NOTHING_READ.check(path, place)
+    if not path.absolute().parent.is_dir():
+        raise ConfigError([Problem(place, f"must be a file in a folder that exists, got {str(path)!r}")])
+    with _locked(path.with_name(f".{path.name}{LOCK}"), Problem(place, f"writes to {str(path)!r}: name another file")):
+        yield
+
+
+def open_growing(path: Path) -> io.FileIO:
+    """Open a file, new or as it is, to read it and to write at its end, unbuffered; OSError if it is a link."""
+    flags = os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
+    return io.FileIO(os.open(path, flags, 0o644), "r+b")
 
 
 def _check_no_folder(path: Path) -> None:

@@ -149,6 +149,7 @@ def _written(experiment: Experiment, results: Results, steps: Steps, shown: Show
         lost=steps.state.lost,
         intake=intake,
         experiment=experiment,
+        offsets=steps.state.offsets,
     )
     score = recorder.judge.score()
     told, text = figures(experiment, result, score), summary(experiment, result, score, recorder.bands)

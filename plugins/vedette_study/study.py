@@ -89,7 +89,7 @@ def perform(
         raise ConfigError([Problem("--resume", "needs the folder of the study that it is to go on with: --out")])
     if resume and out is not None and not planned.given.get("chunk") and (kept := kept_chunk(Path(out))):
         planned = evolve(planned, chunk=kept)  # the default goes by the number of runs, and there may be more now
-    code = Code.of((point.config for point in planned.points), accept=accept_other_code, more=["vedette_study"])
+    code = Code.of((point.config for point in planned.points), "vedette_study", accept=accept_other_code)
     with local(planned, threads) if scheduler is None else cluster(planned, code, scheduler) as (executor, width):
         store = None if out is None else open_store(Path(out), planned, code, resume=resume)
         chunks, interrupted = carry_out(planned, code, store, executor, width, progress, wait)

@@ -57,6 +57,10 @@ BY_DAY: dict[str, tuple[str, ...]] = {
     "vts/test_matched_truth.py::test_in_another_scene_the_imm_is_better_than_single_filters_too": (
         "vts/test_reproduction.py::test_the_imm_keeps_its_gate_and_is_calmer_than_any_single_filter_that_does",
     ),
+    "tracking/test_registration.py::test_two_radars_one_of_them_misplaced": (
+        "tracking/test_registration.py::test_rows_and_offsets_are_the_joint_posterior",
+        "tracking/test_registration.py::test_a_bearing_offset_is_found_from_ais_of_half_of_the_vessels",
+    ),
     "commands/test_check_time.py::test_a_check_is_short_and_finds_nothing": ("laws",),
     "tools/commands/test_new.py::test_over_many_draws_the_error_is_within_a_twentieth": (
         "tools/commands/test_new.py::test_from_an_empty_folder_to_tracks_on_a_map_in_two_commands",
@@ -100,6 +104,10 @@ BY_DAY: dict[str, tuple[str, ...]] = {
     ),
     "marine/test_simulated_pictures.py::test_evidence_of_the_picture_keeps_spikes_from_becoming_tracks": (
         "marine/test_chain.py::test_evidence_is_the_log_likelihood_ratio_of_brightness_and_size",
+    ),
+    "marine/test_simulated_pictures.py::test_the_study_from_pictures_says_all_and_a_run_is_the_same_among_others": (
+        "marine/test_simulated_pictures.py::test_boats_are_tracked_from_simulated_pictures",
+        "marine/test_reproduction.py::test_the_study_says_all_and_its_seed_decides",
     ),
     "marine/test_simulated_pictures.py::test_the_large_ship_is_tracked_from_simulated_pictures": (
         "marine/test_scene_mutants.py::test_a_mutant_is_caught",

@@ -44,6 +44,8 @@ def newborn(it: Expected, claims: Array, inside: Mask | None = None) -> Newborn:
         return Newborn(np.zeros(0, dtype=np.intp), Gaussian(np.zeros((0, n)), np.zeros((0, n, n))), np.zeros(0))
     sources = None if it.undetected is None else it.undetected.sources
     begin = plan.birth.begin(sources, plan.estimator, it.sensor, name, it.observed, claims)
+    if plan.offsets is not None and it.offsets is not None:
+        begin = plan.offsets.begun(it.sensor, begin, it.offsets)
     return without_second(plan.identity, it.names, it.observed.identity, begin, inside)
 
 

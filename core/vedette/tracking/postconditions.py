@@ -30,6 +30,7 @@ Sensor               measure      * rows measurement
 Sensor               jacobian     * rows measurement observes
 Sensor               noise|mean_noise covariance * rows measurement
 Sensor               detects|clutter * rows
+Sensor               covers       ? * rows
 Sensor               invert       gaussian rows observes
 Sensor               at           Sensor
 HypothesisAssociator branch       Branching: parent leaves, choice leaves, hypotheses any
@@ -49,8 +50,8 @@ Preprocessor         measurement  Space
 Preprocessor         process      Detections: z k measurement, valid ? k, noise ~ k measurement measurement
 Source               open         Recording
 """
-"""Role, methods, and what they must return: a type and what its parts are, or what the value is. An array has the axes that are
-named, as `_AXES` knows them or of a space of the component; `*`: the first may be missing, where nothing depends on it;
+"""Role, methods, and what they must return: a type and what its parts are, or what the value is. An array has the axes that
+are named, as `_AXES` knows them or of a space of the component; `*`: the first may be missing, where nothing depends on it;
 `?`: it is of true or false; `~`: it may be None."""
 
 

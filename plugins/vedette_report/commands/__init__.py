@@ -121,7 +121,7 @@ class Report(Command):
 @final
 @frozen
 class Export(Command):
-    """Write the tracks of a run for another program.
+    """Write the tracks of a run, or those that a service kept, for another program.
 
     Writes the confirmed tracks, with their times, covariances and ellipses, for maps (KML, GeoJSON), as a table (CSV,
     Parquet), or the whole run for the viewer Rerun (needs vedette[rerun]).
@@ -130,7 +130,8 @@ class Export(Command):
     kind: ClassVar[str] = "export"
 
     def options(self, parser: ArgumentParser) -> None:
-        parser.add_argument("run", metavar="RUN_DIR", help="the folder that `vedette run` wrote")
+        about = "the folder that `vedette run` wrote, or the database of `vedette serve`"
+        parser.add_argument("run", metavar="RUN_DIR", help=about)
         parser.add_argument("--to", metavar="FILE", required=True, help="the file: .kml, .geojson, .csv, .parquet or .rrd")
         parser.add_argument("--origin", metavar="LAT,LON", help="where x and y are 0, in deg; default: as recorded")
         parser.add_argument(
@@ -146,6 +147,11 @@ class Export(Command):
         parser.add_argument(
             "--smoothed", action="store_true", help="write the smoothed tracks that `vedette run --smooth` made"
         )
+        about = "of a database, only estimates from this time on: a date, or in s as the scans' times"
+        parser.add_argument("--from", metavar="TIME", help=about)
+        parser.add_argument("--until", metavar="TIME", help="of a database, only estimates up to this time")
+        about = "of a database, only estimates with x and y between two corners, in m"
+        parser.add_argument("--box", metavar="X,Y,X,Y", help=about)
 
     def run(self, arguments: Namespace) -> int:
         from vedette_report.commands import export
