@@ -107,9 +107,9 @@ def _faults(component: Any, given: Given, gave: Any, kind: type | None, parts: l
         if returns.dtype.kind not in "iu" or returns.ndim != 1 or np.any((returns < 0) | (returns >= k)):
             yield f"must return returns (j,), whole numbers below {k}, as there are {k}; got {_told(gave.returns)}"
     if isinstance(gave, Recording) and not isinstance(gave.scans, LazyScans):
-        scans = gave.scans if isinstance(gave.scans, Sequence) else [gave.scans]
-        strange = (scan for scan in scans if not isinstance(scan, Scan))
-        yield from (f"must return a Recording with a sequence of scans; got {_told(scan)}" for scan in strange)
+        for scan in gave.scans if isinstance(gave.scans, Sequence) else [gave.scans]:
+            if not isinstance(scan, Scan):
+                yield f"must return a Recording with a sequence of scans; got {_told(scan)}"
 
 
 def _seen(given: Given, gave: Any) -> Shape:
@@ -171,14 +171,11 @@ def _is_array(value: Any, kinds: str = "biuf") -> bool:
     return isinstance(value, np.ndarray | np.generic | float | int) and np.asarray(value).dtype.kind in kinds
 
 
-def _count(which: Callable[[Any], Any], value: Any) -> int:
-    return sum(int(np.count_nonzero(which(leaf))) for leaf in _leaves(value) if _is_array(leaf, "f"))
-
-
 def _not_numbers(given: Given, gave: Any, part: str = "", *, finite: bool = False) -> Iterator[str]:
     """Yield that a value holds nan, or infinities where it must be finite, and what the method was given did not."""
     for which, name in ((np.isnan, "nan"), (np.isinf, "inf"))[: 1 + finite]:
-        if (count := _count(which, gave)) and not _count(which, tuple(given)):
+        found, before = ([which(leaf) for leaf in _leaves(one) if _is_array(leaf, "f")] for one in (gave, tuple(given)))
+        if (count := sum(map(np.count_nonzero, found))) and not any(map(np.any, before)):
             told = f"{'finite ' * finite}numbers; got {name} in {count} of {np.size(gave)}"
             yield f"must return {told}{part and f' of {part}'}"
 
