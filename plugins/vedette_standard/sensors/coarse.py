@@ -9,11 +9,19 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Pose, Sensor, WrappedSensor, fields
+from vedette_standard.sensors.polar_position import PolarPosition
+from vedette_standard.sensors.range_bearing import RangeBearing
 from vedette_standard.sensors.station import offsets
 
 POLAR = ("range", "bearing")
+LEAST = 1e-9
+"""Least part of the cell in one direction that is in the other: over the radar itself a bearing's cell has no width."""
+
 ANY = 1e9
 """The cell of an axis that does not tell targets apart, in its own unit."""
+
+
+_TRIED = RangeBearing(sigma_range=5.0, sigma_bearing=0.01), PolarPosition(sigma_range=5.0, sigma_bearing=0.01)
 
 
 @final
@@ -30,10 +38,11 @@ class Coarse(WrappedSensor):
 
     kind: ClassVar[str] = "coarse"
 
-    of: Sensor = fields.part("the sensor as it would be if it resolved all targets")
+    of: Sensor = fields.part("the sensor as it would be if it resolved all targets", tried=_TRIED)
     cells: dict[str, float] = fields.table(
         "measured axis, or range [m] and bearing [rad] where x and y are measured, to the size of a cell in its unit",
         at_least=0,
+        tried=({"range": 20.0}, {"range": 10.0, "bearing": 0.05}),
     )
 
     def __attrs_post_init__(self) -> None:
@@ -60,10 +69,11 @@ class Coarse(WrappedSensor):
             return np.diag(size**2)
         pose = getattr(self.of, "_pose", Pose(np.zeros(2)))
         dx, dy = offsets(self.of.measure(x), pose)
-        r = np.maximum(np.hypot(dx, dy), 1e-6)
-        along, across = size[0] ** 2 + 0 * r, (r * size[1]) ** 2
-        cos, sin = dx / r, dy / r
-        C = np.empty((*r.shape, 2, 2))
+        square, angle = dx * dx + dy * dy, np.arctan2(dy, dx)
+        along = size[0] ** 2 + LEAST * square * size[1] ** 2
+        across = square * size[1] ** 2 + LEAST * size[0] ** 2
+        cos, sin = np.cos(angle), np.sin(angle)
+        C = np.empty((*angle.shape, 2, 2))
         C[..., 0, 0], C[..., 1, 1] = along * cos * cos + across * sin * sin, along * sin * sin + across * cos * cos
         C[..., 0, 1] = C[..., 1, 0] = (along - across) * cos * sin
         return C
