@@ -147,6 +147,19 @@ class Newborn:
 
 
 @frozen(eq=False)
+class Mixtures:
+    """`count` mixtures of the same beliefs: by `shares` (p,) of the belief `parts` (p,) in the one of row `into` (p,).
+
+    The shares of each sum to 1.
+    """
+
+    into: Indices
+    parts: Indices
+    shares: Array
+    count: int
+
+
+@frozen(eq=False)
 class Review:
     """A scan's results for the tracks, for the lifecycle; all (*b, t) but the time.
 
@@ -155,6 +168,7 @@ class Review:
     hit           probability that a return was the track's
     p_detect      probability with which the sensor should have detected it
     spread        largest standard deviation of its position, in m; None unless the lifecycle needs it
+    place         expected x and y (*b, t, 2), in m; None unless the lifecycle needs it
     """
 
     dt: float
@@ -162,6 +176,7 @@ class Review:
     hit: Array
     p_detect: Array
     spread: Array | None = None
+    place: Array | None = None
 
 
 @frozen(eq=False)

@@ -172,7 +172,7 @@ def _against_truth(experiment: Experiment, score: Score, unit: str) -> Iterator[
     if score.position_bound_m is not None:
         yield "lower bound", f"{score.position_bound_m:.3g} {unit}: posterior Cramer-Rao bound of the position error"
     for figure in installed_figures():
-        if figure.name in score.more:
+        if score.more.get(figure.name) is not None:
             value = _maybe(score.more[figure.name], "" if figure.unit == "1" else figure.unit)
             yield figure.study or figure.name, f"{value}: {figure.about}"
 
@@ -186,7 +186,7 @@ def _whole_tracks(score: Score, unit: str) -> Iterator[str]:
         yield f"trajectory GOSPA {score.trajectory_gospa_m:.3g} {unit} a scan"
     else:
         yield "no trajectory GOSPA, whose linear program is larger than judge.largest_program"
-    yield f"OSPA(2) {_maybe(score.ospa2_m, unit)}, HOTA {_maybe(score.hota)}, MOTA {_maybe(score.mota)}"
+    yield f"OSPA(2) {_maybe(score.ospa2_m, unit)}, HOTA {_maybe(score.hota)}, MOTA {_maybe(score.mota)}, IDF1 {_maybe(score.idf1)}"
 
 
 def _objects(score: Score, unit: str) -> list[str]:

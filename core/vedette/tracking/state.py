@@ -75,6 +75,13 @@ class State:
         return total
 
     @property
+    def links(self) -> Array | None:
+        """The probability (t,) that the return which a track took and its last before are of one target, NaN without such;
+        None where no hypotheses are kept: `weights` has the probabilities then.
+        """
+        return None if self.leaves is None else self.leaves.links
+
+    @property
     def identity(self) -> NDArray[np.int64] | None:
         """The code (*b, t) that each track most likely bears, -1 for none; None where no return named its object."""
         return None if self.names is None else self.names.borne
