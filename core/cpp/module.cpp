@@ -7,6 +7,7 @@
 #include "entries.hpp"
 #include "hypotheses.hpp"
 #include "streams.hpp"
+#include "twins.hpp"
 
 namespace vedette {
 

@@ -15,6 +15,7 @@ from vedette.kernels import modes as _modes
 from vedette.kernels import reference as _reference
 from vedette.kernels import results as _results
 from vedette.kernels import streams as _streams
+from vedette.kernels import twins as _twins
 from vedette.kernels.association import if_existing
 from vedette.kernels.backward import smooth_step, solve_by_root
 from vedette.kernels.derivative import numerical_jacobian
@@ -33,6 +34,7 @@ from vedette.kernels.reference import (
 )
 from vedette.kernels.selection import Selection as _Selection
 from vedette.kernels.square_root import bounded_root
+from vedette.kernels.twins import Twin
 from vedette.types import Gaussian, Hypotheses, Innovation
 
 _fastest = _Selection.now()
@@ -53,6 +55,14 @@ sigma_points = _fastest(_reference.sigma_points, _results.Points)
 update = _fastest(_reference.update, _results.Updated)
 weighted_update = _fastest(_reference.weighted_update, Gaussian)
 whiten = _fastest(_reference.whiten)
+
+cancels = _fastest(_twins.cancels)
+evaluate_points_twin = _fastest(_twins.evaluate_points_twin, Innovation, Hypotheses)
+evaluate_twin = _fastest(_twins.evaluate_twin, Innovation, Hypotheses)
+measure_twin = _fastest(_twins.measure_twin, _results.Measured)
+move_twin = _fastest(_twins.move_twin, _results.Moved)
+predict_points_twin = _fastest(_twins.predict_points_twin, Gaussian)
+predict_twin = _fastest(_twins.predict_twin, Gaussian)
 
 mix_modes = _fastest(_modes.mix_modes, _results.Mixed, Gaussian)
 mixture_moments = _fastest(_modes.mixture_moments, Gaussian)

@@ -8,6 +8,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Space, fields
+from vedette.kernels import Twin
 from vedette_standard.sensors.clutter import CIRCLE
 from vedette_standard.sensors.geometry import polar_slope, ranges_and_bearings
 from vedette_standard.sensors.placed import PlacedSensor
@@ -40,6 +41,11 @@ class BearingOnly(PlacedSensor):
 
     def _unbounded(self) -> str:
         return ""
+
+    @property
+    def twin(self) -> Twin | None:
+        """Its compiled twin."""
+        return self._twin(self.sigma_bearing**2)
 
     def measure(self, x: Array) -> Array:
         """Return the expected measurement: (*b, 2) -> (*b, 1)."""

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
 
 import numpy as np
 from attrs import field, frozen
 
 from vedette import Array, Pose, Sensor, fields
+from vedette.kernels import Twin
+from vedette_standard import twins
 from vedette_standard.sensors.clutter import check_stated_once, uniform_over
 from vedette_standard.sensors.station import covers, placed
 
@@ -38,6 +41,11 @@ class PlacedSensor(Sensor):
     def _unbounded(self) -> str:
         """Return the parameter without which clutter has no density, or ""."""
         return "max_range" if self.max_range is None else ""
+
+    def _twin(self, *parameters: float | Array) -> Twin | None:
+        """Return the sensor's compiled twin: its own parameters follow those that all have."""
+        most = math.inf if self.max_range is None else self.max_range
+        return twins.placed(self.kind, self._pose, self.detection_probability, self.min_range, most, *parameters)
 
     def detects(self, x: Array) -> Array:
         """Return the detection probability: (*b, n) -> (*b), or () if no range limits it."""
