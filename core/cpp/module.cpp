@@ -5,9 +5,9 @@
 
 #include "clusters.hpp"
 #include "entries.hpp"
+#include "existing.hpp"
 #include "hypotheses.hpp"
 #include "streams.hpp"
-#include "twins.hpp"
 
 namespace vedette {
 

@@ -9,7 +9,7 @@ from attrs import frozen
 from scipy import LowLevelCallable
 
 from vedette import Detections, Gaussian, Pose, Sensor, Space, Twin, kernels
-from vedette_standard import twins
+from vedette_standard import compiled
 from vedette_standard.estimators.cubature import CubatureKalman
 from vedette_standard.estimators.extended import ExtendedKalman
 from vedette_standard.estimators.unscented import UnscentedKalman
@@ -77,7 +77,7 @@ def test_a_scan_is_the_same_by_twins_and_by_methods(monkeypatch, estimator, sens
             assert np.all(np.abs(got - wanted) <= 1e-12 * scale + 1e-12)
 
 
-@pytest.mark.parametrize("kind", sorted(twins.FUNCTIONS["baseline"]))
+@pytest.mark.parametrize("kind", sorted(compiled.TWINS["baseline"]))
 def test_all_instruction_sets_agree(kind):
     rng = np.random.default_rng(1)
     x, parameters = rng.normal(size=(37, 9)) * 100, np.abs(rng.normal(size=11)) * [1, 1, 1, 1, 1, 1e3, 1, 1, 1, 1, 1]
@@ -92,8 +92,8 @@ def test_all_instruction_sets_agree(kind):
             return kernels.move_twin(own / 100, 0.7, functions[kind], parameters, ())
         return kernels.measure_twin(own, functions[kind], parameters, measured)
 
-    base = found(twins.FUNCTIONS["baseline"])
-    for functions in twins.FUNCTIONS.values():
+    base = found(compiled.TWINS["baseline"])
+    for functions in compiled.TWINS.values():
         for got, wanted in zip(found(functions), base, strict=True):
             np.testing.assert_allclose(got, wanted, rtol=1e-11, atol=1e-13 * np.max(np.abs(wanted)))
 

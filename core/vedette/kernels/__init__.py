@@ -16,7 +16,6 @@ from vedette.kernels import reference as _reference
 from vedette.kernels import results as _results
 from vedette.kernels import streams as _streams
 from vedette.kernels import twins as _twins
-from vedette.kernels.association import if_existing
 from vedette.kernels.backward import smooth_step, solve_by_root
 from vedette.kernels.derivative import numerical_jacobian
 from vedette.kernels.modes import stacked
@@ -69,9 +68,11 @@ mixture_moments = _fastest(_modes.mixture_moments, Gaussian)
 split_weights = _fastest(_modes.split_weights, _results.Split)
 weigh_modes = _fastest(_modes.weigh_modes, _results.Weighed)
 
+claimed = _fastest(_association.claimed)
 existence = _fastest(_association.existence, _results.Seen)
 gate_scores = _fastest(_association.gate_scores)
 given_existence = _fastest(_association.given_existence)
+if_existing = _fastest(_association.if_existing)
 is_plain = _fastest(_association.is_plain)
 one_hot = _fastest(_association.one_hot)
 sample_density = _fastest(_association.sample_density)

@@ -12,7 +12,8 @@ from vedette.tracking.clusters import places
 from vedette.tracking.identity import Names
 from vedette.tracking.plan import Plan
 from vedette.tracking.position_spread import largest_deviation
-from vedette.types import Review
+from vedette.types import new_review
+from vedette.values import maker
 
 
 @frozen(eq=False)
@@ -30,6 +31,9 @@ class Rows:
     names: Names | None = None
 
 
+new_rows = maker(Rows)
+
+
 def judged(
     plan: Plan, belief: Any, memory: Any, dt: float, existence: Array, hit: Array, p_detect: Array
 ) -> tuple[Any, Mask, Mask]:
@@ -37,7 +41,7 @@ def judged(
     spread = None
     if plan.lifecycle.needs_spread:
         spread = largest_deviation(plan.estimator.moments(belief), plan.state)
-    return plan.lifecycle.review(memory, Review(dt, existence, hit, p_detect, spread))
+    return plan.lifecycle.review(memory, new_review(dt, existence, hit, p_detect, spread))
 
 
 def compact(rows: Rows) -> Rows:

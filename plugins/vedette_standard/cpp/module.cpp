@@ -1,7 +1,6 @@
-// vedette_standard._twins: the compiled twins of sensors and motions, as capsules that the kernels of vedette call.
+// vedette_standard._compiled: the twins of sensors and motions, as capsules that the kernels of vedette call, and lifecycles.
 
-#define PY_SSIZE_T_CLEAN
-#include <Python.h>
+#include "lifecycles.hpp"
 
 #include <cstring>
 
@@ -71,7 +70,7 @@ PyObject* functions_of(const Twins& twins) {
 }
 
 // By instruction set, best last, the capsule of each kind.
-PyObject* functions(PyObject*, PyObject*) {
+PyObject* all_twins(PyObject*, PyObject*) {
     PyObject* all = PyDict_New();
     for (const InstructionSet& set : kBuilt) {
         if (all == nullptr || !set.runs()) continue;
@@ -82,10 +81,19 @@ PyObject* functions(PyObject*, PyObject*) {
     return all;
 }
 
-PyMethodDef methods[] = {{"functions", functions, METH_NOARGS, nullptr}, {nullptr, nullptr, 0, nullptr}};
-PyModuleDef module = {PyModuleDef_HEAD_INIT, "_twins", nullptr, -1, methods, nullptr, nullptr, nullptr, nullptr};
+#define VEDETTE_FAST(function) \
+    {#function, reinterpret_cast<PyCFunction>(reinterpret_cast<void (*)()>(function)), METH_FASTCALL, nullptr},
+PyMethodDef methods[] = {
+    VEDETTE_FAST(by_existence) VEDETTE_FAST(by_score) VEDETTE_FAST(limited) VEDETTE_FAST(m_of_n)
+    {"twins", all_twins, METH_NOARGS, nullptr},
+    {nullptr, nullptr, 0, nullptr},
+};
+PyModuleDef module = {PyModuleDef_HEAD_INIT, "_compiled", nullptr, -1, methods, nullptr, nullptr, nullptr, nullptr};
 
 }  // namespace
 }  // namespace vedette
 
-PyMODINIT_FUNC PyInit__twins() { return PyModule_Create(&vedette::module); }
+PyMODINIT_FUNC PyInit__compiled() {
+    import_array();
+    return PyModule_Create(&vedette::module);
+}

@@ -10,7 +10,7 @@ from attrs import frozen
 
 from vedette import Array, MotionModel, Space, fields, kernels
 from vedette.kernels import Twin
-from vedette_standard import twins
+from vedette_standard import compiled
 from vedette_standard.motion.blocks import white_acceleration
 
 _STATE = Space.of(
@@ -74,7 +74,7 @@ class CoordinatedTurn3d(MotionModel):
     @property
     def twin(self) -> Twin | None:
         """Its compiled twin."""
-        return twins.of(self.kind, self.sigma_accel, self.sigma_turn_rate)
+        return compiled.twin(self.kind, self.sigma_accel, self.sigma_turn_rate)
 
     def move(self, x: Array, dt: float) -> Array:
         """Return the state `dt` s later: (*b, 9) -> (*b, 9)."""

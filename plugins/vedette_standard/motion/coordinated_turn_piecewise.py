@@ -9,7 +9,7 @@ from attrs import Factory, field, frozen
 
 from vedette import Array, MotionModel, Space, fields, kernels
 from vedette.kernels import Twin
-from vedette_standard import twins
+from vedette_standard import compiled
 from vedette_standard.motion.coordinated_turn import CoordinatedTurn
 
 
@@ -43,7 +43,7 @@ class CoordinatedTurnPiecewise(MotionModel):
     @property
     def twin(self) -> Twin | None:
         """Its compiled twin."""
-        return twins.of(self.kind, self.sigma_accel, self.sigma_turn_accel)
+        return compiled.twin(self.kind, self.sigma_accel, self.sigma_turn_accel)
 
     def move(self, x: Array, dt: float) -> Array:
         """Return the state `dt` s later: (*b, 5) -> (*b, 5)."""

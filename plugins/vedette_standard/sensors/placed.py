@@ -10,7 +10,7 @@ from attrs import field, frozen
 
 from vedette import Array, Pose, Sensor, fields
 from vedette.kernels import Twin
-from vedette_standard import twins
+from vedette_standard import compiled
 from vedette_standard.sensors.clutter import check_stated_once, uniform_over
 from vedette_standard.sensors.station import covers, placed
 
@@ -45,7 +45,7 @@ class PlacedSensor(Sensor):
     def _twin(self, *parameters: float | Array) -> Twin | None:
         """Return the sensor's compiled twin: its own parameters follow those that all have."""
         most = math.inf if self.max_range is None else self.max_range
-        return twins.placed(self.kind, self._pose, self.detection_probability, self.min_range, most, *parameters)
+        return compiled.placed(self.kind, self._pose, self.detection_probability, self.min_range, most, *parameters)
 
     def detects(self, x: Array) -> Array:
         """Return the detection probability: (*b, n) -> (*b), or () if no range limits it."""

@@ -10,7 +10,7 @@ from attrs import field, frozen
 
 from vedette import Array, Pose, Sensor, Space, fields
 from vedette.kernels import Twin
-from vedette_standard import twins
+from vedette_standard import compiled
 from vedette_standard.sensors.clutter import CIRCLE, check_stated_once, per_range, uniform_over
 from vedette_standard.sensors.direct import DirectSensor
 from vedette_standard.sensors.station import POSITION, covers, offsets, placed
@@ -74,7 +74,7 @@ class PolarPosition(DirectSensor):
         """Its compiled twin."""
         most = math.inf if self.max_range is None else self.max_range
         own = (self.sigma_range**2, self.sigma_bearing**2, self.sigma_extent**2)
-        return twins.placed(self.kind, self._pose, self.detection_probability, self.min_range, most, *own)
+        return compiled.placed(self.kind, self._pose, self.detection_probability, self.min_range, most, *own)
 
     def noise(self, x: Array) -> Array:
         """Return R: (*b, 2) -> (*b, 2, 2)."""
