@@ -33,6 +33,8 @@ def newborn(it: Expected, claims: Array, inside: Mask | None = None) -> Newborn:
     plan, name, n = it.plan, it.scan.sensor, len(it.plan.state)
     if plan.birth is None or name not in plan.starters or not isinstance(it.observed, Detections) or not len(it.observed.z):
         return Newborn.none(n)
+    if claims.ndim > 1:
+        raise ValueError(f"birth: no track begins in runs in lock-step, got claims of shape {claims.shape}")
     sources = None if it.undetected is None else it.undetected.sources
     begin = plan.birth.begin(sources, plan.estimator, it.sensor, name, it.observed, claims)
     return without_second(plan.identity, it.names, it.observed.identity, begin, inside)

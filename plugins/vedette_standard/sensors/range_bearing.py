@@ -96,9 +96,9 @@ class RangeBearing(RangingSensor):
         mean[..., 1] = leading(self._pose.position[..., 1], angle.ndim) + r * np.exp(s / 2) * sin
         along = R[..., 0, 0] * np.cosh(s) + r * r * 2 * np.sinh(s / 2) ** 2
         across = (r * r + R[..., 0, 0]) * np.sinh(s)
-        mixed = r * R[..., 0, 1]
+        mixed, cos2, sin2, both = r * R[..., 0, 1], cos * cos, sin * sin, sin * cos
         cov = np.empty((*angle.shape, 2, 2))
-        cov[..., 0, 0] = along * cos * cos + across * sin * sin - 2 * mixed * sin * cos
-        cov[..., 1, 1] = along * sin * sin + across * cos * cos + 2 * mixed * sin * cos
-        cov[..., 0, 1] = cov[..., 1, 0] = (along - across) * sin * cos + mixed * (cos * cos - sin * sin)
+        cov[..., 0, 0] = along * cos2 + across * sin2 - 2 * mixed * both
+        cov[..., 1, 1] = along * sin2 + across * cos2 + 2 * mixed * both
+        cov[..., 0, 1] = cov[..., 1, 0] = (along - across) * both + mixed * (cos2 - sin2)
         return Gaussian(mean, cov)
