@@ -135,7 +135,7 @@ def benchmarks(session: nox.Session) -> None:
 @nox.session
 def site(session: nox.Session) -> None:
     """Run the documentation's code blocks and build its site into .site/html, with warnings and dead links as errors."""
-    session.install("-e", ".[adapters,data,marine,report,site,study,testing,vision,yaml]", "playwright")
+    session.install("-e", ".[adapters,data,marine,report,site,study,testing,vision,yaml]", "playwright", "axe-core-python")
     with session.chdir("docs"):
         session.run("python", "-m", "docsite", "build", *session.posargs)
     session.run("python", "-m", "pytest", "-q", "tests/docs/test_site_in_browser.py")  # skipped without Chromium

@@ -7,6 +7,7 @@ from typing import Any
 from docsite.pages import DOCS
 
 UNTITLED = ("kinds/", "api/")  # written by the build
+DEVELOPERS = ("adr/", "architecture.md", "releasing.md")  # of those who work on Vedette itself: in the repository alone
 
 
 def title(page: Path) -> str:
@@ -54,6 +55,7 @@ def misplaced(nav: list[Any], pages: dict[str, Path]) -> list[str]:
 
 
 def committed() -> dict[str, Path]:
-    """Return the pages of the documentation that are written by hand, by the names that the site gives them."""
+    """Return the pages of the site that are written by hand, by the names that it gives them."""
     found = {path.relative_to(DOCS).as_posix(): path for path in DOCS.rglob("*.md")}
+    found = {name: path for name, path in found.items() if not name.startswith(DEVELOPERS)}
     return found | {"contributing.md": DOCS.parent / "CONTRIBUTING.md", "changelog.md": DOCS.parent / "CHANGELOG.md"}

@@ -21,9 +21,10 @@ from docsite.runner import Ran, faults, pages_folder
 OUT = ROOT / ".site"
 PAGES, HTML = OUT / "pages", OUT / "html"
 ELSEWHERE = {"README.md": "index.md", "CONTRIBUTING.md": "contributing.md", "CHANGELOG.md": "changelog.md"}
-ELSEWHERE |= {"examples": "examples.md", "docs/adr": "adr/0001-kernels-follow-the-roles.md"}
+ELSEWHERE |= {"examples": "examples.md"}
 _LINK = re.compile(r"(?P<before>!?\[(?:[^\[\]]|\[[^\]]*\])*\]\()(?P<target>[^)\s]+)\)")
 MOST_LINES = 60
+PICTURES = (".svg", ".png")
 UNSEARCHED = "---\nsearch:\n  exclude: true\n---\n\n"
 
 
@@ -154,7 +155,7 @@ def _files() -> None:
             text = path.read_text(encoding="utf-8")
             target.write_text(f"{UNSEARCHED}# {file}\n\n~~~~{language}\n{text}\n~~~~\n", encoding="utf-8")
     for path in DOCS.rglob("*"):
-        if path.suffix in (".svg", ".png"):
+        if path.suffix in PICTURES:
             shutil.copy(path, PAGES / path.relative_to(DOCS))
 
 
@@ -183,7 +184,8 @@ def _relinked(text: str, name: str, wanted: set[str]) -> str:
         base = "" if name in ("contributing.md", "changelog.md") else f"docs/{Path(name).parent.as_posix()}/"
         file = normpath(base + target)
         inside = file.removeprefix("docs/") if file.startswith("docs/") else None
-        if inside is not None and ((DOCS / inside).is_file() or (PAGES / inside).is_file()) and inside not in ELSEWHERE:
+        here = inside is not None and ((PAGES / inside).is_file() or Path(inside).suffix in PICTURES)
+        if inside is not None and here and inside not in ELSEWHERE:
             target = inside
         elif file in ELSEWHERE:
             target = ELSEWHERE[file]

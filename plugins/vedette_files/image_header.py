@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from vedette.reading import most
+from vedette_files.jpeg import segments
 
 MOST_PIXELS = 2**26
 """Pixels of a picture: 8192 x 8192. Twenty times a 4K screen's would be an accident or an attack."""
@@ -60,18 +61,11 @@ def _pnm(file: BinaryIO) -> tuple[int, int]:
 
 
 def _jpeg(file: BinaryIO) -> tuple[int, int]:
-    file.seek(2)
-    while True:
-        mark, kind = struct.unpack("BB", file.read(2))
-        while kind == 0xFF:
-            (kind,) = struct.unpack("B", file.read(1))
-        (length,) = struct.unpack(">H", file.read(2))
-        if mark != 0xFF or length < 2:
-            raise ValueError
+    for kind in segments(file):
         if 0xC0 <= kind <= 0xCF and kind not in _NO_FRAME:
             height, width = struct.unpack(">xHH", file.read(5))
             return width, height
-        file.seek(length - 2, 1)
+    raise ValueError
 
 
 def _tiff(file: BinaryIO, order: str) -> tuple[int, int]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+from collections.abc import Iterator
 from pathlib import Path
 from typing import BinaryIO
 
@@ -31,8 +32,8 @@ def is_jpeg(path: Path) -> bool:
         return file.read(len(BEGIN)) == BEGIN
 
 
-def _to_pixels(file: BinaryIO) -> None:
-    """Go to the first pixels, from segment to segment."""
+def segments(file: BinaryIO) -> Iterator[int]:
+    """Yield the marker of each segment, the file standing at the segment's content; ValueError where none begins."""
     file.seek(2)
     try:
         while True:
@@ -42,8 +43,15 @@ def _to_pixels(file: BinaryIO) -> None:
             (length,) = struct.unpack(">H", file.read(2))
             if mark != 0xFF or length < 2:
                 raise ValueError(f"is corrupted: no segment begins at byte {file.tell() - 4}")
-            file.seek(length - 2, 1)
-            if kind == SCAN:
-                return
+            end = file.tell() + length - 2
+            yield kind
+            file.seek(end)
     except struct.error:
         raise ValueError(f"is cut off after {file.tell()} bytes: it has no pixels") from None
+
+
+def _to_pixels(file: BinaryIO) -> None:
+    """Go to the content of the segment before the first pixels, which holds no mark of an end."""
+    for kind in segments(file):
+        if kind == SCAN:
+            return

@@ -22,7 +22,7 @@ from vedette_study.worst_runs import FOLDER, Bad, judged_by, whole, worst
 
 MOST = 5
 """Worst runs of each point that are named."""
-SCRIPTS = ("plots.js", "study.js")
+SCRIPTS = ("theme.js", "plots.js", "study.js")
 
 
 def write_study_page(folder: Path, outcome: Outcome, target: Path) -> None:

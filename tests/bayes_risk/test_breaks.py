@@ -2,10 +2,9 @@
 
 import numpy as np
 import pytest
-from attrs import evolve
 
-from support.breaks import Break, made_of, moved, named, sure, verdicts
-from vedette import Gaussian, load
+from support.breaks import Break, blind, made_of, moved, named, straight_for_ever, sure, too_sure, verdicts
+from vedette import load
 from vedette_bayes_risk.associator import BayesRisk
 from vedette_bayes_risk.configs import CONTESTED, FILTERS
 from vedette_bayes_risk.elements import ELEMENTS
@@ -49,27 +48,6 @@ def summed_from_above(right):
 
 def with_the_spread(right):
     return lambda self, belief, innovation, weights: Kalman.update(self, belief, innovation, weights)
-
-
-def blind(right):
-    return lambda self, scores, evidence: right(self, np.where(np.arange(scores.shape[-1]) > 0, -np.inf, scores), evidence)
-
-
-def too_sure(right):
-    def predict(self, belief, dt, rng):
-        made = right(self, belief, dt, rng)
-        return Gaussian(made.mean, made.cov if dt == 0 else 0.2 * made.cov)
-
-    return predict
-
-
-def straight_for_ever(right):
-    def update(self, belief, innovation, weights):
-        made = right(self, belief, innovation, weights)
-        first = np.arange(made.log_prob.shape[-1]) == 0
-        return evolve(made, log_prob=np.broadcast_to(np.where(first, -1e-9, -40.0), made.log_prob.shape))
-
-    return update
 
 
 BREAKS = {

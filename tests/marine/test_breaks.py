@@ -2,9 +2,8 @@
 
 import numpy as np
 import pytest
-from attrs import evolve
 
-from support.breaks import Break, made_of, moved, named, sure, verdicts
+from support.breaks import Break, blind, made_of, moved, named, straight_for_ever, sure, verdicts
 from vedette_marine import configs
 from vedette_marine import reproduction as marine
 from vedette_marine.elements import ELEMENTS
@@ -48,19 +47,6 @@ def study():
 @pytest.fixture(scope="module")
 def right():
     return study()
-
-
-def blind(right):
-    return lambda self, scores, evidence: right(self, np.where(np.arange(scores.shape[-1]) > 0, -np.inf, scores), evidence)
-
-
-def straight_for_ever(right):
-    def update(self, belief, innovation, weights):
-        made = right(self, belief, innovation, weights)
-        first = np.arange(made.log_prob.shape[-1]) == 0
-        return evolve(made, log_prob=np.broadcast_to(np.where(first, -1e-9, -40.0), made.log_prob.shape))
-
-    return update
 
 
 def to_the_other_side(right):

@@ -94,6 +94,7 @@ def test_the_large_ship_is_tracked_from_simulated_pictures():
     assert outcome.ratio(records, "CV-PDAF", "ais").measured == pytest.approx(1.0, abs=0.02)
 
 
+@pytest.mark.nightly("a study of pictures: 9 s")
 def test_the_study_from_pictures_says_all_and_a_run_is_the_same_among_others(monkeypatch):
     scenes = short("MANV-like", 20) | short("DARC-like", 20)
     monkeypatch.setattr(picture_runs, "SCENES", scenes)

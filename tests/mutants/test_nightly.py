@@ -101,6 +101,10 @@ BY_DAY: dict[str, tuple[str, ...]] = {
     "marine/test_simulated_pictures.py::test_evidence_of_the_picture_keeps_spikes_from_becoming_tracks": (
         "marine/test_chain.py::test_evidence_is_the_log_likelihood_ratio_of_brightness_and_size",
     ),
+    "marine/test_simulated_pictures.py::test_the_study_from_pictures_says_all_and_a_run_is_the_same_among_others": (
+        "marine/test_simulated_pictures.py::test_boats_are_tracked_from_simulated_pictures",
+        "marine/test_reproduction.py::test_the_study_says_all_and_its_seed_decides",
+    ),
     "marine/test_simulated_pictures.py::test_the_large_ship_is_tracked_from_simulated_pictures": (
         "marine/test_scene_mutants.py::test_a_mutant_is_caught",
         "marine/test_simulated_pictures.py::test_boats_are_tracked_from_simulated_pictures",

@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
+import numpy as np
 import pytest
 from attrs import evolve, frozen
 
+from vedette import Gaussian
 from vedette.reproduction import Cell, Claim
 
 
@@ -50,3 +52,29 @@ def named(claims: Iterable[str], beginnings: Iterable[str]) -> set[str]:
 def made_of(elements: Iterable[Any]) -> set[str]:
     """Return all components that a paper's elements name, as "role kind"."""
     return {part for element in elements for part in element.made_of}
+
+
+def blind(right: Callable[..., Any]) -> Callable[..., Any]:
+    """Break an associator: it sees no return."""
+    return lambda self, scores, evidence: right(self, np.where(np.arange(scores.shape[-1]) > 0, -np.inf, scores), evidence)
+
+
+def straight_for_ever(right: Callable[..., Any]) -> Callable[..., Any]:
+    """Break an IMM: its first mode is all but certain."""
+
+    def update(self: Any, belief: Any, innovation: Any, weights: Any) -> Any:
+        made = right(self, belief, innovation, weights)
+        first = np.arange(made.log_prob.shape[-1]) == 0
+        return evolve(made, log_prob=np.broadcast_to(np.where(first, -1e-9, -40.0), made.log_prob.shape))
+
+    return update
+
+
+def too_sure(right: Callable[..., Any]) -> Callable[..., Any]:
+    """Break a Kalman filter: what it predicts has a fifth of the covariance."""
+
+    def predict(self: Any, belief: Any, dt: Any, rng: Any) -> Any:
+        made = right(self, belief, dt, rng)
+        return Gaussian(made.mean, made.cov if dt == 0 else 0.2 * made.cov)
+
+    return predict

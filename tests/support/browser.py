@@ -33,8 +33,8 @@ def browser():
 class Opened:
     """A page in a window of a size, with what it said on the console and what it asked for."""
 
-    def __init__(self, running, path, width=1400, height=900):
-        self.tab = running.new_page(viewport={"width": width, "height": height})
+    def __init__(self, running, path, width=1400, height=900, scheme="light"):
+        self.tab = running.new_page(viewport={"width": width, "height": height}, color_scheme=scheme)
         self.tab.set_default_timeout(5_000)
         self.said, self.asked = [], []
         self.tab.on("console", lambda message: self.said.append(message.text))

@@ -2,9 +2,8 @@
 
 import numpy as np
 import pytest
-from attrs import evolve
 
-from support.breaks import Break, made_of, moved, named, sure, verdicts
+from support.breaks import Break, blind, made_of, moved, named, straight_for_ever, sure, verdicts
 from vedette import load
 from vedette_standard.associators.pda import Pda
 from vedette_standard.estimators.imm import Imm
@@ -59,19 +58,6 @@ def quiet(right):
 
 def loud(right):
     return lambda self, x, dt: 400.0 * right(self, x, dt)
-
-
-def blind(right):
-    return lambda self, scores, evidence: right(self, np.where(np.arange(scores.shape[-1]) > 0, -np.inf, scores), evidence)
-
-
-def straight_for_ever(right):
-    def update(self, belief, innovation, weights):
-        made = right(self, belief, innovation, weights)
-        first = np.arange(made.log_prob.shape[-1]) == 0
-        return evolve(made, log_prob=np.broadcast_to(np.where(first, -1e-9, -40.0), made.log_prob.shape))
-
-    return update
 
 
 ALL_BUT_METRES = (LESS, CAR, TOTAL, STRAIGHT, FAILS, TEXT, SINGER, SHARP, FILTERED)

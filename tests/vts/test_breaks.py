@@ -2,10 +2,9 @@
 
 import numpy as np
 import pytest
-from attrs import evolve
 
-from support.breaks import Break, made_of, moved, named, sure, verdicts
-from vedette import Gaussian, load
+from support.breaks import Break, made_of, moved, named, straight_for_ever, sure, too_sure, verdicts
+from vedette import load
 from vedette_standard.estimators.imm import Imm
 from vedette_standard.estimators.kalman import Kalman
 from vedette_standard.motion.constant_velocity_piecewise import ConstantVelocityPiecewise
@@ -49,23 +48,6 @@ def shifted_and_far_too_sure(right):
 
 def turned(right):
     return lambda self, x: right(self, x) * np.array([1.0, 1.02])
-
-
-def straight_for_ever(right):
-    def update(self, belief, innovation, weights):
-        made = right(self, belief, innovation, weights)
-        first = np.arange(made.log_prob.shape[-1]) == 0
-        return evolve(made, log_prob=np.broadcast_to(np.where(first, -1e-9, -40.0), made.log_prob.shape))
-
-    return update
-
-
-def too_sure(right):
-    def predict(self, belief, dt, rng):
-        made = right(self, belief, dt, rng)
-        return Gaussian(made.mean, made.cov if dt == 0 else 0.2 * made.cov)
-
-    return predict
 
 
 BREAKS = {

@@ -15,7 +15,18 @@ from vedette_report.page.metrics import metrics
 from vedette_report.page.run import Shown
 from vedette_report.page.skeleton import UPLOT, page
 
-DRAWING = (UPLOT, "data.js", "ground.js", "seen.js", "map.js", "charts.js", "details.js", "metrics.js", "page.js")
+DRAWING = (
+    UPLOT,
+    "theme.js",
+    "data.js",
+    "ground.js",
+    "seen.js",
+    "map.js",
+    "charts.js",
+    "details.js",
+    "metrics.js",
+    "page.js",
+)
 MOST = 4
 """Runs on one page: more cannot be told apart."""
 

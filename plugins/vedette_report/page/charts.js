@@ -29,6 +29,7 @@ class Charts {
     plots.forEach((plot, i) => {
       plot.spec = filled[i];
       plot.chart.setData(this.columns(filled[i]));
+      this.describe(plot.frame, plot.spec);
     });
     this.moveTo(this.state.scan);
   }
@@ -49,13 +50,13 @@ class Charts {
     const common = { scans: keep, log: false };
     return [
       { ...common, title: `Position error, RMS over the covered objects [${unit}]`,
-        lines: [{ name: "error", values: of(scans.position_rmse), colour: "#0072b2" }] },
+        lines: [{ name: "error", values: of(scans.position_rmse), colour: BLUE }] },
       { ...common, title: "NEES of the position, mean over the objects; expected: its number of axes", log: true, band: percent,
-        lines: [{ name: "NEES", values: of(scans.nees), colour: "#0072b2" }], low: of(scans.nees_low), high: of(scans.nees_high) },
+        lines: [{ name: "NEES", values: of(scans.nees), colour: BLUE }], low: of(scans.nees_low), high: of(scans.nees_high) },
       { ...common, title: "NIS, mean over the tracks with a return; expected: the number of measured axes", log: true, band: percent,
-        lines: [{ name: "NIS", values: of(scans.nis), colour: "#0072b2" }], low: of(scans.nis_low), high: of(scans.nis_high) },
+        lines: [{ name: "NIS", values: of(scans.nis), colour: BLUE }], low: of(scans.nis_low), high: of(scans.nis_high) },
       { ...common, title: "Objects that a track covers",
-        lines: [{ name: "covered", values: this.data.facts.objects.length ? of(scans.covered) : [], colour: "#0072b2" }] },
+        lines: [{ name: "covered", values: this.data.facts.objects.length ? of(scans.covered) : [], colour: BLUE }] },
     ];
   }
 
@@ -77,15 +78,16 @@ class Charts {
         lines: [{ name: "NIS", values: of(entries.nis_given_hit), colour, dots: true }],
         low: two((s) => bands[scans.sensor[s]][0]), high: two((s) => bands[scans.sensor[s]][1]) },
       { ...common, title: `Track ${id}: mode probabilities`, unit: true,
-        lines: facts.modes.map((name, i) => ({ name, values: of(entries[`mode${i}`]), colour: facts.colours.tracks[(i * 7) % 12] })) },
+        lines: facts.modes.map((name, i) => ({ name, values: of(entries[`mode${i}`]), colour: legible(facts.colours.tracks[(i * 7) % 12]) })) },
       { ...common, title: `Track ${id}: existence, and hit`, unit: true,
-        lines: [{ name: "existence", values: of(entries.existence), colour }, { name: "hit", values: of(entries.miss).map((miss) => 1 - miss), colour: "#9a9a9a" }] },
+        lines: [{ name: "existence", values: of(entries.existence), colour }, { name: "hit", values: of(entries.miss).map((miss) => 1 - miss), colour: THEME.grey }] },
     ];
   }
 
   frame(spec) {
     const frame = document.createElement("div");
     frame.className = "chart";
+    frame.setAttribute("role", "img");
     const head = document.createElement("h2"), values = document.createElement("span");
     head.textContent = spec.title;
     values.className = "values";
@@ -109,7 +111,7 @@ class Charts {
     }
     for (const line of spec.lines)
       series.push({ stroke: line.colour, dash: line.dash, spanGaps: this.spans || line.gaps === false, width: line.dots ? 0.6 : 1.4, points: { show: Boolean(line.dots), size: 4, width: 0, fill: line.colour } });
-    const axis = { stroke: SOFT, grid: { stroke: FAINT, width: 1 }, ticks: { show: false }, font: "11px system-ui, sans-serif" };
+    const axis = { stroke: THEME.soft, grid: { stroke: THEME.faint, width: 1 }, ticks: { show: false }, font: "11px system-ui, sans-serif" };
     const chart = new uPlot({
       width: Math.max(200, frame.clientWidth), height: 150, series, bands, legend: { show: false },
       cursor: { x: true, y: false, points: { show: false }, drag: { x: false, y: false } },
@@ -123,9 +125,20 @@ class Charts {
     const now = document.createElement("div");
     now.className = "now";
     chart.over.append(now);
+    this.describe(frame, spec);
     const plot = { chart, spec, look: this.look(spec), now, values, frame };
     chart.over.addEventListener("click", () => { if (chart.cursor.idx !== null) this.onTime(plot.spec.scans[chart.cursor.idx]); });
     return plot;
+  }
+
+  // Says for readers of screens what a chart shows: the range of each of its lines.
+  describe(frame, { title, lines }) {
+    const ranges = lines.map(({ name, values }) => {
+      const known = Array.from(values).filter(Number.isFinite);
+      const [least, most] = known.reduce(([low, high], value) => [Math.min(low, value), Math.max(high, value)], [Infinity, -Infinity]);
+      return `${name} from ${shown(least)} to ${shown(most)} in ${counted(known.length, "scan")}`;
+    });
+    frame.setAttribute("aria-label", `${title}: ${ranges.join("; ")}`);
   }
 
   length() { return this.data.scans.time[this.data.scans.count - 1] - this.begin || 1; }
@@ -193,7 +206,7 @@ class Timeline {
     this.width = width;
     this.rows.forEach(({ run, track }, row) => {
       const chosen = track === state.track && run === state.run, every = this.step > 10 ? 1 : 5;
-      context.fillStyle = chosen ? INK : SOFT;
+      context.fillStyle = chosen ? THEME.ink : THEME.soft;
       if (row % every === 0 || chosen) context.fillText(String(runs[run].tracks.id[track]), 4, row * this.step + Math.min(this.step - 3, 11));
       this.drawLife(context, runs[run], track, row * this.step, chosen);
     });
@@ -207,7 +220,7 @@ class Timeline {
       let to = from;
       while (to + 1 < rows.length && goesOn(rows[to], rows[to + 1])) to++;
       const begin = at(entries.scan[rows[from]]), end = at(entries.scan[rows[to]] + 1);
-      context.fillStyle = entries.confirmed[rows[from]] ? tracks.colour[track] : "#c4c4c4";
+      context.fillStyle = entries.confirmed[rows[from]] ? tracks.colour[track] : THEME.grey;
       context.fillRect(begin, y + 1 + thin / 2, Math.max(end - begin, 1.5), this.step - 2 - thin);
       from = to + 1;
     }

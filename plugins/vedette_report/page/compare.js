@@ -2,10 +2,10 @@
 // The page of several runs: their tracks on one map, their figures in the same charts, and one cursor over all.
 
 const LOOKS = [
-  { colour: "#0072b2", fill: "rgba(0, 114, 178, 0.13)", dash: [] },
-  { colour: "#d55e00", fill: "rgba(213, 94, 0, 0.13)", dash: [7, 4] },
-  { colour: "#009e73", fill: "rgba(0, 158, 115, 0.13)", dash: [2, 3] },
-  { colour: "#cc79a7", fill: "rgba(204, 121, 167, 0.13)", dash: [9, 3, 2, 3] },
+  { colour: BLUE, fill: "rgba(0, 114, 178, 0.13)", dash: [] },
+  { colour: legible("#d55e00"), fill: "rgba(213, 94, 0, 0.13)", dash: [7, 4] },
+  { colour: legible("#009e73"), fill: "rgba(0, 158, 115, 0.13)", dash: [2, 3] },
+  { colour: legible("#cc79a7"), fill: "rgba(204, 121, 167, 0.13)", dash: [9, 3, 2, 3] },
 ];
 
 // The texts of all runs, each under the names of those that it belongs to.
@@ -54,7 +54,7 @@ class MapOfRuns {
   constructor(data, state, canvas) {
     Object.assign(this, { data, state });
     this.maps = data.runs.map((run, i) => {
-      run.tracks.colour = run.tracks.colour.map((colour, t) => run.tracks.confirmed[t] ? LOOKS[i].colour : "#8a8a8a");
+      run.tracks.colour = run.tracks.colour.map((colour, t) => run.tracks.confirmed[t] ? LOOKS[i].colour : THEME.grey);
       const own = { scan: 0, track: -1, return: -1, layers: {}, sensors: Object.keys(run.facts.sensors).map(() => true) };
       return Object.assign(new SceneMap(run, own, canvas), { dash: LOOKS[i].dash, over: i > 0, same: i > 0 && run.facts.same });
     });
@@ -154,7 +154,7 @@ class DetailsOfRuns extends Details {
     const scans = page.map.maps.map((map) => map.state.scan), unit = data.facts.unit;
     const rows = [["time [s]", "time"], ["returns", "returns"], ["objects covered", "covered"], [`position error [${unit}]`, "position_rmse"], ["NEES", "nees"], ["NIS", "nis"]];
     const table = element("table", "", "list"), top = table.createTHead().insertRow(), body = table.createTBody();
-    top.append(element("th"));
+    top.append(element("td"));
     data.runs.forEach((run, i) => top.append(this.head(run.facts.name, LOOKS[i].colour)));
     for (const [about, name] of rows) {
       const row = body.insertRow();

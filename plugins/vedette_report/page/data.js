@@ -94,7 +94,7 @@ function indexTracks(data) {
   for (let t = 0; t < tracks.id.length; t++) {
     tracks.confirmed[t] = tracks.rows[t].some((e) => entries.confirmed[e]);
     const colours = data.facts.colours.tracks;
-    tracks.colour[t] = tracks.confirmed[t] ? colours[next++ % colours.length] : "#8a8a8a";
+    tracks.colour[t] = tracks.confirmed[t] ? legible(colours[next++ % colours.length]) : THEME.grey;
   }
 }
 
@@ -139,6 +139,18 @@ function shown(value) {
   if (value === 0) return "0";
   const size = Math.abs(value);
   return size >= 1e-3 && size < 1e6 ? String(Number(value.toPrecision(4))) : value.toExponential(3);
+}
+
+// When a scan was: the date where times are dates, and s from the first scan.
+function clockOf({ scans, facts }, scan) {
+  const since = `${(scans.time[scan] - scans.time[0]).toFixed(2)} s`;
+  return facts.dated ? `${dateOf(scans.time[scan])} (${since})` : since;
+}
+
+// A date and time of s since 1970 by ISO 8601, to the millisecond.
+function dateOf(time) {
+  const date = new Date(1000 * time);
+  return Number.isNaN(date.getTime()) ? shown(time) : date.toISOString();
 }
 
 // A coordinate on the map, with its centre added.

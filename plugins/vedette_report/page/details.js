@@ -32,6 +32,13 @@ class Details {
     return table;
   }
 
+  // Rows of the columns that have a value anywhere.
+  known(table, at, titles) {
+    this.empty ??= {};
+    const { data, empty } = this, lacks = (name) => empty[name] ??= !data[table][name].some(Number.isFinite);
+    return titles.filter(([, name]) => data.facts.live || !lacks(name)).map(([title, name]) => [title, shown(data[table][name][at]), name]);
+  }
+
   // A table whose rows can be picked.
   list(head, rows) {
     const table = element("table", "", "list"), top = table.createTHead().insertRow(), body = table.createTBody();
@@ -60,13 +67,10 @@ class Details {
     host.replaceChildren(
       element("h2", `Scan ${s + 1} of ${scans.count}`),
       this.table([
-        ["time [s]", scans.time[s].toFixed(3), "time"],
+        facts.dated ? ["time", dateOf(scans.time[s]), "time"] : ["time [s]", scans.time[s].toFixed(3), "time"],
         ["sensor", Object.keys(facts.sensors)[scans.sensor[s]]],
         ["returns", String(scans.returns[s]), "returns"],
-        ["objects covered", facts.objects.length && Number.isFinite(scans.covered[s]) ? String(scans.covered[s]) : "–", "covered"],
-        [`position error [${facts.unit}]`, shown(scans.position_rmse[s]), "position_rmse"],
-        ["NEES", shown(scans.nees[s]), "nees"],
-        ["NIS", shown(scans.nis[s]), "nis"],
+        ...this.known("scans", s, [["objects covered", "covered"], [`position error [${facts.unit}]`, "position_rmse"], ["NEES", "nees"], ["NIS", "nis"]]),
       ]),
       element("h3", rows.length ? "Confirmed tracks" : "No confirmed track"),
     );
@@ -101,17 +105,15 @@ class Details {
       host.append(element("p", "It does not exist at this scan."));
       return;
     }
-    const rows = [["status", entries.confirmed[e] ? "confirmed" : "tentative"], ["object", this.objectOf(e), "object"]];
+    const rows = [["status", entries.confirmed[e] ? "confirmed" : "tentative"]];
+    if (facts.objects.length) rows.push(["object", this.objectOf(e), "object"]);
     if (entries.x)
       rows.push(...[0, 1].map((i) => [facts.map.labels[i], `${shownPlace(data, [entries.x, entries.y][i][e], i)} ± ${shown(Math.sqrt([entries.covXX, entries.covYY][i][e]))}`, ["x", "y"][i]]));
     if (entries.vx) rows.push([`speed [${facts.unit}/s]`, shown(Math.hypot(entries.vx[e], entries.vy[e])), "speed"]);
-    rows.push(
-      [`error [${facts.unit}]`, shown(entries.position_error[e]), "position_error"],
-      [`expected RMS [${facts.unit}]`, shown(entries.position_sigma[e]), "position_sigma"],
-      ["NEES", shown(entries.nees[e]), "nees"],
-      ["NIS given a hit", shown(entries.nis_given_hit[e]), "nis_given_hit"],
-      ["existence", shown(entries.existence[e]), "existence"],
-    );
+    rows.push(...this.known("entries", e, [
+      [`error [${facts.unit}]`, "position_error"], [`expected RMS [${facts.unit}]`, "position_sigma"], ["NEES", "nees"],
+      ["NIS given a hit", "nis_given_hit"], ["existence", "existence"],
+    ]));
     facts.modes.forEach((name, i) => rows.push([name, shown(entries[`mode${i}`][e]), `mode${i}`]));
     host.append(this.table(rows), element("h3", "Whose return?"), this.weights(e));
   }
@@ -130,7 +132,7 @@ class Details {
 
   showReturn(r) {
     const { data, state, host } = this, { entries, returns, scans, tracks, facts } = data, s = state.scan;
-    host.replaceChildren(this.title(`Return ${r - scans.firstReturn[s]}`, "#d55e00"));
+    host.replaceChildren(this.title(`Return ${r - scans.firstReturn[s]}`, THEME.accent));
     host.firstChild.id = "chosen";
     const rows = [["sensor", Object.keys(facts.sensors)[scans.sensor[s]]]];
     if (facts.map && Number.isFinite(returns.x[r]))

@@ -1,12 +1,10 @@
 "use strict";
 // What lies under everything else on the map: the user's lines and areas, meridians and parallels, a grid.
 
-const INK = "#1a1a1a", SOFT = "#6e6e6e", FAINT = "#e4e4e4";
-
 function drawUnderlay(map, context) {
   const lines = map.data.facts.underlay;
-  context.strokeStyle = "#b9a98a";
-  context.fillStyle = "#f3eee2";
+  context.strokeStyle = THEME.coast;
+  context.fillStyle = THEME.land;
   context.lineWidth = 1;
   for (const { points, closed } of lines) {
     context.beginPath();
@@ -22,8 +20,8 @@ function drawUnderlay(map, context) {
 
 // Meridians and parallels, each named where it enters the map; parallels clear of the grid's own numbers.
 function drawGraticule(map, context) {
-  context.strokeStyle = "#c9d8e4";
-  context.fillStyle = "#47708f";
+  context.strokeStyle = THEME.meridian;
+  context.fillStyle = THEME.latitude;
   context.lineWidth = 1;
   context.font = "11px system-ui, sans-serif";
   for (const { points, label } of map.data.facts.graticule) {
@@ -47,8 +45,8 @@ function drawGrid(map, context) {
   const step = power * [1, 2, 5, 10].find((m) => m * power >= rough), centre = map.data.facts.centre;
   const unit = map.data.facts.unit, [left, top] = map.placeAt(0, 0), [right, bottom] = map.placeAt(map.width, map.height);
   const label = (value) => unit === "m" && step >= 1000 ? `${Number((value / 1000).toFixed(3))} km` : `${Number(value.toFixed(6))} ${unit}`;
-  context.strokeStyle = FAINT;
-  context.fillStyle = SOFT;
+  context.strokeStyle = THEME.faint;
+  context.fillStyle = THEME.soft;
   context.lineWidth = 1;
   context.font = "11px system-ui, sans-serif";
   context.beginPath();

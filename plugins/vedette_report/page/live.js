@@ -67,6 +67,7 @@ class Live {
     map.zoom = (...by) => { this.fits = false; zoom.apply(map, by); };
     map.pan = (...by) => { this.fits = false; pan.apply(map, by); };
     map.fit();
+    page.charts.spans = true;  // where comparing with the truth is slow, few scans have a value: lines go on over the others
     const goTo = page.goTo, play = page.play, choose = page.choose;
     page.goTo = (scan) => { this.follow(false); goTo.call(page, scan); };
     page.play = (on) => { if (this.following) this.follow(false); else play.call(page, on); };
@@ -120,7 +121,7 @@ class Live {
     state.return = -1;
     if (this.fits && (box[0] < fitted[0] || box[1] < fitted[1] || box[2] > fitted[2] || box[3] > fitted[3])) map.fit();
     map.draw();
-    byId("clock").textContent = `${(scans.time[state.scan] - scans.time[0]).toFixed(2)} s`;
+    byId("clock").textContent = clockOf(data, state.scan);
     stats.drawn++;
     this.came.push(scans.came.slice(first, state.scan + 1));
     this.channel.port2.postMessage(0);  // it arrives after this has been painted
@@ -137,9 +138,8 @@ class Live {
   }
 
   drawDetails() {
-    const slider = byId("slider");
-    slider.max = this.data.scans.count - 1;
-    slider.value = page.state.scan;
+    byId("slider").max = this.data.scans.count - 1;
+    page.showTime(page.state.scan);
     if (this.following) page.details.show();
     if (!this.ended) this.tell(this.story());
   }
@@ -161,12 +161,7 @@ class Live {
     Object.assign(job, { scans: this.stats.received, next: end + Math.max(job.every, SLOW * (end - now)) });
   }
 
-  // Where comparing with the truth is slow, few scans have a value: their lines go on over the others.
-  drawCharts() {
-    const { covered, count } = this.data.scans, compared = covered.subarray(0, count).filter(Number.isFinite).length;
-    page.charts.spans = compared < 0.9 * count;
-    page.charts.update();
-  }
+  drawCharts() { page.charts.update(); }
 
   drawOverview() {
     const { confirmed } = this.data.tracks, objects = this.data.facts.objects.length;

@@ -135,7 +135,7 @@ class LiveData {
     this.byId.set(id, t);
     tracks.id.push(id);
     tracks.confirmed.push(0);
-    tracks.colour.push("#8a8a8a");
+    tracks.colour.push(THEME.grey);
     tracks.rows.push([]);
     if (this.colours.has(id)) this.confirm(t);
     return t;
@@ -143,7 +143,7 @@ class LiveData {
 
   confirm(t) {
     const { tracks, colours } = this, id = tracks.id[t], many = this.facts.colours.tracks;
-    if (!colours.has(id)) colours.set(id, many[colours.size % many.length]);
+    if (!colours.has(id)) colours.set(id, legible(many[colours.size % many.length]));
     tracks.confirmed[t] = 1;
     tracks.colour[t] = colours.get(id);
   }

@@ -102,7 +102,7 @@ class SceneMap {
   }
 
   clear() {
-    this.context.fillStyle = "#fff";
+    this.context.fillStyle = THEME.paper;
     this.context.fillRect(0, 0, this.width, this.height);
   }
 
@@ -136,7 +136,7 @@ class SceneMap {
   // Draws the paths, each on from where it ended when it was drawn last.
   drawPaths() {
     const { data, state, pens } = this, { entries, tracks } = data;
-    if (state.layers.truth) this.drawPathsOf(data.truth, data.truth, pens.truth, () => INK, () => true, 1, 0.55);
+    if (state.layers.truth) this.drawPathsOf(data.truth, data.truth, pens.truth, () => THEME.ink, () => true, 1, 0.55);
     if (!state.layers.paths || !entries.x) return;
     const context = this.still.getContext("2d"), wanted = (t) => tracks.confirmed[t] || state.layers.tentative;
     context.setLineDash(this.dash);
@@ -173,22 +173,22 @@ class SceneMap {
 
   drawTruthNow() {
     const { data, state, context } = this, { truth } = data;
-    context.fillStyle = INK;
+    context.fillStyle = THEME.ink;
     context.font = "italic 12px system-ui, sans-serif";
     const few = truth.atScan.first[state.scan + 1] - truth.atScan.first[state.scan] <= 40;
     for (let k = truth.atScan.first[state.scan]; k < truth.atScan.first[state.scan + 1]; k++) {
       const i = truth.atScan.row[k], x = this.px(truth.x[i]), y = this.py(truth.y[i]);
-      context.strokeStyle = INK;
+      context.strokeStyle = THEME.ink;
       context.lineWidth = 1.4;
       context.strokeRect(x - 4, y - 4, 8, 8);
-      if (few) this.write(data.facts.objects[truth.object[i]], x + 8, y + 15, INK);
+      if (few) this.write(data.facts.objects[truth.object[i]], x + 8, y + 15, THEME.ink);
     }
   }
 
   write(text, x, y, colour) {
     const { context } = this;
     context.lineWidth = 3;
-    context.strokeStyle = "rgba(255, 255, 255, 0.85)";
+    context.strokeStyle = THEME.veil;
     context.strokeText(text, x, y);
     context.fillStyle = colour;
     context.fillText(text, x, y);
@@ -269,7 +269,7 @@ class SceneMap {
         ring(row, data.tracks.colour[state.track]);
       }
     }
-    if (state.return >= 0) ring(state.return, "#d55e00");
+    if (state.return >= 0) ring(state.return, THEME.accent);
   }
 
   // What lies under a place in px: {track}, or where there is none {return}, or nothing.

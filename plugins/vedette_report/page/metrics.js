@@ -22,7 +22,7 @@ function difference(first, value) {
 
 function figureTable(heads, rows) {
   const table = element("table", "", "figures"), top = table.createTHead().insertRow(), body = table.createTBody();
-  heads.forEach((text) => top.append(element("th", text)));
+  heads.forEach((text) => top.append(element(text ? "th" : "td", text)));
   for (const [about, name, cells] of rows) {
     const row = body.insertRow();
     row.dataset.figure = name;

@@ -39,7 +39,16 @@ class Page {
     this.connect();
     this.resize();
     this.map.fit();
-    this.goTo(0);
+    this.goTo(this.firstToShow());
+  }
+
+  // The first scan with returns and a confirmed track; where there is none the first with returns.
+  firstToShow() {
+    const { scans, entries, runs } = this.data;
+    if (runs) return 0;
+    const seen = (s) => scans.returns[s] > 0, all = Array.from({ length: scans.count }, (_, s) => s);
+    const confirmed = (s) => entries.atScan.row.slice(entries.atScan.first[s], entries.atScan.first[s + 1]).some((e) => entries.confirmed[e]);
+    return Math.max(0, all.find((s) => seen(s) && confirmed(s)) ?? all.find(seen) ?? 0);
   }
 
   fillTexts() {
@@ -146,12 +155,18 @@ class Page {
     const next = Math.max(0, Math.min(scan, data.scans.count - 1));
     if (next !== state.scan) state.return = -1;  // a return is of one scan
     state.scan = next;
-    byId("slider").value = next;
-    byId("clock").textContent = `${(data.scans.time[next] - data.scans.time[0]).toFixed(2)} s`;
+    this.showTime(next);
     this.map.draw();
     this.charts.moveTo(next);
     this.timeline.moveTo(next);
     this.details.show();
+  }
+
+  showTime(scan) {
+    const slider = byId("slider"), text = clockOf(this.data, scan);
+    slider.value = scan;
+    slider.setAttribute("aria-valuetext", `${text}, scan ${scan + 1} of ${this.data.scans.count}`);
+    byId("clock").textContent = text;
   }
 
   choose({ track = -1, return: row = -1, run = 0 }) {
@@ -171,16 +186,20 @@ class Page {
     state.playing = on;
     byId("play").textContent = on ? "❚❚" : "▶";
     byId("play").setAttribute("aria-label", on ? "Pause" : "Play");
-    let clock = times[state.scan], before = performance.now(), last = state.scan;
+    let clock = times[state.scan], before = performance.now(), last = state.scan, drawn = -Infinity;
+    const pause = CALM ? 1000 : 0;  // ms between two pictures
     const step = (now) => {
       if (!state.playing) return;
       if (state.scan !== last) clock = times[state.scan];  // moved by hand
       clock += state.speed * (now - before) / 1000;
       before = now;
       const scan = lastAtOrBefore(times, clock);
-      if (scan !== state.scan) this.goTo(scan);
+      if (scan !== state.scan && now - drawn >= pause) {
+        this.goTo(scan);
+        drawn = now;
+      }
       last = state.scan;
-      if (scan >= data.scans.count - 1) this.play(false);
+      if (state.scan >= data.scans.count - 1) this.play(false);
       else requestAnimationFrame(step);
     };
     if (on) requestAnimationFrame(step);

@@ -59,11 +59,13 @@ class Shown:
     ) -> tuple[dict[str, Any], list[Packed]]:
         """Return what is the same in all of the run, and its packed columns; `centre`: the origin of the page's map."""
         series = self.series
-        origin = origin or Terms.of(series.about["notes"]).origin
+        terms = Terms.of(series.about["notes"])
+        origin = origin or terms.origin
         packed, placed = columns(series, centre)
         return {
             **series.about,
             **placed,
+            "dated": terms.dated,
             "words": self.words,
             "config": self.config,
             "colours": {"tracks": canvas.TRACKS, "modes": canvas.MODES},

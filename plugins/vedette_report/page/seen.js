@@ -1,7 +1,6 @@
 "use strict";
 // What the sensors saw, and from where: frames, returns, lines of bearing, platforms and how far each of them sees.
 
-const RETURN = "#7a7a7a";
 const FADE = 12;  // scans whose returns are still to be seen
 
 // Pixel i covers the square around i.
@@ -21,7 +20,7 @@ function drawReturns(map) {
     if (!state.sensors[scans.sensor[s]]) continue;
     const now = s === state.scan, size = now ? 4 : 2;
     context.globalAlpha = now ? 0.95 : 0.14 + 0.3 * (1 - (state.scan - s) / FADE);
-    context.fillStyle = now ? INK : RETURN;
+    context.fillStyle = now ? THEME.ink : THEME.grey;
     for (let r = scans.firstReturn[s]; r < scans.firstReturn[s + 1]; r++) {
       const x = map.px(returns.x[r]), y = map.py(returns.y[r]);
       if (x >= -5 && y >= -5 && x <= map.width + 5 && y <= map.height + 5) context.fillRect(Math.round(x - size / 2), Math.round(y - size / 2), size, size);
@@ -34,7 +33,7 @@ function drawReturns(map) {
 function drawRay(map, r, s) {
   const [x, y] = standing(map.data, s), { context, data } = map, far = 2 * (map.width + map.height);
   if (!Number.isFinite(x)) return;
-  context.strokeStyle = SOFT;
+  context.strokeStyle = THEME.soft;
   context.lineWidth = 0.7;
   context.beginPath();
   context.moveTo(map.px(x), map.py(y));
@@ -61,7 +60,7 @@ function drawView(map) {
     if (swapped) along.reverse();
     return [map.px(x + range * along[0]), map.py(y + range * along[1])];
   };
-  context.strokeStyle = SOFT;
+  context.strokeStyle = THEME.soft;
   context.lineWidth = 1;
   context.setLineDash([5, 4]);
   for (const { closed, rows } of view) {
@@ -85,7 +84,7 @@ function drawPlatform(map) {
   const { context } = map, [x, y] = standing(map.data, map.state.scan);
   if (!Number.isFinite(x)) return;
   context.fillStyle = "#ffd23f";
-  context.strokeStyle = INK;
+  context.strokeStyle = THEME.ink;
   context.lineWidth = 1;
   context.beginPath();
   context.moveTo(map.px(x), map.py(y) - 8);

@@ -36,7 +36,7 @@ function showCharts() {
 function showTables() {
   for (const { title, columns, rows } of facts.tables) {
     const box = element("div", "", "scroll"), table = element("table", "", "figures"), top = table.createTHead().insertRow(), body = table.createTBody();
-    top.append(element("th"), ...columns.map((name) => element("th", name)));
+    top.append(element("td"), ...columns.map((name) => element("th", name)));
     for (const [label, cells] of rows) body.insertRow().append(element("th", label), ...cells.map((cell) => element("td", told(cell))));
     box.append(table);
     byId("tables").append(element("h2", title), box);
@@ -76,6 +76,7 @@ function showWorst() {
   }
 }
 
+for (const { panels } of facts.charts) for (const { curves } of panels) for (const curve of curves) curve.colour = legible(curve.colour);
 showCharts();
 showTables();
 showWorst();

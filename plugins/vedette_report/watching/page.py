@@ -110,7 +110,7 @@ class LivePage:
                 pass
 
     def _facts(self, experiment: Experiment, recording: Recording, underlay: Path | None) -> dict[str, Any]:
-        origin = Terms.of(recording.notes).origin
+        terms = Terms.of(recording.notes)
         return {
             **self._records.about,
             "centre": [0.0, 0.0],
@@ -120,8 +120,10 @@ class LivePage:
             "config": without_passwords(json.dumps(to_config(experiment), indent=2)) + "\n",
             "colours": {"tracks": canvas.TRACKS, "modes": canvas.MODES},
             "frames": [],
-            "underlay": [] if underlay is None else read_underlay(underlay, origin),
-            "graticule": [] if origin is None else graticule(origin, np.full(2, -_AROUND), np.full(2, _AROUND)),
+            "dated": terms.dated,
+            "live": True,
+            "underlay": [] if underlay is None else read_underlay(underlay, terms.origin),
+            "graticule": [] if terms.origin is None else graticule(terms.origin, np.full(2, -_AROUND), np.full(2, _AROUND)),
         }
 
     def _picture(self, frame: Frame) -> dict[str, Any]:

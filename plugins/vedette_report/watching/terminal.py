@@ -79,7 +79,7 @@ class TerminalView:
         return Group(*parts, self._table(state, estimate))
 
     def _map(self, scan: Scan, state: State, estimate: Gaussian, plane: Plane) -> Any:
-        """Return what the scan and the tracks are on the map, a character each; a track is the last figure of its number."""
+        """Return what the scan and the tracks are on the map, a dot a return, and of a track its number."""
         from rich.text import Text
 
         space, sensor = self._experiment.tracker.state, self._experiment.tracker.sensors[scan.sensor]
@@ -89,26 +89,29 @@ class TerminalView:
         self._extend(np.concatenate([tracks, returns]))
         cells = [[(" ", "")] * width for _ in range(height)]
         span = np.maximum(self._high - self._low, 1e-9) * (1 + 2 * _MARGIN)
-        step = max(span[0] / width, span[1] / (2 * height))  # a character is twice as high as it is wide
+        steps = span / (width, height)  # of a character: the whole width is used, so the two scales differ
         middle = (self._low + self._high) / 2 if np.isfinite(self._low).all() else np.zeros(2)
         down = self._unit == "px"
         marks = [*((spot, "\N{MIDDLE DOT}", "dim") for spot in returns)]
         marks += [
-            (spot, str(number % 10), f"bold {COLOURS[number % len(COLOURS)]}")
+            (spot, str(number), f"bold {COLOURS[number % len(COLOURS)]}")
             for spot, number in zip(tracks, state.ids[state.confirmed].tolist(), strict=True)
         ]
         for spot, mark, style in marks:
-            if np.isfinite(spot).all() and np.isfinite(step):
-                right, up = (spot - middle) / step
-                column, row = int(width / 2 + right), int(height / 2 + (up if down else -up) / 2)
+            if np.isfinite(spot).all() and np.isfinite(steps).all():
+                right, up = (spot - middle) / steps
+                column, row = int(width / 2 + right), int(height / 2 + (up if down else -up))
                 if 0 <= column < width and 0 <= row < height:
-                    cells[row][column] = (mark, style)
+                    for i, letter in enumerate(mark[: width - column]):
+                        cells[row][column + i] = (letter, style)
         text = Text(no_wrap=True)
         for line in cells:
             for mark, style in line:
                 text.append(mark, style=style)
             text.append("\n")
-        text.append(f"{step * 10:.4g} {self._unit} for 10 characters", style="dim")
+        text.append(
+            f"{steps[0] * 10:.4g} {self._unit} for 10 characters, {steps[1] * 10:.4g} {self._unit} for 10 lines", style="dim"
+        )
         return text
 
     def _extend(self, spots: Array) -> None:
