@@ -54,11 +54,11 @@ def _rebuild(tree: T, parts: list[Any]) -> T:
         return tree
     if isinstance(tree, tuple):
         return tuple(parts)  # type: ignore[return-value]
-    return _made_of(type(tree))[1](*parts)  # type: ignore[no-any-return]
+    return _made_of(type(tree))[1](*parts)
 
 
 @cache
-def _made_of(cls: type[Any]) -> tuple[tuple[str, ...], Callable[..., Any]]:
+def _made_of(cls: Any) -> tuple[tuple[str, ...], Callable[..., Any]]:
     """Return the names of a class's fields, and what makes its values of them: not its constructor if that only stores."""
     fields = attrs.fields(cls)
     stores = all(field.init and field.converter is None and field.validator is None for field in fields)
