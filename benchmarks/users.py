@@ -92,8 +92,8 @@ def smoothing_by_vedette() -> Run:
             yield state
 
     def run() -> Array:
-        first = [tracker.estimate(state) for state in vedette.smoothed(tracker, states())][0]
-        return first.mean[0, :2]
+        whole = [tracker.estimate(state) for state in vedette.smoothed(tracker, states())]
+        return whole[0].mean[0, :2]
 
     return run
 
@@ -242,9 +242,7 @@ def particles_by_stonesoup() -> Run:
     predictor, updater = ParticlePredictor(motion), ParticleUpdater(sensor, SystematicResampler())
     drawn = np.random.default_rng(1).multivariate_normal(problem.x0, problem.P0, 1000)[:, peer.ORDER].T
     weight = np.array([Probability(1 / 1000)] * 1000)
-    seen = [
-        peer.detection(problem, sensor, z[0], peer.BEGIN + timedelta(seconds=i + 1)) for i, z in enumerate(problem.z)
-    ]
+    seen = [peer.detection(problem, sensor, z[0], peer.BEGIN + timedelta(seconds=i + 1)) for i, z in enumerate(problem.z)]
 
     def run() -> None:
         state: Any = ParticleState(state_vector=StateVectors(drawn), weight=weight, timestamp=peer.BEGIN)
@@ -348,7 +346,11 @@ JOBS = (
         "EKF, range and bearing",
         "a scan",
         50,
-        {"vedette": lambda: _fly(EKF), "filterpy": lambda: _peer("filterpy", "ekf"), "stonesoup": lambda: _peer("stonesoup", "ekf")},
+        {
+            "vedette": lambda: _fly(EKF),
+            "filterpy": lambda: _peer("filterpy", "ekf"),
+            "stonesoup": lambda: _peer("stonesoup", "ekf"),
+        },
         {"filterpy": 1 / 5, "stonesoup": 1 / 80},
         10,
     ),
@@ -468,7 +470,9 @@ def report(found: list[Found]) -> str:
     parts = [
         grid(["us", *NAMES.values()], rows),
         grid(["what", "measured", "at most", ""], targets) if targets else "",
-        "Where Vedette's time goes, by `cProfile`, which counts calls of Python too dear:\n\n" + "\n".join(lines) if lines else "",
+        "Where Vedette's time goes, by `cProfile`, which counts calls of Python too dear:\n\n" + "\n".join(lines)
+        if lines
+        else "",
         told,
     ]
     return "\n\n".join(part for part in parts if part)

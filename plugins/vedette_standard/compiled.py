@@ -9,8 +9,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from vedette import Array, Pose, kernels
-from vedette.kernels import Twin
+from vedette import Array, Pose, Twin, kernels
 
 F = TypeVar("F", bound=Callable[..., Any])
 

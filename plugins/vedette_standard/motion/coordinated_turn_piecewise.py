@@ -7,8 +7,7 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import Factory, field, frozen
 
-from vedette import Array, MotionModel, Space, fields, kernels
-from vedette.kernels import Twin
+from vedette import Array, MotionModel, Space, Twin, fields, kernels
 from vedette_standard import compiled
 from vedette_standard.motion.coordinated_turn import CoordinatedTurn
 

@@ -7,8 +7,7 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Space, fields
-from vedette.kernels import Twin
+from vedette import Array, Space, Twin, fields
 from vedette_standard.sensors.clutter import CIRCLE
 from vedette_standard.sensors.geometry import polar_slope, ranges_and_bearings
 from vedette_standard.sensors.placed import PlacedSensor

@@ -8,8 +8,7 @@ from abc import abstractmethod
 import numpy as np
 from attrs import field, frozen
 
-from vedette import Array, Pose, Sensor, fields
-from vedette.kernels import Twin
+from vedette import Array, Pose, Sensor, Twin, fields
 from vedette_standard import compiled
 from vedette_standard.sensors.clutter import check_stated_once, uniform_over
 from vedette_standard.sensors.station import covers, placed

@@ -8,8 +8,7 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import field, frozen
 
-from vedette import Array, Pose, Sensor, Space, fields
-from vedette.kernels import Twin
+from vedette import Array, Pose, Sensor, Space, Twin, fields
 from vedette_standard import compiled
 from vedette_standard.sensors.clutter import CIRCLE, check_stated_once, per_range, uniform_over
 from vedette_standard.sensors.direct import DirectSensor
