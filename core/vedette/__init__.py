@@ -39,7 +39,7 @@ _HOMES = {
     "kernels.twins": "Twin",
     "space": "NO_AXES Array Axis Indices Mask Space SpaceError",
     "tracking.tracker": "Tracker",
-    "types": "Detections Frame Gaussian Innovation LazyScans Newborn Pose Recording Review Rows Scan "
+    "types": "Detections Frame Gaussian Innovation LazyScans Mixtures Newborn Pose Recording Review Rows Scan "
     "Track Trajectory new_gaussian new_innovation",
     "values": "maker",
     "wrapping": "WrappedMotion WrappedSensor",

@@ -132,6 +132,16 @@ class Hypotheses:
         best = np.diff(self.cluster, prepend=-1) > 0
         return np.sort(self.leaves[best[self.rows]])
 
+    def holding(self, leaves: Indices) -> Indices:
+        """Return the leaves, ascending, of the heaviest hypothesis of each cluster that holds most of some of its leaves."""
+        held = np.zeros(len(self.track), dtype=bool)
+        held[leaves] = True
+        number = np.bincount(self.rows, held[self.leaves], len(self.weights))
+        order = np.lexsort((-number, self.cluster))
+        best = np.zeros(len(self.weights), dtype=bool)
+        best[order[np.diff(self.cluster, prepend=-1) > 0]] = True
+        return np.sort(self.leaves[best[self.rows]])
+
     @cached_property
     def probability(self) -> Array:
         """The probability of each leaf (l,): the weight of the hypotheses that hold it."""
@@ -277,6 +287,9 @@ class HypothesisAssociator(Associator):
     by_cluster: ClassVar[bool] = True
     exclusive: ClassVar[bool] = True
 
+    shows_marginals: ClassVar[bool] = False
+    """Whether a leaf is shown with the existence of its target over all leaves, and not under its own history."""
+
     @property
     def merges(self) -> Literal["", "kept", "shown"]:
         """Which leaves are merged after each scan, if beliefs can be: none, those kept or those shown."""
@@ -312,9 +325,12 @@ class HypothesisAssociator(Associator):
         The lifecycle judges by it. last (l, n): numbers of the returns that each took last, -1 where it took fewer.
         """
 
-    def shown_existence(self, hypotheses: Any, own: Array) -> Array:
-        """Return the existence (l,) of each leaf that is shown, from its own (l,)."""
-        return own
+    def shown_with(self, hypotheses: Any, existence: Array, leaves: Indices) -> Indices:
+        """Return the rows that would be shown if some leaves were known to be right, those that it rules out left aside.
+
+        So are the tracks found that ended before the last scan, for smoothing. existence (l,): that of each leaf.
+        """
+        return self.reported(hypotheses, existence)
 
     @abstractmethod
     def reported(self, hypotheses: Any, existence: Array) -> Indices:

@@ -20,7 +20,7 @@ from vedette.display import parameters_html
 from vedette.kernels.derivative import numerical_jacobian
 from vedette.kernels.twins import Twin
 from vedette.space import NO_AXES, Array, Mask, Space
-from vedette.types import Detections, Frame, Gaussian, Innovation, Pose
+from vedette.types import Detections, Frame, Gaussian, Innovation, Mixtures, Pose
 
 CONTRACT = 2
 """The version of this contract. A plugin module states `VEDETTE_CONTRACT = 2`; the registry sets any other aside."""
@@ -174,6 +174,12 @@ class Sensor(Component):
     @abstractmethod
     def clutter(self, z: Array) -> Array:
         """Return the clutter density per scan in 1 / volume of the measurement space: (*b, k, m) -> (*b, k) or ()."""
+
+    def covers(self, z: Array) -> Mask:
+        """Return whether a false return may lie at z, i.e. in its field of view: (*b, k, m) -> (*b, k) or (); no law binds
+        `clutter` elsewhere, where noise may put a target's return: it is to be finite, so that clutter there is possible.
+        """
+        return np.ones((), dtype=bool)
 
     @property
     def optional(self) -> Mapping[str, float]:
@@ -339,6 +345,13 @@ class Estimator(Component, Generic[B]):
     def mode_prob(self, belief: B) -> Array | None:
         """Return the mode probabilities (*b, t, r) of a mixture, else None."""
         return None
+
+    def merge(self, belief: B, mixtures: Mixtures) -> B:
+        """Return one belief for each of some mixtures, with its moments, for associators that merge tracks or leaves.
+
+        A filter whose belief is a Gaussian has it; a mixture merges mode by mode.
+        """
+        raise NotImplementedError(f"{self.kind!r} does not state how beliefs are merged")
 
     def cross_covariance(self, belief: B, dt: float) -> Array:
         """Return the covariance (*b, t, n, n) of the state now (rows) and `dt` s later (columns), dt > 0, for smoothing."""

@@ -154,6 +154,19 @@ class Newborn:
 
 
 @frozen(eq=False)
+class Mixtures:
+    """`count` mixtures of the same beliefs: by `shares` (p,) of the belief `parts` (p,) in the one of row `into` (p,).
+
+    The shares of each sum to 1.
+    """
+
+    into: Indices
+    parts: Indices
+    shares: Array
+    count: int
+
+
+@frozen(eq=False)
 class Review:
     """A scan's results for the tracks, for the lifecycle; all (*b, t) but the time.
 
@@ -162,6 +175,7 @@ class Review:
     hit           probability that a return was the track's
     p_detect      probability with which the sensor should have detected it
     spread        largest standard deviation of its position, in m; None unless the lifecycle needs it
+    place         expected x and y (*b, t, 2), in m; None unless the lifecycle needs it
     """
 
     dt: float
@@ -169,6 +183,7 @@ class Review:
     hit: Array
     p_detect: Array
     spread: Array | None = None
+    place: Array | None = None
 
 
 @frozen(eq=False)

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from attrs import evolve, frozen
 
 from vedette.roles import MotionModel, Sensor
-from vedette.space import Array, Space
+from vedette.space import Array, Mask, Space
 from vedette.types import Gaussian, Pose
 
 
@@ -119,6 +119,10 @@ class WrappedSensor(Sensor):
     def clutter(self, z: Array) -> Array:
         """(*b, k, m) -> (*b, k) or ()"""
         return self.of.clutter(z)
+
+    def covers(self, z: Array) -> Mask:
+        """(*b, k, m) -> (*b, k) or ()"""
+        return self.of.covers(z)
 
     def invert(self, z: Array, noise: Array | None = None) -> Gaussian:
         """(*b, m) -> (*b, n), (*b, n, n)"""

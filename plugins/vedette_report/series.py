@@ -19,7 +19,7 @@ from vedette.metrics import ENTRIES, SCANS, Block, RunningJudge
 from vedette.space import Array, Indices, Mask
 from vedette.tracking import State
 from vedette.types import Frame, Gaussian, Scan
-from vedette_files import Column, Series, SeriesFile, SeriesTracks, Tables, TrackRows, read_series
+from vedette_files import Column, Series, SeriesFile, SeriesTracks, Tables, TrackRows, full_covariances, read_series
 from vedette_report.series_about import about
 from vedette_report.series_judged import judged
 from vedette_report.series_rows import ScanRows
@@ -92,6 +92,24 @@ class Recorder:
         else:
             bare = scan if scan.frame is None else evolve(scan, frame=_BARE)
             self._later.append((rows, evolve(seen, scan=bare)))
+
+    def again(self, scan: Scan, rows: dict[str, dict[str, Column]]) -> None:
+        """Take a scan that a run took before this one, with the rows that its series have of it, of the tables `none`."""
+        told, low = rows["entries"], rows["below"]
+        cov = full_covariances(told["cov"], low["entry"], low["place"], low["value"])
+        modes = told["modes"] if self.modes else None
+        seen = _Seen(scan, told["track"], told["confirmed"], Gaussian(told["mean"], cov), told["nis"], told["hit"], modes)
+        self._take(rows, seen)
+
+    @property
+    def none(self) -> Tables:
+        """The tables of a run that nobody has judged, without rows."""
+        return self._none
+
+    @property
+    def scans(self) -> int:
+        """How many scans were taken."""
+        return self._scans
 
     def _take(self, rows: dict[str, dict[str, Column]], seen: _Seen) -> None:
         for table in ("returns", "entries", "splits", "merges"):

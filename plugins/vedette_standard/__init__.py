@@ -61,6 +61,7 @@ from vedette_standard.preprocessors.unbiased_conversion import UnbiasedConversio
 from vedette_standard.sensors.bearing_only import BearingOnly
 from vedette_standard.sensors.biased import Biased
 from vedette_standard.sensors.cartesian_position import CartesianPosition
+from vedette_standard.sensors.displaced import Displaced
 from vedette_standard.sensors.linear import LinearSensor
 from vedette_standard.sensors.partial import Partial
 from vedette_standard.sensors.polar_position import PolarPosition
@@ -82,7 +83,7 @@ def vedette_components() -> Iterable[type[vedette.Component]]:
         *(CoordinatedTurnPiecewise, RandomWalkPiecewise),
         *(OrnsteinUhlenbeck, RandomWalk, GaussMarkov, CoordinatedTurn3d, Curvilinear, Product, Linear),
         *(CartesianPosition, RangeBearing, PolarPosition, PositionVelocity),
-        *(BearingOnly, RangeOnly, RangeBearingRate, RangeBearingElevation, Biased, Partial, LinearSensor),
+        *(BearingOnly, RangeOnly, RangeBearingRate, RangeBearingElevation, Biased, Displaced, Partial, LinearSensor),
         *(Kalman, ExtendedKalman, UnscentedKalman, Imm),
         *(IteratedExtendedKalman, CubatureKalman, SquareRootKalman, FadingMemory),
         *(HInfinity, GH, LeastSquares, EnsembleKalman),

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import vedette
-from vedette import Detections, Gaussian, Scan
+from vedette import Detections, Gaussian, Mixtures, Scan
+from vedette.filters import merged
 from vedette.sampling.generators import NO_DRAWS, NotInLockStep
 from vedette.tracking import take
 from vedette.tracking.smoothing import check_smoothing
@@ -151,11 +152,47 @@ def test_the_mean_of_the_hypotheses_can_be_shown():
     np.testing.assert_allclose(single[0].estimate(one).mean, single[1].estimate(other).mean, rtol=1e-12)
 
 
+@pytest.mark.parametrize("associator", [{"kind": "variational"}, {"kind": "k_best", "show": "mean"}], ids=str)
+def test_merging_mode_by_mode_changes_nothing_where_modes_are_alike(associator):
+    """An IMM of one filter twice is that filter, merged or not; one of two filters is not."""
+    mode, given = FILTERS["kalman"][0], scans(RADAR)
+    one = composed(associator)
+    twice = composed(associator, {"kind": "imm", "modes": [mode, mode], "transition": [[0.9, 0.1], [0.1, 0.9]]})
+    other = composed(associator, FILTERS["imm"][0])
+    merged = 0
+    for a, b in zip(states_of(one, given), states_of(twice, given), strict=True):
+        np.testing.assert_array_equal(a.ids, b.ids)
+        np.testing.assert_allclose(a.existence, b.existence, rtol=1e-9, atol=1e-12)
+        np.testing.assert_allclose(one.estimate(a).mean, twice.estimate(b).mean, rtol=1e-7, atol=1e-9)
+        np.testing.assert_allclose(one.estimate(a).cov, twice.estimate(b).cov, rtol=1e-6, atol=1e-9)
+        merged += len(a.ids)
+    assert merged > 10
+    modes = other.estimator.mode_prob(states_of(other, given)[-1].belief)
+    np.testing.assert_allclose(modes.sum(axis=-1), 1.0)
+    assert np.ptp(modes[:, 0]) > 0.0
+
+
+def test_merged_modes_keep_the_moments_of_the_mixture():
+    tracker = composed("k_best", FILTERS["imm"][0])
+    leaves, filter_ = states_of(tracker, scans(RADAR))[-1].leaves, tracker.estimator
+    count = len(leaves.ids)
+    into, parts = np.repeat([0, 1], count), np.tile(np.arange(count), 2)
+    shares = np.random.default_rng(1).dirichlet(np.ones(count), 2)
+    mixtures = Mixtures(into, parts, shares.ravel(), 2)
+    found = filter_.moments(filter_.merge(leaves.belief, mixtures))
+    expected = merged(filter_.moments(leaves.belief), mixtures, tracker.state)
+    np.testing.assert_allclose(found.mean, expected.mean, rtol=1e-10)
+    np.testing.assert_allclose(found.cov, expected.cov, rtol=1e-8)
+
+
 @pytest.mark.parametrize(
     ("parts", "said"),
     [
         ({"lifecycle": {"kind": "m_of_n"}}, "lifecycle: must keep existence probabilities"),
-        ({"estimator": FILTERS["imm"][0], "associator": "variational"}, "estimator: must have a Gaussian belief"),
+        (
+            {"estimator": {"kind": "ensemble_kalman", "motion": MOTION}, "associator": "variational"},
+            "estimator: must merge beliefs",
+        ),
     ],
 )
 def test_parts_that_do_not_go_together_are_refused(parts, said):

@@ -37,6 +37,8 @@ def newborn(it: Expected, claims: Array, inside: Mask | None = None) -> Newborn:
         raise ValueError(f"birth: no track begins in runs in lock-step, got claims of shape {claims.shape}")
     sources = None if it.undetected is None else it.undetected.sources
     begin = plan.birth.begin(sources, plan.estimator, it.sensor, name, it.observed, claims)
+    if plan.offsets is not None and it.offsets is not None:
+        begin = plan.offsets.begun(it.sensor, begin, it.offsets)
     return without_second(plan.identity, it.names, it.observed.identity, begin, inside)
 
 

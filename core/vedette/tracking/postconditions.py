@@ -34,6 +34,7 @@ Sensor                noise         covariance * rows measurement
 Sensor                mean_noise    covariance * rows measurement
 Sensor                detects       * rows
 Sensor                clutter       * rows
+Sensor                covers        ? * rows
 Sensor                invert        gaussian rows observes
 Sensor                at            Sensor
 HypothesisAssociator  branch        Branching: parent leaves, choice leaves, hypotheses any

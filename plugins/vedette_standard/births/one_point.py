@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from vedette import Array, Detections, Gaussian, Indices, Mask, Sensor, Space
+from vedette import Array, Detections, Gaussian, Indices, Mask, Newborn, Sensor, Space
+from vedette_standard.regions import PLANE, Polygon, held
 
 
 def one_point(
@@ -27,6 +28,14 @@ def one_point(
     mean[:, own] = spot.mean
     cov[:, np.array(own)[:, None], own] = spot.cov
     return Gaussian(mean, cov)
+
+
+def within(areas: Sequence[Polygon], begin: Newborn, state: Space) -> Newborn:
+    """Return the tracks (j,) that begin in one of some areas; all where there are none."""
+    if not areas:
+        return begin
+    keep = held(areas, begin.prior.mean[:, state.locate(PLANE)])
+    return Newborn(begin.returns[keep], Gaussian(begin.prior.mean[keep], begin.prior.cov[keep]), begin.existence[keep])
 
 
 _NONE: Indices = np.zeros(0, dtype=np.intp)

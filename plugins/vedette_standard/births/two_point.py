@@ -9,7 +9,8 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Birth, Detections, Estimator, Gaussian, Indices, Newborn, Sensor, Space, fields
-from vedette_standard.births.one_point import unclaimed
+from vedette_standard.births.one_point import unclaimed, within
+from vedette_standard.regions import Polygon
 
 
 @frozen(eq=False)
@@ -44,6 +45,9 @@ class TwoPoint(Birth):
     initial: float = fields.probability("probability that a new track is of a target", default=0.5, above=0)
     deviations: float = fields.quantity(
         "1", "noise that is added to what the speed allows, in standard deviations", default=3.0, at_least=0
+    )
+    appears_in: tuple[Polygon, ...] = fields.part(
+        "areas outside of which no track starts; default: everywhere", default=(), tried=((),)
     )
 
     def initial_memory(self, estimator: Estimator[Any], rng: np.random.Generator) -> Waiting | None:
@@ -100,7 +104,7 @@ class TwoPoint(Birth):
         cov[:, own[:, None], own] = spot.cov
         cov[:, own[:, None], velocity] = cov[:, velocity[:, None], own] = spot.cov / found.ago
         cov[:, velocity[:, None], velocity] = (spot.cov + found.cov[before]) / found.ago**2
-        return Newborn(rows, Gaussian(mean, cov), np.full(count, self.initial))
+        return within(self.appears_in, Newborn(rows, Gaussian(mean, cov), np.full(count, self.initial)), state)
 
     def _velocity(self, state: Space, position: Space) -> Indices:
         """Return the axes of the velocity, one for each of the position."""

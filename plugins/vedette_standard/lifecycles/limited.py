@@ -11,6 +11,7 @@ from attrs import frozen
 
 from vedette import Array, Lifecycle, Mask, Review, fields, maker
 from vedette_standard.compiled import fastest
+from vedette_standard.regions import Polygon, held
 
 DETECTED = 0.5
 """A track counts as detected if a return was its own with a greater probability."""
@@ -29,7 +30,9 @@ class Since:
 
 @frozen
 class Limited(Lifecycle):
-    """A lifecycle that also ends tracks that no sensor covers, that are not detected, or whose position is too uncertain."""
+    """A lifecycle that also ends tracks that no sensor covers, that are not detected, whose position is too uncertain,
+    or that leave the areas in which targets survive.
+    """
 
     max_out_of_coverage: float | None = fields.quantity(
         "s", "a track ends after this time in places where no sensor is likely to detect it", default=60.0, above=0
@@ -41,6 +44,16 @@ class Limited(Lifecycle):
         "m", "a track ends when its position's largest standard deviation exceeds this; default: never for that alone",
         default=None, above=0,
     )  # fmt: skip
+
+    survives_in: tuple[Polygon, ...] = fields.part(
+        "areas outside of which there are no targets: a track that leaves them all ends; default: everywhere",
+        default=(), tried=((),),
+    )  # fmt: skip
+
+    @property
+    def needs_place(self) -> bool:
+        """Whether there are areas in which targets survive."""
+        return bool(self.survives_in)
 
     @property
     def needs_spread(self) -> bool:
@@ -66,6 +79,8 @@ class Limited(Lifecycle):
         )
         if self.max_spread is not None and scan.spread is not None:
             alive = alive & (scan.spread <= self.max_spread)
+        if self.survives_in and scan.place is not None:
+            alive = alive & held(self.survives_in, scan.place)
         return new_since(covered, detected, own), confirmed, alive
 
     @abstractmethod

@@ -8,7 +8,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Gaussian, Space, Twin, fields
-from vedette_standard.sensors.clutter import CIRCLE, per_range
+from vedette_standard.sensors.clutter import per_direction
 from vedette_standard.sensors.geometry import NEAR, polar_slope, ranges_and_bearings
 from vedette_standard.sensors.placed import RangingSensor
 from vedette_standard.sensors.range_bearing import RangeBearing
@@ -57,7 +57,7 @@ class RangeBearingRate(RangingSensor):
     def _unbounded(self) -> str:
         if self.max_rate is None:
             return "max_rate"
-        return "max_range" if self.max_range is None else ""
+        return super()._unbounded()
 
     def _approach(self, x: Array) -> tuple[Array, Array, Array]:
         """Return unit vector to the target (*b, 2), the distance as a divisor (*b), and the relative velocity (*b, 2)."""
@@ -107,7 +107,7 @@ class RangeBearingRate(RangingSensor):
         """Return the clutter density: (*b, k, 3) -> (*b, k) in 1/(m rad m/s), or () if it is the same everywhere."""
         if self.max_rate is None:
             return np.asarray(0.0)
-        return per_range(self, z[..., 0], 2) / (CIRCLE * 2 * self.max_rate)
+        return per_direction(self, z[..., 0], 2) / (2 * self.max_rate)
 
     def invert(self, z: Array, noise: Array | None = None) -> Gaussian:
         """Return the unbiased position and the velocity, unknown across the line of sight: (*b, 3) -> (*b, 4), (*b, 4, 4).

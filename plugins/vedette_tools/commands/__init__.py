@@ -78,6 +78,39 @@ class Explain(Command):
 
 @final
 @frozen
+class Smooth(Command):
+    """Clean and smooth positions that bear the names of their objects.
+
+    One object a name, each with the noise and the agility that suit it: positions that cannot be right are marked and not
+    used, long gaps split a path. The same columns come back, with speeds, courses and deviations.
+    """
+
+    kind: ClassVar[str] = "smooth"
+
+    def options(self, parser: ArgumentParser) -> None:
+        about = "CSV or Parquet files with a header and a row for each report of a time and a position; folders of Parquet"
+        parser.add_argument("data", metavar="FILE", nargs="+", help=about)
+        about = "the column that names objects; default: one whose title says so, such as mmsi or icao24"
+        parser.add_argument("--by", metavar="COLUMN", help=about)
+        about = "how far apart positions are to be, as in '10 s'; default: at the times of the rows"
+        parser.add_argument("--every", metavar="TIME", help=about)
+        about = "longest time without a report in one piece of a path; default: 20 times the object's usual one"
+        parser.add_argument("--gap", metavar="TIME", help=about)
+        about = "the file to write; default: the data's name with -smoothed, in this folder"
+        parser.add_argument("--out", metavar="FILE", help=about)
+        parser.add_argument("--workers", metavar="N", help="number of processes; it changes no result; default: all cores")
+        about = "address of a Dask scheduler, whose workers see the folder of --out"
+        parser.add_argument("--scheduler", metavar="ADDRESS", help=about)
+        options.add_json(parser, "end standard output with one line of JSON: what was done")
+
+    def run(self, arguments: Namespace) -> int:
+        from vedette_tools.commands import smooth
+
+        return smooth.run(arguments)
+
+
+@final
+@frozen
 class Tune(Command):
     """Estimate parameters from a recording without truth.
 
