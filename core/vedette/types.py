@@ -216,6 +216,8 @@ class Track:
     parents: confirmed tracks from which it may have split; merged: when it ended in s, and the track that took its returns
     confirmed_at (s,) s: when it was known that it is confirmed at the scan, NaN if never; None if always at the scan
     identity (s,): the code that it most likely bears, -1 for none; None where no return named its object
+    link (s,): the probability that the return which it took and its last before are of one target, NaN without such; None
+    where no hypotheses are kept
     """
 
     id: int
@@ -234,6 +236,7 @@ class Track:
     merged: tuple[float, int] | None = None
     confirmed_at: Array | None = None
     identity: NDArray[np.int64] | None = None
+    link: Array | None = None
 
 
 @frozen(eq=False)

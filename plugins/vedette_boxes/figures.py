@@ -10,7 +10,7 @@ import numpy as np
 from attrs import field, frozen
 
 from vedette.metrics import Figure, hota, idf1
-from vedette.space import Array, Space
+from vedette.space import Array, Indices, Space
 from vedette_boxes.rows import Rows, overlap
 from vedette_boxes.sensors.box import BOX
 
@@ -26,11 +26,11 @@ _ROUNDING = 2.3e-16
 class Frames:
     """Objects and tracks of some frames: per frame their ids (j,) and (t,), and the overlap (j, t) of their boxes."""
 
-    truth: list[Array] = field(factory=list)
-    tracks: list[Array] = field(factory=list)
+    truth: list[Indices] = field(factory=list)
+    tracks: list[Indices] = field(factory=list)
     alike: list[Array] = field(factory=list)
 
-    def add(self, objects: Array, boxes: Array, tracks: Array, estimates: Array) -> None:
+    def add(self, objects: Indices, boxes: Array, tracks: Indices, estimates: Array) -> None:
         """Take a frame: objects (j,) with boxes (j, 4), and tracks (t,) with boxes (t, 4)."""
         self.truth.append(objects)
         self.tracks.append(tracks)

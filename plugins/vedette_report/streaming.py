@@ -88,8 +88,9 @@ def _written(experiment: Experiment, results: Results, steps: Steps, shown: Show
     detected = {name: spaces[name] for name in experiment.preprocessors}
     frames, notes = FrameFiles.of(folder / "recording.jsonl", steps.recording), steps.recording.notes
     recorder = Recorder(folder / SERIES, experiment, steps, kept=False)
+    extra = () if steps.state.links is None else ("link",)
     with (
-        TrackFiles(folder, tracker.state, notes, recorder.modes, grows=True) as tracks,
+        TrackFiles(folder, tracker.state, notes, recorder.modes, extra=extra, grows=True) as tracks,
         (folder / "recording.jsonl").open("w", encoding="utf-8", newline="\n") as recording,
     ):
         described = evolve(steps.recording, detected=detected)

@@ -186,7 +186,8 @@ def _whole_tracks(score: Score, unit: str) -> Iterator[str]:
         yield f"trajectory GOSPA {score.trajectory_gospa_m:.3g} {unit} a scan"
     else:
         yield "no trajectory GOSPA, whose linear program is larger than judge.largest_program"
-    yield f"OSPA(2) {_maybe(score.ospa2_m, unit)}, HOTA {_maybe(score.hota)}, MOTA {_maybe(score.mota)}, IDF1 {_maybe(score.idf1)}"
+    shares = ", ".join(f"{name.upper()} {_maybe(getattr(score, name))}" for name in ("hota", "mota", "idf1"))
+    yield f"OSPA(2) {_maybe(score.ospa2_m, unit)}, {shares}"
 
 
 def _objects(score: Score, unit: str) -> list[str]:

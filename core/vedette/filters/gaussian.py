@@ -13,7 +13,6 @@ from vedette.filters.memo import Memo
 from vedette.filters.mixing import merged
 from vedette.filters.motion import OverMotion
 from vedette.roles import Estimator
-from vedette.sampling.generators import NO_DRAWS
 from vedette.space import Array, Space
 from vedette.types import Gaussian, Hypotheses, Innovation, Mixtures, new_gaussian
 
@@ -62,7 +61,7 @@ class GaussianFilter(OverMotion[Gaussian]):
         """Return the moments of mixtures, if the belief is its moments."""
         if not has_gaussian_belief(self):
             return super().merge(belief, mixtures)
-        return self.start(merged(belief, mixtures, self.state), self.state, NO_DRAWS)
+        return marginal(merged(belief, mixtures, self.state), self.state, self.state, self.zero_variance)
 
     def cross_covariance(self, belief: Gaussian, dt: float) -> Array:
         """Return P F', F the derivative of the motion at the mean; for filters that predict by it."""

@@ -28,8 +28,8 @@ SWITCHES = (0.02, 0.1, 0.3)
 """Probabilities that a mode changes from one report to the next."""
 
 LEAST_SHARE, MOST_NOISES = 0.01, 6
-"""A noise or a mode that accounts for less of a sample is left out, and of noises those beyond the best. The mode above those
-that are kept is kept with this share: a sample need not show the hardest manoeuvre.
+"""A noise or a mode that accounts for less of a sample is left out, and of noises those beyond the best. The mode above
+those that are kept is kept with this share: a sample need not show the hardest manoeuvre.
 """
 
 ROUNDS = 30
