@@ -16,7 +16,7 @@ from vedette.space import Array, Axis, Space
 from vedette.testing.bands import judge_frequency, judge_standard_normal
 from vedette.testing.comparisons import Closed, covariance, demand, finite, frozen_copy, is_derivative, same
 from vedette.testing.law import Law
-from vedette.testing.laws import clutter, imaging, inversion, platforms, rates
+from vedette.testing.laws import clutter, imaging, inversion, platforms, rates, twins
 from vedette.testing.laws import space as spaces
 from vedette.testing.laws.noise_units import demand_deviations, demand_squares, demand_units
 from vedette.testing.laws.sensor_cases import Looks, full, noise_of, regular, slopes
@@ -296,4 +296,5 @@ LAWS = (
     *clutter.LAWS,
     *rates.LAWS,
     *imaging.LAWS,
+    *twins.OF_SENSOR,
 )
