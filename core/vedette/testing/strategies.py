@@ -55,6 +55,10 @@ CATALOGUE = {
 SENSOR = "radar"
 """Name of the one entry in an inferred table of names."""
 
+DIRECTION = {"heading", "course", "bearing", "azimuth", "direction", "orientation", "rotation", "yaw", "from", "to"}
+"""Words in the name of a parameter in rad that is no deviation nor a width, but may be any angle of the circle."""
+TURN = {"above": -np.pi, "below": np.pi}
+
 _AXES = ("x", "y", "vx", "vy")
 _MATRICES: dict[int, tuple[Any, ...]] = {
     1: ([0.5, 0.5], [0.2, 0.8], [0.0, 1.0]),
@@ -168,6 +172,8 @@ def _leaf(shape: Shape, parameter: Parameter, place: str) -> st.SearchStrategy[A
         low, high = int(metadata["limits"].get("at_least", 0)), int(metadata["limits"].get("at_most", 10**9))
         return st.integers(low, min(high, low + 20))
     elif "limits" in metadata:
+        if parameter.unit == "rad" and DIRECTION & set(parameter.name.split("_")) and "sigma" not in parameter.name:
+            return st.one_of(numbers("", {**metadata["limits"], **TURN}), st.sampled_from([0.0, 3.0, -3.0, np.pi / 2]))
         return numbers(parameter.unit, metadata["limits"])
     raise Misuse(f"{place}: no strategy can be inferred for it; pass one: {parameter.name}=st.just(...)")
 
