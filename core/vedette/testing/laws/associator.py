@@ -182,7 +182,8 @@ def names_tell_pairs_apart(associator: Associator, drawn: Scores) -> None:
     """If it weighs scores: where pairs differ by the codes of returns alone, a track takes most of the one with its own."""
     t, k = drawn.scores.shape[-2], drawn.scores.shape[-1] - 1
     slope = np.broadcast_to(np.arange(1.0 + k), (1, 1, 1 + k))
-    if k and np.array_equal(*(_weights(associator, scores, np.zeros((1, 1, k))) for scores in (slope, -slope))):
+    up, down = (_weights(associator, scores, np.zeros((1, 1, k))) for scores in (slope, -slope))
+    if k and np.array_equal(up, down):
         raise Closed("it weighs returns by their evidence alone")
     names = Names(np.stack([np.arange(t), *2 * [np.full(t, -1)]], axis=-1), np.tile([0.9, 0.0, 0.0], (t, 1)))
     scores = weighed(Identity(wrong=0.1, codes=50), names, drawn.returns, np.zeros((1, t, 1 + k)))

@@ -55,8 +55,8 @@ class Sight(ImagingSensor):
     """A camera that reads nothing off its pictures."""
 
     kind: ClassVar[str] = "kit_sight"
-    observes: ClassVar[Space] = Space.of(x="px", y="px")  # type: ignore[misc]
-    measurement: ClassVar[Space] = observes  # type: ignore[misc]
+    observes: ClassVar[Space] = Space.of(x="px", y="px")
+    measurement: ClassVar[Space] = observes
 
     def measure(self, x: Array) -> Array:
         """Return the position."""
