@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cache
+from inspect import isabstract
 from typing import Any
 
 import numpy as np
@@ -149,6 +150,9 @@ def catalogue(
     registry = Registry.installed() if registry is None else registry
     entries = [entry for kind in CATALOGUE.get(role, ()) if (entry := registry.find(role, kind)) is not None]
     fitting = [components(entry.cls, registry=registry) for entry in entries if issubclass(entry.cls, base)]
+    if not fitting and base is not Component:  # a field that names one class, or the base of a few
+        named = [entry.cls for entry in registry if entry.role == role and issubclass(entry.cls, base)]
+        fitting = [components(cls, registry=registry) for cls in named or ([] if isabstract(base) else [base])]
     if not fitting:
         raise Misuse(f"{place}: no {role} of the kit's catalogue fits; pass a strategy for it")
     return st.one_of(fitting)

@@ -68,7 +68,7 @@ def demand_squares(component: Any, space: Space, states: Space, x: Array, noise:
 
 
 def demand_units(component: Any, space: Space, states: Space, x: Array, noise: Callable[[Any, Array, float], Array]) -> None:
-    """Broken if in half the unit of length, or of time, a variance becomes another whole power of 2 than its axis' unit says.
+    """Broken if in half the unit of length, or of time, a variance becomes another whole power of 2 than its unit says.
 
     What the code holds as a number of its own makes it no whole power: that is not judged, nor what does not change at all.
     `noise` takes the factor of all times, too.
