@@ -182,7 +182,7 @@ def examine(cls: type[Component], law: Law, drawn: st.SearchStrategy[Any], profi
     name = f"{cls.__qualname__}.{law.name}".encode()
     run = hypothesis.seed(profile.seed * 2**32 + zlib.crc32(name))(settings(hypothesis.given(pairs)(attempt)))
     if replay:
-        version, _, blob = replay.rpartition("/")
+        version, _, blob = replay.partition("/")
         run = hypothesis.reproduce_failure(version, blob.encode())(run)
     alpha = profile.alpha * law.examples(profile) if law.effort == "statistical" else 0.0
     try:

@@ -34,7 +34,7 @@ from vedette.config.registry import Registry
 from vedette.testing import Misuse, Profile, examine, laws_of
 from vedette.testing.strategies import components
 
-SECONDS = 90
+SECONDS = 45
 """CPU time of a mutant at most."""
 
 RAISED = re.compile(r"^(\S+ )?raised \w+|^\w+(Error|Exception|Iteration)\b")
@@ -124,9 +124,7 @@ def judged(
     return {"verdict": verdict, "laws": raising, "cpu": round(time.process_time() - began, 2)}
 
 
-def apart(
-    mutant: Mutant, profile: Profile, given: dict[tuple[str, str], dict[str, Any]], only: list[str]
-) -> dict[str, Any]:
+def apart(mutant: Mutant, profile: Profile, given: dict[tuple[str, str], dict[str, Any]], only: list[str]) -> dict[str, Any]:
     """Judge a mutant in a process of its own, which may not take longer than `SECONDS` of CPU time nor 4 GB."""
     reading, writing = os.pipe()
     child = os.fork()
