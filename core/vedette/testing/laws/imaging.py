@@ -101,7 +101,10 @@ def _clear(camera: ImagingSensor, drawn: Looks) -> Frame:
     frame, x = _picture(camera, drawn), _at(camera, COLUMN, ROW)
     if _plain(camera):
         frame = Frame(frozen_copy(_spot()))
-    if camera.information(x, frame, x)[2][0] < (0.0 if _plain(camera) else STANDS_OUT):
+    there = camera.information(x, frame, x)[2][0]
+    known = _plain(camera) and "amplitude" in camera.observes
+    demand(not known or there > 0, f"llr: must be > 0 on a target as bright as expected, got {there:.4g}")
+    if there < (0.0 if _plain(camera) else STANDS_OUT):
         raise Closed("its target does not stand out from what the camera takes for noise")
     return frame
 
