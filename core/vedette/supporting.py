@@ -133,6 +133,11 @@ class Lifecycle(Component):
         return False
 
     @property
+    def needs_place(self) -> bool:
+        """Whether `review` uses the positions in the plane."""
+        return False
+
+    @property
     def least_existence(self) -> float:
         """The existence below which a track ends."""
         return 0.0

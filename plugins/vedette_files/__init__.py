@@ -39,6 +39,7 @@ from vedette_files.series import Column as Column
 from vedette_files.series import Series as Series
 from vedette_files.series import SeriesFile as SeriesFile
 from vedette_files.series import Tables as Tables
+from vedette_files.series import open_series as open_series
 from vedette_files.series import read_about as read_about
 from vedette_files.series import read_series as read_series
 from vedette_files.series_tracks import UNNAMED as UNNAMED

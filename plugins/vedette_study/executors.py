@@ -13,8 +13,8 @@ from typing import Any, cast
 from vedette.config import Registry
 from vedette.config.provenance import identity, kinds_in
 from vedette.errors import ConfigError, Problem, VedetteError
+from vedette_report.identity import Code, differences, tell
 from vedette_study.execution import KEPT
-from vedette_study.identity import Code, differences, tell
 from vedette_study.plan import Plan
 
 WAIT = 600.0
@@ -56,6 +56,16 @@ def cluster(plan: Plan, code: Code, scheduler: Any, seconds: float = 10.0) -> It
         finally:
             if not given:
                 client.close()
+
+
+@contextmanager
+def dask_client(address: str, seconds: float = 10.0) -> Iterator[Executor]:
+    """Give the workers of a Dask cluster by its scheduler's address; ConfigError if none answers there."""
+    client = _client(address, seconds)
+    try:
+        yield client.get_executor(pure=False)
+    finally:
+        client.close()
 
 
 def _client(address: str, seconds: float) -> Any:

@@ -253,4 +253,4 @@ def _trackers(given: Any) -> dict[str, Mapping[str, Any]]:
 
 def by_point(values: Array, axes: Mapping[str, tuple[Any, ...]]) -> Array:
     """Reshape an array that leads with the points to one that leads with the axes of the grid."""
-    return values.reshape(*(len(each) for each in axes.values()), *values.shape[1:])
+    return values.reshape((*(len(each) for each in axes.values()), *values.shape[1:]))

@@ -13,7 +13,9 @@ import pytest
 
 import vedette
 from support.clusters import boat
-from vedette_study import execution, executors, identity
+from vedette.config import provenance
+from vedette_report import identity
+from vedette_study import execution, executors
 from vedette_study.plan import plan
 
 distributed = pytest.importorskip("distributed")
@@ -131,7 +133,8 @@ def test_a_kind_that_no_worker_has_is_missing():
 
 def other_code(change="x"):
     """Make this process one with other sources, or the usual one again."""
-    from vedette_study import execution, executors, identity
+    from vedette_report import identity
+    from vedette_study import execution, executors
 
     own = identity.identity.__wrapped__
     found = own if change is None else lambda packages: own(packages) | {"sources of vedette": change}
@@ -169,7 +172,7 @@ def test_a_worker_with_other_code_is_refused_before_and_while_it_works(cluster, 
 def test_kept_chunks_of_other_code_are_refused_or_recorded(monkeypatch, tmp_path, capfd):
     options = {"chunk": 10, "out": tmp_path / "out"}
     vedette.monte_carlo(CONFIG, 20, 3, **options)
-    here = dict(identity.identity(identity.packages_of([CONFIG], "vedette_study")))
+    here = dict(provenance.identity(provenance.packages_of([CONFIG], "vedette_report", "vedette_study")))
     changed = here | {"kernels": "of another machine"}
     monkeypatch.setattr(identity, "identity", lambda packages: changed)
     monkeypatch.setattr(execution, "identity", lambda packages: changed)

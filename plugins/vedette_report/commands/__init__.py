@@ -23,8 +23,12 @@ class Run(Command):
     kind: ClassVar[str] = "run"
 
     def options(self, parser: ArgumentParser) -> None:
-        options.add_config(parser)
+        options.add_config(parser, optional=True)
         parser.add_argument("--out", metavar="DIR", help="folder for the results; default: out/ and the config's name")
+        about = "go on from the streamed run in DIR that was killed; needs no CONFIG"
+        parser.add_argument("--resume", metavar="DIR", help=about)
+        about = "go on although Vedette, a plugin or a library is another one than before: the results are mixed"
+        parser.add_argument("--accept-other-code", action="store_true", help=about)
         options.add_seed(parser)
         options.add_json(parser, "end standard output with one line of JSON: the results")
         parser.add_argument(

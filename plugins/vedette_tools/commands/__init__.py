@@ -28,11 +28,24 @@ class New(Command):
             "the targets are found where they stand out, or the one in --box is followed."
         )
         config = drafts.add_parser("config", help="a config that tracks the targets of a file", description=about)
-        about = "a CSV or Parquet file with a header and one row for each return, a video, or a folder of images"
+        about = "a CSV, Parquet, JSON or GPX file with a row or record for each return, a video, or a folder of images"
         config.add_argument("data", metavar="DATA", help=about)
         about = "the target's box in the first frame of a video, in px; default: targets are found"
         config.add_argument("--box", metavar="X,Y,W,H", help=about)
         config.add_argument("--out", metavar="FILE", help="the config; default: the data's name with .toml, in this folder")
+        config.add_argument("--time", metavar="COLUMN", help="the column of the time; default: by its title")
+        about = "how many counts of the time's column, as frames, a second has"
+        config.add_argument("--rate", metavar="HZ", help=about)
+        about = "columns by what they hold, as x=cx,y=cy,z=cz or latitude=phi,longitude=lambda"
+        config.add_argument("--columns", metavar="AXIS=COLUMN,...", help=about)
+        config.add_argument(
+            "--units", metavar="AXIS=UNIT,...", help="units of columns, as x=km,y=km, bearing=deg or x=px,y=px"
+        )
+        config.add_argument("--dates", metavar="PATTERN", help="how dates are written, as '%%d/%%m/%%Y %%H:%%M:%%S'")
+        config.add_argument(
+            "--scan", metavar="COLUMN", help="the column that numbers scans; `time`: rows of one time are one"
+        )
+        config.add_argument("--platform", metavar="FILE", help="the file of own ship's positions, in the data's folder")
         about = (
             "what names of objects in the file are: known to the tracker, to judge its tracks by, or nothing; default: aid"
         )
@@ -74,6 +87,39 @@ class Explain(Command):
         from vedette_tools.commands import explain
 
         return explain.run(arguments)
+
+
+@final
+@frozen
+class Smooth(Command):
+    """Clean and smooth positions that bear the names of their objects.
+
+    One object a name, each with the noise and the agility that suit it: positions that cannot be right are marked and not
+    used, long gaps split a path. The same columns come back, with speeds, courses and deviations.
+    """
+
+    kind: ClassVar[str] = "smooth"
+
+    def options(self, parser: ArgumentParser) -> None:
+        about = "CSV or Parquet files with a header and a row for each report of a time and a position; folders of Parquet"
+        parser.add_argument("data", metavar="FILE", nargs="+", help=about)
+        about = "the column that names objects; default: one whose title says so, such as mmsi or icao24"
+        parser.add_argument("--by", metavar="COLUMN", help=about)
+        about = "how far apart positions are to be, as in '10 s'; default: at the times of the rows"
+        parser.add_argument("--every", metavar="TIME", help=about)
+        about = "longest time without a report in one piece of a path; default: 20 times the object's usual one"
+        parser.add_argument("--gap", metavar="TIME", help=about)
+        about = "the file to write; default: the data's name with -smoothed, in this folder"
+        parser.add_argument("--out", metavar="FILE", help=about)
+        parser.add_argument("--workers", metavar="N", help="number of processes; it changes no result; default: all cores")
+        about = "address of a Dask scheduler, whose workers see the folder of --out"
+        parser.add_argument("--scheduler", metavar="ADDRESS", help=about)
+        options.add_json(parser, "end standard output with one line of JSON: what was done")
+
+    def run(self, arguments: Namespace) -> int:
+        from vedette_tools.commands import smooth
+
+        return smooth.run(arguments)
 
 
 @final

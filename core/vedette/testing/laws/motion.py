@@ -12,7 +12,7 @@ from vedette.space import Array
 from vedette.testing.bands import judge_standard_normal
 from vedette.testing.comparisons import Closed, covariance, demand, finite, frozen_copy, is_derivative, same
 from vedette.testing.law import Law
-from vedette.testing.laws import curved_paths, gaps, reframing
+from vedette.testing.laws import curved_paths, gaps, reframing, twins
 from vedette.testing.laws import space as spaces
 from vedette.testing.laws.motion_cases import Moves
 from vedette.testing.laws.noise_units import demand_deviations, demand_squares, demand_units
@@ -244,4 +244,5 @@ LAWS = (
     Law(reframing.frames_within_turn),
     Law(differences_undo_steps),
     Law(angles_wrap),
+    *twins.OF_MOTION,
 )

@@ -16,7 +16,7 @@ from vedette.space import Array, Axis, Space
 from vedette.testing.bands import judge_frequency, judge_standard_normal
 from vedette.testing.comparisons import Closed, covariance, demand, finite, frozen_copy, is_derivative, same
 from vedette.testing.law import Law
-from vedette.testing.laws import clutter, imaging, inversion, platforms, rates
+from vedette.testing.laws import clutter, imaging, inversion, platforms, rates, twins
 from vedette.testing.laws import space as spaces
 from vedette.testing.laws.noise_units import demand_deviations, demand_squares, demand_units
 from vedette.testing.laws.sensor_cases import Looks, full, noise_of, regular, slopes
@@ -29,7 +29,9 @@ Method = Callable[[Array], Array]
 def _methods(sensor: Sensor) -> dict[str, tuple[Method, tuple[int, ...]]]:
     """Each method of a state, and the shape of its result beyond the batch axes."""
     m, n = len(sensor.measurement), len(sensor.observes)
+    coarse = sensor.unresolved(np.zeros((1, n))) is not None
     return {
+        **({"unresolved": (lambda x: np.asarray(sensor.unresolved(x)), (m, m))} if coarse else {}),
         "measure": (sensor.measure, (m,)),
         "jacobian": (sensor.jacobian, (m, n)),
         "noise": (sensor.noise, (m, m)),
@@ -70,6 +72,8 @@ def noise_is_positive_definite(sensor: Sensor, drawn: Looks) -> None:
     """The noise, and its mean over a belief, are symmetric and positive definite; that of a sure belief is the noise."""
     stated, n, m = noise_of(sensor, drawn.x), drawn.x.shape[-1], len(sensor.measurement)
     covariance("noise", stated, definite=True)
+    if (cells := sensor.unresolved(drawn.x)) is not None:
+        covariance("unresolved", full(cells, drawn.x, (m, m)), definite=True)
     for doubt in (0.0, 1.0):
         cov = np.broadcast_to(doubt * np.eye(n), (*drawn.x.shape, n))
         mean = full(sensor.mean_noise(drawn.x, cov), drawn.x, (m, m))
@@ -292,4 +296,5 @@ LAWS = (
     *clutter.LAWS,
     *rates.LAWS,
     *imaging.LAWS,
+    *twins.OF_SENSOR,
 )

@@ -1,4 +1,4 @@
-"""The code of a study: its chunks come of one, wherever they are run, unless another is accepted."""
+"""The code that results are of: a study's chunks and a run that goes on are of one, unless another is accepted."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from vedette.errors import ConfigError, Problem
 
 @frozen
 class Code:
-    """The code that a study is of: its packages, what identifies them here, and whether other code is accepted."""
+    """The code that results are of: its packages, what identifies them here, and whether other code is accepted."""
 
     packages: tuple[str, ...]
     made: dict[str, str]
     accept: bool = False
 
     @classmethod
-    def of(cls, configs: Iterable[Any], *, accept: bool = False) -> Code:
-        """Return the code here of some configs."""
-        packages = packages_of(configs, "vedette_study")
+    def of(cls, configs: Iterable[Any], *also: str, accept: bool = False) -> Code:
+        """Return the code here of some configs, and that of other packages which have a part in the results."""
+        packages = packages_of(configs, "vedette_report", *also)
         return cls(packages, identity(packages), accept)
 
     @property

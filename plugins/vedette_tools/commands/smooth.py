@@ -1,0 +1,45 @@
+"""`vedette smooth`: named positions, cleaned and smoothed."""
+
+from __future__ import annotations
+
+import json
+import os
+from argparse import Namespace
+from pathlib import Path
+
+from attrs import asdict
+
+from vedette.commands import DONE, options
+from vedette.errors import ConfigError, Problem
+from vedette.progress import on_terminal
+from vedette.writing import Inputs
+from vedette_files.columnar import SUFFIX
+from vedette_study.executors import dask_client
+from vedette_tools.smoothing.files import processes, smooth_files, tables
+from vedette_tools.smoothing.table import seconds
+
+
+def run(arguments: Namespace) -> int:
+    """Smooth the files, and say what was done."""
+    paths = tables([Path(path) for path in arguments.data])
+    first = Path(arguments.data[0])
+    suffix = paths[0].suffix.lower() if paths[0].suffix.lower() == SUFFIX else ".csv"
+    out = Path(arguments.out) if arguments.out else Path(f"{first.stem}-smoothed{suffix}")
+    if out.suffix.lower() != suffix:
+        raise ConfigError([Problem("--out", f"must end in {suffix} as what is read, got {str(out)!r}")])
+    Inputs.of(paths).check(out)
+    if out.exists():
+        raise ConfigError([Problem("--out", f"{str(out)!r} exists already: delete it, or name another file")])
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    workers = options.whole("--workers", arguments.workers, cores, 1)
+    every, gap = seconds("--every", arguments.every), seconds("--gap", arguments.gap)
+    on = dask_client(arguments.scheduler) if arguments.scheduler else processes(workers)
+    with on as executor, on_terminal() as progress:
+        told = smooth_files(paths, out, arguments.by, every, gap, executor, progress)
+    parts = f"{told.objects:,} objects in {told.pieces:,} pieces"
+    lost = f"; {told.left_out:,} rows left out: no time, no name or another number of columns" if told.left_out else ""
+    print(f"{told.rows:,} rows of {parts}; {told.gross:,} positions are gross{lost}")
+    print(f"written to {out}: {told.written:,} rows")
+    if arguments.json:
+        print(json.dumps({"out": str(out), **asdict(told)}))
+    return DONE

@@ -1,0 +1,204 @@
+"""Which columns of a table hold names, times, positions and velocities, and these as numbers."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from attrs import evolve, frozen
+
+from vedette.errors import InputError
+from vedette.space import Array, Mask
+from vedette.units import in_unit
+from vedette_files.columnar import TablePath
+from vedette_files.csv_table import listed
+from vedette_files.libraries import needed
+from vedette_tools.drafting.table import AID, FLAT, GEODETIC, read_table
+from vedette_tools.drafting.titles import NAMES, UNITS, meaning
+
+PACES = {"speed": ("groundspeed", "ground_speed", "gs"), "course": ("track", "true_track", "track_angle")}
+"""Further titles of speeds and courses over ground, the words before a unit; of detections they may mean something else."""
+
+UNKNOWN_SPEED, UNKNOWN_COURSE = 102.2 * 1852 / 3600, 360.0
+"""m/s and deg: an AIS speed of 102.3 kn or a course of 360 deg says that it is not known."""
+
+SPEED_UNITS = ("m/s", "kn", "km/h")
+"""What a speed may be in that states no unit."""
+
+
+@frozen
+class Column:
+    """A column's title, the factor to SI units, or to deg, and whether its title states the unit."""
+
+    title: str
+    factor: float = 1.0
+    stated: bool = True
+
+
+@frozen
+class Columns:
+    """The columns that smoothing reads and writes: positions as latitude and longitude, or along two axes of a plane.
+
+    name: whose a row is, "" if all are of one; decimal: what numbers in text have before their decimals.
+    """
+
+    name: str
+    time: Column
+    place: tuple[Column, Column]
+    geodetic: bool
+    north_first: bool = False
+    speed: Column | None = None
+    course: Column | None = None
+    paces: tuple[Column, Column] | None = None
+    decimal: str = "."
+
+    @property
+    def read(self) -> tuple[str, ...]:
+        """The titles of all columns that are read."""
+        found = [self.time, *self.place, *(self.paces or ()), *(each for each in (self.speed, self.course) if each)]
+        return tuple(dict.fromkeys([*([self.name] if self.name else []), *(column.title for column in found)]))
+
+    @classmethod
+    def of(cls, path: TablePath, by: str | None, titles: Sequence[str]) -> Columns:
+        """Return the columns of a table with these titles; InputError if it lacks a time, a position, or the column `by`."""
+        table = read_table(path, AID)
+        if table.polar:
+            raise InputError(f"{path}: ranges and bearings are no positions: track them, `vedette new config {path}`")
+        name = (table.identity or _sure_name(titles)) if by is None else _title(path, by, titles)
+        first, second = (axis for axis in table.measured if axis in (*GEODETIC, *FLAT))
+        geodetic = first in GEODETIC
+        place = tuple(
+            Column(table.measured[axis], _factor(table.units.get(axis, ""), "deg" if geodetic else "m"))
+            for axis in (first, second)
+        )
+        time = Column(table.time.title, _factor(table.time_unit, "s"))
+        found = cls(name, time, (place[0], place[1]), geodetic, decimal=table.dialect.decimal)
+        north = {each.axis for each in map(meaning, (column.title for column in place))} == {"north", "east"}
+        found = evolve(found, north_first=geodetic or (north and meaning(place[0].title).axis == "north"))
+        return _paced(found, titles)
+
+    def in_speed_unit(self, steps: Array, speeds: Array) -> Columns:
+        """Return the columns with the unit of a speed that its title does not state: that in which the `speeds` (n,) of
+        reports, as numbers, fit the speeds (n,) in m/s of the `steps` to the next ones.
+        """
+        if self.speed is None or self.speed.stated:
+            return self
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratio = steps / speeds
+        moves = (steps > 1.0) & (speeds > 1.0) & np.isfinite(ratio)
+        if not moves.any():
+            return self
+        factors = [in_unit(f"1 {unit}", "m/s") for unit in SPEED_UNITS]
+        nearest = min(factors, key=lambda factor: abs(np.log(float(np.median(ratio[moves])) / factor)))
+        return evolve(self, speed=evolve(self.speed, factor=nearest))
+
+    def numbers(self, column: Column, frame: Any) -> Array:
+        """Return a column's numbers in SI units, or deg; NaN where it has none."""
+        pd = needed("pandas", "tables need pandas", "data")
+        cells = frame[column.title]
+        if self.decimal == "," and not pd.api.types.is_numeric_dtype(cells):
+            cells = cells.astype(str).str.replace(",", ".", regex=False)
+        return np.asarray(pd.to_numeric(cells, errors="coerce"), dtype=float) * column.factor
+
+    def times(self, frame: Any) -> Array:
+        """Return the times in s, since 1970 where they are dates; NaN where a cell is none."""
+        pd = needed("pandas", "tables need pandas", "data")
+        cells = frame[self.time.title]
+        if dated(cells):
+            when = cells if _is_date(cells) else pd.to_datetime(cells, format="ISO8601", utc=True, errors="coerce")
+            when = when.dt.tz_localize("UTC") if when.dt.tz is None else when.dt.tz_convert("UTC")
+            return np.asarray((when - pd.Timestamp(0, tz="UTC")) / pd.Timedelta(seconds=1), dtype=float)
+        return self.numbers(self.time, frame)
+
+    def positions(self, frame: Any) -> tuple[Array, Mask]:
+        """Return east and north (n, 2) in m, or longitude and latitude in deg, and which are positions."""
+        first, second = (self.numbers(column, frame) for column in self.place)
+        found = np.stack([second, first] if self.north_first else [first, second], axis=-1)
+        good = np.isfinite(found).all(axis=-1)
+        if self.geodetic:
+            with np.errstate(invalid="ignore"):
+                good &= (np.abs(found[:, 1]) <= 90) & (np.abs(found[:, 0]) <= 180.0001)
+        return found, good
+
+    def velocities(self, frame: Any) -> Array:
+        """Return velocities (n, 2) to east and north in m/s; NaN where none is reported."""
+        if self.paces is not None:
+            first, second = (self.numbers(column, frame) for column in self.paces)
+            return np.stack([second, first] if self.north_first and not self.geodetic else [first, second], axis=-1)
+        if self.speed is None or self.course is None:
+            return np.full((len(frame), 2), np.nan)
+        speed, course = self.numbers(self.speed, frame), self.numbers(self.course, frame)
+        with np.errstate(invalid="ignore"):
+            unknown = (speed < 0) | (speed > UNKNOWN_SPEED) & (course >= UNKNOWN_COURSE) | (course >= UNKNOWN_COURSE)
+        angle = np.radians(np.where(unknown, np.nan, course))
+        return np.stack([speed * np.sin(angle), speed * np.cos(angle)], axis=-1)
+
+
+def dated(cells: Any) -> bool:
+    """Return whether a column holds dates: as such, or as text of which the first that is not empty is no number."""
+    if _is_date(cells):
+        return True
+    if cells.dtype.kind in "ifub":
+        return False
+    text = cells.dropna().astype(str)
+    first = next((cell for cell in text.head(100) if cell.strip()), "0")
+    return re.fullmatch(r"[-+\d.,eE]+", first.strip()) is None
+
+
+def _is_date(cells: Any) -> bool:
+    pd = needed("pandas", "tables need pandas", "data")
+    return bool(pd.api.types.is_datetime64_any_dtype(cells))
+
+
+def _sure_name(titles: Sequence[str]) -> str:
+    """Return the title that names objects whatever its cells hold; "" without one. A plain `id` may count rows."""
+    words = {re.sub(r"[^a-z0-9]+", "_", title.lower()).strip("_"): title for title in titles}
+    return next((words[name] for name in NAMES if name in words and name != "id"), "")
+
+
+def _title(path: TablePath, by: str, titles: Sequence[str]) -> str:
+    """Return the title that `by` means, in capitals or not."""
+    found = [title for title in titles if title == by] or [title for title in titles if title.lower() == by.lower()]
+    if len(found) != 1:
+        raise InputError(f"{path}: there is no column {by!r}, which --by names; the columns are {listed(list(titles))}")
+    return found[0]
+
+
+def _factor(unit: str, to: str) -> float:
+    return in_unit(unit if unit[:1].isdigit() else f"1 {unit}", to) if unit else 1.0
+
+
+def _paced(found: Columns, titles: Sequence[str]) -> Columns:
+    """Return the columns with those of speed and course, or of velocities along the axes, if the table has them."""
+    by_axis: dict[str, Column] = {}
+    for title in sorted(titles, key=lambda title: not meaning(title).sure):
+        axis, factor, stated = _pace(title)
+        if axis and title not in found.read:
+            by_axis.setdefault(axis, Column(title, factor, stated))
+    if {"veast", "vnorth"} <= by_axis.keys():
+        east, north = by_axis["veast"], by_axis["vnorth"]
+        return evolve(found, paces=(north, east) if found.north_first and not found.geodetic else (east, north))
+    if {"vx", "vy"} <= by_axis.keys() and not found.geodetic:
+        return evolve(found, paces=(by_axis["vx"], by_axis["vy"]))
+    return evolve(found, speed=by_axis.get("speed"), course=by_axis.get("course"))
+
+
+def _pace(title: str) -> tuple[str, float, bool]:
+    """Return the axis of a velocity that a title means, "" if none, its factor to m/s or deg, and whether it is stated."""
+    found = meaning(title)
+    axis, unit = found.axis, found.unit
+    words = re.sub(r"[^a-z]+", "_", title.lower()).strip("_")
+    for name, others in PACES.items():
+        for other in others:
+            if words == other or words.startswith(f"{other}_"):
+                rest = words.removeprefix(other).strip("_").replace("_", "/")
+                known = UNITS["m/s" if name == "speed" else "rad"]
+                if not rest or rest in known or rest.replace("/", "") in known:
+                    axis, unit = name, known.get(rest, known.get(rest.replace("/", ""), ""))
+    if axis == "course":
+        return axis, float(np.degrees(_factor(unit, "rad"))) if unit else 1.0, bool(unit)
+    if axis not in ("speed", "vx", "vy", "veast", "vnorth"):
+        return "", 1.0, True
+    return axis, _factor(unit, "m/s"), bool(unit)

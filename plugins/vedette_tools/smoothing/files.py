@@ -1,0 +1,287 @@
+"""Files of named positions, smoothed: rows in the order of time are put together by object on disk first."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from concurrent.futures import Executor, ProcessPoolExecutor
+from contextlib import contextmanager
+from multiprocessing import get_context
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+from zlib import crc32
+
+import numpy as np
+from attrs import astuple, frozen
+
+from vedette.errors import InputError
+from vedette.progress import Progress
+from vedette.writing import unfinished
+from vedette_files.columnar import SUFFIX, is_columnar, pyarrow
+from vedette_files.csv_table import header_line
+from vedette_files.input_files import check_regular, lines
+from vedette_files.libraries import needed
+from vedette_tools.drafting.table import AID, read_table
+from vedette_tools.smoothing.columns import Columns
+from vedette_tools.smoothing.noises import Model
+from vedette_tools.smoothing.table import GROSS, Reports, learned, smoothed_frame
+
+ROWS, MOST_PARTS = 50_000, 200
+"""Rows of a part, all of some objects, and how many parts there are at most: as many files are open at once."""
+
+OBJECTS, SAMPLED_PARTS = 100, 8
+"""The model is that of so many objects, or of those in so many parts."""
+
+BATCH = 65_536
+"""Rows of a Parquet file that are read at once."""
+
+
+@frozen
+class Job:
+    """What is smoothed and how, for a worker: the folder of the parts, the table's columns, the model, and what is asked."""
+
+    folder: Path
+    columns: Columns
+    model: Model
+    every: float | None
+    gap: float | None
+
+
+@frozen
+class Told:
+    """What was done: rows read, rows left out, objects, pieces, gross positions, rows written."""
+
+    rows: int = 0
+    left_out: int = 0
+    objects: int = 0
+    pieces: int = 0
+    gross: int = 0
+    written: int = 0
+
+    def __add__(self, other: Told) -> Told:
+        return Told(*(mine + others for mine, others in zip(astuple(self), astuple(other), strict=True)))
+
+
+def tables(given: Sequence[Path]) -> list[Path]:
+    """Return the files that paths name, a folder all Parquet files in it; InputError if there is none."""
+    found = []
+    for path in given:
+        if not path.exists():
+            raise InputError(f"{path}: there is no such file or folder")
+        inside = sorted(path.glob(f"**/*{SUFFIX}")) if path.is_dir() else [path]
+        if not inside:
+            raise InputError(f"{path}: the folder holds no {SUFFIX} file")
+        found += inside
+    if len({is_columnar(path) for path in found}) > 1:
+        raise InputError(f"{found[0]}: CSV and Parquet files cannot be smoothed together")
+    return found
+
+
+def smooth_files(
+    paths: Sequence[Path],
+    out: Path,
+    by: str | None,
+    every: float | None,
+    gap: float | None,
+    executor: Executor | None,
+    progress: Progress,
+) -> Told:
+    """Smooth the positions in files of one kind, as if they were one, and write them to `out`, by object and time.
+
+    An executor's workers must see the folder of `out`. What is in memory does not grow with the rows.
+    """
+    pa, _ = pyarrow()
+    out.parent.mkdir(parents=True, exist_ok=True)
+    titles = _titles(paths[0])
+    columns = Columns.of(paths[0], by, titles)
+    with TemporaryDirectory(prefix=f".{out.name}.", dir=out.parent) as name:
+        folder = Path(name)
+        rows, lost = _parted(paths, columns, titles, folder, progress)
+        parts = sorted(folder.glob("*.rows"))
+        if not rows:
+            raise InputError(f"{paths[0]}: has a header and no rows")
+        job = Job(folder, *_learned(columns, gap, parts), every, gap)
+        done = executor.map(smooth_part, [job] * len(parts), parts) if executor else (smooth_part(job, one) for one in parts)
+        told, after = Told(rows + lost, lost), iter(done)
+        with unfinished(out) as place, _writer(place, is_columnar(paths[0])) as write:
+            for part in progress(parts, "smoothing"):
+                told += next(after)
+                _copy(pa, part.with_suffix(".smooth"), write)
+    return told
+
+
+@contextmanager
+def processes(workers: int) -> Iterator[Executor | None]:
+    """Give processes of this machine; None for one."""
+    if workers == 1:
+        yield None
+        return
+    with ProcessPoolExecutor(workers, get_context("spawn")) as pool:
+        yield pool
+
+
+def smooth_part(job: Job, part: Path) -> Told:
+    """Smooth the objects of one part, and write them beside it; done again, it writes the same."""
+    pa, _ = pyarrow()
+    frame = _frame(part)
+    reports = Reports.of(frame, job.columns, job.gap)
+    told = Told(left_out=len(frame) - len(reports.rows))
+    place = part.with_suffix(".smooth")
+    if len(reports.rows):
+        result, _ = smoothed_frame(frame, job.columns, reports, job.model, job.every)
+        told += Told(
+            objects=len(np.unique(reports.codes)), pieces=len(reports.objects), written=len(result),
+            gross=int(result[GROSS].sum()) if GROSS in result else 0,
+        )  # fmt: skip
+        table = pa.Table.from_pandas(result, preserve_index=False)
+        with unfinished(place) as written, pa.ipc.new_file(str(written), table.schema) as writer:
+            writer.write_table(table)
+    return told
+
+
+def _frame(part: Path) -> Any:
+    pa, _ = pyarrow()
+    with pa.OSFile(str(part), "rb") as file:
+        return pa.ipc.open_stream(file).read_all().to_pandas()
+
+
+def _titles(path: Path) -> list[str]:
+    if is_columnar(path):
+        _, parquet = pyarrow()
+        check_regular(path)
+        return [str(name) for name in parquet.read_schema(path).names]
+    return [title.strip() for title in read_table(path, AID).dialect.cells(header_line(lines(path))[1]) or []]
+
+
+def _parted(
+    paths: Sequence[Path], columns: Columns, titles: Sequence[str], folder: Path, progress: Progress
+) -> tuple[int, int]:
+    """Write the rows of all files to parts of whole objects; return how many there are, and how many cannot be read."""
+    pa, _ = pyarrow()
+    count = int(np.clip(sum(map(_rows_in, paths)) // ROWS, 1, MOST_PARTS)) if columns.name else 1
+    writers: dict[int, Any] = {}
+    rows, lost, schema = 0, [0], None
+    try:
+        for path in progress(list(paths), "reading"):
+            if _titles(path) != list(titles):
+                raise InputError(f"{path}: has other columns than {paths[0]}")
+            for batch in _batches(path, titles, lost):
+                schema = schema or batch.schema
+                if batch.schema != schema:
+                    batch = _cast(path, batch, schema)
+                rows += batch.num_rows
+                for part, piece in _split(pa, batch, columns.name, count):
+                    if part not in writers:
+                        writers[part] = pa.ipc.new_stream(str(folder / f"{part:04}.rows"), schema)
+                    writers[part].write_batch(piece)
+    except pa.ArrowException as error:
+        raise InputError(f"{path}: cannot be read: {error}") from None
+    finally:
+        for writer in writers.values():
+            writer.close()
+    return rows, lost[0]
+
+
+def _split(pa: Any, batch: Any, name: str, count: int) -> Iterator[tuple[int, Any]]:
+    """Yield the rows of a batch by the part that their object belongs to."""
+    if count == 1:
+        yield 0, batch
+        return
+    coded = batch.column(name).cast(pa.string()).dictionary_encode()
+    of_code = np.array([crc32((code or "").encode()) % count for code in coded.dictionary.to_pylist()] + [0])
+    codes = coded.indices.fill_null(len(of_code) - 1).to_numpy(zero_copy_only=False)
+    part = of_code[codes]
+    order = np.argsort(part, kind="stable")
+    ordered = batch.take(pa.array(order))
+    edges = np.flatnonzero(np.diff(part[order], prepend=-1, append=count))
+    for first, last in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
+        yield int(part[order[first]]), ordered.slice(first, last - first)
+
+
+def _batches(path: Path, titles: Sequence[str], lost: list[int]) -> Iterator[Any]:
+    """Yield a file's rows, those of text with each cell as it stands; count those that have too many cells or too few."""
+    pa, parquet = pyarrow()
+    if is_columnar(path):
+        yield from parquet.ParquetFile(path).iter_batches(BATCH)
+        return
+    csv = needed("pyarrow.csv", "large tables need pyarrow", "data")
+    number, _, _ = header_line(lines(path))
+
+    def left_out(row: Any) -> str:
+        lost[0] += 1
+        return "skip"
+
+    reader = csv.open_csv(
+        path,
+        read_options=csv.ReadOptions(skip_rows=number, column_names=list(titles)),
+        parse_options=csv.ParseOptions(delimiter=read_table(path, AID).dialect.delimiter, invalid_row_handler=left_out),
+        convert_options=csv.ConvertOptions(
+            column_types=dict.fromkeys(titles, pa.string()), strings_can_be_null=True, null_values=[""]
+        ),
+    )
+    yield from reader
+
+
+def _cast(path: Path, batch: Any, schema: Any) -> Any:
+    """Return a batch in the types of the first file's columns; InputError if that loses something."""
+    pa, _ = pyarrow()
+    try:
+        return pa.Table.from_batches([batch]).cast(schema).to_batches()[0]
+    except pa.ArrowException as error:
+        raise InputError(f"{path}: its columns are of other types than the first file's: {error}") from None
+
+
+def _rows_in(path: Path) -> int:
+    """Return how many rows a file has, about."""
+    if is_columnar(path):
+        _, parquet = pyarrow()
+        return int(parquet.read_metadata(path).num_rows)
+    with path.open("rb") as file:
+        start = file.read(1 << 16)
+    return int(path.stat().st_size / max(len(start) / max(start.count(b"\n"), 1), 1.0))
+
+
+def _learned(columns: Columns, gap: float | None, parts: Sequence[Path]) -> tuple[Columns, Model]:
+    """Return the columns and the model that the objects in the first parts show."""
+    frames, objects = [], 0
+    for part in parts[:SAMPLED_PARTS]:
+        frames.append(_frame(part))
+        objects += frames[-1][columns.name].nunique() if columns.name else 1
+        if objects >= OBJECTS:
+            break
+    pd = needed("pandas", "tables need pandas", "data")
+    return learned(pd.concat(frames, ignore_index=True) if len(frames) > 1 else frames[0], columns, gap)
+
+
+@contextmanager
+def _writer(place: Path, columnar: bool) -> Iterator[Any]:
+    """Give a function that writes a table to a file, which has the schema of the first."""
+    _, parquet = pyarrow()
+    csv = needed("pyarrow.csv", "large tables need pyarrow", "data")
+    opened: list[Any] = []
+    schemas: list[Any] = []
+
+    def write(table: Any) -> None:
+        if not opened:
+            kind = parquet.ParquetWriter if columnar else csv.CSVWriter
+            kwargs = {} if columnar else {"write_options": csv.WriteOptions(quoting_style="needed")}
+            opened.append(kind(place, table.schema, **kwargs))
+            schemas.append(table.schema)
+        opened[0].write_table(table.cast(schemas[0]))
+
+    try:
+        yield write
+    finally:
+        for writer in opened:
+            writer.close()
+
+
+def _copy(pa: Any, part: Path, write: Any) -> None:
+    """Hand on what a part was smoothed to, and remove it."""
+    if part.exists():
+        with pa.OSFile(str(part), "rb") as file:
+            reader = pa.ipc.open_file(file)
+            for i in range(reader.num_record_batches):
+                write(pa.Table.from_batches([reader.get_batch(i)]))
+        part.unlink()
+    part.with_suffix(".rows").unlink(missing_ok=True)

@@ -1,0 +1,187 @@
+"""Paths from reports: cleaned, each with the noise and the agility that suit it, and smoothed."""
+
+from __future__ import annotations
+
+import numpy as np
+from attrs import evolve, frozen
+
+from vedette.space import Array, Indices, Mask
+from vedette_tools.smoothing import linear
+from vedette_tools.smoothing.cleaning import gross
+from vedette_tools.smoothing.modes import AGAIN, GATE, RARE, WIDE, bank, smoothed_modes
+from vedette_tools.smoothing.noises import Model, fitted
+from vedette_tools.smoothing.paths import Paths, windows
+
+WINDOW, OVERLAP = 400, 50
+"""Longer pieces are smoothed in windows of so many rows, with so many more on either side: what lies beyond is forgotten."""
+
+SAMPLE, SAMPLE_ROWS = 200, 200
+"""So many objects, and so many rows of each, tell the model."""
+
+HELD_BACK = 0.1
+"""Part of a sample's reports by which its model is judged."""
+
+SWELLS, DOUBTS = (0.5, 1.0, 2.0, 4.0), (1.0, 4.0, 16.0)
+"""Factors of accelerations and of velocities' deviations that are tried on them."""
+
+
+@frozen(eq=False)
+class Smooth:
+    """Of each row: what it is estimated as, whether its report is gross, and the number of its piece."""
+
+    estimates: linear.Estimates
+    gross: Mask
+    piece: Indices
+
+
+def sampled(paths: Paths, objects: Indices) -> Model:
+    """Return the model of the first objects of some paths; objects (p,): whose each piece is, in order.
+
+    Likelihood chooses noises and modes; as it takes errors to be white, which those of satellites' positions and of reported
+    velocities are not, the agility and the trust in velocities are those by which reports held back are likeliest.
+    """
+    taken, whose = [], []
+    lengths = [0]
+    for one in range(min(int(objects.max(initial=-1)) + 1, SAMPLE)):
+        left = SAMPLE_ROWS
+        for piece in np.flatnonzero(objects == one).tolist():
+            rows = np.arange(paths.starts[piece], min(paths.starts[piece + 1], paths.starts[piece] + left))
+            rows = rows[paths.told[rows]]
+            if len(rows):
+                taken.append(rows)
+                whose.append(one)
+                lengths.append(len(rows))
+                left -= len(rows)
+    few = paths.only(np.concatenate(taken), np.cumsum(lengths))
+    clean = few.without(gross(few))
+    model, owner = fitted(clean, np.array(whose), speeds(clean)), np.array(whose)
+    paced = bool(np.isfinite(clean.velocities).any())
+    trusts = [evolve(model, sigmas_velocity=model.sigmas_velocity * factor) for factor in (DOUBTS if paced else (1.0,))]
+    back = np.random.default_rng(0).random(len(clean)) < HELD_BACK
+    partly = evolve(clean, told=~back)
+    best, most = model, -np.inf
+    for trust in trusts:
+        told = _told(partly, owner, trust)
+        for swell in SWELLS:
+            tried = evolve(trust, swell=swell)
+            if (likely := _held_back(partly, back, told, tried)) > most:
+                best, most = tried, likely
+    return best
+
+
+def _held_back(paths: Paths, back: Mask, told: Told, model: Model) -> float:
+    """Return how likely reports are by the others: Gaussian, but for one in many whose error is larger."""
+    found = _over_windows(paths, told, model)
+    sigma = told.sigma[back]
+    S = found.spot_variances[back] + sigma**2
+    d2 = ((paths.spots - found.spots)[back] ** 2).sum(axis=-1) / S
+    return float(np.sum(np.logaddexp(-0.5 * d2, np.log(RARE / WIDE**2) - 0.5 * d2 / WIDE**2) - np.log(2 * np.pi * S)))
+
+
+def speeds(paths: Paths) -> Array:
+    """Return, for each row, the deviation of the velocities of its piece along an axis before anything is known."""
+    n = len(paths)
+    piece = np.repeat(np.arange(len(paths.lengths)), paths.lengths)
+    dt = paths.waits
+    step = np.linalg.norm(np.diff(paths.spots, axis=0, prepend=paths.spots[:1]), axis=-1)
+    fast = np.where(dt > 0, step / np.where(dt > 0, dt, 1.0), 0.0)
+    most = np.zeros(len(paths.lengths))
+    total = np.bincount(piece, np.where(dt > 0, fast**2, 0.0), len(most))
+    count = np.bincount(piece, dt > 0, len(most))
+    most = np.sqrt(total / np.maximum(count, 1))
+    return np.maximum(most, 0.1)[piece] if n else np.zeros(0)
+
+
+@frozen(eq=False)
+class Told:
+    """What a path's own reports tell of each row: its acceleration, noises and first speed, as `linear.smoothed` takes them,
+    and which reports are gross.
+    """
+
+    accel: Array
+    sigma: Array
+    sigma_velocity: Array
+    speed: Array
+    gross: Mask
+
+
+def smoothed(paths: Paths, objects: Indices, model: Model) -> Smooth:
+    """Return the paths smoothed by a model; objects (p,): whose each piece is, in order."""
+    told = _told(paths, objects, model)
+    every = evolve(paths, told=paths.told & ~told.gross)
+    found = _over_windows(every, told, model)
+    late = _outlying(every, found, told.sigma)
+    if late.any():
+        every = evolve(every, told=every.told & ~late)
+        found = _over_windows(every, told, model)
+    return Smooth(found, paths.told & ~every.told, np.repeat(np.arange(len(paths.lengths)), paths.lengths))
+
+
+def _told(paths: Paths, objects: Indices, model: Model) -> Told:
+    rows = np.flatnonzero(paths.told)
+    reported = paths.only(rows, np.searchsorted(rows, paths.starts))
+    wrong = gross(reported)
+    kept = np.flatnonzero(~wrong)
+    clean = reported.only(kept, np.searchsorted(kept, reported.starts))
+    accel, noise, off = _agility(clean, objects, model)
+    wrong[kept] |= off
+    bad = np.zeros(len(paths), dtype=bool)
+    bad[rows[wrong]] = True
+    # What leads to a row is of the next clean report, its noises are of any of its object: the last piece has no later one.
+    after = np.searchsorted(rows[kept], np.arange(len(paths)))
+    whose = np.repeat(np.arange(len(paths.lengths)), paths.lengths)
+    last = np.searchsorted(rows[kept], paths.starts[1:])[whose] - 1
+    after = np.maximum(np.minimum(after, last), 0)
+    return Told(accel[after], model.sigmas[noise][after], model.sigmas_velocity[noise][after], speeds(clean)[after], bad)
+
+
+def _over_windows(paths: Paths, told: Told, model: Model) -> linear.Estimates:
+    """Return the estimates of all rows; those of long pieces by windows."""
+    again, rows, own = windows(paths, WINDOW, OVERLAP)
+    accel = model.swell * told.accel[rows]
+    found = linear.smoothed(again, accel, told.sigma[rows], told.sigma_velocity[rows], told.speed[rows])
+    return linear.Estimates(*(_back(part, rows, own, len(paths)) for part in _parts(found)))
+
+
+def _parts(found: linear.Estimates) -> tuple[Array, ...]:
+    return found.spots, found.velocities, found.spot_variances, found.velocity_variances
+
+
+def _back(values: Array, rows: Indices, own: Mask, n: int) -> Array:
+    whole = np.zeros((n, *values.shape[1:]), values.dtype)
+    whole[rows[own]] = values[own]
+    return whole
+
+
+def _outlying(paths: Paths, found: linear.Estimates, sigma: Array) -> Mask:
+    """Return which reports are gross beside what all others say: z - x without it has the variance r^2 / (r - p)."""
+    left = sigma**2 - found.spot_variances
+    off = ((paths.spots - found.spots) ** 2).sum(axis=-1)
+    return np.asarray(paths.told & (left > 1e-6 * sigma**2) & (off > GATE * np.maximum(left, 1e-300)))
+
+
+def _agility(paths: Paths, objects: Indices, model: Model) -> tuple[Array, Indices, Mask]:
+    """Return for each row the density's root of its acceleration, which noise its object has, and whether it is gross."""
+    n = len(paths)
+    again, rows, own = windows(paths, WINDOW, OVERLAP)
+    found = bank(again, model.accels, model.share, model.switch, model.sigmas, model.sigmas_velocity, speeds(paths)[rows])
+    whose = np.repeat(objects, paths.lengths)
+    loglik = np.zeros((int(objects.max(initial=0)) + 1, len(model.sigmas)))
+    np.add.at(loglik, whose[rows[own]], found.loglik[own])
+    noise = np.argmax(loglik + np.log(model.common), axis=-1)[whose]
+    pick = np.arange(len(rows)), noise[rows]
+    prob = smoothed_modes(again, found.prob[pick], found.prior[pick], model.share, model.switch)
+    accel = np.sqrt(_back(prob @ model.accels**2, rows, own, n))
+    off = np.zeros(n, dtype=bool)
+    off[rows[own]] = found.gross[pick][own]
+    return accel, noise, _short(off)
+
+
+def _short(off: Mask) -> Mask:
+    """Return those that are off in a row of fewer than AGAIN: more of them are where the object is."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], off.astype(int), [0]])))
+    kept = off.copy()
+    for first, last in edges.reshape(-1, 2).tolist():
+        if last - first >= AGAIN - 1:
+            kept[first:last] = False
+    return kept

@@ -1,0 +1,71 @@
+"""`vedette smooth`: files in, the same columns out, whatever way they are cut into files and parts."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import vedette
+from support.reports import reports_frame
+from vedette.cli import main
+from vedette_tools.smoothing import files
+
+
+@pytest.fixture
+def frame(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    frame, _ = reports_frame(objects=6, rows=60)
+    return frame
+
+
+def by_object(frame):
+    return frame.sort_values(["id", "time"], kind="stable").reset_index(drop=True)
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".parquet"])
+def test_a_file_is_smoothed_as_its_data_frame_is(frame, suffix, capsys):
+    frame.to_parquet("plots.parquet") if suffix == ".parquet" else frame.to_csv("plots.csv", index=False)
+    assert main(["smooth", f"plots{suffix}", "--workers", "1", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert (told["rows"], told["objects"], told["written"]) == (360, 6, 360)
+    read = pd.read_parquet if suffix == ".parquet" else pd.read_csv
+    found, direct = by_object(read(f"plots-smoothed{suffix}")), by_object(vedette.smooth_positions(frame))
+    pd.testing.assert_frame_equal(found, direct, check_dtype=False, rtol=0, atol=2e-6)
+
+
+def test_an_object_across_files_is_smoothed_whole_and_parts_change_nothing(frame, monkeypatch, capsys):
+    frame.to_csv("whole.csv", index=False)
+    frame.iloc[:150].to_csv("a.csv", index=False)
+    frame.iloc[150:].to_csv("b.csv", index=False)
+    assert main(["smooth", "whole.csv", "--workers", "1"]) == 0
+    monkeypatch.setattr(files, "ROWS", 50)
+    assert main(["smooth", "a.csv", "b.csv", "--workers", "2", "--out", "both.csv"]) == 0
+    whole, both = (by_object(pd.read_csv(name)) for name in ("whole-smoothed.csv", "both.csv"))
+    pd.testing.assert_frame_equal(whole, both, rtol=0, atol=2e-6)
+    assert not list(Path().glob(".*"))
+
+
+def test_other_cells_come_back_as_they_stand(frame, capsys):
+    frame["note"] = [f"0{i}" if i % 3 else "" for i in range(len(frame))]
+    frame.rename(columns={"id": "mmsi"}).to_csv("plots.csv", index=False)
+    with Path("plots.csv").open("a", encoding="utf-8") as file:
+        file.write("1,2\n")
+    assert main(["smooth", "plots.csv", "--every", "10s", "--workers", "1"]) == 0
+    assert "1 rows left out" in capsys.readouterr().out
+    found = pd.read_csv("plots-smoothed.csv", dtype=str, keep_default_na=False)
+    assert set(found.note) <= set(frame.note)
+    assert np.all(found.time.astype(float) % 10 == 0)
+
+
+def test_what_is_wrong_is_told_and_nothing_is_overwritten(frame, capsys):
+    frame.to_csv("plots.csv", index=False)
+    (frame[["time", "id"]]).to_csv("bare.csv", index=False)
+    for words, told in ((["none.csv"], "none.csv"), (["bare.csv"], "bare.csv"), (["plots.csv", "--by", "mmsi"], "mmsi")):
+        assert main(["smooth", *words, "--workers", "1"]) == 2
+        assert told in capsys.readouterr().err
+    assert main(["smooth", "plots.csv", "--every", "0"]) == 2
+    assert main(["smooth", "plots.csv", "--out", "plots.csv"]) == 2
+    assert main(["smooth", "plots.csv", "--out", "bare.csv"]) == 2
+    assert sorted(path.name for path in Path().iterdir()) == ["bare.csv", "plots.csv"]

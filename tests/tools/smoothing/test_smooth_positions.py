@@ -1,0 +1,148 @@
+"""Named positions come back smoothed, in their columns: by object, whatever else is in the table."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import vedette
+from support.paths import recording
+from support.reports import METRES, reports_frame
+from vedette.errors import InputError
+from vedette_tools.smoothing.table import DEVIATIONS, GROSS, PIECE
+
+
+def off(frame, true):
+    """Return how far positions lie from the true ones, in m."""
+    return np.linalg.norm(frame[["x", "y"]].to_numpy() - true, axis=1)
+
+
+def test_positions_come_nearer_the_truth_with_deviations_that_say_how_near():
+    frame, true = reports_frame()
+    smooth = vedette.smooth_positions(frame)
+    assert list(smooth.columns) == [*frame.columns, "speed_mps", "course_deg", *DEVIATIONS, PIECE, GROSS]
+    assert smooth.index.equals(frame.index)
+    assert smooth[["time", "id"]].equals(frame[["time", "id"]])
+    before, after = off(frame, true), off(smooth, true)
+    assert np.sqrt(np.mean(after**2)) < 0.75 * np.sqrt(np.mean(before**2))
+    assert 0.7 < np.mean(after**2 / (2 * smooth.position_deviation_m**2)) < 1.4
+
+
+def test_gross_positions_are_marked_and_not_used():
+    frame, true = reports_frame(seed=1)
+    wrong = np.random.default_rng(2).choice(np.arange(50, len(frame) - 50), 20, replace=False)
+    bad = frame.copy()
+    bad.loc[wrong, "x"] += 3000.0
+    smooth = vedette.smooth_positions(bad)
+    assert smooth[GROSS].to_numpy()[wrong].all()
+    assert smooth[GROSS].sum() <= len(wrong) + 3
+    assert off(smooth, true)[wrong].max() < 60.0
+
+
+def test_an_object_is_smoothed_by_its_own_reports_alone():
+    frame, _ = reports_frame(seed=3)
+    shuffled = frame.sample(frac=1.0, random_state=0)
+    smooth, again = vedette.smooth_positions(frame), vedette.smooth_positions(shuffled)
+    assert again.index.equals(shuffled.index)
+    pd.testing.assert_frame_equal(again.sort_index(), smooth)
+    moved = frame.copy()
+    other = frame.id == "ship 7"
+    moved.loc[other, "x"] += 5e6
+    apart = vedette.smooth_positions(moved)
+    same = ~other.to_numpy()
+    assert np.allclose(apart.loc[same, ["x", "y"]], smooth.loc[same, ["x", "y"]], atol=1e-6)
+
+
+def test_long_gaps_split_a_path_and_nothing_is_made_up_in_them():
+    frame, _ = reports_frame(seed=4, objects=2)
+    frame.loc[frame.time > 600, "time"] += 7200.0
+    smooth = vedette.smooth_positions(frame)
+    assert set(smooth[PIECE]) == {0, 1}
+    resampled = vedette.smooth_positions(frame, every="20 s")
+    assert not ((resampled.time > 640) & (resampled.time < 7700)).any()
+    assert np.all(resampled.time % 20 == 0)
+    whole = vedette.smooth_positions(frame, gap="10 h")
+    assert set(whole[PIECE]) == {0}
+
+
+def test_resampled_positions_lie_where_the_objects_are():
+    frame, true = reports_frame(seed=5)
+    every = vedette.smooth_positions(frame, every=5.0)
+    for name, rows in every.groupby("id"):
+        own = (frame.id == name).to_numpy()
+        at = np.stack([np.interp(rows.time, frame.time[own], true[own, axis]) for axis in (0, 1)], axis=1)
+        assert np.sqrt(np.mean(np.sum((rows[["x", "y"]].to_numpy() - at) ** 2, axis=1))) < 12.0
+    assert GROSS not in every
+
+
+def test_rows_without_a_position_get_one_and_rows_without_a_name_go():
+    frame, true = reports_frame(seed=6)
+    frame.loc[[100, 200], "x"] = np.nan
+    frame.loc[[5], "id"] = None
+    frame.loc[[6], "time"] = np.nan
+    smooth = vedette.smooth_positions(frame)
+    assert len(smooth) == len(frame) - 2
+    assert off(smooth.loc[[100, 200]], true[[100, 200]]).max() < 40.0
+
+
+@pytest.mark.parametrize("middle", [0.0, 179.99])
+def test_latitudes_are_smoothed_as_metres_are_across_the_date_line_too(middle):
+    frame, _ = reports_frame(seed=7, objects=4)
+    smooth = vedette.smooth_positions(frame)
+    far = pd.DataFrame({"when": pd.to_datetime(frame.time, unit="s", utc=True), "mmsi": frame.id})
+    far["lat"] = frame.y / METRES
+    far["lon"] = (middle + frame.x / METRES + 180.0) % 360.0 - 180.0
+    around = vedette.smooth_positions(far)
+    x = ((around.lon - middle + 180.0) % 360.0 - 180.0) * METRES
+    assert np.hypot(x - smooth.x, around.lat * METRES - smooth.y).max() < 1.0
+    assert np.median(np.abs(around.speed_mps - smooth.speed_mps)) < 0.05
+
+
+def test_a_reported_speed_is_read_in_the_unit_that_fits_and_helps():
+    frame, _ = reports_frame(seed=8)
+    steady = vedette.smooth_positions(frame)
+    told = frame.copy()
+    told["sog"], told["cog"] = steady.speed_mps * 3600 / 1852, steady.course_deg
+    again = vedette.smooth_positions(told)
+    assert np.median(np.abs(again.sog * 1852 / 3600 - steady.speed_mps)) < 0.3
+    assert again.speed_deviation_mps.mean() < steady.speed_deviation_mps.mean()
+
+
+def test_what_cannot_be_smoothed_is_told():
+    frame, _ = reports_frame()
+    with pytest.raises(InputError, match="mmsi"):
+        vedette.smooth_positions(frame, by="mmsi")
+    with pytest.raises(InputError, match="every"):
+        vedette.smooth_positions(frame, every="-3 s")
+    with pytest.raises(InputError):
+        vedette.smooth_positions(frame.assign(x=np.nan))
+    with pytest.raises(InputError):
+        vedette.smooth_positions(frame, every=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("names", "titles"),
+    [
+        (("solent_ais", "SolentAIS_20160112_130211.csv"), ("Time", "MMSI", "Latitude_degrees", "Longitude_degrees")),
+        (("adsb", "area_20min.csv"), ("time_utc", "icao24", "latitude", "longitude")),
+    ],
+)
+def test_recorded_reports_held_back_lie_nearer_than_to_lines_between_the_others(names, titles):
+    time, name, *place = titles
+    frame = pd.read_csv(recording(*names))
+    frame = frame.sort_values([name, time], kind="stable").drop_duplicates([name, time]).reset_index(drop=True)
+    own = frame[name].to_numpy()
+    inner = np.concatenate([[False], (own[1:-1] == own[:-2]) & (own[1:-1] == own[2:]), [False]])
+    held = inner & (np.random.default_rng(11).random(len(frame)) < 0.1)
+    partly = frame.mask(pd.Series(held), other=np.nan)
+    partly[[time, name]] = frame[[time, name]]
+    true, when = frame[place].to_numpy(), pd.to_datetime(frame[time], format="ISO8601", utc=True).astype("int64").to_numpy()
+    lines = np.zeros_like(true)
+    for rows in frame.groupby(name).indices.values():
+        kept = rows[~held[rows]]
+        for axis in (0, 1):
+            lines[rows, axis] = np.interp(when[rows], when[kept], true[kept, axis])
+    scale = np.array([METRES, METRES * np.cos(np.radians(true[:, 0].mean()))])
+    smooth = vedette.smooth_positions(partly)[place].to_numpy()
+    mine, line = (np.linalg.norm((each - true) * scale, axis=1)[held] for each in (smooth, lines))
+    assert np.mean(mine) < 0.95 * np.mean(line)
+    assert np.percentile(mine, 90) < 0.95 * np.percentile(line, 90)
