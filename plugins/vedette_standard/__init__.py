@@ -62,6 +62,7 @@ from vedette_standard.preprocessors.unbiased_conversion import UnbiasedConversio
 from vedette_standard.sensors.bearing_only import BearingOnly
 from vedette_standard.sensors.biased import Biased
 from vedette_standard.sensors.cartesian_position import CartesianPosition
+from vedette_standard.sensors.coarse import Coarse
 from vedette_standard.sensors.displaced import Displaced
 from vedette_standard.sensors.linear import LinearSensor
 from vedette_standard.sensors.partial import Partial
@@ -84,7 +85,7 @@ def vedette_components() -> Iterable[type[vedette.Component]]:
         *(CoordinatedTurnPiecewise, RandomWalkPiecewise),
         *(OrnsteinUhlenbeck, RandomWalk, GaussMarkov, CoordinatedTurn3d, Curvilinear, Product, Linear),
         *(CartesianPosition, RangeBearing, PolarPosition, PositionVelocity),
-        *(BearingOnly, RangeOnly, RangeBearingRate, RangeBearingElevation, Biased, Displaced, Partial, LinearSensor),
+        *(BearingOnly, RangeOnly, RangeBearingRate, RangeBearingElevation, Biased, Displaced, Coarse, Partial, LinearSensor),
         *(Kalman, ExtendedKalman, UnscentedKalman, Imm),
         *(IteratedExtendedKalman, CubatureKalman, SquareRootKalman, FadingMemory),
         *(HInfinity, GH, LeastSquares, EnsembleKalman),
