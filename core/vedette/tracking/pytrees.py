@@ -46,7 +46,8 @@ def _parts(tree: Any) -> list[Any]:
         return []
     if isinstance(tree, tuple):
         return list(tree)
-    return [getattr(tree, name) for name in _made_of(type(tree))[0]]
+    names, _ = _made_of(type(tree))  # type: ignore[arg-type]  # a class is hashable
+    return [getattr(tree, name) for name in names]
 
 
 def _rebuild(tree: T, parts: list[Any]) -> T:
@@ -54,7 +55,8 @@ def _rebuild(tree: T, parts: list[Any]) -> T:
         return tree
     if isinstance(tree, tuple):
         return tuple(parts)  # type: ignore[return-value]
-    return _made_of(type(tree))[1](*parts)
+    _, make = _made_of(type(tree))  # type: ignore[arg-type]
+    return make(*parts)  # type: ignore[no-any-return]
 
 
 @cache
