@@ -30,7 +30,7 @@ def test_each_that_lives_is_judged():
     assert {word for word, _ in JUDGED.values()} <= {"alike", "below power", "gap"}
 
 
-@pytest.mark.nightly
+@pytest.mark.nightly("96 mutants, each of which costs 2 s")
 @pytest.mark.parametrize("role", COUNTS)
 def test_those_that_were_caught_are(role):
     from testing.test_conformance import GIVEN
