@@ -36,6 +36,7 @@ _HOMES = {
     "roles": "Associator Component Estimator MotionModel Sensor Traits",
     "supporting": "Birth Command ImagingSensor Lifecycle Picture Preprocessor Source",
     "tracking.smoothing": "smooth smoothed",
+    "kernels.twins": "Twin",
     "space": "NO_AXES Array Axis Indices Mask Space SpaceError",
     "tracking.tracker": "Tracker",
     "types": "Detections Frame Gaussian Innovation LazyScans Mixtures Newborn Pose Recording Review Rows Scan "

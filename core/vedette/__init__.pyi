@@ -19,6 +19,7 @@ from vedette.experiment import Result as Result
 from vedette.hypotheses import Branching as Branching
 from vedette.hypotheses import HypothesisAssociator as HypothesisAssociator
 from vedette.hypotheses import Merging as Merging
+from vedette.kernels.twins import Twin as Twin
 from vedette.metrics import Judge as Judge
 from vedette.progress import Progress as Progress
 from vedette.reproduction import Reproduction as Reproduction

@@ -18,6 +18,7 @@ from attrs import frozen
 
 from vedette.display import parameters_html
 from vedette.kernels.derivative import numerical_jacobian
+from vedette.kernels.twins import Twin
 from vedette.space import NO_AXES, Array, Mask, Space
 from vedette.types import Detections, Frame, Gaussian, Innovation, Mixtures, Pose
 
@@ -83,6 +84,11 @@ class MotionModel(Component):
         return False
 
     @property
+    def twin(self) -> Twin | None:
+        """Its compiled twin, which gives what `move`, `jacobian` and `noise` give, all at once; None: it has none."""
+        return None
+
+    @property
     @abstractmethod
     def state(self) -> Space:
         """The axes of this model."""
@@ -131,6 +137,11 @@ class Sensor(Component):
     def linear(self) -> bool:
         """Whether `measure` is H x, with H and R that do not depend on x."""
         return False
+
+    @property
+    def twin(self) -> Twin | None:
+        """Its compiled twin, which gives what `measure`, `jacobian`, `noise` and `detects` give, all at once; None: none."""
+        return None
 
     @property
     @abstractmethod

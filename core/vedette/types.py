@@ -6,6 +6,7 @@ Shapes: `*b` any batch axes (runs), `t` tracks, `k` returns, `n` state axes, `m`
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import cache
 from typing import Any, ClassVar
 
 import numpy as np
@@ -145,6 +146,12 @@ class Newborn:
     prior: Gaussian
     existence: Array
 
+    @staticmethod
+    @cache
+    def none(axes: int) -> Newborn:
+        """Return no tracks, of states of so many axes; its arrays are shared, and empty."""
+        return Newborn(np.zeros(0, dtype=np.intp), Gaussian(np.zeros((0, axes)), np.zeros((0, axes, axes))), np.zeros(0))
+
 
 @frozen(eq=False)
 class Mixtures:
@@ -283,3 +290,4 @@ class Recording:
 
 new_gaussian = maker(Gaussian)
 new_innovation = maker(Innovation)
+new_review = maker(Review)

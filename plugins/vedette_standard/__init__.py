@@ -5,6 +5,7 @@ from collections.abc import Iterable
 import vedette
 from vedette_standard.associators.global_nearest import GlobalNearest
 from vedette_standard.associators.jpda import Jpda
+from vedette_standard.associators.jpda_star import JpdaStar
 from vedette_standard.associators.k_best import KBest
 from vedette_standard.associators.lmb import LabelledMultiBernoulli
 from vedette_standard.associators.m_best_jpda import MBestJpda
@@ -89,7 +90,7 @@ def vedette_components() -> Iterable[type[vedette.Component]]:
         *(IteratedExtendedKalman, CubatureKalman, SquareRootKalman, FadingMemory),
         *(HInfinity, GH, LeastSquares, EnsembleKalman),
         *(BootstrapParticles, AuxiliaryParticles, GaussianSum),
-        *(Nearest, GlobalNearest, Pda, Jpda, MBestJpda),
+        *(Nearest, GlobalNearest, Pda, Jpda, JpdaStar, MBestJpda),
         *(KBest, NScan, LabelledMultiBernoulli, Variational),
         *(NaiveConversion, DebiasedConversion, UnbiasedConversion, ModifiedUnbiasedConversion),
         *(FromReturns, TwoPoint, Given, Poisson, Uniform),

@@ -11,7 +11,7 @@ from vedette.tracking.meeting import Part
 from vedette.tracking.permanent import GivenTracks, PermanentTracks
 from vedette.tracking.preprocessing import open_source, preprocess, preprocessed, raw_sensors
 from vedette.tracking.pytrees import Common, join, take
-from vedette.tracking.smoothing import check_smoothing, smooth
+from vedette.tracking.smoothing import check_smoothing, smooth, smoothed
 from vedette.tracking.state import State
 from vedette.tracking.tracker import Tracker
 from vedette.tracking.validation import without_bad_returns

@@ -68,7 +68,7 @@ def associate(it: Expected, met: Met) -> Associated:
         apart = plan.exclusive or framed
         seen = kernels.existence(scores, weights, it.existence, innovation.loglik, plan.p_gate, apart)
     if plan.begins and not framed:
-        claims = births.claimed(weights[..., 1:], plan.exclusive)
+        claims = kernels.claimed(weights, plan.exclusive)
     return new_associated(weights, innovation.nis, None, None, seen, claims, approximated, None)
 
 

@@ -14,10 +14,10 @@ from vedette.tracking.association import Associated
 from vedette.tracking.branching import Branched, Leaves, branch_out, hypothesis_associator
 from vedette.tracking.expected import Expected
 from vedette.tracking.identity import after_scan
-from vedette.tracking.lineage import Gates
+from vedette.tracking.lineage import Gates, new_gates
 from vedette.tracking.meeting import Met, Part
 from vedette.tracking.registration import LINKS, Offsets
-from vedette.tracking.rows import Rows, judged
+from vedette.tracking.rows import Rows, judged, new_rows
 from vedette.tracking.state import State, next_state
 from vedette.types import Detections, Gaussian
 
@@ -104,7 +104,7 @@ def _gates(it: Expected, scores: Array | None, by: Associated) -> Gates | None:
         return Gates(state.ids, state.confirmed, state.born, state.leaves.ids, scores, after.gated, after.newborn.returns)
     if it.plan.permanent or not it.gate.axes:
         return None
-    return Gates(state.ids, state.confirmed, state.born, state.ids, scores, by.returns, None)
+    return new_gates(state.ids, state.confirmed, state.born, state.ids, scores, by.returns, None)
 
 
 def _of_branches(it: Expected, met: Met, by: Branched, weights: Array) -> Any:
@@ -168,7 +168,7 @@ def _of_tracks(it: Expected, by: Associated, belief: Any) -> tuple[Rows, Any, No
         hit, existence, p_detect = by.seen
         memory, confirmed, alive = judged(plan, belief, memory, it.dt, existence, hit, p_detect)
     names = after_scan(plan.identity, state.names, it.observed, by.weights, by.returns, by.claims)
-    rows = Rows(belief, memory, state.ids, existence, confirmed, by.weights, by.distances, by.returns, names)
+    rows = new_rows(belief, memory, state.ids, existence, confirmed, by.weights, by.distances, by.returns, names)
     if alive is not None and np.count_nonzero(alive) < alive.size:
         if alive.ndim > 1:
             told = "runs in lock-step keep their tracks; use one that ends none, such as 'single_target'"

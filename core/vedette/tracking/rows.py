@@ -12,7 +12,8 @@ from vedette.tracking.clusters import places
 from vedette.tracking.identity import Names
 from vedette.tracking.plan import Plan
 from vedette.tracking.position_spread import PLANE, largest_deviation
-from vedette.types import Review
+from vedette.types import new_review
+from vedette.values import maker
 
 
 @frozen(eq=False)
@@ -30,6 +31,9 @@ class Rows:
     names: Names | None = None
 
 
+new_rows = maker(Rows)
+
+
 def judged(
     plan: Plan, belief: Any, memory: Any, dt: float, existence: Array, hit: Array, p_detect: Array
 ) -> tuple[Any, Mask, Mask]:
@@ -39,7 +43,7 @@ def judged(
         estimate = plan.estimator.moments(belief)
         spread = largest_deviation(estimate, plan.state) if plan.lifecycle.needs_spread else None
         place = estimate.mean[..., plan.state.locate(PLANE)] if plan.lifecycle.needs_place else None
-    return plan.lifecycle.review(memory, Review(dt, existence, hit, p_detect, spread, place))
+    return plan.lifecycle.review(memory, new_review(dt, existence, hit, p_detect, spread, place))
 
 
 def compact(rows: Rows) -> Rows:

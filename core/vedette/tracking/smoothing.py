@@ -7,7 +7,8 @@ Where hypotheses are kept, these are retold, too. docs/smoothing.md says what is
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -110,23 +111,25 @@ def smoothed(
         while due < len(window) and window[due].time + lag < state.time:
             due += 1
         if due:
-            yield from _backwards(tracker, window, source)[:due]
+            yield from islice(_backwards(tracker, window.copy(), source), due)
             del window[:due]
         window.append(state)
     yield from _backwards(tracker, window, source)
 
 
-def _backwards(tracker: Tracker, states: Sequence[State], seed: Seed | Seeds) -> list[State]:
-    """Smooth every state by all of them."""
+def _backwards(tracker: Tracker, states: list[State], seed: Seed | Seeds) -> Iterator[State]:
+    """Yield every state smoothed by all of them. It empties the list, so that no state is there both ways."""
     estimator = tracker.estimator
     if isinstance(tracker.associator, HypothesisAssociator):
-        return retold(estimator, tracker.associator, tracker.lifecycle, states, seed) if states else []
+        yield from retold(estimator, tracker.associator, tracker.lifecycle, states, seed) if states else []
+        return
     smoothed: list[State] = []
-    for state in reversed(states):
+    while states:
+        state = states.pop()
         rng = seed.generator(state.steps) if estimator.traits.draws else NO_DRAWS
         smoothed.append(_retraced(estimator, state, smoothed[-1], rng) if smoothed else state)
-    smoothed.reverse()
-    return smoothed
+    while smoothed:
+        yield smoothed.pop()
 
 
 def _retraced(estimator: Estimator[Any], state: State, later: State, rng: np.random.Generator) -> State:

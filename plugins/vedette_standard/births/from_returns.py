@@ -8,7 +8,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Birth, Detections, Estimator, Newborn, Sensor, fields
-from vedette_standard.births.one_point import complete, one_point, within
+from vedette_standard.births.one_point import one_point, unclaimed, within
 from vedette_standard.regions import Polygon
 
 
@@ -49,8 +49,9 @@ class FromReturns(Birth):
         self, seen: Any, estimator: Estimator[Any], sensor: Sensor, name: str, detections: Detections, claimed: Array
     ) -> Newborn:
         """Return a track at each complete return that no track claims."""
-        whole = complete(detections)
-        returns = whole[claimed[whole] < self.claimed]
+        returns = unclaimed(detections, claimed, self.claimed)
+        if len(claimed) and not len(returns):
+            return Newborn.none(len(estimator.state))
         prior = one_point(sensor, detections, returns, self.spread, estimator.state)
         begin = Newborn(returns, prior, np.full(len(returns), self.initial))
         return within(self.appears_in, begin, estimator.state)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
 from typing import Any
 
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Lifecycle, Mask, Review, fields
+from vedette import Array, Lifecycle, Mask, Review, fields, maker
+from vedette_standard.compiled import fastest
 from vedette_standard.regions import Polygon, held
 
 DETECTED = 0.5
@@ -70,18 +72,16 @@ class Limited(Lifecycle):
     def review(self, memory: Since, scan: Review) -> tuple[Since, Mask, Mask]:
         """Return the lifecycle's own judgement, and end the tracks that are beyond a limit."""
         own, confirmed, alive = self.judge(memory.own, scan)
-        hit = scan.hit > DETECTED
-        covered = np.where(hit | (scan.p_detect >= self.least_covered), 0.0, memory.covered + scan.dt)
-        detected = np.where(hit, 0.0, memory.detected + scan.dt)
-        if self.max_out_of_coverage is not None:
-            alive = alive & (covered <= self.max_out_of_coverage)
-        if self.max_without_detection is not None:
-            alive = alive & (detected <= self.max_without_detection)
+        out, unseen = self.max_out_of_coverage, self.max_without_detection
+        most = math.inf if out is None else out, math.inf if unseen is None else unseen
+        covered, detected, alive = limited(
+            memory.covered, memory.detected, scan.hit, scan.p_detect, alive, self.least_covered, scan.dt, *most
+        )
         if self.max_spread is not None and scan.spread is not None:
             alive = alive & (scan.spread <= self.max_spread)
         if self.survives_in and scan.place is not None:
             alive = alive & held(self.survives_in, scan.place)
-        return Since(covered, detected, own), confirmed, alive
+        return new_since(covered, detected, own), confirmed, alive
 
     @abstractmethod
     def start_own(self, existence: Array) -> Any:
@@ -90,3 +90,25 @@ class Limited(Lifecycle):
     @abstractmethod
     def judge(self, own: Any, scan: Review) -> tuple[Any, Mask, Mask]:
         """Return what the lifecycle keeps, confirmed (*b, t) and alive (*b, t) after a scan, the limits aside."""
+
+
+new_since = maker(Since)
+
+
+@fastest
+def limited(
+    covered: Array,
+    detected: Array,
+    hit: Array,
+    p_detect: Array,
+    alive: Mask,
+    least_covered: float,
+    dt: float,
+    most_out: float,
+    most_unseen: float,
+) -> tuple[Array, Array, Mask]:
+    """Return the seconds out of coverage and without a detection after a scan, and which tracks live within both limits."""
+    seen = hit > DETECTED
+    covered = np.where(seen | (p_detect >= least_covered), 0.0, covered + dt)
+    detected = np.where(seen, 0.0, detected + dt)
+    return covered, detected, alive & (covered <= most_out) & (detected <= most_unseen)

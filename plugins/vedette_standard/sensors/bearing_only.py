@@ -7,7 +7,7 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Space, fields
+from vedette import Array, Space, Twin, fields
 from vedette_standard.sensors.geometry import polar_slope, ranges_and_bearings
 from vedette_standard.sensors.placed import PlacedSensor
 from vedette_standard.sensors.station import POSITION
@@ -43,6 +43,11 @@ class BearingOnly(PlacedSensor):
 
     def _summed(self) -> int:
         return 0
+
+    @property
+    def twin(self) -> Twin | None:
+        """Its compiled twin."""
+        return self._twin(self.sigma_bearing**2)
 
     def measure(self, x: Array) -> Array:
         """Return the expected measurement: (*b, 2) -> (*b, 1)."""

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
 
 import numpy as np
 from attrs import field, frozen
 
-from vedette import Array, Mask, Pose, Sensor, fields
+from vedette import Array, Mask, Pose, Sensor, Twin, fields
+from vedette_standard import compiled
 from vedette_standard.regions import Polygon, held
 from vedette_standard.sensors.clutter import check_stated_once, uniform_over
 from vedette_standard.sensors.geometry import ranges_and_bearings
@@ -77,6 +79,13 @@ class PlacedSensor(Sensor):
         if seen <= 0:
             raise ValueError("polygons: must lie within the sensor's ranges and sectors, or it sees nothing")
         return seen
+
+    def _twin(self, *parameters: float | Array) -> Twin | None:
+        """Return the sensor's compiled twin, which knows ranges alone: its own parameters follow those that all have."""
+        if not self._sees_alike:
+            return None
+        most = math.inf if self.max_range is None else self.max_range
+        return compiled.placed(self.kind, self._pose, self.detection_probability, self.min_range, most, *parameters)
 
     def detects(self, x: Array) -> Array:
         """Return the detection probability: (*b, n) -> (*b), or () if nothing limits the view."""

@@ -7,7 +7,7 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Space, fields
+from vedette import Array, Space, Twin, fields
 from vedette_standard.sensors.clutter import per_direction
 from vedette_standard.sensors.direct import DirectSensor
 from vedette_standard.sensors.placed import RangingSensor
@@ -57,6 +57,11 @@ class PolarPosition(RangingSensor, DirectSensor):
     @property
     def observes(self) -> Space:
         return POSITION
+
+    @property
+    def twin(self) -> Twin | None:
+        """Its compiled twin."""
+        return self._twin(self.sigma_range**2, self.sigma_bearing**2, self.sigma_extent**2)
 
     def noise(self, x: Array) -> Array:
         """Return R: (*b, 2) -> (*b, 2, 2)."""

@@ -7,7 +7,7 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Gaussian, Space, fields
+from vedette import Array, Gaussian, Space, Twin, fields
 from vedette_standard.sensors.clutter import per_direction
 from vedette_standard.sensors.geometry import polar_slope, ranges_and_bearings
 from vedette_standard.sensors.placed import RangingSensor
@@ -48,6 +48,11 @@ class RangeBearing(RangingSensor):
     @property
     def measurement(self) -> Space:
         return _POLAR
+
+    @property
+    def twin(self) -> Twin | None:
+        """Its compiled twin."""
+        return self._twin(self.sigma_range**2, self.sigma_bearing**2, self.sigma_extent**2)
 
     def measure(self, x: Array) -> Array:
         """Return the expected measurement: (*b, 2) -> (*b, 2)."""
@@ -91,9 +96,9 @@ class RangeBearing(RangingSensor):
         mean[..., 1] = leading(self._pose.position[..., 1], angle.ndim) + r * np.exp(s / 2) * sin
         along = R[..., 0, 0] * np.cosh(s) + r * r * 2 * np.sinh(s / 2) ** 2
         across = (r * r + R[..., 0, 0]) * np.sinh(s)
-        mixed = r * R[..., 0, 1]
+        mixed, cos2, sin2, both = r * R[..., 0, 1], cos * cos, sin * sin, sin * cos
         cov = np.empty((*angle.shape, 2, 2))
-        cov[..., 0, 0] = along * cos * cos + across * sin * sin - 2 * mixed * sin * cos
-        cov[..., 1, 1] = along * sin * sin + across * cos * cos + 2 * mixed * sin * cos
-        cov[..., 0, 1] = cov[..., 1, 0] = (along - across) * sin * cos + mixed * (cos * cos - sin * sin)
+        cov[..., 0, 0] = along * cos2 + across * sin2 - 2 * mixed * both
+        cov[..., 1, 1] = along * sin2 + across * cos2 + 2 * mixed * both
+        cov[..., 0, 1] = cov[..., 1, 0] = (along - across) * both + mixed * (cos2 - sin2)
         return Gaussian(mean, cov)

@@ -8,7 +8,7 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Gaussian, Space, fields
+from vedette import Array, Gaussian, Space, Twin, fields
 from vedette_standard.sensors.clutter import per_direction
 from vedette_standard.sensors.geometry import NEAR
 from vedette_standard.sensors.placed import RangingSensor
@@ -55,6 +55,11 @@ class RangeBearingElevation(RangingSensor):
         dz = x[..., 2] - self._height(x.ndim - 1)
         flat = np.hypot(dx, dy)
         return dx, dy, dz, flat, np.hypot(flat, dz)
+
+    @property
+    def twin(self) -> Twin | None:
+        """Its compiled twin."""
+        return self._twin(self.sigma_range**2, self.sigma_bearing**2, self.sigma_elevation**2, self._height(0))
 
     def measure(self, x: Array) -> Array:
         """Return the expected measurement: (*b, 3) -> (*b, 3)."""

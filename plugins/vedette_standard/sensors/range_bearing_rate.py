@@ -7,7 +7,7 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Gaussian, Space, fields
+from vedette import Array, Gaussian, Space, Twin, fields
 from vedette_standard.sensors.clutter import per_direction
 from vedette_standard.sensors.geometry import NEAR, polar_slope, ranges_and_bearings
 from vedette_standard.sensors.placed import RangingSensor
@@ -72,6 +72,13 @@ class RangeBearingRate(RangingSensor):
         if velocity is None:
             return np.zeros(2)
         return np.stack([leading(velocity[..., 0], axes), leading(velocity[..., 1], axes)], axis=-1)
+
+    @property
+    def twin(self) -> Twin | None:
+        """Its compiled twin."""
+        velocity = self._pose.velocity
+        vx, vy = (0.0, 0.0) if velocity is None else (velocity[..., 0], velocity[..., 1])
+        return self._twin(self.sigma_range**2, self.sigma_bearing**2, self.sigma_rate**2, vx, vy)
 
     def measure(self, x: Array) -> Array:
         """Return the expected measurement: (*b, 4) -> (*b, 3)."""

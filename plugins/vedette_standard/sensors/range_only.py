@@ -7,7 +7,7 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Space, fields
+from vedette import Array, Space, Twin, fields
 from vedette_standard.sensors.clutter import per_range
 from vedette_standard.sensors.geometry import polar_slope, ranges_and_bearings
 from vedette_standard.sensors.placed import RangingSensor
@@ -39,6 +39,11 @@ class RangeOnly(RangingSensor):
     @property
     def measurement(self) -> Space:
         return _RANGE
+
+    @property
+    def twin(self) -> Twin | None:
+        """Its compiled twin."""
+        return self._twin(self.sigma_range**2)
 
     def measure(self, x: Array) -> Array:
         """Return the expected measurement: (*b, 2) -> (*b, 1)."""

@@ -3,7 +3,7 @@
 import numpy as np
 
 from support.mutants.parts import CALLS, FromZero, Unwrapped, changed, over, put
-from vedette import Space
+from vedette import Space, Twin
 from vedette_standard.sensors.cartesian_position import CartesianPosition
 from vedette_standard.sensors.range_bearing import RangeBearing
 
@@ -59,4 +59,10 @@ SENSORS = [
      {"noise": lambda s, x: s.sigma**2 * np.eye(2) * (1.5 if x.shape[0] > 100 else 1.0)}),
     ("detection of crowded scenes", CP, "returns_match_the_model",
      {"detects": lambda s, x: np.asarray(0.5 if x.shape[0] > 100 else 0.6)}),
+    ("a twin that turns the other way", RB, "says_what_the_sensor_says",
+     {"twin": property(lambda s: Twin(RB.twin.fget(s).function, RB.twin.fget(s).parameters * [1, 1, -1, *(1,) * 6]))}),
+    ("a twin that takes deviations for variances", RB, "says_what_the_sensor_says",
+     {"twin": property(lambda s: Twin(RB.twin.fget(s).function, np.sqrt(np.maximum(RB.twin.fget(s).parameters, 0.0))))}),
+    ("a twin that stays where it was built", RB, "says_what_the_sensor_says",
+     {"twin": property(lambda s: RB.twin.fget(RB(s.sigma_range, s.sigma_bearing, sigma_extent=s.sigma_extent)))}),
 ]  # fmt: skip
